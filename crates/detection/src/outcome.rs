@@ -1,0 +1,64 @@
+//! How a search for a contact can end, each way by its name.
+
+/// What a search found, and what it cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Answer {
+    /// How the search ended.
+    pub outcome: Outcome,
+    /// How many times the gap of an atom pair was computed.
+    pub evaluations: u32,
+}
+
+/// How a search for the first contact ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outcome {
+    /// They touch.
+    Contact(Contact),
+    /// They do not touch up to the horizon.
+    Free,
+    /// The search used up its budget: they certainly do not touch before this time (from now on);
+    /// ask again then.
+    FreeUntil(f64),
+    /// The search used up its rounds without certainty: nothing is known after this time. Only
+    /// detectors that certify nothing end like this.
+    Unresolved(f64),
+}
+
+/// A first contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// When, from now on (time, not negative).
+    pub time: f64,
+    /// Which parts touch.
+    pub touch: Touch,
+}
+
+/// Which parts of two bodies touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Touch {
+    /// An atom of A and an atom of B, by index.
+    Atoms(u32, u32),
+    /// The bounding circles, in the model that knows nothing finer.
+    BoundingCircles,
+}
+
+impl Touch {
+    /// The same contact with the bodies exchanged.
+    #[must_use]
+    pub fn exchanged(self) -> Self {
+        match self {
+            Self::Atoms(a, b) => Self::Atoms(b, a),
+            Self::BoundingCircles => self,
+        }
+    }
+}
+
+impl Outcome {
+    /// The contact, if there is one.
+    pub fn contact(self) -> Option<Contact> {
+        match self {
+            Self::Contact(contact) => Some(contact),
+            _ => None,
+        }
+    }
+}

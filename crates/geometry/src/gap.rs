@@ -1,0 +1,31 @@
+//! The gap between two placed shapes: how far their nearest atoms are from touching.
+
+use glam::DVec2;
+
+use crate::Molecule;
+
+/// Smallest distance between the surfaces of two molecules (length); negative where they overlap.
+///
+/// `separation` leads from the centre of `a` to the centre of (the image asked for of) `b`;
+/// each rotation is (cos θ, sin θ) of the molecule's orientation.
+///
+/// ```
+/// use carom_geometry::{Molecule, gap_between};
+/// use glam::DVec2;
+///
+/// let disc = Molecule::disc(0.5, 1.0)?;
+/// let gap = gap_between(&disc, DVec2::X, &disc, DVec2::X, DVec2::new(3.0, 4.0));
+/// assert_eq!(gap, 4.0);
+/// # Ok::<(), carom_geometry::GeometryError>(())
+/// ```
+pub fn gap_between(a: &Molecule, rotation_a: DVec2, b: &Molecule, rotation_b: DVec2, separation: DVec2) -> f64 {
+    let mut least = f64::INFINITY;
+    for atom_a in a.atoms() {
+        let place_a = rotation_a.rotate(atom_a.offset());
+        for atom_b in b.atoms() {
+            let d = separation + (rotation_b.rotate(atom_b.offset()) - place_a);
+            least = least.min(d.length() - (atom_a.radius() + atom_b.radius()));
+        }
+    }
+    least
+}

@@ -1,0 +1,31 @@
+//! Shapes in the plane: rigid unions of discs, the circles that hold them, and the periodic box.
+//!
+//! A molecule is a rigid union of *atoms* (discs with a mass), written in the frame of its centre
+//! of mass. Nothing here knows of time or motion. Angles are counter-clockwise; mass, length and
+//! time are in the user's units.
+//!
+//! ```
+//! use carom_geometry::{Molecule, Shape};
+//!
+//! // The T of five touching discs of Montanari (2017), figure 3.1.
+//! let tee = Molecule::named(Shape::Tee, 0.005, 2.0)?;
+//! assert_eq!(tee.atoms().len(), 5);
+//! assert!((tee.mass() - 10.0).abs() < 1e-15);
+//! # Ok::<(), carom_geometry::GeometryError>(())
+//! ```
+
+mod atom;
+mod error;
+mod gap;
+mod limits;
+mod molecule;
+mod periodic_box;
+mod shape;
+
+pub use atom::Atom;
+pub use error::GeometryError;
+pub use gap::gap_between;
+pub use limits::{LARGEST, SMALLEST, check_length, check_positive};
+pub use molecule::{Molecule, Outline};
+pub use periodic_box::PeriodicBox;
+pub use shape::Shape;

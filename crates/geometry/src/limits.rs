@@ -1,0 +1,47 @@
+//! The range of magnitudes in which every product that the layers above form stays finite.
+
+use crate::GeometryError;
+
+/// Largest magnitude of a length, mass, speed or spin that is accepted.
+///
+/// Detection forms products of four such numbers: their fourth power must not overflow.
+pub const LARGEST: f64 = 1e60;
+
+/// Smallest magnitude of a length or mass that is accepted where it may not be zero.
+///
+/// Its fourth power must not underflow.
+pub const SMALLEST: f64 = 1e-60;
+
+/// Passes on `value` if it is finite and no larger than [`LARGEST`].
+///
+/// # Errors
+/// [`GeometryError::OutOfRange`] with the name and the value.
+///
+/// ```
+/// assert!(carom_geometry::check_length("offset", 0.3).is_ok());
+/// assert!(carom_geometry::check_length("offset", f64::NAN).is_err());
+/// ```
+pub fn check_length(name: &'static str, value: f64) -> Result<f64, GeometryError> {
+    if value.is_finite() && value.abs() <= LARGEST {
+        Ok(value)
+    } else {
+        Err(GeometryError::OutOfRange { name, value })
+    }
+}
+
+/// Passes on `value` if it lies between [`SMALLEST`] and [`LARGEST`].
+///
+/// # Errors
+/// [`GeometryError::NotPositive`] with the name and the value.
+///
+/// ```
+/// assert!(carom_geometry::check_positive("radius", 0.3).is_ok());
+/// assert!(carom_geometry::check_positive("radius", -0.3).is_err());
+/// ```
+pub fn check_positive(name: &'static str, value: f64) -> Result<f64, GeometryError> {
+    if value.is_finite() && (SMALLEST..=LARGEST).contains(&value) {
+        Ok(value)
+    } else {
+        Err(GeometryError::NotPositive { name, value })
+    }
+}

@@ -1,0 +1,123 @@
+//! The periodic box: a rectangle whose opposite sides are one and the same.
+
+use glam::DVec2;
+
+use crate::{GeometryError, check_positive};
+
+/// A rectangle [0, Lx) × [0, Ly) with periodic borders; the unit square by default.
+///
+/// ```
+/// use carom_geometry::PeriodicBox;
+/// use glam::DVec2;
+///
+/// let unit = PeriodicBox::default();
+/// let (place, image) = unit.wrap(DVec2::new(1.25, -0.25));
+/// assert_eq!((place, image), (DVec2::new(0.25, 0.75), [1, -1]));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[doc(alias = "torus")]
+pub struct PeriodicBox {
+    sides: DVec2,
+}
+
+impl Default for PeriodicBox {
+    fn default() -> Self {
+        Self { sides: DVec2::ONE }
+    }
+}
+
+impl PeriodicBox {
+    /// A box with the given sides (length).
+    ///
+    /// # Errors
+    /// [`GeometryError::NotPositive`] if a side is not positive and finite.
+    pub fn new(sides: DVec2) -> Result<Self, GeometryError> {
+        check_positive("a side of the box", sides.x)?;
+        check_positive("a side of the box", sides.y)?;
+        Ok(Self { sides })
+    }
+
+    /// The sides (length).
+    pub fn sides(&self) -> DVec2 {
+        self.sides
+    }
+
+    /// Area (length²).
+    pub fn area(&self) -> f64 {
+        self.sides.x * self.sides.y
+    }
+
+    /// The place in the half-open box, and how many boxes away the point was.
+    ///
+    /// `place + image × sides` is the point given, to rounding. The point must be less than 2^52
+    /// boxes away.
+    pub fn wrap(&self, point: DVec2) -> (DVec2, [i64; 2]) {
+        let (x, image_x) = wrap_axis(point.x, self.sides.x);
+        let (y, image_y) = wrap_axis(point.y, self.sides.y);
+        (DVec2::new(x, y), [image_x, image_y])
+    }
+
+    /// The shift (length) that brings something `image` boxes over.
+    pub fn shift(&self, image: [i64; 2]) -> DVec2 {
+        DVec2::new(image[0] as f64 * self.sides.x, image[1] as f64 * self.sides.y)
+    }
+
+    /// The shortest of all periodic images of a displacement.
+    pub fn minimum_image(&self, displacement: DVec2) -> DVec2 {
+        let turns = (displacement / self.sides).round();
+        displacement - turns * self.sides
+    }
+}
+
+/// Wraps one coordinate into [0, side); −1e-17 must not become `side`.
+fn wrap_axis(x: f64, side: f64) -> (f64, i64) {
+    let image = (x / side).floor();
+    let mut place = x - image * side;
+    let mut image = image as i64;
+    if place >= side {
+        place = 0.0;
+        image += 1;
+    } else if place < 0.0 {
+        // x / side was rounded up to an integer.
+        place += side;
+        image -= 1;
+        if place >= side {
+            place = 0.0;
+            image += 1;
+        }
+    }
+    (place, image)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn wrap_is_half_open_at_the_edges() {
+        let side = 0.7;
+        for x in [0.0, -0.0, -1e-17, -1e-300, side, side - f64::EPSILON, -side, 3.0 * side, 7.0 * side] {
+            let (place, _) = wrap_axis(x, side);
+            assert!((0.0..side).contains(&place), "{x} goes to {place}");
+        }
+        assert_eq!(wrap_axis(-1e-17, 1.0), (0.0, 0));
+    }
+
+    proptest! {
+        #[test]
+        fn wrap_is_in_the_box_and_names_the_image(x in -1e3..1e3f64, y in -1e3..1e3f64, side in 0.01..10.0f64) {
+            let shape = PeriodicBox::new(DVec2::new(side, 1.0)).unwrap();
+            let (place, image) = shape.wrap(DVec2::new(x, y));
+            prop_assert!((0.0..side).contains(&place.x) && (0.0..1.0).contains(&place.y));
+            prop_assert!((place + shape.shift(image) - DVec2::new(x, y)).length() < 1e-12 * (1.0 + x.abs()));
+        }
+
+        #[test]
+        fn minimum_image_is_the_shortest(x in -5.0..5.0f64, y in -5.0..5.0f64) {
+            let unit = PeriodicBox::default();
+            let least = unit.minimum_image(DVec2::new(x, y));
+            prop_assert!(least.x.abs() <= 0.5 + 1e-15 && least.y.abs() <= 0.5 + 1e-15);
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! An instant of any age without loss of digits: the start of an epoch and an offset in it.
+
+use std::{cmp::Ordering, fmt};
+
+/// A point in time, as the start of an epoch (a double-double: two floats whose exact sum is meant)
+/// and an offset from it.
+///
+/// Inside an epoch times are offsets, so a run at t = 10¹² resolves time as finely as one at t = 0.
+///
+/// ```
+/// use carom_kinematics::Instant;
+///
+/// let old = Instant::from(1e12).after(1e-9);
+/// assert_eq!(old.since(Instant::from(1e12)), 1e-9);
+/// assert_eq!(old.to_f64(), 1e12);
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Instant {
+    epoch: f64,
+    epoch_low: f64,
+    offset: f64,
+}
+
+impl Instant {
+    /// Time zero.
+    pub const ZERO: Self = Self { epoch: 0.0, epoch_low: 0.0, offset: 0.0 };
+
+    /// The start of the epoch that is `duration` after this one; the offset becomes part of it.
+    #[must_use]
+    pub fn new_epoch(self, duration: f64) -> Self {
+        let (high, error) = two_sum(self.epoch, self.offset + duration);
+        let (epoch, epoch_low) = two_sum(high, error + self.epoch_low);
+        Self { epoch, epoch_low, offset: 0.0 }
+    }
+
+    /// This instant moved by `offset` (time) within its epoch.
+    #[must_use]
+    pub fn after(self, offset: f64) -> Self {
+        Self { offset: self.offset + offset, ..self }
+    }
+
+    /// Start of the epoch, rounded to one float (time).
+    pub fn epoch(self) -> f64 {
+        self.epoch
+    }
+
+    /// What of the epoch's start does not fit into [`Self::epoch`] (time).
+    pub fn epoch_low(self) -> f64 {
+        self.epoch_low
+    }
+
+    /// Offset from the start of the epoch (time).
+    pub fn offset(self) -> f64 {
+        self.offset
+    }
+
+    /// How much later this is than `other` (time); exact in the leading float, whatever the age.
+    pub fn since(self, other: Self) -> f64 {
+        let (high, error) = two_sum(self.epoch, -other.epoch);
+        let low = self.epoch_low - other.epoch_low;
+        let (offsets, offset_error) = two_sum(self.offset, -other.offset);
+        let (sum, sum_error) = two_sum(high, offsets);
+        sum + (sum_error + (error + (low + offset_error)))
+    }
+
+    /// The instant rounded to one float (time).
+    pub fn to_f64(self) -> f64 {
+        self.since(Self::ZERO)
+    }
+}
+
+impl From<f64> for Instant {
+    fn from(time: f64) -> Self {
+        Self { epoch: time, epoch_low: 0.0, offset: 0.0 }
+    }
+}
+
+impl PartialEq for Instant {
+    fn eq(&self, other: &Self) -> bool {
+        self.since(*other) == 0.0
+    }
+}
+
+impl PartialOrd for Instant {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        self.since(*other).partial_cmp(&0.0)
+    }
+}
+
+impl fmt::Display for Instant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.to_f64().fmt(f)
+    }
+}
+
+/// The sum of two floats as its rounded value and the exact rest (Knuth, TAOCP vol. 2, 4.2.2).
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let b_part = sum - a;
+    (sum, (a - (sum - b_part)) + (b - b_part))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_million_short_epochs_add_up_at_any_age() {
+        // 2^-20 is exact, so the sum is known exactly.
+        let step = 2f64.powi(-20);
+        for start in [0.0, 1e6, 1e12, 1e15] {
+            let mut now = Instant::from(start);
+            for _ in 0..1 << 20 {
+                now = now.new_epoch(step);
+            }
+            assert_eq!(now.since(Instant::from(start)), 1.0, "from {start}");
+        }
+    }
+
+    #[test]
+    fn instants_are_ordered_by_time() {
+        let early = Instant::from(1e12).after(1e-6);
+        let late = Instant::from(1e12).after(2e-6);
+        assert!(early < late && late > early && early == early.new_epoch(0.0));
+    }
+}

@@ -1,0 +1,36 @@
+//! Where a body is at time t if nothing happens to it: free flight on a line, with a constant spin.
+//!
+//! Each body has its own *subjective time*, the moment at which its motion last changed; nothing is
+//! touched in between. To compare two bodies they are brought to one time and one periodic image
+//! ([`RelativeMotion`], algorithm 1 of Montanari 2017).
+//!
+//! Positions are lengths, velocities length per time, angular velocities radians per time,
+//! counter-clockwise. Orientations are kept in turns, where reducing a large angle is exact.
+//!
+//! ```
+//! use carom_kinematics::{Motion, Orientation};
+//! use glam::DVec2;
+//!
+//! let motion = Motion {
+//!     position: DVec2::ZERO,
+//!     velocity: DVec2::X,
+//!     orientation: Orientation::from_turns(0.25),
+//!     angular_velocity: std::f64::consts::PI,
+//!     time: 1.0,
+//! };
+//! let later = motion.at(1.5);
+//! assert_eq!(later.position, DVec2::new(0.5, 0.0));
+//! assert_eq!(later.orientation.turns(), 0.5);
+//! ```
+
+mod conserved;
+mod instant;
+mod motion;
+mod orientation;
+mod relative_motion;
+
+pub use conserved::{Inertia, angular_momentum, kinetic_energy, momentum};
+pub use instant::Instant;
+pub use motion::Motion;
+pub use orientation::Orientation;
+pub use relative_motion::{HALF_ULP, RelativeMotion};

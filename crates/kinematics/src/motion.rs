@@ -1,0 +1,85 @@
+//! The motion of one body: a straight line and a constant spin since its subjective time.
+
+use glam::DVec2;
+
+use crate::Orientation;
+
+/// Roto-translation of a body, valid from its subjective time until something happens to it.
+///
+/// Times are offsets from an origin that all bodies of a system share.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[doc(alias = "roto-translation")]
+pub struct Motion {
+    /// Place of the centre of mass at the subjective time (length).
+    pub position: DVec2,
+    /// Velocity of the centre of mass (length per time).
+    pub velocity: DVec2,
+    /// Orientation at the subjective time.
+    pub orientation: Orientation,
+    /// Radians per time, counter-clockwise.
+    #[doc(alias = "spin")]
+    pub angular_velocity: f64,
+    /// The subjective time: when this motion began (time).
+    #[doc(alias = "subjective time")]
+    pub time: f64,
+}
+
+impl Motion {
+    /// A body at rest at `position`, time 0.
+    pub fn at_rest(position: DVec2) -> Self {
+        Self {
+            position,
+            velocity: DVec2::ZERO,
+            orientation: Orientation::default(),
+            angular_velocity: 0.0,
+            time: 0.0,
+        }
+    }
+
+    /// The same motion, with its subjective time moved to `time`.
+    #[must_use]
+    pub fn at(&self, time: f64) -> Self {
+        let duration = time - self.time;
+        Self {
+            position: self.position + self.velocity * duration,
+            orientation: self.orientation.turned(self.angular_velocity, duration),
+            time,
+            ..*self
+        }
+    }
+
+    /// Place of the centre of mass at `time` (length).
+    pub fn position_at(&self, time: f64) -> DVec2 {
+        self.position + self.velocity * (time - self.time)
+    }
+
+    /// Velocity of the material point at `arm` from the centre of mass (length per time).
+    pub fn velocity_of(&self, arm: DVec2) -> DVec2 {
+        self.velocity + self.angular_velocity * arm.perp()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn material_point_moves_as_the_difference_quotient_says() {
+        let motion = Motion {
+            velocity: DVec2::new(0.3, -0.2),
+            orientation: Orientation::from_turns(0.1),
+            angular_velocity: 2.0,
+            time: 5.0,
+            ..Motion::at_rest(DVec2::new(1.0, 2.0))
+        };
+        let offset = DVec2::new(0.4, 0.7);
+        let place = |t: f64| {
+            let there = motion.at(t);
+            there.position + there.orientation.cos_sin().rotate(offset)
+        };
+        let h = 1e-6;
+        let measured = (place(5.0 + h) - place(5.0 - h)) / (2.0 * h);
+        let arm = motion.orientation.cos_sin().rotate(offset);
+        assert!((measured - motion.velocity_of(arm)).length() < 1e-9);
+    }
+}

@@ -1,0 +1,1 @@
+//! Exact event-driven simulation of two-dimensional gases of rigid molecules.
