@@ -108,11 +108,7 @@ pub fn disc_contact(d: DVec2, v: DVec2, sigma: f64, errors: (f64, f64)) -> f64 {
     } else {
         velocity_error * sigma
     };
-    if b < -threshold && discriminant > 0.0 {
-        c.max(0.0) / (discriminant.sqrt() - b)
-    } else {
-        f64::INFINITY
-    }
+    if b < -threshold && discriminant > 0.0 { c.max(0.0) / (discriminant.sqrt() - b) } else { f64::INFINITY }
 }
 
 #[cfg(test)]

@@ -30,9 +30,8 @@ impl ErrorBound {
         let (arm_a, arm_b) = (a.arm(), b.arm());
         let [spin_a, spin_b] = motion.angular_velocity;
         let rim_speed = spin_a.abs() * arm_a + spin_b.abs() * arm_b;
-        let places = 5.0 * one_norm(motion.separation)
-            + 17.0 * (arm_a + arm_b)
-            + 2.0 * (a.radius() + b.radius());
+        let places =
+            5.0 * one_norm(motion.separation) + 17.0 * (arm_a + arm_b) + 2.0 * (a.radius() + b.radius());
         let given = motion.separation_error
             + (arm_a * motion.orientation_error[0] + arm_b * motion.orientation_error[1]);
         Self { start: U * places + given, rate: U * (7.0 * one_norm(motion.velocity) + 4.0 * rim_speed) }

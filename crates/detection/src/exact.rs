@@ -118,7 +118,13 @@ fn straight(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f6
 
 /// Bodies that turn: one shared first step, then the atom pairs in the order of their certified bounds,
 /// capped by the earliest contact so far.
-fn turning(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, window: Window, most_steps: u32) -> Answer {
+fn turning(
+    a: Outline<'_>,
+    b: Outline<'_>,
+    motion: &RelativeMotion,
+    window: Window,
+    most_steps: u32,
+) -> Answer {
     let mut evaluations = 0;
     let mut queue: SmallVec<[(f64, u32, u32); 32]> = SmallVec::new();
     for (i, atom_a) in a.atoms.iter().enumerate() {
@@ -261,7 +267,8 @@ impl<'a> AtomPair<'a> {
     fn free_step(&self, now: &Gap) -> f64 {
         let k = self.curvature;
         let root = (now.rate * now.rate + 2.0 * k * now.gap).sqrt();
-        let step = if now.rate < 0.0 { 2.0 * now.gap / (root - now.rate) } else { parting_step(now.rate, root, k) };
+        let step =
+            if now.rate < 0.0 { 2.0 * now.gap / (root - now.rate) } else { parting_step(now.rate, root, k) };
         step * (1.0 - STEP_MARGIN)
     }
 

@@ -25,16 +25,26 @@
 //! # Ok::<(), carom_geometry::GeometryError>(())
 //! ```
 
+mod bounding_circles;
+mod crop;
 mod disc;
 mod error_bound;
 mod exact;
+mod fixed_step;
+mod golden_secant;
+mod golden_section;
 mod outcome;
+mod secant;
 mod skimming;
+mod squared_gap;
 pub mod tolerance;
 
+pub use bounding_circles::BoundingCircles;
 pub use disc::{DiscBatch, LANES, disc_contact};
 pub use error_bound::ErrorBound;
 pub use exact::Exact;
+pub use fixed_step::{FixedStep, natural_time};
+pub use golden_secant::GoldenSecant;
 pub use outcome::{Answer, Contact, Outcome, Touch};
 pub use skimming::{Window, skim};
 

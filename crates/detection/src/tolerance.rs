@@ -17,3 +17,31 @@ pub const MOST_STEPS: u32 = 4096;
 /// (Montanari 2017, appendix A), taken relative to the time sought. Smaller than about 2: neither
 /// search can end before its rounds are used up.
 pub const THESIS_TOLERANCE: f64 = 5.0 * f64::EPSILON;
+
+/// Share of the shortest quarter period that a segment of [`GoldenSecant`](crate::GoldenSecant) lasts: the
+/// 1/2 of equation 2.4, Montanari (2017). Smaller: more segments, fewer dips that share one.
+pub const CROP_FACTOR: f64 = 0.5;
+
+/// Most rounds of one golden section (75 for five epsilon) or one secant (10; 210 if it has to bisect).
+/// Smaller: searches end unresolved.
+pub const MOST_ROUNDS: u32 = 250;
+
+/// Most segments into which one window is cropped: 512 turns of the faster body. Smaller: fast rotors end
+/// unresolved. Larger: one query can take seconds, since each atom pair costs some 80 evaluations a segment.
+pub const MOST_SEGMENTS: u32 = 4096;
+
+/// By how much of its length the window of [`GoldenSecant`](crate::GoldenSecant) begins earlier. Zero: two
+/// discs, whose bounding circles are the atoms, touch where the window begins, and are lost to rounding.
+pub const WINDOW_MARGIN: f64 = 1.0 / (1 << 20) as f64;
+
+/// Step of [`FixedStep`](crate::FixedStep) in natural times of the pair. Larger: grazes and thin atoms are
+/// missed.
+pub const FIXED_STEP: f64 = 1e-3;
+
+/// Most steps of [`FixedStep`](crate::FixedStep) in one window: a thousand natural times. Smaller: slow pairs
+/// that spin end unresolved.
+pub const MOST_FIXED_STEPS: u32 = 1 << 20;
+
+/// Most bisections inside one fixed step: enough to come down to neighbouring floats from any step that is
+/// not astronomically later than its length.
+pub const MOST_BISECTIONS: u32 = 128;

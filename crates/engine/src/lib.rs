@@ -1,0 +1,79 @@
+//! The order of events, and the only place where state changes.
+//!
+//! Life of one event:
+//!
+//! ```text
+//!   scheduler ── soonest event ──► a crossing: the body enters the next cell and is predicted against it
+//!                                  stale (a partner has changed since): dropped
+//!                                  a re-check: predicted anew
+//!                                  a contact ──► response: impulse ──► both bodies' new motion
+//!                                       │                                   │
+//!                                       ▼                                   ▼
+//!                                   observers                detection: first contacts with the neighbours
+//! ```
+//!
+//! Between events nothing is touched: a body is a straight line and a constant spin since its subjective
+//! time. [`Simulation`] owns everything; it is generic over the seams (detection, response, scheduler), with
+//! defaults.
+//!
+//! ```
+//! use carom_engine::{Scene, Simulation};
+//!
+//! let scene = Scene::from_toml(r#"
+//!     [box]
+//!     seed = 42
+//!
+//!     [[gas]]
+//!     tags = ["gas"]
+//!     radius = 0.02
+//!     mass = 1.0
+//!     energy = 1.0
+//!     count = 50
+//! "#)?;
+//! let mut simulation = Simulation::new(&scene)?;
+//! simulation.run_until(1.0)?;
+//! assert!(simulation.view().counters().collisions > 50);
+//! assert!((simulation.view().energy() - 50.0).abs() < 1e-12);
+//! assert_eq!(simulation.view().overlaps().pairs, 0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod body;
+mod build;
+mod counters;
+mod elasticity_table;
+mod error;
+mod grid;
+mod invariants;
+mod observer;
+mod overlap;
+mod placement;
+mod report;
+mod scene;
+mod scheduler;
+mod simulation;
+mod standby;
+mod tags;
+mod thesis;
+mod view;
+mod world;
+
+pub use body::{Body, BodyKey, Rotation, Tag, Tags};
+pub use counters::{Counters, Ledger, SchedulerCounters};
+pub use elasticity_table::ElasticityTable;
+pub use error::{EditError, GridError, RunError, SceneError};
+pub use grid::Fineness;
+pub use invariants::Violation;
+pub use observer::Observer;
+pub use overlap::{OverlapCensus, rounding_bound};
+pub use placement::{Purpose, random_stream};
+pub use report::{CollisionReport, Side};
+pub use scene::{
+    AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, RunSpec, Scene,
+};
+pub use scheduler::{ContactEvent, Scheduler};
+pub use simulation::Simulation;
+pub use tags::TagNames;
+pub use thesis::Thesis;
+pub use view::{BodyView, View};
+pub use world::World;

@@ -1,0 +1,48 @@
+//! What a contact changes: the impulse between two smooth rigid bodies, and the velocities after it.
+//!
+//! Let n be the unit normal from A to B at the contact, r the arms from the centres of mass to the
+//! touching atoms, and u = −n·(v_B + ω_B × r_B − v_A − ω_A × r_A) the speed of approach of the two
+//! surfaces. An impulse J n on B and −J n on A changes u by −J/μ, where
+//!
+//! 1/μ = 1/m_A + 1/m_B + (r_A × n)²/I_A + (r_B × n)²/I_B.
+//!
+//! After a contact of elasticity e the surfaces part with e u, hence **J = (1 + e) μ u** (Montanari
+//! 2017, equation 2.9). A body whose rotation is locked has 1/I = 0 (equation 2.12); a fixed body has
+//! 1/m = 0 as well. Energy falls by ½ (1 − e²) μ u²; momentum is kept unless a body is fixed, and
+//! angular momentum about the point of contact always, unless a rotation is locked.
+//!
+//! ```
+//! use carom_kinematics::{Inertia, Motion};
+//! use carom_response::{ContactFrame, Elasticity, Impact, Response};
+//! use glam::DVec2;
+//!
+//! // Equal discs head on: they exchange their velocities.
+//! let disc = Inertia::free(1.0, 0.5);
+//! let a = Motion { velocity: DVec2::X, ..Motion::at_rest(DVec2::ZERO) };
+//! let b = Motion::at_rest(DVec2::X);
+//! let frame = ContactFrame { normal: DVec2::X, arms: [DVec2::ZERO; 2] };
+//! let impulse = Impact.impulse(&frame, [(&a, &disc), (&b, &disc)], Elasticity::ELASTIC);
+//! assert_eq!(impulse, DVec2::X);
+//! ```
+
+mod elasticity;
+mod impulse;
+
+pub use elasticity::{Elasticity, ElasticityError};
+pub use impulse::{ContactFrame, Impact, approach_speed, reduced_mass, struck};
+
+use carom_kinematics::{Inertia, Motion};
+use glam::DVec2;
+
+/// The impulse of a contact: the seam of this layer.
+pub trait Response {
+    /// The impulse on B (mass × length / time); A receives its opposite.
+    ///
+    /// The motions are those at the instant of contact, in the order A, B.
+    fn impulse(
+        &self,
+        frame: &ContactFrame,
+        bodies: [(&Motion, &Inertia); 2],
+        elasticity: Elasticity,
+    ) -> DVec2;
+}

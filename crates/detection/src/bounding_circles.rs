@@ -1,0 +1,44 @@
+//! A coarser model: bodies are in contact when their bounding circles touch.
+
+use carom_geometry::Outline;
+use carom_kinematics::RelativeMotion;
+
+use crate::{Answer, Contact, Detection, DiscBatch, LANES, Outcome, Touch, disc_contact};
+
+/// Each body taken for the circle that holds it: another model, not an approximation of contact times.
+///
+/// Costs as little as a pair of discs. Bodies whose atoms would pass each other collide, and all
+/// collide earlier; the contact is along the line of centres, so no spin changes.
+///
+/// ```
+/// use carom_detection::{BoundingCircles, Detection, Touch};
+/// use carom_geometry::{Molecule, Shape};
+/// use carom_kinematics::RelativeMotion;
+/// use glam::DVec2;
+///
+/// let dumbbell = Molecule::named(Shape::Dumbbell, 0.5, 1.0)?;
+/// let pair = RelativeMotion::exactly(DVec2::new(5.0, 0.0), DVec2::new(-1.0, 0.0));
+/// let answer = BoundingCircles.first_contact(dumbbell.outline(), dumbbell.outline(), &pair, 10.0);
+/// let contact = answer.outcome.contact().unwrap();
+/// assert!((contact.time - 3.0).abs() < 1e-14);
+/// assert_eq!(contact.touch, Touch::BoundingCircles);
+/// # Ok::<(), carom_geometry::GeometryError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct BoundingCircles;
+
+impl Detection for BoundingCircles {
+    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+        let errors = (motion.separation_error, motion.velocity_error);
+        let sigma = a.bounding_radius + b.bounding_radius;
+        let time = disc_contact(motion.separation, motion.velocity, sigma, errors);
+        let contact = Contact { time, touch: Touch::BoundingCircles };
+        let outcome =
+            if time <= horizon && time.is_finite() { Outcome::Contact(contact) } else { Outcome::Free };
+        Answer { outcome, evaluations: 1 }
+    }
+
+    fn disc_contacts(&self, batch: &DiscBatch, times: &mut [f64; LANES]) {
+        batch.contact_times(times);
+    }
+}

@@ -1,0 +1,270 @@
+//! The detector of Montanari (2017), chapter 2: skim, crop, golden section, secant.
+//!
+//! The squared gap f = |d|² − s² of each atom pair is searched for a minimum in each segment of the
+//! window; where the minimum is negative, the zero before it is the time of contact. Nothing is
+//! certified: the crop only makes it likely that f turns back once in a segment, and a golden section
+//! does not find a dip that is narrower than √ε of its segment. [`Exact`](crate::Exact) is the detector
+//! to use; this one is kept as the baseline that it is compared with.
+//!
+//! Repaired with respect to the text and the program that came with it:
+//! * **Earliest pair.** All pairs of a segment are searched and the earliest contact wins, not the first
+//!   found in the order of the loops.
+//! * **Sign.** Algorithm 3 goes on to the next pair where the minimum is negative; the text around it
+//!   says the opposite, and is followed.
+//! * **Crop.** Absolute values in equation 2.4, and no division by zero.
+//! * **Golden section.** One evaluation a round. The ends of a segment count as candidates, so that a
+//!   segment at whose end f is negative is not passed because f first rises in it.
+//! * **Secant.** It keeps its bracket. Where the atoms are apart at the start of the segment, that start
+//!   is its positive end; the search for a maximum is made only where they touch there and part.
+//! * **Tolerance.** Five machine epsilon relative to the end of the segment, not absolute: an absolute
+//!   one cannot be met late in a run, and is coarse for small, fast things.
+//! * **Touching.** Circles that touch exactly when the atoms do are not lost: the window begins a little
+//!   earlier. A pair that touches, or overlaps, and closes is in contact at once; one that parts is
+//!   searched for a contact after its first maximum.
+//! * **Ends.** Rounds and segments are bounded; a search that needs more is `Unresolved`.
+
+use carom_geometry::Outline;
+use carom_kinematics::RelativeMotion;
+
+use crate::{
+    Answer, Contact, Detection, Outcome, Touch, Window,
+    crop::segment_length,
+    golden_section::{Sample, golden_section},
+    secant::{Bracket, bracketed_secant},
+    skim,
+    squared_gap::SquaredGap,
+    tolerance::{CROP_FACTOR, MOST_ROUNDS, MOST_SEGMENTS, THESIS_TOLERANCE, WINDOW_MARGIN},
+};
+
+/// Skim, crop, golden section, secant: the thesis's detector, repaired but not certified.
+///
+/// A disc has no path of its own here: a batch of discs is searched pair by pair in the same way.
+///
+/// ```
+/// use carom_detection::{Detection, GoldenSecant};
+/// use carom_geometry::{Molecule, Shape};
+/// use carom_kinematics::RelativeMotion;
+/// use glam::DVec2;
+///
+/// let tee = Molecule::named(Shape::Tee, 0.005, 2.0)?;
+/// let disc = Molecule::disc(0.01, 1.0)?;
+/// let pair = RelativeMotion {
+///     angular_velocity: [3.0, 0.0],
+///     ..RelativeMotion::exactly(DVec2::new(0.1, 0.0), DVec2::new(-1.0, 0.0))
+/// };
+/// let answer = GoldenSecant::default().first_contact(tee.outline(), disc.outline(), &pair, 1.0);
+/// assert!(answer.outcome.contact().is_some());
+/// # Ok::<(), carom_geometry::GeometryError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[doc(alias = "NOCS")]
+pub struct GoldenSecant {
+    /// Share of the shortest quarter period that a segment lasts (positive); see [`CROP_FACTOR`].
+    pub crop_factor: f64,
+    /// Where golden section and secant stop, relative to the time at which the segment ends; see
+    /// [`THESIS_TOLERANCE`].
+    pub tolerance: f64,
+    /// Most rounds of one golden section or one secant; see [`MOST_ROUNDS`].
+    pub most_rounds: u32,
+    /// Most segments of one window; see [`MOST_SEGMENTS`].
+    pub most_segments: u32,
+}
+
+impl Default for GoldenSecant {
+    fn default() -> Self {
+        Self {
+            crop_factor: CROP_FACTOR,
+            tolerance: THESIS_TOLERANCE,
+            most_rounds: MOST_ROUNDS,
+            most_segments: MOST_SEGMENTS,
+        }
+    }
+}
+
+impl Detection for GoldenSecant {
+    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+        let mut evaluations = 0;
+        let outcome = match skim(motion, a.bounding_radius + b.bounding_radius, horizon) {
+            Some(window) => self.crop_and_search(a, b, motion, widened(window), &mut evaluations),
+            None => Outcome::Free,
+        };
+        Answer { outcome, evaluations }
+    }
+}
+
+/// The window with its begin moved back, so that atoms which touch where it begins are apart there.
+fn widened(window: Window) -> Window {
+    let end = window.end.min(f64::MAX);
+    Window { begin: (window.begin - WINDOW_MARGIN * (end - window.begin)).max(0.0), end }
+}
+
+/// The rounds of a search ended before it did.
+struct RoundsUsedUp;
+
+impl GoldenSecant {
+    fn crop_and_search(
+        &self,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        window: Window,
+        evaluations: &mut u32,
+    ) -> Outcome {
+        let length = segment_length(motion.angular_velocity, self.crop_factor.max(0.0));
+        let mut begin = window.begin;
+        for _ in 0..self.most_segments {
+            if begin > window.end {
+                return Outcome::Free;
+            }
+            let segment = Window { begin, end: (begin + length).min(window.end) };
+            match self.earliest_in(segment, a, b, motion, evaluations) {
+                Ok(Some(contact)) => return Outcome::Contact(contact),
+                Ok(None) if segment.end == window.end => return Outcome::Free,
+                Ok(None) => begin = segment.end,
+                Err(RoundsUsedUp) => break,
+            }
+        }
+        Outcome::Unresolved(begin)
+    }
+
+    /// The earliest contact of all atom pairs in one segment.
+    fn earliest_in(
+        &self,
+        segment: Window,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        evaluations: &mut u32,
+    ) -> Result<Option<Contact>, RoundsUsedUp> {
+        let mut earliest: Option<Contact> = None;
+        for (i, atom_a) in a.atoms.iter().enumerate() {
+            for (j, atom_b) in b.atoms.iter().enumerate() {
+                let gap = SquaredGap::new(motion, atom_a, atom_b);
+                let Some(time) = self.contact_of_pair(&gap, segment, evaluations)? else { continue };
+                if earliest.is_none_or(|found| time < found.time) {
+                    earliest = Some(Contact { time, touch: Touch::Atoms(i as u32, j as u32) });
+                }
+            }
+        }
+        Ok(earliest)
+    }
+
+    /// When one atom pair comes into contact in one segment.
+    fn contact_of_pair(
+        &self,
+        gap: &SquaredGap<'_>,
+        segment: Window,
+        evaluations: &mut u32,
+    ) -> Result<Option<f64>, RoundsUsedUp> {
+        let width = self.tolerance * segment.end;
+        let mut f = |time| {
+            *evaluations += 1;
+            gap.at(time)
+        };
+        let start = Sample { time: segment.begin, value: f(segment.begin) };
+        let end = Sample { time: segment.end, value: f(segment.end) };
+        let apart = if start.value > gap.touching(start.time) {
+            start
+        } else if gap.closes(start.time) {
+            return Ok(Some(start.time));
+        } else {
+            let top = golden_section(|t| -f(t), segment, width, self.most_rounds).ok_or(RoundsUsedUp)?;
+            Sample { value: -top.value, ..top }
+        };
+        let rest = Window { begin: apart.time, end: segment.end };
+        let dip = golden_section(&mut f, rest, width, self.most_rounds).ok_or(RoundsUsedUp)?.lower(end);
+        let Some(bracket) = Bracket::new(apart, dip) else { return Ok(None) };
+        let time = bracketed_secant(&mut f, bracket, width, self.most_rounds).ok_or(RoundsUsedUp)?;
+        // A zero at which they do not close is a touch that only rounding sees.
+        Ok(gap.closes(time).then_some(time))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{DiscBatch, LANES};
+    use carom_geometry::{Molecule, Shape};
+    use glam::DVec2;
+
+    fn discs(separation: DVec2, velocity: DVec2) -> Answer {
+        let disc = Molecule::disc(0.5, 1.0).unwrap();
+        let pair = RelativeMotion::exactly(separation, velocity);
+        GoldenSecant::default().first_contact(disc.outline(), disc.outline(), &pair, 100.0)
+    }
+
+    #[test]
+    fn discs_head_on_meet_where_the_window_begins() {
+        let contact = discs(DVec2::new(3.0, 0.0), DVec2::new(-1.0, 0.0)).outcome.contact().unwrap();
+        assert!((contact.time - 2.0).abs() < 1e-14, "{contact:?}");
+        assert_eq!(contact.touch, Touch::Atoms(0, 0));
+    }
+
+    #[test]
+    fn a_pair_that_touches_collides_only_if_it_closes() {
+        for gap in [-1e-3, -1e-16, 0.0, 1e-16] {
+            let d = DVec2::new(1.0 + gap, 0.0);
+            let closing = discs(d, DVec2::new(-1.0, 0.1)).outcome.contact().unwrap();
+            assert!(closing.time <= 1e-15, "gap {gap}: {closing:?}");
+            for parting in [DVec2::new(1.0, 0.1), DVec2::new(0.0, 1.0), DVec2::ZERO] {
+                assert_eq!(discs(d, parting).outcome, Outcome::Free, "gap {gap}, velocity {parting}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_parting_pair_is_found_when_it_comes_back() {
+        // A dumbbell turns on the spot in front of a disc at rest that one of its atoms has just left;
+        // the other one comes round half a turn later, less the angle over which the first still touches.
+        let dumbbell = Molecule::named(Shape::Dumbbell, 1.0, 1.0).unwrap();
+        let disc = Molecule::disc(1.0, 1.0).unwrap();
+        let (arm, distance) = (1.0, 2.5);
+        let touching = f64::acos((arm * arm + distance * distance - 4.0) / (2.0 * arm * distance));
+        let pair = RelativeMotion {
+            angular_velocity: [1.0, 0.0],
+            orientation: [carom_kinematics::Orientation::from_radians(touching), Default::default()],
+            ..RelativeMotion::exactly(DVec2::new(distance, 0.0), DVec2::ZERO)
+        };
+        let answer = GoldenSecant::default().first_contact(dumbbell.outline(), disc.outline(), &pair, 10.0);
+        let contact = answer.outcome.contact().unwrap();
+        assert!((contact.time - (std::f64::consts::PI - 2.0 * touching)).abs() < 1e-14, "{contact:?}");
+        assert_eq!(contact.touch, Touch::Atoms(0, 0));
+    }
+
+    #[test]
+    fn rounds_and_segments_that_do_not_suffice_are_named() {
+        let tee = Molecule::named(Shape::Tee, 1.0, 1.0).unwrap();
+        let near = RelativeMotion {
+            angular_velocity: [1e9, 0.0],
+            ..RelativeMotion::exactly(DVec2::new(7.5, 0.0), DVec2::new(1e-9, 0.0))
+        };
+        let ask = |detector: GoldenSecant| detector.first_contact(tee.outline(), tee.outline(), &near, 10.0);
+        let few_segments = GoldenSecant { most_segments: 3, ..GoldenSecant::default() };
+        let Outcome::Unresolved(time) = ask(few_segments).outcome else { panic!("three segments") };
+        assert!(time > 0.0 && time < 1e-8);
+        for detector in [
+            GoldenSecant { most_rounds: 5, ..GoldenSecant::default() },
+            GoldenSecant { tolerance: f64::NAN, ..GoldenSecant::default() },
+            GoldenSecant { crop_factor: f64::NAN, ..GoldenSecant::default() },
+            GoldenSecant { crop_factor: -1.0, ..GoldenSecant::default() },
+        ] {
+            assert_eq!(ask(detector).outcome, Outcome::Unresolved(0.0), "{detector:?}");
+        }
+    }
+
+    #[test]
+    fn a_batch_of_discs_is_searched_in_the_same_way() {
+        let mut batch = DiscBatch::new(0.5);
+        for lane in 0..LANES {
+            let offset = 0.3 * lane as f64;
+            batch.push(0.5, &RelativeMotion::exactly(DVec2::new(3.0, offset), DVec2::new(-1.0, 0.0)));
+        }
+        let mut times = [0.0; LANES];
+        GoldenSecant::default().disc_contacts(&batch, &mut times);
+        for (lane, time) in times.into_iter().enumerate() {
+            let answer = discs(DVec2::new(3.0, 0.3 * lane as f64), DVec2::new(-1.0, 0.0));
+            assert_eq!(time, answer.outcome.contact().map_or(f64::INFINITY, |contact| contact.time));
+            assert_eq!(time.is_finite(), lane < 4);
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! The golden-section search: where a function with a single dip is least (Kiefer 1953).
+
+use crate::Window;
+
+/// 1/φ, φ = (1 + √5)/2.
+const INVERSE_GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
+
+/// A function at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Sample {
+    pub(crate) time: f64,
+    pub(crate) value: f64,
+}
+
+impl Sample {
+    pub(crate) fn lower(self, other: Self) -> Self {
+        if other.value < self.value { other } else { self }
+    }
+}
+
+/// The minimum of `f` inside `interval`, to `width` (time); `None` if `most_rounds` do not suffice.
+///
+/// Algorithm 5 of Montanari (2017), which computes both inner points anew in every round. Here one is
+/// kept, as Kiefer meant it: one evaluation a round. `f` must fall and then rise; of a function that
+/// does not, some low point is found. A minimum is flat, so its place is known to about
+/// √(rounding of f / f''), however small `width` is.
+pub(crate) fn golden_section(
+    mut f: impl FnMut(f64) -> f64,
+    interval: Window,
+    width: f64,
+    most_rounds: u32,
+) -> Option<Sample> {
+    let Window { begin: mut a, end: mut b } = interval;
+    let mut at = |time| Sample { time, value: f(time) };
+    let left = |a: f64, b: f64| b - (b - a) * INVERSE_GOLDEN_RATIO;
+    let right = |a: f64, b: f64| a + (b - a) * INVERSE_GOLDEN_RATIO;
+    let (mut c, mut d) = (at(left(a, b)), at(right(a, b)));
+    for _ in 0..most_rounds {
+        if d.time - c.time <= width {
+            return Some(c.lower(d));
+        }
+        if c.value < d.value {
+            b = d.time;
+            d = c;
+            c = at(left(a, b));
+        } else {
+            a = c.time;
+            c = d;
+            d = at(right(a, b));
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn finds_a_planted_minimum(place in 0.0..1.0f64, curvature in 0.01..100.0f64) {
+            let f = |t: f64| curvature * (t - place) * (t - place);
+            let found = golden_section(f, Window { begin: 0.0, end: 1.0 }, 1e-15, 200).unwrap();
+            prop_assert!((found.time - place).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn a_minimum_at_an_end_is_approached() {
+        let found = golden_section(|t| t, Window { begin: 1.0, end: 2.0 }, 1e-15, 200).unwrap();
+        assert!(found.time - 1.0 < 3e-15);
+    }
+
+    #[test]
+    fn one_evaluation_a_round_and_rounds_are_bounded() {
+        let mut evaluations = 0;
+        let count = |t: f64| {
+            evaluations += 1;
+            t * t
+        };
+        assert_eq!(golden_section(count, Window { begin: -1.0, end: 2.0 }, -1.0, 30), None);
+        assert_eq!(evaluations, 32);
+    }
+}

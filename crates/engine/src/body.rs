@@ -1,0 +1,92 @@
+//! A body of the system: its shape, its inertia, its tags, and how often its motion has changed.
+
+use std::sync::Arc;
+
+use carom_geometry::Molecule;
+use carom_kinematics::Inertia;
+use smallvec::SmallVec;
+
+slotmap::new_key_type! {
+    /// Handle of a body; stays valid until the body is removed and is never used again.
+    pub struct BodyKey;
+}
+
+/// A tag: a name that groups bodies, as a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Tag(pub(crate) u32);
+
+/// The tags of one body, in ascending order.
+pub type Tags = SmallVec<[Tag; 2]>;
+
+/// Whether a body can turn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Rotation {
+    /// It turns as impulses make it turn.
+    #[default]
+    Free,
+    /// Its orientation is locked (Montanari 2017, equation 2.12).
+    Locked,
+}
+
+/// What of a body does not change from event to event, and its version.
+#[derive(Debug, Clone)]
+pub struct Body {
+    pub(crate) key: BodyKey,
+    pub(crate) id: u64,
+    pub(crate) molecule: Arc<Molecule>,
+    pub(crate) inertia: Inertia,
+    pub(crate) tags: Tags,
+    /// Which row and column of the table of elasticities.
+    pub(crate) elasticity_class: u32,
+    /// Goes up each time the motion changes: what was predicted with an older one is stale.
+    pub(crate) version: u32,
+}
+
+impl Body {
+    /// Handle of the body.
+    pub fn key(&self) -> BodyKey {
+        self.key
+    }
+
+    /// Number of the body in order of insertion, from 0; never reused.
+    pub fn id(&self) -> u64 {
+        self.id
+    }
+
+    /// Shape and mass.
+    pub fn molecule(&self) -> &Molecule {
+        &self.molecule
+    }
+
+    /// Inverse mass and inverse moment, 0 where fixed or locked.
+    pub fn inertia(&self) -> &Inertia {
+        &self.inertia
+    }
+
+    /// Tags in ascending order.
+    pub fn tags(&self) -> &[Tag] {
+        &self.tags
+    }
+
+    /// Whether the body carries `tag`.
+    pub fn has_tag(&self, tag: Tag) -> bool {
+        self.tags.binary_search(&tag).is_ok()
+    }
+
+    /// Whether nothing moves this body.
+    #[doc(alias = "bumper")]
+    pub fn is_fixed(&self) -> bool {
+        self.inertia.is_fixed()
+    }
+
+    /// Whether the body's orientation is locked, or it is fixed.
+    pub fn is_locked(&self) -> bool {
+        self.inertia.inverse_moment == 0.0
+    }
+
+    /// How many times the motion has changed.
+    pub fn version(&self) -> u32 {
+        self.version
+    }
+}

@@ -1,0 +1,215 @@
+//! From the description of a scene to a system that can run: everything is checked, nothing is assumed.
+
+use std::sync::Arc;
+
+use carom_detection::{Detection, Exact};
+use carom_geometry::{Atom, GeometryError, Molecule, PeriodicBox, Shape, check_length};
+use carom_kinematics::{Inertia, Motion, Orientation};
+use carom_response::{Impact, Response};
+use glam::DVec2;
+
+use crate::{
+    AtomSpec, Body, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError, Scheduler,
+    Simulation, TagNames, Tags, Thesis, World,
+    overlap::rounding_bound,
+    placement::{self, Sites},
+    simulation::Epoch,
+};
+
+impl Simulation {
+    /// A simulation of the scene with the exact detector and the default scheduler.
+    ///
+    /// # Errors
+    /// [`SceneError`], which names the entry, if the scene cannot be built.
+    pub fn new(scene: &Scene) -> Result<Self, SceneError> {
+        Self::with(scene, Exact::default(), Impact, <Thesis as Scheduler>::Options::default())
+    }
+}
+
+impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
+    /// A simulation of the scene with a detector, a response and options of the scheduler of one's own.
+    ///
+    /// ```
+    /// use carom_detection::Exact;
+    /// use carom_engine::{Fineness, Scene, Simulation, Thesis};
+    /// use carom_response::Impact;
+    ///
+    /// let mut scene = Scene::default();
+    /// // No grid: all pairs are looked at.
+    /// let simulation: Simulation<Exact, Impact, Thesis> =
+    ///     Simulation::with(&scene, Exact::default(), Impact, Fineness::Given(1))?;
+    /// # Ok::<(), carom_engine::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SceneError`], which names the entry, if the scene cannot be built.
+    pub fn with(scene: &Scene, detection: D, response: R, options: S::Options) -> Result<Self, SceneError> {
+        let bounds = PeriodicBox::new(DVec2::from(scene.bounds.sides)).map_err(geometry("box"))?;
+        let mut names = TagNames::default();
+        let mut world = World::new(bounds);
+        let mut entries = Vec::new();
+        for (index, spec) in scene.molecule.iter().enumerate() {
+            let entry = format!("molecule[{index}]");
+            add_molecule(&mut world, &mut names, spec, &entry)?;
+            entries.push(entry);
+        }
+        for (index, spec) in scene.bumper.iter().enumerate() {
+            let entry = format!("bumper[{index}]");
+            let molecule = MoleculeSpec {
+                tags: spec.tags.clone(),
+                atoms: vec![AtomSpec { at: [0.0; 2], radius: spec.radius, mass: 1.0 }],
+                at: spec.at,
+                fixed: true,
+                ..MoleculeSpec::default()
+            };
+            add_molecule(&mut world, &mut names, &molecule, &entry)?;
+            entries.push(entry);
+        }
+        refuse_overlaps(&world, &entries)?;
+        placement::fill(&mut world, &mut names, scene)?;
+        let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut names)?;
+        elasticity.classify(&mut world)?;
+        let scheduler = S::new(&options, &world)?;
+        let ledger = Ledger { initial: world.energy(), ..Ledger::default() };
+        Ok(Self {
+            at_once: vec![0; world.bodies.len()],
+            world,
+            detection,
+            response,
+            scheduler,
+            scheduler_options: options,
+            elasticity,
+            names,
+            counters: Counters::default(),
+            ledger,
+            offset: 0.0,
+            epoch: Epoch::ToBegin,
+        })
+    }
+}
+
+/// Adds a molecule of the scene; overlaps are checked by the caller.
+pub(crate) fn add_molecule(
+    world: &mut World,
+    names: &mut TagNames,
+    spec: &MoleculeSpec,
+    entry: &str,
+) -> Result<crate::BodyKey, SceneError> {
+    let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
+    let molecule =
+        molecule(entry, spec.shape.as_deref(), &spec.atoms, spec.atom_radius, spec.atom_mass)?;
+    let orientation = match (spec.orientation, spec.orientation_turns) {
+        (Some(_), Some(_)) => return Err(problem("give `orientation` or `orientation_turns`, not both")),
+        (Some(radians), None) => {
+            Orientation::from_radians(check_length("orientation", radians).map_err(geometry(entry))?)
+        }
+        (None, Some(turns)) => {
+            Orientation::from_turns(check_length("orientation_turns", turns).map_err(geometry(entry))?)
+        }
+        (None, None) => Orientation::default(),
+    };
+    for number in [spec.at, spec.velocity].as_flattened() {
+        check_length("a place or velocity", *number).map_err(geometry(entry))?;
+    }
+    check_length("angular_velocity", spec.angular_velocity).map_err(geometry(entry))?;
+    let moves = spec.velocity != [0.0; 2] || spec.angular_velocity != 0.0;
+    if spec.fixed && moves {
+        return Err(problem("a fixed molecule must have no velocity and no angular velocity"));
+    }
+    if spec.angular_velocity != 0.0 && spec.rotation == Rotation::Locked {
+        return Err(problem("a molecule of locked rotation must have angular velocity 0"));
+    }
+    if spec.angular_velocity != 0.0 && molecule.is_disc() {
+        return Err(problem("contacts are smooth, so the spin of a single disc never changes: it must be 0"));
+    }
+    let inertia = if spec.fixed { Inertia::FIXED } else { inertia(&molecule, spec.rotation) };
+    let motion = Motion {
+        velocity: DVec2::from(spec.velocity),
+        orientation,
+        angular_velocity: spec.angular_velocity,
+        ..Motion::at_rest(DVec2::from(spec.at))
+    };
+    let tags = tags(names, &spec.tags);
+    Ok(insert(world, Arc::new(molecule), inertia, tags, motion))
+}
+
+pub(crate) fn insert(
+    world: &mut World,
+    molecule: Arc<Molecule>,
+    inertia: Inertia,
+    tags: Tags,
+    motion: Motion,
+) -> crate::BodyKey {
+    let body = |key, id| Body { key, id, molecule, inertia, tags, elasticity_class: 0, version: 0 };
+    world.insert(body, motion)
+}
+
+pub(crate) fn inertia(molecule: &Molecule, rotation: Rotation) -> Inertia {
+    match rotation {
+        Rotation::Free => Inertia::free(molecule.mass(), molecule.moment_of_inertia()),
+        Rotation::Locked => Inertia::locked(molecule.mass()),
+    }
+}
+
+pub(crate) fn tags(names: &mut TagNames, wanted: &[String]) -> Tags {
+    let mut tags: Tags = wanted.iter().map(|name| names.intern(name)).collect();
+    tags.sort_unstable();
+    tags.dedup();
+    tags
+}
+
+/// A molecule by the name of its shape or by its atoms.
+pub(crate) fn molecule(
+    entry: &str,
+    shape: Option<&str>,
+    atoms: &[AtomSpec],
+    atom_radius: Option<f64>,
+    atom_mass: Option<f64>,
+) -> Result<Molecule, SceneError> {
+    let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
+    match shape {
+        Some(_) if !atoms.is_empty() => Err(problem("give `shape` or `atoms`, not both")),
+        Some(name) => {
+            let shape: Shape = name.parse().map_err(geometry(entry))?;
+            let radius = atom_radius.ok_or_else(|| problem("a named shape needs `atom_radius`"))?;
+            let mass = atom_mass.ok_or_else(|| problem("a named shape needs `atom_mass`"))?;
+            Molecule::named(shape, radius, mass).map_err(geometry(entry))
+        }
+        None if atom_radius.is_some() || atom_mass.is_some() => {
+            Err(problem("`atom_radius` and `atom_mass` go with a named `shape`"))
+        }
+        None => {
+            let atom = |spec: &AtomSpec| Atom::new(DVec2::from(spec.at), spec.radius, spec.mass);
+            let atoms: Result<Vec<Atom>, GeometryError> = atoms.iter().map(atom).collect();
+            atoms.and_then(Molecule::new).map_err(geometry(entry))
+        }
+    }
+}
+
+/// Wraps an error of geometry with the entry it belongs to.
+pub(crate) fn geometry(entry: &str) -> impl FnOnce(GeometryError) -> SceneError {
+    let entry = entry.to_owned();
+    move |source| SceneError::Geometry { entry, source }
+}
+
+/// Refuses overlaps between the bodies that the scene places itself.
+fn refuse_overlaps(world: &World, entries: &[String]) -> Result<(), SceneError> {
+    let mut sites = Sites::new(world);
+    for index in 0..world.bodies.len() {
+        let (body, motion) = (&world.bodies[index], &world.motions[index]);
+        if let Some((other, gap)) = sites.nearest(world, &body.molecule, motion) {
+            let other_body: &Body = &world.bodies[other];
+            let both_fixed = body.is_fixed() && other_body.is_fixed();
+            let reach = body.molecule.bounding_radius() + other_body.molecule.bounding_radius();
+            if gap < -rounding_bound(world.bounds.sides(), reach) && !both_fixed {
+                return Err(SceneError::Overlap {
+                    first: entries[other].clone(),
+                    second: entries[index].clone(),
+                    depth: -gap,
+                });
+            }
+        }
+        sites.add(world, index);
+    }
+    Ok(())
+}

@@ -1,0 +1,116 @@
+//! Which elasticity holds between two bodies: the most specific rule of the scene, by tags.
+
+use std::collections::BTreeMap;
+
+use carom_response::Elasticity;
+
+use crate::{Body, ElasticitySpec, SceneError, Tag, TagNames, Tags, World};
+
+/// Elasticity of each kind of contact. A rule for a pair of tags goes before a rule for one tag, and that
+/// before the default; two rules of equal rank that both apply and disagree are an error.
+#[derive(Debug, Clone, Default)]
+pub struct ElasticityTable {
+    default: Elasticity,
+    rules: Vec<Rule>,
+    /// How many sets of tags exist: bodies with equal tags are of one class.
+    classes: usize,
+    /// Coefficient for each pair of classes; empty where there are no rules.
+    by_class: Vec<Elasticity>,
+}
+
+#[derive(Debug, Clone)]
+struct Rule {
+    tags: Vec<Tag>,
+    names: Vec<String>,
+    elasticity: Elasticity,
+}
+
+impl ElasticityTable {
+    /// The elasticity of a contact between two bodies.
+    pub fn between(&self, a: &Body, b: &Body) -> Elasticity {
+        if self.by_class.is_empty() {
+            return self.default;
+        }
+        self.by_class[a.elasticity_class as usize * self.classes + b.elasticity_class as usize]
+    }
+
+    pub(crate) fn new(spec: &ElasticitySpec, names: &mut TagNames) -> Result<Self, SceneError> {
+        let coefficient = |entry: String, value: f64| {
+            Elasticity::new(value).map_err(|source| SceneError::Elasticity { entry, source })
+        };
+        let mut rules = Vec::new();
+        for (index, rule) in spec.pair.iter().enumerate() {
+            let entry = format!("elasticity.pair[{index}]");
+            if !(1..=2).contains(&rule.between.len()) {
+                let problem = format!("`between` must name one or two tags, but is {:?}", rule.between);
+                return Err(SceneError::Entry { entry, problem });
+            }
+            rules.push(Rule {
+                tags: rule.between.iter().map(|name| names.intern(name)).collect(),
+                names: rule.between.clone(),
+                elasticity: coefficient(entry, rule.coefficient)?,
+            });
+        }
+        let default = coefficient("elasticity.default".to_owned(), spec.default)?;
+        Ok(Self { default, rules, classes: 0, by_class: Vec::new() })
+    }
+
+    /// Sorts the bodies into classes and looks up each pair of classes once.
+    pub(crate) fn classify(&mut self, world: &mut World) -> Result<(), SceneError> {
+        self.by_class.clear();
+        if self.rules.is_empty() {
+            return Ok(());
+        }
+        let mut classes: BTreeMap<Tags, u32> = BTreeMap::new();
+        for body in &mut world.bodies {
+            let next = classes.len() as u32;
+            body.elasticity_class = *classes.entry(body.tags.clone()).or_insert(next);
+        }
+        let mut tags: Vec<(&Tags, u32)> = classes.iter().map(|(tags, &class)| (tags, class)).collect();
+        tags.sort_by_key(|&(_, class)| class);
+        self.classes = tags.len();
+        let mut by_class = Vec::with_capacity(self.classes * self.classes);
+        for (a, _) in &tags {
+            for (b, _) in &tags {
+                by_class.push(self.resolve(a, b)?);
+            }
+        }
+        self.by_class = by_class;
+        Ok(())
+    }
+
+    fn resolve(&self, a: &Tags, b: &Tags) -> Result<Elasticity, SceneError> {
+        for rank in [2, 1] {
+            let mut found: Option<&Rule> = None;
+            for rule in self.rules.iter().filter(|rule| rule.tags.len() == rank && rule.applies(a, b)) {
+                match found {
+                    Some(first) if first.elasticity != rule.elasticity => {
+                        return Err(SceneError::AmbiguousElasticity {
+                            first: first.names.clone(),
+                            second: rule.names.clone(),
+                            one: first.elasticity.coefficient(),
+                            other: rule.elasticity.coefficient(),
+                        });
+                    }
+                    _ => found = Some(rule),
+                }
+            }
+            if let Some(rule) = found {
+                return Ok(rule.elasticity);
+            }
+        }
+        Ok(self.default)
+    }
+}
+
+impl Rule {
+    fn applies(&self, a: &Tags, b: &Tags) -> bool {
+        match self.tags[..] {
+            [tag] => a.contains(&tag) || b.contains(&tag),
+            [one, other] => {
+                (a.contains(&one) && b.contains(&other)) || (a.contains(&other) && b.contains(&one))
+            }
+            _ => false,
+        }
+    }
+}

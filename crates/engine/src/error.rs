@@ -1,0 +1,156 @@
+//! What a caller may do wrong, and how a run can end before its time.
+
+use carom_geometry::GeometryError;
+use carom_kinematics::Instant;
+use carom_response::ElasticityError;
+use thiserror::Error;
+
+use crate::BodyKey;
+
+/// A scene that cannot be built; the entry is named.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The text is not TOML, or has unknown or missing keys.
+    #[error("the scene file cannot be read: {0}")]
+    Syntax(String),
+    /// A number or shape of an entry is impossible.
+    #[error("{entry}: {source}")]
+    Geometry {
+        /// The entry, such as `gas[0]`.
+        entry: String,
+        /// What is wrong with it.
+        source: GeometryError,
+    },
+    /// An elasticity out of range.
+    #[error("{entry}: {source}")]
+    Elasticity {
+        /// The entry.
+        entry: String,
+        /// What is wrong with it.
+        source: ElasticityError,
+    },
+    /// A key of an entry is missing, or two keys exclude each other.
+    #[error("{entry}: {problem}")]
+    Entry {
+        /// The entry.
+        entry: String,
+        /// What is wrong with it, in words.
+        problem: String,
+    },
+    /// Two bodies overlap at the start.
+    #[error("{first} and {second} overlap by {depth:e}")]
+    Overlap {
+        /// The first entry.
+        first: String,
+        /// The second entry.
+        second: String,
+        /// How deep (length).
+        depth: f64,
+    },
+    /// A gas does not fit.
+    #[error("{entry}: only {placed} of {wanted} molecules can be placed without overlap")]
+    Full {
+        /// The entry.
+        entry: String,
+        /// How many places were found.
+        placed: usize,
+        /// How many were asked for.
+        wanted: usize,
+    },
+    /// Two rules of elasticity of equal rank disagree on a pair of bodies that exist.
+    #[error("elasticity rules for {first:?} and {second:?} both apply to a pair of bodies, with {one} and {other}")]
+    AmbiguousElasticity {
+        /// Tags of one rule.
+        first: Vec<String>,
+        /// Tags of the other.
+        second: Vec<String>,
+        /// Coefficient of the one.
+        one: f64,
+        /// Coefficient of the other.
+        other: f64,
+    },
+    /// The grid or the box does not suit the bodies.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+}
+
+/// A grid too fine, or a box too small, for the bodies in it.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum GridError {
+    /// With this fineness two bodies could touch from cells that are not adjacent.
+    #[error(
+        "a grid of fineness {fineness} is too fine: the largest safe fineness is {largest} \
+         (two bodies reach {reach} from centre to centre)"
+    )]
+    TooFine {
+        /// The fineness asked for.
+        fineness: u32,
+        /// The largest that misses nothing.
+        largest: u32,
+        /// Largest sum of two bounding radii (length).
+        reach: f64,
+    },
+    /// A fineness of 0, or more cells than can be stored.
+    #[error("the fineness of a grid must be from 1 to 4096, but is {0}")]
+    Fineness(u32),
+    /// A molecule could meet its own periodic image, or a pair reach across more than the box.
+    #[error("the box is too small: bodies reach {reach} from centre to centre, its shorter side is {side}")]
+    BoxTooSmall {
+        /// Largest sum of two bounding radii, or twice one (length).
+        reach: f64,
+        /// The shorter side (length).
+        side: f64,
+    },
+}
+
+/// An edit at a standby that cannot be made; nothing was changed.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum EditError {
+    /// The body is not, or no longer, in the system.
+    #[error("there is no body {0:?}")]
+    NoSuchBody(BodyKey),
+    /// A body of zero energy has no direction to keep, so no energy can be given to it.
+    #[error("the energy of body {0:?} cannot be reset: it has none, hence no direction of motion")]
+    NoEnergy(BodyKey),
+    /// An energy that is negative, NaN or infinite.
+    #[error("an energy must be positive and finite, but is {0}")]
+    Energy(f64),
+    /// The body is fixed and takes no energy and no rotation mode.
+    #[error("body {0:?} is fixed")]
+    Fixed(BodyKey),
+    /// The system would not be a valid scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+}
+
+/// Why a run ended before the time asked for. The system stays as it was at that instant.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// A time that is NaN or infinite.
+    #[error("a run must end at a finite time, not at {0}")]
+    Time(f64),
+    /// One body has had too many contacts at one and the same instant.
+    #[error("at time {time} body {body:?} has had {contacts} contacts without time moving on")]
+    Stalled {
+        /// When.
+        time: Instant,
+        /// Which body.
+        body: BodyKey,
+        /// How many contacts.
+        contacts: u32,
+    },
+    /// Speeds have grown beyond what can be computed with (superelastic contacts do this).
+    #[error("at time {time} body {body:?} is too fast to go on: speed {speed:e}")]
+    BlowUp {
+        /// When.
+        time: Instant,
+        /// Which body.
+        body: BodyKey,
+        /// Its speed, or rim speed (length per time).
+        speed: f64,
+    },
+}

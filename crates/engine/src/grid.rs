@@ -1,0 +1,184 @@
+//! The cell list: which bodies' centres lie in which cell of a grid, and through which image cells touch.
+
+use glam::DVec2;
+use smallvec::SmallVec;
+
+use crate::{GridError, World};
+
+/// How many cells a side the box is divided into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Fineness {
+    /// As many as are safe, and no more than pay.
+    #[default]
+    Automatic,
+    /// This many along each side; refused if two bodies could touch from cells that are not adjacent.
+    Given(u32),
+}
+
+/// The most cells along a side.
+const FINEST: u32 = 4096;
+
+/// A grid of cells over the box, with the bodies in them.
+///
+/// Two bodies can touch only while their centres lie in the same or in adjacent cells, because a cell is at
+/// least as long as the largest sum of two bounding radii. With fewer than three cells a side a cell is its
+/// own neighbour through the border, so that the walk over the 3 × 3 cells around a body names every image
+/// of every other that it can touch.
+#[derive(Debug, Clone, Default)]
+pub struct Grid {
+    counts: [i32; 2],
+    side: DVec2,
+    cells: Vec<SmallVec<[u32; 6]>>,
+    place: Vec<[i32; 2]>,
+}
+
+/// A cell next to (or the same as) another, and the image through which they touch, in boxes.
+#[derive(Debug, Clone, Copy)]
+pub struct Neighbour<'a> {
+    /// The bodies in it.
+    pub bodies: &'a [u32],
+    /// How many boxes over they appear.
+    pub image: [i32; 2],
+}
+
+/// A step of a body into the next cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Step {
+    /// 0 for x, 1 for y.
+    pub axis: usize,
+    /// +1 or −1.
+    pub direction: i32,
+}
+
+impl Grid {
+    /// How many cells each side gets.
+    ///
+    /// # Errors
+    /// [`GridError`] if the fineness asked for is not safe, or no fineness is.
+    pub fn counts_for(world: &World, fineness: Fineness) -> Result<[i32; 2], GridError> {
+        let sides = world.bounds().sides();
+        let reach = world.largest_reach();
+        let shorter = sides.min_element();
+        let own_image = world
+            .bodies()
+            .iter()
+            .filter(|body| !body.is_fixed())
+            .map(|body| 2.0 * body.molecule().bounding_radius())
+            .fold(0.0, f64::max);
+        // A molecule of diameter `shorter` touches its own image for ever; a pair may just fit.
+        if own_image >= shorter || reach > shorter {
+            return Err(GridError::BoxTooSmall { reach: reach.max(own_image), side: shorter });
+        }
+        // Rounding of the quotient must not refuse a cell exactly as long as the reach.
+        let safe = |side: f64| {
+            if reach > 0.0 { (side / reach * (1.0 + f64::EPSILON)).min(f64::from(FINEST)) as u32 } else { FINEST }
+        };
+        let largest = safe(shorter).max(1);
+        match fineness {
+            Fineness::Given(fineness) if !(1..=FINEST).contains(&fineness) => {
+                Err(GridError::Fineness(fineness))
+            }
+            Fineness::Given(fineness) if fineness > largest => {
+                Err(GridError::TooFine { fineness, largest, reach })
+            }
+            Fineness::Given(fineness) => Ok([fineness as i32; 2]),
+            Fineness::Automatic => {
+                // About one and a half cells for each body: fewer and lists grow, more and crossings do.
+                let bodies = world.bodies().len().max(1) as f64;
+                let paying = (sides.x * sides.y / (1.5 * bodies)).sqrt();
+                let count = |side: f64| safe(side).min((side / paying).ceil() as u32).max(1) as i32;
+                Ok([count(sides.x), count(sides.y)])
+            }
+        }
+    }
+
+    /// Sorts all bodies into the cells of their positions.
+    pub fn fill(&mut self, world: &World, counts: [i32; 2]) {
+        let sides = world.bounds().sides();
+        self.counts = counts;
+        self.side = DVec2::new(sides.x / f64::from(counts[0]), sides.y / f64::from(counts[1]));
+        let total = (counts[0] * counts[1]) as usize;
+        self.cells.truncate(total);
+        self.cells.iter_mut().for_each(SmallVec::clear);
+        self.cells.resize_with(total, SmallVec::new);
+        self.place.clear();
+        for (index, motion) in world.motions().iter().enumerate() {
+            let cell = |x: f64, side: f64, count: i32| ((x / side) as i32).clamp(0, count - 1);
+            let place = [
+                cell(motion.position.x, self.side.x, counts[0]),
+                cell(motion.position.y, self.side.y, counts[1]),
+            ];
+            self.place.push(place);
+            self.cells[(place[1] * counts[0] + place[0]) as usize].push(index as u32);
+        }
+    }
+
+    /// The cell of a body, as column and row.
+    pub fn place(&self, body: u32) -> [i32; 2] {
+        self.place[body as usize]
+    }
+
+    /// Lower corner of a cell (length).
+    pub fn corner(&self, place: [i32; 2]) -> DVec2 {
+        DVec2::new(f64::from(place[0]) * self.side.x, f64::from(place[1]) * self.side.y)
+    }
+
+    /// Upper corner of a cell (length).
+    pub fn far_corner(&self, place: [i32; 2]) -> DVec2 {
+        self.corner([place[0] + 1, place[1] + 1])
+    }
+
+    /// The 3 × 3 cells around a body.
+    pub fn around(&self, body: u32) -> impl Iterator<Item = Neighbour<'_>> {
+        let [x, y] = self.place(body);
+        (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| self.neighbour([x + dx, y + dy])))
+    }
+
+    /// The three cells that became adjacent by a step.
+    pub fn ahead(&self, body: u32, step: Step) -> impl Iterator<Item = Neighbour<'_>> {
+        let mut centre = self.place(body);
+        centre[step.axis] += step.direction;
+        (-1..=1).map(move |sideways| {
+            let mut cell = centre;
+            cell[1 - step.axis] += sideways;
+            self.neighbour(cell)
+        })
+    }
+
+    fn neighbour(&self, mut cell: [i32; 2]) -> Neighbour<'_> {
+        let mut image = [0; 2];
+        for axis in 0..2 {
+            if cell[axis] < 0 {
+                cell[axis] += self.counts[axis];
+                image[axis] = -1;
+            } else if cell[axis] >= self.counts[axis] {
+                cell[axis] -= self.counts[axis];
+                image[axis] = 1;
+            }
+        }
+        Neighbour { bodies: &self.cells[(cell[1] * self.counts[0] + cell[0]) as usize], image }
+    }
+
+    /// Moves a body into the next cell; tells how many boxes it has wrapped along the axis.
+    pub fn enter(&mut self, body: u32, step: Step) -> i32 {
+        let place = &mut self.place[body as usize];
+        let old = (place[1] * self.counts[0] + place[0]) as usize;
+        let mut wrapped = 0;
+        place[step.axis] += step.direction;
+        if place[step.axis] < 0 {
+            place[step.axis] += self.counts[step.axis];
+            wrapped = -1;
+        } else if place[step.axis] >= self.counts[step.axis] {
+            place[step.axis] -= self.counts[step.axis];
+            wrapped = 1;
+        }
+        let new = (place[1] * self.counts[0] + place[0]) as usize;
+        if new != old {
+            if let Some(slot) = self.cells[old].iter().position(|&member| member == body) {
+                self.cells[old].swap_remove(slot);
+            }
+            self.cells[new].push(body);
+        }
+        wrapped
+    }
+}

@@ -1,0 +1,118 @@
+//! What watches a run: told of each contact and each standby, unable to change anything.
+
+use crate::{CollisionReport, View};
+
+/// Watches a run. Every method has a default that does nothing.
+///
+/// A tuple of observers is an observer, put together at compile time; `()` watches nothing, and a run
+/// with it builds no reports.
+///
+/// ```
+/// use carom_engine::{CollisionReport, Observer};
+///
+/// /// Sums the magnitudes of all impulses.
+/// #[derive(Default)]
+/// struct TotalImpulse(f64);
+///
+/// impl Observer for TotalImpulse {
+///     fn collision(&mut self, report: &CollisionReport<'_>) {
+///         self.0 += report.impulse.length();
+///     }
+/// }
+/// ```
+pub trait Observer {
+    /// Whether reports of collisions are wanted at all.
+    const WATCHES_COLLISIONS: bool = true;
+
+    /// The run begins, or goes on after an edit.
+    fn start(&mut self, view: &View<'_>) {
+        let _ = view;
+    }
+
+    /// Two bodies have collided.
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        let _ = report;
+    }
+
+    /// The system stands by, all bodies at one time.
+    fn standby(&mut self, view: &View<'_>) {
+        let _ = view;
+    }
+}
+
+impl Observer for () {
+    const WATCHES_COLLISIONS: bool = false;
+}
+
+impl<O: Observer> Observer for &mut O {
+    const WATCHES_COLLISIONS: bool = O::WATCHES_COLLISIONS;
+
+    fn start(&mut self, view: &View<'_>) {
+        (**self).start(view);
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        (**self).collision(report);
+    }
+
+    fn standby(&mut self, view: &View<'_>) {
+        (**self).standby(view);
+    }
+}
+
+impl<O: Observer> Observer for Option<O> {
+    const WATCHES_COLLISIONS: bool = O::WATCHES_COLLISIONS;
+
+    fn start(&mut self, view: &View<'_>) {
+        if let Some(observer) = self {
+            observer.start(view);
+        }
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        if let Some(observer) = self {
+            observer.collision(report);
+        }
+    }
+
+    fn standby(&mut self, view: &View<'_>) {
+        if let Some(observer) = self {
+            observer.standby(view);
+        }
+    }
+}
+
+macro_rules! tuple_of_observers {
+    ($($member:ident),+) => {
+        impl<$($member: Observer),+> Observer for ($($member,)+) {
+            const WATCHES_COLLISIONS: bool = $($member::WATCHES_COLLISIONS)||+;
+
+            #[expect(non_snake_case, reason = "type parameters double as names of the members")]
+            fn start(&mut self, view: &View<'_>) {
+                let ($($member,)+) = self;
+                $($member.start(view);)+
+            }
+
+            #[expect(non_snake_case, reason = "type parameters double as names of the members")]
+            fn collision(&mut self, report: &CollisionReport<'_>) {
+                let ($($member,)+) = self;
+                $($member.collision(report);)+
+            }
+
+            #[expect(non_snake_case, reason = "type parameters double as names of the members")]
+            fn standby(&mut self, view: &View<'_>) {
+                let ($($member,)+) = self;
+                $($member.standby(view);)+
+            }
+        }
+    };
+}
+
+tuple_of_observers!(A);
+tuple_of_observers!(A, B);
+tuple_of_observers!(A, B, C);
+tuple_of_observers!(A, B, C, D);
+tuple_of_observers!(A, B, C, D, E);
+tuple_of_observers!(A, B, C, D, E, F);
+tuple_of_observers!(A, B, C, D, E, F, G);
+tuple_of_observers!(A, B, C, D, E, F, G, H);

@@ -1,0 +1,369 @@
+//! Placement of a gas: seeded, without overlap, around whatever stands in the box already.
+//!
+//! Molecules of like size share a triangular lattice of sites, as wide as holds them all. Sites where they would
+//! touch what stands there are left out, the rest are occupied at random, and each molecule is moved at random
+//! as far as its neighbours' sites leave room. Larger kinds are placed before smaller ones. Orientations and
+//! directions of motion are random; collisions do the rest.
+
+use std::sync::Arc;
+
+use carom_geometry::{Molecule, PeriodicBox, check_length, gap_between};
+use carom_kinematics::{Inertia, Motion, Orientation};
+use glam::DVec2;
+use rand::{RngExt, seq::SliceRandom};
+use rand_pcg::Pcg64;
+
+use crate::{
+    GasSpec, Rotation, Scene, SceneError, TagNames, World,
+    build::{geometry, inertia, insert, molecule, tags},
+};
+
+/// What random numbers are drawn for; each purpose has a stream of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// Where molecules are placed, and how they are turned.
+    Placement = 0,
+    /// In which direction they move.
+    Velocities = 1,
+}
+
+/// The random numbers for one purpose in one replica: stream 16 × replica + purpose of PCG-64.
+pub fn random_stream(seed: u64, replica: u64, purpose: Purpose) -> Pcg64 {
+    Pcg64::new(u128::from(seed), 16 * u128::from(replica) + purpose as u128)
+}
+
+/// Molecules nearer than this to touching (relative to their size) are not placed: nothing starts in contact.
+const ROOM: f64 = 1e-9;
+
+/// One kind of molecule to be placed.
+struct Species<'a> {
+    entry: String,
+    spec: &'a GasSpec,
+    molecule: Arc<Molecule>,
+    count: usize,
+    places: Vec<DVec2>,
+}
+
+/// Places and sets in motion every gas of the scene.
+pub(crate) fn fill(world: &mut World, names: &mut TagNames, scene: &Scene) -> Result<(), SceneError> {
+    let (seed, replica) = (scene.bounds.seed, scene.bounds.replica);
+    let mut places = random_stream(seed, replica, Purpose::Placement);
+    let mut velocities = random_stream(seed, replica, Purpose::Velocities);
+    let mut species: Vec<Species<'_>> = Vec::new();
+    for (index, spec) in scene.gas.iter().enumerate() {
+        species.push(Species::new(spec, index, world.bounds())?);
+    }
+    let mut by_size: Vec<usize> = (0..species.len()).collect();
+    by_size.sort_by(|&i, &j| {
+        let radius = |k: usize| species[k].molecule.bounding_radius();
+        radius(j).total_cmp(&radius(i)).then(i.cmp(&j))
+    });
+    let mut sites = Sites::new(world);
+    for index in 0..world.bodies().len() {
+        sites.add(world, index);
+    }
+    let mut rest = &by_size[..];
+    while let Some(&first) = rest.first() {
+        // Kinds down to half the size share one lattice: around the larger ones a finer one would not fit.
+        let largest = species[first].molecule.bounding_radius();
+        let like = rest.iter().take_while(|&&k| species[k].molecule.bounding_radius() >= 0.5 * largest).count();
+        place_class(world, &mut sites, &mut species, &rest[..like], &mut places)?;
+        rest = &rest[like..];
+    }
+    for kind in &species {
+        set_in_motion(world, names, kind, &mut places, &mut velocities);
+    }
+    Ok(())
+}
+
+impl<'a> Species<'a> {
+    fn new(spec: &'a GasSpec, index: usize, bounds: &PeriodicBox) -> Result<Self, SceneError> {
+        let entry = format!("gas[{index}]");
+        let problem = |problem: &str| SceneError::Entry { entry: entry.clone(), problem: problem.to_owned() };
+        let one = |first: Option<f64>, second: Option<f64>, problem_text: &str| match (first, second) {
+            (Some(_), Some(_)) => Err(problem(problem_text)),
+            _ => Ok(first.or(second)),
+        };
+        let radius = one(spec.radius, spec.atom_radius, "`radius` and `atom_radius` are the same: give one")?;
+        let mass = one(spec.mass, spec.atom_mass, "`mass` and `atom_mass` are the same: give one")?;
+        let shape = if spec.atoms.is_empty() { Some(spec.shape.as_deref().unwrap_or("disc")) } else { spec.shape.as_deref() };
+        let molecule = molecule(&entry, shape, &spec.atoms, radius, mass)?;
+        check_length("energy", spec.energy).map_err(geometry(&entry))?;
+        if spec.energy < 0.0 {
+            return Err(problem("`energy` must not be negative"));
+        }
+        let count = match (spec.area_fraction, spec.count) {
+            (None, Some(count)) => count,
+            (Some(fraction), None) if (0.0..1.0).contains(&fraction) => {
+                (fraction * bounds.area() / molecule.area()).round() as usize
+            }
+            (Some(_), None) => return Err(problem("`area_fraction` must be at least 0 and below 1")),
+            _ => return Err(problem("give either `area_fraction` or `count`")),
+        };
+        Ok(Self { entry, spec, molecule: Arc::new(molecule), count, places: Vec::with_capacity(count.min(1 << 24)) })
+    }
+}
+
+/// Places all kinds of one class on one lattice.
+fn place_class(
+    world: &World,
+    sites: &mut Sites,
+    species: &mut [Species<'_>],
+    class: &[usize],
+    random: &mut Pcg64,
+) -> Result<(), SceneError> {
+    let wanted: usize = class.iter().map(|&k| species[k].count).sum();
+    if wanted == 0 {
+        return Ok(());
+    }
+    let radius = species[class[0]].molecule.bounding_radius() * (1.0 + ROOM);
+    let full = |placed: usize| SceneError::Full { entry: species[class[0]].entry.clone(), placed, wanted };
+    // What certainly cannot fit is refused before a lattice of it is made.
+    let densest = world.bounds().area() / (3f64.sqrt() * 2.0 * radius * radius);
+    if wanted as f64 > 1.1 * densest + 2.0 {
+        return Err(full(densest as usize));
+    }
+    let probe = Molecule::disc(radius, 1.0).map_err(geometry(&species[class[0]].entry))?;
+    let free_at = |sites: &Sites, place: DVec2| {
+        sites.nearest(world, &probe, &Motion::at_rest(place)).is_none_or(|(_, gap)| gap > 0.0)
+    };
+    let mut most = 0;
+    let (lattice, mut free) = 'found: {
+        for spacing in spacings(world.bounds(), wanted, radius) {
+            let Some(lattice) = Lattice::new(world.bounds(), spacing, radius, random) else { continue };
+            if lattice.capacity() < wanted {
+                continue;
+            }
+            let free: Vec<DVec2> =
+                (0..lattice.capacity()).map(|k| lattice.site(k)).filter(|&place| free_at(sites, place)).collect();
+            most = most.max(free.len());
+            if free.len() >= wanted {
+                break 'found (lattice, free);
+            }
+        }
+        return Err(full(most));
+    };
+    // Choose at random, but keep the order of the lattice: neighbours in space stay neighbours in memory.
+    while free.len() > wanted {
+        let dropped = random.random_range(0..free.len());
+        free.remove(dropped);
+        if free.len() > 4 * wanted {
+            free = thin(free, wanted, random);
+        }
+    }
+    let mut kinds: Vec<usize> =
+        class.iter().flat_map(|&k| std::iter::repeat_n(k, species[k].count)).collect();
+    kinds.shuffle(random);
+    for (site, kind) in free.into_iter().zip(kinds) {
+        let moved = site + lattice.slack * random.random::<f64>().sqrt() * direction(random);
+        let place = if free_at(sites, moved) { moved } else { site };
+        species[kind].places.push(place);
+    }
+    for &kind in class {
+        for &place in &species[kind].places {
+            sites.add_circle(world.bounds(), place, &species[kind].molecule);
+        }
+    }
+    Ok(())
+}
+
+/// A random choice of at least twice the number wanted, in order.
+fn thin(sites: Vec<DVec2>, wanted: usize, random: &mut Pcg64) -> Vec<DVec2> {
+    let keep = 2.0 * wanted as f64 / sites.len() as f64;
+    let chosen: Vec<DVec2> = sites.iter().copied().filter(|_| random.random::<f64>() < keep).collect();
+    if chosen.len() >= wanted { chosen } else { sites }
+}
+
+/// Lattice spacings to try, from one with some room to spare down to touching.
+fn spacings(bounds: &PeriodicBox, wanted: usize, radius: f64) -> impl Iterator<Item = f64> {
+    let touching = 2.0 * radius;
+    let roomy = (2.0 * bounds.area() / (3f64.sqrt() * 1.1 * wanted as f64)).sqrt();
+    (0..64)
+        .map(move |step| roomy * 0.98f64.powi(step))
+        .take_while(move |&spacing| spacing > touching)
+        .chain(std::iter::once(touching))
+}
+
+/// A triangular lattice that fits the periodic box.
+struct Lattice {
+    columns: usize,
+    rows: usize,
+    step: DVec2,
+    origin: DVec2,
+    /// How far each site's occupant may be moved without touching another's.
+    slack: f64,
+}
+
+impl Lattice {
+    fn new(bounds: &PeriodicBox, spacing: f64, radius: f64, random: &mut Pcg64) -> Option<Self> {
+        let sides = bounds.sides();
+        let origin = sides * DVec2::new(random.random(), random.random());
+        let touching = 2.0 * radius;
+        let columns = (sides.x / spacing) as usize;
+        if columns == 0 || sides.y < touching {
+            return None;
+        }
+        let across = sides.x / columns as f64;
+        // The rows may be as close as diagonal neighbours allow, and every other row.
+        let diagonal = (spacing * spacing - 0.25 * across * across).max(0.0).sqrt();
+        let up = diagonal.max(0.5 * spacing);
+        let rows = match (sides.y / up) as usize {
+            0 | 1 => 1,
+            rows => rows - rows % 2,
+        };
+        let step = DVec2::new(across, sides.y / rows as f64);
+        let nearest = [
+            step.x,
+            if rows > 1 { DVec2::new(0.5 * step.x, step.y).length() } else { sides.y },
+            if rows > 2 { 2.0 * step.y } else { sides.y },
+        ];
+        let nearest = nearest.into_iter().fold(f64::INFINITY, f64::min);
+        (nearest >= touching).then(|| Self { columns, rows, step, origin, slack: 0.5 * (nearest - touching) })
+    }
+
+    fn capacity(&self) -> usize {
+        self.columns * self.rows
+    }
+
+    fn site(&self, index: usize) -> DVec2 {
+        let (row, column) = (index / self.columns, index % self.columns);
+        let shifted = column as f64 + 0.5 * (row % 2) as f64;
+        self.origin + DVec2::new(shifted * self.step.x, row as f64 * self.step.y)
+    }
+}
+
+/// Adds the molecules of one kind with random orientations and velocities.
+fn set_in_motion(
+    world: &mut World,
+    names: &mut TagNames,
+    kind: &Species<'_>,
+    places: &mut Pcg64,
+    velocities: &mut Pcg64,
+) {
+    let inertia = inertia(&kind.molecule, kind.spec.rotation);
+    let tags = tags(names, &kind.spec.tags);
+    let turning = kind.spec.rotation == Rotation::Free && !kind.molecule.is_disc();
+    let share = kind.spec.energy / if turning { 3.0 } else { 2.0 };
+    let mut moving: Vec<DVec2> = (0..kind.count)
+        .map(|_| (4.0 * share * inertia.inverse_mass).sqrt() * direction(velocities))
+        .collect();
+    if kind.spec.zero_momentum {
+        remove_drift(&mut moving);
+    }
+    for (&place, velocity) in kind.places.iter().zip(moving) {
+        let motion = Motion {
+            velocity,
+            orientation: Orientation::from_turns(places.random()),
+            angular_velocity: if turning { spin(share, &inertia, velocities) } else { 0.0 },
+            ..Motion::at_rest(place)
+        };
+        insert(world, Arc::clone(&kind.molecule), inertia, tags.clone(), motion);
+    }
+}
+
+fn direction(random: &mut Pcg64) -> DVec2 {
+    Orientation::from_turns(random.random()).cos_sin()
+}
+
+fn spin(energy: f64, inertia: &Inertia, random: &mut Pcg64) -> f64 {
+    let spin = (2.0 * energy * inertia.inverse_moment).sqrt();
+    if random.random() { spin } else { -spin }
+}
+
+/// Takes the mean velocity out and scales the rest so that the energy stays what it was.
+fn remove_drift(velocities: &mut [DVec2]) {
+    let energy = |list: &[DVec2]| list.iter().map(|v| v.length_squared()).sum::<f64>();
+    let before = energy(velocities);
+    let drift = velocities.iter().sum::<DVec2>() / velocities.len().max(1) as f64;
+    velocities.iter_mut().for_each(|v| *v -= drift);
+    let after = energy(velocities);
+    if after > 0.0 {
+        let scale = (before / after).sqrt();
+        velocities.iter_mut().for_each(|v| *v *= scale);
+    }
+}
+
+/// What stands in the box while it is being filled, to be asked for the nearest to a place.
+pub(crate) struct Sites {
+    count: i64,
+    lists: Vec<Vec<Standing>>,
+    largest: f64,
+}
+
+/// Something that stands: a body of the world, or a circle kept free for one still to be added.
+#[derive(Clone, Copy)]
+enum Standing {
+    Body(usize),
+    Circle(DVec2, f64),
+}
+
+impl Sites {
+    pub(crate) fn new(world: &World) -> Self {
+        let count = ((world.bodies().len() as f64).sqrt() as i64).clamp(16, 1024);
+        Self { count, lists: vec![Vec::new(); (count * count) as usize], largest: 0.0 }
+    }
+
+    pub(crate) fn add(&mut self, world: &World, index: usize) {
+        let radius = world.bodies()[index].molecule.bounding_radius();
+        self.put(world.bounds(), world.motions()[index].position, radius, Standing::Body(index));
+    }
+
+    fn add_circle(&mut self, bounds: &PeriodicBox, place: DVec2, molecule: &Molecule) {
+        let (place, _) = bounds.wrap(place);
+        let radius = molecule.bounding_radius();
+        self.put(bounds, place, radius, Standing::Circle(place, radius));
+    }
+
+    fn put(&mut self, bounds: &PeriodicBox, place: DVec2, radius: f64, standing: Standing) {
+        let [x, y] = self.cell(bounds, place);
+        self.lists[(y * self.count + x) as usize].push(standing);
+        self.largest = self.largest.max(radius);
+    }
+
+    fn cell(&self, bounds: &PeriodicBox, place: DVec2) -> [i64; 2] {
+        let at = place / bounds.sides() * self.count as f64;
+        [at.x, at.y].map(|x| (x as i64).clamp(0, self.count - 1))
+    }
+
+    /// The body whose surface is nearest to (or deepest inside) a molecule, among those within reach of their
+    /// bounding circles, and the gap (length). Circles kept free count with the index `usize::MAX`.
+    pub(crate) fn nearest(&self, world: &World, molecule: &Molecule, motion: &Motion) -> Option<(usize, f64)> {
+        let bounds = world.bounds();
+        let (place, _) = bounds.wrap(motion.position);
+        let rotation = motion.orientation.cos_sin();
+        let [x, y] = self.cell(bounds, place);
+        let side = bounds.sides() / self.count as f64;
+        let reach = molecule.bounding_radius() + self.largest;
+        let range = |side: f64| ((reach / side) as i64 + 1).min(2 * self.count);
+        let mut nearest: Option<(usize, f64)> = None;
+        for v in y - range(side.y)..=y + range(side.y) {
+            for u in x - range(side.x)..=x + range(side.x) {
+                let cell = v.rem_euclid(self.count) * self.count + u.rem_euclid(self.count);
+                let shift = bounds.shift([u.div_euclid(self.count), v.div_euclid(self.count)]);
+                for &standing in &self.lists[cell as usize] {
+                    let (index, gap) = match standing {
+                        Standing::Circle(centre, radius) => {
+                            let gap = (centre - place + shift).length() - radius - molecule.bounding_radius();
+                            (usize::MAX, gap)
+                        }
+                        Standing::Body(index) => {
+                            let other = &world.bodies()[index].molecule;
+                            let there = &world.motions()[index];
+                            let separation = there.position - place + shift;
+                            let reach = molecule.bounding_radius() + other.bounding_radius();
+                            if separation.length_squared() > reach * reach {
+                                continue;
+                            }
+                            let turned = there.orientation.cos_sin();
+                            (index, gap_between(molecule, rotation, other, turned, separation))
+                        }
+                    };
+                    if nearest.is_none_or(|(_, least)| gap < least) {
+                        nearest = Some((index, gap));
+                    }
+                }
+            }
+        }
+        nearest
+    }
+}

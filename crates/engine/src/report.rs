@@ -1,0 +1,86 @@
+//! The report of a collision: who, where, when, and what it changed.
+
+use carom_detection::Touch;
+use carom_kinematics::{Instant, Motion, angular_momentum, kinetic_energy, momentum};
+use glam::DVec2;
+
+use crate::Body;
+
+/// One body's part in a collision.
+#[derive(Debug, Clone, Copy)]
+pub struct Side<'a> {
+    /// The body.
+    pub body: &'a Body,
+    /// Index of the atom that touched; `None` in the model of bounding circles.
+    pub atom: Option<u32>,
+    /// Arm from the centre of mass to the touching atom's centre (length).
+    pub arm: DVec2,
+    /// The motion at the instant of contact, before.
+    pub before: Motion,
+    /// The motion at the instant of contact, after.
+    pub after: Motion,
+}
+
+impl Side<'_> {
+    /// Change of velocity (length / time).
+    pub fn velocity_change(&self) -> DVec2 {
+        self.after.velocity - self.before.velocity
+    }
+
+    /// Change of momentum Δp (mass × length / time); 0 for a fixed body.
+    pub fn momentum_change(&self) -> DVec2 {
+        momentum(&self.after, &self.body.inertia) - momentum(&self.before, &self.body.inertia)
+    }
+
+    /// Change of angular velocity (radians / time).
+    pub fn angular_velocity_change(&self) -> f64 {
+        self.after.angular_velocity - self.before.angular_velocity
+    }
+
+    /// Change of the angular momentum about the body's own centre (mass × length² / time).
+    pub fn angular_momentum_change(&self) -> f64 {
+        let own = |motion: &Motion| angular_momentum(motion, &self.body.inertia, motion.position);
+        own(&self.after) - own(&self.before)
+    }
+
+    /// Change of kinetic energy (mass × length² / time²).
+    pub fn energy_change(&self) -> f64 {
+        kinetic_energy(&self.after, &self.body.inertia) - kinetic_energy(&self.before, &self.body.inertia)
+    }
+}
+
+/// What an observer is told of a collision.
+#[derive(Debug, Clone, Copy)]
+pub struct CollisionReport<'a> {
+    /// When.
+    pub time: Instant,
+    /// The two bodies, the one inserted earlier first.
+    pub sides: [Side<'a>; 2],
+    /// Where they touch, in the frame of the first body's image (length).
+    pub point: DVec2,
+    /// Unit vector from the first body to the second at the point of contact.
+    pub normal: DVec2,
+    /// Impulse on the second body (mass × length / time); the first receives its opposite.
+    pub impulse: DVec2,
+    /// Which image of the second body was touched, in boxes relative to its place.
+    pub image: [i64; 2],
+    /// The parts that touched.
+    pub touch: Touch,
+}
+
+impl<'a> CollisionReport<'a> {
+    /// The side of the body with this handle, with the impulse that acted on it.
+    pub fn side_of(&self, key: crate::BodyKey) -> Option<(&Side<'a>, DVec2)> {
+        match &self.sides {
+            [first, _] if first.body.key == key => Some((first, -self.impulse)),
+            [_, second] if second.body.key == key => Some((second, self.impulse)),
+            _ => None,
+        }
+    }
+
+    /// From the centre of the first body to the centre of the image of the second (length).
+    pub fn separation(&self, bounds: &carom_geometry::PeriodicBox) -> DVec2 {
+        let [first, second] = &self.sides;
+        (second.before.position - first.before.position) + bounds.shift(self.image)
+    }
+}

@@ -1,0 +1,219 @@
+//! The description of a scene: what is in the box at the start, as TOML or by code.
+//!
+//! Every struct here is a table of the scene file; unknown keys are errors. Lengths, masses and times are in
+//! the user's units.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Rotation, SceneError};
+
+/// A scene, as a file describes it and as the library builds it.
+///
+/// ```
+/// use carom_engine::{BumperSpec, GasSpec, Scene};
+///
+/// let mut scene = Scene::default();
+/// scene.bumper.push(BumperSpec { radius: 0.05, at: [0.5, 0.5], tags: vec![] });
+/// scene.gas.push(GasSpec { radius: Some(0.01), mass: Some(1.0), count: Some(100), ..GasSpec::default() });
+/// let text = scene.to_toml();
+/// assert_eq!(Scene::from_toml(&text)?, scene);
+/// # Ok::<(), carom_engine::SceneError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scene {
+    /// The box and the seed.
+    #[serde(rename = "box")]
+    pub bounds: BoxSpec,
+    /// Single molecules.
+    pub molecule: Vec<MoleculeSpec>,
+    /// Fixed discs.
+    pub bumper: Vec<BumperSpec>,
+    /// Many molecules of one kind each.
+    pub gas: Vec<GasSpec>,
+    /// How much of the speed of approach comes back.
+    pub elasticity: ElasticitySpec,
+    /// How long to run and what to watch.
+    pub run: RunSpec,
+}
+
+/// The periodic box, and the seed of all random numbers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BoxSpec {
+    /// Sides (length).
+    pub sides: [f64; 2],
+    /// Seed; the streams for placement and velocities are derived from it.
+    pub seed: u64,
+    /// Which of many runs that differ in nothing but their random numbers.
+    pub replica: u64,
+}
+
+impl Default for BoxSpec {
+    fn default() -> Self {
+        Self { sides: [1.0, 1.0], seed: 0, replica: 0 }
+    }
+}
+
+/// One atom of a molecule given by its list.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AtomSpec {
+    /// Offset in any frame (length).
+    pub at: [f64; 2],
+    /// Radius (length).
+    pub radius: f64,
+    /// Mass.
+    pub mass: f64,
+}
+
+/// A single molecule.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MoleculeSpec {
+    /// Names of groups it belongs to.
+    pub tags: Vec<String>,
+    /// A shape by name: `disc`, `dumbbell`, `rod:N`, `cross`, `tee`, `ring:N`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<String>,
+    /// Or its atoms.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub atoms: Vec<AtomSpec>,
+    /// Radius of each atom of a named shape (length).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub atom_radius: Option<f64>,
+    /// Mass of each atom of a named shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub atom_mass: Option<f64>,
+    /// Place of the centre of mass (length).
+    pub at: [f64; 2],
+    /// Radians, counter-clockwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<f64>,
+    /// Or turns, where a half and a quarter are exact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub orientation_turns: Option<f64>,
+    /// Velocity (length / time).
+    pub velocity: [f64; 2],
+    /// Radians per time; must be 0 for a disc, a locked and a fixed molecule.
+    pub angular_velocity: f64,
+    /// Free or locked.
+    pub rotation: Rotation,
+    /// Nothing moves it: the limit of infinite mass.
+    pub fixed: bool,
+}
+
+/// A fixed disc.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BumperSpec {
+    /// Names of groups it belongs to.
+    #[serde(default)]
+    pub tags: Vec<String>,
+    /// Radius (length).
+    pub radius: f64,
+    /// Place of the centre (length).
+    pub at: [f64; 2],
+}
+
+/// Many molecules of one kind, placed without overlap, moving in random directions.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GasSpec {
+    /// Names of groups they belong to.
+    pub tags: Vec<String>,
+    /// A shape by name; `disc` if neither this nor atoms are given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<String>,
+    /// Or the atoms.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub atoms: Vec<AtomSpec>,
+    /// Radius of each atom of a named shape (length).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub atom_radius: Option<f64>,
+    /// Mass of each atom of a named shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub atom_mass: Option<f64>,
+    /// Radius of a disc: the same as `atom_radius` (length).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
+    /// Mass of a disc: the same as `atom_mass`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass: Option<f64>,
+    /// Energy of each at the start, shared over its degrees of freedom by equipartition
+    /// (mass × length² / time²).
+    pub energy: f64,
+    /// Share of the box that they cover; rounded to the nearest number of molecules.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area_fraction: Option<f64>,
+    /// Or how many there are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub count: Option<usize>,
+    /// Whether their total momentum is made 0 at the start.
+    pub zero_momentum: bool,
+    /// Free or locked.
+    pub rotation: Rotation,
+}
+
+/// Elasticity of contacts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ElasticitySpec {
+    /// Where no rule applies.
+    pub default: f64,
+    /// Rules by tags.
+    pub pair: Vec<ElasticityRule>,
+}
+
+impl Default for ElasticitySpec {
+    fn default() -> Self {
+        Self { default: 1.0, pair: Vec::new() }
+    }
+}
+
+/// Elasticity of contacts between bodies of certain tags.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ElasticityRule {
+    /// Two tags, or one: then contacts of bodies with that tag with anything.
+    pub between: Vec<String>,
+    /// The coefficient of restitution.
+    pub coefficient: f64,
+}
+
+/// How long to run, and what to watch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RunSpec {
+    /// When the run ends (time).
+    pub until: f64,
+    /// Interval of snapshots and series (time).
+    pub standby: f64,
+    /// What is measured.
+    pub observe: Vec<String>,
+    /// Format of snapshots; none if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub snapshots: Option<String>,
+}
+
+impl Default for RunSpec {
+    fn default() -> Self {
+        Self { until: 1.0, standby: 1.0, observe: Vec::new(), snapshots: None }
+    }
+}
+
+impl Scene {
+    /// Reads a scene from the text of a scene file.
+    ///
+    /// # Errors
+    /// [`SceneError::Syntax`] with line and key if the text is not TOML or has unknown or missing keys. What
+    /// the numbers mean is checked when a simulation is built.
+    pub fn from_toml(text: &str) -> Result<Self, SceneError> {
+        toml::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))
+    }
+
+    /// The scene as the text of a scene file.
+    pub fn to_toml(&self) -> String {
+        toml::to_string_pretty(self).expect("a scene is plain data, which TOML can always hold")
+    }
+}

@@ -1,0 +1,218 @@
+//! Edits at a standby: bodies come, go, change tags, energy or rotation, and elasticity changes; each from
+//! that instant on.
+
+use carom_detection::Detection;
+use carom_kinematics::{Motion, kinetic_energy};
+use carom_response::Response;
+
+use crate::{
+    BodyKey, EditError, ElasticitySpec, ElasticityTable, MoleculeSpec, Rotation, SceneError, Scheduler, Simulation,
+    Tag, TagNames, World,
+    build::{add_molecule, inertia},
+    overlap::rounding_bound,
+    placement::Sites,
+    simulation::Epoch,
+};
+
+impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
+    /// Adds a molecule as a scene file would.
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if it is impossible, overlaps something, or is too large for the grid or the box;
+    /// nothing has been changed then.
+    pub fn add(&mut self, spec: &MoleculeSpec) -> Result<BodyKey, EditError> {
+        let entry = "the molecule added";
+        self.end_epoch(self.offset);
+        let mut world = self.world.clone();
+        let mut names = self.names.clone();
+        let key = add_molecule(&mut world, &mut names, spec, entry)?;
+        let new = world.bodies.len() - 1;
+        let mut sites = Sites::new(&world);
+        (0..new).for_each(|index| sites.add(&world, index));
+        let (body, motion) = (&world.bodies[new], &world.motions[new]);
+        if let Some((other, gap)) = sites.nearest(&world, &body.molecule, motion) {
+            let reach = body.molecule.bounding_radius() + world.bodies[other].molecule.bounding_radius();
+            let both_fixed = body.is_fixed() && world.bodies[other].is_fixed();
+            if gap < -rounding_bound(world.bounds.sides(), reach) && !both_fixed {
+                let (first, second) = (format!("body {:?}", world.bodies[other].key), entry.to_owned());
+                return Err(SceneError::Overlap { first, second, depth: -gap }.into());
+            }
+        }
+        self.accept(world, names)?;
+        Ok(key)
+    }
+
+    /// Takes a body out of the system.
+    ///
+    /// # Errors
+    /// [`EditError::NoSuchBody`].
+    pub fn remove(&mut self, key: BodyKey) -> Result<(), EditError> {
+        self.index(key)?;
+        self.end_epoch(self.offset);
+        let mut world = self.world.clone();
+        world.remove(key);
+        self.accept(world, self.names.clone())
+    }
+
+    /// Gives a body a tag.
+    ///
+    /// # Errors
+    /// [`EditError::NoSuchBody`], or [`EditError::Scene`] if rules of elasticity would then disagree.
+    pub fn tag(&mut self, key: BodyKey, name: &str) -> Result<Tag, EditError> {
+        let index = self.index(key)?;
+        let (mut world, mut names) = (self.world.clone(), self.names.clone());
+        let tag = names.intern(name);
+        if let Err(place) = world.bodies[index].tags.binary_search(&tag) {
+            world.bodies[index].tags.insert(place, tag);
+        }
+        self.accept_tags(world, names)?;
+        Ok(tag)
+    }
+
+    /// Takes a tag from a body; one that it does not carry changes nothing.
+    ///
+    /// # Errors
+    /// As [`Self::tag`].
+    pub fn untag(&mut self, key: BodyKey, name: &str) -> Result<(), EditError> {
+        let index = self.index(key)?;
+        let mut world = self.world.clone();
+        if let Some(tag) = self.names.find(name) {
+            world.bodies[index].tags.retain(|carried| *carried != tag);
+        }
+        self.accept_tags(world, self.names.clone())
+    }
+
+    /// Changes the elasticity of all contacts from now on.
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if a coefficient is out of range or rules disagree; the old rules then stay.
+    pub fn set_elasticity(&mut self, spec: &ElasticitySpec) -> Result<(), EditError> {
+        let mut names = self.names.clone();
+        let mut table = ElasticityTable::new(spec, &mut names)?;
+        table.classify(&mut self.world)?;
+        (self.elasticity, self.names) = (table, names);
+        Ok(())
+    }
+
+    /// Scales velocity and spin of a body so that its kinetic energy is `energy`; directions, and the shares of
+    /// translation and rotation, stay (Montanari 2017, section 2.1.1).
+    ///
+    /// # Errors
+    /// [`EditError::NoEnergy`] if the body is at rest and has no direction, [`EditError::Energy`] if `energy` is
+    /// not positive and finite, [`EditError::Fixed`], [`EditError::NoSuchBody`].
+    #[doc(alias = "thermostat")]
+    pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
+        let index = self.index(key)?;
+        if !(energy.is_finite() && energy > 0.0) {
+            return Err(EditError::Energy(energy));
+        }
+        let inertia = self.world.bodies[index].inertia;
+        if inertia.is_fixed() {
+            return Err(EditError::Fixed(key));
+        }
+        let present = kinetic_energy(&self.world.motions[index], &inertia);
+        let factor = (energy / present).sqrt();
+        if !factor.is_finite() || factor == 0.0 {
+            return Err(EditError::NoEnergy(key));
+        }
+        self.change(index, |motion| {
+            motion.velocity *= factor;
+            motion.angular_velocity *= factor;
+        });
+        Ok(())
+    }
+
+    /// Scales the energy of each body that carries the tag to `energy`; all are checked before any is changed.
+    ///
+    /// # Errors
+    /// As [`Self::reset_energy`].
+    pub fn reset_energy_of_all(&mut self, tag: Tag, energy: f64) -> Result<(), EditError> {
+        let keys: Vec<BodyKey> = self.view().tagged(tag).map(|view| view.body.key()).collect();
+        for &key in &keys {
+            let index = self.index(key)?;
+            let body = &self.world.bodies[index];
+            if body.is_fixed() {
+                return Err(EditError::Fixed(key));
+            }
+            if kinetic_energy(&self.world.motions[index], &body.inertia) == 0.0 {
+                return Err(EditError::NoEnergy(key));
+            }
+        }
+        keys.into_iter().try_for_each(|key| self.reset_energy(key, energy))
+    }
+
+    /// Locks the orientation of a body where it is now, or frees it. Its spin is taken away when it is locked.
+    ///
+    /// # Errors
+    /// [`EditError::Fixed`] or [`EditError::NoSuchBody`].
+    pub fn set_rotation(&mut self, key: BodyKey, rotation: Rotation) -> Result<(), EditError> {
+        let index = self.index(key)?;
+        if self.world.bodies[index].is_fixed() {
+            return Err(EditError::Fixed(key));
+        }
+        let before = self.world.energy();
+        self.change(index, |motion| {
+            if rotation == Rotation::Locked {
+                motion.angular_velocity = 0.0;
+            }
+        });
+        let body = &mut self.world.bodies[index];
+        body.inertia = inertia(&body.molecule, rotation);
+        // `change` has booked with the old inertia, under which a spin of 0 has the same energy.
+        debug_assert!(self.world.energy() <= before);
+        Ok(())
+    }
+
+    /// Changes how the scheduler works (for the thesis's: the fineness of its grid).
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if the options do not suit the bodies; the old ones then stay.
+    #[doc(alias = "fineness")]
+    pub fn set_scheduler_options(&mut self, options: &S::Options) -> Result<(), EditError> {
+        let scheduler = S::new(options, &self.world).map_err(SceneError::from)?;
+        self.end_epoch(self.offset);
+        self.scheduler = scheduler;
+        self.scheduler_options = options.clone();
+        Ok(())
+    }
+
+    /// The tag of this name, if any body or rule has ever carried it.
+    pub fn find_tag(&self, name: &str) -> Option<Tag> {
+        self.names.find(name)
+    }
+
+    fn index(&self, key: BodyKey) -> Result<usize, EditError> {
+        self.world.index(key).ok_or(EditError::NoSuchBody(key))
+    }
+
+    /// Changes the motion of one body now, and books the energy.
+    fn change(&mut self, index: usize, change: impl FnOnce(&mut Motion)) {
+        self.end_epoch(self.offset);
+        let inertia = self.world.bodies[index].inertia;
+        let before = kinetic_energy(&self.world.motions[index], &inertia);
+        change(&mut self.world.motions[index]);
+        self.world.bodies[index].version = self.world.bodies[index].version.wrapping_add(1);
+        self.ledger.put_in += kinetic_energy(&self.world.motions[index], &inertia) - before;
+    }
+
+    /// Takes over an edited world, if elasticity and grid suit it.
+    fn accept(&mut self, mut world: World, names: TagNames) -> Result<(), EditError> {
+        let mut elasticity = self.elasticity.clone();
+        elasticity.classify(&mut world)?;
+        let scheduler = S::new(&self.scheduler_options, &world).map_err(SceneError::from)?;
+        self.ledger.put_in += world.energy() - self.world.energy();
+        self.at_once = vec![0; world.bodies.len()];
+        self.epoch = Epoch::ToBegin;
+        (self.world, self.names, self.elasticity, self.scheduler) = (world, names, elasticity, scheduler);
+        Ok(())
+    }
+
+    /// Takes over new tags; they touch no motion and no prediction.
+    fn accept_tags(&mut self, mut world: World, names: TagNames) -> Result<(), EditError> {
+        let mut elasticity = self.elasticity.clone();
+        elasticity.classify(&mut world)?;
+        (self.world, self.names, self.elasticity) = (world, names, elasticity);
+        Ok(())
+    }
+}
+

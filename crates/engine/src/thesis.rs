@@ -1,0 +1,357 @@
+//! The thesis's scheduler: a plain grid, one heap of all future events, versions that make old ones stale.
+//!
+//! Algorithm 4 of Montanari (2017): every pair in adjacent cells that will touch has an event in a binary
+//! heap, with the versions that both bodies had when it was predicted; an event whose bodies have changed
+//! since is dropped when it comes up. Repaired against the original: a grid that could miss contacts is
+//! refused, images come from the adjacency of cells, a crossing predicts only what is newly adjacent, and
+//! ties have an order.
+//!
+//! **Nothing is missed.** Call bodies i and j with an image k of j *related* while their cells are adjacent
+//! through k. (1) Contact implies relation, as a cell is at least as long as any two bodies reach. (2) A
+//! relation begins when an epoch begins or when one of the two enters a cell; in both cases the pair is
+//! predicted at that moment. (3) When a motion changes, all related pairs of that body are predicted. So for a
+//! related pair with a first contact t under the present motions, the pair was predicted since both motions
+//! began, with a horizon of the whole epoch, and its event at t (or a re-check before t) is in the heap with the
+//! present versions. It is never dropped before t, since only a change of motion makes it stale.
+
+use std::{cmp::Ordering, collections::BinaryHeap};
+
+use carom_detection::{Detection, DiscBatch, LANES, Outcome, Touch};
+use carom_kinematics::RelativeMotion;
+use glam::DVec2;
+
+use crate::{
+    ContactEvent, Fineness, GridError, Scheduler, SchedulerCounters, World,
+    grid::{Grid, Step},
+};
+
+/// The thesis's scheduler.
+#[derive(Debug, Clone)]
+pub struct Thesis {
+    counts: [i32; 2],
+    grid: Grid,
+    heap: BinaryHeap<Entry>,
+    limit: f64,
+    done: SchedulerCounters,
+}
+
+/// An event to come. The order of the heap is by time; of events at one time, by bodies and kind.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    time: f64,
+    bodies: [u32; 2],
+    versions: [u32; 2],
+    /// Image of the second body relative to the first along their paths without periodic jumps.
+    image: [i32; 2],
+    kind: Kind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Contact(Touch),
+    Recheck,
+    /// The first body enters the next cell; the second is itself.
+    Crossing(Step),
+}
+
+impl Entry {
+    fn rank(&self) -> (u32, u32, u8) {
+        let kind = match self.kind {
+            Kind::Crossing(_) => 0,
+            Kind::Recheck => 1,
+            Kind::Contact(_) => 2,
+        };
+        (self.bodies[0], self.bodies[1], kind)
+    }
+}
+
+impl Ord for Entry {
+    fn cmp(&self, other: &Self) -> Ordering {
+        // The heap gives the largest first: turned round, that is the soonest.
+        other.time.total_cmp(&self.time).then_with(|| other.rank().cmp(&self.rank()))
+    }
+}
+
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Entry {}
+
+impl Scheduler for Thesis {
+    type Options = Fineness;
+
+    fn new(fineness: &Fineness, world: &World) -> Result<Self, GridError> {
+        Ok(Self {
+            counts: Grid::counts_for(world, *fineness)?,
+            grid: Grid::default(),
+            heap: BinaryHeap::new(),
+            limit: 0.0,
+            done: SchedulerCounters::default(),
+        })
+    }
+
+    fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
+        self.heap.clear();
+        self.limit = limit;
+        self.grid.fill(world, self.counts);
+        let mut asked = Asked::default();
+        for body in 0..world.bodies().len() as u32 {
+            if world.bodies()[body as usize].is_fixed() {
+                continue;
+            }
+            asked.clear();
+            for cell in self.grid.around(body) {
+                for &other in cell.bodies {
+                    // Each pair once; a fixed body asks for none of its own.
+                    if other > body || world.bodies()[other as usize].is_fixed() {
+                        asked.push(other, cell.image);
+                    }
+                }
+            }
+            self.predict(world, detection, body, &asked, 0.0);
+            self.schedule_crossing(world, body, 0.0);
+        }
+    }
+
+    fn next_contact<D: Detection>(
+        &mut self,
+        world: &mut World,
+        detection: &D,
+        stop: f64,
+    ) -> Option<ContactEvent> {
+        while let Some(&entry) = self.heap.peek() {
+            if entry.time > stop {
+                return None;
+            }
+            self.heap.pop();
+            let [a, b] = entry.bodies;
+            let current = |body: u32| world.bodies[body as usize].version;
+            if entry.versions != [current(a), current(b)] {
+                self.done.stale += 1;
+                continue;
+            }
+            match entry.kind {
+                Kind::Contact(touch) => {
+                    let image = present_image(world, &entry);
+                    return Some(ContactEvent { time: entry.time, bodies: entry.bodies, image, touch });
+                }
+                Kind::Recheck => {
+                    self.done.rechecks += 1;
+                    let image = present_image(world, &entry).map(|boxes| boxes as i32);
+                    self.predict_pair(world, detection, [a, b], image, entry.time);
+                }
+                Kind::Crossing(step) => self.cross(world, detection, a, step, entry.time),
+            }
+        }
+        None
+    }
+
+    fn motions_changed<D: Detection>(&mut self, world: &World, detection: &D, bodies: [u32; 2], now: f64) {
+        let mut asked = Asked::default();
+        for (turn, &body) in bodies.iter().enumerate() {
+            if world.bodies()[body as usize].is_fixed() {
+                continue;
+            }
+            asked.clear();
+            for cell in self.grid.around(body) {
+                for &other in cell.bodies {
+                    // The pair itself has been asked for by the first of the two.
+                    let asked_before =
+                        turn == 1 && other == bodies[0] && !world.bodies()[other as usize].is_fixed();
+                    if other != body && !asked_before {
+                        asked.push(other, cell.image);
+                    }
+                }
+            }
+            self.predict(world, detection, body, &asked, now);
+            self.schedule_crossing(world, body, now);
+        }
+    }
+
+    fn counters(&self) -> SchedulerCounters {
+        self.done
+    }
+}
+
+/// Neighbours to be asked for a contact, with their images.
+#[derive(Default)]
+struct Asked(Vec<(u32, [i32; 2])>);
+
+impl Asked {
+    fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    fn push(&mut self, body: u32, image: [i32; 2]) {
+        self.0.push((body, image));
+    }
+}
+
+impl Thesis {
+    fn cross<D: Detection>(&mut self, world: &mut World, detection: &D, body: u32, step: Step, now: f64) {
+        self.done.crossings += 1;
+        let wrapped = self.grid.enter(body, step);
+        if wrapped != 0 {
+            let side = world.bounds.sides()[step.axis];
+            world.motions[body as usize].position[step.axis] -= f64::from(wrapped) * side;
+            world.windings[body as usize][step.axis] += i64::from(wrapped);
+        }
+        let mut asked = Asked::default();
+        for cell in self.grid.ahead(body, step) {
+            for &other in cell.bodies {
+                if other != body {
+                    asked.push(other, cell.image);
+                }
+            }
+        }
+        self.predict(world, detection, body, &asked, now);
+        self.schedule_crossing(world, body, now);
+    }
+
+    /// Asks for the contacts of one body with others: discs in batches, the rest one by one.
+    fn predict<D: Detection>(&mut self, world: &World, detection: &D, body: u32, asked: &Asked, now: f64) {
+        let shape = &world.bodies()[body as usize].molecule;
+        if !shape.is_disc() {
+            for &(other, image) in &asked.0 {
+                self.predict_pair(world, detection, [body, other], image, now);
+            }
+            return;
+        }
+        let mut batch = DiscBatch::new(shape.bounding_radius());
+        let mut lanes = [(0, [0; 2]); LANES];
+        for &(other, image) in &asked.0 {
+            let partner = &world.bodies()[other as usize].molecule;
+            if !partner.is_disc() {
+                self.predict_pair(world, detection, [body, other], image, now);
+                continue;
+            }
+            let relative = relative_motion(world, [body, other], image, now);
+            lanes[batch.count] = (other, image);
+            batch.push(partner.bounding_radius(), &relative);
+            if batch.is_full() {
+                self.predict_batch(world, detection, body, &batch, &lanes, now);
+                batch.count = 0;
+            }
+        }
+        self.predict_batch(world, detection, body, &batch, &lanes, now);
+    }
+
+    fn predict_batch<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        body: u32,
+        batch: &DiscBatch,
+        lanes: &[(u32, [i32; 2]); LANES],
+        now: f64,
+    ) {
+        let mut times = [f64::INFINITY; LANES];
+        detection.disc_contacts(batch, &mut times);
+        self.done.pairs += batch.count as u64;
+        for lane in 0..batch.count {
+            let time = now + times[lane];
+            if time <= self.limit {
+                let (other, image) = lanes[lane];
+                self.schedule(world, [body, other], image, time, Kind::Contact(Touch::Atoms(0, 0)));
+            }
+        }
+    }
+
+    fn predict_pair<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        pair: [u32; 2],
+        image: [i32; 2],
+        now: f64,
+    ) {
+        self.done.pairs += 1;
+        // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
+        let (pair, image) = ordered(pair, image);
+        let relative = relative_motion(world, pair, image, now);
+        let [a, b] = pair.map(|body| world.bodies()[body as usize].molecule.outline());
+        let answer = detection.first_contact(a, b, &relative, self.limit - now);
+        let (later, kind) = match answer.outcome {
+            Outcome::Free => return,
+            Outcome::Contact(contact) => (now + contact.time, Kind::Contact(contact.touch)),
+            Outcome::FreeUntil(time) => ((now + time).max(now.next_up()), Kind::Recheck),
+            Outcome::Unresolved(time) => {
+                self.done.unresolved += 1;
+                ((now + time).max(now.next_up()), Kind::Recheck)
+            }
+        };
+        if later <= self.limit {
+            self.schedule(world, pair, image, later, kind);
+        }
+    }
+
+    fn schedule(&mut self, world: &World, pair: [u32; 2], image: [i32; 2], time: f64, kind: Kind) {
+        let swapped = pair[0] > pair[1];
+        let (pair, image) = ordered(pair, image);
+        let kind = match kind {
+            Kind::Contact(touch) if swapped => Kind::Contact(touch.exchanged()),
+            other => other,
+        };
+        let [winding_a, winding_b] = pair.map(|body| world.windings()[body as usize]);
+        let path_image = [0, 1].map(|axis| image[axis] - (winding_b[axis] - winding_a[axis]) as i32);
+        let versions = pair.map(|body| world.bodies()[body as usize].version);
+        self.heap.push(Entry { time, bodies: pair, versions, image: path_image, kind });
+    }
+
+    fn schedule_crossing(&mut self, world: &World, body: u32, now: f64) {
+        let motion = &world.motions()[body as usize];
+        let place = self.grid.place(body);
+        let (near, far) = (self.grid.corner(place), self.grid.far_corner(place));
+        let mut soonest = (f64::INFINITY, Step { axis: 0, direction: 0 });
+        for axis in 0..2 {
+            let velocity = motion.velocity[axis];
+            // A velocity of exactly 0 never crosses; 0/0 and 1/−0 must not be formed.
+            if velocity == 0.0 {
+                continue;
+            }
+            let (border, direction) = if velocity > 0.0 { (far[axis], 1) } else { (near[axis], -1) };
+            let time = (motion.time + (border - motion.position[axis]) / velocity).max(now);
+            if time < soonest.0 {
+                soonest = (time, Step { axis, direction });
+            }
+        }
+        let (time, step) = soonest;
+        if time <= self.limit {
+            let version = world.bodies()[body as usize].version;
+            self.heap.push(Entry {
+                time,
+                bodies: [body; 2],
+                versions: [version; 2],
+                image: [0; 2],
+                kind: Kind::Crossing(step),
+            });
+        }
+    }
+}
+
+/// A pair with the body inserted first in front, and the image of the second as seen from it.
+fn ordered(pair: [u32; 2], image: [i32; 2]) -> ([u32; 2], [i32; 2]) {
+    if pair[0] <= pair[1] { (pair, image) } else { ([pair[1], pair[0]], image.map(|boxes| -boxes)) }
+}
+
+fn relative_motion(world: &World, pair: [u32; 2], image: [i32; 2], now: f64) -> RelativeMotion {
+    let [a, b] = pair.map(|body| &world.motions()[body as usize]);
+    let sides = world.bounds().sides();
+    let shift = DVec2::new(f64::from(image[0]) * sides.x, f64::from(image[1]) * sides.y);
+    RelativeMotion::between(a, b, shift, now)
+}
+
+/// The image of an entry's second body relative to the places that both have now.
+fn present_image(world: &World, entry: &Entry) -> [i64; 2] {
+    let [a, b] = entry.bodies.map(|body| world.windings()[body as usize]);
+    [0, 1].map(|axis| i64::from(entry.image[axis]) + (b[axis] - a[axis]))
+}

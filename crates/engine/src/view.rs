@@ -1,0 +1,133 @@
+//! A standby view: every body at one and the same time, to read and not to change.
+
+use carom_geometry::PeriodicBox;
+use carom_kinematics::{Instant, Motion, kinetic_energy, momentum};
+use glam::DVec2;
+
+use crate::{Body, BodyKey, Counters, Ledger, OverlapCensus, Tag, TagNames, World, overlap};
+
+/// All bodies at one time. Taking a view, whenever and however often, changes no bit of what follows.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    pub(crate) world: &'a World,
+    pub(crate) names: &'a TagNames,
+    pub(crate) counters: &'a Counters,
+    pub(crate) ledger: &'a Ledger,
+    /// Offset from the start of the epoch.
+    pub(crate) offset: f64,
+}
+
+/// One body in a view.
+#[derive(Debug, Clone, Copy)]
+pub struct BodyView<'a> {
+    /// The body.
+    pub body: &'a Body,
+    /// Its motion at the time of the view, the position in the box.
+    pub motion: Motion,
+    /// How many boxes it has left behind since it was added: `position + winding × sides` runs on
+    /// without jumps.
+    pub winding: [i64; 2],
+}
+
+impl<'a> View<'a> {
+    /// The time of the view.
+    pub fn time(&self) -> Instant {
+        self.world.epoch.after(self.offset)
+    }
+
+    /// The periodic box.
+    pub fn bounds(&self) -> &'a PeriodicBox {
+        &self.world.bounds
+    }
+
+    /// What has happened so far.
+    pub fn counters(&self) -> &'a Counters {
+        self.counters
+    }
+
+    /// What energy was put in and taken out so far.
+    pub fn ledger(&self) -> &'a Ledger {
+        self.ledger
+    }
+
+    /// Names of the tags.
+    pub fn tag_names(&self) -> &'a TagNames {
+        self.names
+    }
+
+    /// How many bodies there are.
+    pub fn len(&self) -> usize {
+        self.world.bodies.len()
+    }
+
+    /// Whether there is no body.
+    pub fn is_empty(&self) -> bool {
+        self.world.bodies.is_empty()
+    }
+
+    /// The bodies, in order of insertion.
+    pub fn bodies(&self) -> impl ExactSizeIterator<Item = BodyView<'a>> + use<'a> {
+        let Self { world, offset, .. } = *self;
+        (0..world.bodies.len()).map(move |index| body_at(world, index, offset))
+    }
+
+    /// The bodies that carry a tag.
+    pub fn tagged(&self, tag: Tag) -> impl Iterator<Item = BodyView<'a>> + use<'a> {
+        self.bodies().filter(move |view| view.body.has_tag(tag))
+    }
+
+    /// One body.
+    pub fn body(&self, key: BodyKey) -> Option<BodyView<'a>> {
+        self.world.index(key).map(|index| body_at(self.world, index, self.offset))
+    }
+
+    /// Kinetic energy of all bodies (mass × length² / time²).
+    pub fn energy(&self) -> f64 {
+        self.world.energy()
+    }
+
+    /// Total momentum (mass × length / time).
+    pub fn momentum(&self) -> DVec2 {
+        self.bodies().map(|view| momentum(&view.motion, view.body.inertia())).sum()
+    }
+
+    /// Degrees of freedom that carry energy; see [`World::degrees_of_freedom`].
+    pub fn degrees_of_freedom(&self) -> usize {
+        self.world.degrees_of_freedom()
+    }
+
+    /// Pairs of bodies that overlap by more than rounding.
+    pub fn overlaps(&self) -> OverlapCensus {
+        overlap::census(self)
+    }
+}
+
+impl BodyView<'_> {
+    /// Kinetic energy (mass × length² / time²); 0 for a fixed body.
+    pub fn energy(&self) -> f64 {
+        kinetic_energy(&self.motion, self.body.inertia())
+    }
+
+    /// Place without periodic jumps since the body was added (length).
+    pub fn unwrapped(&self, bounds: &PeriodicBox) -> DVec2 {
+        self.motion.position + bounds.shift(self.winding)
+    }
+
+    /// Centre and radius of each atom, in the body's image that is in the box (length).
+    pub fn atoms(&self) -> impl Iterator<Item = (DVec2, f64)> + '_ {
+        let rotation = self.motion.orientation.cos_sin();
+        let place = move |offset| self.motion.position + rotation.rotate(offset);
+        self.body.molecule().atoms().iter().map(move |atom| (place(atom.offset()), atom.radius()))
+    }
+}
+
+fn body_at(world: &World, index: usize, offset: f64) -> BodyView<'_> {
+    let motion = world.motions[index].at(offset);
+    let (position, image) = world.bounds.wrap(motion.position);
+    let winding = world.windings[index];
+    BodyView {
+        body: &world.bodies[index],
+        motion: Motion { position, ..motion },
+        winding: [winding[0] + image[0], winding[1] + image[1]],
+    }
+}

@@ -1,0 +1,138 @@
+//! The state of the system: every body, its motion, and which periodic image of it is in the box.
+
+use carom_geometry::PeriodicBox;
+use carom_kinematics::{Instant, Motion, kinetic_energy};
+use slotmap::SlotMap;
+
+use crate::{Body, BodyKey};
+
+/// All bodies and their motions. Bodies stand in order of insertion; their times are offsets from the
+/// start of the epoch.
+#[derive(Debug, Clone)]
+pub struct World {
+    pub(crate) bounds: PeriodicBox,
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) motions: Vec<Motion>,
+    /// How many boxes each body has left behind, per axis.
+    pub(crate) windings: Vec<[i64; 2]>,
+    pub(crate) index_of: SlotMap<BodyKey, u32>,
+    /// Start of the epoch.
+    pub(crate) epoch: Instant,
+    pub(crate) next_id: u64,
+}
+
+impl World {
+    pub(crate) fn new(bounds: PeriodicBox) -> Self {
+        Self {
+            bounds,
+            bodies: Vec::new(),
+            motions: Vec::new(),
+            windings: Vec::new(),
+            index_of: SlotMap::with_key(),
+            epoch: Instant::ZERO,
+            next_id: 0,
+        }
+    }
+
+    /// The periodic box.
+    pub fn bounds(&self) -> &PeriodicBox {
+        &self.bounds
+    }
+
+    /// The bodies, in order of insertion.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// The motions, in the order of [`Self::bodies`]; times are offsets from the epoch's start.
+    pub fn motions(&self) -> &[Motion] {
+        &self.motions
+    }
+
+    /// How many boxes each body has left behind since it was added, in the order of
+    /// [`Self::bodies`].
+    pub fn windings(&self) -> &[[i64; 2]] {
+        &self.windings
+    }
+
+    /// Start of the epoch.
+    pub fn epoch(&self) -> Instant {
+        self.epoch
+    }
+
+    /// Place of a body in the order of [`Self::bodies`].
+    pub fn index(&self, key: BodyKey) -> Option<usize> {
+        self.index_of.get(key).map(|&index| index as usize)
+    }
+
+    /// Kinetic energy of all bodies (mass × length² / time²).
+    pub fn energy(&self) -> f64 {
+        self.motions.iter().zip(&self.bodies).map(|(motion, body)| kinetic_energy(motion, &body.inertia)).sum()
+    }
+
+    /// Degrees of freedom that carry energy: two for each body that moves, one for each that turns. The
+    /// spin of a single disc never changes and does not count.
+    pub fn degrees_of_freedom(&self) -> usize {
+        let of = |body: &Body| {
+            let turning = !body.is_locked() && !body.molecule.is_disc();
+            if body.is_fixed() { 0 } else { 2 + usize::from(turning) }
+        };
+        self.bodies.iter().map(of).sum()
+    }
+
+    /// The largest distance from centre to centre at which two bodies that can collide may touch
+    /// (length).
+    pub fn largest_reach(&self) -> f64 {
+        let mut moving = [0.0f64; 2];
+        let mut fixed = 0.0f64;
+        for body in &self.bodies {
+            let radius = body.molecule.bounding_radius();
+            if body.is_fixed() {
+                fixed = fixed.max(radius);
+            } else if radius > moving[0] {
+                moving = [radius, moving[0]];
+            } else {
+                moving[1] = moving[1].max(radius);
+            }
+        }
+        moving[0] + moving[1].max(fixed)
+    }
+
+    pub(crate) fn insert(&mut self, body: impl FnOnce(BodyKey, u64) -> Body, motion: Motion) -> BodyKey {
+        let index = self.bodies.len() as u32;
+        let key = self.index_of.insert(index);
+        self.bodies.push(body(key, self.next_id));
+        let (position, winding) = self.bounds.wrap(motion.position);
+        self.motions.push(Motion { position, ..motion });
+        self.windings.push(winding);
+        self.next_id += 1;
+        key
+    }
+
+    /// Takes a body out. The others keep their order, so that order stays that of insertion.
+    pub(crate) fn remove(&mut self, key: BodyKey) -> Option<Body> {
+        let index = self.index_of.remove(key)? as usize;
+        self.motions.remove(index);
+        self.windings.remove(index);
+        let body = self.bodies.remove(index);
+        for later in &self.bodies[index..] {
+            self.index_of[later.key] -= 1;
+        }
+        Some(body)
+    }
+
+    /// Brings every moving body to `offset` in the epoch and begins a new epoch there.
+    pub(crate) fn rebase(&mut self, offset: f64) {
+        for ((motion, body), winding) in self.motions.iter_mut().zip(&self.bodies).zip(&mut self.windings) {
+            if body.is_fixed() {
+                continue;
+            }
+            let here = motion.at(offset);
+            let (position, image) = self.bounds.wrap(here.position);
+            *motion = Motion { position, time: 0.0, ..here };
+            winding[0] += image[0];
+            winding[1] += image[1];
+        }
+        self.epoch = self.epoch.new_epoch(offset);
+    }
+}

@@ -1,0 +1,220 @@
+//! The impulse of a smooth contact (equation 2.9 of Montanari 2017) and the motion after it.
+
+use carom_kinematics::{Inertia, Motion};
+use glam::DVec2;
+
+use crate::{Elasticity, Response};
+
+/// Where two bodies touch: the normal and the lever arms.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactFrame {
+    /// Unit vector from A to B at the point of contact.
+    pub normal: DVec2,
+    /// From each centre of mass to the centre of the touching atom (length). The rest of the way to
+    /// the point of contact runs along the normal and has no moment.
+    pub arms: [DVec2; 2],
+}
+
+/// The instantaneous contact of smooth rigid bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Impact;
+
+impl Response for Impact {
+    fn impulse(
+        &self,
+        frame: &ContactFrame,
+        bodies: [(&Motion, &Inertia); 2],
+        elasticity: Elasticity,
+    ) -> DVec2 {
+        let approach = approach_speed(frame, bodies.map(|(motion, _)| motion));
+        if approach <= 0.0 {
+            return DVec2::ZERO;
+        }
+        let mass = reduced_mass(frame, bodies.map(|(_, inertia)| inertia));
+        (1.0 + elasticity.coefficient()) * mass * approach * frame.normal
+    }
+}
+
+/// Speed u at which the two surfaces approach each other along the normal (length per time).
+pub fn approach_speed(frame: &ContactFrame, [a, b]: [&Motion; 2]) -> f64 {
+    let [arm_a, arm_b] = frame.arms;
+    // Each body's spin enters as ω (r × n), which is exactly 0 for a disc.
+    let translation = (a.velocity - b.velocity).dot(frame.normal);
+    let rotation =
+        a.angular_velocity * arm_a.perp_dot(frame.normal) - b.angular_velocity * arm_b.perp_dot(frame.normal);
+    translation + rotation
+}
+
+/// Reduced mass μ of the contact; 0 if neither body can give way.
+pub fn reduced_mass(frame: &ContactFrame, [a, b]: [&Inertia; 2]) -> f64 {
+    let turning = |arm: DVec2, inertia: &Inertia| {
+        let lever = arm.perp_dot(frame.normal);
+        lever * lever * inertia.inverse_moment
+    };
+    let inverse =
+        (a.inverse_mass + b.inverse_mass) + (turning(frame.arms[0], a) + turning(frame.arms[1], b));
+    if inverse > 0.0 { 1.0 / inverse } else { 0.0 }
+}
+
+/// The motion of a body after `impulse` (mass × length / time) acted at `arm` from its centre.
+pub fn struck(motion: &Motion, inertia: &Inertia, arm: DVec2, impulse: DVec2) -> Motion {
+    Motion {
+        velocity: motion.velocity + impulse * inertia.inverse_mass,
+        angular_velocity: motion.angular_velocity + arm.perp_dot(impulse) * inertia.inverse_moment,
+        ..*motion
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_kinematics::{angular_momentum, kinetic_energy, momentum};
+    use proptest::prelude::*;
+
+    const UNIT: f64 = 1.0;
+
+    /// Two bodies touching somewhere, with any masses and motions.
+    #[derive(Debug, Clone)]
+    struct Scene {
+        frame: ContactFrame,
+        point: DVec2,
+        motions: [Motion; 2],
+        inertias: [Inertia; 2],
+    }
+
+    /// Logarithmically even between 10^−6 and 10^6.
+    fn masses() -> impl Strategy<Value = f64> {
+        (-6.0..6.0f64).prop_map(|exponent| 10f64.powf(exponent))
+    }
+
+    fn bodies() -> impl Strategy<Value = (Motion, Inertia, DVec2)> {
+        let numbers = (-1.0..1.0, -1.0..1.0, -2.0..2.0, -2.0..2.0, -5.0..5.0, -1.0..1.0, -1.0..1.0);
+        (numbers, masses(), masses(), 0..4u8).prop_map(
+            |((x, y, vx, vy, spin, rx, ry), mass, moment, kind): ((f64, f64, f64, f64, f64, f64, f64), _, _, _)| {
+                let motion = Motion {
+                    velocity: DVec2::new(vx, vy),
+                    angular_velocity: spin,
+                    ..Motion::at_rest(DVec2::new(x, y))
+                };
+                match kind {
+                    0 => (Motion { angular_velocity: 0.0, ..motion }, Inertia::locked(mass), DVec2::new(rx, ry)),
+                    1 => (Motion::at_rest(motion.position), Inertia::FIXED, DVec2::new(rx, ry)),
+                    _ => (motion, Inertia::free(mass, moment), DVec2::new(rx, ry)),
+                }
+            },
+        )
+    }
+
+    fn scenes() -> impl Strategy<Value = Scene> {
+        (bodies(), bodies(), 0.0..std::f64::consts::TAU, 0.0..1.0, 0.0..1.0).prop_map(
+            |((a, inertia_a, arm_a), (b, inertia_b, arm_b), angle, radius_a, radius_b): (_, _, f64, f64, f64)| {
+                let normal = DVec2::from_angle(angle);
+                let point = a.position + arm_a + radius_a * normal;
+                let b = Motion { position: point + radius_b * normal - arm_b, ..b };
+                Scene {
+                    frame: ContactFrame { normal, arms: [arm_a, arm_b] },
+                    point,
+                    motions: [a, b],
+                    inertias: [inertia_a, inertia_b],
+                }
+            },
+        )
+    }
+
+    fn collide(scene: &Scene, elasticity: f64) -> (DVec2, [Motion; 2]) {
+        let [a, b] = &scene.motions;
+        let [ia, ib] = &scene.inertias;
+        let elasticity = Elasticity::new(elasticity).unwrap();
+        let impulse = Impact.impulse(&scene.frame, [(a, ia), (b, ib)], elasticity);
+        let [arm_a, arm_b] = scene.frame.arms;
+        (impulse, [struck(a, ia, arm_a, -impulse), struck(b, ib, arm_b, impulse)])
+    }
+
+    fn total<T: std::iter::Sum>(scene: &Scene, motions: &[Motion; 2], f: impl Fn(&Motion, &Inertia) -> T) -> T {
+        motions.iter().zip(&scene.inertias).map(|(m, i)| f(m, i)).sum()
+    }
+
+    proptest! {
+        #[test]
+        fn surfaces_part_with_elasticity_times_the_approach(scene in scenes(), e in 0.0..2.0f64) {
+            let before = approach_speed(&scene.frame, [&scene.motions[0], &scene.motions[1]]);
+            let movable = scene.inertias.iter().any(|i| !i.is_fixed());
+            prop_assume!(before > 1e-6 && movable);
+            let (_, after) = collide(&scene, e);
+            let parting = -approach_speed(&scene.frame, [&after[0], &after[1]]);
+            let scale = after.iter().map(|m| m.velocity.length() + m.angular_velocity.abs()).sum::<f64>();
+            prop_assert!((parting - e * before).abs() < 1e-13 * (UNIT + scale));
+        }
+
+        #[test]
+        fn momentum_is_kept(scene in scenes(), e in 0.0..2.0f64) {
+            let (impulse, after) = collide(&scene, e);
+            prop_assume!(scene.inertias.iter().all(|i| !i.is_fixed()));
+            let change = total(&scene, &after, momentum) - total(&scene, &scene.motions, momentum);
+            let scale = impulse.length() + total(&scene, &scene.motions, |m, i| momentum(m, i).length());
+            prop_assert!(change.length() <= 1e-14 * scale, "{change} of {scale}");
+        }
+
+        #[test]
+        fn angular_momentum_about_the_contact_is_kept(scene in scenes(), e in 0.0..2.0f64) {
+            let (impulse, after) = collide(&scene, e);
+            for body in 0..2 {
+                // For each body alone: the impulse has no moment about the point at which it acts.
+                let inertia = &scene.inertias[body];
+                prop_assume!(inertia.inverse_moment > 0.0);
+                let about = |m: &Motion| angular_momentum(m, inertia, scene.point);
+                let scale = 4.0 * impulse.length() + about(&scene.motions[body]).abs()
+                    + scene.motions[body].angular_velocity.abs() / inertia.inverse_moment
+                    + 4.0 * momentum(&scene.motions[body], inertia).length();
+                prop_assert!((about(&after[body]) - about(&scene.motions[body])).abs() <= 1e-14 * scale);
+            }
+        }
+
+        #[test]
+        fn energy_falls_by_half_of_one_less_e_squared_mu_u_squared(scene in scenes(), e in 0.0..2.0f64) {
+            let approach = approach_speed(&scene.frame, [&scene.motions[0], &scene.motions[1]]);
+            let mass = reduced_mass(&scene.frame, [&scene.inertias[0], &scene.inertias[1]]);
+            let (_, after) = collide(&scene, e);
+            let before = total(&scene, &scene.motions, kinetic_energy);
+            let change = total(&scene, &after, kinetic_energy) - before;
+            let expected = if approach > 0.0 { -0.5 * (1.0 - e * e) * mass * approach * approach } else { 0.0 };
+            let scale = before + mass * approach * approach;
+            prop_assert!((change - expected).abs() <= 1e-13 * scale, "{change} against {expected}");
+        }
+
+        #[test]
+        fn exchanging_the_bodies_turns_the_impulse_round(scene in scenes(), e in 0.0..2.0f64) {
+            let (impulse, _) = collide(&scene, e);
+            let [a, b] = scene.motions;
+            let mirrored = Scene {
+                frame: ContactFrame {
+                    normal: -scene.frame.normal,
+                    arms: [scene.frame.arms[1], scene.frame.arms[0]],
+                },
+                motions: [b, a],
+                inertias: [scene.inertias[1], scene.inertias[0]],
+                ..scene
+            };
+            prop_assert_eq!(collide(&mirrored, e).0, -impulse);
+        }
+    }
+
+    #[test]
+    fn disc_on_the_end_of_a_dumbbell() {
+        // Dumbbell of two unit discs of radius ½ at ±½, struck at rest through one atom by a unit disc at
+        // unit speed: J = 2/(1 + 1/2 + a²/I), a = ½, I = 3/4, hence 12/11.
+        let dumbbell = Inertia::free(2.0, 0.75);
+        let disc = Inertia::free(1.0, 0.125);
+        let a = Motion::at_rest(DVec2::ZERO);
+        let b = Motion { velocity: DVec2::NEG_Y, ..Motion::at_rest(DVec2::new(0.5, 1.0)) };
+        let frame = ContactFrame { normal: DVec2::Y, arms: [DVec2::new(0.5, 0.0), DVec2::ZERO] };
+        let impulse = Impact.impulse(&frame, [(&a, &dumbbell), (&b, &disc)], Elasticity::ELASTIC);
+        assert!((impulse.y - 12.0 / 11.0).abs() < 1e-15);
+        let a = struck(&a, &dumbbell, frame.arms[0], -impulse);
+        let b = struck(&b, &disc, frame.arms[1], impulse);
+        assert!((b.velocity.y - 1.0 / 11.0).abs() < 1e-15);
+        assert!((a.velocity.y + 6.0 / 11.0).abs() < 1e-15);
+        assert!((a.angular_velocity + 8.0 / 11.0).abs() < 1e-15);
+        assert_eq!(b.angular_velocity, 0.0);
+    }
+}
