@@ -7,9 +7,9 @@ use std::f64::consts::FRAC_PI_2;
 ///
 /// Equation 2.4 of Montanari (2017), with the absolute values that its last two terms need:
 ///
-/// Δt = κ min(π/|ω_A + ω_B|, π/|ω_A − ω_B|, π/(2|ω_A|), π/(2|ω_B|)), κ = 1/2.
+/// `Δt = κ min(π/|ω_A + ω_B|, π/|ω_A − ω_B|, π/(2|ω_A|), π/(2|ω_B|))`, κ = 1/2.
 ///
-/// The first two are never the least, because |ω_A ± ω_B| ≤ 2 max(|ω_A|, |ω_B|). So no term with a zero
+/// The first two are never the least, because `|ω_A ± ω_B| ≤ 2 max(|ω_A|, |ω_B|)`. So no term with a zero
 /// below the bar is ever formed.
 pub(crate) fn segment_length(angular_velocity: [f64; 2], crop_factor: f64) -> f64 {
     let [a, b] = angular_velocity.map(f64::abs);

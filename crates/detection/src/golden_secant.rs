@@ -185,6 +185,7 @@ mod tests {
     use super::*;
     use crate::{DiscBatch, LANES};
     use carom_geometry::{Molecule, Shape};
+    use carom_kinematics::Orientation;
     use glam::DVec2;
 
     fn discs(separation: DVec2, velocity: DVec2) -> Answer {
@@ -222,7 +223,7 @@ mod tests {
         let touching = f64::acos((arm * arm + distance * distance - 4.0) / (2.0 * arm * distance));
         let pair = RelativeMotion {
             angular_velocity: [1.0, 0.0],
-            orientation: [carom_kinematics::Orientation::from_radians(touching), Default::default()],
+            orientation: [Orientation::from_radians(touching), Orientation::default()],
             ..RelativeMotion::exactly(DVec2::new(distance, 0.0), DVec2::ZERO)
         };
         let answer = GoldenSecant::default().first_contact(dumbbell.outline(), disc.outline(), &pair, 10.0);

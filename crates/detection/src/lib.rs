@@ -25,15 +25,23 @@
 //! # Ok::<(), carom_geometry::GeometryError>(())
 //! ```
 
+mod atom_block;
+mod atom_pair;
 mod bounding_circles;
+mod circle_descent;
 mod crop;
 mod disc;
 mod error_bound;
 mod exact;
 mod fixed_step;
+mod flight;
 mod golden_secant;
 mod golden_section;
+mod lanes;
 mod outcome;
+mod recontact;
+mod safe_step;
+mod search;
 mod secant;
 mod skimming;
 mod squared_gap;
@@ -45,6 +53,7 @@ pub use error_bound::ErrorBound;
 pub use exact::Exact;
 pub use fixed_step::{FixedStep, natural_time};
 pub use golden_secant::GoldenSecant;
+pub use lanes::{DISC_LANES, DiscLanes};
 pub use outcome::{Answer, Contact, Outcome, Touch};
 pub use skimming::{Window, skim};
 

@@ -34,7 +34,7 @@ pub struct Contact {
 }
 
 /// Which parts of two bodies touch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Touch {
     /// An atom of A and an atom of B, by index.
     Atoms(u32, u32),

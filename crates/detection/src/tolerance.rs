@@ -13,6 +13,31 @@ pub const STEP_MARGIN: f64 = 16.0 * HALF_ULP;
 /// flies along at a constant gap of rounding size keeps one query busy for longer.
 pub const MOST_STEPS: u32 = 4096;
 
+/// How many steps of an atom pair are taken with the plain bound K on its curvature, before better bounds are
+/// worth forming. Smaller: ordinary pairs cost more. Larger: so do grazes and pairs with matched spins.
+pub const PLAIN_STEPS: u32 = 6;
+
+/// Most doublings of one certified step while better bounds on the curvature still lengthen it. Smaller than
+/// about 15: pairs that fly along with matched spins take many steps.
+pub const MOST_DOUBLINGS: u32 = 20;
+
+/// Two circles of the tree are split where their gap is below this share of the sum of their radii. Smaller: more
+/// steps before a split. Larger: more splits that a further step would have made needless.
+pub const NEARNESS: f64 = 0.2;
+
+/// A body turns fast for [`Exact`](crate::Exact) if it turns by this angle (radians) while an atom of the other one
+/// moves by its own arm; then the atom's orbit is looked at, too. Smaller: work in vain for ordinary pairs. Larger:
+/// more steps for fast rotors.
+pub const FAST_ROTOR: f64 = 2.0;
+
+/// A pair that may be back within this share of the time in which it moves by its own size is followed by its gap
+/// relative to the contact that it leaves. Smaller than 10⁻⁷: rattling pairs lose digits of the interval. Larger:
+/// work in vain.
+pub const SOON: f64 = 1e-3;
+
+/// Most steps from one contact to the next of a pair that is followed so; afterwards the ordinary search goes on.
+pub const MOST_RECONTACT_STEPS: u32 = 64;
+
 /// Relative tolerance of the golden-section search and of the secant: five machine epsilon
 /// (Montanari 2017, appendix A), taken relative to the time sought. Smaller than about 2: neither
 /// search can end before its rounds are used up.

@@ -1,4 +1,4 @@
-//! A body of the system: its shape, its inertia, its tags, and how often its motion has changed.
+//! A body of the system: its shape, its inertia and its tags.
 
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ pub enum Rotation {
     Locked,
 }
 
-/// What of a body does not change from event to event, and its version.
+/// What of a body does not change from event to event.
 #[derive(Debug, Clone)]
 pub struct Body {
     pub(crate) key: BodyKey,
@@ -39,8 +39,6 @@ pub struct Body {
     pub(crate) tags: Tags,
     /// Which row and column of the table of elasticities.
     pub(crate) elasticity_class: u32,
-    /// Goes up each time the motion changes: what was predicted with an older one is stale.
-    pub(crate) version: u32,
 }
 
 impl Body {
@@ -83,10 +81,5 @@ impl Body {
     /// Whether the body's orientation is locked, or it is fixed.
     pub fn is_locked(&self) -> bool {
         self.inertia.inverse_moment == 0.0
-    }
-
-    /// How many times the motion has changed.
-    pub fn version(&self) -> u32 {
-        self.version
     }
 }

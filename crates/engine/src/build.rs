@@ -13,7 +13,7 @@ use crate::{
     Simulation, TagNames, Tags, Thesis, World,
     overlap::rounding_bound,
     placement::{self, Sites},
-    simulation::Epoch,
+    simulation::{AtOnce, Epoch},
 };
 
 impl Simulation {
@@ -72,7 +72,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let scheduler = S::new(&options, &world)?;
         let ledger = Ledger { initial: world.energy(), ..Ledger::default() };
         Ok(Self {
-            at_once: vec![0; world.bodies.len()],
+            at_once: AtOnce::default(),
             world,
             detection,
             response,
@@ -96,8 +96,7 @@ pub(crate) fn add_molecule(
     entry: &str,
 ) -> Result<crate::BodyKey, SceneError> {
     let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
-    let molecule =
-        molecule(entry, spec.shape.as_deref(), &spec.atoms, spec.atom_radius, spec.atom_mass)?;
+    let molecule = molecule(entry, spec.shape.as_deref(), &spec.atoms, spec.atom_radius, spec.atom_mass)?;
     let orientation = match (spec.orientation, spec.orientation_turns) {
         (Some(_), Some(_)) => return Err(problem("give `orientation` or `orientation_turns`, not both")),
         (Some(radians), None) => {
@@ -140,7 +139,7 @@ pub(crate) fn insert(
     tags: Tags,
     motion: Motion,
 ) -> crate::BodyKey {
-    let body = |key, id| Body { key, id, molecule, inertia, tags, elasticity_class: 0, version: 0 };
+    let body = |key, id| Body { key, id, molecule, inertia, tags, elasticity_class: 0 };
     world.insert(body, motion)
 }
 

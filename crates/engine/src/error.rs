@@ -59,7 +59,9 @@ pub enum SceneError {
         wanted: usize,
     },
     /// Two rules of elasticity of equal rank disagree on a pair of bodies that exist.
-    #[error("elasticity rules for {first:?} and {second:?} both apply to a pair of bodies, with {one} and {other}")]
+    #[error(
+        "elasticity rules for {first:?} and {second:?} both apply to a pair of bodies, with {one} and {other}"
+    )]
     AmbiguousElasticity {
         /// Tags of one rule.
         first: Vec<String>,

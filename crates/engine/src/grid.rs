@@ -71,7 +71,11 @@ impl Grid {
         }
         // Rounding of the quotient must not refuse a cell exactly as long as the reach.
         let safe = |side: f64| {
-            if reach > 0.0 { (side / reach * (1.0 + f64::EPSILON)).min(f64::from(FINEST)) as u32 } else { FINEST }
+            if reach > 0.0 {
+                (side / reach * (1.0 + f64::EPSILON)).min(f64::from(FINEST)) as u32
+            } else {
+                FINEST
+            }
         };
         let largest = safe(shorter).max(1);
         match fineness {

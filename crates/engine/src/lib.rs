@@ -40,6 +40,7 @@
 
 mod body;
 mod build;
+mod cells;
 mod counters;
 mod elasticity_table;
 mod error;
@@ -59,6 +60,7 @@ mod view;
 mod world;
 
 pub use body::{Body, BodyKey, Rotation, Tag, Tags};
+pub use cells::{Cells, Instructions};
 pub use counters::{Counters, Ledger, SchedulerCounters};
 pub use elasticity_table::ElasticityTable;
 pub use error::{EditError, GridError, RunError, SceneError};
@@ -71,7 +73,7 @@ pub use report::{CollisionReport, Side};
 pub use scene::{
     AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, RunSpec, Scene,
 };
-pub use scheduler::{ContactEvent, Scheduler};
+pub use scheduler::{ContactEvent, Parts, Scheduler};
 pub use simulation::Simulation;
 pub use tags::TagNames;
 pub use thesis::Thesis;

@@ -64,10 +64,21 @@ pub(crate) fn fill(world: &mut World, names: &mut TagNames, scene: &Scene) -> Re
     }
     let mut rest = &by_size[..];
     while let Some(&first) = rest.first() {
-        // Kinds down to half the size share one lattice: around the larger ones a finer one would not fit.
+        // Kinds of like size share one lattice: around the larger ones a finer one might not fit. Where the shared one
+        // is too coarse for all of them, fewer share it.
         let largest = species[first].molecule.bounding_radius();
-        let like = rest.iter().take_while(|&&k| species[k].molecule.bounding_radius() >= 0.5 * largest).count();
-        place_class(world, &mut sites, &mut species, &rest[..like], &mut places)?;
+        let mut placed = Ok(0);
+        for share in [0.5, 0.75, 1.0] {
+            let alike =
+                rest.iter().take_while(|&&k| species[k].molecule.bounding_radius() >= share * largest).count();
+            let random = &mut places.clone();
+            placed = place_class(world, &mut sites, &mut species, &rest[..alike], random).map(|()| alike);
+            if placed.is_ok() {
+                places = random.clone();
+                break;
+            }
+        }
+        let like = placed?;
         rest = &rest[like..];
     }
     for kind in &species {
@@ -86,7 +97,11 @@ impl<'a> Species<'a> {
         };
         let radius = one(spec.radius, spec.atom_radius, "`radius` and `atom_radius` are the same: give one")?;
         let mass = one(spec.mass, spec.atom_mass, "`mass` and `atom_mass` are the same: give one")?;
-        let shape = if spec.atoms.is_empty() { Some(spec.shape.as_deref().unwrap_or("disc")) } else { spec.shape.as_deref() };
+        let shape = if spec.atoms.is_empty() {
+            Some(spec.shape.as_deref().unwrap_or("disc"))
+        } else {
+            spec.shape.as_deref()
+        };
         let molecule = molecule(&entry, shape, &spec.atoms, radius, mass)?;
         check_length("energy", spec.energy).map_err(geometry(&entry))?;
         if spec.energy < 0.0 {
@@ -100,7 +115,13 @@ impl<'a> Species<'a> {
             (Some(_), None) => return Err(problem("`area_fraction` must be at least 0 and below 1")),
             _ => return Err(problem("give either `area_fraction` or `count`")),
         };
-        Ok(Self { entry, spec, molecule: Arc::new(molecule), count, places: Vec::with_capacity(count.min(1 << 24)) })
+        Ok(Self {
+            entry,
+            spec,
+            molecule: Arc::new(molecule),
+            count,
+            places: Vec::with_capacity(count.min(1 << 24)),
+        })
     }
 }
 
@@ -134,8 +155,10 @@ fn place_class(
             if lattice.capacity() < wanted {
                 continue;
             }
-            let free: Vec<DVec2> =
-                (0..lattice.capacity()).map(|k| lattice.site(k)).filter(|&place| free_at(sites, place)).collect();
+            let free: Vec<DVec2> = (0..lattice.capacity())
+                .map(|k| lattice.site(k))
+                .filter(|&place| free_at(sites, place))
+                .collect();
             most = most.max(free.len());
             if free.len() >= wanted {
                 break 'found (lattice, free);
@@ -327,7 +350,12 @@ impl Sites {
 
     /// The body whose surface is nearest to (or deepest inside) a molecule, among those within reach of their
     /// bounding circles, and the gap (length). Circles kept free count with the index `usize::MAX`.
-    pub(crate) fn nearest(&self, world: &World, molecule: &Molecule, motion: &Motion) -> Option<(usize, f64)> {
+    pub(crate) fn nearest(
+        &self,
+        world: &World,
+        molecule: &Molecule,
+        motion: &Motion,
+    ) -> Option<(usize, f64)> {
         let bounds = world.bounds();
         let (place, _) = bounds.wrap(motion.position);
         let rotation = motion.orientation.cos_sin();

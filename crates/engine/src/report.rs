@@ -1,6 +1,5 @@
 //! The report of a collision: who, where, when, and what it changed.
 
-use carom_detection::Touch;
 use carom_kinematics::{Instant, Motion, angular_momentum, kinetic_energy, momentum};
 use glam::DVec2;
 
@@ -64,8 +63,6 @@ pub struct CollisionReport<'a> {
     pub impulse: DVec2,
     /// Which image of the second body was touched, in boxes relative to its place.
     pub image: [i64; 2],
-    /// The parts that touched.
-    pub touch: Touch,
 }
 
 impl<'a> CollisionReport<'a> {

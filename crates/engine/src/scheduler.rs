@@ -1,6 +1,8 @@
 //! The seam of the order of events: data layout, neighbourhood and calendar together.
 
 use carom_detection::{Detection, Touch};
+use carom_geometry::Molecule;
+use carom_kinematics::Motion;
 
 use crate::{GridError, SchedulerCounters, World};
 
@@ -11,21 +13,55 @@ pub struct ContactEvent {
     pub time: f64,
     /// The two bodies, in the order of [`World::bodies`].
     pub bodies: [u32; 2],
-    /// Which image of the second is touched, in boxes relative to its place.
+    /// Which image of the second is touched, in boxes relative to the places of the two motions.
     pub image: [i64; 2],
     /// The parts that touch.
-    pub touch: Touch,
+    pub parts: Parts,
 }
 
-/// Finds the soonest contact, again and again.
+/// The parts of two bodies that touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Parts {
+    /// Both bodies are single discs: there are no arms, and nothing turns.
+    Discs,
+    /// An atom of each, by index.
+    Atoms(u32, u32),
+    /// Their bounding circles, in the model that knows nothing finer.
+    BoundingCircles,
+}
+
+impl Parts {
+    /// Indices of the touching atoms, and the radius of what touches of the first body (length).
+    pub(crate) fn atoms_and_first_radius(self, first: &Molecule) -> ([Option<u32>; 2], f64) {
+        match self {
+            Self::Discs => ([Some(0); 2], first.bounding_radius()),
+            Self::Atoms(i, j) => ([Some(i), Some(j)], first.atoms()[i as usize].radius()),
+            Self::BoundingCircles => ([None; 2], first.bounding_radius()),
+        }
+    }
+}
+
+impl From<Touch> for Parts {
+    fn from(touch: Touch) -> Self {
+        match touch {
+            Touch::Atoms(i, j) => Self::Atoms(i, j),
+            Touch::BoundingCircles => Self::BoundingCircles,
+        }
+    }
+}
+
+/// Finds the soonest contact, again and again, and keeps the motions while an epoch runs.
 ///
-/// The engine promises: an epoch is begun before anything else and after every edit; the motions of the
-/// bodies of a contact are changed, and their versions raised, before [`Self::motions_changed`] is called;
-/// nothing else changes. The scheduler promises: no contact of the present motions before the one it gives.
-/// It may wrap positions at the border (with the winding), and changes nothing else of the world.
+/// The engine promises: an epoch is begun before anything else and after every edit; after a contact the
+/// bodies' new motions are handed over before the next is asked for; the world does not change meanwhile. The
+/// scheduler promises: no contact of the present motions before the one it gives.
 pub trait Scheduler: Sized {
     /// What can be chosen about it.
     type Options: Clone + Default;
+
+    /// Contacts per moving body after which an epoch ends, and everything is predicted anew. Smaller: more time goes
+    /// into that. Larger: times grow, and whatever piles up in the calendar does.
+    const CONTACTS_PER_EPOCH: u64;
 
     /// A scheduler for this world, still without an epoch.
     ///
@@ -33,20 +69,29 @@ pub trait Scheduler: Sized {
     /// [`GridError`] if the bodies do not suit the options.
     fn new(options: &Self::Options, world: &World) -> Result<Self, GridError>;
 
-    /// Begins an epoch of at most `limit` (time): everything is predicted anew from the state of the world
-    /// alone.
+    /// Begins an epoch of at most `limit` (time): takes over the motions, and predicts everything anew from the
+    /// state of the world alone.
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64);
 
     /// Goes on to the next contact no later than `stop` (offset in the epoch, time).
-    fn next_contact<D: Detection>(
-        &mut self,
-        world: &mut World,
-        detection: &D,
-        stop: f64,
-    ) -> Option<ContactEvent>;
+    fn next_contact<D: Detection>(&mut self, world: &World, detection: &D, stop: f64)
+    -> Option<ContactEvent>;
 
-    /// Predicts two bodies anew whose motions have changed at `now` (offset in the epoch, time).
-    fn motions_changed<D: Detection>(&mut self, world: &World, detection: &D, bodies: [u32; 2], now: f64);
+    /// The present motion of a body; its subjective time is an offset in the epoch.
+    fn motion(&self, body: u32) -> Motion;
+
+    /// Takes over the new motions of two bodies, which begin now, and predicts them anew. A fixed body's is
+    /// ignored.
+    fn motions_changed<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        bodies: [u32; 2],
+        motions: [Motion; 2],
+    );
+
+    /// Writes the present motions, and the boxes left behind, into the world.
+    fn store(&self, world: &mut World);
 
     /// What was done so far.
     fn counters(&self) -> SchedulerCounters;

@@ -1,18 +1,16 @@
 //! The simulation: it owns all state and runs from event to event.
 
-use carom_detection::{Detection, Exact, Touch};
+use std::collections::BTreeMap;
+
+use carom_detection::{Detection, Exact};
 use carom_kinematics::{Instant, Motion, kinetic_energy};
 use carom_response::{ContactFrame, Impact, Response, struck};
 use glam::DVec2;
 
 use crate::{
-    CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, RunError, Scheduler, Side,
-    TagNames, Thesis, View, World,
+    Body, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts, RunError,
+    Scheduler, Side, TagNames, Thesis, View, World,
 };
-
-/// Contacts per moving body after which an epoch ends: times are small numbers, and everything is predicted
-/// anew from the state alone. Smaller: more time goes into that. Larger: more dead events in the calendar.
-const CONTACTS_PER_EPOCH: u64 = 8;
 
 /// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose digits.
 const TURNS_PER_EPOCH: f64 = 64.0;
@@ -39,8 +37,7 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = Thesis> {
     /// How far the present epoch has been run (time).
     pub(crate) offset: f64,
     pub(crate) epoch: Epoch,
-    /// Contacts of each body since time last moved on for it.
-    pub(crate) at_once: Vec<u32>,
+    pub(crate) at_once: AtOnce,
 }
 
 /// The present epoch.
@@ -52,7 +49,19 @@ pub(crate) enum Epoch {
         /// When it ends at the latest: the fastest body has gone one side of the box by then.
         limit: f64,
         contacts_left: u64,
+        /// Square of the speed at which `limit` was set.
+        fastest_squared: f64,
+        /// Magnitude of the spin at which `limit` was set.
+        fastest_spin: f64,
     },
+}
+
+/// Contacts at one instant, for each body that has had one since time last moved on.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct AtOnce {
+    /// The instant, as an offset in the epoch.
+    time: f64,
+    counts: BTreeMap<u32, u32>,
 }
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
@@ -101,8 +110,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         until: Instant,
         observer: &mut O,
     ) -> Result<(), RunError> {
-        while self.advance(until, observer)? {}
-        Ok(())
+        self.advance(until, u64::MAX, observer).map(|_| ())
     }
 
     /// Runs on to the next contact and through it, but not beyond `time`; tells whether there was one.
@@ -113,21 +121,49 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if !time.is_finite() {
             return Err(RunError::Time(time));
         }
-        self.advance(Instant::from(time), observer)
+        self.advance(Instant::from(time), 1, observer).map(|contacts| contacts == 1)
     }
 
-    /// The next contact, if there is one no later than `until`.
-    fn advance<O: Observer>(&mut self, until: Instant, observer: &mut O) -> Result<bool, RunError> {
-        while until.since(self.world.epoch) >= self.offset {
-            let limit = self.begin_epoch();
-            let target = until.since(self.world.epoch);
-            let next = self.scheduler.next_contact(&mut self.world, &self.detection, target.min(limit));
-            self.counters.scheduler = self.scheduler.counters();
-            match next {
-                Some(contact) => return self.resolve(contact, observer).map(|()| true),
+    /// Runs to `until` or through so many contacts, whichever is first; tells how many there were.
+    fn advance<O: Observer>(&mut self, until: Instant, most: u64, observer: &mut O) -> Result<u64, RunError> {
+        let mut contacts = 0;
+        let ended = loop {
+            // A time that has passed, whether before the call or by a rounding of the epoch's start.
+            if contacts == most || until.since(self.world.epoch) < self.offset {
+                break Ok(());
+            }
+            match self.advance_in_epoch(until, most, &mut contacts, observer) {
+                Ok(true) => break Ok(()),
+                Ok(false) => {}
+                Err(error) => break Err(error),
+            }
+        };
+        self.stand_by();
+        ended.map(|()| contacts)
+    }
+
+    /// Runs within one epoch; tells whether `until`, or the last contact asked for, has been reached.
+    fn advance_in_epoch<O: Observer>(
+        &mut self,
+        until: Instant,
+        most: u64,
+        contacts: &mut u64,
+        observer: &mut O,
+    ) -> Result<bool, RunError> {
+        self.begin_epoch();
+        let target = until.since(self.world.epoch);
+        while let Epoch::Running { limit, .. } = self.epoch {
+            match self.scheduler.next_contact(&self.world, &self.detection, target.min(limit)) {
+                Some(contact) => {
+                    self.resolve(contact, observer)?;
+                    *contacts += 1;
+                    if *contacts == most {
+                        return Ok(true);
+                    }
+                }
                 None if target < limit => {
                     self.offset = target;
-                    return Ok(false);
+                    return Ok(true);
                 }
                 None => self.end_epoch(limit),
             }
@@ -135,71 +171,80 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         Ok(false)
     }
 
-    /// Begins the epoch if it has not begun; tells when it ends at the latest.
-    fn begin_epoch(&mut self) -> f64 {
-        match self.epoch {
-            Epoch::Running { limit, .. } => limit,
-            Epoch::ToBegin => {
-                let limit =
-                    self.world.motions.iter().map(|motion| self.stretch(motion)).fold(f64::INFINITY, f64::min);
-                let moving = self.world.bodies.iter().filter(|body| !body.is_fixed()).count() as u64;
-                self.epoch =
-                    Epoch::Running { limit, contacts_left: (CONTACTS_PER_EPOCH * moving).div_ceil(2).max(1) };
-                self.counters.epochs += 1;
-                self.scheduler.begin_epoch(&self.world, &self.detection, limit);
-                limit
-            }
+    /// Brings the world up to date with the scheduler, whose motions are the true ones within an epoch.
+    fn stand_by(&mut self) {
+        if let Epoch::Running { .. } = self.epoch {
+            self.scheduler.store(&mut self.world);
         }
+        self.counters.scheduler = self.scheduler.counters();
     }
 
-    /// How long a body may fly before its place or angle has used up digits (time).
-    fn stretch(&self, motion: &Motion) -> f64 {
+    /// Begins the epoch if it has not begun.
+    fn begin_epoch(&mut self) {
+        if let Epoch::Running { .. } = self.epoch {
+            return;
+        }
+        let motions = &self.world.motions;
+        let fastest_squared = motions.iter().map(|m| m.velocity.length_squared()).fold(0.0, f64::max);
+        let fastest_spin = motions.iter().map(|m| m.angular_velocity.abs()).fold(0.0, f64::max);
+        let limit = self.stretch(fastest_squared, fastest_spin);
+        let moving = self.world.bodies.iter().filter(|body| !body.is_fixed()).count() as u64;
+        let contacts_left = (S::CONTACTS_PER_EPOCH * moving).div_ceil(2).max(1);
+        self.epoch = Epoch::Running { limit, contacts_left, fastest_squared, fastest_spin };
+        self.counters.epochs += 1;
+        self.scheduler.begin_epoch(&self.world, &self.detection, limit);
+    }
+
+    /// How long a body of this speed and spin may fly before its place or angle has used up digits (time).
+    fn stretch(&self, speed_squared: f64, spin: f64) -> f64 {
         let side = self.world.bounds.sides().min_element();
-        let turns = TURNS_PER_EPOCH * std::f64::consts::TAU / motion.angular_velocity.abs();
-        (side / motion.velocity.length()).min(turns)
+        (side / speed_squared.sqrt()).min(TURNS_PER_EPOCH * std::f64::consts::TAU / spin)
     }
 
     /// Brings all bodies to `offset` and makes it the start of the next epoch.
     pub(crate) fn end_epoch(&mut self, offset: f64) {
+        self.stand_by();
         self.world.rebase(offset);
         self.offset = 0.0;
+        self.at_once.time -= offset;
         self.epoch = Epoch::ToBegin;
     }
 
     fn resolve<O: Observer>(&mut self, contact: ContactEvent, observer: &mut O) -> Result<(), RunError> {
-        let ContactEvent { time, bodies: [a, b], .. } = contact;
-        let (a, b) = (a as usize, b as usize);
+        let ContactEvent { time, bodies, image, parts } = contact;
         self.offset = time;
-        self.count_at_once([a, b], time)?;
-        let before = [self.world.motions[a].at(time), self.world.motions[b].at(time)];
-        let (body_a, body_b) = (&self.world.bodies[a], &self.world.bodies[b]);
-        let shift = self.world.bounds.shift(contact.image);
-        let (arms, radius) = arms(&self.world, &contact, &before);
-        let d = ((before[1].position - before[0].position) + shift) + (arms[1] - arms[0]);
+        self.bound_contacts_at_once(bodies, time)?;
+        let [a, b] = bodies;
+        let before = [self.scheduler.motion(a).at(time), self.scheduler.motion(b).at(time)];
+        let (body_a, body_b) = (&self.world.bodies[a as usize], &self.world.bodies[b as usize]);
+        let arms = match parts {
+            Parts::Discs | Parts::BoundingCircles => [DVec2::ZERO; 2],
+            Parts::Atoms(i, j) => [arm(body_a, i, &before[0]), arm(body_b, j, &before[1])],
+        };
+        let mut d = (before[1].position - before[0].position) + (arms[1] - arms[0]);
+        if image != [0, 0] {
+            d += self.world.bounds.shift(image);
+        }
+        // Centres that coincide have no normal; no scene begins like that, and none can come to it.
         let frame = ContactFrame { normal: d.try_normalize().unwrap_or(DVec2::X), arms };
         let elasticity = self.elasticity.between(body_a, body_b);
-        let impulse = self.response.impulse(
-            &frame,
-            [(&before[0], &body_a.inertia), (&before[1], &body_b.inertia)],
-            elasticity,
-        );
+        let (inertia_a, inertia_b) = (&body_a.inertia, &body_b.inertia);
+        let impulse =
+            self.response.impulse(&frame, [(&before[0], inertia_a), (&before[1], inertia_b)], elasticity);
         let after = [
-            struck(&before[0], &body_a.inertia, arms[0], -impulse),
-            struck(&before[1], &body_b.inertia, arms[1], impulse),
+            struck(&before[0], inertia_a, arms[0], -impulse),
+            struck(&before[1], inertia_b, arms[1], impulse),
         ];
         self.counters.collisions += 1;
-        self.counters.fixed_collisions += u64::from(body_a.is_fixed() || body_b.is_fixed());
+        self.counters.fixed_collisions += u64::from(inertia_a.is_fixed() || inertia_b.is_fixed());
         if elasticity.coefficient() != 1.0 {
             let energy = |motions: &[Motion; 2]| {
-                kinetic_energy(&motions[0], &body_a.inertia) + kinetic_energy(&motions[1], &body_b.inertia)
+                kinetic_energy(&motions[0], inertia_a) + kinetic_energy(&motions[1], inertia_b)
             };
             self.ledger.lost += energy(&before) - energy(&after);
         }
         if O::WATCHES_COLLISIONS {
-            let atoms = match contact.touch {
-                Touch::Atoms(i, j) => [Some(i), Some(j)],
-                Touch::BoundingCircles => [None; 2],
-            };
+            let (atoms, radius) = parts.atoms_and_first_radius(body_a.molecule());
             let side = |n: usize, body| Side {
                 body,
                 atom: atoms[n],
@@ -213,79 +258,84 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 point: before[0].position + (arms[0] + radius * frame.normal),
                 normal: frame.normal,
                 impulse,
-                image: contact.image,
-                touch: contact.touch,
+                image,
             });
         }
-        for (index, motion) in [(a, after[0]), (b, after[1])] {
-            self.change_motion(index, motion)?;
+        self.after_contact(bodies, after)
+    }
+
+    fn after_contact(&mut self, bodies: [u32; 2], after: [Motion; 2]) -> Result<(), RunError> {
+        let now = after[0].time;
+        let Epoch::Running { limit, contacts_left, fastest_squared, fastest_spin } = &mut self.epoch else {
+            return Ok(());
+        };
+        *contacts_left -= 1;
+        let ended = *contacts_left == 0;
+        let speed_squared = after[0].velocity.length_squared().max(after[1].velocity.length_squared());
+        let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());
+        // Written so that NaN counts as too fast.
+        if !(speed_squared <= *fastest_squared && spin <= *fastest_spin) {
+            (*fastest_squared, *fastest_spin) = (fastest_squared.max(speed_squared), fastest_spin.max(spin));
+            let (limit, speed_squared, spin) = (*limit, *fastest_squared, *fastest_spin);
+            self.shorten_epoch(limit.min(now + self.stretch(speed_squared, spin)));
+            self.refuse_blow_up(bodies, &after)?;
         }
-        self.after_contact([a, b], time);
+        self.scheduler.motions_changed(&self.world, &self.detection, bodies, after);
+        if ended {
+            self.end_epoch(now);
+        }
         Ok(())
     }
 
-    /// Gives a body a new motion from its subjective time on.
-    fn change_motion(&mut self, index: usize, motion: Motion) -> Result<(), RunError> {
-        let body = &mut self.world.bodies[index];
-        if body.is_fixed() {
-            return Ok(());
-        }
-        body.version = body.version.wrapping_add(1);
-        let rim = motion.angular_velocity.abs() * body.molecule.bounding_radius();
-        let speed = motion.velocity.length() + rim;
-        if speed.is_finite() && speed <= carom_geometry::LARGEST {
-            self.world.motions[index] = motion;
-            Ok(())
-        } else {
-            Err(RunError::BlowUp { time: self.world.epoch.after(motion.time), body: body.key, speed })
+    fn shorten_epoch(&mut self, shorter: f64) {
+        if let Epoch::Running { limit, .. } = &mut self.epoch {
+            *limit = shorter;
         }
     }
 
-    fn after_contact(&mut self, bodies: [usize; 2], now: f64) {
-        let stretch = bodies.map(|body| self.stretch(&self.world.motions[body])).into_iter().fold(f64::MAX, f64::min);
-        let Epoch::Running { limit, contacts_left } = &mut self.epoch else { return };
-        *limit = limit.min(now + stretch);
-        *contacts_left -= 1;
-        if *contacts_left == 0 {
-            self.end_epoch(now);
-        } else {
-            let bodies = bodies.map(|body| body as u32);
-            self.scheduler.motions_changed(&self.world, &self.detection, bodies, now);
+    #[cold]
+    fn refuse_blow_up(&self, bodies: [u32; 2], after: &[Motion; 2]) -> Result<(), RunError> {
+        for (body, motion) in bodies.into_iter().zip(after) {
+            let body = &self.world.bodies[body as usize];
+            let rim = motion.angular_velocity.abs() * body.molecule.bounding_radius();
+            let speed = motion.velocity.length() + rim;
+            if !(speed <= carom_geometry::LARGEST && motion.angular_velocity.is_finite()) {
+                let time = self.world.epoch.after(motion.time);
+                return Err(RunError::BlowUp { time, body: body.key, speed });
+            }
         }
+        Ok(())
     }
 
     /// Bounds the contacts of one body at one instant.
-    fn count_at_once(&mut self, bodies: [usize; 2], time: f64) -> Result<(), RunError> {
-        for body in bodies {
-            if self.world.bodies[body].is_fixed() {
-                continue;
+    fn bound_contacts_at_once(&mut self, bodies: [u32; 2], time: f64) -> Result<(), RunError> {
+        if time > self.at_once.time {
+            self.at_once.time = time;
+            if !self.at_once.counts.is_empty() {
+                self.at_once.counts.clear();
             }
-            let since = self.world.motions[body].time;
-            self.at_once[body] = if time > since { 0 } else { self.at_once[body] + 1 };
-            if self.at_once[body] > MOST_CONTACTS_AT_ONCE {
-                return Err(RunError::Stalled {
-                    time: self.world.epoch.after(time),
-                    body: self.world.bodies[body].key,
-                    contacts: self.at_once[body],
-                });
+            return Ok(());
+        }
+        self.count_contacts_at_once(bodies, time)
+    }
+
+    #[cold]
+    fn count_contacts_at_once(&mut self, bodies: [u32; 2], time: f64) -> Result<(), RunError> {
+        for index in bodies {
+            let body = &self.world.bodies[index as usize];
+            let contacts = self.at_once.counts.entry(index).or_default();
+            *contacts += u32::from(!body.is_fixed());
+            if *contacts > MOST_CONTACTS_AT_ONCE {
+                let (time, contacts) = (self.world.epoch.after(time), *contacts);
+                return Err(RunError::Stalled { time, body: body.key, contacts });
             }
         }
         Ok(())
     }
 }
 
-/// Arms from the centres of mass to the touching parts, and the radius of the part of the first body.
-fn arms(world: &World, contact: &ContactEvent, motions: &[Motion; 2]) -> ([DVec2; 2], f64) {
-    let [first, second] = contact.bodies.map(|body| &world.bodies[body as usize].molecule);
-    match contact.touch {
-        Touch::BoundingCircles => ([DVec2::ZERO; 2], first.bounding_radius()),
-        Touch::Atoms(i, j) => {
-            let atoms = [&first.atoms()[i as usize], &second.atoms()[j as usize]];
-            let arm = |n: usize| match atoms[n].arm() {
-                0.0 => DVec2::ZERO,
-                _ => motions[n].orientation.cos_sin().rotate(atoms[n].offset()),
-            };
-            ([arm(0), arm(1)], atoms[0].radius())
-        }
-    }
+/// Arm from the centre of mass to an atom's centre (length).
+fn arm(body: &Body, atom: u32, motion: &Motion) -> DVec2 {
+    let atom = &body.molecule.atoms()[atom as usize];
+    if atom.arm() == 0.0 { DVec2::ZERO } else { motion.orientation.cos_sin().rotate(atom.offset()) }
 }

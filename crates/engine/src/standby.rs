@@ -6,12 +6,12 @@ use carom_kinematics::{Motion, kinetic_energy};
 use carom_response::Response;
 
 use crate::{
-    BodyKey, EditError, ElasticitySpec, ElasticityTable, MoleculeSpec, Rotation, SceneError, Scheduler, Simulation,
-    Tag, TagNames, World,
+    BodyKey, EditError, ElasticitySpec, ElasticityTable, MoleculeSpec, Rotation, SceneError, Scheduler,
+    Simulation, Tag, TagNames, World,
     build::{add_molecule, inertia},
     overlap::rounding_bound,
     placement::Sites,
-    simulation::Epoch,
+    simulation::AtOnce,
 };
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
@@ -191,7 +191,6 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let inertia = self.world.bodies[index].inertia;
         let before = kinetic_energy(&self.world.motions[index], &inertia);
         change(&mut self.world.motions[index]);
-        self.world.bodies[index].version = self.world.bodies[index].version.wrapping_add(1);
         self.ledger.put_in += kinetic_energy(&self.world.motions[index], &inertia) - before;
     }
 
@@ -201,8 +200,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         elasticity.classify(&mut world)?;
         let scheduler = S::new(&self.scheduler_options, &world).map_err(SceneError::from)?;
         self.ledger.put_in += world.energy() - self.world.energy();
-        self.at_once = vec![0; world.bodies.len()];
-        self.epoch = Epoch::ToBegin;
+        self.at_once = AtOnce::default();
         (self.world, self.names, self.elasticity, self.scheduler) = (world, names, elasticity, scheduler);
         Ok(())
     }
@@ -215,4 +213,3 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         Ok(())
     }
 }
-

@@ -16,12 +16,11 @@
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
-use carom_detection::{Detection, DiscBatch, LANES, Outcome, Touch};
-use carom_kinematics::RelativeMotion;
-use glam::DVec2;
+use carom_detection::{Detection, DiscBatch, LANES, Outcome};
+use carom_kinematics::{Motion, RelativeMotion};
 
 use crate::{
-    ContactEvent, Fineness, GridError, Scheduler, SchedulerCounters, World,
+    ContactEvent, Fineness, GridError, Parts, Scheduler, SchedulerCounters, World,
     grid::{Grid, Step},
 };
 
@@ -31,6 +30,10 @@ pub struct Thesis {
     counts: [i32; 2],
     grid: Grid,
     heap: BinaryHeap<Entry>,
+    motions: Vec<Motion>,
+    windings: Vec<[i64; 2]>,
+    /// Goes up each time a body's motion changes: what was predicted with an older one is stale.
+    versions: Vec<u32>,
     limit: f64,
     done: SchedulerCounters,
 }
@@ -48,7 +51,7 @@ struct Entry {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    Contact(Touch),
+    Contact(Parts),
     Recheck,
     /// The first body enters the next cell; the second is itself.
     Crossing(Step),
@@ -89,11 +92,17 @@ impl Eq for Entry {}
 impl Scheduler for Thesis {
     type Options = Fineness;
 
+    // More, and dead events outnumber the live ones in the heap.
+    const CONTACTS_PER_EPOCH: u64 = 8;
+
     fn new(fineness: &Fineness, world: &World) -> Result<Self, GridError> {
         Ok(Self {
             counts: Grid::counts_for(world, *fineness)?,
             grid: Grid::default(),
             heap: BinaryHeap::new(),
+            motions: Vec::new(),
+            windings: Vec::new(),
+            versions: Vec::new(),
             limit: 0.0,
             done: SchedulerCounters::default(),
         })
@@ -103,6 +112,10 @@ impl Scheduler for Thesis {
         self.heap.clear();
         self.limit = limit;
         self.grid.fill(world, self.counts);
+        self.motions.clone_from(&world.motions);
+        self.windings.clone_from(&world.windings);
+        self.versions.clear();
+        self.versions.resize(world.bodies.len(), 0);
         let mut asked = Asked::default();
         for body in 0..world.bodies().len() as u32 {
             if world.bodies()[body as usize].is_fixed() {
@@ -118,13 +131,13 @@ impl Scheduler for Thesis {
                 }
             }
             self.predict(world, detection, body, &asked, 0.0);
-            self.schedule_crossing(world, body, 0.0);
+            self.schedule_crossing(body, 0.0);
         }
     }
 
     fn next_contact<D: Detection>(
         &mut self,
-        world: &mut World,
+        world: &World,
         detection: &D,
         stop: f64,
     ) -> Option<ContactEvent> {
@@ -134,19 +147,18 @@ impl Scheduler for Thesis {
             }
             self.heap.pop();
             let [a, b] = entry.bodies;
-            let current = |body: u32| world.bodies[body as usize].version;
-            if entry.versions != [current(a), current(b)] {
+            if entry.versions != [self.versions[a as usize], self.versions[b as usize]] {
                 self.done.stale += 1;
                 continue;
             }
             match entry.kind {
-                Kind::Contact(touch) => {
-                    let image = present_image(world, &entry);
-                    return Some(ContactEvent { time: entry.time, bodies: entry.bodies, image, touch });
+                Kind::Contact(parts) => {
+                    let image = self.present_image(&entry);
+                    return Some(ContactEvent { time: entry.time, bodies: entry.bodies, image, parts });
                 }
                 Kind::Recheck => {
                     self.done.rechecks += 1;
-                    let image = present_image(world, &entry).map(|boxes| boxes as i32);
+                    let image = self.present_image(&entry).map(|boxes| boxes as i32);
                     self.predict_pair(world, detection, [a, b], image, entry.time);
                 }
                 Kind::Crossing(step) => self.cross(world, detection, a, step, entry.time),
@@ -155,7 +167,29 @@ impl Scheduler for Thesis {
         None
     }
 
-    fn motions_changed<D: Detection>(&mut self, world: &World, detection: &D, bodies: [u32; 2], now: f64) {
+    fn motion(&self, body: u32) -> Motion {
+        self.motions[body as usize]
+    }
+
+    fn store(&self, world: &mut World) {
+        world.motions.clone_from(&self.motions);
+        world.windings.clone_from(&self.windings);
+    }
+
+    fn motions_changed<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        bodies: [u32; 2],
+        motions: [Motion; 2],
+    ) {
+        let now = motions[0].time;
+        for (body, motion) in bodies.into_iter().zip(motions) {
+            if !world.bodies[body as usize].is_fixed() {
+                self.motions[body as usize] = motion;
+                self.versions[body as usize] = self.versions[body as usize].wrapping_add(1);
+            }
+        }
         let mut asked = Asked::default();
         for (turn, &body) in bodies.iter().enumerate() {
             if world.bodies()[body as usize].is_fixed() {
@@ -173,7 +207,7 @@ impl Scheduler for Thesis {
                 }
             }
             self.predict(world, detection, body, &asked, now);
-            self.schedule_crossing(world, body, now);
+            self.schedule_crossing(body, now);
         }
     }
 
@@ -197,13 +231,13 @@ impl Asked {
 }
 
 impl Thesis {
-    fn cross<D: Detection>(&mut self, world: &mut World, detection: &D, body: u32, step: Step, now: f64) {
+    fn cross<D: Detection>(&mut self, world: &World, detection: &D, body: u32, step: Step, now: f64) {
         self.done.crossings += 1;
         let wrapped = self.grid.enter(body, step);
         if wrapped != 0 {
             let side = world.bounds.sides()[step.axis];
-            world.motions[body as usize].position[step.axis] -= f64::from(wrapped) * side;
-            world.windings[body as usize][step.axis] += i64::from(wrapped);
+            self.motions[body as usize].position[step.axis] -= f64::from(wrapped) * side;
+            self.windings[body as usize][step.axis] += i64::from(wrapped);
         }
         let mut asked = Asked::default();
         for cell in self.grid.ahead(body, step) {
@@ -214,7 +248,7 @@ impl Thesis {
             }
         }
         self.predict(world, detection, body, &asked, now);
-        self.schedule_crossing(world, body, now);
+        self.schedule_crossing(body, now);
     }
 
     /// Asks for the contacts of one body with others: discs in batches, the rest one by one.
@@ -234,7 +268,7 @@ impl Thesis {
                 self.predict_pair(world, detection, [body, other], image, now);
                 continue;
             }
-            let relative = relative_motion(world, [body, other], image, now);
+            let relative = self.relative_motion(world, [body, other], image, now);
             lanes[batch.count] = (other, image);
             batch.push(partner.bounding_radius(), &relative);
             if batch.is_full() {
@@ -261,7 +295,7 @@ impl Thesis {
             let time = now + times[lane];
             if time <= self.limit {
                 let (other, image) = lanes[lane];
-                self.schedule(world, [body, other], image, time, Kind::Contact(Touch::Atoms(0, 0)));
+                self.schedule([body, other], image, time, Kind::Contact(Parts::Discs));
             }
         }
     }
@@ -277,12 +311,12 @@ impl Thesis {
         self.done.pairs += 1;
         // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
         let (pair, image) = ordered(pair, image);
-        let relative = relative_motion(world, pair, image, now);
+        let relative = self.relative_motion(world, pair, image, now);
         let [a, b] = pair.map(|body| world.bodies()[body as usize].molecule.outline());
         let answer = detection.first_contact(a, b, &relative, self.limit - now);
         let (later, kind) = match answer.outcome {
             Outcome::Free => return,
-            Outcome::Contact(contact) => (now + contact.time, Kind::Contact(contact.touch)),
+            Outcome::Contact(contact) => (now + contact.time, Kind::Contact(contact.touch.into())),
             Outcome::FreeUntil(time) => ((now + time).max(now.next_up()), Kind::Recheck),
             Outcome::Unresolved(time) => {
                 self.done.unresolved += 1;
@@ -290,25 +324,20 @@ impl Thesis {
             }
         };
         if later <= self.limit {
-            self.schedule(world, pair, image, later, kind);
+            self.schedule(pair, image, later, kind);
         }
     }
 
-    fn schedule(&mut self, world: &World, pair: [u32; 2], image: [i32; 2], time: f64, kind: Kind) {
-        let swapped = pair[0] > pair[1];
+    fn schedule(&mut self, pair: [u32; 2], image: [i32; 2], time: f64, kind: Kind) {
         let (pair, image) = ordered(pair, image);
-        let kind = match kind {
-            Kind::Contact(touch) if swapped => Kind::Contact(touch.exchanged()),
-            other => other,
-        };
-        let [winding_a, winding_b] = pair.map(|body| world.windings()[body as usize]);
+        let [winding_a, winding_b] = pair.map(|body| self.windings[body as usize]);
         let path_image = [0, 1].map(|axis| image[axis] - (winding_b[axis] - winding_a[axis]) as i32);
-        let versions = pair.map(|body| world.bodies()[body as usize].version);
+        let versions = pair.map(|body| self.versions[body as usize]);
         self.heap.push(Entry { time, bodies: pair, versions, image: path_image, kind });
     }
 
-    fn schedule_crossing(&mut self, world: &World, body: u32, now: f64) {
-        let motion = &world.motions()[body as usize];
+    fn schedule_crossing(&mut self, body: u32, now: f64) {
+        let motion = &self.motions[body as usize];
         let place = self.grid.place(body);
         let (near, far) = (self.grid.corner(place), self.grid.far_corner(place));
         let mut soonest = (f64::INFINITY, Step { axis: 0, direction: 0 });
@@ -326,7 +355,7 @@ impl Thesis {
         }
         let (time, step) = soonest;
         if time <= self.limit {
-            let version = world.bodies()[body as usize].version;
+            let version = self.versions[body as usize];
             self.heap.push(Entry {
                 time,
                 bodies: [body; 2],
@@ -338,20 +367,20 @@ impl Thesis {
     }
 }
 
+impl Thesis {
+    fn relative_motion(&self, world: &World, pair: [u32; 2], image: [i32; 2], now: f64) -> RelativeMotion {
+        let [a, b] = pair.map(|body| &self.motions[body as usize]);
+        RelativeMotion::between(a, b, world.bounds().shift(image.map(i64::from)), now)
+    }
+
+    /// The image of an entry's second body relative to the places that both have now.
+    fn present_image(&self, entry: &Entry) -> [i64; 2] {
+        let [a, b] = entry.bodies.map(|body| self.windings[body as usize]);
+        [0, 1].map(|axis| i64::from(entry.image[axis]) + (b[axis] - a[axis]))
+    }
+}
+
 /// A pair with the body inserted first in front, and the image of the second as seen from it.
 fn ordered(pair: [u32; 2], image: [i32; 2]) -> ([u32; 2], [i32; 2]) {
     if pair[0] <= pair[1] { (pair, image) } else { ([pair[1], pair[0]], image.map(|boxes| -boxes)) }
-}
-
-fn relative_motion(world: &World, pair: [u32; 2], image: [i32; 2], now: f64) -> RelativeMotion {
-    let [a, b] = pair.map(|body| &world.motions()[body as usize]);
-    let sides = world.bounds().sides();
-    let shift = DVec2::new(f64::from(image[0]) * sides.x, f64::from(image[1]) * sides.y);
-    RelativeMotion::between(a, b, shift, now)
-}
-
-/// The image of an entry's second body relative to the places that both have now.
-fn present_image(world: &World, entry: &Entry) -> [i64; 2] {
-    let [a, b] = entry.bodies.map(|body| world.windings()[body as usize]);
-    [0, 1].map(|axis| i64::from(entry.image[axis]) + (b[axis] - a[axis]))
 }

@@ -67,7 +67,11 @@ impl World {
 
     /// Kinetic energy of all bodies (mass × length² / time²).
     pub fn energy(&self) -> f64 {
-        self.motions.iter().zip(&self.bodies).map(|(motion, body)| kinetic_energy(motion, &body.inertia)).sum()
+        self.motions
+            .iter()
+            .zip(&self.bodies)
+            .map(|(motion, body)| kinetic_energy(motion, &body.inertia))
+            .sum()
     }
 
     /// Degrees of freedom that carry energy: two for each body that moves, one for each that turns. The

@@ -1,0 +1,82 @@
+//! Two bodies in flight: where they are at a time, as far as their atoms' distances need it.
+
+use carom_geometry::{Circle, Outline};
+use carom_kinematics::RelativeMotion;
+use glam::DVec2;
+
+/// The relative motion of two bodies, with what all searches in it share.
+pub(crate) struct Flight<'a> {
+    pub(crate) motion: &'a RelativeMotion,
+    /// Angular velocities; 0 for a body that looks the same however it is turned.
+    pub(crate) spin: [f64; 2],
+    /// |V|
+    pub(crate) speed: f64,
+    rotation_at_start: [DVec2; 2],
+}
+
+/// Where the bodies of a flight are at one time.
+#[derive(Clone, Copy)]
+pub(crate) struct Placement {
+    pub(crate) time: f64,
+    /// X + V t
+    pub(crate) separation: DVec2,
+    rotation: [DVec2; 2],
+}
+
+impl<'a> Flight<'a> {
+    pub(crate) fn new(a: Outline<'_>, b: Outline<'_>, motion: &'a RelativeMotion) -> Self {
+        let mut flight = Self {
+            motion,
+            spin: motion.angular_velocity,
+            speed: motion.velocity.length(),
+            rotation_at_start: [DVec2::X; 2],
+        };
+        for (body, outline) in [a, b].into_iter().enumerate() {
+            if is_centred_disc(outline) {
+                flight.spin[body] = 0.0;
+            } else if flight.spin[body] == 0.0 {
+                flight.rotation_at_start[body] = motion.orientation[body].cos_sin();
+            }
+        }
+        flight
+    }
+
+    /// Whether an atom moves otherwise than on a straight line.
+    pub(crate) fn turns(&self) -> bool {
+        self.spin != [0.0; 2]
+    }
+
+    #[inline]
+    pub(crate) fn at(&self, time: f64) -> Placement {
+        let motion = self.motion;
+        let rotation = |body: usize| {
+            if self.spin[body] == 0.0 {
+                self.rotation_at_start[body]
+            } else {
+                motion.orientation[body].turned(self.spin[body], time).cos_sin()
+            }
+        };
+        Placement {
+            time,
+            separation: motion.separation + motion.velocity * time,
+            rotation: [rotation(0), rotation(1)],
+        }
+    }
+}
+
+impl Placement {
+    /// From the centre of mass of a body to a place in its frame, as it is turned now.
+    #[inline]
+    pub(crate) fn arm(&self, body: usize, offset: DVec2) -> DVec2 {
+        self.rotation[body].rotate(offset)
+    }
+}
+
+fn is_centred_disc(body: Outline<'_>) -> bool {
+    matches!(body.atoms, [only] if only.arm() == 0.0)
+}
+
+/// The circle about the centre of mass that holds the body.
+pub(crate) fn bounding_circle(body: Outline<'_>) -> Circle {
+    Circle { offset: DVec2::ZERO, arm: 0.0, radius: body.bounding_radius }
+}

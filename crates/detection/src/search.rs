@@ -1,0 +1,51 @@
+//! What a search over many atom pairs has found so far.
+
+use crate::{Answer, Contact, Outcome, Touch, atom_pair::PairOutcome};
+
+/// The state of a search: its earliest findings, which limit what is still of interest.
+pub(crate) struct Search {
+    end: f64,
+    best: Option<Contact>,
+    out_of_budget: f64,
+    pub(crate) most_steps: u32,
+    pub(crate) evaluations: u32,
+}
+
+impl Search {
+    pub(crate) fn new(end: f64, most_steps: u32) -> Self {
+        Self { end, best: None, out_of_budget: f64::INFINITY, most_steps, evaluations: 0 }
+    }
+
+    /// Nothing after this time can change the answer.
+    #[inline]
+    pub(crate) fn limit(&self) -> f64 {
+        let found = self.best.map_or(self.end, |best| best.time);
+        found.min(self.out_of_budget)
+    }
+
+    /// Takes note of how the search for one pair of atoms ended.
+    pub(crate) fn record(&mut self, outcome: PairOutcome, atoms: [u32; 2]) {
+        match outcome {
+            PairOutcome::Contact(time) => {
+                let earlier = |best: Contact| {
+                    time < best.time || (time == best.time && Touch::Atoms(atoms[0], atoms[1]) < best.touch)
+                };
+                if self.best.is_none_or(earlier) {
+                    self.best = Some(Contact { time, touch: Touch::Atoms(atoms[0], atoms[1]) });
+                }
+            }
+            PairOutcome::Free => {}
+            PairOutcome::OutOfBudget(time) => self.out_of_budget = self.out_of_budget.min(time),
+        }
+    }
+
+    /// "Certified free until" of one pair beats a contact of another one that is later.
+    pub(crate) fn answer(&self) -> Answer {
+        let outcome = match self.best {
+            Some(contact) if contact.time <= self.out_of_budget => Outcome::Contact(contact),
+            _ if self.out_of_budget <= self.end => Outcome::FreeUntil(self.out_of_budget),
+            _ => Outcome::Free,
+        };
+        Answer { outcome, evaluations: self.evaluations }
+    }
+}

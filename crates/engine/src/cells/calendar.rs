@@ -1,0 +1,206 @@
+//! The calendar: one event for each body, in bins of a ring, the soonest bin sorted.
+//!
+//! A bounded calendar in the manner of Paul (J. Comput. Phys. 221, 615, 2007). A bin is a circular doubly linked
+//! list through the bodies, so taking a body out and putting it in have no branches. What lies beyond the ring
+//! waits in one overflow list; when the ring has been gone through, it is laid out anew from there.
+
+use super::line::Line;
+
+/// Previous and next in a circular list.
+type Link = [u32; 2];
+const PREVIOUS: usize = 0;
+const NEXT: usize = 1;
+
+/// The events of all bodies in order of time; the times themselves stand in the bodies' lines.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Calendar {
+    /// One for each body, then a head for each bin, then the head of the overflow list.
+    links: Vec<Link>,
+    bodies: usize,
+    bins: usize,
+    /// The next bin to be opened.
+    next_bin: usize,
+    /// Time at which the ring begins.
+    start: f64,
+    bins_per_time: f64,
+    /// The opened bin: time and body, the soonest last. An entry whose body has another time is dead.
+    open: Vec<(f64, u32)>,
+}
+
+impl Calendar {
+    /// Lays out a ring of two bins a body, of `width` (time) each, from time 0, with no events.
+    pub fn lay_out(&mut self, bodies: usize, width: f64) {
+        self.bodies = bodies;
+        self.bins = (2 * bodies).max(1);
+        self.links.clear();
+        self.links.extend((0..(bodies + self.bins + 1) as u32).map(|head| [head; 2]));
+        self.bins_per_time = if width.is_finite() && width > 0.0 { 1.0 / width } else { 0.0 };
+        self.begin_ring(0.0);
+    }
+
+    fn begin_ring(&mut self, start: f64) {
+        self.start = start;
+        self.next_bin = 0;
+        self.open.clear();
+    }
+
+    /// Puts a body where its time says, wherever it was.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    pub fn schedule(&mut self, lines: &[Line], body: u32) {
+        self.unlink(body);
+        let time = lines[body as usize].time;
+        // Saturates: before the ring is bin 0, infinity is the overflow list.
+        let bin = (((time - self.start) * self.bins_per_time) as usize).min(self.bins);
+        if bin >= self.next_bin {
+            self.link(body, bin);
+        } else {
+            self.insert_open(lines, time, body);
+        }
+    }
+
+    /// The soonest event, if there is one at `stop` or before.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    pub fn soonest(&mut self, lines: &[Line], stop: f64) -> Option<(f64, u32)> {
+        loop {
+            while let Some(&(time, body)) = self.open.last() {
+                if lines[body as usize].time == time {
+                    return (time <= stop).then_some((time, body));
+                }
+                self.open.pop();
+            }
+            if self.next_bin < self.bins {
+                self.open_bin(lines, self.next_bin);
+                self.next_bin += 1;
+            } else if !self.go_round(lines, stop) {
+                return None;
+            }
+        }
+    }
+
+    /// Takes the event that [`Self::soonest`] gave off the open bin.
+    pub fn take(&mut self) {
+        self.open.pop();
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    fn unlink(&mut self, body: u32) {
+        let [previous, next] = self.links[body as usize];
+        self.links[previous as usize][NEXT] = next;
+        self.links[next as usize][PREVIOUS] = previous;
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    fn link(&mut self, body: u32, bin: usize) {
+        let head = self.bodies + bin;
+        let first = self.links[head][NEXT];
+        self.links[body as usize] = [head as u32, first];
+        self.links[head][NEXT] = body;
+        self.links[first as usize][PREVIOUS] = body;
+    }
+
+    fn insert_open(&mut self, lines: &[Line], time: f64, body: u32) {
+        self.links[body as usize] = [body; 2];
+        let later = |&(other_time, other): &(f64, u32)| {
+            other_time > time || (other_time == time && rank(lines, other) > rank(lines, body))
+        };
+        let mut place = self.open.len();
+        while place > 0 && !later(&self.open[place - 1]) {
+            place -= 1;
+        }
+        self.open.insert(place, (time, body));
+    }
+
+    fn open_bin(&mut self, lines: &[Line], bin: usize) {
+        let head = self.bodies + bin;
+        let mut body = self.links[head][NEXT];
+        while body as usize != head {
+            let next = self.links[body as usize][NEXT];
+            self.insert_open(lines, lines[body as usize].time, body);
+            body = next;
+        }
+        self.links[head] = [head as u32; 2];
+    }
+
+    /// Begins the next round of the ring with what waits in the overflow list, unless all of it is after `stop`.
+    #[cold]
+    fn go_round(&mut self, lines: &[Line], stop: f64) -> bool {
+        let head = self.bodies + self.bins;
+        let mut waiting = Vec::new();
+        let mut body = self.links[head][NEXT];
+        let mut soonest = f64::INFINITY;
+        while body as usize != head {
+            soonest = soonest.min(lines[body as usize].time);
+            waiting.push(body);
+            body = self.links[body as usize][NEXT];
+        }
+        if soonest > stop || soonest == f64::INFINITY {
+            return false;
+        }
+        self.begin_ring(soonest);
+        for body in waiting {
+            self.schedule(lines, body);
+        }
+        true
+    }
+}
+
+/// Of two events at one instant the one of the earlier inserted pair goes first.
+#[cold]
+fn rank(lines: &[Line], body: u32) -> (u32, u32, u32) {
+    let line = &lines[body as usize];
+    let other = match line.kind() {
+        super::line::Kind::Discs | super::line::Kind::Covering => line.partner(),
+        _ => body,
+    };
+    (body.min(other), body.max(other), body)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cells::line::Kind;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn events_come_in_order_whatever_the_width_of_a_bin() {
+        for width in [1e-6, 1e-3, 0.1, 1e3, f64::INFINITY] {
+            let mut random = rand_pcg::Pcg64::seed_from_u64(7);
+            let mut lines = vec![Line::dummy(); 50];
+            let mut calendar = Calendar::default();
+            calendar.lay_out(lines.len(), width);
+            for body in 0..lines.len() as u32 {
+                lines[body as usize].set_event(random.random::<f64>(), Kind::Nothing, 0, 0);
+                calendar.schedule(&lines, body);
+            }
+            let mut now = 0.0;
+            for _ in 0..5000 {
+                let earliest = lines.iter().map(|line| line.time).fold(f64::INFINITY, f64::min);
+                let (time, body) = calendar.soonest(&lines, f64::MAX).unwrap();
+                assert_eq!(time, earliest, "width {width}");
+                assert!(time >= now);
+                now = time;
+                calendar.take();
+                let later = |random: &mut rand_pcg::Pcg64| now + random.random::<f64>().powi(3);
+                // The body itself, and another taken from wherever it is, earlier or later than it was.
+                for body in [body, random.random_range(0..lines.len() as u32)] {
+                    lines[body as usize].set_event(later(&mut random), Kind::Nothing, 0, 0);
+                    calendar.schedule(&lines, body);
+                }
+            }
+            assert!(calendar.soonest(&lines, now - 1.0).is_none());
+        }
+    }
+
+    #[test]
+    fn nothing_to_come_is_none() {
+        let mut calendar = Calendar::default();
+        calendar.lay_out(3, 1.0);
+        let lines = vec![Line::dummy(); 3];
+        (0..3).for_each(|body| calendar.schedule(&lines, body));
+        assert_eq!(calendar.soonest(&lines, f64::MAX), None);
+    }
+}

@@ -1,0 +1,522 @@
+//! Covering bodies: turning molecules, large discs, fixed bodies, each with a shell and a list of the cells it may
+//! touch.
+//!
+//! A covering body has a *shell*, a circle round the place where it was last listed. It stands in the list of every cell
+//! that can hold the centre of a small disc it might touch while its own centre is in the shell: every cell within
+//! R + r_largest + h of the shell's centre. Leaving the shell is an event that lists it anew. Two covering bodies keep
+//! each other as neighbours while their shells' centres are within R + R' + h + h'; all with the image through which
+//! they see each other. A fixed body has no shell, is listed once, and has no events.
+
+use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome, disc_contact};
+use carom_geometry::PeriodicBox;
+use carom_kinematics::{Motion, RelativeMotion};
+use glam::DVec2;
+use smallvec::SmallVec;
+
+use super::{
+    State,
+    line::{Kind, Line},
+};
+use crate::{Body, ContactEvent, Parts, World};
+
+/// Column of a line whose body lives in no cell.
+const NO_CELL: u16 = u16::MAX;
+
+/// In a gas of covering bodies only, the shell in bounding radii. Smaller: more listings. Larger: more neighbours.
+const SHELL_AMONG_LIKES: f64 = 0.5;
+
+/// Lists reach this much farther than they need to, so that no rounding makes them shorter.
+const MARGIN: f64 = 1.0 + 1e-12;
+
+/// All covering bodies of the system; empty, and never asked, where there are none.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Coverings {
+    list: Vec<Covering>,
+    /// Place in `list` by body.
+    index_of: Vec<u32>,
+    /// What the contact is that a body's event of kind `Covering` announces, by body.
+    pending: Vec<Pending>,
+    /// Which covering bodies are listed in a cell, by the cell's place in `pool_of`.
+    pool: Vec<SmallVec<[Listed; 4]>>,
+    pool_of: Vec<u32>,
+    /// Scratch space.
+    asked: Vec<Listed>,
+    candidates: Vec<(f64, Listed)>,
+}
+
+/// A body, and how many boxes over something in its frame appears (or it does in another's).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Listed {
+    /// A covering body's place in the list of covering bodies, or a body's index.
+    who: u32,
+    image: [i32; 2],
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Pending {
+    parts: Parts,
+    /// Image of the second body relative to the first along their paths without periodic jumps.
+    image: [i64; 2],
+}
+
+#[derive(Debug, Clone)]
+struct Covering {
+    body: u32,
+    fixed: bool,
+    is_disc: bool,
+    /// Bounding radius (length).
+    radius: f64,
+    motion: Motion,
+    /// Centre and radius of the shell (length).
+    centre: DVec2,
+    shell: f64,
+    /// Cells it is listed in, with the image in which their discs appear in its frame.
+    cells: Vec<Listed>,
+    /// Cells whose neighbourhood lists together hold every disc of `cells`, with the image likewise.
+    tiles: Vec<Listed>,
+    /// Covering bodies that it might touch, with the image in which they appear in its frame.
+    neighbours: Vec<Listed>,
+}
+
+impl Coverings {
+    pub fn clear(&mut self) {
+        self.list.clear();
+        self.index_of.clear();
+        self.pending.clear();
+    }
+
+    pub fn add(&mut self, index: u32, body: &Body, motion: &Motion, bodies: usize) {
+        self.index_of.resize(bodies, u32::MAX);
+        self.pending.resize(bodies, Pending { parts: Parts::Discs, image: [0; 2] });
+        self.index_of[index as usize] = self.list.len() as u32;
+        self.list.push(Covering {
+            body: index,
+            fixed: body.is_fixed(),
+            is_disc: body.molecule.is_disc(),
+            radius: body.molecule.bounding_radius(),
+            motion: *motion,
+            centre: motion.position,
+            shell: 0.0,
+            cells: Vec::new(),
+            tiles: Vec::new(),
+            neighbours: Vec::new(),
+        });
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub fn is_covering(&self, body: u32) -> bool {
+        self.get(body).is_some()
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub fn is_fixed(&self, body: u32) -> bool {
+        self.get(body).is_some_and(|index| self.list[index].fixed)
+    }
+
+    /// Takes over the new motion of a body, if it is one of these.
+    #[inline]
+    pub fn set_motion(&mut self, body: u32, motion: &Motion) {
+        if let Some(index) = self.get(body) {
+            self.list[index].motion = *motion;
+        }
+    }
+
+    /// Replaces a motion formed from a line by the one kept here, if the body is one of these.
+    #[inline]
+    pub fn complete_motion(&self, body: u32, motion: &mut Motion) {
+        if let Some(index) = self.get(body) {
+            *motion = self.list[index].motion;
+        }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn get(&self, body: u32) -> Option<usize> {
+        self.index_of.get(body as usize).filter(|&&index| index != u32::MAX).map(|&index| index as usize)
+    }
+}
+
+/// The soonest event found so far for one body.
+struct Soonest {
+    time: f64,
+    kind: Kind,
+    partner: u32,
+    pending: Pending,
+}
+
+impl Soonest {
+    /// Takes a contact if it is sooner, or as soon and with a body inserted earlier.
+    fn offer(&mut self, time: f64, partner: u32, pending: Pending) {
+        let tie = time == self.time && self.kind == Kind::Covering && partner < self.partner;
+        if time < self.time || tie {
+            *self = Self { time, kind: Kind::Covering, partner, pending };
+        }
+    }
+
+    fn offer_recheck(&mut self, time: f64) {
+        if time < self.time {
+            (self.time, self.kind, self.partner) = (time, Kind::Recheck, 0);
+        }
+    }
+}
+
+impl State {
+    /// Lists every covering body, at the start of an epoch.
+    pub(super) fn list_all(&mut self, world: &World) {
+        let count = self.coverings.list.len();
+        if count == 0 {
+            return;
+        }
+        let [columns, rows] = self.grid.counts();
+        self.coverings.pool.clear();
+        self.coverings.pool_of.clear();
+        self.coverings.pool_of.resize((columns * rows) as usize, u32::MAX);
+        for index in 0..count {
+            let body = self.coverings.list[index].body;
+            self.lines[body as usize].cell = [NO_CELL; 2];
+            self.list(world, index, 0.0);
+        }
+    }
+
+    /// A covering body has left its shell.
+    #[cold]
+    pub(super) fn leave_shell(&mut self, world: &World, body: u32, now: f64) {
+        if let Some(index) = self.coverings.get(body) {
+            self.list(world, index, now);
+        }
+    }
+
+    /// Lists a covering body where it is now.
+    fn list(&mut self, world: &World, index: usize, now: f64) {
+        self.unlist(index);
+        let bounds = world.bounds();
+        let covering = &mut self.coverings.list[index];
+        let body = covering.body as usize;
+        let (place, image) = bounds.wrap(covering.motion.position_at(now));
+        if image != [0, 0] && !covering.fixed {
+            covering.motion.position -= bounds.shift(image);
+            self.lines[body].set_motion(&covering.motion);
+            self.windings[body][0] += image[0];
+            self.windings[body][1] += image[1];
+        }
+        covering.centre = place;
+        let small = self.grid.largest_small();
+        let likes = SHELL_AMONG_LIKES * covering.radius;
+        covering.shell = match covering.fixed {
+            true => 0.0,
+            false if small > 0.0 => small.min(likes.max(0.5 * small)),
+            false => likes,
+        };
+        self.cover_cells(index);
+        self.find_neighbours(bounds, index);
+    }
+
+    fn unlist(&mut self, index: usize) {
+        let me = index as u32;
+        for listed in std::mem::take(&mut self.coverings.list[index].cells) {
+            let pool = &mut self.coverings.pool[self.coverings.pool_of[listed.who as usize] as usize];
+            pool.retain(|entry| entry.who != me);
+            if pool.is_empty() {
+                self.neighbourhoods.set_covered(listed.who, false);
+            }
+        }
+        for neighbour in std::mem::take(&mut self.coverings.list[index].neighbours) {
+            self.coverings.list[neighbour.who as usize].neighbours.retain(|entry| entry.who != me);
+        }
+    }
+
+    /// Lists a body in every cell within its radius, the largest small disc's and its shell's of its place.
+    fn cover_cells(&mut self, index: usize) {
+        let side = self.grid.side();
+        let counts = self.grid.counts().map(|count| i64::from(count));
+        let covering = &self.coverings.list[index];
+        let reach = (covering.radius + self.grid.largest_small() + covering.shell) * MARGIN;
+        let centre = covering.centre;
+        let first = ((centre - reach) / side).floor();
+        let last = ((centre + reach) / side).floor();
+        // Distance from the centre to a block of cells.
+        let within = |from: [i64; 2], to: [i64; 2]| {
+            let low = DVec2::new(from[0] as f64, from[1] as f64) * side;
+            let high = DVec2::new(to[0] as f64 + 1.0, to[1] as f64 + 1.0) * side;
+            let outside = (low - centre).max(centre - high).max(DVec2::ZERO);
+            outside.length_squared() <= reach * reach
+        };
+        let folded = |cell: [i64; 2]| {
+            let [column, row] = [cell[0].rem_euclid(counts[0]), cell[1].rem_euclid(counts[1])];
+            let image = [cell[0].div_euclid(counts[0]) as i32, cell[1].div_euclid(counts[1]) as i32];
+            Listed { who: (row * counts[0] + column) as u32, image }
+        };
+        let (first, last) = ([first.x as i64, first.y as i64], [last.x as i64, last.y as i64]);
+        let mut cells = Vec::new();
+        for row in first[1]..=last[1] {
+            for column in first[0]..=last[0] {
+                if within([column, row], [column, row]) {
+                    cells.push(folded([column, row]));
+                }
+            }
+        }
+        let mut tiles = Vec::new();
+        for row in (first[1] + 1..=last[1] + 1).step_by(3) {
+            for column in (first[0] + 1..=last[0] + 1).step_by(3) {
+                if within([column - 1, row - 1], [column + 1, row + 1]) {
+                    tiles.push(folded([column, row]));
+                }
+            }
+        }
+        let me = index as u32;
+        for &cell in &cells {
+            let place = &mut self.coverings.pool_of[cell.who as usize];
+            if *place == u32::MAX {
+                *place = self.coverings.pool.len() as u32;
+                self.coverings.pool.push(SmallVec::new());
+            }
+            self.coverings.pool[*place as usize].push(Listed { who: me, image: cell.image });
+            self.neighbourhoods.set_covered(cell.who, true);
+        }
+        let covering = &mut self.coverings.list[index];
+        (covering.cells, covering.tiles) = (cells, tiles);
+    }
+
+    /// Finds the covering bodies that this one might touch, among those listed in its cells: two circles of radius R + h
+    /// that overlap have a point in common, and its cell is listed for both.
+    fn find_neighbours(&mut self, bounds: &PeriodicBox, index: usize) {
+        let coverings = &mut self.coverings;
+        let me = index as u32;
+        let mut neighbours: Vec<Listed> = Vec::new();
+        let covering = &coverings.list[index];
+        for cell in &covering.cells {
+            for other in &coverings.pool[coverings.pool_of[cell.who as usize] as usize] {
+                let image = [0, 1].map(|axis| cell.image[axis] - other.image[axis]);
+                let found = Listed { who: other.who, image };
+                let there = &coverings.list[other.who as usize];
+                if other.who == me || (covering.fixed && there.fixed) || neighbours.contains(&found) {
+                    continue;
+                }
+                let reach = (covering.radius + there.radius + covering.shell + there.shell) * MARGIN;
+                let separation = there.centre + bounds.shift(image.map(i64::from)) - covering.centre;
+                if separation.length_squared() <= reach * reach {
+                    neighbours.push(found);
+                }
+            }
+        }
+        for neighbour in &neighbours {
+            let image = neighbour.image.map(|boxes| -boxes);
+            coverings.list[neighbour.who as usize].neighbours.push(Listed { who: me, image });
+        }
+        coverings.list[index].neighbours = neighbours;
+    }
+
+    /// Finds a covering body's soonest event: a contact, a re-check, or its shell.
+    #[inline(never)]
+    pub(super) fn foresee_covering<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        body: u32,
+        now: f64,
+    ) {
+        let Some(index) = self.coverings.get(body) else { return };
+        let covering = &self.coverings.list[index];
+        if covering.fixed {
+            self.lines[body as usize].set_event(f64::INFINITY, Kind::Nothing, 0, 0);
+            return;
+        }
+        let is_disc = covering.is_disc;
+        let nothing = Pending { parts: Parts::Discs, image: [0; 2] };
+        let mut best =
+            Soonest { time: leaves_shell(covering, now), kind: Kind::Shell, partner: 0, pending: nothing };
+        let mut asked = std::mem::take(&mut self.coverings.asked);
+        let mut candidates = std::mem::take(&mut self.coverings.candidates);
+        asked.clear();
+        candidates.clear();
+        for tile in &covering.tiles {
+            for (who, image) in self.neighbourhoods.seen_from(tile.who) {
+                asked.push(Listed { who, image: [image[0] + tile.image[0], image[1] + tile.image[1]] });
+            }
+        }
+        let discs = asked.len();
+        for neighbour in &covering.neighbours {
+            let other = &self.coverings.list[neighbour.who as usize];
+            asked.push(Listed { who: other.body, image: neighbour.image });
+        }
+        if is_disc {
+            for some in asked[..discs].chunks(DISC_LANES) {
+                let times = self.lanes(world, body, some, now).contact_times();
+                self.done.pairs += some.len() as u64;
+                for (&other, time) in some.iter().zip(times) {
+                    if time < f64::INFINITY {
+                        let image = self.path_image([body, other.who], other.image);
+                        best.offer(now + time, other.who, Pending { parts: Parts::Discs, image });
+                    }
+                }
+            }
+        }
+        let to_search = if is_disc { &asked[discs..] } else { &asked[..] };
+        for some in to_search.chunks(DISC_LANES) {
+            let times = self.lanes(world, body, some, now).entry_times();
+            for (&other, time) in some.iter().zip(times) {
+                if now + time < best.time {
+                    candidates.push((time, other));
+                }
+            }
+        }
+        // By the time at which the bounding circles meet: most need not be asked.
+        candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.who.cmp(&b.1.who)));
+        for &(entry, other) in &candidates {
+            if now + entry >= best.time.min(self.limit) {
+                break;
+            }
+            self.search(world, detection, [body, other.who], other.image, now, &mut best);
+        }
+        (self.coverings.asked, self.coverings.candidates) = (asked, candidates);
+        self.settle(body, &best);
+    }
+
+    /// Looks for a disc's contacts with the covering bodies listed in its cell, before the event that it has.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn meet_coverings<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        disc: u32,
+        cell: u32,
+        now: f64,
+    ) {
+        let line = &self.lines[disc as usize];
+        let nothing = Pending { parts: Parts::Discs, image: [0; 2] };
+        let mut best =
+            Soonest { time: line.time, kind: line.kind(), partner: line.partner(), pending: nothing };
+        let pool = self.coverings.pool_of[cell as usize] as usize;
+        for place in 0..self.coverings.pool[pool].len() {
+            let listed = self.coverings.pool[pool][place];
+            let covering = &self.coverings.list[listed.who as usize];
+            // The disc appears `image` boxes over to the covering body, hence this to the disc the other way.
+            let image = listed.image.map(|boxes| -boxes);
+            let other = covering.body;
+            if covering.is_disc {
+                let relative = self.relative_motion(world, [disc, other], image, now);
+                let sigma = self.lines[disc as usize].radius + covering.radius;
+                let errors = (relative.separation_error, relative.velocity_error);
+                let time = now + disc_contact(relative.separation, relative.velocity, sigma, errors);
+                self.done.pairs += 1;
+                if time < f64::INFINITY {
+                    let image = self.path_image([disc, other], image);
+                    best.offer(time, other, Pending { parts: Parts::Discs, image });
+                }
+            } else {
+                self.search(world, detection, [disc, other], image, now, &mut best);
+            }
+        }
+        if matches!(best.kind, Kind::Covering | Kind::Recheck) {
+            self.settle(disc, &best);
+        }
+    }
+
+    /// Asks detection for the first contact of two bodies before the best event so far.
+    fn search<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        pair: [u32; 2],
+        image: [i32; 2],
+        now: f64,
+        best: &mut Soonest,
+    ) {
+        self.done.pairs += 1;
+        let partner = pair[1];
+        let path_image = self.path_image(pair, image);
+        // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
+        let (pair, image) =
+            if pair[0] < pair[1] { (pair, image) } else { ([pair[1], pair[0]], image.map(|boxes| -boxes)) };
+        let relative = self.relative_motion(world, pair, image, now);
+        let [a, b] = pair.map(|body| world.bodies()[body as usize].molecule.outline());
+        let horizon = best.time.min(self.limit) - now;
+        match detection.first_contact(a, b, &relative, horizon).outcome {
+            Outcome::Free => {}
+            Outcome::Contact(contact) => {
+                let pending = Pending { parts: contact.touch.into(), image: path_image };
+                best.offer(now + contact.time, partner, pending);
+            }
+            Outcome::FreeUntil(time) => best.offer_recheck((now + time).max(now.next_up())),
+            Outcome::Unresolved(time) => {
+                self.done.unresolved += 1;
+                best.offer_recheck((now + time).max(now.next_up()));
+            }
+        }
+    }
+
+    fn settle(&mut self, body: u32, best: &Soonest) {
+        let version = self.lines[best.partner as usize].version;
+        self.lines[body as usize].set_event(best.time, best.kind, best.partner, version);
+        self.coverings.pending[body as usize] = best.pending;
+    }
+
+    /// The contact that a body's event announces.
+    pub(super) fn contact_of_covering(&self, owner: u32, bodies: [u32; 2], time: f64) -> ContactEvent {
+        let pending = self.coverings.pending[owner as usize];
+        let [a, b] = bodies.map(|body| self.windings[body as usize]);
+        let image = [0, 1].map(|axis| pending.image[axis] + (b[axis] - a[axis]));
+        ContactEvent { time, bodies, image, parts: pending.parts }
+    }
+
+    /// The image of the pair's second body along their paths without periodic jumps, as seen from the one inserted
+    /// first.
+    fn path_image(&self, pair: [u32; 2], image: [i32; 2]) -> [i64; 2] {
+        let [asking, other] = pair.map(|body| self.windings[body as usize]);
+        let seen = [0, 1].map(|axis| i64::from(image[axis]) - (other[axis] - asking[axis]));
+        if pair[0] < pair[1] { seen } else { seen.map(|boxes| -boxes) }
+    }
+
+    fn relative_motion(&self, world: &World, pair: [u32; 2], image: [i32; 2], now: f64) -> RelativeMotion {
+        let [a, b] = pair.map(|body| self.motion(body));
+        RelativeMotion::between(&a, &b, world.bounds().shift(image.map(i64::from)), now)
+    }
+
+    /// Up to eight bodies as seen from one, all as their bounding circles.
+    fn lanes(&self, world: &World, body: u32, others: &[Listed], now: f64) -> DiscLanes {
+        let me = &self.lines[body as usize];
+        let sides = world.bounds().sides().to_array();
+        let dummy = Line::dummy();
+        let mut lanes = DiscLanes {
+            separation: [[0.0; DISC_LANES]; 2],
+            velocity: [[0.0; DISC_LANES]; 2],
+            contact_distance: [0.0; DISC_LANES],
+            separation_error: self.separation_error,
+            speed: me.velocity[0].abs() + me.velocity[1].abs(),
+        };
+        for lane in 0..DISC_LANES {
+            let listed = others.get(lane);
+            let line = listed.map_or(&dummy, |listed| &self.lines[listed.who as usize]);
+            let image = listed.map_or([0; 2], |listed| listed.image);
+            for axis in 0..2 {
+                let velocity = line.velocity[axis] - me.velocity[axis];
+                lanes.velocity[axis][lane] = velocity;
+                lanes.separation[axis][lane] = (line.origin[axis] - me.origin[axis])
+                    + velocity * now
+                    + f64::from(image[axis]) * sides[axis];
+            }
+            lanes.contact_distance[lane] = line.radius + me.radius;
+        }
+        lanes
+    }
+}
+
+/// When a body's centre leaves its shell: a little early, never late.
+fn leaves_shell(covering: &Covering, now: f64) -> f64 {
+    let d = covering.motion.position_at(now) - covering.centre;
+    let v = covering.motion.velocity;
+    let v_squared = v.length_squared();
+    if v_squared == 0.0 {
+        return f64::INFINITY;
+    }
+    let shell = covering.shell * (1.0 - 1e-9);
+    let b = d.dot(v);
+    let inside = (shell * shell - d.length_squared()).max(0.0);
+    let root = (b * b + v_squared * inside).sqrt();
+    // The later root of |d + v t| = h, in the form that does not cancel.
+    let stay = if b > 0.0 { inside / (b + root) } else { (root - b) / v_squared };
+    now + stay
+}

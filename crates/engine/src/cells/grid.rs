@@ -1,0 +1,95 @@
+//! The grid of the fast scheduler: which bodies live in cells, how large the cells are, who is where.
+
+use glam::DVec2;
+
+use crate::{Body, World};
+
+/// Cells as long as two of the small discs reach, at least three a side.
+#[derive(Debug, Clone)]
+pub(super) struct CellGrid {
+    counts: [u32; 2],
+    /// Sides of a cell, and of the box (length).
+    side: DVec2,
+    box_sides: DVec2,
+    /// Discs up to this radius live in cells; everything else covers them (length).
+    largest_small: f64,
+}
+
+/// A disc is small if it is at most this many times the median radius. Smaller: discs of a narrow mixture have to be
+/// listed one by one. Larger: cells, and with them the lists of all, grow with the few large ones.
+const SMALL_IN_MEDIANS: f64 = 2.0;
+
+/// Most cells for each body: more are empty, and crossed for nothing.
+const MOST_CELLS_PER_BODY: f64 = 2.0;
+
+/// Cells are this much longer than two discs reach, so that no rounding makes them shorter.
+const MARGIN: f64 = 1e-9;
+
+impl CellGrid {
+    /// A grid for the bodies of this world; none if the box is shorter than three cells.
+    pub fn new(world: &World) -> Option<Self> {
+        let sides = world.bounds().sides();
+        let mut radii: Vec<f64> = world
+            .bodies()
+            .iter()
+            .filter(|body| may_be_small(body))
+            .map(|b| b.molecule.bounding_radius())
+            .collect();
+        radii.sort_by(f64::total_cmp);
+        let largest_small = radii.get(radii.len() / 2).map_or(0.0, |median| {
+            let small = radii.iter().rev().find(|&&radius| radius <= SMALL_IN_MEDIANS * median);
+            small.copied().unwrap_or(*median)
+        });
+        let longest = if largest_small > 0.0 { 2.0 * largest_small } else { median_reach(world) };
+        let bodies = world.bodies().len().max(1) as f64;
+        let sparse = (sides.x * sides.y / (MOST_CELLS_PER_BODY * bodies)).sqrt();
+        let length = (longest * (1.0 + MARGIN)).max(sparse);
+        let count = |side: f64| {
+            let fitting = (side / (longest * (1.0 + MARGIN))) as u32;
+            ((side / length) as u32).max(3.min(fitting)).min(u32::from(u16::MAX))
+        };
+        let counts = [count(sides.x), count(sides.y)];
+        let side = DVec2::new(sides.x / f64::from(counts[0]), sides.y / f64::from(counts[1]));
+        (counts[0] >= 3 && counts[1] >= 3).then_some(Self { counts, side, box_sides: sides, largest_small })
+    }
+
+    pub fn counts(&self) -> [u32; 2] {
+        self.counts
+    }
+
+    /// Sides of a cell (length).
+    pub fn side(&self) -> DVec2 {
+        self.side
+    }
+
+    /// Sides of the box (length).
+    pub fn box_sides(&self) -> DVec2 {
+        self.box_sides
+    }
+
+    /// Radius of the largest disc that may live in a cell (length).
+    pub fn largest_small(&self) -> f64 {
+        self.largest_small
+    }
+
+    /// Whether a body covers cells instead of living in one.
+    pub fn covers(&self, body: &Body) -> bool {
+        !may_be_small(body) || body.molecule.bounding_radius() > self.largest_small
+    }
+
+    pub fn cell_of(&self, place: DVec2) -> [u16; 2] {
+        let cell = |x: f64, side: f64, count: u32| ((x / side) as u32).min(count - 1) as u16;
+        [cell(place.x, self.side.x, self.counts[0]), cell(place.y, self.side.y, self.counts[1])]
+    }
+}
+
+fn may_be_small(body: &Body) -> bool {
+    body.molecule.is_disc() && !body.is_fixed()
+}
+
+/// Median bounding diameter of the bodies, for a system without small discs (length).
+fn median_reach(world: &World) -> f64 {
+    let mut radii: Vec<f64> = world.bodies().iter().map(|body| body.molecule.bounding_radius()).collect();
+    radii.sort_by(f64::total_cmp);
+    radii.get(radii.len() / 2).map_or(0.0, |median| 2.0 * median)
+}

@@ -1,0 +1,113 @@
+//! A body's line: all that the hot loop needs of it, in one cache line.
+
+use carom_kinematics::Motion;
+
+/// Bits of a body's index in a slot or a partner; the rest says what kind of event, or which image.
+pub(super) const INDEX_BITS: u32 = 28;
+/// Mask of an index.
+pub(super) const INDEX_MASK: u32 = (1 << INDEX_BITS) - 1;
+
+/// What a body's next event is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub(super) enum Kind {
+    /// Contact of two discs.
+    Discs = 0,
+    /// A disc enters the next cell along +x.
+    Right = 1,
+    /// Along −x.
+    Left = 2,
+    /// Along +y.
+    Up = 3,
+    /// Along −y.
+    Down = 4,
+    /// Contact with a covering body, or of one; its parts and image are kept aside.
+    Covering = 5,
+    /// A covering body leaves its shell.
+    Shell = 6,
+    /// A covering body is to be predicted again, since a search had to be broken off.
+    Recheck = 7,
+    /// Nothing.
+    Nothing = 8,
+}
+
+impl Kind {
+    fn from_bits(bits: u32) -> Self {
+        match bits {
+            0 => Self::Discs,
+            1 => Self::Right,
+            2 => Self::Left,
+            3 => Self::Up,
+            4 => Self::Down,
+            5 => Self::Covering,
+            6 => Self::Shell,
+            7 => Self::Recheck,
+            _ => Self::Nothing,
+        }
+    }
+}
+
+/// One body: where it would have been at the start of the epoch, its velocity, and its one event.
+///
+/// A disc is wholly described by it; what turns has more in a table of its own.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub(super) struct Line {
+    /// Place at the start of the epoch, had it always moved as now (length): place = origin + v t.
+    pub origin: [f64; 2],
+    pub velocity: [f64; 2],
+    /// Time of its event (offset in the epoch).
+    pub time: f64,
+    /// Radius of a disc, bounding radius of anything else (length).
+    pub radius: f64,
+    /// Kind of event, and the partner of a contact.
+    event: u32,
+    /// Version of the partner when the event was predicted.
+    pub partner_version: u32,
+    /// Goes up each time the motion changes.
+    pub version: u32,
+    /// Column and row of the cell of a disc.
+    pub cell: [u16; 2],
+}
+
+impl Line {
+    /// What fills unused slots: every comparison with NaN is false, so it never wins.
+    pub fn dummy() -> Self {
+        Self {
+            origin: [f64::NAN; 2],
+            velocity: [0.0; 2],
+            time: f64::INFINITY,
+            radius: 0.0,
+            event: (Kind::Nothing as u32) << INDEX_BITS,
+            partner_version: 0,
+            version: 0,
+            cell: [0; 2],
+        }
+    }
+
+    pub fn new(motion: &Motion, radius: f64) -> Self {
+        let mut line = Self { radius, ..Self::dummy() };
+        line.set_motion(motion);
+        line
+    }
+
+    /// Takes over a motion that begins at its subjective time.
+    pub fn set_motion(&mut self, motion: &Motion) {
+        self.origin = (motion.position - motion.velocity * motion.time).to_array();
+        self.velocity = motion.velocity.to_array();
+    }
+
+    pub fn kind(&self) -> Kind {
+        Kind::from_bits(self.event >> INDEX_BITS)
+    }
+
+    pub fn partner(&self) -> u32 {
+        self.event & INDEX_MASK
+    }
+
+    pub fn set_event(&mut self, time: f64, kind: Kind, partner: u32, partner_version: u32) {
+        self.time = time;
+        self.event = ((kind as u32) << INDEX_BITS) | partner;
+        self.partner_version = partner_version;
+    }
+}

@@ -1,0 +1,311 @@
+//! The fast scheduler: a line for each body, neighbourhood lists for discs, shells for everything else, one event
+//! a body.
+//!
+//! **Small discs** live in the cells of a grid whose cells are as long as two of them reach. Each cell has one list of
+//! all discs in the 3 × 3 cells around it, so a prediction reads one list and tests eight discs at a time.
+//! **Everything else** (turning molecules, large discs, fixed bodies) *covers* cells: see `covering`.
+//!
+//! **Rule.** Each body keeps its soonest event only. It is predicted against all its neighbours exactly when (a) its
+//! own motion changed, (b) it entered new cells, or covers new ones, (c) its event came up stale, because the partner
+//! has changed since, or as a re-check. Nobody else is touched.
+//!
+//! **Nothing is missed.** Call two bodies *related* through an image while their cells are adjacent through it (two
+//! discs), while the disc's cell is listed for the covering body, or while two covering bodies stand in each other's
+//! lists of neighbours. (1) *Contact implies relation*, for as long as neither has crossed into another cell nor left
+//! its shell: a cell is as long as two discs reach; a covering body lists every cell within its radius, the largest
+//! disc's and the shell's; two of them list each other within both radii and both shells. (2) *A relation begins* at a
+//! crossing or a listing, and the body whose event that is is predicted right after the lists have changed.
+//! (3) *Invariant:* for a related pair with a first contact t under the present motions, let k be the one predicted
+//! last. Neither motion has changed since (whoever's does is predicted at that moment, and would be the last), nor has
+//! the relation begun later; so the pair was among k's candidates, and k's event is at t or before: k keeps the soonest of
+//! its contacts, its crossing or shell event, and its re-checks ("certified free until", which is before t). A
+//! candidate is passed over only when it is certainly not before the event that k keeps. k's event changes only by a new
+//! prediction, which asks for the pair again. So the soonest event of all is never later than the next contact. Versions
+//! go up with every change of motion, so no event acts on a motion that is no more; a stale event is a lower bound of
+//! all its body's candidates, so predicting the body only then loses nothing.
+//!
+//! **Every epoch begins anew** from the state of the world: places, lists, events. So the state at an epoch's end is all
+//! there is to know of a run, and the order of lists and bins, which decides nothing, need not be kept.
+
+mod calendar;
+mod covering;
+mod discs;
+mod grid;
+mod line;
+mod neighbourhood;
+mod vector;
+
+use carom_detection::Detection;
+use carom_kinematics::{HALF_ULP, Motion};
+
+use self::{
+    calendar::Calendar, covering::Coverings, grid::CellGrid, line::Kind, line::Line,
+    neighbourhood::Neighbourhoods,
+};
+use crate::{ContactEvent, Fineness, GridError, Scheduler, SchedulerCounters, Thesis, World, grid::Grid};
+
+/// How [`Cells`] computes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Instructions {
+    /// With the widest vector instructions that this processor has.
+    #[default]
+    Widest,
+    /// With those that every processor of this kind has. The same bits, slower.
+    Portable,
+}
+
+/// The fast scheduler; see the source for its design and the proof that it misses nothing.
+///
+/// A box too small for a grid of three cells a side is run by [`Thesis`], which looks at every image.
+#[derive(Debug, Clone)]
+pub struct Cells(Layout);
+
+#[derive(Debug, Clone)]
+enum Layout {
+    Grid(Box<State>),
+    AllPairs(Thesis),
+}
+
+/// What the fast scheduler keeps during an epoch.
+#[derive(Debug, Clone)]
+struct State {
+    instructions: Instructions,
+    grid: CellGrid,
+    /// One for each body, and the dummy.
+    lines: Vec<Line>,
+    windings: Vec<[i64; 2]>,
+    calendar: Calendar,
+    neighbourhoods: Neighbourhoods,
+    coverings: Coverings,
+    /// End of the epoch: nothing later is of interest.
+    limit: f64,
+    /// Bound on the rounding of a separation in this epoch (length).
+    separation_error: f64,
+    done: SchedulerCounters,
+}
+
+impl Scheduler for Cells {
+    type Options = Instructions;
+
+    const CONTACTS_PER_EPOCH: u64 = 64;
+
+    fn new(instructions: &Instructions, world: &World) -> Result<Self, GridError> {
+        // Also refuses a box in which a molecule would meet itself.
+        Grid::counts_for(world, Fineness::Given(1))?;
+        let Some(grid) = CellGrid::new(world) else {
+            return Thesis::new(&Fineness::Automatic, world).map(|thesis| Self(Layout::AllPairs(thesis)));
+        };
+        Ok(Self(Layout::Grid(Box::new(State {
+            instructions: vector::available(*instructions),
+            grid,
+            lines: Vec::new(),
+            windings: Vec::new(),
+            calendar: Calendar::default(),
+            neighbourhoods: Neighbourhoods::default(),
+            coverings: Coverings::default(),
+            limit: 0.0,
+            separation_error: 0.0,
+            done: SchedulerCounters::default(),
+        }))))
+    }
+
+    fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
+        match &mut self.0 {
+            Layout::Grid(state) => state.begin_epoch(world, detection, limit),
+            Layout::AllPairs(thesis) => thesis.begin_epoch(world, detection, limit),
+        }
+    }
+
+    #[inline]
+    fn next_contact<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        stop: f64,
+    ) -> Option<ContactEvent> {
+        match &mut self.0 {
+            Layout::Grid(state) => vector::next_contact(state, world, detection, stop),
+            Layout::AllPairs(thesis) => thesis.next_contact(world, detection, stop),
+        }
+    }
+
+    #[inline]
+    fn motion(&self, body: u32) -> Motion {
+        match &self.0 {
+            Layout::Grid(state) => state.motion(body),
+            Layout::AllPairs(thesis) => thesis.motion(body),
+        }
+    }
+
+    #[inline]
+    fn motions_changed<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        bodies: [u32; 2],
+        motions: [Motion; 2],
+    ) {
+        match &mut self.0 {
+            Layout::Grid(state) => vector::motions_changed(state, world, detection, bodies, motions),
+            Layout::AllPairs(thesis) => thesis.motions_changed(world, detection, bodies, motions),
+        }
+    }
+
+    fn store(&self, world: &mut World) {
+        match &self.0 {
+            Layout::Grid(state) => {
+                for body in 0..world.bodies.len() {
+                    if !world.bodies[body].is_fixed() {
+                        world.motions[body] = state.motion(body as u32);
+                    }
+                }
+                world.windings.clone_from(&state.windings);
+            }
+            Layout::AllPairs(thesis) => thesis.store(world),
+        }
+    }
+
+    fn counters(&self) -> SchedulerCounters {
+        match &self.0 {
+            Layout::Grid(state) => state.done,
+            Layout::AllPairs(thesis) => thesis.counters(),
+        }
+    }
+}
+
+impl State {
+    fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
+        let sides = world.bounds().sides();
+        self.limit = limit;
+        // A separation is (x₀ − x₀') + (v − v') t + image: each term at most two sides long in an epoch.
+        self.separation_error = HALF_ULP * 16.0 * (sides.x + sides.y);
+        self.windings.clone_from(&world.windings);
+        self.lines.clear();
+        for (body, motion) in world.bodies().iter().zip(world.motions()) {
+            let mut line = Line::new(motion, body.molecule.bounding_radius());
+            line.cell = self.grid.cell_of(motion.position);
+            self.lines.push(line);
+        }
+        let bodies = self.lines.len();
+        self.lines.push(Line::dummy());
+        let [columns, rows] = self.grid.counts();
+        self.neighbourhoods.lay_out(columns, rows, bodies as u32);
+        self.coverings.clear();
+        for (index, body) in world.bodies().iter().enumerate() {
+            if self.grid.covers(body) {
+                self.coverings.add(index as u32, body, &world.motions()[index], bodies);
+            } else {
+                self.neighbourhoods.enter(index as u32, self.lines[index].cell);
+            }
+        }
+        self.calendar.lay_out(0, 0.0);
+        self.list_all(world);
+        // Predict everybody first: their times tell how wide a bin should be.
+        for body in 0..bodies as u32 {
+            self.foresee(world, detection, body, 0.0);
+        }
+        let width = self.width_of_bins();
+        self.calendar.lay_out(bodies, width);
+        for body in 0..bodies as u32 {
+            self.calendar.schedule(&self.lines, body);
+        }
+    }
+
+    /// Mean time between events of the system, from the median waiting time of its bodies: with rate λ each, half of
+    /// them have waited ln 2 / λ.
+    fn width_of_bins(&self) -> f64 {
+        let mut times: Vec<f64> = self.lines.iter().map(|line| line.time).filter(|t| t.is_finite()).collect();
+        if times.is_empty() {
+            return self.limit;
+        }
+        let middle = times.len() / 2;
+        let (_, median, _) = times.select_nth_unstable_by(middle, f64::total_cmp);
+        *median / (std::f64::consts::LN_2 * times.len() as f64)
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn next_contact<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        stop: f64,
+    ) -> Option<ContactEvent> {
+        loop {
+            let (now, body) = self.calendar.soonest(&self.lines, stop)?;
+            self.calendar.take();
+            let line = &self.lines[body as usize];
+            let kind = line.kind();
+            match kind {
+                Kind::Discs | Kind::Covering => {
+                    let partner = line.partner();
+                    if self.lines[partner as usize].version == line.partner_version {
+                        let bodies = if body < partner { [body, partner] } else { [partner, body] };
+                        return Some(if kind == Kind::Discs {
+                            self.contact_of_discs(bodies, now)
+                        } else {
+                            self.contact_of_covering(body, bodies, now)
+                        });
+                    }
+                    self.done.stale += 1;
+                }
+                Kind::Right | Kind::Left | Kind::Up | Kind::Down => self.cross(body, kind),
+                Kind::Shell => self.leave_shell(world, body, now),
+                Kind::Recheck => self.done.rechecks += 1,
+                Kind::Nothing => {}
+            }
+            self.predict(world, detection, body, now);
+        }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn motions_changed<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        bodies: [u32; 2],
+        motions: [Motion; 2],
+    ) {
+        let now = motions[0].time;
+        for (body, motion) in bodies.into_iter().zip(&motions) {
+            if !self.coverings.is_fixed(body) {
+                let line = &mut self.lines[body as usize];
+                line.set_motion(motion);
+                line.version = line.version.wrapping_add(1);
+                self.coverings.set_motion(body, motion);
+            }
+        }
+        for body in bodies {
+            if !self.coverings.is_fixed(body) {
+                self.predict(world, detection, body, now);
+            }
+        }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn predict<D: Detection>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
+        self.foresee(world, detection, body, now);
+        self.calendar.schedule(&self.lines, body);
+    }
+
+    /// Finds a body's soonest event and writes it into its line.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn foresee<D: Detection>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
+        if self.coverings.is_covering(body) {
+            self.foresee_covering(world, detection, body, now);
+        } else {
+            self.foresee_disc(world, detection, body, now);
+        }
+    }
+
+    #[inline]
+    fn motion(&self, body: u32) -> Motion {
+        let line = &self.lines[body as usize];
+        let mut motion = Motion { velocity: line.velocity.into(), ..Motion::at_rest(line.origin.into()) };
+        self.coverings.complete_motion(body, &mut motion);
+        motion
+    }
+}

@@ -1,0 +1,271 @@
+//! Neighbourhood lists: for each cell, every disc of the 3 × 3 cells around it, with the image it is seen in.
+
+use std::collections::BTreeMap;
+
+use super::line::{INDEX_BITS, INDEX_MASK};
+
+/// Slots of a list before it overflows: one cache line.
+pub(super) const SLOTS: usize = 16;
+
+/// Set in a cell's mark if its list has overflowed.
+const OVERFLOWED: u8 = 0x80;
+/// Set in a cell's mark if a covering body is listed there.
+const COVERED: u8 = 0x40;
+const COUNT: u8 = 0x3f;
+
+/// A list in one cache line. Unused slots hold the dummy.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+struct List([u32; SLOTS]);
+
+/// The lists of all cells of a grid of at least three cells a side.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Neighbourhoods {
+    columns: u32,
+    rows: u32,
+    lists: Vec<List>,
+    /// How many slots are used, and the flags.
+    marks: Vec<u8>,
+    /// What found no slot: cells with more discs around them than a list holds.
+    overflow: BTreeMap<u32, Vec<u32>>,
+    dummy: u32,
+}
+
+impl Neighbourhoods {
+    /// Empty lists; `dummy` is the index that fills unused slots.
+    pub fn lay_out(&mut self, columns: u32, rows: u32, dummy: u32) {
+        let cells = (columns * rows) as usize;
+        (self.columns, self.rows, self.dummy) = (columns, rows, dummy);
+        self.lists.clear();
+        self.lists.resize(cells, List([dummy; SLOTS]));
+        self.marks.clear();
+        self.marks.resize(cells, 0);
+        self.overflow.clear();
+    }
+
+    pub fn index(&self, cell: [u16; 2]) -> u32 {
+        u32::from(cell[1]) * self.columns + u32::from(cell[0])
+    }
+
+    /// Whether some discs around this cell are seen through the border.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    pub fn at_border(&self, [column, row]: [u16; 2]) -> bool {
+        let (column, row) = (u32::from(column), u32::from(row));
+        (column == 0) | (row == 0) | (column + 1 == self.columns) | (row + 1 == self.rows)
+    }
+
+    /// The slots in use, rounded up to whole halves of a list.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    pub fn slots(&self, cell: u32) -> (&[u32; SLOTS], usize) {
+        (&self.lists[cell as usize].0, (self.marks[cell as usize] & COUNT) as usize)
+    }
+
+    /// What found no slot in the list of this cell.
+    pub fn overflow(&self, cell: u32) -> &[u32] {
+        if self.marks[cell as usize] & OVERFLOWED == 0 {
+            return &[];
+        }
+        self.overflow.get(&cell).map_or(&[], Vec::as_slice)
+    }
+
+    pub fn is_plain(&self, cell: u32) -> bool {
+        self.marks[cell as usize] & (OVERFLOWED | COVERED) == 0
+    }
+
+    pub fn is_covered(&self, cell: u32) -> bool {
+        self.marks[cell as usize] & COVERED != 0
+    }
+
+    pub fn set_covered(&mut self, cell: u32, covered: bool) {
+        let mark = &mut self.marks[cell as usize];
+        *mark = if covered { *mark | COVERED } else { *mark & !COVERED };
+    }
+
+    /// Every disc seen from a cell, with its image.
+    pub fn seen_from(&self, cell: u32) -> impl Iterator<Item = (u32, [i32; 2])> {
+        let (slots, count) = self.slots(cell);
+        let seen = slots[..count].iter().chain(self.overflow(cell));
+        seen.map(|&slot| (slot & INDEX_MASK, image_of(slot)))
+    }
+
+    /// Lists a disc in the nine cells around its own.
+    pub fn enter(&mut self, disc: u32, cell: [u16; 2]) {
+        for dy in -1..=1 {
+            for dx in -1..=1 {
+                self.add(disc, cell, [dx, dy]);
+            }
+        }
+    }
+
+    /// Takes a disc off the nine cells around its own.
+    pub fn leave(&mut self, disc: u32, cell: [u16; 2]) {
+        for dy in -1..=1 {
+            for dx in -1..=1 {
+                self.remove(disc, cell, [dx, dy]);
+            }
+        }
+    }
+
+    /// Moves a disc one cell along an axis without crossing the border of the box: three lists lose it behind, three
+    /// gain it ahead.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    pub fn step(&mut self, disc: u32, from: [u16; 2], to: [u16; 2], axis: usize, direction: i32) {
+        for sideways in -1..=1 {
+            let mut behind = [sideways; 2];
+            behind[axis] = -direction;
+            self.remove(disc, from, behind);
+            let mut ahead = [sideways; 2];
+            ahead[axis] = direction;
+            self.add(disc, to, ahead);
+        }
+    }
+
+    /// Lists a disc of `cell` in the cell at an offset from it.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    fn add(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
+        let (list, image) = self.neighbour(cell, offset);
+        // Seen from over there, the disc stands the other way round the border.
+        let slot = disc | (image_code(-image[0]) | image_code(-image[1]) << 2) << INDEX_BITS;
+        let mark = &mut self.marks[list as usize];
+        let count = (*mark & COUNT) as usize;
+        if count < SLOTS {
+            self.lists[list as usize].0[count] = slot;
+            *mark += 1;
+        } else {
+            *mark |= OVERFLOWED;
+            self.overflow.entry(list).or_default().push(slot);
+        }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    fn remove(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
+        let (list, _) = self.neighbour(cell, offset);
+        let slots = &mut self.lists[list as usize].0;
+        // One comparison for each slot and no way out of the loop: this becomes vector instructions.
+        let mut found = 0u32;
+        for (place, &slot) in slots.iter().enumerate() {
+            found |= u32::from(slot & INDEX_MASK == disc) << place;
+        }
+        let mark = self.marks[list as usize];
+        let count = (mark & COUNT) as usize;
+        let place = found.trailing_zeros() as usize;
+        if place < count && mark & OVERFLOWED == 0 {
+            slots[place] = slots[count - 1];
+            slots[count - 1] = self.dummy;
+            self.marks[list as usize] = mark - 1;
+        } else {
+            self.remove_overflowed(list, disc, place);
+        }
+    }
+
+    /// Takes a disc off a list that has overflowed, and fills its slot from the overflow.
+    #[cold]
+    fn remove_overflowed(&mut self, list: u32, disc: u32, place: usize) {
+        let Some(overflow) = self.overflow.get_mut(&list) else { return };
+        if let Some(place) = overflow.iter().position(|&slot| slot & INDEX_MASK == disc) {
+            overflow.swap_remove(place);
+        } else if place < SLOTS
+            && let Some(slot) = overflow.pop()
+        {
+            self.lists[list as usize].0[place] = slot;
+        }
+        if overflow.is_empty() {
+            self.overflow.remove(&list);
+            self.marks[list as usize] &= !OVERFLOWED;
+        }
+    }
+
+    /// A cell at an offset of at most one from another, and how many boxes away it lies.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    fn neighbour(&self, cell: [u16; 2], offset: [i32; 2]) -> (u32, [i32; 2]) {
+        let (columns, rows) = (self.columns as i32, self.rows as i32);
+        let (column, image_x) = fold(i32::from(cell[0]) + offset[0], columns);
+        let (row, image_y) = fold(i32::from(cell[1]) + offset[1], rows);
+        ((row * columns + column) as u32, [image_x, image_y])
+    }
+}
+
+/// A cell index at most one outside its range, brought back, and how many boxes it was out.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+fn fold(index: i32, count: i32) -> (i32, i32) {
+    let image = i32::from(index >= count) - i32::from(index < 0);
+    (index - image * count, image)
+}
+
+/// 0, 1, 2 for no image, one box up, one box down.
+fn image_code(image: i32) -> u32 {
+    (image & 3) as u32 & if image < 0 { 2 } else { 1 }
+}
+
+/// The image in which a slot's disc is seen, in boxes.
+pub(super) fn image_of(slot: u32) -> [i32; 2] {
+    let decode = |code: u32| (code & 1) as i32 - (code >> 1 & 1) as i32;
+    [decode(slot >> INDEX_BITS), decode(slot >> (INDEX_BITS + 2))]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Any discs in any cells (all in one, too), moved about: the lists are what they should be.
+        #[test]
+        fn lists_hold_exactly_the_discs_around(
+            columns in 3u16..6, rows in 3u16..6, crowd in any::<bool>(),
+            starts in prop::collection::vec((0u16..6, 0u16..6), 1..60),
+            moves in prop::collection::vec((0usize..60, 0usize..2, any::<bool>()), 0..200),
+        ) {
+            let counts = [columns, rows];
+            let mut cells: Vec<[u16; 2]> = starts
+                .iter()
+                .map(|&(x, y)| if crowd { [0, 0] } else { [x % columns, y % rows] })
+                .collect();
+            let mut lists = Neighbourhoods::default();
+            lists.lay_out(u32::from(columns), u32::from(rows), cells.len() as u32);
+            for (disc, &cell) in cells.iter().enumerate() {
+                lists.enter(disc as u32, cell);
+            }
+            for (disc, axis, up) in moves {
+                let disc = disc % cells.len();
+                let direction = if up { 1 } else { -1 };
+                let from = cells[disc];
+                let (index, image) = fold(i32::from(from[axis]) + direction, i32::from(counts[axis]));
+                let mut to = from;
+                to[axis] = index as u16;
+                if image == 0 {
+                    lists.step(disc as u32, from, to, axis, direction);
+                } else {
+                    lists.leave(disc as u32, from);
+                    lists.enter(disc as u32, to);
+                }
+                cells[disc] = to;
+            }
+            for row in 0..rows {
+                for column in 0..columns {
+                    let mut listed: Vec<_> = lists.seen_from(lists.index([column, row])).collect();
+                    listed.sort_unstable();
+                    let mut expected = Vec::new();
+                    for (disc, cell) in cells.iter().enumerate() {
+                        for (dx, dy) in (0..9).map(|k| (k % 3 - 1, k / 3 - 1)) {
+                            let (x, image_x) = fold(i32::from(column) + dx, i32::from(columns));
+                            let (y, image_y) = fold(i32::from(row) + dy, i32::from(rows));
+                            if [x, y] == [i32::from(cell[0]), i32::from(cell[1])] {
+                                expected.push((disc as u32, [image_x, image_y]));
+                            }
+                        }
+                    }
+                    expected.sort_unstable();
+                    prop_assert_eq!(listed, expected);
+                }
+            }
+        }
+    }
+}
