@@ -8,11 +8,14 @@ use crate::{
     flight::{Flight, Placement},
     search::Search,
     skim,
+    tolerance::STEP_MARGIN,
 };
 
-/// Most atoms of one body in a block, and most pairs of them.
+/// Most atoms of one body in a block.
 const MOST: usize = CircleTree::CROSSOVER;
-const MOST_PAIRS: usize = MOST * MOST;
+
+/// Room for all pairs of a block, and for the unused end of its last row.
+const LENGTH: usize = MOST * MOST + 1;
 
 /// Some atoms of one body, by their indices.
 #[derive(Clone, Copy)]
@@ -21,15 +24,28 @@ pub(crate) struct Atoms<'a> {
     pub(crate) indices: &'a [u32],
 }
 
-/// Places and velocities about the centre of mass, and what bounds their change, of the atoms of a block.
+/// Two numbers side by side, the width of the vector registers that every x86-64 has.
+type Lanes = [f64; 2];
+
+/// Places and velocities about the centre of mass, and what bounds their change, of the atoms of one body.
+#[derive(Default)]
 struct Row {
-    count: usize,
-    x: [f64; MOST],
-    y: [f64; MOST],
-    vx: [f64; MOST],
-    vy: [f64; MOST],
-    radius: [f64; MOST],
-    centripetal: [f64; MOST],
+    x: [Lanes; MOST / 2],
+    y: [Lanes; MOST / 2],
+    vx: [Lanes; MOST / 2],
+    vy: [Lanes; MOST / 2],
+    radius: [Lanes; MOST / 2],
+    centripetal: [Lanes; MOST / 2],
+}
+
+/// One atom of a row.
+struct Single {
+    x: f64,
+    y: f64,
+    vx: f64,
+    vy: f64,
+    radius: f64,
+    centripetal: f64,
 }
 
 /// What the pairs of a block have in common: E of the bodies' bounding circles, which is not below that of any of
@@ -48,20 +64,35 @@ impl<'a> BlockSearch<'a> {
     /// Searches all pairs of the atoms `a` and `b`, none of which touch before `begin`, in the order of a first
     /// certified step; what that puts beyond the best so far is left.
     pub(crate) fn search(&self, a: Atoms<'_>, b: Atoms<'_>, begin: f64, search: &mut Search) {
-        let mut bounds = [0.0; MOST_PAIRS];
-        let mut pairs = [(0, 0); MOST_PAIRS];
-        let count = self.first_step(a, b, &self.flight.at(begin), search.limit(), (&mut bounds, &mut pairs));
-        search.evaluations += (a.indices.len() * b.indices.len()) as u32;
-        for left in (1..=count).rev() {
+        // The body with more atoms goes along the rows.
+        let along = usize::from(b.indices.len() >= a.indices.len());
+        let (across, row) = if along == 1 { (a, b) } else { (b, a) };
+        let mut room = [0.0; LENGTH];
+        self.first_step(across, row, along, &self.flight.at(begin), &mut room);
+        let bounds = &mut room[..across.indices.len() * row.indices.len()];
+        search.evaluations += bounds.len() as u32;
+        if bounds.len() >= 9 {
+            let (_, soonest) = least(bounds);
+            if soonest > begin && soonest <= search.limit() {
+                let mut second = [0.0; LENGTH];
+                self.first_step(across, row, along, &self.flight.at(soonest), &mut second);
+                search.evaluations += bounds.len() as u32;
+                for (bound, second) in bounds.iter_mut().zip(second) {
+                    *bound = bound.max(second);
+                }
+            }
+        }
+        for _ in 0..bounds.len() {
             // Selection by repeated minimum: mostly one or two pairs are ever wanted.
-            let (next, bound) = least(&bounds[..left]);
+            let (next, bound) = least(bounds);
             let limit = search.limit();
             if bound > limit {
                 break;
             }
-            let (i, j) = pairs[next];
-            (bounds[next], pairs[next]) = (bounds[left - 1], pairs[left - 1]);
-            let atoms = [a.indices[i as usize], b.indices[j as usize]];
+            bounds[next] = f64::INFINITY;
+            let (i, j) = (next as u32 / row.indices.len() as u32, next as u32 % row.indices.len() as u32);
+            let (i, j) = (across.indices[i as usize], row.indices[j as usize]);
+            let atoms = if along == 1 { [i, j] } else { [j, i] };
             let circles = [Circle::from(&a.all[atoms[0] as usize]), Circle::from(&b.all[atoms[1] as usize])];
             let pair = AtomPair::new(self.flight, circles);
             if let Some(window) = skim(self.flight.motion, pair.reach(), limit) {
@@ -74,75 +105,82 @@ impl<'a> BlockSearch<'a> {
         }
     }
 
-    /// The certified step with K for every pair: fills in until when those pairs are free that are not so up to
-    /// `limit`, and says how many they are.
+    /// The certified step with K for every pair: until when each is certainly free, row by row.
     ///
-    /// The gap less E and its rate less E' are used, so no gap is below 0 up to there.
+    /// The gap less E and its rate less E' are used, so no gap is below 0 up to there. Each row is written in whole
+    /// lanes, the next one over its unused end.
     fn first_step(
         &self,
-        a: Atoms<'_>,
-        b: Atoms<'_>,
+        across: Atoms<'_>,
+        row: Atoms<'_>,
+        along: usize,
         at: &Placement,
-        limit: f64,
-        (bounds, pairs): (&mut [f64; MOST_PAIRS], &mut [(u8, u8); MOST_PAIRS]),
-    ) -> usize {
-        let (row_a, row_b) = (Row::new(self.flight, a, at, 0), Row::new(self.flight, b, at, 1));
+        bounds: &mut [f64; LENGTH],
+    ) {
         let error = self.error.at(at.time);
         let [constant, over_distance] = self.error.rate_terms(error);
-        let (separation, velocity) = (at.separation, self.flight.motion.velocity);
-        let mut steps = [0.0; MOST];
-        let mut count = 0;
-        for i in 0..row_a.count {
-            for (j, step) in steps.iter_mut().enumerate().take(row_b.count) {
-                let x = separation.x + (row_b.x[j] - row_a.x[i]);
-                let y = separation.y + (row_b.y[j] - row_a.y[i]);
-                let vx = velocity.x + (row_b.vx[j] - row_a.vx[i]);
-                let vy = velocity.y + (row_b.vy[j] - row_a.vy[i]);
-                let k = row_a.centripetal[i] + row_b.centripetal[j];
-                let distance = (x * x + y * y).sqrt();
-                let inverse = 1.0 / distance;
-                let gap = ((distance - (row_a.radius[i] + row_b.radius[j])) - error).max(0.0);
-                let rate = ((x * vx + y * vy) - over_distance) * inverse - constant;
-                let root = (rate * rate + 2.0 * k * gap).sqrt();
-                let (above, below) = if rate < 0.0 { (2.0 * gap, root - rate) } else { (rate + root, k) };
-                // Touching pairs get no step, whatever their rate.
-                *step = if gap > 0.0 { above / below } else { 0.0 };
-            }
-            for (j, step) in steps.iter().enumerate().take(row_b.count) {
-                let bound = at.time + step * (1.0 - crate::tolerance::STEP_MARGIN);
-                // Written so that what is no number stays in.
-                if !(bound > limit) {
-                    bounds[count] = if bound.is_nan() { at.time } else { bound };
-                    pairs[count] = (i as u8, j as u8);
-                    count += 1;
+        let sign = if along == 1 { 1.0 } else { -1.0 };
+        let (separation, velocity) = (sign * at.separation, sign * self.flight.motion.velocity);
+        let row_of_pairs = Row::new(self.flight, row, at, along);
+        let count = row.indices.len();
+        for (i, &index) in across.indices.iter().enumerate() {
+            let atom = Single::new(self.flight, &across.all[index as usize], at, 1 - along);
+            for pair in 0..count.div_ceil(2).min(MOST / 2) {
+                let first = i * count + 2 * pair;
+                let Some(to) = bounds.get_mut(first..first + 2) else { break };
+                for lane in 0..2 {
+                    let x = separation.x + (row_of_pairs.x[pair][lane] - atom.x);
+                    let y = separation.y + (row_of_pairs.y[pair][lane] - atom.y);
+                    let vx = velocity.x + (row_of_pairs.vx[pair][lane] - atom.vx);
+                    let vy = velocity.y + (row_of_pairs.vy[pair][lane] - atom.vy);
+                    let k = row_of_pairs.centripetal[pair][lane] + atom.centripetal;
+                    let distance = (x * x + y * y).sqrt();
+                    let gap = (distance - (row_of_pairs.radius[pair][lane] + atom.radius)) - error;
+                    let rate = ((x * vx + y * vy) - over_distance) / distance - constant;
+                    let root = (rate * rate + 2.0 * k * gap).sqrt();
+                    let closing = rate < 0.0;
+                    let above = if closing { 2.0 * gap } else { rate + root };
+                    let below = if closing { root - rate } else { k };
+                    let step = above / below * (1.0 - STEP_MARGIN);
+                    // Touching pairs get no step, nor does what is no number.
+                    let step = if gap > 0.0 { step } else { 0.0 };
+                    to[lane] = at.time + if step >= 0.0 { step } else { 0.0 };
                 }
             }
         }
-        count
+    }
+}
+
+impl Single {
+    #[inline]
+    fn new(flight: &Flight<'_>, atom: &Atom, at: &Placement, body: usize) -> Self {
+        let spin = flight.spin[body];
+        let arm = at.arm(body, atom.offset());
+        let velocity = spin * arm.perp();
+        Self {
+            x: arm.x,
+            y: arm.y,
+            vx: velocity.x,
+            vy: velocity.y,
+            radius: atom.radius(),
+            centripetal: spin * spin * atom.arm(),
+        }
     }
 }
 
 impl Row {
     #[inline]
     fn new(flight: &Flight<'_>, atoms: Atoms<'_>, at: &Placement, body: usize) -> Self {
-        let spin = flight.spin[body];
-        let mut row = Self {
-            count: atoms.indices.len(),
-            x: [0.0; MOST],
-            y: [0.0; MOST],
-            vx: [0.0; MOST],
-            vy: [0.0; MOST],
-            radius: [0.0; MOST],
-            centripetal: [0.0; MOST],
-        };
-        for (lane, &index) in atoms.indices.iter().enumerate() {
-            let atom = &atoms.all[index as usize];
-            let arm = at.arm(body, atom.offset());
-            let velocity = spin * arm.perp();
-            (row.x[lane], row.y[lane]) = (arm.x, arm.y);
-            (row.vx[lane], row.vy[lane]) = (velocity.x, velocity.y);
-            row.radius[lane] = atom.radius();
-            row.centripetal[lane] = spin * spin * atom.arm();
+        let mut row = Self::default();
+        for (k, &index) in atoms.indices.iter().enumerate().take(MOST) {
+            let atom = Single::new(flight, &atoms.all[index as usize], at, body);
+            let (pair, lane) = (k / 2, k % 2);
+            row.x[pair][lane] = atom.x;
+            row.y[pair][lane] = atom.y;
+            row.vx[pair][lane] = atom.vx;
+            row.vy[pair][lane] = atom.vy;
+            row.radius[pair][lane] = atom.radius;
+            row.centripetal[pair][lane] = atom.centripetal;
         }
         row
     }

@@ -66,7 +66,7 @@ impl Atom {
 
     /// This atom alone, taken as a whole body: what detection needs of a disc.
     pub fn outline(&self) -> Outline<'_> {
-        Outline { atoms: std::slice::from_ref(self), bounding_radius: reach(self) }
+        Outline { atoms: std::slice::from_ref(self), bounding_radius: reach(self), tree: None }
     }
 
     pub(crate) fn moved_by(self, shift: DVec2) -> Self {
@@ -77,9 +77,5 @@ impl Atom {
 
 /// Distance from the origin to the farthest point of the atom, never rounded down.
 pub(crate) fn reach(atom: &Atom) -> f64 {
-    if atom.arm == 0.0 {
-        atom.radius()
-    } else {
-        (atom.arm + atom.radius()) * (1.0 + 4.0 * f64::EPSILON)
-    }
+    if atom.arm == 0.0 { atom.radius() } else { (atom.arm + atom.radius()) * (1.0 + 4.0 * f64::EPSILON) }
 }

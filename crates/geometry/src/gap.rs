@@ -18,7 +18,13 @@ use crate::Molecule;
 /// assert_eq!(gap, 4.0);
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
-pub fn gap_between(a: &Molecule, rotation_a: DVec2, b: &Molecule, rotation_b: DVec2, separation: DVec2) -> f64 {
+pub fn gap_between(
+    a: &Molecule,
+    rotation_a: DVec2,
+    b: &Molecule,
+    rotation_b: DVec2,
+    separation: DVec2,
+) -> f64 {
     let mut least = f64::INFINITY;
     for atom_a in a.atoms() {
         let place_a = rotation_a.rotate(atom_a.offset());

@@ -15,6 +15,7 @@
 //! ```
 
 mod atom;
+mod circle_tree;
 mod error;
 mod gap;
 mod limits;
@@ -23,6 +24,7 @@ mod periodic_box;
 mod shape;
 
 pub use atom::Atom;
+pub use circle_tree::{Circle, CircleTree, Node};
 pub use error::GeometryError;
 pub use gap::gap_between;
 pub use limits::{LARGEST, SMALLEST, check_length, check_positive};

@@ -7,7 +7,7 @@ use parry2d_f64::{
 };
 use smallvec::SmallVec;
 
-use crate::{Atom, GeometryError, Shape, atom::reach};
+use crate::{Atom, CircleTree, GeometryError, Shape, atom::reach};
 
 /// A rigid union of discs with its mass, moment of inertia and bounding circle.
 ///
@@ -32,15 +32,25 @@ pub struct Molecule {
     mass: f64,
     moment_of_inertia: f64,
     bounding_radius: f64,
+    tree: Option<CircleTree>,
 }
 
-/// What detection needs to know of a shape: its atoms and the circle that holds them.
+/// What detection needs to know of a shape: its atoms and the circles that hold them.
 #[derive(Debug, Clone, Copy)]
 pub struct Outline<'a> {
     /// The atoms, about the centre of mass.
     pub atoms: &'a [Atom],
     /// Radius of the smallest circle about the centre of mass that holds all atoms (length).
     pub bounding_radius: f64,
+    pub(crate) tree: Option<&'a CircleTree>,
+}
+
+impl<'a> Outline<'a> {
+    /// The tree of circles over the atoms, of molecules that have more than
+    /// [`CircleTree::CROSSOVER`] of them.
+    pub fn tree(&self) -> Option<&'a CircleTree> {
+        self.tree
+    }
 }
 
 impl Molecule {
@@ -69,10 +79,12 @@ impl Molecule {
         for atom in &mut atoms {
             *atom = atom.moved_by(-centre);
         }
+        let bounding_radius = atoms.iter().map(reach).fold(0.0, f64::max);
         Ok(Self {
             mass,
             moment_of_inertia: atoms.iter().map(inertia_about_origin).sum(),
-            bounding_radius: atoms.iter().map(reach).fold(0.0, f64::max),
+            bounding_radius,
+            tree: (atoms.len() > CircleTree::CROSSOVER).then(|| CircleTree::new(&atoms, bounding_radius)),
             atoms,
         })
     }
@@ -129,7 +141,7 @@ impl Molecule {
 
     /// What detection needs of this molecule.
     pub fn outline(&self) -> Outline<'_> {
-        Outline { atoms: &self.atoms, bounding_radius: self.bounding_radius }
+        Outline { atoms: &self.atoms, bounding_radius: self.bounding_radius, tree: self.tree.as_ref() }
     }
 }
 

@@ -51,12 +51,14 @@ impl Shape {
             Self::Disc => Ok(vec![at(0.0, 0.0)?]),
             Self::Dumbbell => row(2, d, at),
             Self::Rod(count) => row(count, d, at),
-            Self::Cross => {
-                [(0.0, 0.0), (d, 0.0), (0.0, d), (-d, 0.0), (0.0, -d)].map(|(x, y)| at(x, y)).into_iter().collect()
-            }
-            Self::Tee => {
-                [(-d, 0.0), (0.0, 0.0), (d, 0.0), (0.0, -d), (0.0, -2.0 * d)].map(|(x, y)| at(x, y)).into_iter().collect()
-            }
+            Self::Cross => [(0.0, 0.0), (d, 0.0), (0.0, d), (-d, 0.0), (0.0, -d)]
+                .map(|(x, y)| at(x, y))
+                .into_iter()
+                .collect(),
+            Self::Tee => [(-d, 0.0), (0.0, 0.0), (d, 0.0), (0.0, -d), (0.0, -2.0 * d)]
+                .map(|(x, y)| at(x, y))
+                .into_iter()
+                .collect(),
             Self::Ring(count) => ring(count, radius, at),
         }
     }

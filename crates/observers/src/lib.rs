@@ -1,0 +1,62 @@
+//! What is measured while a gas runs: one quantity a file, each an [`Observer`] that looks and never touches.
+//!
+//! | quantity | observer | told of |
+//! | --- | --- | --- |
+//! | from which side a body is hit, in its own frame | [`DirectionHistogram`] | contacts |
+//! | how hard it is hit along one of its axes | [`ProjectionHistogram`] | contacts |
+//! | mean force on a body and its mean velocity, in its own frame | [`RunningAverage`] | contacts, standbys |
+//! | energy against the books, momentum | [`EnergyLedger`] | standbys |
+//! | collisions per body and time | [`CollisionRate`] | standbys |
+//! | pressure from the virial of the contacts | [`Pressure`] | contacts, standbys |
+//! | overlapping pairs | [`OverlapCheck`] | standbys |
+//! | anything: closures, by event and by tag | [`Subscriptions`] | contacts, standbys |
+//!
+//! What an observer is told of standbys only costs a run nothing between them. Two functions turn a standby
+//! view into text: [`write_extended_xyz`] and [`picture`]. Observers are put together as a tuple:
+//!
+//! ```
+//! use carom_engine::{Observer, Scene, Simulation};
+//! use carom_observers::{CollisionRate, EnergyLedger};
+//!
+//! let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100")?;
+//! let mut simulation = Simulation::new(&scene)?;
+//! let mut observers = (EnergyLedger::default(), CollisionRate::default());
+//! observers.start(&simulation.view());
+//! for standby in 1..=10 {
+//!     simulation.observe_until(0.1 * f64::from(standby), &mut observers)?;
+//!     observers.standby(&simulation.view());
+//! }
+//! let (energy, rate) = observers;
+//! assert!(energy.drift() < 1e-13);
+//! assert_eq!(rate.series().len(), 10);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`Observer`]: carom_engine::Observer
+
+mod body_frame;
+mod collision_rate;
+mod direction_histogram;
+mod energy_ledger;
+mod extended_xyz;
+mod kinds;
+mod mean;
+mod overlap_check;
+mod picture;
+mod pressure;
+mod projection_histogram;
+mod running_average;
+mod subscriptions;
+mod tag_filter;
+
+pub use collision_rate::{CollisionRate, RatePoint};
+pub use direction_histogram::DirectionHistogram;
+pub use energy_ledger::{EnergyLedger, LedgerPoint};
+pub use extended_xyz::write_extended_xyz;
+pub use overlap_check::OverlapCheck;
+pub use picture::picture;
+pub use pressure::{Pressure, PressurePoint};
+pub use projection_histogram::{Axis, ProjectionHistogram};
+pub use running_average::{RunningAverage, RunningPoint};
+pub use subscriptions::{EventKind, SubscriptionKey, Subscriptions};
+pub use tag_filter::TagFilter;

@@ -30,7 +30,11 @@ impl Elasticity {
     /// # Errors
     /// [`ElasticityError`] with the value.
     pub fn new(coefficient: f64) -> Result<Self, ElasticityError> {
-        if (0.0..=1e6).contains(&coefficient) { Ok(Self(coefficient)) } else { Err(ElasticityError(coefficient)) }
+        if (0.0..=1e6).contains(&coefficient) {
+            Ok(Self(coefficient))
+        } else {
+            Err(ElasticityError(coefficient))
+        }
     }
 
     /// The coefficient e.

@@ -51,8 +51,7 @@ pub fn reduced_mass(frame: &ContactFrame, [a, b]: [&Inertia; 2]) -> f64 {
         let lever = arm.perp_dot(frame.normal);
         lever * lever * inertia.inverse_moment
     };
-    let inverse =
-        (a.inverse_mass + b.inverse_mass) + (turning(frame.arms[0], a) + turning(frame.arms[1], b));
+    let inverse = (a.inverse_mass + b.inverse_mass) + (turning(frame.arms[0], a) + turning(frame.arms[1], b));
     if inverse > 0.0 { 1.0 / inverse } else { 0.0 }
 }
 
@@ -90,14 +89,23 @@ mod tests {
     fn bodies() -> impl Strategy<Value = (Motion, Inertia, DVec2)> {
         let numbers = (-1.0..1.0, -1.0..1.0, -2.0..2.0, -2.0..2.0, -5.0..5.0, -1.0..1.0, -1.0..1.0);
         (numbers, masses(), masses(), 0..4u8).prop_map(
-            |((x, y, vx, vy, spin, rx, ry), mass, moment, kind): ((f64, f64, f64, f64, f64, f64, f64), _, _, _)| {
+            |((x, y, vx, vy, spin, rx, ry), mass, moment, kind): (
+                (f64, f64, f64, f64, f64, f64, f64),
+                _,
+                _,
+                _,
+            )| {
                 let motion = Motion {
                     velocity: DVec2::new(vx, vy),
                     angular_velocity: spin,
                     ..Motion::at_rest(DVec2::new(x, y))
                 };
                 match kind {
-                    0 => (Motion { angular_velocity: 0.0, ..motion }, Inertia::locked(mass), DVec2::new(rx, ry)),
+                    0 => (
+                        Motion { angular_velocity: 0.0, ..motion },
+                        Inertia::locked(mass),
+                        DVec2::new(rx, ry),
+                    ),
                     1 => (Motion::at_rest(motion.position), Inertia::FIXED, DVec2::new(rx, ry)),
                     _ => (motion, Inertia::free(mass, moment), DVec2::new(rx, ry)),
                 }
@@ -107,7 +115,13 @@ mod tests {
 
     fn scenes() -> impl Strategy<Value = Scene> {
         (bodies(), bodies(), 0.0..std::f64::consts::TAU, 0.0..1.0, 0.0..1.0).prop_map(
-            |((a, inertia_a, arm_a), (b, inertia_b, arm_b), angle, radius_a, radius_b): (_, _, f64, f64, f64)| {
+            |((a, inertia_a, arm_a), (b, inertia_b, arm_b), angle, radius_a, radius_b): (
+                _,
+                _,
+                f64,
+                f64,
+                f64,
+            )| {
                 let normal = DVec2::from_angle(angle);
                 let point = a.position + arm_a + radius_a * normal;
                 let b = Motion { position: point + radius_b * normal - arm_b, ..b };
@@ -130,7 +144,11 @@ mod tests {
         (impulse, [struck(a, ia, arm_a, -impulse), struck(b, ib, arm_b, impulse)])
     }
 
-    fn total<T: std::iter::Sum>(scene: &Scene, motions: &[Motion; 2], f: impl Fn(&Motion, &Inertia) -> T) -> T {
+    fn total<T: std::iter::Sum>(
+        scene: &Scene,
+        motions: &[Motion; 2],
+        f: impl Fn(&Motion, &Inertia) -> T,
+    ) -> T {
         motions.iter().zip(&scene.inertias).map(|(m, i)| f(m, i)).sum()
     }
 

@@ -485,16 +485,16 @@ impl State {
             velocity: [[0.0; DISC_LANES]; 2],
             contact_distance: [0.0; DISC_LANES],
             separation_error: self.separation_error,
-            speed: me.velocity[0].abs() + me.velocity[1].abs(),
+            speed: me.flight[2].abs() + me.flight[3].abs(),
         };
         for lane in 0..DISC_LANES {
             let listed = others.get(lane);
             let line = listed.map_or(&dummy, |listed| &self.lines[listed.who as usize]);
             let image = listed.map_or([0; 2], |listed| listed.image);
             for axis in 0..2 {
-                let velocity = line.velocity[axis] - me.velocity[axis];
+                let velocity = line.flight[axis + 2] - me.flight[axis + 2];
                 lanes.velocity[axis][lane] = velocity;
-                lanes.separation[axis][lane] = (line.origin[axis] - me.origin[axis])
+                lanes.separation[axis][lane] = (line.flight[axis] - me.flight[axis])
                     + velocity * now
                     + f64::from(image[axis]) * sides[axis];
             }

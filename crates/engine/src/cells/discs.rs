@@ -5,7 +5,8 @@ use carom_detection::{DISC_LANES, Detection, DiscLanes};
 use super::{
     State,
     line::{INDEX_MASK, Kind, Line},
-    neighbourhood::{SLOTS, image_of},
+    neighbourhood::image_of,
+    vector::Gather,
 };
 use crate::{ContactEvent, Parts, World};
 
@@ -13,20 +14,20 @@ impl State {
     /// Finds a small disc's soonest event: a contact with a neighbour, or the next cell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(super) fn foresee_disc<D: Detection>(&mut self, world: &World, detection: &D, disc: u32, now: f64) {
+    pub(super) fn foresee_disc<D: Detection, G: Gather>(&mut self, world: &World, detection: &D, disc: u32, now: f64) {
         let me = self.lines[disc as usize];
         let cell = self.neighbourhoods.index(me.cell);
         let (crossing_time, crossing) = self.crossing(&me, now);
         let images = self.neighbourhoods.at_border(me.cell).then(|| self.grid.box_sides().to_array());
         let (slots, count) = self.neighbourhoods.slots(cell);
         let mut best = Soonest::default();
-        let (first, second) = slots.split_at(DISC_LANES);
-        self.ask_eight(&me, first, images, now, &mut best);
+        let (halves, _) = slots.as_chunks::<DISC_LANES>();
+        self.ask_eight::<G>(&me, &halves[0], images, now, &mut best);
         if count > DISC_LANES {
-            self.ask_eight(&me, second, images, now, &mut best);
+            self.ask_eight::<G>(&me, &halves[1], images, now, &mut best);
         }
         if !self.neighbourhoods.is_plain(cell) {
-            self.ask_overflow(&me, cell, images, now, &mut best);
+            self.ask_overflow::<G>(&me, cell, images, now, &mut best);
         }
         let contact_time = now + best.time;
         let meets = contact_time <= crossing_time;
@@ -42,29 +43,25 @@ impl State {
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn ask_eight(&self, me: &Line, slots: &[u32], images: Option<[f64; 2]>, now: f64, best: &mut Soonest) {
+    fn ask_eight<G: Gather>(&self, me: &Line, slots: &[u32; DISC_LANES], images: Option<[f64; 2]>, now: f64, best: &mut Soonest) {
+        let line = |lane: usize| &self.lines[(slots[lane] & INDEX_MASK) as usize];
+        let others = [line(0), line(1), line(2), line(3), line(4), line(5), line(6), line(7)];
+        let [a, b, c, d, e, f, g, h] = others;
+        let flights =
+            [&a.flight, &b.flight, &c.flight, &d.flight, &e.flight, &f.flight, &g.flight, &h.flight];
+        let [x, y, vx, vy] = G::relative(flights, &me.flight, now);
         let mut lanes = DiscLanes {
-            separation: [[0.0; DISC_LANES]; 2],
-            velocity: [[0.0; DISC_LANES]; 2],
+            separation: [x, y],
+            velocity: [vx, vy],
             contact_distance: [0.0; DISC_LANES],
             separation_error: self.separation_error,
-            speed: me.velocity[0].abs() + me.velocity[1].abs(),
+            speed: me.flight[2].abs() + me.flight[3].abs(),
         };
-        for (lane, &slot) in slots[..DISC_LANES].iter().enumerate() {
-            let other = &self.lines[(slot & INDEX_MASK) as usize];
-            for axis in 0..2 {
-                lanes.velocity[axis][lane] = other.velocity[axis] - me.velocity[axis];
-                lanes.separation[axis][lane] = other.origin[axis] - me.origin[axis];
-            }
-            lanes.contact_distance[lane] = other.radius + me.radius;
-        }
-        for axis in 0..2 {
-            for lane in 0..DISC_LANES {
-                lanes.separation[axis][lane] += lanes.velocity[axis][lane] * now;
-            }
+        for (distance, other) in lanes.contact_distance.iter_mut().zip(others) {
+            *distance = other.radius + me.radius;
         }
         if let Some(sides) = images {
-            for (lane, &slot) in slots[..DISC_LANES].iter().enumerate() {
+            for (lane, &slot) in slots.iter().enumerate() {
                 let image = image_of(slot);
                 for axis in 0..2 {
                     lanes.separation[axis][lane] += f64::from(image[axis]) * sides[axis];
@@ -76,12 +73,12 @@ impl State {
 
     /// Discs that found no slot in the list.
     #[cold]
-    fn ask_overflow(&self, me: &Line, cell: u32, images: Option<[f64; 2]>, now: f64, best: &mut Soonest) {
+    fn ask_overflow<G: Gather>(&self, me: &Line, cell: u32, images: Option<[f64; 2]>, now: f64, best: &mut Soonest) {
         let dummy = self.lines.len() as u32 - 1;
         for some in self.neighbourhoods.overflow(cell).chunks(DISC_LANES) {
-            let mut slots = [dummy; SLOTS];
+            let mut slots = [dummy; DISC_LANES];
             slots[..some.len()].copy_from_slice(some);
-            self.ask_eight(me, &slots[..DISC_LANES], images, now, best);
+            self.ask_eight::<G>(me, &slots, images, now, best);
         }
     }
 
@@ -91,14 +88,14 @@ impl State {
     fn crossing(&self, me: &Line, now: f64) -> (f64, Kind) {
         let side = self.grid.side();
         let along = |axis: usize| {
-            let (velocity, origin) = (me.velocity[axis], me.origin[axis]);
+            let (velocity, origin) = (me.flight[axis + 2], me.flight[axis]);
             let border = f64::from(u32::from(me.cell[axis]) + u32::from(velocity > 0.0)) * side[axis];
             let time = (border - origin) / velocity;
             if velocity == 0.0 { f64::INFINITY } else { time }
         };
         let (x, y) = (along(0), along(1));
-        let kind_x = if me.velocity[0] > 0.0 { Kind::Right } else { Kind::Left };
-        let kind_y = if me.velocity[1] > 0.0 { Kind::Up } else { Kind::Down };
+        let kind_x = if me.flight[2] > 0.0 { Kind::Right } else { Kind::Left };
+        let kind_y = if me.flight[3] > 0.0 { Kind::Up } else { Kind::Down };
         let (time, kind) = if x <= y { (x, kind_x) } else { (y, kind_y) };
         (if time > now { time } else { now }, kind)
     }
@@ -132,7 +129,7 @@ impl State {
         let line = &mut self.lines[disc as usize];
         self.neighbourhoods.leave(disc, line.cell);
         line.cell[axis] = if direction > 0 { 0 } else { (count - 1) as u16 };
-        line.origin[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
+        line.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
         self.windings[disc as usize][axis] += i64::from(direction);
         self.neighbourhoods.enter(disc, line.cell);
     }
@@ -141,11 +138,12 @@ impl State {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn contact_of_discs(&self, bodies: [u32; 2], time: f64) -> ContactEvent {
-        let [a, b] = bodies.map(|body| self.lines[body as usize].cell);
-        let image = [0, 1].map(|axis| {
+        let (a, b) = (self.lines[bodies[0] as usize].cell, self.lines[bodies[1] as usize].cell);
+        let mut image = [0; 2];
+        for axis in 0..2 {
             let steps = i32::from(b[axis]) - i32::from(a[axis]);
-            i64::from(steps < -1) - i64::from(steps > 1)
-        });
+            image[axis] = i64::from(steps < -1) - i64::from(steps > 1);
+        }
         ContactEvent { time, bodies, image, parts: Parts::Discs }
     }
 }
@@ -167,9 +165,12 @@ impl Soonest {
     /// Takes the soonest of eight; of contacts at one time that with the disc inserted first.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn take(&mut self, times: &[f64; DISC_LANES], slots: &[u32]) {
+    fn take(&mut self, times: &[f64; DISC_LANES], slots: &[u32; DISC_LANES]) {
         let least = |a: f64, b: f64| if b < a { b } else { a };
-        let pairs = [0, 1, 2, 3].map(|i| least(times[i], times[i + 4]));
+        let mut pairs = [0.0; DISC_LANES / 2];
+        for (lane, pair) in pairs.iter_mut().enumerate() {
+            *pair = least(times[lane], times[lane + DISC_LANES / 2]);
+        }
         let soonest = least(least(pairs[0], pairs[2]), least(pairs[1], pairs[3]));
         if soonest > self.time || soonest == f64::INFINITY {
             return;

@@ -1,6 +1,7 @@
 //! A body's line: all that the hot loop needs of it, in one cache line.
 
 use carom_kinematics::Motion;
+use glam::DVec2;
 
 /// Bits of a body's index in a slot or a partner; the rest says what kind of event, or which image.
 pub(super) const INDEX_BITS: u32 = 28;
@@ -53,9 +54,9 @@ impl Kind {
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct Line {
-    /// Place at the start of the epoch, had it always moved as now (length): place = origin + v t.
-    pub origin: [f64; 2],
-    pub velocity: [f64; 2],
+    /// Place at the start of the epoch, had it always moved as now (length), and velocity: x₀, y₀, vx, vy with
+    /// place = (x₀, y₀) + (vx, vy) t. Side by side, so that they are read as one vector.
+    pub flight: [f64; 4],
     /// Time of its event (offset in the epoch).
     pub time: f64,
     /// Radius of a disc, bounding radius of anything else (length).
@@ -74,8 +75,7 @@ impl Line {
     /// What fills unused slots: every comparison with NaN is false, so it never wins.
     pub fn dummy() -> Self {
         Self {
-            origin: [f64::NAN; 2],
-            velocity: [0.0; 2],
+            flight: [f64::NAN, f64::NAN, 0.0, 0.0],
             time: f64::INFINITY,
             radius: 0.0,
             event: (Kind::Nothing as u32) << INDEX_BITS,
@@ -93,8 +93,16 @@ impl Line {
 
     /// Takes over a motion that begins at its subjective time.
     pub fn set_motion(&mut self, motion: &Motion) {
-        self.origin = (motion.position - motion.velocity * motion.time).to_array();
-        self.velocity = motion.velocity.to_array();
+        let origin = motion.position - motion.velocity * motion.time;
+        self.flight = [origin.x, origin.y, motion.velocity.x, motion.velocity.y];
+    }
+
+    pub fn origin(&self) -> DVec2 {
+        DVec2::new(self.flight[0], self.flight[1])
+    }
+
+    pub fn velocity(&self) -> DVec2 {
+        DVec2::new(self.flight[2], self.flight[3])
     }
 
     pub fn kind(&self) -> Kind {

@@ -39,8 +39,12 @@ use carom_detection::Detection;
 use carom_kinematics::{HALF_ULP, Motion};
 
 use self::{
-    calendar::Calendar, covering::Coverings, grid::CellGrid, line::Kind, line::Line,
+    calendar::Calendar,
+    covering::Coverings,
+    grid::CellGrid,
+    line::{Kind, Line},
     neighbourhood::Neighbourhoods,
+    vector::{Gather, Portable},
 };
 use crate::{ContactEvent, Fineness, GridError, Scheduler, SchedulerCounters, Thesis, World, grid::Grid};
 
@@ -202,7 +206,7 @@ impl State {
         self.list_all(world);
         // Predict everybody first: their times tell how wide a bin should be.
         for body in 0..bodies as u32 {
-            self.foresee(world, detection, body, 0.0);
+            self.foresee::<D, Portable>(world, detection, body, 0.0);
         }
         let width = self.width_of_bins();
         self.calendar.lay_out(bodies, width);
@@ -225,7 +229,7 @@ impl State {
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn next_contact<D: Detection>(
+    fn next_contact<D: Detection, G: Gather>(
         &mut self,
         world: &World,
         detection: &D,
@@ -254,13 +258,13 @@ impl State {
                 Kind::Recheck => self.done.rechecks += 1,
                 Kind::Nothing => {}
             }
-            self.predict(world, detection, body, now);
+            self.predict::<D, G>(world, detection, body, now);
         }
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn motions_changed<D: Detection>(
+    fn motions_changed<D: Detection, G: Gather>(
         &mut self,
         world: &World,
         detection: &D,
@@ -278,33 +282,33 @@ impl State {
         }
         for body in bodies {
             if !self.coverings.is_fixed(body) {
-                self.predict(world, detection, body, now);
+                self.predict::<D, G>(world, detection, body, now);
             }
         }
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn predict<D: Detection>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
-        self.foresee(world, detection, body, now);
+    fn predict<D: Detection, G: Gather>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
+        self.foresee::<D, G>(world, detection, body, now);
         self.calendar.schedule(&self.lines, body);
     }
 
     /// Finds a body's soonest event and writes it into its line.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn foresee<D: Detection>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
+    fn foresee<D: Detection, G: Gather>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
         if self.coverings.is_covering(body) {
             self.foresee_covering(world, detection, body, now);
         } else {
-            self.foresee_disc(world, detection, body, now);
+            self.foresee_disc::<D, G>(world, detection, body, now);
         }
     }
 
     #[inline]
     fn motion(&self, body: u32) -> Motion {
         let line = &self.lines[body as usize];
-        let mut motion = Motion { velocity: line.velocity.into(), ..Motion::at_rest(line.origin.into()) };
+        let mut motion = Motion { velocity: line.velocity(), ..Motion::at_rest(line.origin()) };
         self.coverings.complete_motion(body, &mut motion);
         motion
     }

@@ -1,0 +1,85 @@
+//! Collisions per body and time, from the counters at each standby.
+//!
+//! Γ = (2 C + F) / (N t) (1 / time): a contact of two bodies that move counts for both, the F with a fixed body
+//! for the one that moves; N bodies move. For hard discs at equilibrium Γ = 2 n σ χ √(π kT / m) (Enskog's
+//! theory in two dimensions; n bodies per area, χ the pair distribution at contact).
+
+use carom_engine::{Counters, Observer, View};
+use carom_kinematics::Instant;
+
+use crate::mean::mean_and_standard_error;
+
+/// Collisions of the mean body per unit time, for each interval between standbys.
+///
+/// ```
+/// use carom_engine::{Observer, Scene, Simulation};
+/// use carom_observers::CollisionRate;
+///
+/// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100")?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// let mut rate = CollisionRate::default();
+/// rate.start(&simulation.view());
+/// for standby in 1..=10 {
+///     simulation.observe_until(f64::from(standby), &mut rate)?;
+///     rate.standby(&simulation.view());
+/// }
+/// let (mean, standard_error) = rate.mean().expect("there are ten intervals");
+/// assert!(mean > 0.0 && standard_error < 0.1 * mean);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct CollisionRate {
+    /// When the present interval began, and the counts then.
+    began: Option<(Instant, Counters)>,
+    series: Vec<RatePoint>,
+}
+
+/// Collisions in the interval that ends at one standby.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RatePoint {
+    /// Time of the standby.
+    pub time: f64,
+    /// Contacts in the interval, those with fixed bodies included.
+    pub collisions: u64,
+    /// Collisions per body that moves and per time (1 / time); 0 if none moves.
+    pub rate: f64,
+}
+
+impl CollisionRate {
+    /// The intervals so far. The first begins at `start`, or at the first standby without one; an interval of no
+    /// length is left out.
+    pub fn series(&self) -> &[RatePoint] {
+        &self.series
+    }
+
+    /// Mean rate over the intervals and its standard error s / √n (1 / time); `None` with fewer than two.
+    ///
+    /// Meant for intervals of one length, each long against the time between two collisions of a body, so that
+    /// they are next to independent.
+    pub fn mean(&self) -> Option<(f64, f64)> {
+        mean_and_standard_error(self.series.iter().map(|point| point.rate))
+    }
+}
+
+impl Observer for CollisionRate {
+    const WATCHES_COLLISIONS: bool = false;
+
+    fn start(&mut self, view: &View<'_>) {
+        self.began = Some((view.time(), *view.counters()));
+    }
+
+    fn standby(&mut self, view: &View<'_>) {
+        let (time, counters) = (view.time(), *view.counters());
+        let Some((began, before)) = self.began.replace((time, counters)) else { return };
+        let duration = time.since(began);
+        if duration <= 0.0 {
+            return;
+        }
+        let collisions = counters.collisions - before.collisions;
+        let with_fixed = counters.fixed_collisions - before.fixed_collisions;
+        let moving = view.bodies().filter(|view| !view.body.is_fixed()).count();
+        let suffered = 2 * collisions - with_fixed;
+        let rate = if moving == 0 { 0.0 } else { suffered as f64 / (moving as f64 * duration) };
+        self.series.push(RatePoint { time: time.to_f64(), collisions, rate });
+    }
+}

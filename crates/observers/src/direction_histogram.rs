@@ -1,0 +1,139 @@
+//! From which side a body is hit: a histogram of the directions of Δp in its own frame (Montanari 2017,
+//! section 3.2, item 1).
+//!
+//! With J the impulse on the body (mass × length / time) and θ its orientation at contact, the direction is the
+//! angle of R(−θ) J, counter-clockwise from +x′, in [0, 2π). Bin k of n holds [2πk/n, 2π(k+1)/n).
+
+use std::f64::consts::TAU;
+
+use carom_engine::{BodyKey, CollisionReport, Observer, View};
+use glam::DVec2;
+
+use crate::body_frame::in_body_frame;
+
+/// Counts the directions of the impulses on one body, in its frame (x′, y′) at the instant of contact.
+///
+/// A disc never turns, so that one placed with orientation 0 keeps the axes of the box. To leave out the start of
+/// a run, begin to observe later.
+///
+/// ```
+/// use carom_engine::{Observer, Scene, Simulation};
+/// use carom_observers::DirectionHistogram;
+///
+/// // A disc at rest, hit from the left: the impulse on it points along +x, into the first of four bins.
+/// let scene = Scene::from_toml(r#"
+///     [[molecule]]
+///     atoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]
+///     at = [0.5, 0.5]
+///     [[molecule]]
+///     atoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]
+///     at = [0.2, 0.5]
+///     velocity = [1.0, 0.0]
+/// "#)?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// let target = simulation.view().bodies().next().expect("there are two bodies").body.key();
+/// let mut directions = DirectionHistogram::new(target, 4);
+/// directions.start(&simulation.view());
+/// simulation.observe_until(0.3, &mut directions)?;
+/// assert_eq!(directions.counts(), [1, 0, 0, 0]);
+/// assert!((directions.total_impulse() - 1.0).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct DirectionHistogram {
+    body: BodyKey,
+    counts: Vec<u64>,
+    impulse: Vec<f64>,
+    atom_counts: Vec<u64>,
+}
+
+impl DirectionHistogram {
+    /// An empty histogram for one body, with at least one bin: `bins` = 0 is taken as 1.
+    pub fn new(body: BodyKey, bins: usize) -> Self {
+        let bins = bins.max(1);
+        Self { body, counts: vec![0; bins], impulse: vec![0.0; bins], atom_counts: Vec::new() }
+    }
+
+    /// The body watched.
+    pub fn body(&self) -> BodyKey {
+        self.body
+    }
+
+    /// Number of contacts in each bin.
+    pub fn counts(&self) -> &[u64] {
+        &self.counts
+    }
+
+    /// Σ |J| in each bin (mass × length / time); divided by the time observed, the force by direction.
+    #[doc(alias = "momentum")]
+    pub fn impulse(&self) -> &[f64] {
+        &self.impulse
+    }
+
+    /// Number of contacts of each atom of the body; empty before the start. In the model of bounding circles no
+    /// atom touches.
+    pub fn atom_counts(&self) -> &[u64] {
+        &self.atom_counts
+    }
+
+    /// Number of contacts.
+    pub fn hits(&self) -> u64 {
+        self.counts.iter().sum()
+    }
+
+    /// Σ |J| of all contacts (mass × length / time).
+    pub fn total_impulse(&self) -> f64 {
+        self.impulse.iter().sum()
+    }
+}
+
+impl Observer for DirectionHistogram {
+    fn start(&mut self, view: &View<'_>) {
+        if let Some(watched) = view.body(self.body) {
+            self.atom_counts.resize(watched.body.molecule().atoms().len(), 0);
+        }
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        let Some((side, impulse)) = report.side_of(self.body) else { return };
+        // A touch that changes nothing has no direction.
+        if impulse == DVec2::ZERO {
+            return;
+        }
+        let bin = bin_of(in_body_frame(impulse, side.before.orientation), self.counts.len());
+        self.counts[bin] += 1;
+        self.impulse[bin] += impulse.length();
+        if let Some(atom) = side.atom {
+            self.atom_counts.resize(side.body.molecule().atoms().len(), 0);
+            self.atom_counts[atom as usize] += 1;
+        }
+    }
+}
+
+/// The bin of a direction, of `bins` equal ones from +x on.
+fn bin_of(direction: DVec2, bins: usize) -> usize {
+    let angle = libm::atan2(direction.y, direction.x);
+    let turns = if angle < 0.0 { angle + TAU } else { angle } / TAU;
+    // An angle just below 0 is rounded to a whole turn, which is the end of the last bin.
+    ((turns * bins as f64) as usize).min(bins - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bins_run_counter_clockwise_from_x_and_take_in_every_direction() {
+        for bins in [1, 7, 360] {
+            for bin in 0..bins {
+                let angle = TAU * (bin as f64 + 0.5) / bins as f64;
+                assert_eq!(bin_of(DVec2::from_angle(angle), bins), bin);
+            }
+        }
+        assert_eq!(bin_of(DVec2::new(1.0, 0.0), 360), 0);
+        assert_eq!(bin_of(DVec2::new(1.0, -0.0), 360), 0);
+        assert_eq!(bin_of(DVec2::new(1.0, -1e-300), 360), 359);
+        assert_eq!(bin_of(DVec2::new(-1.0, -0.0), 4), 2);
+        assert_eq!(bin_of(DVec2::new(1e-200, -1e-200), 8), 7);
+    }
+}

@@ -1,0 +1,73 @@
+//! Kinetic energy against what the books say, and momentum, at each standby.
+//!
+//! E = Σ ½ m v² + ½ I ω² (mass × length² / time²); booked: energy at the start, less what inelastic contacts
+//! took, plus what edits put in. Their difference is rounding and nothing else.
+
+use carom_engine::{Observer, View};
+use glam::DVec2;
+
+/// Energy, booked energy and momentum over the standbys.
+///
+/// ```
+/// use carom_engine::{Observer, Scene, Simulation};
+/// use carom_observers::EnergyLedger;
+///
+/// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100")?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// let mut ledger = EnergyLedger::default();
+/// ledger.standby(&simulation.view());
+/// simulation.observe_until(1.0, &mut ledger)?;
+/// ledger.standby(&simulation.view());
+/// assert_eq!(ledger.series()[0].booked, ledger.series()[1].booked);
+/// assert!(ledger.drift() < 1e-13);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+#[doc(alias = "energy drift")]
+pub struct EnergyLedger {
+    series: Vec<LedgerPoint>,
+}
+
+/// Energy and momentum at one standby.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LedgerPoint {
+    /// Time of the standby.
+    pub time: f64,
+    /// Kinetic energy of all bodies (mass × length² / time²).
+    pub energy: f64,
+    /// The kinetic energy that there should be (mass × length² / time²).
+    pub booked: f64,
+    /// Total momentum (mass × length / time).
+    pub momentum: DVec2,
+}
+
+impl EnergyLedger {
+    /// What was seen at each standby so far.
+    pub fn series(&self) -> &[LedgerPoint] {
+        &self.series
+    }
+
+    /// Largest |E − booked| / E(first standby); 0 if that energy is 0.
+    pub fn drift(&self) -> f64 {
+        match self.series.first() {
+            Some(first) if first.energy > 0.0 => {
+                let largest = self.series.iter().map(|point| (point.energy - point.booked).abs());
+                largest.fold(0.0, f64::max) / first.energy
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+impl Observer for EnergyLedger {
+    const WATCHES_COLLISIONS: bool = false;
+
+    fn standby(&mut self, view: &View<'_>) {
+        self.series.push(LedgerPoint {
+            time: view.time().to_f64(),
+            energy: view.energy(),
+            booked: view.ledger().booked(),
+            momentum: view.momentum(),
+        });
+    }
+}

@@ -1,0 +1,71 @@
+//! A snapshot as one frame of extended XYZ, a line per atom, as OVITO and ASE read it.
+//!
+//! Columns, in the user's units: an element symbol (X for atoms of fixed bodies, H for all others), place of the
+//! centre, velocity of the material point there, number of the molecule, index of the atom in it, radius, orientation
+//! of the molecule in radians, its angular velocity, mass of the atom, kind of the molecule (0, 1, … as they come up).
+//! Floats are as short as reads back to the same bits. z is 0 in a cell that is one largest diameter thick, periodic in
+//! x and y. Molecules are kept whole: an atom may lie outside the cell that its molecule's centre is in.
+
+use std::io;
+
+use carom_engine::{BodyView, View};
+use carom_geometry::Atom;
+
+use crate::kinds::kinds;
+
+const PROPERTIES: &str = "species:S:1:pos:R:3:velo:R:3:molecule_id:I:1:atom:I:1:radius:R:1:angle:R:1:\
+                          angular_velocity:R:1:mass:R:1:kind:I:1";
+
+/// Writes one frame; frames one after another make a trajectory.
+///
+/// # Errors
+/// What `out` answers.
+///
+/// ```
+/// use carom_engine::{Scene, Simulation};
+/// use carom_observers::write_extended_xyz;
+///
+/// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 3")?;
+/// let simulation = Simulation::new(&scene)?;
+/// let mut text = Vec::new();
+/// write_extended_xyz(&simulation.view(), &mut text)?;
+/// let text = String::from_utf8(text)?;
+/// assert_eq!(text.lines().next(), Some("3"));
+/// assert_eq!(text.lines().count(), 2 + 3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[doc(alias = "snapshot")]
+pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Result<()> {
+    let count: usize = view.bodies().map(|view| view.body.molecule().atoms().len()).sum();
+    let radii = view.bodies().flat_map(|view| view.body.molecule().atoms().iter().map(Atom::radius));
+    let largest = radii.fold(0.0, f64::max);
+    let sides = view.bounds().sides();
+    let thickness = if largest > 0.0 { 2.0 * largest } else { sides.min_element() };
+    writeln!(out, "{count}")?;
+    writeln!(
+        out,
+        "Lattice=\"{:?} 0.0 0.0 0.0 {:?} 0.0 0.0 0.0 {thickness:?}\" Properties={PROPERTIES} pbc=\"T T F\" Time={:?}",
+        sides.x,
+        sides.y,
+        view.time().to_f64()
+    )?;
+    view.bodies().zip(kinds(view)).try_for_each(|(body, kind)| write_molecule(&body, kind, out))
+}
+
+fn write_molecule(view: &BodyView<'_>, kind: usize, out: &mut impl io::Write) -> io::Result<()> {
+    let BodyView { body, motion, .. } = view;
+    let species = if body.is_fixed() { "X" } else { "H" };
+    let rotation = motion.orientation.cos_sin();
+    let (id, angle, spin) = (body.id(), motion.orientation.radians(), motion.angular_velocity);
+    for (index, atom) in body.molecule().atoms().iter().enumerate() {
+        let arm = rotation.rotate(atom.offset());
+        let (place, velocity) = (motion.position + arm, motion.velocity_of(arm));
+        let (radius, mass) = (atom.radius(), atom.mass());
+        writeln!(
+            out,
+            "{species} {:?} {:?} 0.0 {:?} {:?} 0.0 {id} {index} {radius:?} {angle:?} {spin:?} {mass:?} {kind}",
+            place.x, place.y, velocity.x, velocity.y
+        )?;
+    }
+    Ok(())
+}

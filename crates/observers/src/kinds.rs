@@ -1,0 +1,25 @@
+//! Kinds of bodies, to be told apart in a picture or a table.
+
+use std::collections::BTreeMap;
+
+use carom_engine::{Body, Tag, View};
+
+/// What bodies of one kind have in common: tags, number of atoms, size, mass, and whether they are fixed.
+type Likeness<'a> = (bool, &'a [Tag], usize, u64, u64);
+
+/// The kind of each body of a view, in its order: 0 for that of the first body, and so on as they come up.
+pub(crate) fn kinds(view: &View<'_>) -> Vec<usize> {
+    let mut known: BTreeMap<Likeness<'_>, usize> = BTreeMap::new();
+    view.bodies()
+        .map(|view| {
+            let next = known.len();
+            *known.entry(likeness(view.body)).or_insert(next)
+        })
+        .collect()
+}
+
+fn likeness(body: &Body) -> Likeness<'_> {
+    let molecule = body.molecule();
+    let size = molecule.bounding_radius().to_bits();
+    (body.is_fixed(), body.tags(), molecule.atoms().len(), size, molecule.mass().to_bits())
+}

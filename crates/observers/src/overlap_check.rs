@@ -1,0 +1,64 @@
+//! Pairs of bodies that overlap by more than rounding, looked for afresh at each standby; there should be none.
+//!
+//! Depth of a pair: −(distance of the nearest atoms' centres − the sum of their radii), a length; also in units of
+//! the smaller diameter. What counts as rounding: [`carom_engine::rounding_bound`].
+
+use carom_engine::{Observer, View};
+
+/// The worst overlaps seen at any standby.
+///
+/// ```
+/// use carom_engine::{Observer, Scene, Simulation};
+/// use carom_observers::OverlapCheck;
+///
+/// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100")?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// let mut overlaps = OverlapCheck::default();
+/// simulation.run_until(1.0)?;
+/// overlaps.standby(&simulation.view());
+/// assert_eq!((overlaps.checks(), overlaps.worst_pairs()), (1, 0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct OverlapCheck {
+    checks: u64,
+    worst_pairs: usize,
+    deepest: f64,
+    deepest_length: f64,
+}
+
+impl OverlapCheck {
+    /// How many standbys were looked at.
+    pub fn checks(&self) -> u64 {
+        self.checks
+    }
+
+    /// Largest number of overlapping pairs at one standby.
+    #[doc(alias = "overlapping_pairs")]
+    pub fn worst_pairs(&self) -> usize {
+        self.worst_pairs
+    }
+
+    /// Deepest overlap, in units of the smaller diameter; this may be a rounding, which is no overlapping pair.
+    #[doc(alias = "max_overlap")]
+    pub fn deepest(&self) -> f64 {
+        self.deepest
+    }
+
+    /// Deepest overlap (length); this may be a rounding.
+    pub fn deepest_length(&self) -> f64 {
+        self.deepest_length
+    }
+}
+
+impl Observer for OverlapCheck {
+    const WATCHES_COLLISIONS: bool = false;
+
+    fn standby(&mut self, view: &View<'_>) {
+        let census = view.overlaps();
+        self.checks += 1;
+        self.worst_pairs = self.worst_pairs.max(census.pairs);
+        self.deepest = self.deepest.max(census.deepest);
+        self.deepest_length = self.deepest_length.max(census.deepest_length);
+    }
+}

@@ -1,0 +1,102 @@
+//! How hard a body is hit along one of its own axes: a histogram of Δp·x′ (Montanari 2017, section 3.2, item 2).
+//!
+//! With J the impulse on the body (mass × length / time) and θ its orientation at contact, a contact counts at the
+//! x′ or y′ component of R(−θ) J. Bin k of n holds [−w + 2wk/n, −w + 2w(k+1)/n), w being the half-width.
+
+use carom_engine::{BodyKey, CollisionReport, Observer};
+use carom_geometry::{GeometryError, check_positive};
+
+use crate::body_frame::in_body_frame;
+
+/// An axis of a body's own frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// x′.
+    X,
+    /// y′.
+    Y,
+}
+
+/// Counts the components of the impulses on one body along one of its axes.
+///
+/// ```
+/// use carom_engine::BodyKey;
+/// use carom_observers::{Axis, ProjectionHistogram};
+///
+/// let along_x = ProjectionHistogram::new(BodyKey::default(), Axis::X, 5.0, 100)?;
+/// assert_eq!(along_x.centre(0), -4.95);
+/// assert!(ProjectionHistogram::new(BodyKey::default(), Axis::X, 0.0, 100).is_err());
+/// # Ok::<(), carom_geometry::GeometryError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProjectionHistogram {
+    body: BodyKey,
+    axis: Axis,
+    half_width: f64,
+    counts: Vec<u64>,
+    beyond: u64,
+    sum: f64,
+    sum_of_squares: f64,
+}
+
+impl ProjectionHistogram {
+    /// An empty histogram from −`half_width` to `half_width` (mass × length / time), with at least one bin:
+    /// `bins` = 0 is taken as 1.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotPositive`] if the half-width is not positive and finite.
+    pub fn new(body: BodyKey, axis: Axis, half_width: f64, bins: usize) -> Result<Self, GeometryError> {
+        let half_width = check_positive("the half-width of a histogram", half_width)?;
+        let counts = vec![0; bins.max(1)];
+        Ok(Self { body, axis, half_width, counts, beyond: 0, sum: 0.0, sum_of_squares: 0.0 })
+    }
+
+    /// Number of contacts in each bin.
+    pub fn counts(&self) -> &[u64] {
+        &self.counts
+    }
+
+    /// Number of contacts that no bin holds.
+    pub fn beyond(&self) -> u64 {
+        self.beyond
+    }
+
+    /// Number of contacts.
+    pub fn hits(&self) -> u64 {
+        self.counts.iter().sum::<u64>() + self.beyond
+    }
+
+    /// Middle of a bin (mass × length / time).
+    pub fn centre(&self, bin: usize) -> f64 {
+        self.half_width * ((2.0 * bin as f64 + 1.0) / self.counts.len() as f64 - 1.0)
+    }
+
+    /// Mean of all components, those beyond the bins included (mass × length / time); `None` without contacts.
+    pub fn mean(&self) -> Option<f64> {
+        (self.hits() > 0).then(|| self.sum / self.hits() as f64)
+    }
+
+    /// Mean of their squares (mass² × length² / time²); `None` without contacts.
+    pub fn mean_square(&self) -> Option<f64> {
+        (self.hits() > 0).then(|| self.sum_of_squares / self.hits() as f64)
+    }
+}
+
+impl Observer for ProjectionHistogram {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        let Some((side, impulse)) = report.side_of(self.body) else { return };
+        let own = in_body_frame(impulse, side.before.orientation);
+        let component = match self.axis {
+            Axis::X => own.x,
+            Axis::Y => own.y,
+        };
+        self.sum += component;
+        self.sum_of_squares += component * component;
+        let place = 0.5 * (component / self.half_width + 1.0) * self.counts.len() as f64;
+        // A negative place must not be cut off to bin 0.
+        match self.counts.get_mut(place as usize) {
+            Some(count) if place >= 0.0 => *count += 1,
+            _ => self.beyond += 1,
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! Which collisions are wanted, by the tags of the two bodies.
+
+use carom_engine::{CollisionReport, Tag};
+
+/// Which collisions are wanted. A body with several tags counts for each of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TagFilter {
+    /// All.
+    #[default]
+    Any,
+    /// Those in which at least one of the bodies carries the tag.
+    One(Tag),
+    /// Those in which one body carries the first tag and the other the second, whichever way round.
+    Pair(Tag, Tag),
+}
+
+impl TagFilter {
+    /// Whether this collision is wanted.
+    pub fn matches(&self, report: &CollisionReport<'_>) -> bool {
+        let [a, b] = report.sides.each_ref().map(|side| side.body);
+        match *self {
+            Self::Any => true,
+            Self::One(tag) => a.has_tag(tag) || b.has_tag(tag),
+            Self::Pair(one, other) => {
+                (a.has_tag(one) && b.has_tag(other)) || (a.has_tag(other) && b.has_tag(one))
+            }
+        }
+    }
+}
