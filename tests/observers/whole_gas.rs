@@ -1,0 +1,180 @@
+//! What is measured on the whole gas: energy, collision rate, pressure, overlaps.
+
+use std::f64::consts::PI;
+
+use carom::{
+    CollisionRate, CollisionReport, Detection, EnergyLedger, Exact, Fineness, Impact, Observer, OverlapCheck,
+    Scene, Simulation, Thesis,
+    detection::{Answer, Outcome},
+    engine::{BumperSpec, ElasticitySpec, GasSpec},
+    geometry::Outline,
+    kinematics::RelativeMotion,
+    observers::{Pressure, RatePoint},
+};
+use glam::DVec2;
+
+use crate::{ByHand, disc, gas, observe, tee};
+
+#[test]
+fn energy_and_momentum_of_an_elastic_gas_stay_what_they_were() {
+    let mut scene = Scene { molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)], ..Scene::default() };
+    scene.gas.push(gas("gas", 200));
+    let mut simulation = Simulation::new(&scene).unwrap();
+    let mut ledger = EnergyLedger::default();
+    ledger.standby(&simulation.view());
+    observe(&mut simulation, &mut ledger, 10.0, 20);
+    assert!(simulation.view().counters().collisions > 10_000);
+    assert!(ledger.drift() <= 1e-13, "{:e}", ledger.drift());
+    let first = ledger.series()[0];
+    assert_eq!((first.time, first.booked), (0.0, first.energy));
+    assert!((first.energy - 200.0).abs() < 1e-10);
+    for point in ledger.series() {
+        assert_eq!(point.booked, first.booked);
+        assert!((point.momentum - first.momentum).length() < 1e-11, "{point:?}");
+    }
+}
+
+#[test]
+fn what_inelastic_contacts_take_and_resets_give_is_booked() {
+    let elasticity = ElasticitySpec { default: 0.9, ..ElasticitySpec::default() };
+    let mut scene = Scene { elasticity, ..Scene::default() };
+    scene.gas.push(gas("gas", 200));
+    let mut simulation = Simulation::new(&scene).unwrap();
+    // Equal discs of mass 1: μ = 1/2, and the loss is ½ (1 − e²) μ u².
+    let by_hand = ByHand(Vec::new(), |report: &CollisionReport<'_>| {
+        let [a, b] = &report.sides;
+        let approach = (a.before.velocity - b.before.velocity).dot(report.normal);
+        Some(0.5 * (1.0 - 0.81) * 0.5 * approach * approach)
+    });
+    let mut observers = (EnergyLedger::default(), by_hand);
+    observers.standby(&simulation.view());
+    observe(&mut simulation, &mut observers, 2.0, 10);
+    let lost: f64 = observers.1.0.iter().sum();
+    let (first, last) = (observers.0.series()[0], *observers.0.series().last().unwrap());
+    assert!(lost > 0.3 * first.energy, "{lost} of {}", first.energy);
+    assert!((first.energy - last.energy - lost).abs() < 1e-13 * first.energy);
+    assert!((first.booked - last.booked - lost).abs() < 1e-13 * first.energy);
+    let gas = simulation.find_tag("gas").unwrap();
+    simulation.reset_energy_of_all(gas, 1.0).unwrap();
+    observers.standby(&simulation.view());
+    let last = observers.0.series().last().unwrap();
+    assert!((last.energy - 200.0).abs() < 1e-11 && (last.booked - 200.0).abs() < 1e-11, "{last:?}");
+    assert!(observers.0.drift() <= 1e-13, "{:e}", observers.0.drift());
+}
+
+#[test]
+fn drift_of_nothing_is_nothing() {
+    let simulation = Simulation::new(&Scene::default()).unwrap();
+    let mut observers = (EnergyLedger::default(), CollisionRate::default(), Pressure::default());
+    assert_eq!(observers.0.drift(), 0.0);
+    for _ in 0..3 {
+        observers.standby(&simulation.view());
+    }
+    assert_eq!(observers.0.drift(), 0.0);
+    assert_eq!((observers.1.mean(), observers.2.mean()), (None, None));
+}
+
+#[test]
+fn a_disc_between_images_of_a_bumper_hits_at_even_times() {
+    // From contact to contact it goes 1 − 2 (0.05 + 0.05) at speed 1: one collision each 0.8, ten each 8. Each adds
+    // r·J = 0.1 × 2 to the virial: p A = 1/2 + (1/2) 0.2 / 0.8 = 0.625.
+    let mut scene =
+        Scene { molecule: vec![disc(DVec2::new(0.2, 0.5), DVec2::X, 0.05, 1.0)], ..Scene::default() };
+    scene.bumper.push(BumperSpec { tags: vec![], radius: 0.05, at: [0.7, 0.5] });
+    let mut simulation = Simulation::new(&scene).unwrap();
+    let mut observers = (CollisionRate::default(), Pressure::default());
+    observe(&mut simulation, &mut observers, 24.0, 3);
+    let (rate, pressure) = observers;
+    assert_eq!(rate.series().len(), 3);
+    for (index, point) in rate.series().iter().enumerate() {
+        assert_eq!(*point, RatePoint { time: 8.0 * (index + 1) as f64, collisions: 10, rate: 1.25 });
+    }
+    assert_eq!(rate.mean(), Some((1.25, 0.0)));
+    let (mean, error) = pressure.mean().unwrap();
+    assert!((mean - 0.625).abs() < 1e-12 && error < 1e-12, "{mean} ± {error}");
+}
+
+#[test]
+fn collision_rate_and_pressure_of_hard_discs_are_those_of_kinetic_theory() {
+    // At area fraction 0.1 the virial series gives χ = 1.181 (Clisby & McCoy, J. Stat. Phys. 122 (2006) 15: Z =
+    // 1.2361 = 1 + 2 η χ), and N discs at fixed N have (1 − 0.91/N) of it (Lebowitz & Percus, Phys. Rev. 124 (1961)
+    // 1673). kT = E/(N − 1) at total momentum 0.
+    let (count, radius, eta) = (400, 0.5, 0.1);
+    let side = (f64::from(count) * PI * radius * radius / eta).sqrt();
+    let mut scene = Scene::default();
+    (scene.bounds.sides, scene.bounds.seed) = ([side; 2], 20_170_131);
+    scene.gas.push(GasSpec {
+        radius: Some(radius),
+        mass: Some(1.0),
+        energy: 1.0,
+        count: Some(count as usize),
+        zero_momentum: true,
+        ..GasSpec::default()
+    });
+    let mut simulation = Simulation::new(&scene).unwrap();
+    // Some fifty collisions each forget the lattice and the equal speeds.
+    simulation.run_until(100.0).unwrap();
+    let mut observers = (CollisionRate::default(), Pressure::default());
+    // Half a million collisions: standard errors of some 0.13 % for the rate and 0.04 % for the pressure.
+    observe(&mut simulation, &mut observers, 4900.0, 60);
+    let (rate, error) = observers.0.mean().unwrap();
+
+    let n = f64::from(count) / (side * side);
+    let temperature = simulation.view().energy() / f64::from(count - 1);
+    let chi = 1.181 * (1.0 - 0.91 / f64::from(count));
+    let predicted = 2.0 * n * (2.0 * radius) * chi * (PI * temperature).sqrt();
+    assert!(error < 0.002 * predicted, "{error}");
+    assert!(
+        (rate - predicted).abs() < 4.0 * error + 0.001 * predicted,
+        "{rate} ± {error}, predicted {predicted}"
+    );
+
+    let (pressure, error) = observers.1.mean().unwrap();
+    let ideal = simulation.view().energy() / (side * side);
+    let predicted = ideal * (1.0 + 2.0 * eta * chi);
+    assert!(error < 0.001 * predicted, "{error}");
+    assert!(
+        (pressure - predicted).abs() < 4.0 * error + 3e-4 * predicted,
+        "{pressure} ± {error}, {predicted}"
+    );
+}
+
+/// A detector that never sees a contact.
+#[derive(Clone)]
+struct Blind;
+
+impl Detection for Blind {
+    fn first_contact(&self, _: Outline<'_>, _: Outline<'_>, _: &RelativeMotion, _: f64) -> Answer {
+        Answer { outcome: Outcome::Free, evaluations: 0 }
+    }
+}
+
+#[test]
+fn overlaps_that_a_blind_detector_lets_happen_are_seen() {
+    let molecule = vec![
+        disc(DVec2::new(0.3, 0.5), DVec2::X, 0.05, 1.0),
+        disc(DVec2::new(0.5, 0.5), DVec2::ZERO, 0.05, 1.0),
+        disc(DVec2::new(0.98, 0.2), DVec2::X, 0.02, 1.0),
+        disc(DVec2::new(0.12, 0.2), DVec2::ZERO, 0.04, 1.0),
+    ];
+    let scene = Scene { molecule, ..Scene::default() };
+    let mut overlaps = OverlapCheck::default();
+    let mut blind: Simulation<Blind, Impact, Thesis> =
+        Simulation::with(&scene, Blind, Impact, Fineness::default()).unwrap();
+    for (time, pairs) in [(0.05, 0), (0.15, 2), (0.3, 0)] {
+        blind.run_until(time).unwrap();
+        overlaps.standby(&blind.view());
+        assert_eq!(blind.view().overlaps().pairs, pairs, "at {time}");
+    }
+    // At 0.15 the first pair is 0.05 apart, of diameter 0.1; the second 0.01 apart across the border, reach 0.06.
+    assert_eq!((overlaps.checks(), overlaps.worst_pairs()), (3, 2));
+    assert!((overlaps.deepest() - 0.05 / 0.04).abs() < 1e-12, "{}", overlaps.deepest());
+    assert!((overlaps.deepest_length() - 0.05).abs() < 1e-14, "{}", overlaps.deepest_length());
+
+    let mut overlaps = OverlapCheck::default();
+    let mut seeing: Simulation<Exact, Impact, Thesis> =
+        Simulation::with(&scene, Exact::default(), Impact, Fineness::default()).unwrap();
+    observe(&mut seeing, &mut overlaps, 0.3, 6);
+    assert_eq!((overlaps.checks(), overlaps.worst_pairs()), (6, 0));
+    assert!(overlaps.deepest() < 1e-12);
+}
