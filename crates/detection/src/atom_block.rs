@@ -1,4 +1,4 @@
-//! A few atoms of A against a few of B: one step for all pairs at once, then the pairs one by one.
+//! A few atoms of A against a few of B: a few steps for all pairs at once, then the pairs one by one.
 
 use carom_geometry::{Atom, Circle, CircleTree};
 
@@ -8,7 +8,7 @@ use crate::{
     flight::{Flight, Placement},
     search::Search,
     skim,
-    tolerance::STEP_MARGIN,
+    tolerance::{SHARED_STEPS, STEP_MARGIN},
 };
 
 /// Most atoms of one body in a block.
@@ -30,12 +30,12 @@ type Lanes = [f64; 2];
 /// Places and velocities about the centre of mass, and what bounds their change, of the atoms of one body.
 #[derive(Default)]
 struct Row {
-    x: [Lanes; MOST / 2],
-    y: [Lanes; MOST / 2],
-    vx: [Lanes; MOST / 2],
-    vy: [Lanes; MOST / 2],
-    radius: [Lanes; MOST / 2],
-    centripetal: [Lanes; MOST / 2],
+    x: [Lanes; MOST.div_ceil(2)],
+    y: [Lanes; MOST.div_ceil(2)],
+    vx: [Lanes; MOST.div_ceil(2)],
+    vy: [Lanes; MOST.div_ceil(2)],
+    radius: [Lanes; MOST.div_ceil(2)],
+    centripetal: [Lanes; MOST.div_ceil(2)],
 }
 
 /// One atom of a row.
@@ -52,7 +52,7 @@ struct Single {
 /// their atoms.
 pub(crate) struct BlockSearch<'a> {
     pub(crate) flight: &'a Flight<'a>,
-    pub(crate) error: ErrorBound,
+    error: ErrorBound,
 }
 
 impl<'a> BlockSearch<'a> {
@@ -61,25 +61,28 @@ impl<'a> BlockSearch<'a> {
         Self { flight, error: ErrorBound::of_circles(flight.motion, flight.speed, flight.spin, &circles) }
     }
 
-    /// Searches all pairs of the atoms `a` and `b`, none of which touch before `begin`, in the order of a first
-    /// certified step; what that puts beyond the best so far is left.
+    /// Searches all pairs of the atoms `a` and `b`, none of which touch before `begin`, in the order of
+    /// certified bounds; those beyond the best so far are left.
     pub(crate) fn search(&self, a: Atoms<'_>, b: Atoms<'_>, begin: f64, search: &mut Search) {
         // The body with more atoms goes along the rows.
         let along = usize::from(b.indices.len() >= a.indices.len());
         let (across, row) = if along == 1 { (a, b) } else { (b, a) };
         let mut room = [0.0; LENGTH];
-        self.first_step(across, row, along, &self.flight.at(begin), &mut room);
+        self.shared_step(across, row, along, &self.flight.at(begin), &mut room);
         let bounds = &mut room[..across.indices.len() * row.indices.len()];
         search.evaluations += bounds.len() as u32;
-        if bounds.len() >= 9 {
+        // Again from where the soonest pair may be in contact. For a single atom against a row it would not pay.
+        let again = if across.indices.len() > 1 { SHARED_STEPS } else { 0 };
+        for _ in 0..again {
             let (_, soonest) = least(bounds);
-            if soonest > begin && soonest <= search.limit() {
-                let mut second = [0.0; LENGTH];
-                self.first_step(across, row, along, &self.flight.at(soonest), &mut second);
-                search.evaluations += bounds.len() as u32;
-                for (bound, second) in bounds.iter_mut().zip(second) {
-                    *bound = bound.max(second);
-                }
+            if soonest <= begin || soonest > search.limit() {
+                break;
+            }
+            let mut later = [0.0; LENGTH];
+            self.shared_step(across, row, along, &self.flight.at(soonest), &mut later);
+            search.evaluations += bounds.len() as u32;
+            for (bound, later) in bounds.iter_mut().zip(later) {
+                *bound = bound.max(later);
             }
         }
         for _ in 0..bounds.len() {
@@ -109,7 +112,7 @@ impl<'a> BlockSearch<'a> {
     ///
     /// The gap less E and its rate less E' are used, so no gap is below 0 up to there. Each row is written in whole
     /// lanes, the next one over its unused end.
-    fn first_step(
+    fn shared_step(
         &self,
         across: Atoms<'_>,
         row: Atoms<'_>,
@@ -125,10 +128,10 @@ impl<'a> BlockSearch<'a> {
         let count = row.indices.len();
         for (i, &index) in across.indices.iter().enumerate() {
             let atom = Single::new(self.flight, &across.all[index as usize], at, 1 - along);
-            for pair in 0..count.div_ceil(2).min(MOST / 2) {
+            for pair in 0..count.div_ceil(2).min(MOST.div_ceil(2)) {
                 let first = i * count + 2 * pair;
                 let Some(to) = bounds.get_mut(first..first + 2) else { break };
-                for lane in 0..2 {
+                for (lane, bound) in to.iter_mut().enumerate() {
                     let x = separation.x + (row_of_pairs.x[pair][lane] - atom.x);
                     let y = separation.y + (row_of_pairs.y[pair][lane] - atom.y);
                     let vx = velocity.x + (row_of_pairs.vx[pair][lane] - atom.vx);
@@ -144,7 +147,7 @@ impl<'a> BlockSearch<'a> {
                     let step = above / below * (1.0 - STEP_MARGIN);
                     // Touching pairs get no step, nor does what is no number.
                     let step = if gap > 0.0 { step } else { 0.0 };
-                    to[lane] = at.time + if step >= 0.0 { step } else { 0.0 };
+                    *bound = at.time + if step >= 0.0 { step } else { 0.0 };
                 }
             }
         }

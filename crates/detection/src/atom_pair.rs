@@ -13,6 +13,7 @@ use crate::{
 };
 
 /// How the search for one atom pair ended.
+#[derive(Clone, Copy)]
 pub(crate) enum PairOutcome {
     Contact(f64),
     Free,
@@ -42,7 +43,7 @@ pub(crate) struct Gap {
     /// 1/|d|
     inverse_distance: f64,
     /// g
-    pub(crate) gap: f64,
+    pub(crate) value: f64,
     /// g'
     pub(crate) rate: f64,
     /// E
@@ -90,7 +91,7 @@ impl<'a> AtomPair<'a> {
             velocity,
             acceleration: (spin_a * spin_a) * arm_a - (spin_b * spin_b) * arm_b,
             inverse_distance,
-            gap: distance - self.contact_distance,
+            value: distance - self.contact_distance,
             // Where the centres coincide there is no normal, and E' is infinite.
             rate: if distance > 0.0 { d.dot(velocity) * inverse_distance } else { 0.0 },
             error,
@@ -110,15 +111,15 @@ impl<'a> AtomPair<'a> {
             let at = self.flight.at(time);
             let now = self.gap(&at);
             *evaluations += 1;
-            let step = if now.gap > now.error {
+            let step = if now.value > now.error {
                 let rate = now.rate - now.rate_error;
                 let (step, is_root) = if count < PLAIN_STEPS {
-                    (plain_step(now.gap, rate, self.centripetal[0] + self.centripetal[1]), true)
+                    (plain_step(now.value, rate, self.centripetal[0] + self.centripetal[1]), true)
                 } else {
-                    safe_step(now.gap, rate, &self.curvature(&now))
+                    safe_step(now.value, rate, &self.curvature(&now))
                 };
-                if is_root && self.lands_on_contact(&now, step, now.error) {
-                    return contact_within(time + step, window.end);
+                if is_root && let Some(landing) = self.landing(&now, step, now.error) {
+                    return contact_within(time + landing, window.end);
                 }
                 step.max(self.orbit_step(&at))
             } else if self.closes(&now) {
@@ -144,7 +145,7 @@ impl<'a> AtomPair<'a> {
     #[inline]
     pub(crate) fn apart_until(&self, at: &Placement) -> f64 {
         let now = self.gap(at);
-        let gap = now.gap - now.error;
+        let gap = now.value - now.error;
         if gap > 0.0 {
             at.time + safe_step(gap, now.rate - now.rate_error, &self.curvature(&now)).0
         } else {
@@ -166,9 +167,9 @@ impl<'a> AtomPair<'a> {
         for _ in 0..most_steps {
             let now = self.gap(&at);
             *evaluations += 1;
-            let gap = now.gap - now.error;
-            // Not `gap <= near`: what is no number must end the walk.
-            if !(gap > near) {
+            let gap = now.value - now.error;
+            // What is no number must end the walk.
+            if gap <= near || gap.is_nan() {
                 break;
             }
             let step = safe_step(gap, now.rate - now.rate_error, &self.curvature(&now)).0;
@@ -207,28 +208,38 @@ impl<'a> AtomPair<'a> {
         (self.centripetal[0] + self.centripetal[1]) + now.velocity.length_squared() * now.inverse_distance
     }
 
-    /// Whether a step to a root of the minorant ends within `error` of contact, and still closing.
-    pub(crate) fn lands_on_contact(&self, now: &Gap, step: f64, error: f64) -> bool {
+    /// How far the contact is, if a step to a root of the minorant proves it to be within `error` of there, and the
+    /// pair to be closing still.
+    ///
+    /// With g'' = a + (|d'|² − g'²)/|d| the contact is at the root of g + g' h + g'' h²/2, to third order. As g'' ≤ C, it is
+    /// not beyond 2 h if −g' > 5/2 C h, and off by no more than C (2 h)².
+    pub(crate) fn landing(&self, now: &Gap, step: f64, error: f64) -> Option<f64> {
         let bend = self.upper_curvature(now) * step;
-        bend * step <= error && now.rate + bend < -now.rate_error
+        let lands = 4.0 * bend * step <= error && now.rate + 2.5 * bend < -now.rate_error;
+        lands.then(|| {
+            let across = now.velocity.length_squared() - now.rate * now.rate;
+            let second = (now.d.dot(now.acceleration) + across) * now.inverse_distance;
+            let square_root = (now.rate * now.rate - 2.0 * second * now.value).max(0.0).sqrt();
+            2.0 * now.value / (square_root - now.rate)
+        })
     }
 
     /// Whether a pair within E of contact, or overlapping, is in contact rather than leaving or touching.
     fn closes(&self, now: &Gap) -> bool {
         let resolved = self.flight.motion.velocity_error;
-        now.rate < -if now.gap < -now.error { resolved } else { now.rate_error }
+        now.rate < -if now.value < -now.error { resolved } else { now.rate_error }
     }
 
     /// The last Newton correction towards g = 0, where it provably lands within `error` of it.
     pub(crate) fn polish(&self, now: &Gap, error: f64) -> f64 {
-        let correction = -now.gap / now.rate;
-        let safe = now.gap > 0.0 && self.upper_curvature(now) * correction * correction <= error;
+        let correction = -now.value / now.rate;
+        let safe = now.value > 0.0 && self.upper_curvature(now) * correction * correction <= error;
         if safe { correction } else { 0.0 }
     }
 
     /// Step of a pair that leaves or touches: to where the bound from below reaches min(g, 0) − E.
     fn touching_step(&self, now: &Gap) -> f64 {
-        let fall = now.gap - now.gap.min(0.0) + now.error;
+        let fall = now.value - now.value.min(0.0) + now.error;
         // No gap closes faster than L, even where E' says nothing because the centres coincide.
         let rate = (now.rate - now.rate_error).max(-self.error.speed());
         safe_step(fall, rate, &self.curvature(now)).0
@@ -238,7 +249,7 @@ impl<'a> AtomPair<'a> {
     fn comes_back_soon(&self, now: &Gap) -> bool {
         let away = now.rate - now.rate_error;
         let curvature = self.centripetal[0] + self.centripetal[1];
-        now.gap >= -now.error
+        now.value >= -now.error
             && away > 0.0
             && 2.0 * away * self.error.speed() < SOON * curvature * self.contact_distance
     }
@@ -279,4 +290,38 @@ impl<'a> AtomPair<'a> {
 
 fn contact_within(time: f64, limit: f64) -> PairOutcome {
     if time <= limit { PairOutcome::Contact(time) } else { PairOutcome::Free }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_geometry::Atom;
+    use carom_kinematics::RelativeMotion;
+
+    #[test]
+    fn the_last_correction_never_leaves_the_rounding_bound() {
+        // Nine tenths of E apart, slipping past each other, and closing barely faster than E': −g/g' would be a
+        // tenth of the time to slip by a diameter, and put the contact where there is none.
+        let atom = Atom::new(DVec2::ZERO, 0.5, 1.0).unwrap();
+        let still = RelativeMotion::exactly(DVec2::new(0.0, 1.0), DVec2::X);
+        let bound = ErrorBound::new(&still, &atom, &atom);
+        for slip in [0.0, 1e-6, 1.0] {
+            for closing in [2.0 * bound.of_rate(0.0, 1.0), 1e-9, 1e-3, 1.0] {
+                let d = DVec2::new(0.0, 1.0 + 0.9 * bound.at(0.0));
+                let motion = RelativeMotion::exactly(d, DVec2::new(slip, -closing));
+                let flight = Flight::new(atom.outline(), atom.outline(), &motion);
+                let pair = AtomPair::new(&flight, [(&atom).into(), (&atom).into()]);
+                let window = Window { begin: 0.0, end: 10.0 };
+                let PairOutcome::Contact(time) = pair.first_contact(window, 10, &mut 0) else {
+                    panic!("slip {slip}, closing {closing}")
+                };
+                let now = pair.gap(&flight.at(time));
+                assert!(
+                    now.value.abs() <= 2.0 * now.error,
+                    "slip {slip}, closing {closing}: gap {}",
+                    now.value
+                );
+            }
+        }
+    }
 }

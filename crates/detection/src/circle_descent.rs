@@ -7,7 +7,7 @@ use crate::{
     Window,
     atom_block::{Atoms, BlockSearch},
     atom_pair::AtomPair,
-    flight::{Flight, bounding_circle},
+    flight::bounding_circle,
     search::Search,
     tolerance::NEARNESS,
 };
@@ -65,7 +65,7 @@ impl<'a> Body<'a> {
     }
 }
 
-impl<'a> Place<'a> {
+impl Place<'_> {
     fn circle(self) -> Circle {
         match self {
             Self::Whole(circle) => circle,
@@ -95,13 +95,7 @@ struct Task<'a> {
 /// Which circle is split depends on their radii only (the larger, both of equal ones), so the argument order does
 /// not matter. There are at most as many tasks as pairs of nodes, and each ends after a bounded number of
 /// steps, because nodes that have used theirs up are split as well.
-pub(crate) fn descend(
-    blocks: &BlockSearch<'_>,
-    flight: &Flight<'_>,
-    bodies: [Body<'_>; 2],
-    begin: f64,
-    search: &mut Search,
-) {
+pub(crate) fn descend(blocks: &BlockSearch<'_>, bodies: [Body<'_>; 2], begin: f64, search: &mut Search) {
     let mut stack: SmallVec<[Task<'_>; 64]> = SmallVec::new();
     stack.push(Task { bound: begin, places: bodies.map(Body::root) });
     while let Some(Task { bound, places }) = stack.pop() {
@@ -110,7 +104,7 @@ pub(crate) fn descend(
             continue;
         }
         let parts = split(places);
-        let pair = AtomPair::new(flight, places.map(Place::circle));
+        let pair = AtomPair::new(blocks.flight, places.map(Place::circle));
         let window = Window { begin: bound, end: limit };
         let Some(at) = pair.approach(window, NEARNESS, search.most_steps, &mut search.evaluations) else {
             continue;
@@ -121,7 +115,7 @@ pub(crate) fn descend(
         };
         let first = stack.len();
         for places in parts {
-            let bound = AtomPair::new(flight, places.map(Place::circle)).apart_until(&at);
+            let bound = AtomPair::new(blocks.flight, places.map(Place::circle)).apart_until(&at);
             search.evaluations += 1;
             if bound <= limit {
                 stack.push(Task { bound, places });
@@ -147,4 +141,80 @@ fn split<'a>([a, b]: [Place<'a>; 2]) -> Option<SmallVec<[[Place<'a>; 2]; 4]>> {
             with_b(first, parts).into_iter().chain(with_b(second, parts)).collect()
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Answer, Contact, Detection, Exact};
+    use carom_geometry::{Atom, Molecule, Shape};
+    use carom_kinematics::{Orientation, RelativeMotion};
+    use glam::DVec2;
+    use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
+
+    /// The earliest contact of all atom pairs, each asked for alone.
+    fn all_pairs(a: &Molecule, b: &Molecule, motion: &RelativeMotion, horizon: f64) -> Option<Contact> {
+        let mut earliest: Option<Contact> = None;
+        for i in a.atoms() {
+            for j in b.atoms() {
+                let limit = earliest.map_or(horizon, |contact| contact.time);
+                let answer = Exact::default().first_contact(i.outline(), j.outline(), motion, limit);
+                if let Some(contact) = answer.outcome.contact() {
+                    earliest = Some(contact);
+                }
+            }
+        }
+        earliest
+    }
+
+    fn blob(count: usize, places: &[(f64, f64)]) -> Molecule {
+        let side = f64::sqrt(count as f64);
+        let atom = |&(x, y): &(f64, f64)| Atom::new(side * DVec2::new(x, y), 0.5, 1.0).unwrap();
+        Molecule::new(places[..count].iter().map(atom)).unwrap()
+    }
+
+    type Encounter = (Vec<(f64, f64)>, [f64; 2], [f64; 2], (f64, f64));
+
+    fn encounters() -> impl Strategy<Value = Encounter> {
+        (
+            prop::collection::vec((-0.7..0.7f64, -0.7..0.7f64), 256),
+            prop::array::uniform2(-0.5..0.5f64),
+            prop::array::uniform2(-3.0..3.0f64),
+            (1.05..2.5f64, -1.0..1.0f64),
+        )
+    }
+
+    #[test]
+    fn trees_give_the_answers_of_all_pairs() {
+        let mut runner = TestRunner::deterministic();
+        let [mut hits, mut misses] = [0, 0];
+        for (count, cases) in
+            [(2, 40), (5, 40), (6, 60), (9, 60), (16, 40), (33, 30), (64, 20), (128, 10), (256, 6)]
+        {
+            for case in 0..cases {
+                let (places, turns, spins, (ahead, aside)) =
+                    encounters().new_tree(&mut runner).unwrap().current();
+                let rod = Molecule::named(Shape::Rod(count), 0.5, 1.0).unwrap();
+                let (a, b) = if case % 2 == 0 { (rod.clone(), rod) } else { (blob(count, &places), rod) };
+                let b = if case % 5 == 0 { Molecule::disc(0.5, 1.0).unwrap() } else { b };
+                let reach = a.bounding_radius() + b.bounding_radius();
+                let motion = RelativeMotion {
+                    orientation: turns.map(Orientation::from_turns),
+                    angular_velocity: spins.map(|spin| spin / reach),
+                    ..RelativeMotion::exactly(reach * DVec2::new(ahead, aside), DVec2::new(-1.0, 0.0))
+                };
+                let answer: Answer = Exact::default().first_contact(a.outline(), b.outline(), &motion, 1e9);
+                let found = answer.outcome.contact().map(|contact| contact.time);
+                match (found, all_pairs(&a, &b, &motion, 1e9)) {
+                    (Some(tree), Some(all)) => {
+                        hits += 1;
+                        assert!((tree - all.time).abs() <= 1e-11 * reach, "{count}: {tree} against {all:?}");
+                    }
+                    (None, None) => misses += 1,
+                    (tree, all) => panic!("{count} atoms: {tree:?} against {all:?}"),
+                }
+                assert!(answer.evaluations < 4000, "{count}: {answer:?}");
+            }
+        }
+        assert!(hits > 100 && misses > 30, "{hits} hits, {misses} misses");
+    }
 }

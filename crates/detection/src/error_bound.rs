@@ -100,3 +100,112 @@ impl ErrorBound {
 pub(crate) fn one_norm(v: DVec2) -> f64 {
     v.x.abs() + v.y.abs()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{atom_pair::AtomPair, flight::Flight};
+    use carom_kinematics::Orientation;
+    use dashu_float::{FBig, round::mode::HalfEven};
+
+    type Big = FBig<HalfEven, 2>;
+
+    /// About 48 decimal digits, of which the largest angles below take nine.
+    const PRECISION: usize = 160;
+
+    fn big(x: f64) -> Big {
+        Big::try_from(x).unwrap().with_precision(PRECISION).value()
+    }
+
+    /// An arm turned by the exact angle, and its derivative.
+    fn arm(offset: DVec2, orientation: Orientation, spin: f64, time: f64, pi: &Big) -> [[Big; 2]; 2] {
+        let angle = big(2.0 * orientation.turns()) * pi + big(spin) * big(time);
+        let (sin, cos) = angle.sin_cos();
+        let (x, y) = (big(offset.x), big(offset.y));
+        let turned = [&x * &cos - &y * &sin, &x * &sin + &y * &cos];
+        let derivative = [-(big(spin) * &turned[1]), big(spin) * &turned[0]];
+        [turned, derivative]
+    }
+
+    /// g and g' to some 40 digits, and |d|.
+    fn exact(motion: &RelativeMotion, atoms: [&Atom; 2], time: f64, pi: &Big) -> (Big, Big, f64) {
+        let [a, b] = [0, 1].map(|body| {
+            arm(atoms[body].offset(), motion.orientation[body], motion.angular_velocity[body], time, pi)
+        });
+        let component = |k: usize| {
+            let d = big(motion.separation[k]) + big(motion.velocity[k]) * big(time) + (&b[0][k] - &a[0][k]);
+            (d, big(motion.velocity[k]) + (&b[1][k] - &a[1][k]))
+        };
+        let ((x, vx), (y, vy)) = (component(0), component(1));
+        let distance = (&x * &x + &y * &y).sqrt();
+        let rate = (&x * vx + &y * vy) / &distance;
+        let length = distance.to_f64().value();
+        (distance - (big(atoms[0].radius()) + big(atoms[1].radius())), rate, length)
+    }
+
+    /// Numbers between −1 and 1 (SplitMix64; Steele, Lea and Flood 2014).
+    struct Random(u64);
+
+    impl Random {
+        fn next(&mut self) -> f64 {
+            self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut z = self.0;
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            (z ^ (z >> 31)) as i64 as f64 / 2f64.powi(63)
+        }
+
+        fn vector(&mut self) -> DVec2 {
+            DVec2::new(self.next(), self.next())
+        }
+    }
+
+    /// Worst |computed − exact| over the bound, of g and of g', among `count` random states.
+    fn worst_ratios(count: u32, distance: f64, spin: f64, duration: f64) -> [f64; 2] {
+        let pi = Big::pi(PRECISION);
+        let mut random = Random(2017);
+        let mut worst = [0.0f64; 2];
+        for _ in 0..count {
+            let atoms = [0, 1].map(|_| Atom::new(random.vector(), random.next().abs() + 1e-3, 1.0).unwrap());
+            let motion = RelativeMotion {
+                orientation: [0, 1].map(|_| Orientation::from_turns(0.5 * random.next())),
+                angular_velocity: [0, 1].map(|_| spin * random.next()),
+                ..RelativeMotion::exactly(distance * random.vector(), random.vector())
+            };
+            let time = duration * random.next().abs();
+            let (a, b) = (atoms[0].outline(), atoms[1].outline());
+            let flight = Flight::new(a, b, &motion);
+            let pair = AtomPair::new(&flight, [Circle::from(&atoms[0]), Circle::from(&atoms[1])]);
+            let now = pair.gap(&flight.at(time));
+            let (gap, rate, length) = exact(&motion, [&atoms[0], &atoms[1]], time, &pi);
+            let off = |computed: f64, exact: Big| (big(computed) - exact).to_f64().value().abs();
+            let bound = ErrorBound::new(&motion, &atoms[0], &atoms[1]);
+            worst[0] = worst[0].max(off(now.value, gap) / bound.at(time));
+            worst[1] = worst[1].max(off(now.rate, rate) / bound.of_rate(time, length));
+        }
+        worst
+    }
+
+    /// Near, at the origin of time, with 10⁸ turns behind them, and a million sizes away.
+    fn check(count: u32) {
+        for (distance, spin, duration) in [(3.0, 3.0, 3.0), (2.0, 1.0, 0.0), (3.0, 1e8, 6.0), (1e6, 3.0, 1e6)]
+        {
+            let [gap, rate] = worst_ratios(count / 4, distance, spin, duration);
+            eprintln!("distance {distance:e}, spin {spin:e}: worst |error|/E {gap:.2}, |error|/E' {rate:.2}");
+            assert!(gap <= 1.0 && rate <= 1.0, "{gap} {rate}");
+            // Nor are they so wide that they say nothing.
+            assert!(gap > 0.05 && rate > 0.01, "{gap} {rate}");
+        }
+    }
+
+    #[test]
+    fn bounds_hold_for_random_states() {
+        check(4_000);
+    }
+
+    #[test]
+    #[ignore = "half a minute"]
+    fn bounds_hold_for_a_hundred_thousand_states() {
+        check(100_000);
+    }
+}

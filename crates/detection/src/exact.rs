@@ -1,31 +1,67 @@
 //! The certified detector: safe Newton steps on the gap, each proven to pass over no contact.
 //!
-//! For an atom pair let d(t) be the vector between the centres, s the sum of the radii, g = |d| − s the
-//! gap, n = d/|d|, g' = n·d'. Free flight bounds the curvature for all time:
-//! |d''| ≤ K = ω_A² r_A + ω_B² r_B.
+//! For an atom pair let d(t) be the vector between the centres, s the sum of the radii, g = |d| − s the gap,
+//! n = d/|d|, g' = n·d' and a = n·d''. The arms r of the atoms turn with the angular velocities ω, the centres of
+//! mass move with V relative to each other. For all time
 //!
-//! **Step.** For any fixed unit vector n, |d(t+h)| ≥ n·d(t+h) ≥ n·d + n·d' h − K h²/2, so with n taken
-//! at t there is no contact before the root of g + g' h − K h²/2. Taking that root as the next time
-//! converges quadratically to a transversal contact, and can never pass one.
+//! |d'| ≤ L = |V| + |ω_A| r_A + |ω_B| r_B,  |d''| ≤ K = ω_A² r_A + ω_B² r_B,  |d'''| ≤ K₃ = |ω_A|³ r_A + |ω_B|³ r_B.
 //!
-//! **Rounding.** The computed gap is off by at most E ([`ErrorBound`]). A pair is passed as free only
-//! where the computed gap exceeds E, hence only where it is truly apart; so no contact deeper than 2 E is
-//! missed, and every contact reported has a gap within 2 E.
+//! # What is promised
+//! With E the bound on the rounding of g ([`ErrorBound`]): every contact reported has |g| ≤ 2 E unless the pair was
+//! deeper already, no contact deeper than 2 E is passed over, and "certified free until" is what it says. Which body
+//! is called A changes no bit of the time; velocities times a power of two only change the power.
 //!
-//! **In contact.** Where the gap is below E the sign of g' decides. g' has its own bound E' =
-//! L (2 E/|d| + 8 u) + (|ω_A| + |ω_B|) E + δV, L = |V| + |ω_A| r_A + |ω_B| r_B (errors of the normal, of the
-//! arms, and of the velocities that the motion came with). Closing faster than E': a contact, now. Deeper
-//! than −E and closing faster than the velocities resolve: likewise. Else the pair has just collided, or
-//! only touches: it is followed by steps to where g + (g' − E') h − K h²/2 reaches min(g, 0) − E, which skip
-//! nothing deeper than the present gap less E.
+//! # Proof
+//! **Step.** For the fixed unit vector n of time t, |d(t+h)| ≥ n·d(t+h) = n·d + n·d' h + ∬ n·d''. So while −n·d'' ≤ k
+//! the gap is not below g + g' h − k h²/2, and there is no contact before the root of that. Three bounds on −n·d''
+//! up to t + h are used:
+//! * K, always;
+//! * K₃ h − a, since n·d'' cannot change faster than K₃;
+//! * |d''| + J h, with J = min(ω_A² r_A, ω_B² r_B) |ω_B − ω_A|: for an observer who turns with A the acceleration is
+//!   ω_A² q_A − ω_B² R((ω_B − ω_A) t) q_B, of the same length, and changes only as B turns relative to A; likewise
+//!   with B. Without this one, bodies that fly along with equal spins would take thousands of steps.
 //!
-//! **Acceptance.** From concavity of the square root |d(t+h)| ≤ |d| + g' h + (K + |d'|²/|d|) h²/2, so a step
-//! with (K + |d'|²/|d|) h² ≤ E lands on the contact to within E and is taken without looking again; the
-//! last Newton correction −g/g' is guarded by the same bound.
+//! **Orbits.** The atom of a body that turns fast stays on a circle about its body's centre. The other atom against
+//! the disc of radius r + s about that centre gives another certified step, by the triangle inequality. Of several
+//! certified steps the longest is taken. Each begins where the last one ended, so the first contact is never passed.
+//! Towards a transversal contact the steps converge quadratically, as Newton's method does.
 //!
-//! **Bound on the work.** Each pair has [`MOST_STEPS`] steps; a search that runs out answers "certified free
-//! until", which is never wrong. When one pair runs out before another pair's contact, the answer is the
-//! earlier time.
+//! **Windows.** Outside the times in which the centres of mass are within r_A + r_B + s there is no contact: a
+//! parabola in time ([`skim`]) whose reach is inflated by more than the rounding of its coefficients; for the bodies
+//! first, and for each atom pair again.
+//!
+//! **Many pairs.** The first steps are taken for all pairs at once, from one placement of the bodies; the pairs are
+//! then followed one by one, the one with the earliest bound first. A pair whose bound is later than a contact that
+//! has been found cannot matter, nor can anything after a time up to which some pair is certified and no further.
+//! For molecules of many atoms, circles that hold atoms ([`CircleTree`](carom_geometry::CircleTree)) are followed as
+//! if they were atoms. What they hold lies inside, rounding included, and cannot touch before they do; so the
+//! parts of two circles begin where those were last certified.
+//!
+//! **Rounding.** The computed g is off by at most E, g' by at most E', t + h by u t. A step is taken only where
+//! g > E, with g' − E' for g'. Over the step the exact gap is then at least −E − L u t, and L u t < E: nothing deeper
+//! than 2 E is passed. (The shared steps and the circles use g − E as well, and pass over nothing deeper than
+//! L u t.) h itself is computed by a dozen roundings in a form without cancellation, and shortened by
+//! sixteen ([`STEP_MARGIN`](crate::tolerance::STEP_MARGIN)), which covers K, K₃ and J too. a and |d''| come with a
+//! bound of their own, K (2 E/|d| + 12 u) + max(ω²) E.
+//!
+//! **Contact.** Where g ≤ E the sign of g' decides. Closing faster than E': a contact, now. Deeper than −E and closing
+//! faster than the velocities resolve: likewise. Else the pair has just collided, or only touches: its step goes to
+//! where the bound from below reaches min(g, 0) − E, so that nothing deeper than the present gap less E is passed.
+//! That is at least 2 (g' − E')/K, within which a parting pair is not back. A pair that may be back within a
+//! thousandth of its natural time is followed by its gap relative to the contact that it left, which is known
+//! far better than E.
+//!
+//! **Acceptance.** From concavity of the square root |d(t+h)| ≤ |d| + g' h + C h²/2, C = K + |d'|²/|d|, so g'' ≤ C as well
+//! as −g'' ≤ K ≤ C. At a root h of g + g' h = k h²/2, k ≤ K, the gap is at most C h². If that is within E/4, and
+//! g' + 5/2 C h < −E' (it still closes there), then the contact is between h and 2 h, and is not looked at
+//! again: the root of g + g' h + g'' h²/2 is within E of it, and mostly within a rounding. The last
+//! Newton correction −g/g' of a pair that is looked at is guarded likewise: on a near-tangent it would leap past the
+//! contact. A step that ends for another reason than the root of its bound is not accepted as a contact.
+//!
+//! **Bound on the work.** While g > E either g falls by a fixed factor or the step is of the order √(E/K). Each pair
+//! has [`MOST_STEPS`] steps; a search that runs out answers "certified free until", which is later than where it
+//! began and beats a later contact of another pair. Each step moves on by a float at least, and comparisons
+//! are written so that what is no number never counts as free.
 
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
@@ -42,7 +78,7 @@ use crate::{
     tolerance::MOST_STEPS,
 };
 
-/// The certified detector; see the [crate](crate) and the table of detectors there.
+/// The certified detector; see the [crate] and the table of detectors there.
 ///
 /// ```
 /// use carom_detection::{Detection, Exact, Outcome, Touch};
@@ -125,6 +161,9 @@ fn turning(a: Outline<'_>, b: Outline<'_>, flight: &Flight<'_>, window: Window, 
     let bodies = [Body::new(a), Body::new(b)];
     match bodies.map(Body::only_block) {
         [Some(a), Some(b)] => blocks.search(a, b, window.begin, search),
-        _ => descend(&blocks, flight, bodies, window.begin, search),
+        _ => descend(&blocks, bodies, window.begin, search),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,6 +1,9 @@
 //! One disc against eight others at once: the closed form of the contact time, written for vector registers.
 
 use carom_kinematics::HALF_ULP as U;
+use glam::DVec2;
+
+use crate::disc_contact;
 
 /// How many discs are asked for at once.
 pub const DISC_LANES: usize = 8;
@@ -27,12 +30,10 @@ impl DiscLanes {
     /// the registers. Of the velocities' resolution only a bound is known here: the other disc is no faster than
     /// the asking one and the relative velocity together.
     #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "it must be compiled with the vector instructions of its caller"
-    )]
+    #[expect(clippy::inline_always, reason = "it must be compiled with the vector instructions of its caller")]
     pub fn contact_times(&self) -> [f64; DISC_LANES] {
         let mut times = [f64::INFINITY; DISC_LANES];
+        let mut in_contact = false;
         for (lane, time) in times.iter_mut().enumerate() {
             let (dx, dy) = (self.separation[0][lane], self.separation[1][lane]);
             let (vx, vy) = (self.velocity[0][lane], self.velocity[1][lane]);
@@ -41,19 +42,26 @@ impl DiscLanes {
             let c = (dx * dx + dy * dy) - sigma * sigma;
             let cross = dx * vy - dy * vx;
             let discriminant = sigma * sigma * (vx * vx + vy * vy) - cross * cross;
-            let speed = vx.abs() + vy.abs();
-            let resolved = 2.0 * U * (2.0 * self.speed + speed) * sigma;
-            let error = self.separation_error + 8.0 * U * sigma;
-            let touching = 2.0 * sigma * error;
-            let parting = (error + 8.0 * U * sigma) * speed + resolved;
-            let near = if c >= -touching { parting } else { resolved };
-            let threshold = if c > touching { 0.0 } else { near };
             let root = if discriminant > 0.0 { discriminant } else { 0.0 }.sqrt();
-            let above = if c > 0.0 { c } else { 0.0 };
-            let closes = (b < -threshold) & (discriminant > 0.0);
-            *time = if closes { above / (root - b) } else { f64::INFINITY };
+            let closes = (b < 0.0) & (discriminant > 0.0);
+            in_contact |= closes & (c <= 4.0 * sigma * (self.separation_error + 8.0 * U * sigma));
+            *time = if closes { c / (root - b) } else { f64::INFINITY };
+        }
+        if in_contact {
+            self.decide_contacts(&mut times);
         }
         times
+    }
+
+    /// Decides about pairs that touch to rounding, or overlap, while they seem to close: rare, hence apart.
+    #[cold]
+    fn decide_contacts(&self, times: &mut [f64; DISC_LANES]) {
+        for (lane, time) in times.iter_mut().enumerate() {
+            let d = DVec2::new(self.separation[0][lane], self.separation[1][lane]);
+            let v = DVec2::new(self.velocity[0][lane], self.velocity[1][lane]);
+            let resolved = 2.0 * U * (2.0 * self.speed + (v.x.abs() + v.y.abs()));
+            *time = disc_contact(d, v, self.contact_distance[lane], (self.separation_error, resolved));
+        }
     }
 
     /// When each disc enters the circle of the sum of the radii (time from now): 0 if it is inside, infinite if

@@ -31,6 +31,8 @@ mod bounding_circles;
 mod circle_descent;
 mod crop;
 mod disc;
+#[cfg(feature = "encounters")]
+pub mod encounters;
 mod error_bound;
 mod exact;
 mod fixed_step;

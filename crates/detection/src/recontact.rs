@@ -39,13 +39,13 @@ pub(crate) fn recontact(
         let now = relative_gap(pair, at, start, elapsed);
         *evaluations += 1;
         let error = (now.rate_error + 8.0 * U * pair.error.speed()) * elapsed;
-        if !(error < now.error) {
+        if error >= now.error || error.is_nan() {
             break;
         }
-        if now.gap > error {
-            let (step, is_root) = safe_step(now.gap, now.rate - now.rate_error, &pair.curvature(&now));
-            if is_root && pair.lands_on_contact(&now, step, error) {
-                return Ok(at.time + (elapsed + step));
+        if now.value > error {
+            let (step, is_root) = safe_step(now.value, now.rate - now.rate_error, &pair.curvature(&now));
+            if is_root && let Some(landing) = pair.landing(&now, step, error) {
+                return Ok(at.time + (elapsed + landing));
             }
             elapsed = (elapsed + step).max(elapsed.next_up());
         } else if now.rate < -now.rate_error {
@@ -65,7 +65,7 @@ fn relative_gap(pair: &AtomPair<'_>, at: &Placement, start: &Gap, elapsed: f64) 
     let d = start.d + moved;
     let gap = moved.dot(2.0 * start.d + moved) / (d.length() + start.d.length());
     let mut now = pair.gap_from(d, [arms[0] + swings[0], arms[1] + swings[1]], at.time + elapsed);
-    now.gap = gap;
+    now.value = gap;
     now
 }
 

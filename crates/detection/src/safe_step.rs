@@ -100,3 +100,55 @@ fn root(gap: f64, rate: f64, k: f64) -> f64 {
         f64::INFINITY
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Forward integration of a gap that bends as fast as the bounds allow.
+        #[test]
+        fn no_gap_within_the_bounds_is_zero_before_the_end_of_the_step(
+            gap in 1e-3..1.0f64, rate in -1.0..1.0f64, largest in 0.1..4.0f64, share in -1.0..1.0f64,
+            jerk in 0.01..8.0f64, relative in 0.0..8.0f64,
+        ) {
+            let along = share * largest;
+            let curvature = Curvature {
+                largest,
+                along_normal: along,
+                jerk,
+                magnitude: along.abs() + 0.1 * largest,
+                relative_jerk: relative,
+            };
+            let (step, is_root) = safe_step(gap, rate, &curvature);
+            prop_assert!(step >= plain_step(gap, rate, largest));
+            let parts = 2000;
+            let (h, mut now, mut slope) = (step / f64::from(parts), gap, rate);
+            for part in 0..parts {
+                let time = (f64::from(part) + 0.5) * h;
+                let by_normal = (jerk * time - along).max(-largest);
+                let fastest = largest.min(by_normal).min(curvature.magnitude + relative * time);
+                now += slope * h - 0.5 * fastest * h * h;
+                slope -= fastest * h;
+                prop_assert!(now > -1e-4 * (1.0 + step * step), "{now} at {time} of {step}");
+            }
+            // What is called a root is one for a curvature between 0 and the largest.
+            let fall = gap + rate * step;
+            let most = 0.5 * largest * step * step;
+            prop_assert!(!is_root || (fall >= -1e-12 * gap && fall <= most * (1.0 + 1e-12) + 1e-12 * gap));
+        }
+    }
+
+    #[test]
+    fn a_step_cut_short_by_the_reach_of_its_bound_is_no_root() {
+        // Matched spins: K is large, nothing bends. The last doubling ends the step, far from any zero.
+        let curvature =
+            Curvature { largest: 1.0, along_normal: 0.0, jerk: 1.0, magnitude: 1e-30, relative_jerk: 0.0 };
+        let (step, is_root) = safe_step(1e-12, 1e-30, &curvature);
+        assert!(!is_root && step > 1.0, "{step}");
+        // The same pair closing: the root is within reach.
+        let (step, is_root) = safe_step(1e-12, -1e-3, &curvature);
+        assert!(is_root && (step - 1e-9).abs() < 1e-20, "{step}");
+    }
+}

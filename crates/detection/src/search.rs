@@ -49,3 +49,30 @@ impl Search {
         Answer { outcome, evaluations: self.evaluations }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn certified_free_until_beats_a_later_contact_and_yields_to_an_earlier_one() {
+        for (contact, expected) in [(2.0, Outcome::FreeUntil(1.0)), (0.5, contact_at(0.5))] {
+            for contact_first in [true, false] {
+                let mut search = Search::new(10.0, 1);
+                let mut findings = [PairOutcome::Contact(contact), PairOutcome::OutOfBudget(1.0)];
+                if !contact_first {
+                    findings.reverse();
+                }
+                for finding in findings {
+                    search.record(finding, [0, 0]);
+                }
+                assert_eq!(search.limit(), contact.min(1.0));
+                assert_eq!(search.answer().outcome, expected);
+            }
+        }
+    }
+
+    fn contact_at(time: f64) -> Outcome {
+        Outcome::Contact(Contact { time, touch: Touch::Atoms(0, 0) })
+    }
+}

@@ -8,7 +8,7 @@ use crate::Atom;
 ///
 /// Two blocks are compared atom by atom in one go, which is cheaper than going down further as long as
 /// they are small. Molecules of up to [`CircleTree::CROSSOVER`] atoms are one block.
-const BLOCK: usize = 2;
+const BLOCK: usize = 4;
 
 /// A circle in the frame of a molecule.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +57,7 @@ pub struct CircleTree {
 impl CircleTree {
     /// Molecules of more atoms than this have a tree: below it, taking all atom pairs of two molecules at
     /// once costs less.
-    pub const CROSSOVER: usize = 4;
+    pub const CROSSOVER: usize = 5;
 
     pub(crate) fn new(atoms: &[Atom], bounding_radius: f64) -> Self {
         let mut order: Vec<u32> = (0..atoms.len() as u32).collect();

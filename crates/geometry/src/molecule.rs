@@ -164,7 +164,7 @@ fn inertia_about_origin(atom: &Atom) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use parry2d_f64::{mass_properties::MassProperties, shape::Shape as _};
+    use parry2d_f64::mass_properties::MassProperties;
     use proptest::prelude::*;
 
     fn molecules() -> impl Strategy<Value = Vec<Atom>> {

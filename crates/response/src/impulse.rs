@@ -176,15 +176,14 @@ mod tests {
         #[test]
         fn angular_momentum_about_the_contact_is_kept(scene in scenes(), e in 0.0..2.0f64) {
             let (impulse, after) = collide(&scene, e);
-            for body in 0..2 {
-                // For each body alone: the impulse has no moment about the point at which it acts.
-                let inertia = &scene.inertias[body];
+            // For each body alone: the impulse has no moment about the point at which it acts.
+            for ((inertia, before), after) in scene.inertias.iter().zip(&scene.motions).zip(&after) {
                 prop_assume!(inertia.inverse_moment > 0.0);
                 let about = |m: &Motion| angular_momentum(m, inertia, scene.point);
-                let scale = 4.0 * impulse.length() + about(&scene.motions[body]).abs()
-                    + scene.motions[body].angular_velocity.abs() / inertia.inverse_moment
-                    + 4.0 * momentum(&scene.motions[body], inertia).length();
-                prop_assert!((about(&after[body]) - about(&scene.motions[body])).abs() <= 1e-14 * scale);
+                let scale = 4.0 * impulse.length() + about(before).abs()
+                    + before.angular_velocity.abs() / inertia.inverse_moment
+                    + 4.0 * momentum(before, inertia).length();
+                prop_assert!((about(after) - about(before)).abs() <= 1e-14 * scale);
             }
         }
 

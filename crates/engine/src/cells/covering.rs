@@ -23,7 +23,7 @@ use crate::{Body, ContactEvent, Parts, World};
 const NO_CELL: u16 = u16::MAX;
 
 /// In a gas of covering bodies only, the shell in bounding radii. Smaller: more listings. Larger: more neighbours.
-const SHELL_AMONG_LIKES: f64 = 0.5;
+const SHELL_AMONG_LIKES: f64 = 1.0;
 
 /// Lists reach this much farther than they need to, so that no rounding makes them shorter.
 const MARGIN: f64 = 1.0 + 1e-12;
@@ -230,7 +230,7 @@ impl State {
     /// Lists a body in every cell within its radius, the largest small disc's and its shell's of its place.
     fn cover_cells(&mut self, index: usize) {
         let side = self.grid.side();
-        let counts = self.grid.counts().map(|count| i64::from(count));
+        let counts = self.grid.counts().map(i64::from);
         let covering = &self.coverings.list[index];
         let reach = (covering.radius + self.grid.largest_small() + covering.shell) * MARGIN;
         let centre = covering.centre;

@@ -14,7 +14,13 @@ impl State {
     /// Finds a small disc's soonest event: a contact with a neighbour, or the next cell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(super) fn foresee_disc<D: Detection, G: Gather>(&mut self, world: &World, detection: &D, disc: u32, now: f64) {
+    pub(super) fn foresee_disc<D: Detection, G: Gather>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        disc: u32,
+        now: f64,
+    ) {
         let me = self.lines[disc as usize];
         let cell = self.neighbourhoods.index(me.cell);
         let (crossing_time, crossing) = self.crossing(&me, now);
@@ -43,7 +49,14 @@ impl State {
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn ask_eight<G: Gather>(&self, me: &Line, slots: &[u32; DISC_LANES], images: Option<[f64; 2]>, now: f64, best: &mut Soonest) {
+    fn ask_eight<G: Gather>(
+        &self,
+        me: &Line,
+        slots: &[u32; DISC_LANES],
+        images: Option<[f64; 2]>,
+        now: f64,
+        best: &mut Soonest,
+    ) {
         let line = |lane: usize| &self.lines[(slots[lane] & INDEX_MASK) as usize];
         let others = [line(0), line(1), line(2), line(3), line(4), line(5), line(6), line(7)];
         let [a, b, c, d, e, f, g, h] = others;
@@ -68,12 +81,19 @@ impl State {
                 }
             }
         }
-        best.take(&lanes.contact_times(), slots);
+        best.take::<G>(&lanes.contact_times(), slots);
     }
 
     /// Discs that found no slot in the list.
     #[cold]
-    fn ask_overflow<G: Gather>(&self, me: &Line, cell: u32, images: Option<[f64; 2]>, now: f64, best: &mut Soonest) {
+    fn ask_overflow<G: Gather>(
+        &self,
+        me: &Line,
+        cell: u32,
+        images: Option<[f64; 2]>,
+        now: f64,
+        best: &mut Soonest,
+    ) {
         let dummy = self.lines.len() as u32 - 1;
         for some in self.neighbourhoods.overflow(cell).chunks(DISC_LANES) {
             let mut slots = [dummy; DISC_LANES];
@@ -165,7 +185,7 @@ impl Soonest {
     /// Takes the soonest of eight; of contacts at one time that with the disc inserted first.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn take(&mut self, times: &[f64; DISC_LANES], slots: &[u32; DISC_LANES]) {
+    fn take<G: Gather>(&mut self, times: &[f64; DISC_LANES], slots: &[u32; DISC_LANES]) {
         let least = |a: f64, b: f64| if b < a { b } else { a };
         let mut pairs = [0.0; DISC_LANES / 2];
         for (lane, pair) in pairs.iter_mut().enumerate() {
@@ -175,10 +195,7 @@ impl Soonest {
         if soonest > self.time || soonest == f64::INFINITY {
             return;
         }
-        let mut equal = 0u32;
-        for (lane, &time) in times.iter().enumerate() {
-            equal |= u32::from(time == soonest) << lane;
-        }
+        let equal = G::equal(times, soonest);
         let mut partner = slots[(equal.trailing_zeros() & 7) as usize] & INDEX_MASK;
         if equal & (equal - 1) != 0 {
             partner = first_of(equal, slots);

@@ -19,8 +19,11 @@ pub(super) struct CellGrid {
 /// listed one by one. Larger: cells, and with them the lists of all, grow with the few large ones.
 const SMALL_IN_MEDIANS: f64 = 2.0;
 
-/// Most cells for each body: more are empty, and crossed for nothing.
+/// Most cells for each body, where small discs live in them: more are empty, and crossed for nothing.
 const MOST_CELLS_PER_BODY: f64 = 2.0;
+
+/// The same where there are covering bodies only, which are listed in several cells each: larger cells, fewer listings.
+const MOST_CELLS_PER_COVERING_BODY: f64 = 0.75;
 
 /// Cells are this much longer than two discs reach, so that no rounding makes them shorter.
 const MARGIN: f64 = 1e-9;
@@ -42,7 +45,9 @@ impl CellGrid {
         });
         let longest = if largest_small > 0.0 { 2.0 * largest_small } else { median_reach(world) };
         let bodies = world.bodies().len().max(1) as f64;
-        let sparse = (sides.x * sides.y / (MOST_CELLS_PER_BODY * bodies)).sqrt();
+        let cells_per_body =
+            if largest_small > 0.0 { MOST_CELLS_PER_BODY } else { MOST_CELLS_PER_COVERING_BODY };
+        let sparse = (sides.x * sides.y / (cells_per_body * bodies)).sqrt();
         let length = (longest * (1.0 + MARGIN)).max(sparse);
         let count = |side: f64| {
             let fitting = (side / (longest * (1.0 + MARGIN))) as u32;

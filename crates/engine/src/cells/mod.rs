@@ -67,7 +67,7 @@ pub struct Cells(Layout);
 #[derive(Debug, Clone)]
 enum Layout {
     Grid(Box<State>),
-    AllPairs(Thesis),
+    AllPairs(Box<Thesis>),
 }
 
 /// What the fast scheduler keeps during an epoch.
@@ -97,7 +97,8 @@ impl Scheduler for Cells {
         // Also refuses a box in which a molecule would meet itself.
         Grid::counts_for(world, Fineness::Given(1))?;
         let Some(grid) = CellGrid::new(world) else {
-            return Thesis::new(&Fineness::Automatic, world).map(|thesis| Self(Layout::AllPairs(thesis)));
+            return Thesis::new(&Fineness::Automatic, world)
+                .map(|thesis| Self(Layout::AllPairs(Box::new(thesis))));
         };
         Ok(Self(Layout::Grid(Box::new(State {
             instructions: vector::available(*instructions),

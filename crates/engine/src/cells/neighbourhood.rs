@@ -184,6 +184,15 @@ impl Neighbourhoods {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn neighbour(&self, cell: [u16; 2], offset: [i32; 2]) -> (u32, [i32; 2]) {
+        if self.at_border(cell) {
+            self.neighbour_through_border(cell, offset)
+        } else {
+            let index = self.index(cell) as i32 + offset[1] * self.columns as i32 + offset[0];
+            (index as u32, [0, 0])
+        }
+    }
+
+    fn neighbour_through_border(&self, cell: [u16; 2], offset: [i32; 2]) -> (u32, [i32; 2]) {
         let (columns, rows) = (self.columns as i32, self.rows as i32);
         let (column, image_x) = fold(i32::from(cell[0]) + offset[0], columns);
         let (row, image_y) = fold(i32::from(cell[1]) + offset[1], rows);
@@ -192,8 +201,6 @@ impl Neighbourhoods {
 }
 
 /// A cell index at most one outside its range, brought back, and how many boxes it was out.
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "a call costs as much as the work")]
 fn fold(index: i32, count: i32) -> (i32, i32) {
     let image = i32::from(index >= count) - i32::from(index < 0);
     (index - image * count, image)

@@ -17,6 +17,9 @@ use crate::{ContactEvent, World};
 pub(super) trait Gather {
     /// Where eight bodies are at `now` as seen from one, and how they move: for each of x, y, vx, vy the eight lanes.
     fn relative(flights: [&[f64; 4]; DISC_LANES], from: &[f64; 4], now: f64) -> [[f64; DISC_LANES]; 4];
+
+    /// Which lanes hold exactly this number, a bit each.
+    fn equal(lanes: &[f64; DISC_LANES], number: f64) -> u32;
 }
 
 /// Number by number, for every processor.
@@ -36,6 +39,16 @@ impl Gather for Portable {
         }
         lanes
     }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn equal(lanes: &[f64; DISC_LANES], number: f64) -> u32 {
+        let mut equal = 0;
+        for (lane, &other) in lanes.iter().enumerate() {
+            equal |= u32::from(other == number) << lane;
+        }
+        equal
+    }
 }
 
 /// Four numbers at a time. To be used in code compiled for AVX2 only.
@@ -45,11 +58,10 @@ struct Avx2;
 #[cfg(target_arch = "x86_64")]
 impl Gather for Avx2 {
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn relative(flights: [&[f64; 4]; DISC_LANES], from: &[f64; 4], now: f64) -> [[f64; DISC_LANES]; 4] {
         use std::arch::x86_64::{
-            __m256d, _mm256_add_pd, _mm256_mul_pd, _mm256_permute2f128_pd, _mm256_set1_pd, _mm256_setr_pd, _mm256_sub_pd, _mm256_unpackhi_pd,
-            _mm256_unpacklo_pd,
+            __m256d, _mm256_add_pd, _mm256_mul_pd, _mm256_permute2f128_pd, _mm256_set1_pd, _mm256_setr_pd,
+            _mm256_sub_pd, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
         };
         /// Four flights less one, turned from rows into columns.
         #[target_feature(enable = "avx2")]
@@ -89,6 +101,25 @@ impl Gather for Avx2 {
             lanes[part][4..].copy_from_slice(&high[part]);
         }
         lanes
+    }
+
+    #[inline(always)]
+    fn equal(lanes: &[f64; DISC_LANES], number: f64) -> u32 {
+        use std::arch::x86_64::{
+            _CMP_EQ_OQ, _mm256_cmp_pd, _mm256_movemask_pd, _mm256_set1_pd, _mm256_setr_pd,
+        };
+        #[target_feature(enable = "avx2")]
+        #[inline]
+        fn mask(lanes: &[f64; DISC_LANES], number: f64) -> i32 {
+            let [a, b, c, d, e, f, g, h] = *lanes;
+            let (low, high) = (_mm256_setr_pd(a, b, c, d), _mm256_setr_pd(e, f, g, h));
+            let number = _mm256_set1_pd(number);
+            let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(low, number));
+            let high = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(high, number));
+            low | high << 4
+        }
+        // SAFETY: as above.
+        unsafe { mask(lanes, number) as u32 }
     }
 }
 

@@ -1,0 +1,161 @@
+//! Encounters that begin near, at, or a rounding inside a contact.
+
+use carom_geometry::{Molecule, Shape, gap_between};
+use carom_kinematics::{Orientation, RelativeMotion};
+use glam::DVec2;
+
+use super::{
+    Encounter,
+    flights::{generic, thermal},
+    random::Draw,
+    shapes::{VALID, extended, named},
+    size,
+};
+use crate::{Exact, Touch};
+
+/// Tries until a random state is of the kind that is looked for; no kind is rarer than one in twenty.
+const MOST_TRIES: u32 = 10_000;
+
+/// Bounding circles overlap, atoms do not.
+pub(super) fn annulus(draw: &mut Draw) -> Encounter {
+    for _ in 0..MOST_TRIES {
+        let molecules = [extended(draw), extended(draw)];
+        let speeds = thermal(draw, &molecules, 1.0);
+        let separation = draw.between(0.3, 1.0) * size(&molecules) * draw.direction();
+        let motion = RelativeMotion {
+            orientation: [draw.orientation(), draw.orientation()],
+            angular_velocity: speeds.spins,
+            ..RelativeMotion::exactly(separation, speeds.velocity)
+        };
+        let encounter = Encounter::until_parted(molecules, motion, 1.0);
+        if smallest_gap(&encounter) > 0.0 {
+            return encounter;
+        }
+    }
+    unreachable!("a tenth of all such pairs are apart")
+}
+
+fn smallest_gap(encounter: &Encounter) -> f64 {
+    let [a, b] = &encounter.molecules;
+    let [turn_a, turn_b] = encounter.motion.orientation.map(Orientation::cos_sin);
+    gap_between(a, turn_a, b, turn_b, encounter.motion.separation)
+}
+
+/// A pair at its first contact.
+struct Touching {
+    molecules: [Molecule; 2],
+    motion: RelativeMotion,
+    /// From the centres of mass to the centres of the touching atoms.
+    arms: [DVec2; 2],
+    /// Sum of the radii of the touching atoms.
+    contact_distance: f64,
+    normal: DVec2,
+}
+
+fn touching(draw: &mut Draw) -> Touching {
+    for _ in 0..MOST_TRIES {
+        let encounter = generic(draw, 1.0);
+        let Some(contact) = encounter.ask(&Exact::default()).outcome.contact() else { continue };
+        let Touch::Atoms(i, j) = contact.touch else { continue };
+        let atoms = [
+            encounter.molecules[0].atoms()[i as usize],
+            encounter.molecules[1].atoms()[j as usize],
+        ];
+        let before = encounter.motion;
+        let after = |body: usize| before.orientation[body].turned(before.angular_velocity[body], contact.time);
+        let orientation = [after(0), after(1)];
+        let arms = [0, 1].map(|body| orientation[body].cos_sin().rotate(atoms[body].offset()));
+        let separation = before.separation + before.velocity * contact.time;
+        let motion = RelativeMotion { separation, orientation, ..before };
+        let normal = (separation + (arms[1] - arms[0])).normalize();
+        let contact_distance = atoms[0].radius() + atoms[1].radius();
+        return Touching { molecules: encounter.molecules, motion, arms, contact_distance, normal };
+    }
+    unreachable!("half of all pairs meet")
+}
+
+impl Touching {
+    /// The same state with these velocities.
+    fn encounter(self, velocity: DVec2, angular_velocity: [f64; 2]) -> Encounter {
+        let motion = RelativeMotion { velocity, angular_velocity, ..self.motion };
+        Encounter::until_parted(self.molecules, motion, 1.0)
+    }
+}
+
+pub(super) fn after_collision(draw: &mut Draw) -> Encounter {
+    let touching = touching(draw);
+    let speeds = thermal(draw, &touching.molecules, 1.0);
+    touching.encounter(speeds.velocity, speeds.spins)
+}
+
+/// An elastic, smooth impulse: J = 2 μ u with 1/μ = Σ 1/m + (r × n)²/I and u = −n·d'.
+pub(super) fn rebound(draw: &mut Draw) -> Encounter {
+    let touching = touching(draw);
+    let Touching { motion, arms, normal, .. } = touching;
+    let [spin_a, spin_b] = motion.angular_velocity;
+    let levers = arms.map(|arm| arm.perp_dot(normal));
+    let [a, b] = &touching.molecules;
+    let inverse_mass = 1.0 / a.mass() + 1.0 / b.mass();
+    let inverse_moments = [1.0 / a.moment_of_inertia(), 1.0 / b.moment_of_inertia()];
+    let reduced = 1.0
+        / (inverse_mass + levers[0] * levers[0] * inverse_moments[0] + levers[1] * levers[1] * inverse_moments[1]);
+    let rate = motion.velocity + (spin_b * arms[1].perp() - spin_a * arms[0].perp());
+    let impulse = -2.0 * reduced * rate.dot(normal);
+    let spins =
+        [spin_a - impulse * levers[0] * inverse_moments[0], spin_b + impulse * levers[1] * inverse_moments[1]];
+    touching.encounter(motion.velocity + impulse * inverse_mass * normal, spins)
+}
+
+pub(super) fn overlap(draw: &mut Draw) -> Encounter {
+    let mut touching = touching(draw);
+    touching.motion.separation -= draw.between(0.0, 27e-16) * touching.contact_distance * touching.normal;
+    let speeds = thermal(draw, &touching.molecules, 1.0);
+    touching.encounter(speeds.velocity, speeds.spins)
+}
+
+/// A small disc in an inner corner of a turning molecule, at an arm that moves away but turns back: g'' = slip²/s −
+/// ω² n·r < 0, and 2 g'/|g''| is the time to the next contact.
+pub(super) fn recontact(draw: &mut Draw, exponent: u8) -> Encounter {
+    for _ in 0..MOST_TRIES {
+        let shape = draw.one_of(&[Shape::Cross, Shape::Tee]);
+        let rotor = named(draw, shape);
+        let disc_radius = draw.between(0.05, 0.4) * rotor.atoms()[0].radius();
+        let disc = Molecule::disc(disc_radius, 1.0).expect(VALID);
+        let atom = draw.one_of(rotor.atoms());
+        let orientation = draw.orientation();
+        let arm = orientation.cos_sin().rotate(atom.offset());
+        let normal = draw.direction();
+        let inward = arm.dot(normal);
+        if inward < 0.2 * arm.length() || arm.length() < 0.5 * atom.radius() {
+            continue;
+        }
+        let contact_distance = disc_radius + atom.radius();
+        let spin = draw.sign() * draw.between(0.5, 2.0);
+        let slip = draw.sign() * draw.between(0.0, 0.7) * (contact_distance * spin * spin * inward).sqrt();
+        let curvature = spin * spin * inward - slip * slip / contact_distance;
+        let interval = 10f64.powi(-i32::from(exponent)) / spin.abs();
+        let rate = 0.5 * curvature * interval * normal + slip * normal.perp();
+        let motion = RelativeMotion {
+            orientation: [Orientation::default(), orientation],
+            angular_velocity: [0.0, spin],
+            ..RelativeMotion::exactly(contact_distance * normal - arm, rate - spin * arm.perp())
+        };
+        let encounter = Encounter::until_parted([disc, rotor], motion, 1.0);
+        // No other atom may touch already.
+        if smallest_gap(&encounter) > -1e-15 * encounter.size() && others_apart(&encounter, contact_distance) {
+            return if draw.happens(0.5) { encounter.exchanged() } else { encounter };
+        }
+    }
+    unreachable!("one such pair in twenty is free")
+}
+
+/// Whether only one atom of B is within a thousandth of the contact distance of A, a disc.
+fn others_apart(encounter: &Encounter, contact_distance: f64) -> bool {
+    let [disc, rotor] = &encounter.molecules;
+    let turn = encounter.motion.orientation[1].cos_sin();
+    let near = rotor.atoms().iter().filter(|atom| {
+        let d = encounter.motion.separation + turn.rotate(atom.offset());
+        d.length() - (atom.radius() + disc.atoms()[0].radius()) < 1e-3 * contact_distance
+    });
+    near.count() == 1
+}

@@ -1,0 +1,175 @@
+//! Scenes in a few words, and runs as bits and lists of encounters, for the tests of the engine.
+
+#![allow(dead_code, unused_macros, unused_imports, reason = "each test program uses its part")]
+
+use carom_detection::Exact;
+use carom_engine::{
+    AtomSpec, BumperSpec, CollisionReport, GasSpec, MoleculeSpec, Observer, Rotation, Scene, Scheduler,
+    Simulation, View,
+};
+use carom_kinematics::Instant;
+use carom_response::Impact;
+use glam::DVec2;
+
+/// Runs a check with each scheduler.
+macro_rules! with_each_scheduler {
+    ($check:ident) => {
+        $check::<carom_engine::Thesis>(&carom_engine::Fineness::Automatic);
+        $check::<carom_engine::Cells>(&carom_engine::Instructions::Widest);
+    };
+}
+pub(crate) use with_each_scheduler;
+
+/// One disc.
+pub fn disc(radius: f64, mass: f64, at: [f64; 2], velocity: [f64; 2]) -> MoleculeSpec {
+    MoleculeSpec { velocity, ..named("disc", radius, mass, at) }
+}
+
+/// A molecule at rest, by the name of its shape.
+pub fn named(shape: &str, atom_radius: f64, atom_mass: f64, at: [f64; 2]) -> MoleculeSpec {
+    MoleculeSpec {
+        shape: Some(shape.to_owned()),
+        atom_radius: Some(atom_radius),
+        atom_mass: Some(atom_mass),
+        at,
+        ..MoleculeSpec::default()
+    }
+}
+
+/// A fixed disc.
+pub fn bumper(radius: f64, at: [f64; 2]) -> BumperSpec {
+    BumperSpec { tags: vec![], radius, at }
+}
+
+/// A gas of so many molecules of a named shape, of total mass 1 and energy 1 each.
+pub fn gas(shape: &str, atom_radius: f64, count: usize) -> GasSpec {
+    let atoms = shape.parse::<carom_geometry::Shape>().unwrap().atoms(1.0, 1.0).unwrap().len();
+    GasSpec {
+        shape: Some(shape.to_owned()),
+        atom_radius: Some(atom_radius),
+        atom_mass: Some(1.0 / atoms as f64),
+        energy: 1.0,
+        count: Some(count),
+        ..GasSpec::default()
+    }
+}
+
+/// A scene of single molecules in the unit box.
+pub fn scene(molecule: Vec<MoleculeSpec>) -> Scene {
+    Scene { molecule, ..Scene::default() }
+}
+
+/// The scene with everything in it that the engine treats in a way of its own: discs of two sizes, molecules free
+/// and locked, fixed discs, a fixed molecule.
+pub fn menagerie(seed: u64) -> Scene {
+    let mut scene = scene(vec![
+        MoleculeSpec { angular_velocity: 3.0, velocity: [0.5, -0.25], ..named("tee", 0.02, 0.5, [0.25, 0.25]) },
+        MoleculeSpec { rotation: Rotation::Locked, ..named("cross", 0.02, 0.5, [0.75, 0.25]) },
+        MoleculeSpec { fixed: true, orientation: Some(0.3), ..named("dumbbell", 0.02, 1.0, [0.5, 0.75]) },
+    ]);
+    scene.bounds.seed = seed;
+    scene.bumper = vec![bumper(0.03, [0.0, 0.0]), bumper(0.05, [0.25, 0.75])];
+    scene.gas = vec![gas("disc", 0.02, 60), gas("disc", 0.04, 8), gas("dumbbell", 0.015, 12)];
+    scene
+}
+
+/// The scene run by a given scheduler.
+pub fn simulate<S: Scheduler>(scene: &Scene, options: &S::Options) -> Simulation<Exact, Impact, S> {
+    Simulation::with(scene, Exact::default(), Impact, options.clone()).expect("the scene can be built")
+}
+
+/// The bodies of a view as a scene of single molecules that begins where the view stands.
+pub fn frozen(view: &View<'_>) -> Scene {
+    let molecule = view
+        .bodies()
+        .map(|view| MoleculeSpec {
+            atoms: view
+                .body
+                .molecule()
+                .atoms()
+                .iter()
+                .map(|atom| AtomSpec {
+                    at: atom.offset().to_array(),
+                    radius: atom.radius(),
+                    mass: atom.mass(),
+                })
+                .collect(),
+            at: view.motion.position.to_array(),
+            orientation_turns: Some(view.motion.orientation.turns()),
+            velocity: view.motion.velocity.to_array(),
+            angular_velocity: view.motion.angular_velocity,
+            rotation: if view.body.is_locked() { Rotation::Locked } else { Rotation::Free },
+            fixed: view.body.is_fixed(),
+            ..MoleculeSpec::default()
+        })
+        .collect();
+    let mut scene = scene(molecule);
+    scene.bounds.sides = view.bounds().sides().to_array();
+    scene
+}
+
+/// Every number of every body's motion, as bits.
+pub fn bits(view: &View<'_>) -> Vec<[u64; 6]> {
+    view.bodies()
+        .map(|body| {
+            let motion = body.motion;
+            [
+                motion.position.x,
+                motion.position.y,
+                motion.velocity.x,
+                motion.velocity.y,
+                motion.orientation.turns(),
+                motion.angular_velocity,
+            ]
+            .map(f64::to_bits)
+        })
+        .collect()
+}
+
+/// Velocity of the body inserted as number `index`.
+pub fn velocity(view: &View<'_>, index: usize) -> DVec2 {
+    view.bodies().nth(index).expect("the body is there").motion.velocity
+}
+
+/// One collision, to be compared with that of another run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Encounter {
+    /// Since the list was begun (time).
+    pub time: f64,
+    pub bodies: [u64; 2],
+    pub atoms: [Option<u32>; 2],
+    pub image: [i64; 2],
+}
+
+/// Writes down all collisions.
+#[derive(Debug, Clone)]
+pub struct Encounters {
+    begun: Instant,
+    pub list: Vec<Encounter>,
+}
+
+impl Encounters {
+    pub fn since(begun: Instant) -> Self {
+        Self { begun, list: Vec::new() }
+    }
+
+    pub fn times(&self) -> Vec<f64> {
+        self.list.iter().map(|encounter| encounter.time).collect()
+    }
+
+    /// The encounters of one body, in order.
+    pub fn of(&self, body: u64) -> impl Iterator<Item = &Encounter> {
+        self.list.iter().filter(move |encounter| encounter.bodies.contains(&body))
+    }
+}
+
+impl Observer for Encounters {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.list.push(Encounter {
+            time: report.time.since(self.begun),
+            bodies: [report.sides[0].body.id(), report.sides[1].body.id()],
+            atoms: [report.sides[0].atom, report.sides[1].atom],
+            image: report.image,
+        });
+    }
+}
