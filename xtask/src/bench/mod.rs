@@ -1,0 +1,178 @@
+//! `cargo xtask bench gas`: collisions per second of whole simulations, by scene and by engine.
+//!
+//! All engines of a scene run in one process, one after the other in each round, and are timed by the processor time of
+//! the thread; the figure is the median of the rounds. On a machine that others use, ratios mean more than nanoseconds.
+
+mod scenes;
+
+use anyhow::Result;
+use carom::{
+    Fineness, Impact,
+    detection::Exact,
+    engine::{Cells, Instructions, Scene, Scheduler, Simulation, Thesis},
+};
+use clap::{Args, Subcommand};
+use cpu_time::ThreadTime;
+use serde::Serialize;
+
+use crate::{say, summary::Verdict};
+
+/// What to time.
+#[derive(Debug, Subcommand)]
+pub enum Bench {
+    /// Gases of many kinds, on every engine
+    Gas(Options),
+}
+
+/// How to time gases.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// Only scenes whose name begins with this; all without
+    #[arg(long, default_value = "")]
+    scene: String,
+    /// Rounds in which all engines take their turn
+    #[arg(long, default_value_t = 5)]
+    rounds: usize,
+    /// Processor seconds of one engine's turn
+    #[arg(long, default_value_t = 0.2)]
+    turn: f64,
+    /// Print a JSON array instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// One line of the table.
+#[derive(Debug, Serialize)]
+struct Timing {
+    scene: &'static str,
+    engine: &'static str,
+    collisions_per_second: f64,
+    ns_per_collision: f64,
+    ratio_to_thesis: f64,
+    bytes_per_body: f64,
+    n: usize,
+}
+
+/// Times what was asked for.
+///
+/// # Errors
+/// A scene that cannot be built or run.
+pub fn run(bench: &Bench) -> Result<Verdict> {
+    let Bench::Gas(options) = bench;
+    let mut all = Vec::new();
+    for (name, scene) in scenes::all().into_iter().filter(|(name, _)| name.starts_with(&options.scene)) {
+        let timings = time_scene(name, &scene(), options)?;
+        if !options.json {
+            timings.iter().for_each(|timing| say(&row(timing)));
+        }
+        all.extend(timings);
+    }
+    if options.json {
+        say(&serde_json::to_string_pretty(&all)?);
+    }
+    Ok(Verdict::Passed)
+}
+
+fn row(timing: &Timing) -> String {
+    format!(
+        "{:<16} {:<15} {:>9} bodies {:>10.1} ns/collision {:>8.3} M/s {:>7.2} x thesis {:>6.0} B/body",
+        timing.scene,
+        timing.engine,
+        timing.n,
+        timing.ns_per_collision,
+        timing.collisions_per_second / 1e6,
+        timing.ratio_to_thesis,
+        timing.bytes_per_body,
+    )
+}
+
+/// One engine in the middle of a scene.
+trait Runner {
+    fn name(&self) -> &'static str;
+    /// Runs on for about so many processor seconds; tells nanoseconds per collision.
+    fn turn(&mut self, seconds: f64) -> Result<f64>;
+    fn bytes_per_body(&self) -> f64;
+}
+
+struct Engine<S: Scheduler> {
+    name: &'static str,
+    simulation: Simulation<Exact, Impact, S>,
+    /// Simulated time for each processor second, as measured in the turn before.
+    pace: f64,
+}
+
+impl<S: Scheduler> Engine<S> {
+    fn boxed(name: &'static str, scene: &Scene, options: S::Options) -> Result<Box<dyn Runner>>
+    where
+        S: 'static,
+    {
+        let simulation = Simulation::with(scene, Exact::default(), Impact, options)?;
+        Ok(Box::new(Self { name, simulation, pace: 1e-6 }))
+    }
+}
+
+impl<S: Scheduler> Runner for Engine<S> {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn turn(&mut self, seconds: f64) -> Result<f64> {
+        let before = self.simulation.view().counters().collisions;
+        let begun = self.simulation.time().to_f64();
+        let clock = ThreadTime::now();
+        // The pace is known roughly at best, so the turn is made of shorter and longer stretches.
+        let mut spent = 0.0;
+        while spent < seconds {
+            let stretch = self.pace * (seconds - spent).max(0.1 * seconds);
+            let from = self.simulation.time().to_f64();
+            self.simulation.run_until(from + stretch)?;
+            let now = clock.elapsed().as_secs_f64();
+            self.pace = stretch / (now - spent).max(1e-9);
+            spent = now;
+        }
+        self.pace = (self.simulation.time().to_f64() - begun) / spent;
+        let collisions = self.simulation.view().counters().collisions - before;
+        Ok(1e9 * spent / collisions.max(1) as f64)
+    }
+
+    fn bytes_per_body(&self) -> f64 {
+        self.simulation.heap_bytes() as f64 / self.simulation.view().len().max(1) as f64
+    }
+}
+
+fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Vec<Timing>> {
+    let mut engines = vec![
+        Engine::<Cells>::boxed("cells", scene, Instructions::Widest)?,
+        Engine::<Cells>::boxed("cells-portable", scene, Instructions::Portable)?,
+        Engine::<Thesis>::boxed("thesis", scene, Fineness::Automatic)?,
+    ];
+    let n = Simulation::new(scene)?.view().len();
+    // Two turns to warm up: the start is a thinned lattice of equal speeds.
+    for engine in &mut engines {
+        engine.turn(options.turn)?;
+        engine.turn(2.0 * options.turn)?;
+    }
+    let mut rounds = vec![Vec::new(); engines.len()];
+    for _ in 0..options.rounds.max(1) {
+        for (engine, times) in engines.iter_mut().zip(&mut rounds) {
+            times.push(engine.turn(options.turn)?);
+        }
+    }
+    let medians: Vec<f64> = rounds.into_iter().map(median).collect();
+    let thesis = *medians.last().unwrap_or(&f64::NAN);
+    let timing = |(engine, &ns): (&Box<dyn Runner>, &f64)| Timing {
+        scene: name,
+        engine: engine.name(),
+        collisions_per_second: 1e9 / ns,
+        ns_per_collision: ns,
+        ratio_to_thesis: thesis / ns,
+        bytes_per_body: engine.bytes_per_body(),
+        n,
+    };
+    Ok(engines.iter().zip(&medians).map(timing).collect())
+}
+
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}

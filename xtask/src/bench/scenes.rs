@@ -1,0 +1,111 @@
+//! The scenes that are timed: dense and dilute, like and unlike, discs and molecules.
+
+use std::f64::consts::PI;
+
+use carom::engine::{AtomSpec, BumperSpec, GasSpec, MoleculeSpec, Scene};
+
+type Build = Box<dyn Fn() -> Scene>;
+
+/// Every scene by its name.
+pub fn all() -> Vec<(&'static str, Build)> {
+    let mut scenes: Vec<(&'static str, Build)> = vec![("thesis-gas", Box::new(|| gas_only(fraction(0.01, 0.5))))];
+    for (name, count) in [("gas-1e3", 1_000), ("gas-1e4", 10_000), ("gas-1e5", 100_000), ("gas-1e6", 1_000_000)] {
+        scenes.push((name, Box::new(move || gas_only(filling(count, 0.5)))));
+    }
+    let dilute = [
+        ("dilute-50", 50),
+        ("dilute-100", 100),
+        ("dilute-500", 500),
+        ("dilute-1000", 1000),
+        ("dilute-2000", 2000),
+    ];
+    for (name, count) in dilute {
+        scenes.push((name, Box::new(move || gas_only(discs(0.001, 1.0, count)))));
+    }
+    scenes.push(("dense-0.7", Box::new(|| gas_only(filling(10_000, 0.7)))));
+    scenes.push(("mixture-10", Box::new(|| mixture(10_000, 100, 10.0))));
+    scenes.push(("mixture-100", Box::new(|| mixture(40_000, 4, 100.0))));
+    scenes.push(("tee", Box::new(tee)));
+    scenes.push(("tees-50", Box::new(tees)));
+    scenes.push(("rod-50", Box::new(rod)));
+    scenes.push(("dumbbells-0.26", Box::new(|| gas_only(dumbbells(0.26)))));
+    scenes.push(("dumbbells-0.4", Box::new(|| gas_only(dumbbells(0.4)))));
+    scenes.push(("one-big-disc", Box::new(one_big_disc)));
+    scenes
+}
+
+fn discs(radius: f64, mass: f64, count: usize) -> GasSpec {
+    GasSpec { radius: Some(radius), mass: Some(mass), energy: 1.0, count: Some(count), ..GasSpec::default() }
+}
+
+fn fraction(radius: f64, area_fraction: f64) -> GasSpec {
+    GasSpec { count: None, area_fraction: Some(area_fraction), ..discs(radius, 1.0, 0) }
+}
+
+fn filling(count: usize, area_fraction: f64) -> GasSpec {
+    discs((area_fraction / (PI * count as f64)).sqrt(), 1.0, count)
+}
+
+fn gas_only(gas: GasSpec) -> Scene {
+    with_gas(vec![], vec![gas])
+}
+
+fn with_gas(molecule: Vec<MoleculeSpec>, gas: Vec<GasSpec>) -> Scene {
+    let mut scene = Scene { molecule, gas, ..Scene::default() };
+    scene.bounds.seed = 1;
+    scene
+}
+
+fn single(shape: &str, atom_radius: f64, atom_mass: f64) -> MoleculeSpec {
+    MoleculeSpec {
+        shape: Some(shape.to_owned()),
+        atom_radius: Some(atom_radius),
+        atom_mass: Some(atom_mass),
+        at: [0.5, 0.5],
+        ..MoleculeSpec::default()
+    }
+}
+
+fn molecules(shape: &str, atom_radius: f64, atom_mass: f64, count: usize) -> GasSpec {
+    GasSpec {
+        shape: Some(shape.to_owned()),
+        atom_radius: Some(atom_radius),
+        atom_mass: Some(atom_mass),
+        energy: 1.5,
+        count: Some(count),
+        ..GasSpec::default()
+    }
+}
+
+/// Small discs, and large ones that together cover as much, at area fraction 0.4; masses go with the areas.
+fn mixture(small: usize, large: usize, ratio: f64) -> Scene {
+    let radius = (0.2 / (PI * small as f64)).sqrt();
+    with_gas(vec![], vec![discs(radius, 1.0, small), discs(ratio * radius, ratio * ratio, large)])
+}
+
+/// The Brownian experiment: a tee of atoms half the size, in the thesis's gas, with its bumper.
+fn tee() -> Scene {
+    let bumper = BumperSpec { radius: 0.0025, at: [0.1, 0.1], tags: vec![] };
+    let scene = with_gas(vec![single("tee", 0.005, 2.0)], vec![fraction(0.01, 0.5)]);
+    Scene { bumper: vec![bumper], ..scene }
+}
+
+fn tees() -> Scene {
+    with_gas(vec![], vec![molecules("tee", 0.005, 0.25, 50), fraction(0.01, 0.45)])
+}
+
+fn rod() -> Scene {
+    with_gas(vec![single("rod:50", 0.0025, 0.0625)], vec![fraction(0.01, 0.48)])
+}
+
+fn dumbbells(area_fraction: f64) -> GasSpec {
+    molecules("dumbbell", (area_fraction / (2000.0 * PI)).sqrt(), 0.5, 1000)
+}
+
+fn one_big_disc() -> Scene {
+    let gas = filling(10_000, 0.4);
+    let radius = 20.0 * gas.radius.unwrap_or(0.0);
+    let big = AtomSpec { at: [0.0; 2], radius, mass: 400.0 };
+    let molecule = MoleculeSpec { atoms: vec![big], at: [0.5, 0.5], ..MoleculeSpec::default() };
+    with_gas(vec![molecule], vec![gas])
+}

@@ -1,0 +1,274 @@
+//! All runs that were asked for, side by side, and what is written of them.
+
+use anyhow::{Context, Result};
+use carom::Scene;
+use rayon::{ThreadPoolBuilder, prelude::*};
+use serde::Serialize;
+
+use super::{
+    Case, Options, Plan, Size,
+    figures::Group,
+    measurement::{Measurement, measure},
+    report::{self, Charts, DIRECTION_HEADER, direction_rows},
+    setup::scene,
+};
+use crate::{
+    manifest::Manifest,
+    output::Folder,
+    page::{Layout, Page},
+    progress::Progress,
+    say,
+    summary::{Check, Figure, Summary, Totals, Verdict},
+};
+
+/// One run.
+#[derive(Debug)]
+struct Job {
+    case: Case,
+    size: Size,
+    replica: u64,
+    scene: Scene,
+}
+
+impl Job {
+    fn name(&self) -> String {
+        format!("{}-{}-{}", self.case.name(), self.size.name(), self.replica)
+    }
+
+    fn title(&self) -> String {
+        title(self.case, self.size)
+    }
+}
+
+fn title(case: Case, size: Size) -> String {
+    format!("Brownian motion: {}, relative size {}", case.name(), size.name())
+}
+
+/// Runs the experiment and writes its folder.
+///
+/// # Errors
+/// Choices that make no sense, a folder that is not empty, a run that cannot go on.
+pub fn run(options: &Options) -> Result<Verdict> {
+    let plan = options.plan()?;
+    let folder = Folder::create(&options.folder(), options.existing())?;
+    let jobs = jobs(options, &plan);
+    let command = options.command(&plan);
+    if !options.note().is_empty() {
+        say(&options.note());
+    }
+    let scenes: Vec<&Scene> = jobs.iter().map(|job| &job.scene).collect();
+    let manifest = Manifest::begin(&folder, &command, &scenes)?;
+    let summary = match jobs.as_slice() {
+        [job] => {
+            let progress = Progress::new(plan.until);
+            one(job, &plan, options, &folder, &progress)?.1
+        }
+        _ => several(&jobs, &plan, options, &folder)?,
+    };
+    folder.write_json("summary.json", &summary)?;
+    manifest.complete(&folder, summary.totals.cpu_seconds())?;
+    crate::conclude(&folder, &summary);
+    Ok(summary.verdict())
+}
+
+fn jobs(options: &Options, plan: &Plan) -> Vec<Job> {
+    let mut jobs = Vec::new();
+    for case in options.case.list() {
+        for size in options.size.list() {
+            for replica in 0..options.replicas {
+                let scene = scene(case, size, options.seed, replica, plan);
+                jobs.push(Job { case, size, replica, scene });
+            }
+        }
+    }
+    jobs
+}
+
+/// One run, written to its folder; the manifest and the summary are left to the caller.
+fn one(
+    job: &Job,
+    plan: &Plan,
+    options: &Options,
+    folder: &Folder,
+    progress: &Progress,
+) -> Result<(Measurement, Summary)> {
+    let command = options.command(plan);
+    let head = format!(
+        "# Written by `{command}`, replica {}.\n# The scene in full; measuring began at t = {}.\n\n",
+        job.replica, plan.from
+    );
+    folder.write("config.toml", head + &job.scene.to_toml())?;
+    let measured = measure(&job.scene, plan, progress).with_context(|| format!("run {}", job.name()))?;
+    write_series(folder, &measured)?;
+    let runs = std::slice::from_ref(&measured);
+    let group = Group::new(job.case, runs, plan.from).context("a run without kicks to sum")?;
+    let charts = Charts::draw(&group)?;
+    for (name, picture) in charts.files() {
+        folder.write(name, picture)?;
+    }
+    folder.write_table("directions.csv", &DIRECTION_HEADER, direction_rows(&group))?;
+    let mut checks = measured.totals.checks();
+    checks.extend(group.checks());
+    let summary = Summary {
+        title: job.title(),
+        note: options.note(),
+        totals: measured.totals,
+        checks,
+        figures: group.figures(),
+        runs: Vec::new(),
+    };
+    let mut page = Page::new(&job.title(), group.case.words());
+    if !summary.note.is_empty() {
+        page.note(&summary.note);
+    }
+    report::question(&mut page);
+    page.heading("What was run");
+    report::setting(&mut page, &group, job.size, plan);
+    totals(&mut page, &summary);
+    page.heading("What was found");
+    page.figures(&summary.figures);
+    report::charts(&mut page, &group, &charts);
+    page.heading("The gas");
+    let [start, end] = &measured.snapshots;
+    let (until, caption) = (plan.until, "At the start: a lattice, shaken.");
+    page.pictures(Layout::Beside, &[(&start.picture, caption), (&end.picture, &format!("At t = {until}."))]);
+    again(&mut page, &command);
+    page.links(["directions.csv", "running-average.csv", "energy.csv", "collision-rate.csv", "atoms.csv"]);
+    page.links(["start.extxyz", "end.extxyz", "summary.json", "manifest.json", "config.toml"]);
+    folder.write("report.html", page.html())?;
+    Ok((measured, summary))
+}
+
+/// Everything that is a series or a snapshot.
+fn write_series(folder: &Folder, measured: &Measurement) -> Result<()> {
+    let averages = measured.averages.iter();
+    folder.write_table(
+        "running-average.csv",
+        &["time", "force_x", "force_y", "velocity_x", "velocity_y"],
+        averages.map(|point| {
+            (point.time, point.momentum.x, point.momentum.y, point.velocity.x, point.velocity.y)
+        }),
+    )?;
+    crate::series::write_energy(folder, &measured.energy)?;
+    crate::series::write_rates(folder, &measured.rates)?;
+    folder.write_table("atoms.csv", &["atom", "kicks"], measured.kicks.by_atom.iter().enumerate())?;
+    for (name, snapshot) in ["start", "end"].iter().zip(&measured.snapshots) {
+        folder.write(&format!("{name}.extxyz"), &snapshot.frame)?;
+        folder.write(&format!("{name}.svg"), &snapshot.picture)?;
+    }
+    Ok(())
+}
+
+/// All runs, each in a folder of its own, and a page about all.
+fn several(jobs: &[Job], plan: &Plan, options: &Options, folder: &Folder) -> Result<Summary> {
+    folder.write("config.toml", campaign_config(options, plan)?)?;
+    let progress = Progress::new(plan.until * jobs.len() as f64);
+    let threads = options.threads.map_or(0, usize::from);
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let command = options.command(plan);
+    let run_one = |job: &Job| -> Result<Measurement> {
+        let inner = folder.inner(&job.name())?;
+        let manifest = Manifest::begin(&inner, &command, &[&job.scene])?;
+        let (measured, summary) = one(job, plan, options, &inner, &progress)?;
+        inner.write_json("summary.json", &summary)?;
+        manifest.complete(&inner, summary.totals.cpu_seconds())?;
+        Ok(measured)
+    };
+    // In the order of the jobs, whichever ends first: what is written does not depend on the threads.
+    let measured: Vec<Measurement> = pool.install(|| jobs.par_iter().map(run_one).collect::<Result<_>>())?;
+    drop(progress);
+
+    let all: Vec<Totals> = measured.iter().map(|run| run.totals).collect();
+    let totals_of_all = Totals::of(&all);
+    let mut summary = Summary {
+        title: format!("Brownian motion: {} runs", jobs.len()),
+        note: options.note(),
+        checks: totals_of_all.checks(),
+        totals: totals_of_all,
+        figures: Vec::new(),
+        runs: jobs.iter().map(Job::name).collect(),
+    };
+    let mut sections = Page::section();
+    let per_group = usize::try_from(options.replicas)?;
+    for (jobs, runs) in jobs.chunks(per_group).zip(measured.chunks(per_group)) {
+        let (case, size) = (jobs[0].case, jobs[0].size);
+        let group = Group::new(case, runs, plan.from).context("a run without kicks to sum")?;
+        let name = format!("{}-{}", case.name(), size.name());
+        let charts = Charts::draw(&group)?;
+        for (file, picture) in charts.files() {
+            folder.write(&format!("{name}-{file}"), picture)?;
+        }
+        folder.write_table(&format!("{name}-directions.csv"), &DIRECTION_HEADER, direction_rows(&group))?;
+        let named = |text: &str| format!("{name}: {text}");
+        summary
+            .checks
+            .extend(group.checks().into_iter().map(|check| Check { name: named(&check.name), ..check }));
+        let figures = group.figures();
+        sections.heading(&title(case, size));
+        report::setting(&mut sections, &group, size, plan);
+        sections.figures(&figures);
+        report::charts(&mut sections, &group, &charts);
+        let reports: Vec<String> = jobs.iter().map(|job| format!("{}/report.html", job.name())).collect();
+        sections.links(reports.iter().map(String::as_str));
+        summary
+            .figures
+            .extend(figures.into_iter().map(|figure| Figure { name: named(&figure.name), ..figure }));
+    }
+    let mut page = Page::new(&summary.title, "A T of five discs, and a disc, in a dense gas.");
+    if !summary.note.is_empty() {
+        page.note(&summary.note);
+    }
+    report::question(&mut page);
+    page.heading("What was run");
+    totals(&mut page, &summary);
+    page.append(&sections);
+    again(&mut page, &command);
+    page.links(["summary.json", "manifest.json", "config.toml"]);
+    folder.write("report.html", page.html())?;
+    Ok(summary)
+}
+
+/// What the whole took, and whether it can be trusted.
+fn totals(page: &mut Page, summary: &Summary) {
+    page.totals(&summary.totals);
+    page.subheading("Checks");
+    page.checks(&summary.checks);
+}
+
+fn again(page: &mut Page, command: &str) {
+    page.heading("How to run it again");
+    page.paragraph("The same seed gives the same figures to the last bit, whatever the number of threads.");
+    page.code(command);
+}
+
+/// `config.toml` of a campaign: its choices; each run's folder holds its scene.
+fn campaign_config(options: &Options, plan: &Plan) -> Result<String> {
+    #[derive(Serialize)]
+    struct Config {
+        experiment: Experiment,
+    }
+    #[derive(Serialize)]
+    struct Experiment {
+        name: &'static str,
+        case: String,
+        size: String,
+        seed: u64,
+        replicas: u64,
+        from: f64,
+        until: f64,
+        standby: f64,
+        command: String,
+    }
+    let experiment = Experiment {
+        name: "brownian",
+        case: options.case.name(),
+        size: options.size.name(),
+        seed: options.seed,
+        replicas: options.replicas,
+        from: plan.from,
+        until: plan.until,
+        standby: plan.standby,
+        command: options.command(plan),
+    };
+    Ok(toml::to_string_pretty(&Config { experiment })?)
+}

@@ -1,0 +1,244 @@
+//! The figures of the experiment, each with its error and with what it should be.
+
+use carom::observers::RunningPoint;
+use glam::DVec2;
+
+use super::{
+    Case,
+    measurement::{Kicks, Measurement, SECTORS, increments},
+    prediction::{Prediction, collision_rate, contact_density_of_disc},
+};
+use crate::summary::{Check, Figure};
+
+/// Runs of one case and size, and what theory says of them.
+#[derive(Debug)]
+pub struct Group<'a> {
+    /// The case.
+    pub case: Case,
+    /// The runs, at least one, differing in their random numbers only.
+    pub runs: &'a [Measurement],
+    /// When measuring began (time).
+    pub from: f64,
+    /// What theory says.
+    pub prediction: Prediction,
+    /// Kicks of all runs together.
+    pub kicks: Kicks,
+}
+
+/// Standard deviation of a sum of impulses of Rayleigh-distributed magnitude, relative to the sum: ⟨J²⟩/⟨J⟩² = 4/π.
+pub fn impulse_error(sum: f64, count: u64) -> f64 {
+    if count == 0 { 0.0 } else { sum * (4.0 / (std::f64::consts::PI * count as f64)).sqrt() }
+}
+
+impl<'a> Group<'a> {
+    /// Puts runs of one case and size together; `None` if there are none.
+    pub fn new(case: Case, runs: &'a [Measurement], from: f64) -> Option<Self> {
+        let kicks = Kicks::sum(runs.iter().map(|run| &run.kicks))?;
+        let prediction = Prediction::new(case, &runs.first()?.molecule);
+        Some(Self { case, runs, from, prediction, kicks })
+    }
+
+    /// How long was measured, all runs together (time).
+    pub fn duration(&self) -> f64 {
+        self.runs.iter().map(|run| run.duration).sum()
+    }
+
+    /// Temperature, the same in all runs to rounding (mass × length² / time²).
+    pub fn temperature(&self) -> f64 {
+        self.runs.iter().map(|run| run.temperature).sum::<f64>() / self.runs.len() as f64
+    }
+
+    fn density(&self) -> f64 {
+        self.runs.iter().map(|run| run.density).sum::<f64>() / self.runs.len() as f64
+    }
+
+    /// Kicks by the gas per time (1 / time).
+    pub fn hit_rate(&self) -> f64 {
+        self.kicks.hits() as f64 / self.duration()
+    }
+
+    /// No atom is hit that the gas cannot reach.
+    pub fn checks(&self) -> Vec<Check> {
+        let hits = |atom: &usize| self.kicks.by_atom[*atom];
+        let unreachable: u64 = self.prediction.boundary.unreachable().iter().map(hits).sum();
+        vec![Check::at_most("hits on unreachable atoms", unreachable as f64, 0.0)]
+    }
+
+    /// All figures.
+    pub fn figures(&self) -> Vec<Figure> {
+        let mut figures = vec![self.temperature_figure()];
+        figures.extend(self.rate_figure());
+        figures.extend(self.hit_figures());
+        figures.extend(self.mean_force_figures());
+        figures.push(self.symmetry_figure());
+        figures.extend(self.atom_figures());
+        figures
+    }
+
+    fn temperature_figure(&self) -> Figure {
+        let booked = self.runs.iter().map(|run| run.booked_temperature).sum::<f64>() / self.runs.len() as f64;
+        Figure::new("temperature kT", self.temperature(), "mass·length²/time²")
+            .predicted(booked, "energy put in, over all degrees of freedom")
+    }
+
+    fn rate_figure(&self) -> Option<Figure> {
+        let rates: Vec<(f64, f64)> = self.runs.iter().filter_map(|run| run.rate).collect();
+        let count = rates.len() as f64;
+        let value = rates.iter().map(|rate| rate.0).sum::<f64>() / count;
+        let error = rates.iter().map(|rate| rate.1 * rate.1).sum::<f64>().sqrt() / count;
+        (!rates.is_empty()).then(|| {
+            Figure::new("collisions per body", value, "1/time").error(error).predicted(
+                collision_rate(self.density(), self.temperature()),
+                "Enskog with the contact value 3.106 of hard discs (virial series of Clisby and McCoy 2006), \
+                 good to 0.3 %: the room that the molecule takes is neglected",
+            )
+        })
+    }
+
+    fn hit_figures(&self) -> Vec<Figure> {
+        let (hits, duration) = (self.kicks.hits(), self.duration());
+        let (density, temperature) = (self.density(), self.temperature());
+        let rate = Figure::new("kicks of the molecule", self.hit_rate(), "1/time")
+            .error((hits as f64).sqrt() / duration);
+        let impulse = self.kicks.total_impulse();
+        let ideal = self.prediction.ideal_impulse(density, temperature);
+        let contact =
+            Figure::new("gas density at the molecule's rim", impulse / duration / ideal, "mean density")
+                .error(impulse_error(impulse, hits) / duration / ideal);
+        if self.case != Case::Control {
+            return vec![rate, contact];
+        }
+        let radius = self.runs[0].molecule.bounding_radius();
+        let value = contact_density_of_disc(radius);
+        let source = "Jenkins and Mancini (1987), for hard discs of two sizes; an approximation, good to 1 %";
+        let rate_value = value * self.prediction.ideal_rate(density, temperature);
+        vec![rate.predicted(rate_value, source), contact.predicted(value, source)]
+    }
+
+    /// Mean force along x′ and y′, which vanishes at equilibrium at any density, locked or free: the free energy does
+    /// not depend on where the molecule is.
+    fn mean_force_figures(&self) -> Vec<Figure> {
+        let duration = self.duration();
+        let sum: DVec2 =
+            self.runs.iter().filter_map(|run| Some(run.averages.last()?.momentum * run.duration)).sum();
+        let mean = sum / duration;
+        let error = self.force_errors(duration);
+        let source = "equilibrium: the mean force vanishes in any frame fixed to the body, at any density";
+        ["x′", "y′"]
+            .iter()
+            .enumerate()
+            .map(|(axis, name)| {
+                Figure::new(format!("mean force along {name}"), mean[axis], "mass·length/time²")
+                    .error(error.map(|error| error[axis]))
+                    .predicted(0.0, source)
+            })
+            .collect()
+    }
+
+    /// Standard errors of the mean force along x′ and y′ after measuring for `duration`, in one run or in all together.
+    ///
+    /// Where the frame does not turn, the kicks add up to P(t) − P(0), of variance 2MkT for each run; where it does,
+    /// they diffuse, and the sums between standbys tell how fast.
+    pub fn force_errors(&self, duration: f64) -> Option<DVec2> {
+        if !self.case.turns() {
+            let runs = (duration / self.runs[0].duration).max(1.0);
+            let mass = self.runs[0].molecule.mass();
+            return Some(DVec2::splat((2.0 * mass * self.temperature() * runs).sqrt() / duration));
+        }
+        let all: Vec<DVec2> = self.runs.iter().flat_map(|run| increments(&run.averages, self.from)).collect();
+        if all.len() < 4 {
+            return None;
+        }
+        let squares: DVec2 = all.iter().map(|increment| *increment * *increment).sum();
+        let diffusion = squares / self.duration();
+        Some(DVec2::new((diffusion.x / duration).sqrt(), (diffusion.y / duration).sqrt()))
+    }
+
+    /// χ² per degree of freedom of a symmetry that holds at any density.
+    fn symmetry_figure(&self) -> Figure {
+        let counts = &self.kicks.counts;
+        let (name, source, (sum, freedom)) = if self.case == Case::Control {
+            let mean = self.kicks.hits() as f64 / SECTORS as f64;
+            let squares = counts.iter().map(|&count| (count as f64 - mean).powi(2));
+            let sum = if mean > 0.0 { squares.sum::<f64>() / mean } else { 0.0 };
+            (
+                "isotropy of the kicks, χ² per degree of freedom",
+                "a disc looks the same from all sides",
+                (sum, SECTORS - 1),
+            )
+        } else {
+            let source = "the tee is its own mirror image";
+            ("mirror symmetry of the kicks, χ² per degree of freedom", source, mirror(counts))
+        };
+        let freedom = freedom.max(1) as f64;
+        Figure::new(name, sum / freedom, "1").error((2.0 / freedom).sqrt()).predicted(1.0, source)
+    }
+
+    fn atom_figures(&self) -> Vec<Figure> {
+        let hits = self.kicks.hits() as f64;
+        if self.case == Case::Control || hits == 0.0 {
+            return Vec::new();
+        }
+        let names = ["A (bar, left)", "B (bar, middle)", "C (bar, right)", "D (stem)", "E (stem, end)"];
+        let shares = self.prediction.atom_shares();
+        self.kicks
+            .by_atom
+            .iter()
+            .zip(names)
+            .zip(shares)
+            .map(|((&count, name), predicted)| {
+                let share = count as f64 / hits;
+                let source = if predicted == 0.0 {
+                    "geometry: the gas discs cannot reach it"
+                } else {
+                    "dilute gas: exposed arcs; here the gas is dense and crowds into the corners"
+                };
+                Figure::new(format!("share of kicks on atom {name}"), share, "1")
+                    .error((share * (1.0 - share) / hits).sqrt())
+                    .predicted(predicted, source)
+            })
+            .collect()
+    }
+}
+
+/// χ² of the difference between each direction θ and its mirror image 180° − θ, and its degrees of freedom.
+fn mirror(counts: &[u64]) -> (f64, usize) {
+    let sectors = counts.len();
+    let partner = |sector: usize| (sectors / 2 + sectors - 1 - sector) % sectors;
+    let pairs = (0..sectors).map(|sector| (sector, partner(sector))).filter(|(one, other)| one < other);
+    let terms = pairs.map(|(one, other)| {
+        let (one, other) = (counts[one] as f64, counts[other] as f64);
+        (one + other > 0.0).then(|| (one - other).powi(2) / (one + other))
+    });
+    terms.flatten().fold((0.0, 0), |(sum, freedom), term| (sum + term, freedom + 1))
+}
+
+/// The averages of a run as time since measuring began, and force.
+pub fn force_series(averages: &[RunningPoint], from: f64) -> Vec<(f64, DVec2)> {
+    averages.iter().map(|point| (point.time - from, point.momentum)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_histogram_and_its_mirror_image() {
+        // Sectors of one degree: that from 10° to 11° mirrors that from 169° to 170°.
+        let mut counts = vec![0; 360];
+        (counts[10], counts[169]) = (100, 100);
+        assert_eq!(mirror(&counts), (0.0, 1));
+        counts[169] = 60;
+        assert_eq!(mirror(&counts), (10.0, 1));
+        (counts[269], counts[270]) = (5, 5);
+        assert_eq!(mirror(&counts), (10.0, 2));
+        assert_eq!(mirror(&vec![1; 360]), (0.0, 180));
+    }
+
+    #[test]
+    fn errors_of_sums_of_impulses() {
+        assert_eq!(impulse_error(1.0, 0), 0.0);
+        // For one impulse of a Rayleigh law: the root mean square is √(4/π) of the mean.
+        assert!((impulse_error(2.0, 1) - 2.0 * std::f64::consts::FRAC_2_SQRT_PI).abs() < 1e-15);
+    }
+}

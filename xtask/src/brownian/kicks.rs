@@ -1,0 +1,58 @@
+//! Contacts of the molecule with the gas alone: those with the fixed bumper are left out.
+
+use carom::{CollisionReport, Observer, View};
+
+/// Passes on only collisions between bodies that move.
+///
+/// The bumper is smaller than a gas disc, so it reaches corners of the molecule that the gas cannot; predictions
+/// are about the gas.
+#[derive(Debug)]
+pub struct FromGas<O>(pub O);
+
+impl<O: Observer> Observer for FromGas<O> {
+    const WATCHES_COLLISIONS: bool = O::WATCHES_COLLISIONS;
+
+    fn start(&mut self, view: &View<'_>) {
+        self.0.start(view);
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        if report.sides.iter().all(|side| !side.body.is_fixed()) {
+            self.0.collision(report);
+        }
+    }
+
+    fn standby(&mut self, view: &View<'_>) {
+        self.0.standby(view);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom::{Scene, Simulation};
+
+    #[derive(Default)]
+    struct Count(u64);
+
+    impl Observer for Count {
+        fn collision(&mut self, _: &CollisionReport<'_>) {
+            self.0 += 1;
+        }
+    }
+
+    #[test]
+    fn contacts_with_fixed_bodies_are_left_out() {
+        let scene = Scene::from_toml(
+            "[[bumper]]\nradius = 0.2\nat = [0.5, 0.5]\n\
+             [[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 30\n",
+        )
+        .unwrap();
+        let mut simulation = Simulation::new(&scene).unwrap();
+        let (mut kicks, mut all) = (FromGas(Count::default()), Count::default());
+        simulation.observe_until(2.0, &mut (&mut kicks, &mut all)).unwrap();
+        let fixed = simulation.view().counters().fixed_collisions;
+        assert!(fixed > 0);
+        assert_eq!(kicks.0.0, all.0 - fixed);
+    }
+}

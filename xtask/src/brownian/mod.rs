@@ -1,0 +1,15 @@
+//! `cargo xtask experiment brownian`: a small tee-shaped molecule in a dense gas of discs, and how it is kicked
+//! (Montanari 2017, chapter 3).
+
+mod campaign;
+mod figures;
+mod kicks;
+mod measurement;
+mod options;
+mod prediction;
+mod report;
+mod setup;
+
+pub use campaign::run;
+pub use options::{Case, OneOrAll, Options, Plan, Size};
+pub use setup::scene;

@@ -1,0 +1,244 @@
+//! What can be chosen about the experiment, and the plan that follows from it.
+
+use std::{path::PathBuf, str::FromStr};
+
+use anyhow::{Result, ensure};
+use clap::{Args, ValueEnum};
+
+use crate::output::Existing;
+
+/// Choices of `cargo xtask experiment brownian`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// standard (the tee turns freely), control (a disc of equal area and mass), locked-0, locked-pi (the tee's
+    /// orientation is locked at 0 or half a turn), or all
+    #[arg(long, default_value = "standard")]
+    pub case: OneOrAll<Case>,
+    /// Radius of the tee's atoms relative to the gas discs: 0.5, 0.25, or all
+    #[arg(long, default_value = "0.5")]
+    pub size: OneOrAll<Size>,
+    /// A short run to look at, under two minutes for one case and size: to t = 40, measured from 5 (the default)
+    #[arg(long, conflicts_with = "paper")]
+    pub quick: bool,
+    /// The run of the thesis: to t = 5000, measured from 100
+    #[arg(long)]
+    pub paper: bool,
+    /// Seed of all random numbers
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Runs of each case and size that differ in their random numbers only
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub replicas: u64,
+    /// Runs at once; as many as there are processors if not given. The results do not depend on it
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// When to begin measuring (time)
+    #[arg(long)]
+    pub from: Option<f64>,
+    /// When to end (time)
+    #[arg(long)]
+    pub until: Option<f64>,
+    /// Where to write; out/brownian-CASE-SIZE if not given
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Replace files of an earlier run in that folder
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// One of some choices, or all of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OneOrAll<T> {
+    /// This one.
+    One(T),
+    /// All.
+    All,
+}
+
+impl<T: ValueEnum> OneOrAll<T> {
+    /// What is chosen, in order.
+    pub fn list(&self) -> Vec<T> {
+        match self {
+            Self::One(choice) => vec![choice.clone()],
+            Self::All => T::value_variants().to_vec(),
+        }
+    }
+
+    /// The choice as it is written.
+    pub fn name(&self) -> String {
+        match self {
+            Self::One(choice) => name(choice),
+            Self::All => "all".to_owned(),
+        }
+    }
+}
+
+impl<T: ValueEnum> FromStr for OneOrAll<T> {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "all" {
+            return Ok(Self::All);
+        }
+        let known = || T::value_variants().iter().map(name).collect::<Vec<_>>().join(", ");
+        T::from_str(text, false).map(Self::One).map_err(|_| format!("known are {}, all", known()))
+    }
+}
+
+fn name<T: ValueEnum>(choice: &T) -> String {
+    choice.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// What is put into the gas.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Case {
+    /// The tee, free to turn.
+    Standard,
+    /// A disc of the same area and mass.
+    Control,
+    /// The tee, locked upright.
+    #[value(name = "locked-0")]
+    Locked0,
+    /// The tee, locked upside down.
+    LockedPi,
+}
+
+/// Radius of the molecule's atoms relative to the gas discs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Size {
+    /// One half.
+    #[value(name = "0.5")]
+    Half,
+    /// One quarter.
+    #[value(name = "0.25")]
+    Quarter,
+}
+
+impl Case {
+    /// The case as it is written.
+    pub fn name(self) -> String {
+        name(&self)
+    }
+
+    /// The molecule in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Standard => "a tee of five discs, free to turn",
+            Self::Control => "a disc of the same area and mass as the tee",
+            Self::Locked0 => "a tee of five discs, its orientation locked at 0",
+            Self::LockedPi => "a tee of five discs, its orientation locked at half a turn",
+        }
+    }
+
+    /// Whether the molecule can turn, so that its frame does.
+    pub fn turns(self) -> bool {
+        self == Self::Standard
+    }
+}
+
+impl Size {
+    /// The size as it is written.
+    pub fn name(self) -> String {
+        name(&self)
+    }
+
+    /// The ratio.
+    pub fn ratio(self) -> f64 {
+        match self {
+            Self::Half => 0.5,
+            Self::Quarter => 0.25,
+        }
+    }
+}
+
+/// When what happens in a run, in the scene's unit of time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan {
+    /// Measuring begins.
+    pub from: f64,
+    /// The run ends.
+    pub until: f64,
+    /// Between two standbys.
+    pub standby: f64,
+}
+
+impl Options {
+    /// When what happens.
+    ///
+    /// # Errors
+    /// Times that are not finite, or measuring would not begin after 0 and before the end.
+    pub fn plan(&self) -> Result<Plan> {
+        let ready = if self.paper {
+            Plan { from: 100.0, until: 5000.0, standby: 1.0 }
+        } else {
+            Plan { from: 5.0, until: 40.0, standby: 0.5 }
+        };
+        let plan =
+            Plan { from: self.from.unwrap_or(ready.from), until: self.until.unwrap_or(ready.until), ..ready };
+        ensure!(
+            plan.until.is_finite() && plan.until > 0.0,
+            "--until {}: it must be positive and finite",
+            plan.until
+        );
+        ensure!(
+            plan.from >= 0.0 && plan.from < plan.until,
+            "measuring would begin at {} and end at {}: choose --from and --until so that it lasts",
+            plan.from,
+            plan.until
+        );
+        Ok(plan)
+    }
+
+    /// What is to be known of the plan before anything else.
+    pub fn note(&self) -> String {
+        if self.paper {
+            String::new()
+        } else {
+            "This is a short run, to look at: the statistics are poor. The run of the thesis is --paper."
+                .to_owned()
+        }
+    }
+
+    /// Folder to write to.
+    pub fn folder(&self) -> PathBuf {
+        let named = || format!("out/brownian-{}-{}", self.case.name(), self.size.name()).into();
+        self.out.clone().unwrap_or_else(named)
+    }
+
+    /// What is done about files that are there already.
+    pub fn existing(&self) -> Existing {
+        if self.force { Existing::Replace } else { Existing::Refuse }
+    }
+
+    /// The command with every choice written out that the results depend on.
+    pub fn command(&self, plan: &Plan) -> String {
+        format!(
+            "cargo xtask experiment brownian --case {} --size {} {} --seed {} --replicas {} --from {} --until {}",
+            self.case.name(),
+            self.size.name(),
+            if self.paper { "--paper" } else { "--quick" },
+            self.seed,
+            self.replicas,
+            plan.from,
+            plan.until,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_as_they_are_written() {
+        for text in ["standard", "control", "locked-0", "locked-pi", "all"] {
+            assert_eq!(text.parse::<OneOrAll<Case>>().unwrap().name(), text);
+        }
+        for (text, ratio) in [("0.5", 0.5), ("0.25", 0.25)] {
+            assert_eq!(text.parse::<OneOrAll<Size>>().unwrap().list()[0].ratio(), ratio);
+        }
+        assert_eq!("all".parse::<OneOrAll<Size>>().unwrap().list().len(), 2);
+        let refused = "locked".parse::<OneOrAll<Case>>().unwrap_err();
+        assert!(refused.contains("locked-pi"), "{refused}");
+    }
+}

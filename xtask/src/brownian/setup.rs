@@ -1,0 +1,98 @@
+//! The scene of each case: a molecule in the middle of the unit square, a bumper, and a gas that fills half of it.
+
+use carom::{
+    Scene,
+    engine::{AtomSpec, BoxSpec, BumperSpec, GasSpec, MoleculeSpec, Rotation, RunSpec},
+};
+
+use super::{Case, Plan, Size};
+
+/// Radius of the gas discs (length).
+pub const GAS_RADIUS: f64 = 0.01;
+
+/// Mass of the gas discs.
+pub const GAS_MASS: f64 = 1.0;
+
+/// Energy of each gas disc at the start.
+pub const GAS_ENERGY: f64 = 1.0;
+
+/// Share of the box that the gas discs cover.
+pub const AREA_FRACTION: f64 = 0.5;
+
+/// Mass of each of the tee's five atoms.
+const ATOM_MASS: f64 = 2.0;
+
+/// The scene of one run. It stops the wind that a gas of non-zero momentum would be with a small fixed disc
+/// (Montanari 2017, section 3.1.1).
+pub fn scene(case: Case, size: Size, seed: u64, replica: u64, plan: &Plan) -> Scene {
+    Scene {
+        bounds: BoxSpec { seed, replica, ..BoxSpec::default() },
+        molecule: vec![molecule(case, size)],
+        bumper: vec![BumperSpec { tags: vec!["bumper".to_owned()], radius: 0.0025, at: [0.1, 0.1] }],
+        gas: vec![GasSpec {
+            tags: vec!["gas".to_owned()],
+            radius: Some(GAS_RADIUS),
+            mass: Some(GAS_MASS),
+            energy: GAS_ENERGY,
+            area_fraction: Some(AREA_FRACTION),
+            ..GasSpec::default()
+        }],
+        run: RunSpec {
+            until: plan.until,
+            standby: plan.standby,
+            observe: ["energy", "collision-rate", "overlap"].map(str::to_owned).to_vec(),
+            snapshots: None,
+        },
+        ..Scene::default()
+    }
+}
+
+fn molecule(case: Case, size: Size) -> MoleculeSpec {
+    let radius = size.ratio() * GAS_RADIUS;
+    let at = [0.5, 0.5];
+    if case == Case::Control {
+        // Five discs of radius a cover as much as one of √5 a.
+        let atom = AtomSpec { at: [0.0; 2], radius: 5f64.sqrt() * radius, mass: 5.0 * ATOM_MASS };
+        return MoleculeSpec {
+            tags: vec!["disc".to_owned()],
+            atoms: vec![atom],
+            at,
+            ..MoleculeSpec::default()
+        };
+    }
+    MoleculeSpec {
+        tags: vec!["tee".to_owned()],
+        shape: Some("tee".to_owned()),
+        atom_radius: Some(radius),
+        atom_mass: Some(ATOM_MASS),
+        at,
+        orientation_turns: Some(if case == Case::LockedPi { 0.5 } else { 0.0 }),
+        rotation: if case.turns() { Rotation::Free } else { Rotation::Locked },
+        ..MoleculeSpec::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom::Simulation;
+
+    #[test]
+    fn every_case_is_a_valid_scene_of_the_same_mass_and_area() {
+        let plan = Plan { from: 1.0, until: 2.0, standby: 0.5 };
+        for case in [Case::Standard, Case::Control, Case::Locked0, Case::LockedPi] {
+            for size in [Size::Half, Size::Quarter] {
+                let scene = scene(case, size, 1, 0, &plan);
+                assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
+                let simulation = Simulation::new(&scene).unwrap();
+                let view = simulation.view();
+                let molecule = view.bodies().next().unwrap().body.molecule().clone();
+                assert_eq!(molecule.mass(), 10.0);
+                let area = 5.0 * std::f64::consts::PI * (size.ratio() * GAS_RADIUS).powi(2);
+                assert!((molecule.area() - area).abs() < 1e-15);
+                // 0.5 / (π 0.01²) = 1591.5 discs, with the molecule and the bumper.
+                assert!((view.len() as i64 - 1594).abs() <= 1);
+            }
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! The commands of `cargo xtask`, as the command line gives them.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+use crate::{
+    bench, brownian,
+    detect::{self, Detector},
+    run, say,
+    summary::Verdict,
+    tidy,
+};
+
+/// Runners on top of carom. Exit codes: 0 done, 1 a check failed, 2 bad input.
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What there is to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run an experiment, and write a page about it
+    #[command(subcommand)]
+    Experiment(Experiment),
+    /// Run any scene, with what its [run] asks for
+    Run(run::Options),
+    /// Find the first contacts of pairs of molecules
+    Detect {
+        /// Pairs, one a line
+        #[arg(value_name = "CASES.csv")]
+        cases: PathBuf,
+        /// How to look: exact, golden-secant, bounding-circles or fixed-step
+        #[arg(long, default_value = "exact")]
+        detector: Detector,
+        /// Where to write the answers
+        #[arg(long, value_name = "ANSWERS.csv")]
+        out: PathBuf,
+    },
+    /// Time whole simulations
+    #[command(subcommand)]
+    Bench(bench::Bench),
+    /// Check what the compiler does not: layers, first lines, the commands in the README
+    Tidy,
+}
+
+/// The experiments.
+#[derive(Debug, Subcommand)]
+pub enum Experiment {
+    /// A T-shaped molecule in a dense gas, and from where it is kicked (Montanari 2017, chapter 3)
+    Brownian(brownian::Options),
+}
+
+impl Cli {
+    /// Does it.
+    ///
+    /// # Errors
+    /// Input that makes no sense, or a run that cannot go on.
+    pub fn run(&self) -> Result<Verdict> {
+        match &self.command {
+            Command::Experiment(Experiment::Brownian(options)) => brownian::run(options),
+            Command::Run(options) => run::run(options),
+            Command::Detect { cases, detector, out } => {
+                say(&detect::detect(cases, *detector, out)?.to_string());
+                Ok(Verdict::Passed)
+            }
+            Command::Bench(bench) => bench::run(bench),
+            Command::Tidy => tidy::run(),
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! The encounter file: pairs of molecules in flight in the free plane, one a line, with their first contact
+//! where it is known.
+//!
+//! Columns, by name and in any order (others are ignored):
+//!
+//! | column | what |
+//! | --- | --- |
+//! | `class`, `id` | labels, passed through |
+//! | `xA`, `yA`, `vxA`, `vyA` | place and velocity of A's centre of mass at time 0 |
+//! | `thA`, `wA` | A's orientation (radians) and angular velocity, counter-clockwise |
+//! | `atomsA` | A's atoms, `x:y:m:r` (offset in any frame, mass, radius) joined by `;` |
+//! | `xB` to `atomsB` | the same for B |
+//! | `window_end` | how long to look; may be missing or empty: until the bounding circles part |
+//! | `t_first`, `atomA`, `atomB` | first contact and its atoms, or `none`; may be missing or empty |
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use carom_geometry::{Atom, LARGEST, Molecule};
+use carom_kinematics::{Motion, Orientation, RelativeMotion};
+use csv::StringRecord;
+use glam::DVec2;
+
+/// Two molecules in flight, and what is known of their first contact.
+#[derive(Debug, Clone)]
+pub struct Encounter {
+    /// The class of cases that it belongs to.
+    pub class: String,
+    /// Its name within the class.
+    pub id: String,
+    /// The molecules A and B.
+    pub molecules: [Molecule; 2],
+    /// Their motions from time 0 on.
+    pub motions: [Motion; 2],
+    /// Contacts after this are not asked for (time), where the file says so.
+    pub window_end: Option<f64>,
+    /// The first contact up to the end of the window, where the file gives it.
+    pub expected: Option<Expected>,
+}
+
+/// What the file says of a first contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Expected {
+    /// Up to the end of the window there is none.
+    Free,
+    /// They touch.
+    Contact {
+        /// When.
+        time: f64,
+        /// Which atom of A and which of B, from 0 in the order of the file.
+        atoms: (u32, u32),
+    },
+}
+
+impl Encounter {
+    /// The pair as seen from A, from `time` on.
+    pub fn pair_at(&self, time: f64) -> RelativeMotion {
+        RelativeMotion::between(&self.motions[0], &self.motions[1], DVec2::ZERO, time)
+    }
+}
+
+/// Reads an encounter file.
+///
+/// # Errors
+/// The line and the column of the first entry that makes no sense.
+pub fn read(path: &Path) -> Result<Vec<Encounter>> {
+    let name = || format!("encounter file {}", path.display());
+    let mut reader = csv::Reader::from_path(path).with_context(name)?;
+    let headers = reader.headers().with_context(name)?.clone();
+    let mut encounters = Vec::new();
+    for record in reader.records() {
+        let record = record.with_context(name)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let row = Row { headers: &headers, record: &record };
+        let encounter = row.encounter().with_context(|| format!("{}, line {line}", name()))?;
+        encounters.push(encounter);
+    }
+    Ok(encounters)
+}
+
+/// Names of the columns of one molecule: x, y, vx, vy, orientation, angular velocity, atoms.
+type Columns = [&'static str; 7];
+const COLUMNS_OF_A: Columns = ["xA", "yA", "vxA", "vyA", "thA", "wA", "atomsA"];
+const COLUMNS_OF_B: Columns = ["xB", "yB", "vxB", "vyB", "thB", "wB", "atomsB"];
+
+struct Row<'a> {
+    headers: &'a StringRecord,
+    record: &'a StringRecord,
+}
+
+impl Row<'_> {
+    fn encounter(&self) -> Result<Encounter> {
+        let (molecule_a, motion_a) = self.body(COLUMNS_OF_A)?;
+        let (molecule_b, motion_b) = self.body(COLUMNS_OF_B)?;
+        Ok(Encounter {
+            class: self.text("class")?.to_owned(),
+            id: self.text("id")?.to_owned(),
+            molecules: [molecule_a, molecule_b],
+            motions: [motion_a, motion_b],
+            window_end: self.window_end()?,
+            expected: self.expected()?,
+        })
+    }
+
+    fn body(&self, [x, y, vx, vy, orientation, spin, atoms]: Columns) -> Result<(Molecule, Motion)> {
+        let motion = Motion {
+            position: DVec2::new(self.number(x)?, self.number(y)?),
+            velocity: DVec2::new(self.number(vx)?, self.number(vy)?),
+            orientation: Orientation::from_radians(self.number(orientation)?),
+            angular_velocity: self.number(spin)?,
+            time: 0.0,
+        };
+        let column = || format!("column `{atoms}`");
+        let list: Vec<Atom> =
+            self.text(atoms)?.split(';').map(atom).collect::<Result<_>>().with_context(column)?;
+        Ok((Molecule::new(list).with_context(column)?, motion))
+    }
+
+    fn window_end(&self) -> Result<Option<f64>> {
+        let Some(text) = self.given("window_end") else { return Ok(None) };
+        let end: f64 = text.parse().with_context(|| format!("column `window_end`: '{text}'"))?;
+        ensure!(end.is_finite() && end >= 0.0, "column `window_end`: {end} is not a time from 0 on");
+        Ok(Some(end))
+    }
+
+    fn expected(&self) -> Result<Option<Expected>> {
+        let Some(first) = self.given("t_first") else { return Ok(None) };
+        if first == "none" {
+            return Ok(Some(Expected::Free));
+        }
+        let atom = |name| -> Result<u32> {
+            let text = self.text(name)?;
+            text.parse().with_context(|| format!("column `{name}`: '{text}' is not the index of an atom"))
+        };
+        Ok(Some(Expected::Contact { time: self.number("t_first")?, atoms: (atom("atomA")?, atom("atomB")?) }))
+    }
+
+    /// A finite number that the library takes.
+    fn number(&self, name: &str) -> Result<f64> {
+        number(self.text(name)?).with_context(|| format!("column `{name}`"))
+    }
+
+    /// What stands in a column, if the file has it and it is not empty.
+    fn given(&self, name: &str) -> Option<&str> {
+        let index = self.headers.iter().position(|header| header.trim() == name)?;
+        self.record.get(index).map(str::trim).filter(|text| !text.is_empty())
+    }
+
+    fn text(&self, name: &str) -> Result<&str> {
+        self.given(name).with_context(|| format!("column `{name}` is missing or empty"))
+    }
+}
+
+fn number(text: &str) -> Result<f64> {
+    let value: f64 = text.trim().parse().with_context(|| format!("'{text}' is not a number"))?;
+    ensure!(value.abs() <= LARGEST, "{value} is not between −1e60 and 1e60");
+    Ok(value)
+}
+
+/// An atom from `x:y:m:r`.
+fn atom(text: &str) -> Result<Atom> {
+    let numbers: Vec<f64> = text.split(':').map(number).collect::<Result<_>>()?;
+    let [x, y, mass, radius] = numbers[..] else { bail!("'{text}' is not an atom, x:y:m:r") };
+    Ok(Atom::new(DVec2::new(x, y), radius, mass)?)
+}

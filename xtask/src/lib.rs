@@ -1,0 +1,48 @@
+//! Runners on top of carom: experiments, scenes, encounter files, and checks of the repository itself.
+
+pub mod bench;
+pub mod brownian;
+pub mod cli;
+pub mod detect;
+pub mod encounters;
+pub mod exposed;
+pub mod manifest;
+pub mod molecule_picture;
+pub mod output;
+pub mod overrides;
+pub mod page;
+pub mod plot;
+pub mod polar;
+pub mod progress;
+pub mod run;
+pub mod series;
+pub mod standbys;
+pub mod summary;
+pub mod tidy;
+
+use std::io::Write as _;
+
+use crate::{output::Folder, page::with_error, summary::Summary};
+
+/// A line to whoever started the program.
+pub fn say(text: &str) {
+    // A reader who has gone away misses nothing that is not in the files.
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// The end of a run: what failed, and where to look.
+pub fn conclude(folder: &Folder, summary: &Summary) {
+    let totals = &summary.totals;
+    say(&format!(
+        "{}: {} collisions, {:.0} per processor second; energy drift {}, overlapping pairs {}",
+        summary.title,
+        totals.collisions,
+        totals.collisions_per_second,
+        with_error(totals.energy_drift, None),
+        totals.overlapping_pairs,
+    ));
+    for check in summary.checks.iter().filter(|check| !check.passed) {
+        say(&format!("FAILED: {} is {}, allowed is {}", check.name, check.found, check.allowed));
+    }
+    say(&format!("{}", folder.path().join("report.html").display()));
+}

@@ -1,0 +1,204 @@
+//! The search: intervals of time are excluded, or halved, the earlier half first.
+
+use carom_detection::encounters::Encounter;
+
+use super::{Number, flight::Pair, sketch::Sketch};
+
+/// How far the oracle goes.
+#[derive(Debug, Clone, Copy)]
+pub struct Oracle {
+    /// Most intervals that are looked at in one encounter.
+    pub most_intervals: u64,
+}
+
+impl Default for Oracle {
+    fn default() -> Self {
+        Self { most_intervals: 1_000_000 }
+    }
+}
+
+/// What the oracle knows of an encounter.
+#[derive(Debug, Clone)]
+pub enum Reference<N> {
+    /// No two atoms overlap by more than is allowed for rounding, up to the horizon.
+    Free,
+    /// Two atoms do.
+    Deep(Deep<N>),
+    /// The oracle ran out of intervals.
+    Unresolved,
+}
+
+/// The first overlap that is deeper than what is allowed for rounding.
+#[derive(Debug, Clone)]
+pub struct Deep<N> {
+    /// When it becomes so deep: the latest moment at which the contact may be reported.
+    pub time: N,
+    /// When the same atoms touched before that.
+    pub touch: N,
+    /// Which atom of A and which of B.
+    pub atoms: (u32, u32),
+}
+
+/// How the search for one pair of atoms ended.
+enum Found<N> {
+    Nothing,
+    Zero(N),
+    OutOfBudget,
+}
+
+/// More halvings than this are of no use: the interval is shorter than any rounding.
+const SHORTEST: f64 = 1e-31;
+
+/// Most steps of the last approach to a zero; Newton's takes six.
+const MOST_STEPS: u32 = 200;
+
+impl Oracle {
+    /// The first deep contact of all pairs of atoms.
+    pub fn first_contact<N: Number>(&self, encounter: &Encounter) -> Reference<N> {
+        let counts = [0, 1].map(|body| encounter.molecules[body].atoms().len());
+        let mut budget = self.most_intervals;
+        let mut best: Option<Deep<N>> = None;
+        for i in 0..counts[0] {
+            for j in 0..counts[1] {
+                let pair = Pair::new(encounter, (i, j)).allowing_for_rounding::<N>();
+                let end = best.as_ref().map_or(encounter.horizon, |deep| deep.time.value().next_up());
+                match first_zero::<N>(&pair, end.min(encounter.horizon), &mut budget) {
+                    Found::Nothing => {}
+                    Found::OutOfBudget => return Reference::Unresolved,
+                    Found::Zero(time) => {
+                        if best.as_ref().is_none_or(|deep| time.minus(&deep.time).value() < 0.0) {
+                            let plain = Pair::new(encounter, (i, j));
+                            let touch = touch_before(&plain, &time);
+                            best = Some(Deep { time, touch, atoms: (i as u32, j as u32) });
+                        }
+                    }
+                }
+            }
+        }
+        best.map_or(Reference::Free, Reference::Deep)
+    }
+}
+
+/// The window of time in which the atoms' circles are within reach at all, widely rounded; `None` if they never are.
+fn window(pair: &Pair, end: f64) -> Option<(f64, f64)> {
+    let reach = (pair.arms[0] + pair.arms[1] + pair.radii[0] + pair.radii[1]) * (1.0 + 1e-9);
+    let [x, y] = pair.separation;
+    let [u, v] = pair.velocity;
+    let (b, speed_squared) = (x * u + y * v, u * u + v * v);
+    if speed_squared == 0.0 {
+        return (x.hypot(y) <= reach).then_some((0.0, end));
+    }
+    let nearest = (x * v - y * u).abs() / speed_squared.sqrt();
+    let room = 1e-9 * (x.hypot(y) + reach);
+    if nearest > reach + room {
+        return None;
+    }
+    let middle = -b / speed_squared;
+    let half = ((reach + room).powi(2) - nearest * nearest).max(0.0).sqrt() / speed_squared.sqrt();
+    let (begin, end) = ((middle - half) * (1.0 - 1e-9) - 1e-9 * half, ((middle + half) + 1e-9 * half).min(end));
+    let begin = begin.max(0.0);
+    (begin <= end).then_some((begin, end))
+}
+
+/// The first zero of F up to `end`; F is positive at time 0.
+fn first_zero<N: Number>(pair: &Pair, end: f64, budget: &mut u64) -> Found<N> {
+    let Some((begin, end)) = window(pair, end) else { return Found::Nothing };
+    let shortest = SHORTEST * end;
+    let mut rest = vec![(N::new(begin), end - begin)];
+    while let Some((begin, width)) = rest.pop() {
+        if *budget == 0 {
+            return Found::OutOfBudget;
+        }
+        *budget -= 1;
+        let half = 0.5 * width;
+        let middle = begin.plus(&N::new(half));
+        let sketch =
+            if N::SKETCH_FIRST { pair.sketch(middle.value(), half) } else { Sketch::Unclear };
+        let halve = match sketch {
+            Sketch::Free => false,
+            Sketch::Halve => true,
+            Sketch::Unclear => match look(pair, &begin, &middle, width) {
+                Look::Free => false,
+                Look::Halve => true,
+                Look::Falls(end) => return Found::Zero(zero_between(pair, begin, end)),
+            },
+        };
+        if halve {
+            if half <= shortest {
+                return Found::OutOfBudget;
+            }
+            rest.push((middle, half));
+            rest.push((begin, half));
+        }
+    }
+    Found::Nothing
+}
+
+/// What the full arithmetic tells of an interval before which F is positive.
+enum Look<N> {
+    Free,
+    Halve,
+    /// F falls all the way, from above to below zero at the end given.
+    Falls(N),
+}
+
+fn look<N: Number>(pair: &Pair, begin: &N, middle: &N, width: f64) -> Look<N> {
+    let half = 0.5 * width;
+    let now = pair.squared(middle);
+    let (value, slope) = (now.value.value(), now.rate.value());
+    let distance = now.distance.value().max(0.0).sqrt() * (1.0 + 4.0 * f64::EPSILON);
+    let (sag, bend) = pair.curvatures(distance, half);
+    let drop = (slope.abs() * half + 0.5 * sag * half * half) * (1.0 + 8.0 * f64::EPSILON);
+    if value > drop || slope > bend * half {
+        return Look::Free;
+    }
+    if -slope <= bend * half {
+        return Look::Halve;
+    }
+    let end = begin.plus(&N::new(width));
+    if pair.squared(&end).value.value() > 0.0 { Look::Free } else { Look::Falls(end) }
+}
+
+/// The zero of F between two times, before which it is positive: Newton's steps, halvings where they leave the bracket.
+fn zero_between<N: Number>(pair: &Pair, mut above: N, mut below: N) -> N {
+    let half = N::new(0.5);
+    let mut time = above.plus(&below).times(&half);
+    for _ in 0..MOST_STEPS {
+        let now = pair.squared(&time);
+        if now.value.value() > 0.0 {
+            above = time.clone();
+        } else {
+            below = time.clone();
+        }
+        let slope = now.rate.value();
+        let step = if slope < 0.0 { now.value.over(&now.rate) } else { N::new(0.0) };
+        let next = time.minus(&step);
+        let inside = slope < 0.0 && next.minus(&above).value() > 0.0 && below.minus(&next).value() > 0.0;
+        let next = if inside { next } else { above.plus(&below).times(&half) };
+        let moved = next.minus(&time).value().abs();
+        time = next;
+        if moved <= 1e-30 * time.value().abs() || below.minus(&above).value() <= 1e-30 * time.value().abs() {
+            break;
+        }
+    }
+    time
+}
+
+/// When the atoms of a pair that is in deep contact at `time` last began to touch before it; 0 if they always did.
+fn touch_before<N: Number>(plain: &Pair, time: &N) -> N {
+    let speed = plain.lipschitz;
+    let mut back = 2.0 * plain.error_at(time.value()) / speed;
+    for _ in 0..MOST_STEPS {
+        let before = time.minus(&N::new(back));
+        if before.value() <= 0.0 {
+            let start = N::new(0.0);
+            let apart = plain.squared(&start).value.value() > 0.0;
+            return if apart { zero_between(plain, start, time.clone()) } else { start };
+        }
+        if plain.squared(&before).value.value() > 0.0 {
+            return zero_between(plain, before, time.clone());
+        }
+        back *= 2.0;
+    }
+    N::new(0.0)
+}

@@ -1,0 +1,119 @@
+//! What the answer of a detector is worth.
+
+use carom_detection::{Answer, ErrorBound, Outcome, Touch, encounters::Encounter};
+
+use super::{Number, Reference, exclusion::Deep, flight::Pair};
+
+/// How an answer compares with the reference.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// The first contact, or none where there is none.
+    Right,
+    /// A touch that is not deeper than 2 E was reported: allowed, as not to report it is.
+    Graze,
+    /// There is a contact deeper than 2 E, and none was reported.
+    Missed,
+    /// Reported when the overlap was deeper than 2 E already.
+    Late,
+    /// Reported while the atoms were more than 2 E apart, or parting; there is a contact later.
+    Early,
+    /// The same where there is none up to the horizon.
+    False,
+    /// "Certified free until" some time, rightly.
+    FreeUntil,
+    /// The detector gave up.
+    GaveUp,
+}
+
+/// A verdict, and how far off the time is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judgement {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// |t − t*| in natural times, where there is a contact and one was reported.
+    pub deviation: Option<f64>,
+}
+
+impl<N: Number> Reference<N> {
+    /// Judges an answer; `None` where the oracle itself does not know.
+    pub fn judge(&self, encounter: &Encounter, answer: &Answer) -> Option<Judgement> {
+        let deep = match self {
+            Self::Unresolved => return None,
+            Self::Free => None,
+            Self::Deep(deep) => Some(deep),
+        };
+        let passed = |time: f64| deep.is_some_and(|deep| N::new(time).minus(&deep.time).value() > 0.0);
+        let plain = |verdict| Judgement { verdict, deviation: None };
+        Some(match answer.outcome {
+            Outcome::Unresolved(_) => plain(Verdict::GaveUp),
+            Outcome::FreeUntil(time) if passed(time) => plain(Verdict::Missed),
+            Outcome::FreeUntil(_) => plain(Verdict::FreeUntil),
+            Outcome::Free if deep.is_some() => plain(Verdict::Missed),
+            Outcome::Free => plain(Verdict::Right),
+            Outcome::Contact(contact) => {
+                let time = N::new(contact.time);
+                let off = deep.map(|deep| time.minus(&deep.touch).value());
+                let verdict = if passed(contact.time) {
+                    Verdict::Late
+                } else if !touches(encounter, &time, contact.touch) {
+                    if deep.is_some() { Verdict::Early } else { Verdict::False }
+                } else if deep.is_some_and(|deep| is_of(encounter, deep, &time)) {
+                    Verdict::Right
+                } else {
+                    Verdict::Graze
+                };
+                let counts = matches!(verdict, Verdict::Right | Verdict::Late | Verdict::Early);
+                let deviation = off.filter(|_| counts).map(|off| off.abs() / encounter.natural_time());
+                Judgement { verdict, deviation }
+            }
+        })
+    }
+}
+
+/// The gap's first two derivatives, in doubles: they need few digits.
+struct Approach {
+    rate: f64,
+    curvature: f64,
+}
+
+fn approach<N: Number>(pair: &Pair, time: &N) -> Approach {
+    let moment = pair.moment(time);
+    let [x, y] = moment.d.map(|component| component.value());
+    let [u, v] = moment.rate.map(|component| component.value());
+    let distance = x.hypot(y);
+    let rate = (x * u + y * v) / distance;
+    let turning = (u * u + v * v - rate * rate).max(0.0) / distance;
+    Approach { rate, curvature: pair.curvature + turning }
+}
+
+/// Whether what is said to touch does, to within 2 E, and is not parting faster than the way out of a dip of that depth.
+fn touches<N: Number>(encounter: &Encounter, time: &N, touch: Touch) -> bool {
+    let [a, b] = &encounter.molecules;
+    let within = |i: usize, j: usize| {
+        let pair = Pair::new(encounter, (i, j));
+        let error = 2.0 * pair.error_at(time.value());
+        if pair.gap(time).value() > error {
+            return false;
+        }
+        let approach = approach(&pair, time);
+        let distance = pair.radii[0] + pair.radii[1];
+        let bound = ErrorBound::new(&encounter.motion, &a.atoms()[i], &b.atoms()[j]);
+        approach.rate <= bound.of_rate(time.value(), distance) + (2.0 * approach.curvature * error).sqrt()
+    };
+    match touch {
+        Touch::Atoms(i, j) => within(i as usize, j as usize),
+        Touch::BoundingCircles => {
+            (0..a.atoms().len()).any(|i| (0..b.atoms().len()).any(|j| within(i, j)))
+        }
+    }
+}
+
+/// Whether a time not after the deep contact belongs to it, or to a graze before it: the zeros of g' h + g'' h²/2 = ±2 E
+/// lie within 4 E/max(|g'|, √(4 |g''| E)) of 0.
+fn is_of<N: Number>(encounter: &Encounter, deep: &Deep<N>, time: &N) -> bool {
+    let pair = Pair::new(encounter, (deep.atoms.0 as usize, deep.atoms.1 as usize));
+    let error = 2.0 * pair.error_at(deep.touch.value());
+    let approach = approach(&pair, &deep.touch);
+    let tolerance = 2.0 * error / approach.rate.abs().max((2.0 * approach.curvature * error).sqrt());
+    deep.touch.minus(time).value() <= 2.0 * tolerance
+}

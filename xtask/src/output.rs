@@ -1,0 +1,155 @@
+//! The folder that a run writes into: never over an earlier run by accident, and no file half written.
+
+use std::{
+    fs::{self, File},
+    io::BufWriter,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, ensure};
+use serde::Serialize;
+
+/// What is done about a folder that has files in it already.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    /// Nothing is written; an error says so.
+    Refuse,
+    /// Files of the same names are replaced, others stay.
+    Replace,
+}
+
+/// An output folder.
+#[derive(Debug, Clone)]
+pub struct Folder {
+    path: PathBuf,
+}
+
+impl Folder {
+    /// Makes the folder, with all folders above it.
+    ///
+    /// # Errors
+    /// There are files in it and `existing` says refuse, or it cannot be made.
+    pub fn create(path: &Path, existing: Existing) -> Result<Self> {
+        fs::create_dir_all(path).with_context(|| format!("cannot make the folder {}", path.display()))?;
+        let occupied = fs::read_dir(path)
+            .with_context(|| format!("cannot look into the folder {}", path.display()))?
+            .next()
+            .is_some();
+        ensure!(
+            !occupied || existing == Existing::Replace,
+            "{} is not empty: choose another folder with --out, or replace its files with --force",
+            path.display()
+        );
+        Ok(Self { path: path.to_owned() })
+    }
+
+    /// A folder inside this one, new or not.
+    ///
+    /// # Errors
+    /// It cannot be made.
+    pub fn inner(&self, name: &str) -> Result<Self> {
+        Self::create(&self.path.join(name), Existing::Replace)
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes a whole file.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) -> Result<()> {
+        write_whole(&self.path.join(name), content.as_ref())
+    }
+
+    /// Writes a whole file of JSON.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write_json(&self, name: &str, content: &impl Serialize) -> Result<()> {
+        let mut text = serde_json::to_string_pretty(content).context("the content is no JSON")?;
+        text.push('\n');
+        self.write(name, text)
+    }
+
+    /// Writes a table as CSV: one header, then a record a row, numbers in their shortest exact form.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write_table<R: Serialize>(
+        &self,
+        name: &str,
+        header: &[&str],
+        rows: impl IntoIterator<Item = R>,
+    ) -> Result<()> {
+        let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+        table.write_record(header)?;
+        rows.into_iter().try_for_each(|row| table.serialize(row))?;
+        self.write(name, table.into_inner()?)
+    }
+
+    /// Opens a file that grows while the run goes on.
+    ///
+    /// # Errors
+    /// It cannot be made.
+    pub fn growing(&self, name: &str) -> Result<BufWriter<File>> {
+        let path = self.path.join(name);
+        let file = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
+        Ok(BufWriter::new(file))
+    }
+}
+
+/// Writes a file aside and renames it, so that nobody ever sees half of it.
+///
+/// # Errors
+/// It cannot be written.
+pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
+    let cannot = || format!("cannot write {}", path.display());
+    let mut aside = path.as_os_str().to_owned();
+    aside.push(".part");
+    fs::write(&aside, content).with_context(cannot)?;
+    fs::rename(&aside, path).with_context(cannot)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_with_files_is_refused_unless_they_may_be_replaced() {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("new/inner");
+        let folder = Folder::create(&path, Existing::Refuse).unwrap();
+        assert!(Folder::create(&path, Existing::Refuse).is_ok(), "an empty folder is fine");
+        folder.write("a.txt", "first").unwrap();
+        let refused = Folder::create(&path, Existing::Refuse).unwrap_err().to_string();
+        assert!(refused.contains("--force"), "{refused}");
+        Folder::create(&path, Existing::Replace).unwrap().write("a.txt", "second").unwrap();
+        assert_eq!(fs::read_to_string(path.join("a.txt")).unwrap(), "second");
+        assert_eq!(fs::read_dir(&path).unwrap().count(), 1, "nothing is left aside");
+    }
+
+    #[test]
+    fn numbers_in_tables_keep_every_digit() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
+        let values = [0.1 + 0.2, 1e-300, -0.0, 1.0 / 3.0];
+        folder.write_table("t.csv", &["i", "x"], values.iter().enumerate()).unwrap();
+        let text = fs::read_to_string(root.path().join("t.csv")).unwrap();
+        let read: Vec<f64> =
+            text.lines().skip(1).map(|line| line.split(',').nth(1).unwrap().parse().unwrap()).collect();
+        assert_eq!(read.map_bits(), values.to_vec().map_bits());
+    }
+
+    trait Bits {
+        fn map_bits(self) -> Vec<u64>;
+    }
+
+    impl Bits for Vec<f64> {
+        fn map_bits(self) -> Vec<u64> {
+            self.into_iter().map(f64::to_bits).collect()
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! `--set key.path=value`: entries of a scene file changed from the command line.
+
+use std::str::FromStr;
+
+use anyhow::{Context, Result, bail, ensure};
+use toml::{Table, Value};
+
+/// One entry to be changed: where it stands, and what it becomes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Override {
+    path: Vec<String>,
+    value: Value,
+}
+
+impl FromStr for Override {
+    type Err = anyhow::Error;
+
+    /// From `key.path=value`, where lists are entered by number from 0: `gas.0.count=100`. A value that is no
+    /// TOML is taken for a string: `run.snapshots=extxyz`.
+    fn from_str(text: &str) -> Result<Self> {
+        let (path, value) =
+            text.split_once('=').with_context(|| format!("'{text}' is not of the form key.path=value"))?;
+        let path: Vec<String> = path.trim().split('.').map(|key| key.trim().to_owned()).collect();
+        ensure!(path.iter().all(|key| !key.is_empty()), "'{text}' has an empty key in its path");
+        let value = value.trim();
+        let value = match format!("value = {value}").parse::<Table>() {
+            Ok(mut table) if table.len() == 1 => table.remove("value"),
+            _ => None,
+        };
+        let value = value
+            .unwrap_or_else(|| Value::String(text.split_once('=').map_or("", |(_, v)| v.trim()).to_owned()));
+        Ok(Self { path, value })
+    }
+}
+
+impl Override {
+    /// Changes the entry in a scene; tables that are not there yet are made.
+    ///
+    /// # Errors
+    /// The path leads through something that is neither a table nor a list, or beyond the end of a list.
+    pub fn apply(&self, scene: &mut Table) -> Result<()> {
+        let mut walked = String::new();
+        let Some((last, above)) = self.path.split_last() else { bail!("an empty path") };
+        let mut place = Place::Table(scene);
+        for key in above {
+            place = place.enter(key, &walked)?;
+            if !walked.is_empty() {
+                walked.push('.');
+            }
+            walked.push_str(key);
+        }
+        place.put(last, &walked, self.value.clone())
+    }
+}
+
+/// Where one stands in a scene file.
+enum Place<'a> {
+    Table(&'a mut Table),
+    List(&'a mut Vec<Value>),
+}
+
+impl Place<'_> {
+    fn enter(self, key: &str, walked: &str) -> Result<Self> {
+        let value = match self {
+            Self::Table(table) => table.entry(key).or_insert_with(|| Value::Table(Table::new())),
+            Self::List(list) => entry(list, key, walked)?,
+        };
+        match value {
+            Value::Table(table) => Ok(Self::Table(table)),
+            Value::Array(list) => Ok(Self::List(list)),
+            other => bail!("--set: `{walked}.{key}` is a {}, which has no entries", other.type_str()),
+        }
+    }
+
+    fn put(self, key: &str, walked: &str, value: Value) -> Result<()> {
+        match self {
+            Self::Table(table) => {
+                table.insert(key.to_owned(), value);
+            }
+            Self::List(list) => *entry(list, key, walked)? = value,
+        }
+        Ok(())
+    }
+}
+
+fn entry<'a>(list: &'a mut [Value], key: &str, walked: &str) -> Result<&'a mut Value> {
+    let count = list.len();
+    let index: usize = key.parse().with_context(|| {
+        format!("--set: `{walked}` is a list, whose entries are numbers from 0, not `{key}`")
+    })?;
+    list.get_mut(index)
+        .with_context(|| format!("--set: `{walked}` has {count} entries, so there is no number {index}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn changed(text: &str, set: &str) -> Result<String> {
+        let mut scene: Table = text.parse().unwrap();
+        set.parse::<Override>()?.apply(&mut scene)?;
+        Ok(toml::to_string(&scene).unwrap())
+    }
+
+    #[test]
+    fn entries_of_lists_and_tables_are_changed_or_made() {
+        let scene = "[[gas]]\ncount = 3\n[[gas]]\ncount = 4\n";
+        assert!(changed(scene, "gas.1.count=100").unwrap().contains("count = 100"));
+        assert_eq!(changed("", "run.until = 2.5").unwrap(), "[run]\nuntil = 2.5\n");
+        assert_eq!(changed("", "run.snapshots=extxyz").unwrap(), "[run]\nsnapshots = \"extxyz\"\n");
+        assert_eq!(changed("", "box.sides=[2, 1.0]").unwrap(), "[box]\nsides = [2, 1.0]\n");
+        assert_eq!(changed("", "box.seed=7").unwrap(), "[box]\nseed = 7\n");
+    }
+
+    #[test]
+    fn paths_that_lead_nowhere_are_refused_by_name() {
+        let scene = "[[gas]]\ncount = 3\n";
+        for (set, said) in [
+            ("gas.1.count=1", "1 entries"),
+            ("gas.first.count=1", "`first`"),
+            ("gas.0.count.x=1", "integer"),
+            ("gas", "key.path=value"),
+            ("gas..count=1", "empty key"),
+        ] {
+            let error = changed(scene, set).unwrap_err().to_string();
+            assert!(error.contains(said), "{set}: {error}");
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! The page that a run leaves behind: one HTML file with everything in it, readable by day and by night.
+
+use std::fmt::Write as _;
+
+use crate::summary::{Check, Figure, Totals};
+
+/// A page that is being written, from top to bottom.
+#[derive(Debug, Clone)]
+pub struct Page {
+    title: String,
+    body: String,
+}
+
+/// How pictures stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// Each over the whole width.
+    Full,
+    /// Side by side where there is room.
+    Beside,
+}
+
+impl Page {
+    /// A page with its heading and what it is about.
+    pub fn new(title: &str, lead: &str) -> Self {
+        let body = format!("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", escape(title), escape(lead));
+        Self { title: title.to_owned(), body }
+    }
+
+    /// A part of a page, without heading of its own.
+    pub fn section() -> Self {
+        Self { title: String::new(), body: String::new() }
+    }
+
+    /// Puts a part at the end.
+    pub fn append(&mut self, section: &Self) {
+        self.body.push_str(&section.body);
+    }
+
+    /// What a reader must know first.
+    pub fn note(&mut self, text: &str) {
+        self.element("p class=\"note\"", text);
+    }
+
+    /// A heading.
+    pub fn heading(&mut self, text: &str) {
+        self.element("h2", text);
+    }
+
+    /// A lesser heading.
+    pub fn subheading(&mut self, text: &str) {
+        self.element("h3", text);
+    }
+
+    /// A paragraph.
+    pub fn paragraph(&mut self, text: &str) {
+        self.element("p", text);
+    }
+
+    /// Something to type or to read in a terminal.
+    pub fn code(&mut self, text: &str) {
+        self.element("pre", text);
+    }
+
+    /// Links to files, by their path from the page.
+    pub fn links<'a>(&mut self, paths: impl IntoIterator<Item = &'a str>) {
+        let links: Vec<String> =
+            paths.into_iter().map(|path| format!("<a href=\"{0}\">{0}</a>", escape(path))).collect();
+        let _ = writeln!(self.body, "<p>{}</p>", links.join(" · "));
+    }
+
+    /// Pictures, as SVG with a caption each.
+    pub fn pictures(&mut self, layout: Layout, pictures: &[(&str, &str)]) {
+        let class = if layout == Layout::Full { "pictures full" } else { "pictures" };
+        let _ = writeln!(self.body, "<div class=\"{class}\">");
+        for (svg, caption) in pictures {
+            let svg = &svg[svg.find("<svg").unwrap_or(0)..];
+            let caption = escape(caption);
+            let _ = writeln!(self.body, "<figure>\n{svg}\n<figcaption>{caption}</figcaption>\n</figure>");
+        }
+        self.body.push_str("</div>\n");
+    }
+
+    /// A table of two columns.
+    pub fn facts(&mut self, facts: &[(&str, String)]) {
+        self.body.push_str("<div class=\"wide\"><table class=\"facts\">\n");
+        for (name, value) in facts {
+            let (name, value) = (escape(name), escape(value));
+            let _ = writeln!(self.body, "<tr><th>{name}</th><td>{value}</td></tr>");
+        }
+        self.body.push_str("</table></div>\n");
+    }
+
+    /// Figures with their errors, predictions and sources.
+    pub fn figures(&mut self, figures: &[Figure]) {
+        self.body.push_str(
+            "<div class=\"wide\"><table>\n<tr><th>figure</th><th>measured</th><th>unit</th>\
+             <th>predicted</th><th>source of the prediction</th></tr>\n",
+        );
+        for figure in figures {
+            let measured = with_error(figure.value, figure.standard_error);
+            let predicted =
+                figure.prediction.map_or_else(|| "–".to_owned(), |value| predicted(value, figure));
+            let _ = writeln!(
+                self.body,
+                "<tr><td>{}</td><td class=\"number\">{measured}</td><td class=\"unit\">{}</td><td class=\"number\">{predicted}</td>\
+                 <td class=\"source\">{}</td></tr>",
+                escape(&figure.name),
+                escape(&figure.unit),
+                escape(figure.source.as_deref().unwrap_or("")),
+            );
+        }
+        self.body.push_str("</table></div>\n");
+    }
+
+    /// What a run took.
+    pub fn totals(&mut self, totals: &Totals) {
+        let number = |value: f64| with_error(value, None);
+        self.facts(&[
+            ("simulated time", number(totals.simulated_time)),
+            ("collisions", totals.collisions.to_string()),
+            ("collisions per processor second", format!("{:.0}", totals.collisions_per_second)),
+            ("energy drift, relative", number(totals.energy_drift)),
+            ("overlapping pairs", totals.overlapping_pairs.to_string()),
+            ("deepest overlap, in diameters", number(totals.max_overlap)),
+        ]);
+    }
+
+    /// Checks, passed or not.
+    pub fn checks(&mut self, checks: &[Check]) {
+        self.body.push_str(
+            "<div class=\"wide\"><table>\n<tr><th>check</th><th>found</th><th>at most</th><th></th></tr>\n",
+        );
+        for check in checks {
+            let (class, word) = if check.passed { ("good", "passed") } else { ("bad", "failed") };
+            let _ = writeln!(
+                self.body,
+                "<tr><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"{class}\">{word}</td></tr>",
+                escape(&check.name),
+                with_error(check.found, None),
+                with_error(check.allowed, None),
+            );
+        }
+        self.body.push_str("</table></div>\n");
+    }
+
+    /// The whole file.
+    pub fn html(&self) -> String {
+        include_str!("page.html")
+            .replace("{{title}}", &escape(&self.title))
+            .replace("{{version}}", carom::VERSION)
+            .replace("{{body}}", &self.body)
+    }
+
+    fn element(&mut self, tag: &str, text: &str) {
+        let name = tag.split(' ').next().unwrap_or(tag);
+        let _ = writeln!(self.body, "<{tag}>{}</{name}>", escape(text));
+    }
+}
+
+/// A prediction to one digit more than the measured value.
+fn predicted(value: f64, figure: &Figure) -> String {
+    match figure.standard_error {
+        Some(error) if value != 0.0 && error > 0.0 && error.is_finite() => {
+            format!("{value:.0$}", (2.0 - error.log10().floor()).clamp(0.0, 12.0) as usize)
+        }
+        _ => with_error(value, None),
+    }
+}
+
+/// A value to as many digits as its standard error bears, or to six.
+pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
+    match standard_error {
+        Some(error) if error > 0.0 && error.is_finite() => {
+            let decimals = (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize;
+            format!("{value:.decimals$} ± {error:.decimals$}")
+        }
+        _ if value == 0.0 => "0".to_owned(),
+        _ if value.fract() == 0.0 && value.abs() < 1e15 => format!("{value:.0}"),
+        _ if value.abs() >= 1e6 || value.abs() < 1e-4 => format!("{value:.3e}"),
+        _ => {
+            let decimals = (5.0 - value.abs().log10().floor()).clamp(0.0, 12.0) as usize;
+            let text = format!("{value:.decimals$}");
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        }
+    }
+}
+
+/// Text as HTML that says just that.
+pub fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_cannot_become_markup() {
+        let evil = "<script>alert('1')</script> & \"x\"";
+        let mut page = Page::new(evil, evil);
+        page.paragraph(evil);
+        page.code(evil);
+        page.facts(&[("a", evil.to_owned())]);
+        page.figures(&[Figure::new(evil, 1.0, evil).predicted(1.0, evil)]);
+        page.checks(&[Check::at_most(evil, 0.0, 0.0)]);
+        page.pictures(Layout::Beside, &[("<svg></svg>", evil)]);
+        page.links([evil]);
+        let html = page.html();
+        assert!(!html.contains("<script"), "{html}");
+        assert!(!html.contains("{{"), "a placeholder is left");
+        assert!(html.contains("&lt;script&gt;"));
+    }
+
+    #[test]
+    fn digits_follow_the_error() {
+        assert_eq!(with_error(350.6183, Some(0.123)), "350.62 ± 0.12");
+        assert_eq!(with_error(0.029_12, Some(0.0017)), "0.0291 ± 0.0017");
+        assert_eq!(with_error(1234.5, Some(30.0)), "1234 ± 30");
+        assert_eq!(with_error(0.25, None), "0.25");
+        assert_eq!(with_error(3e-16, None), "3.000e-16");
+        assert_eq!(with_error(12_345_678.0, None), "12345678");
+        assert_eq!(with_error(f64::NAN, None), "NaN");
+    }
+}

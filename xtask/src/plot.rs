@@ -1,0 +1,280 @@
+//! Charts as SVG: lines and bands over two straight axes, in colours that colour-blind readers can tell apart.
+
+use anyhow::{Result, anyhow};
+use plotters::{
+    coord::{
+        Shift,
+        ranged1d::{DefaultFormatting, KeyPointHint, Ranged},
+        types::RangedCoordf64,
+    },
+    prelude::*,
+};
+
+/// Colours of Okabe and Ito (2008), "Color universal design".
+pub mod colour {
+    use plotters::style::RGBColor;
+
+    /// For what is measured.
+    pub const BLUE: RGBColor = RGBColor(0, 114, 178);
+    /// For what is predicted.
+    pub const VERMILLION: RGBColor = RGBColor(213, 94, 0);
+    /// For a second thing measured.
+    pub const GREEN: RGBColor = RGBColor(0, 158, 115);
+    /// For a third thing measured.
+    pub const ORANGE: RGBColor = RGBColor(230, 159, 0);
+}
+
+/// An axis: what it shows, with its unit, and from where to where.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    /// Quantity and unit.
+    pub label: String,
+    /// First and last value.
+    pub range: (f64, f64),
+}
+
+/// One curve or band of a chart.
+#[derive(Debug, Clone)]
+pub struct Layer {
+    /// What the legend says; nothing if empty.
+    pub name: String,
+    /// Its colour.
+    pub colour: RGBColor,
+    /// Its shape.
+    pub shape: Shape,
+}
+
+/// The shape of a layer, in the units of the axes.
+#[derive(Debug, Clone)]
+pub enum Shape {
+    /// A line through points.
+    Line(Vec<(f64, f64)>),
+    /// A line of half the width, for what is rough.
+    Thin(Vec<(f64, f64)>),
+    /// The area between a lower and an upper line: x, lower, upper.
+    Band(Vec<(f64, f64, f64)>),
+}
+
+/// A chart with two straight axes.
+#[derive(Debug, Clone)]
+pub struct Chart {
+    /// Heading.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// From back to front.
+    pub layers: Vec<Layer>,
+}
+
+pub(crate) const FONT: &str = "sans-serif";
+
+/// Points of a staircase: `values` over equal bins from `first` to `last`.
+pub fn staircase(first: f64, last: f64, values: &[f64]) -> Vec<(f64, f64)> {
+    let edge = |index: usize| first + (last - first) * index as f64 / values.len() as f64;
+    values.iter().enumerate().flat_map(|(index, &y)| [(edge(index), y), (edge(index + 1), y)]).collect()
+}
+
+/// A straight axis with marks of our own choice.
+struct Scale {
+    range: (f64, f64),
+    places: RangedCoordf64,
+}
+
+impl Ranged for Scale {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        self.places.map(value, limit)
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        marks(self.range)
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.range.0..self.range.1
+    }
+}
+
+impl Axis {
+    fn scale(&self) -> Scale {
+        Scale { range: self.range, places: (self.range.0..self.range.1).into() }
+    }
+}
+
+/// Where an axis has marks: 4 to 12 multiples of a round number; of 30 where the axis is a full circle in degrees.
+fn marks((low, high): (f64, f64)) -> Vec<f64> {
+    let span = high - low;
+    let tenth = 10f64.powf((span / 4.0).log10().floor());
+    let round = [5.0, 2.0, 1.0].into_iter().map(|factor| factor * tenth).find(|step| span / step >= 4.0);
+    let step = if (low, high) == (0.0, 360.0) { 30.0 } else { round.unwrap_or(tenth) };
+    let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+    (first..=last).map(|index| index as f64 * step).collect()
+}
+
+impl Chart {
+    /// The chart as SVG. Points outside the axes are cut off at the border.
+    ///
+    /// # Errors
+    /// An axis that is empty or not finite.
+    pub fn svg(&self) -> Result<String> {
+        for axis in [&self.x, &self.y] {
+            let (low, high) = axis.range;
+            let sound = low.is_finite() && high.is_finite() && low < high;
+            anyhow::ensure!(sound, "chart '{}': axis '{}' from {low} to {high}", self.title, axis.label);
+        }
+        let mut text = String::new();
+        {
+            let root = SVGBackend::with_string(&mut text, (920, 420)).into_drawing_area();
+            self.draw(&root).map_err(|error| anyhow!("chart '{}': {error}", self.title))?;
+        }
+        Ok(text)
+    }
+
+    fn draw(&self, root: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<()> {
+        root.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(root)
+            .margin(12)
+            .margin_right(24)
+            .caption(&self.title, (FONT, 18))
+            .x_label_area_size(46)
+            .y_label_area_size(78)
+            .build_cartesian_2d(self.x.scale(), self.y.scale())?;
+        chart
+            .configure_mesh()
+            .x_desc(&self.x.label)
+            .y_desc(&self.y.label)
+            .label_style((FONT, 13))
+            .axis_desc_style((FONT, 14))
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(BLACK.mix(0.12))
+            .x_label_formatter(&|value| tick(*value, self.x.range))
+            .y_label_formatter(&|value| tick(*value, self.y.range))
+            .draw()?;
+        for layer in &self.layers {
+            self.draw_layer(&mut chart, layer)?;
+        }
+        if self.layers.iter().any(|layer| !layer.name.is_empty()) {
+            chart
+                .configure_series_labels()
+                .position(SeriesLabelPosition::UpperRight)
+                .label_font((FONT, 13))
+                .background_style(WHITE.mix(0.85))
+                .border_style(BLACK.mix(0.25))
+                .draw()?;
+        }
+        Ok(root.present()?)
+    }
+
+    fn draw_layer<'a>(
+        &self,
+        chart: &mut ChartContext<'a, SVGBackend<'a>, Cartesian2d<Scale, Scale>>,
+        layer: &Layer,
+    ) -> Result<()> {
+        let colour = layer.colour;
+        let inside = |y: f64| y.clamp(self.y.range.0, self.y.range.1);
+        match &layer.shape {
+            Shape::Line(points) | Shape::Thin(points) => {
+                let width = if matches!(layer.shape, Shape::Line(_)) { 2 } else { 1 };
+                let points = points.iter().map(|&(x, y)| (x, inside(y)));
+                let series = chart.draw_series(LineSeries::new(points, colour.stroke_width(width)))?;
+                if !layer.name.is_empty() {
+                    series.label(&layer.name).legend(move |(x, y)| {
+                        PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2))
+                    });
+                }
+            }
+            Shape::Band(points) => {
+                let upper = points.iter().map(|&(x, _, high)| (x, inside(high)));
+                let lower = points.iter().rev().map(|&(x, low, _)| (x, inside(low)));
+                let outline: Vec<(f64, f64)> = upper.chain(lower).collect();
+                let series = chart.draw_series([Polygon::new(outline, colour.mix(0.25))])?;
+                if !layer.name.is_empty() {
+                    series.label(&layer.name).legend(move |(x, y)| {
+                        Rectangle::new([(x, y - 5), (x + 18, y + 5)], colour.mix(0.25).filled())
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A number at an axis, with as many digits as the range needs.
+pub(crate) fn tick(value: f64, (low, high): (f64, f64)) -> String {
+    let span = (high - low).abs();
+    let largest = low.abs().max(high.abs());
+    if value.abs() < 1e-9 * span {
+        return "0".to_owned();
+    }
+    if !(1e-3..1e5).contains(&largest) {
+        return format!("{value:.2e}");
+    }
+    let decimals = (2.0 - span.log10()).ceil().clamp(0.0, 8.0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axis(range: (f64, f64)) -> Axis {
+        Axis { label: "t <time>".to_owned(), range }
+    }
+
+    #[test]
+    fn a_chart_has_its_labels_and_stays_inside_its_axes() {
+        let chart = Chart {
+            title: "a & b".to_owned(),
+            x: axis((0.0, 1.0)),
+            y: axis((-1.0, 1.0)),
+            layers: vec![Layer {
+                name: "measured".to_owned(),
+                colour: colour::BLUE,
+                shape: Shape::Line(vec![(0.0, 0.0), (0.5, 1e9), (1.0, 0.5)]),
+            }],
+        };
+        let svg = chart.svg().unwrap();
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+        assert!(svg.contains("a &amp; b") && svg.contains("t &lt;time&gt;") && svg.contains("measured"));
+        assert!(!svg.contains("NaN"));
+    }
+
+    #[test]
+    fn an_axis_without_extent_is_refused() {
+        for range in [(1.0, 1.0), (0.0, f64::NAN), (f64::NEG_INFINITY, 0.0)] {
+            let chart =
+                Chart { title: String::new(), x: axis(range), y: axis((0.0, 1.0)), layers: Vec::new() };
+            assert!(chart.svg().is_err(), "{range:?}");
+        }
+    }
+
+    #[test]
+    fn marks_are_round_and_inside() {
+        assert_eq!(marks((0.0, 9.2)), [0.0, 2.0, 4.0, 6.0, 8.0]);
+        assert_eq!(marks((0.0, 360.0)).len(), 13);
+        assert_eq!(marks((-19.0, 19.0)), [-15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0]);
+        for range in [(0.0, 1e-15), (-3e7, 1.0), (0.0, 4.0), (0.0, 35.0)] {
+            let marks = marks(range);
+            assert!((4..=12).contains(&marks.len()), "{range:?}: {marks:?}");
+            assert!(marks.iter().all(|mark| (range.0..=range.1).contains(mark)), "{range:?}: {marks:?}");
+        }
+    }
+
+    #[test]
+    fn a_staircase_has_two_points_a_bin() {
+        assert_eq!(staircase(0.0, 2.0, &[5.0, 7.0]), [(0.0, 5.0), (1.0, 5.0), (1.0, 7.0), (2.0, 7.0)]);
+    }
+
+    #[test]
+    fn ticks_have_the_digits_that_the_range_needs() {
+        assert_eq!(tick(90.0, (0.0, 360.0)), "90");
+        assert_eq!(tick(0.25, (0.0, 1.0)), "0.25");
+        assert_eq!(tick(1.5e-5, (0.0, 2e-5)), "1.50e-5");
+        assert_eq!(tick(1e-17, (-1.0, 1.0)), "0");
+    }
+}

@@ -1,0 +1,111 @@
+//! Polar charts as SVG: a positive quantity against direction, round the clock.
+
+use anyhow::{Result, anyhow, ensure};
+use plotters::{
+    coord::Shift,
+    prelude::*,
+    style::text_anchor::{HPos, Pos, VPos},
+};
+
+use crate::plot::{FONT, staircase, tick};
+
+/// Curves of a positive quantity against direction.
+#[derive(Debug, Clone)]
+pub struct Polar {
+    /// Heading.
+    pub title: String,
+    /// What the distance from the middle means, with its unit.
+    pub label: String,
+    /// Curves: a value for each of equal sectors, counter-clockwise from +x.
+    pub curves: Vec<(String, RGBColor, Vec<f64>)>,
+}
+
+impl Polar {
+    /// The curves as SVG, the largest value at the rim.
+    ///
+    /// # Errors
+    /// A value that is not finite.
+    pub fn svg(&self) -> Result<String> {
+        let values = || self.curves.iter().flat_map(|(_, _, values)| values.iter().copied());
+        ensure!(values().all(f64::is_finite), "polar chart '{}': a value is not finite", self.title);
+        let largest = values().fold(0.0, f64::max);
+        let rim = if largest > 0.0 { 1.05 * largest } else { 1.0 };
+        let mut text = String::new();
+        {
+            let root = SVGBackend::with_string(&mut text, (560, 600)).into_drawing_area();
+            self.draw(&root, rim).map_err(|error| anyhow!("polar chart '{}': {error}", self.title))?;
+        }
+        Ok(text)
+    }
+
+    fn draw(&self, root: &DrawingArea<SVGBackend<'_>, Shift>, rim: f64) -> Result<()> {
+        root.fill(&WHITE)?;
+        let span = 1.18 * rim;
+        let mut chart = ChartBuilder::on(root)
+            .margin(10)
+            .margin_bottom(14)
+            .caption(&self.title, (FONT, 18))
+            .build_cartesian_2d(-span..span, -span..span)?;
+        let grid = BLACK.mix(0.15);
+        for ring in 1..=4 {
+            let radius = rim * f64::from(ring) / 4.0;
+            let circle = (0..=180).map(|step| on_circle(radius, f64::from(step) / 180.0));
+            chart.draw_series(LineSeries::new(circle, grid))?;
+            let label = tick(radius, (0.0, rim));
+            chart.draw_series([Text::new(
+                label,
+                (0.0, radius),
+                (FONT, 11).into_font().color(&BLACK.mix(0.6)),
+            )])?;
+        }
+        for spoke in 0..12 {
+            let turn = f64::from(spoke) / 12.0;
+            chart.draw_series(LineSeries::new([(0.0, 0.0), on_circle(rim, turn)], grid))?;
+            let centred = Pos::new(HPos::Center, VPos::Center);
+            let style = (FONT, 12).into_font().color(&BLACK.mix(0.7)).pos(centred);
+            chart.draw_series([Text::new(format!("{}°", 30 * spoke), on_circle(1.09 * rim, turn), style)])?;
+        }
+        for (name, colour, values) in &self.curves {
+            let mut curve: Vec<(f64, f64)> =
+                staircase(0.0, 1.0, values).into_iter().map(|(turn, value)| on_circle(value, turn)).collect();
+            curve.extend(curve.first().copied());
+            let colour = *colour;
+            chart.draw_series([Polygon::new(curve.clone(), colour.mix(0.12))])?;
+            chart
+                .draw_series(LineSeries::new(curve, colour.stroke_width(2)))?
+                .label(name)
+                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2)));
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::LowerRight)
+            .label_font((FONT, 13))
+            .background_style(WHITE.mix(0.85))
+            .border_style(BLACK.mix(0.25))
+            .draw()?;
+        let label = Text::new(self.label.clone(), (-span, -span * 0.99), (FONT, 12).into_font());
+        chart.draw_series([label])?;
+        Ok(root.present()?)
+    }
+}
+
+fn on_circle(radius: f64, turn: f64) -> (f64, f64) {
+    let (sin, cos) = (turn * std::f64::consts::TAU).sin_cos();
+    (radius * cos, radius * sin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::colour;
+
+    #[test]
+    fn a_polar_chart_of_nothing_can_be_drawn() {
+        let polar = Polar {
+            title: String::new(),
+            label: String::new(),
+            curves: vec![("none".to_owned(), colour::BLUE, vec![0.0; 12])],
+        };
+        assert!(polar.svg().unwrap().contains("330°"));
+    }
+}

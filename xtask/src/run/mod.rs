@@ -1,0 +1,144 @@
+//! `cargo xtask run`: any scene, with what its `[run]` asks for.
+
+mod outcome;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, bail, ensure};
+use carom::{Scene, Simulation, engine::RunSpec};
+use clap::Args;
+use outcome::{OBSERVERS, simulate};
+
+use crate::{
+    manifest::Manifest,
+    output::{Existing, Folder},
+    overrides::Override,
+    summary::Verdict,
+};
+
+/// Choices of `cargo xtask run`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// The scene file
+    #[arg(value_name = "SCENE.toml")]
+    pub scene: PathBuf,
+    /// When to end (time), instead of the scene's run.until
+    #[arg(long)]
+    pub until: Option<f64>,
+    /// Seed of all random numbers, instead of the scene's box.seed
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// An entry to change, such as gas.0.count=100; may be given often
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
+    pub set: Vec<Override>,
+    /// Where to write; out/run-SCENE if not given
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Replace files of an earlier run in that folder
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// The only format of snapshots.
+const EXTENDED_XYZ: &str = "extxyz";
+
+/// More standbys than this are taken for a slip of the pen.
+const MOST_STANDBYS: f64 = 1e7;
+
+/// Runs a scene and writes its folder.
+///
+/// # Errors
+/// A scene that makes no sense, a folder that is not empty, a run that cannot go on.
+pub fn run(options: &Options) -> Result<Verdict> {
+    let scene = scene(options)?;
+    check(&scene.run)?;
+    let mut simulation =
+        Simulation::new(&scene).with_context(|| format!("scene {}", options.scene.display()))?;
+    let existing = if options.force { Existing::Replace } else { Existing::Refuse };
+    let folder = Folder::create(&folder_path(options), existing)?;
+    folder.write("config.toml", scene.to_toml())?;
+    let command = format!("cargo xtask run {}", folder.path().join("config.toml").display());
+    let manifest = Manifest::begin(&folder, &command, &[&scene])?;
+    let outcome = simulate(&mut simulation, &scene.run, &folder)?;
+    let summary = outcome.summary(options, &simulation.view());
+    outcome.write_series(&folder, &scene.run)?;
+    folder.write("report.html", outcome.page(&summary, &scene, &command)?)?;
+    folder.write_json("summary.json", &summary)?;
+    manifest.complete(&folder, summary.totals.cpu_seconds())?;
+    crate::conclude(&folder, &summary);
+    Ok(summary.verdict())
+}
+
+/// The scene file with what the command line changes.
+fn scene(options: &Options) -> Result<Scene> {
+    let path = options.scene.display();
+    let text =
+        fs::read_to_string(&options.scene).with_context(|| format!("cannot read the scene file {path}"))?;
+    let mut scene = Scene::from_toml(&text).with_context(|| format!("scene {path}"))?;
+    if !options.set.is_empty() {
+        let mut table: toml::Table = text.parse().with_context(|| format!("scene {path}"))?;
+        for change in &options.set {
+            change.apply(&mut table)?;
+        }
+        scene = Scene::from_toml(&toml::to_string(&table)?)
+            .with_context(|| format!("scene {path} after --set"))?;
+    }
+    scene.run.until = options.until.unwrap_or(scene.run.until);
+    scene.bounds.seed = options.seed.unwrap_or(scene.bounds.seed);
+    Ok(scene)
+}
+
+/// Refuses what `[run]` cannot mean.
+fn check(run: &RunSpec) -> Result<()> {
+    for (entry, time) in [("run.until", run.until), ("run.standby", run.standby)] {
+        ensure!(time.is_finite() && time > 0.0, "{entry} must be positive and finite, but is {time}");
+    }
+    ensure!(
+        run.until / run.standby <= MOST_STANDBYS,
+        "run.standby = {} makes more than {MOST_STANDBYS:e} standbys until {}",
+        run.standby,
+        run.until
+    );
+    for name in &run.observe {
+        ensure!(
+            OBSERVERS.contains(&name.as_str()),
+            "run.observe: '{name}' is not known; known are {}",
+            OBSERVERS.join(", ")
+        );
+    }
+    match run.snapshots.as_deref() {
+        None | Some(EXTENDED_XYZ) => Ok(()),
+        Some(other) => bail!("run.snapshots: '{other}' is not known; known is {EXTENDED_XYZ}"),
+    }
+}
+
+fn folder_path(options: &Options) -> PathBuf {
+    let name = options.scene.file_stem().unwrap_or_else(|| "scene".as_ref()).to_string_lossy();
+    options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("run-{name}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_run_cannot_mean_is_refused_by_name() {
+        let good = RunSpec { observe: vec!["energy".to_owned()], ..RunSpec::default() };
+        assert!(check(&good).is_ok());
+        let cases = [
+            (RunSpec { until: 0.0, ..good.clone() }, "run.until"),
+            (RunSpec { until: f64::NAN, ..good.clone() }, "run.until"),
+            (RunSpec { standby: -1.0, ..good.clone() }, "run.standby"),
+            (RunSpec { standby: 1e-9, ..good.clone() }, "standbys"),
+            (RunSpec { observe: vec!["colour".to_owned()], ..good.clone() }, "collision-rate"),
+            (RunSpec { snapshots: Some("gsd".to_owned()), ..good.clone() }, "extxyz"),
+        ];
+        for (run, said) in cases {
+            let error = check(&run).unwrap_err().to_string();
+            assert!(error.contains(said), "{error}");
+        }
+    }
+}

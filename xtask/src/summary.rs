@@ -1,0 +1,200 @@
+//! What a run says in numbers: figures with their errors and predictions, and checks that it passed or not.
+
+use serde::Serialize;
+
+/// A measured figure.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Figure {
+    /// What it is.
+    pub name: String,
+    /// Measured value.
+    pub value: f64,
+    /// Its standard error, where it is known.
+    pub standard_error: Option<f64>,
+    /// Unit, in the scene's units of mass, length and time; 1 for a pure number.
+    pub unit: String,
+    /// What it should be, where that is known.
+    pub prediction: Option<f64>,
+    /// Where the prediction comes from.
+    pub source: Option<String>,
+}
+
+impl Figure {
+    /// A figure without error and prediction.
+    pub fn new(name: impl Into<String>, value: f64, unit: &str) -> Self {
+        Self {
+            name: name.into(),
+            value,
+            standard_error: None,
+            unit: unit.to_owned(),
+            prediction: None,
+            source: None,
+        }
+    }
+
+    /// The same with a standard error.
+    #[must_use]
+    pub fn error(self, standard_error: impl Into<Option<f64>>) -> Self {
+        Self { standard_error: standard_error.into(), ..self }
+    }
+
+    /// The same with a prediction and its source.
+    #[must_use]
+    pub fn predicted(self, prediction: f64, source: &str) -> Self {
+        Self { prediction: Some(prediction), source: Some(source.to_owned()), ..self }
+    }
+}
+
+/// A figure that must not exceed a bound; if it does, the program ends with exit code 1.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Check {
+    /// What must be small.
+    pub name: String,
+    /// What was found.
+    pub found: f64,
+    /// The most that is allowed.
+    pub allowed: f64,
+    /// Whether it is kept.
+    pub passed: bool,
+}
+
+impl Check {
+    /// A figure that must be at most `allowed`; NaN is not.
+    pub fn at_most(name: &str, found: f64, allowed: f64) -> Self {
+        Self { name: name.to_owned(), found, allowed, passed: found <= allowed }
+    }
+}
+
+/// Totals that every run has.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Totals {
+    /// Contacts.
+    pub collisions: u64,
+    /// Simulated time.
+    pub simulated_time: f64,
+    /// Contacts per second of processor time of the thread, in the run phase.
+    pub collisions_per_second: f64,
+    /// Largest difference of energy and booked energy at a standby, relative to the energy at the start.
+    pub energy_drift: f64,
+    /// Largest number of overlapping pairs at a standby.
+    pub overlapping_pairs: usize,
+    /// Deepest overlap at a standby, in units of the smaller diameter; may be a rounding.
+    pub max_overlap: f64,
+}
+
+impl Totals {
+    /// Totals of runs taken together, which need not be equally fast.
+    pub fn of(runs: &[Self]) -> Self {
+        let seconds: f64 = runs.iter().map(Self::cpu_seconds).sum();
+        let collisions: u64 = runs.iter().map(|run| run.collisions).sum();
+        Self {
+            collisions,
+            simulated_time: runs.iter().map(|run| run.simulated_time).sum(),
+            collisions_per_second: if collisions == 0 { 0.0 } else { collisions as f64 / seconds },
+            energy_drift: runs.iter().map(|run| run.energy_drift).fold(0.0, f64::max),
+            overlapping_pairs: runs.iter().map(|run| run.overlapping_pairs).max().unwrap_or(0),
+            max_overlap: runs.iter().map(|run| run.max_overlap).fold(0.0, f64::max),
+        }
+    }
+
+    /// Processor time of the run phase, of all threads together (seconds).
+    pub fn cpu_seconds(&self) -> f64 {
+        if self.collisions == 0 { 0.0 } else { self.collisions as f64 / self.collisions_per_second }
+    }
+
+    /// No pair overlaps, and energy is kept.
+    pub fn checks(&self) -> Vec<Check> {
+        vec![
+            Check::at_most("overlapping_pairs", self.overlapping_pairs as f64, 0.0),
+            Check::at_most("energy_drift", self.energy_drift, LARGEST_DRIFT),
+        ]
+    }
+}
+
+/// Largest relative drift of the energy. A run of 10⁹ contacts drifts by some 10⁻¹⁵ per body through rounding.
+/// Smaller: long runs of few bodies would fail. Larger: an error in the response could hide.
+const LARGEST_DRIFT: f64 = 1e-12;
+
+/// `summary.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// What was run.
+    pub title: String,
+    /// What a reader must know first, such as that the run is short.
+    pub note: String,
+    /// Totals, at the top level.
+    #[serde(flatten)]
+    pub totals: Totals,
+    /// Checks.
+    pub checks: Vec<Check>,
+    /// Figures.
+    pub figures: Vec<Figure>,
+    /// Folders of the single runs of a campaign.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub runs: Vec<String>,
+}
+
+impl Summary {
+    /// How it ends.
+    pub fn verdict(&self) -> Verdict {
+        if self.checks.iter().all(|check| check.passed) { Verdict::Passed } else { Verdict::Failed }
+    }
+}
+
+/// Whether all checks were passed: the exit code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Exit code 0.
+    Passed,
+    /// Exit code 1.
+    Failed,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bound_is_kept_exactly_at_it_and_not_by_nan() {
+        assert!(Check::at_most("x", 0.0, 0.0).passed);
+        assert!(Check::at_most("x", 1e-12, 1e-12).passed);
+        assert!(!Check::at_most("x", 1.000_001e-12, 1e-12).passed);
+        assert!(!Check::at_most("x", f64::NAN, 1e-12).passed);
+    }
+
+    #[test]
+    fn totals_of_runs_add_times_and_take_the_worst() {
+        let run = |collisions, rate, pairs| Totals {
+            collisions,
+            simulated_time: 2.0,
+            collisions_per_second: rate,
+            energy_drift: rate * 1e-20,
+            overlapping_pairs: pairs,
+            max_overlap: 0.0,
+        };
+        // 100 in 1 s and 100 in 4 s.
+        let totals = Totals::of(&[run(100, 100.0, 0), run(100, 25.0, 3)]);
+        assert_eq!(totals.collisions_per_second, 40.0);
+        assert_eq!((totals.collisions, totals.simulated_time, totals.overlapping_pairs), (200, 4.0, 3));
+        assert_eq!(totals.energy_drift, 100.0 * 1e-20);
+        assert!(totals.checks().iter().any(|check| !check.passed));
+        assert_eq!(Totals::of(&[]).collisions_per_second, 0.0);
+    }
+
+    #[test]
+    fn totals_stand_at_the_top_level_of_the_file() {
+        let summary = Summary {
+            title: "t".to_owned(),
+            note: String::new(),
+            totals: Totals { collisions: 7, ..Totals::default() },
+            checks: Vec::new(),
+            figures: vec![Figure::new("kT", 1.0, "energy").error(0.5).predicted(1.0, "equipartition")],
+            runs: Vec::new(),
+        };
+        let json = serde_json::to_value(&summary).unwrap();
+        assert_eq!(json["collisions"], 7);
+        assert_eq!(json["overlapping_pairs"], 0);
+        assert_eq!(json["figures"][0]["standard_error"], 0.5);
+        assert_eq!(summary.verdict(), Verdict::Passed);
+    }
+}

@@ -1,0 +1,116 @@
+//! The arrows between layers, read from the manifests: none runs the wrong way.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use toml::Table;
+
+use super::{Fault, crates, read};
+
+/// Each layer, and what it may import. Detection and response never meet.
+const ARROWS: [(&str, &[&str]); 6] = [
+    ("geometry", &[]),
+    ("kinematics", &["geometry"]),
+    ("detection", &["geometry", "kinematics"]),
+    ("response", &["geometry", "kinematics"]),
+    ("engine", &["geometry", "kinematics", "detection", "response"]),
+    ("observers", &["geometry", "kinematics", "detection", "response", "engine"]),
+];
+
+/// Arrows that run the wrong way, in all manifests.
+pub fn faults(root: &Path) -> Result<Vec<Fault>> {
+    let mut faults = Vec::new();
+    for name in crates(root)? {
+        let path = format!("crates/{name}/Cargo.toml");
+        let manifest: Table = read(&root.join(&path))?.parse().with_context(|| path.clone())?;
+        faults.extend(of_layer(&name, &manifest));
+    }
+    let facade: Table = read(&root.join("Cargo.toml"))?.parse().context("Cargo.toml")?;
+    let upwards = dependencies(&facade).into_iter().filter(|name| name == "xtask");
+    faults.extend(upwards.map(|name| format!("Cargo.toml: the facade must not import {name}")));
+    Ok(faults)
+}
+
+/// Arrows that run the wrong way, in the manifest of one layer.
+fn of_layer(name: &str, manifest: &Table) -> Vec<Fault> {
+    let path = format!("crates/{name}/Cargo.toml");
+    let Some((_, allowed)) = ARROWS.iter().find(|(layer, _)| *layer == name) else {
+        return vec![format!("{path}: this layer is not in the table of arrows (xtask/src/tidy/layers.rs)")];
+    };
+    let package =
+        manifest.get("package").and_then(|package| package.get("name")).and_then(|name| name.as_str());
+    let mut faults = Vec::new();
+    if package != Some(&format!("carom-{name}")) {
+        faults.push(format!("{path}: the package must be called carom-{name}"));
+    }
+    for dependency in dependencies(manifest) {
+        let wrong = match dependency.strip_prefix("carom-") {
+            Some(layer) => !allowed.contains(&layer),
+            None => dependency == "carom" || dependency == "xtask",
+        };
+        if wrong {
+            faults.push(format!("{path}: {name} must not import {dependency}"));
+        }
+    }
+    faults
+}
+
+/// Names of all packages that a manifest depends on: to run, to test, to build, on any system.
+fn dependencies(manifest: &Table) -> Vec<String> {
+    let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
+    let of = |table: &Table| -> Vec<String> {
+        let tables = kinds.iter().filter_map(|kind| table.get(*kind)?.as_table());
+        let entries = tables.flat_map(|table| table.iter());
+        // `alias = { package = "name" }` imports `name`.
+        let name = |(key, value): (&String, &toml::Value)| {
+            value.get("package").and_then(toml::Value::as_str).unwrap_or(key).to_owned()
+        };
+        entries.map(name).collect()
+    };
+    let systems = manifest.get("target").and_then(toml::Value::as_table);
+    let of_systems =
+        systems.into_iter().flat_map(Table::values).filter_map(toml::Value::as_table).flat_map(of);
+    of(manifest).into_iter().chain(of_systems).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn faults_of(name: &str, dependencies: &str) -> usize {
+        let text = format!("[package]\nname = \"carom-{name}\"\n{dependencies}");
+        of_layer(name, &text.parse().unwrap()).len()
+    }
+
+    #[test]
+    fn arrows_downwards_are_fine() {
+        assert_eq!(
+            faults_of("engine", "[dependencies]\ncarom-detection.workspace = true\nglam = \"0.33\"\n"),
+            0
+        );
+        assert_eq!(
+            faults_of("observers", "[dev-dependencies]\ncarom-engine = { path = \"../engine\" }\n"),
+            0
+        );
+    }
+
+    #[test]
+    fn arrows_upwards_and_sideways_are_faults() {
+        assert_eq!(faults_of("geometry", "[dependencies]\ncarom-kinematics.workspace = true\n"), 1);
+        assert_eq!(faults_of("detection", "[dependencies]\ncarom-response.workspace = true\n"), 1);
+        assert_eq!(faults_of("response", "[dev-dependencies]\ncarom-detection.workspace = true\n"), 1);
+        assert_eq!(faults_of("engine", "[build-dependencies]\ncarom-observers.workspace = true\n"), 1);
+        assert_eq!(
+            faults_of("engine", "[target.'cfg(unix)'.dependencies]\ncarom-observers.workspace = true\n"),
+            1
+        );
+        assert_eq!(faults_of("engine", "[dependencies]\nlook = { package = \"carom-observers\" }\n"), 1);
+        assert_eq!(faults_of("observers", "[dependencies]\ncarom.workspace = true\nxtask = \"0\"\n"), 2);
+    }
+
+    #[test]
+    fn unknown_layers_and_wrong_names_are_faults() {
+        assert_eq!(faults_of("plots", ""), 1);
+        assert_eq!(of_layer("engine", &"[package]\nname = \"engine\"\n".parse().unwrap()).len(), 1);
+    }
+}

@@ -1,0 +1,68 @@
+//! `cargo xtask tidy`: what the compiler does not check about the repository.
+
+mod commands;
+mod first_lines;
+mod layers;
+mod map;
+mod one_glam;
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use crate::{say, summary::Verdict};
+
+/// Something that is out of order, in words.
+type Fault = String;
+
+/// Runs all checks on the repository that the program was built from.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn run() -> Result<Verdict> {
+    let root =
+        Path::new(env!("CARGO_MANIFEST_DIR")).parent().context("the runners lie inside the repository")?;
+    let faults = faults(root)?;
+    for fault in &faults {
+        say(fault);
+    }
+    if faults.is_empty() {
+        say("tidy: layers, first lines, commands in the README, one glam, map of the crates");
+        Ok(Verdict::Passed)
+    } else {
+        say(&format!("tidy: {} faults", faults.len()));
+        Ok(Verdict::Failed)
+    }
+}
+
+/// All faults of a repository.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn faults(root: &Path) -> Result<Vec<Fault>> {
+    let mut faults = layers::faults(root)?;
+    faults.extend(first_lines::faults(root)?);
+    faults.extend(commands::faults(&read(&root.join("README.md"))?));
+    faults.extend(one_glam::faults(&read(&root.join("Cargo.lock"))?)?);
+    faults.extend(map::faults(root)?);
+    Ok(faults)
+}
+
+fn read(path: &Path) -> Result<String> {
+    std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))
+}
+
+/// Names of the folders in `crates`, each a layer, in alphabetical order.
+fn crates(root: &Path) -> Result<Vec<String>> {
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(root.join("crates")).context("cannot look into crates")? {
+        let path = entry?.path();
+        if path.join("Cargo.toml").is_file()
+            && let Some(name) = path.file_name()
+        {
+            names.push(name.to_string_lossy().into_owned());
+        }
+    }
+    names.sort();
+    Ok(names)
+}

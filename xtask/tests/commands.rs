@@ -1,0 +1,247 @@
+//! The commands as a user gives them: the smallest runs, folders that are not overwritten, input that is refused.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output},
+};
+
+use serde_json::Value;
+
+fn xtask(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_xtask")).args(arguments).output().expect("the program starts")
+}
+
+/// Exit code, and what was said to the terminal.
+fn outcome(arguments: &[&str]) -> (Option<i32>, String) {
+    let output = xtask(arguments);
+    let said = [output.stdout, output.stderr].concat();
+    (output.status.code(), String::from_utf8_lossy(&said).into_owned())
+}
+
+fn json(folder: &Path, name: &str) -> Value {
+    serde_json::from_str(&fs::read_to_string(folder.join(name)).unwrap()).unwrap()
+}
+
+/// All files of a folder and below that do not hold times of the clock, by their paths.
+fn data(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut files = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(&next).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.strip_prefix(folder).unwrap().display().to_string();
+            if path.is_dir() {
+                folders.push(path);
+            } else if !["manifest.json", "summary.json", "report.html"]
+                .iter()
+                .any(|clock| name.ends_with(clock))
+            {
+                files.push((name, fs::read(&path).unwrap()));
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+fn without_speed(mut summary: Value) -> Value {
+    summary.as_object_mut().unwrap().remove("collisions_per_second").expect("the speed is told");
+    summary
+}
+
+const SHORT: [&str; 6] = ["experiment", "brownian", "--from", "0.02", "--until", "0.05"];
+
+fn brownian(more: &[&str], out: &Path) -> (Option<i32>, String) {
+    outcome(&[&SHORT, more, &["--out", out.to_str().unwrap()]].concat())
+}
+
+#[test]
+fn the_same_run_twice_gives_the_same_bytes() {
+    let root = tempfile::tempdir().unwrap();
+    let [first, second] = ["first", "second"].map(|name| root.path().join(name));
+    for folder in [&first, &second] {
+        let (code, said) = brownian(&["--seed", "5"], folder);
+        assert_eq!(code, Some(0), "{said}");
+        assert!(said.contains("short run"), "{said}");
+    }
+    let files = data(&first);
+    assert!(files.iter().any(|(name, _)| name == "directions.csv"));
+    assert_eq!(files, data(&second));
+    let summary = json(&first, "summary.json");
+    assert_eq!(without_speed(summary.clone()), without_speed(json(&second, "summary.json")));
+    for name in [
+        "collisions",
+        "simulated_time",
+        "collisions_per_second",
+        "energy_drift",
+        "overlapping_pairs",
+        "max_overlap",
+    ] {
+        assert!(summary[name].is_number(), "{name}");
+    }
+    assert!(summary["collisions"].as_u64().unwrap() > 5000);
+    assert_eq!(json(&first, "manifest.json")["complete"], true);
+    let page = fs::read_to_string(first.join("report.html")).unwrap();
+    assert!(page.contains("<svg") && page.contains("prefers-color-scheme") && !page.contains("src=\"http"));
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let root = tempfile::tempdir().unwrap();
+    let [one, two] = ["1", "2"].map(|threads| {
+        let folder = root.path().join(threads);
+        let (code, said) = brownian(&["--replicas", "2", "--case", "control", "--threads", threads], &folder);
+        assert_eq!(code, Some(0), "{said}");
+        folder
+    });
+    let files = data(&one);
+    assert_eq!(files, data(&two));
+    let replica =
+        |index: u32| files.iter().find(|(name, _)| *name == format!("control-0.5-{index}/directions.csv"));
+    assert_ne!(replica(0).unwrap().1, replica(1).unwrap().1, "replicas differ");
+    let summary = json(&one, "summary.json");
+    assert_eq!(summary["runs"].as_array().unwrap().len(), 2);
+    assert_eq!(summary["simulated_time"], 0.1);
+    assert_eq!(without_speed(summary), without_speed(json(&two, "summary.json")));
+}
+
+#[test]
+fn an_existing_folder_is_refused_unless_forced() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("out");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("precious.txt"), "mine").unwrap();
+    let (code, said) = brownian(&[], &folder);
+    assert_eq!(code, Some(2));
+    assert!(said.contains("--force"), "{said}");
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "nothing was written");
+    let (code, said) = brownian(&["--force"], &folder);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(fs::read_to_string(folder.join("precious.txt")).unwrap(), "mine");
+}
+
+const SCENE: &str = "[box]\nseed = 3\n\n[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 40\n\n\
+                     [run]\nuntil = 0.5\nstandby = 0.1\nobserve = [\"energy\", \"collision-rate\", \"pressure\", \"overlap\"]\n\
+                     snapshots = \"extxyz\"\n";
+
+/// Runs a scene given as text, with more arguments, into `folder/out`.
+fn run(folder: &Path, scene: &str, more: &[&str]) -> (Option<i32>, String) {
+    let (file, out) = (folder.join("scene.toml"), folder.join("out"));
+    fs::write(&file, scene).unwrap();
+    outcome(&[&["run", file.to_str().unwrap(), "--out", out.to_str().unwrap()], more].concat())
+}
+
+#[test]
+fn a_scene_is_run_and_can_be_run_again_from_what_it_wrote() {
+    let root = tempfile::tempdir().unwrap();
+    let (code, said) = run(root.path(), SCENE, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    let out = root.path().join("out");
+    let frames = fs::read_to_string(out.join("trajectory.extxyz")).unwrap();
+    assert_eq!(frames.matches("Lattice=").count(), 6, "one at the start, five standbys");
+    assert_eq!(fs::read_to_string(out.join("energy.csv")).unwrap().lines().count(), 1 + 6);
+    assert_eq!(fs::read_to_string(out.join("collision-rate.csv")).unwrap().lines().count(), 1 + 5);
+
+    assert_eq!(fs::read_to_string(out.join("pressure.csv")).unwrap().lines().count(), 1 + 5);
+
+    let again = root.path().join("again");
+    let config = out.join("config.toml");
+    let (code, said) = outcome(&["run", config.to_str().unwrap(), "--out", again.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(data(&out), data(&again));
+}
+
+#[test]
+fn flags_and_set_override_the_file_and_are_written_back() {
+    let root = tempfile::tempdir().unwrap();
+    let more = ["--set", "gas.0.count=25", "--set", "box.sides=[2.0, 1.0]", "--seed", "9", "--until", "0.2"];
+    let (code, said) = run(root.path(), SCENE, &more);
+    assert_eq!(code, Some(0), "{said}");
+    let out = root.path().join("out");
+    let config: toml::Table = fs::read_to_string(out.join("config.toml")).unwrap().parse().unwrap();
+    assert_eq!(config["gas"][0]["count"].as_integer(), Some(25));
+    assert_eq!(config["box"]["sides"][0].as_float(), Some(2.0));
+    assert_eq!(config["box"]["seed"].as_integer(), Some(9));
+    assert_eq!(config["run"]["until"].as_float(), Some(0.2));
+    let bodies = &json(&out, "summary.json")["figures"][0];
+    assert_eq!((&bodies["name"], &bodies["value"]), (&Value::from("bodies"), &Value::from(25.0)));
+}
+
+#[test]
+fn input_that_makes_no_sense_is_refused_and_named() {
+    for (scene, more, said) in [
+        (SCENE.replace("mass = 1.0", "mass = -1.0"), &[][..], "gas[0]"),
+        (SCENE.replace("seed", "sead"), &[], "sead"),
+        (SCENE.replace("\"overlap\"", "\"colour\""), &[], "colour"),
+        (SCENE.replace("extxyz", "gsd"), &[], "gsd"),
+        (SCENE.to_owned(), &["--set", "gas.1.count=3"], "gas"),
+        (SCENE.to_owned(), &["--set", "gas.0.count=many"], "count"),
+        (SCENE.to_owned(), &["--set", "gas.0.count=-1"], "count"),
+        (SCENE.to_owned(), &["--until", "nan"], "run.until"),
+        (SCENE.to_owned(), &["--nonsense"], "--nonsense"),
+    ] {
+        let root = tempfile::tempdir().unwrap();
+        let (code, printed) = run(root.path(), &scene, more);
+        assert_eq!(code, Some(2), "{said}: {printed}");
+        assert!(printed.contains(said), "{said}: {printed}");
+        assert!(!root.path().join("out").exists(), "{said}: nothing is written");
+    }
+    for wrong in [
+        &["experiment", "brownian", "--case", "upside-down"][..],
+        &["experiment", "brownian", "--quick", "--paper"],
+        &["experiment", "brownian", "--replicas", "0"],
+        &["run", "no-such-scene.toml"],
+        &["fly"],
+    ] {
+        assert_eq!(outcome(wrong).0, Some(2), "{wrong:?}");
+    }
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("never");
+    let late = ["experiment", "brownian", "--from", "1", "--until", "0.5", "--out", out.to_str().unwrap()];
+    let (code, said) = outcome(&late);
+    assert_eq!((code, out.exists()), (Some(2), false), "{said}");
+    assert!(said.contains("--from"), "{said}");
+}
+
+#[test]
+fn a_run_that_breaks_off_is_a_failed_check_and_stays_incomplete() {
+    let root = tempfile::tempdir().unwrap();
+    // Two discs that meet head on, round and round; each contact doubles their speed, so no number holds it for long.
+    let scene = "[[molecule]]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.25, 0.5]\nvelocity = [1, 0]\n\
+                 [[molecule]]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.75, 0.5]\nvelocity = [-1, 0]\n\
+                 [elasticity]\ndefault = 2.0\n[run]\nuntil = 10.0\n";
+    let (code, said) = run(root.path(), scene, &[]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("too fast"), "{said}");
+    assert_eq!(json(&root.path().join("out"), "manifest.json")["complete"], false);
+}
+
+#[test]
+fn first_contacts_are_found() {
+    let root = tempfile::tempdir().unwrap();
+    let (cases, answers) = (root.path().join("cases.csv"), root.path().join("answers.csv"));
+    // Two discs of radius 1/2, three apart, closing at speed 1: they touch at t = 2.
+    fs::write(
+        &cases,
+        "class,id,xA,yA,vxA,vyA,thA,wA,atomsA,xB,yB,vxB,vyB,thB,wB,atomsB,window_end\n\
+         discs,1,0,0,0,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5,10\n",
+    )
+    .unwrap();
+    for detector in ["exact", "golden-secant", "bounding-circles"] {
+        let (code, said) = outcome(&[
+            "detect",
+            cases.to_str().unwrap(),
+            "--detector",
+            detector,
+            "--out",
+            answers.to_str().unwrap(),
+        ]);
+        assert_eq!(code, Some(0), "{said}");
+        let text = fs::read_to_string(&answers).unwrap();
+        let cells: Vec<&str> = text.lines().nth(1).unwrap().split(',').collect();
+        assert_eq!(cells[2], "contact", "{detector}: {text}");
+        assert!((cells[3].parse::<f64>().unwrap() - 2.0).abs() < 1e-12, "{detector}: {text}");
+    }
+    assert_eq!(outcome(&["detect", cases.to_str().unwrap(), "--detector", "guess", "--out", "x"]).0, Some(2));
+}
