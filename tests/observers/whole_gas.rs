@@ -172,8 +172,7 @@ fn overlaps_that_a_blind_detector_lets_happen_are_seen() {
     assert!((overlaps.deepest_length() - 0.05).abs() < 1e-14, "{}", overlaps.deepest_length());
 
     let mut overlaps = OverlapCheck::default();
-    let mut seeing: Simulation<Exact, Impact, Thesis> =
-        Simulation::with(&scene, Exact::default(), Impact, Fineness::default()).unwrap();
+    let mut seeing = Simulation::new(&scene).unwrap();
     observe(&mut seeing, &mut overlaps, 0.3, 6);
     assert_eq!((overlaps.checks(), overlaps.worst_pairs()), (6, 0));
     assert!(overlaps.deepest() < 1e-12);

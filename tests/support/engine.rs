@@ -63,7 +63,11 @@ pub fn scene(molecule: Vec<MoleculeSpec>) -> Scene {
 /// and locked, fixed discs, a fixed molecule.
 pub fn menagerie(seed: u64) -> Scene {
     let mut scene = scene(vec![
-        MoleculeSpec { angular_velocity: 3.0, velocity: [0.5, -0.25], ..named("tee", 0.02, 0.5, [0.25, 0.25]) },
+        MoleculeSpec {
+            angular_velocity: 3.0,
+            velocity: [0.5, -0.25],
+            ..named("tee", 0.02, 0.5, [0.25, 0.25])
+        },
         MoleculeSpec { rotation: Rotation::Locked, ..named("cross", 0.02, 0.5, [0.75, 0.25]) },
         MoleculeSpec { fixed: true, orientation: Some(0.3), ..named("dumbbell", 0.02, 1.0, [0.5, 0.75]) },
     ]);

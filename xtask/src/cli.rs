@@ -8,7 +8,7 @@ use clap::{Parser, Subcommand};
 use crate::{
     bench, brownian,
     detect::{self, Detector},
-    run, say,
+    experiment_encounters, run, say,
     summary::Verdict,
     tidy,
 };
@@ -45,6 +45,9 @@ pub enum Command {
     /// Time whole simulations
     #[command(subcommand)]
     Bench(bench::Bench),
+    /// Answer pairs on the standard input with parry: a part of the experiment `encounters`
+    #[command(hide = true, name = experiment_encounters::parry::COMMAND)]
+    ParryWorker,
     /// Check what the compiler does not: layers, first lines, the commands in the README
     Tidy,
 }
@@ -54,6 +57,8 @@ pub enum Command {
 pub enum Experiment {
     /// A T-shaped molecule in a dense gas, and from where it is kicked (Montanari 2017, chapter 3)
     Brownian(brownian::Options),
+    /// All detectors on all kinds of encounters: what accuracy costs, and inaccuracy misses
+    Encounters(experiment_encounters::Options),
 }
 
 impl Cli {
@@ -64,12 +69,14 @@ impl Cli {
     pub fn run(&self) -> Result<Verdict> {
         match &self.command {
             Command::Experiment(Experiment::Brownian(options)) => brownian::run(options),
+            Command::Experiment(Experiment::Encounters(options)) => experiment_encounters::run(options),
             Command::Run(options) => run::run(options),
             Command::Detect { cases, detector, out } => {
                 say(&detect::detect(cases, *detector, out)?.to_string());
                 Ok(Verdict::Passed)
             }
             Command::Bench(bench) => bench::run(bench),
+            Command::ParryWorker => experiment_encounters::parry::work().map(|()| Verdict::Passed),
             Command::Tidy => tidy::run(),
         }
     }

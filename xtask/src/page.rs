@@ -91,6 +91,20 @@ impl Page {
         self.body.push_str("</table></div>\n");
     }
 
+    /// A table of any columns; the first is text, the others numbers.
+    pub fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
+        let heads: String = header.iter().map(|name| format!("<th>{}</th>", escape(name))).collect();
+        let _ = writeln!(self.body, "<div class=\"wide\"><table>\n<tr>{heads}</tr>");
+        for row in rows {
+            let cells = row.iter().enumerate().map(|(column, cell)| {
+                let class = if column == 0 { "" } else { " class=\"number\"" };
+                format!("<td{class}>{}</td>", escape(cell))
+            });
+            let _ = writeln!(self.body, "<tr>{}</tr>", cells.collect::<String>());
+        }
+        self.body.push_str("</table></div>\n");
+    }
+
     /// Figures with their errors, predictions and sources.
     pub fn figures(&mut self, figures: &[Figure]) {
         self.body.push_str(
@@ -216,6 +230,7 @@ mod tests {
         page.figures(&[Figure::new(evil, 1.0, evil).predicted(1.0, evil)]);
         page.checks(&[Check::at_most(evil, 0.0, 0.0)]);
         page.pictures(Layout::Beside, &[("<svg></svg>", evil)]);
+        page.table(&[evil], &[vec![evil.to_owned()]]);
         page.links([evil]);
         let html = page.html();
         assert!(!html.contains("<script"), "{html}");

@@ -3,7 +3,7 @@
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
-use crate::{Answer, Contact, Detection, DiscBatch, LANES, Outcome, Touch, disc_contact};
+use crate::{Answer, Contact, Detection, Outcome, Touch, disc_contact};
 
 /// Each body taken for the circle that holds it: another model, not an approximation of contact times.
 ///
@@ -28,6 +28,11 @@ use crate::{Answer, Contact, Detection, DiscBatch, LANES, Outcome, Touch, disc_c
 pub struct BoundingCircles;
 
 impl Detection for BoundingCircles {
+    #[inline]
+    fn decides_discs_in_closed_form(&self) -> bool {
+        true
+    }
+
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
         let errors = (motion.separation_error, motion.velocity_error);
         let sigma = a.bounding_radius + b.bounding_radius;
@@ -36,9 +41,5 @@ impl Detection for BoundingCircles {
         let outcome =
             if time <= horizon && time.is_finite() { Outcome::Contact(contact) } else { Outcome::Free };
         Answer { outcome, evaluations: 1 }
-    }
-
-    fn disc_contacts(&self, batch: &DiscBatch, times: &mut [f64; LANES]) {
-        batch.contact_times(times);
     }
 }

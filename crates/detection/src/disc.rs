@@ -1,86 +1,9 @@
-//! Two discs in flight: the time of contact in closed form, alone or in lanes.
+//! Two discs in flight: the time of contact in closed form.
 
-use carom_kinematics::{HALF_ULP as U, RelativeMotion};
+use carom_kinematics::HALF_ULP as U;
 use glam::DVec2;
 
 use crate::error_bound::one_norm;
-
-/// How many discs a batch holds.
-pub const LANES: usize = 8;
-
-/// One disc against up to [`LANES`] others, as seen from it at a common time.
-#[derive(Debug, Clone, Copy)]
-pub struct DiscBatch {
-    /// Radius of the asking disc (length).
-    pub radius: f64,
-    /// How many lanes are in use.
-    pub count: usize,
-    /// Radii of the others (length).
-    pub radii: [f64; LANES],
-    /// Their places relative to the asking disc (length).
-    pub separation: [[f64; LANES]; 2],
-    /// Their velocities relative to the asking disc (length per time).
-    pub velocity: [[f64; LANES]; 2],
-    /// Bounds on the rounding of the places (length).
-    pub separation_error: [f64; LANES],
-    /// Velocities below these are not resolved (length per time).
-    pub velocity_error: [f64; LANES],
-}
-
-impl DiscBatch {
-    /// An empty batch for a disc of `radius` (length).
-    pub fn new(radius: f64) -> Self {
-        Self {
-            radius,
-            count: 0,
-            radii: [0.0; LANES],
-            separation: [[0.0; LANES]; 2],
-            velocity: [[0.0; LANES]; 2],
-            separation_error: [0.0; LANES],
-            velocity_error: [0.0; LANES],
-        }
-    }
-
-    /// Whether no lane is free.
-    pub fn is_full(&self) -> bool {
-        self.count == LANES
-    }
-
-    /// Adds a disc. The batch must not be full.
-    pub fn push(&mut self, radius: f64, motion: &RelativeMotion) {
-        let lane = self.count;
-        self.radii[lane] = radius;
-        self.separation[0][lane] = motion.separation.x;
-        self.separation[1][lane] = motion.separation.y;
-        self.velocity[0][lane] = motion.velocity.x;
-        self.velocity[1][lane] = motion.velocity.y;
-        self.separation_error[lane] = motion.separation_error;
-        self.velocity_error[lane] = motion.velocity_error;
-        self.count += 1;
-    }
-
-    /// The relative motion in one lane.
-    pub fn relative_motion(&self, lane: usize) -> RelativeMotion {
-        let vector = |parts: &[[f64; LANES]; 2]| DVec2::new(parts[0][lane], parts[1][lane]);
-        RelativeMotion {
-            separation_error: self.separation_error[lane],
-            velocity_error: self.velocity_error[lane],
-            ..RelativeMotion::exactly(vector(&self.separation), vector(&self.velocity))
-        }
-    }
-
-    /// The closed form in every lane.
-    pub fn contact_times(&self, times: &mut [f64; LANES]) {
-        *times = [f64::INFINITY; LANES];
-        for (lane, time) in times.iter_mut().enumerate().take(self.count) {
-            let separation = DVec2::new(self.separation[0][lane], self.separation[1][lane]);
-            let velocity = DVec2::new(self.velocity[0][lane], self.velocity[1][lane]);
-            let sigma = self.radius + self.radii[lane];
-            let errors = (self.separation_error[lane], self.velocity_error[lane]);
-            *time = disc_contact(separation, velocity, sigma, errors);
-        }
-    }
-}
 
 /// When two discs in flight first touch (time from now), infinite if never.
 ///

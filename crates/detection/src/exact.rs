@@ -67,7 +67,7 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Detection, DiscBatch, ErrorBound, LANES, Outcome, Window,
+    Answer, Detection, ErrorBound, Outcome, Window,
     atom_block::BlockSearch,
     atom_pair::PairOutcome,
     circle_descent::{Body, descend},
@@ -115,6 +115,11 @@ impl Default for Exact {
 }
 
 impl Detection for Exact {
+    #[inline]
+    fn decides_discs_in_closed_form(&self) -> bool {
+        true
+    }
+
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
         let horizon = horizon.min(f64::MAX);
         let Some(window) = skim(motion, a.bounding_radius + b.bounding_radius, horizon) else {
@@ -128,10 +133,6 @@ impl Detection for Exact {
             straight(a, b, &flight, &mut search);
         }
         search.answer()
-    }
-
-    fn disc_contacts(&self, batch: &DiscBatch, times: &mut [f64; LANES]) {
-        batch.contact_times(times);
     }
 }
 

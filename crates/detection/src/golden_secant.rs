@@ -183,7 +183,7 @@ impl GoldenSecant {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DiscBatch, LANES};
+    use crate::{DISC_LANES, DiscLanes};
     use carom_geometry::{Molecule, Shape};
     use carom_kinematics::Orientation;
     use glam::DVec2;
@@ -254,14 +254,12 @@ mod tests {
     }
 
     #[test]
-    fn a_batch_of_discs_is_searched_in_the_same_way() {
-        let mut batch = DiscBatch::new(0.5);
-        for lane in 0..LANES {
-            let offset = 0.3 * lane as f64;
-            batch.push(0.5, &RelativeMotion::exactly(DVec2::new(3.0, offset), DVec2::new(-1.0, 0.0)));
+    fn eight_discs_are_searched_in_the_same_way() {
+        let mut lanes = DiscLanes::empty(0.0, 0.0);
+        for lane in 0..DISC_LANES {
+            lanes.set(lane, DVec2::new(3.0, 0.3 * lane as f64), DVec2::new(-1.0, 0.0), 1.0);
         }
-        let mut times = [0.0; LANES];
-        GoldenSecant::default().disc_contacts(&batch, &mut times);
+        let times = GoldenSecant::default().disc_contacts(&lanes);
         for (lane, time) in times.into_iter().enumerate() {
             let answer = discs(DVec2::new(3.0, 0.3 * lane as f64), DVec2::new(-1.0, 0.0));
             assert_eq!(time, answer.outcome.contact().map_or(f64::INFINITY, |contact| contact.time));

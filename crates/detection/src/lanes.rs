@@ -1,6 +1,6 @@
 //! One disc against eight others at once: the closed form of the contact time, written for vector registers.
 
-use carom_kinematics::HALF_ULP as U;
+use carom_kinematics::{HALF_ULP as U, RelativeMotion};
 use glam::DVec2;
 
 use crate::disc_contact;
@@ -24,14 +24,63 @@ pub struct DiscLanes {
 }
 
 impl DiscLanes {
+    /// Eight empty lanes for a disc of `speed` |vx| + |vy| (length per time).
+    pub fn empty(separation_error: f64, speed: f64) -> Self {
+        Self {
+            separation: [[f64::NAN; DISC_LANES]; 2],
+            velocity: [[0.0; DISC_LANES]; 2],
+            contact_distance: [0.0; DISC_LANES],
+            separation_error,
+            speed,
+        }
+    }
+
+    /// Puts a disc into a lane.
+    pub fn set(&mut self, lane: usize, separation: DVec2, velocity: DVec2, contact_distance: f64) {
+        (self.separation[0][lane], self.separation[1][lane]) = (separation.x, separation.y);
+        (self.velocity[0][lane], self.velocity[1][lane]) = (velocity.x, velocity.y);
+        self.contact_distance[lane] = contact_distance;
+    }
+
+    /// The relative motion in a lane, if there is a disc in it.
+    pub fn relative_motion(&self, lane: usize) -> Option<RelativeMotion> {
+        let separation = DVec2::new(self.separation[0][lane], self.separation[1][lane]);
+        let velocity = DVec2::new(self.velocity[0][lane], self.velocity[1][lane]);
+        let motion = RelativeMotion {
+            separation_error: self.separation_error,
+            velocity_error: self.velocity_error(lane),
+            ..RelativeMotion::exactly(separation, velocity)
+        };
+        (!separation.is_nan()).then_some(motion)
+    }
+
+    /// What of the velocities is not resolved: the other disc is no faster than the asking one and the relative
+    /// velocity together.
+    fn velocity_error(&self, lane: usize) -> f64 {
+        2.0 * U * (2.0 * self.speed + (self.velocity[0][lane].abs() + self.velocity[1][lane].abs()))
+    }
+
     /// When each disc is first touched (time from now), infinite for never.
     ///
-    /// The same numbers as [`disc_contact`](crate::disc_contact), operation by operation, whatever the width of
-    /// the registers. Of the velocities' resolution only a bound is known here: the other disc is no faster than
-    /// the asking one and the relative velocity together.
+    /// The same numbers as [`disc_contact`], operation by operation, whatever the width of the registers.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "it must be compiled with the vector instructions of its caller")]
+    #[expect(
+        clippy::inline_always,
+        reason = "it must be compiled with the vector instructions of its caller"
+    )]
     pub fn contact_times(&self) -> [f64; DISC_LANES] {
+        let (times, in_contact) = self.closed_form();
+        if in_contact { self.decided_times() } else { times }
+    }
+
+    /// The closed form, and whether some pair touches to rounding, or overlaps, while it seems to close. For such a
+    /// pair, which is rare, [`Self::decided_times`] is to be asked instead.
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "it must be compiled with the vector instructions of its caller"
+    )]
+    pub fn closed_form(&self) -> ([f64; DISC_LANES], bool) {
         let mut times = [f64::INFINITY; DISC_LANES];
         let mut in_contact = false;
         for (lane, time) in times.iter_mut().enumerate() {
@@ -47,21 +96,21 @@ impl DiscLanes {
             in_contact |= closes & (c <= 4.0 * sigma * (self.separation_error + 8.0 * U * sigma));
             *time = if closes { c / (root - b) } else { f64::INFINITY };
         }
-        if in_contact {
-            self.decide_contacts(&mut times);
-        }
-        times
+        (times, in_contact)
     }
 
-    /// Decides about pairs that touch to rounding, or overlap, while they seem to close: rare, hence apart.
+    /// The same, with the decision of [`disc_contact`] about pairs that touch or overlap.
     #[cold]
-    fn decide_contacts(&self, times: &mut [f64; DISC_LANES]) {
+    #[inline(never)]
+    pub fn decided_times(&self) -> [f64; DISC_LANES] {
+        let mut times = [f64::INFINITY; DISC_LANES];
         for (lane, time) in times.iter_mut().enumerate() {
             let d = DVec2::new(self.separation[0][lane], self.separation[1][lane]);
             let v = DVec2::new(self.velocity[0][lane], self.velocity[1][lane]);
-            let resolved = 2.0 * U * (2.0 * self.speed + (v.x.abs() + v.y.abs()));
-            *time = disc_contact(d, v, self.contact_distance[lane], (self.separation_error, resolved));
+            let errors = (self.separation_error, self.velocity_error(lane));
+            *time = disc_contact(d, v, self.contact_distance[lane], errors);
         }
+        times
     }
 
     /// When each disc enters the circle of the sum of the radii (time from now): 0 if it is inside, infinite if
@@ -91,5 +140,35 @@ impl DiscLanes {
             *time = if inside { 0.0 } else { later };
         }
         times
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn every_lane_holds_the_number_of_the_pair_alone(
+            discs in prop::collection::vec((-2.0..2.0f64, -2.0..2.0f64, -1.0..1.0f64, -1.0..1.0f64, 0.1..1.0f64), 1..9),
+            touching in any::<bool>(),
+        ) {
+            let mut lanes = DiscLanes::empty(1e-16, 1.5);
+            for (lane, &(x, y, vx, vy, sigma)) in discs.iter().enumerate() {
+                let d = DVec2::new(x, y);
+                // Some exactly at contact: there the rounding decides.
+                let sigma = if touching && lane % 2 == 0 { d.length() } else { sigma };
+                lanes.set(lane, d, DVec2::new(vx, vy), sigma);
+            }
+            let times = lanes.contact_times();
+            for (lane, &time) in times.iter().enumerate() {
+                let alone = lanes.relative_motion(lane).map_or(f64::INFINITY, |motion| {
+                    let errors = (motion.separation_error, motion.velocity_error);
+                    disc_contact(motion.separation, motion.velocity, lanes.contact_distance[lane], errors)
+                });
+                prop_assert_eq!(time.to_bits(), alone.to_bits(), "lane {}", lane);
+            }
+        }
     }
 }

@@ -50,7 +50,7 @@ mod squared_gap;
 pub mod tolerance;
 
 pub use bounding_circles::BoundingCircles;
-pub use disc::{DiscBatch, LANES, disc_contact};
+pub use disc::disc_contact;
 pub use error_bound::ErrorBound;
 pub use exact::Exact;
 pub use fixed_step::{FixedStep, natural_time};
@@ -75,19 +75,26 @@ pub trait Detection {
     /// alone while it parts.
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer;
 
-    /// The same for one disc against a batch of discs: the time of each contact, infinite for none.
+    /// Whether pairs of discs are decided by the closed form of [`disc_contact`]: then a scheduler may compute it itself,
+    /// in lanes, where it would have called [`Self::disc_contacts`].
+    #[inline]
+    fn decides_discs_in_closed_form(&self) -> bool {
+        false
+    }
+
+    /// The same for one disc against eight others: the time of each contact, infinite for none.
     ///
     /// Times may lie beyond any horizon; the caller drops what it cannot use.
-    fn disc_contacts(&self, batch: &DiscBatch, times: &mut [f64; LANES]) {
-        *times = [f64::INFINITY; LANES];
-        let disc = |radius| Atom::new(DVec2::ZERO, radius, 1.0);
-        for (lane, time) in times.iter_mut().enumerate().take(batch.count) {
-            let motion = batch.relative_motion(lane);
-            let (Ok(a), Ok(b)) = (disc(batch.radius), disc(batch.radii[lane])) else { continue };
-            let answer = self.first_contact(a.outline(), b.outline(), &motion, f64::MAX);
-            if let Outcome::Contact(contact) = answer.outcome {
-                *time = contact.time;
-            }
+    fn disc_contacts(&self, lanes: &DiscLanes) -> [f64; DISC_LANES] {
+        if self.decides_discs_in_closed_form() {
+            return lanes.contact_times();
         }
+        std::array::from_fn(|lane| {
+            // What counts is the sum of the two radii: two discs of half of it each.
+            let disc = Atom::new(DVec2::ZERO, 0.5 * lanes.contact_distance[lane], 1.0);
+            let (Some(motion), Ok(disc)) = (lanes.relative_motion(lane), disc) else { return f64::INFINITY };
+            let answer = self.first_contact(disc.outline(), disc.outline(), &motion, f64::MAX);
+            answer.outcome.contact().map_or(f64::INFINITY, |contact| contact.time)
+        })
     }
 }

@@ -9,8 +9,8 @@ use carom_response::{Impact, Response};
 use glam::DVec2;
 
 use crate::{
-    AtomSpec, Body, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError, Scheduler,
-    Simulation, TagNames, Tags, Thesis, World,
+    AtomSpec, Body, Cells, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError,
+    Scheduler, Simulation, TagNames, Tags, World,
     overlap::rounding_bound,
     placement::{self, Sites},
     simulation::{AtOnce, Epoch},
@@ -22,7 +22,7 @@ impl Simulation {
     /// # Errors
     /// [`SceneError`], which names the entry, if the scene cannot be built.
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
-        Self::with(scene, Exact::default(), Impact, <Thesis as Scheduler>::Options::default())
+        Self::with(scene, Exact::default(), Impact, <Cells as Scheduler>::Options::default())
     }
 }
 

@@ -117,8 +117,8 @@ pub enum EditError {
     /// A body of zero energy has no direction to keep, so no energy can be given to it.
     #[error("the energy of body {0:?} cannot be reset: it has none, hence no direction of motion")]
     NoEnergy(BodyKey),
-    /// An energy that is negative, NaN or infinite.
-    #[error("an energy must be positive and finite, but is {0}")]
+    /// An energy that is not positive, NaN or infinite, or so large that speeds are beyond computing with.
+    #[error("an energy must be positive and give no speed above 1e60, but is {0}")]
     Energy(f64),
     /// The body is fixed and takes no energy and no rotation mode.
     #[error("body {0:?} is fixed")]

@@ -117,6 +117,19 @@ impl Grid {
         }
     }
 
+    /// Memory kept on the heap (bytes).
+    pub fn heap_bytes(&self) -> usize {
+        let spilled: usize = self
+            .cells
+            .iter()
+            .filter(|cell| cell.spilled())
+            .map(|cell| cell.capacity() * size_of::<u32>())
+            .sum();
+        self.cells.capacity() * size_of::<SmallVec<[u32; 6]>>()
+            + self.place.capacity() * size_of::<[i32; 2]>()
+            + spilled
+    }
+
     /// The cell of a body, as column and row.
     pub fn place(&self, body: u32) -> [i32; 2] {
         self.place[body as usize]

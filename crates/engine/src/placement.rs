@@ -35,6 +35,9 @@ pub fn random_stream(seed: u64, replica: u64, purpose: Purpose) -> Pcg64 {
 /// Molecules nearer than this to touching (relative to their size) are not placed: nothing starts in contact.
 const ROOM: f64 = 1e-9;
 
+/// The most molecules of one kind: beyond lies no memory, and soon the range of the numbers that count them.
+const MOST_MOLECULES: usize = 1 << 27;
+
 /// One kind of molecule to be placed.
 struct Species<'a> {
     entry: String,
@@ -69,8 +72,10 @@ pub(crate) fn fill(world: &mut World, names: &mut TagNames, scene: &Scene) -> Re
         let largest = species[first].molecule.bounding_radius();
         let mut placed = Ok(0);
         for share in [0.5, 0.75, 1.0] {
-            let alike =
-                rest.iter().take_while(|&&k| species[k].molecule.bounding_radius() >= share * largest).count();
+            let alike = rest
+                .iter()
+                .take_while(|&&k| species[k].molecule.bounding_radius() >= share * largest)
+                .count();
             let random = &mut places.clone();
             placed = place_class(world, &mut sites, &mut species, &rest[..alike], random).map(|()| alike);
             if placed.is_ok() {
@@ -115,6 +120,9 @@ impl<'a> Species<'a> {
             (Some(_), None) => return Err(problem("`area_fraction` must be at least 0 and below 1")),
             _ => return Err(problem("give either `area_fraction` or `count`")),
         };
+        if count > MOST_MOLECULES {
+            return Err(problem("more than 2^27 molecules of one kind are taken for a slip of the pen"));
+        }
         Ok(Self {
             entry,
             spec,
@@ -241,7 +249,13 @@ impl Lattice {
             if rows > 2 { 2.0 * step.y } else { sides.y },
         ];
         let nearest = nearest.into_iter().fold(f64::INFINITY, f64::min);
-        (nearest >= touching).then(|| Self { columns, rows, step, origin, slack: 0.5 * (nearest - touching) })
+        (nearest >= touching).then_some(Self {
+            columns,
+            rows,
+            step,
+            origin,
+            slack: 0.5 * (nearest - touching),
+        })
     }
 
     fn capacity(&self) -> usize {
@@ -298,11 +312,15 @@ fn remove_drift(velocities: &mut [DVec2]) {
     let energy = |list: &[DVec2]| list.iter().map(|v| v.length_squared()).sum::<f64>();
     let before = energy(velocities);
     let drift = velocities.iter().sum::<DVec2>() / velocities.len().max(1) as f64;
-    velocities.iter_mut().for_each(|v| *v -= drift);
+    for velocity in velocities.iter_mut() {
+        *velocity -= drift;
+    }
     let after = energy(velocities);
     if after > 0.0 {
         let scale = (before / after).sqrt();
-        velocities.iter_mut().for_each(|v| *v *= scale);
+        for velocity in velocities.iter_mut() {
+            *velocity *= scale;
+        }
     }
 }
 

@@ -213,6 +213,9 @@ impl Scene {
     }
 
     /// The scene as the text of a scene file.
+    ///
+    /// # Panics
+    /// Never: a scene is plain data.
     pub fn to_toml(&self) -> String {
         toml::to_string_pretty(self).expect("a scene is plain data, which TOML can always hold")
     }

@@ -2,7 +2,7 @@
 
 use carom_detection::{Detection, Touch};
 use carom_geometry::Molecule;
-use carom_kinematics::Motion;
+use carom_kinematics::{HALF_ULP, Motion};
 
 use crate::{GridError, SchedulerCounters, World};
 
@@ -50,6 +50,12 @@ impl From<Touch> for Parts {
     }
 }
 
+/// Bound on the rounding of the separation of two bodies within an epoch (length): it is (x − x') + (v − v') t + image,
+/// and each of these is at most two sides long.
+pub(crate) fn separation_error(world: &World) -> f64 {
+    HALF_ULP * 16.0 * world.bounds().sides().element_sum()
+}
+
 /// Finds the soonest contact, again and again, and keeps the motions while an epoch runs.
 ///
 /// The engine promises: an epoch is begun before anything else and after every edit; after a contact the
@@ -92,6 +98,9 @@ pub trait Scheduler: Sized {
 
     /// Writes the present motions, and the boxes left behind, into the world.
     fn store(&self, world: &mut World);
+
+    /// Memory kept on the heap (bytes).
+    fn heap_bytes(&self) -> usize;
 
     /// What was done so far.
     fn counters(&self) -> SchedulerCounters;

@@ -8,12 +8,16 @@ use carom_response::{ContactFrame, Impact, Response, struck};
 use glam::DVec2;
 
 use crate::{
-    Body, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts, RunError,
-    Scheduler, Side, TagNames, Thesis, View, World,
+    Body, Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts, RunError,
+    Scheduler, Side, TagNames, View, World,
 };
 
 /// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose digits.
 const TURNS_PER_EPOCH: f64 = 64.0;
+
+/// An epoch older than this many stretches of a body that has become so much faster ends with the contact that made it so:
+/// at such a speed, the rounding of the time itself would be too coarse. Larger: places lose digits. Smaller: more epochs.
+const STALE_STRETCHES: f64 = 4.0;
 
 /// Contacts of one body at one instant after which a run counts as stalled. A body hit from all sides at once
 /// needs a few; a fully inelastic pile needs more and more.
@@ -24,7 +28,7 @@ const MOST_CONTACTS_AT_ONCE: u32 = 1000;
 /// Generic over its seams: how contacts are found (`D`), what they change (`R`), and how events are ordered
 /// (`S`). See the [crate] for an example.
 #[derive(Debug, Clone)]
-pub struct Simulation<D = Exact, R = Impact, S: Scheduler = Thesis> {
+pub struct Simulation<D = Exact, R = Impact, S: Scheduler = Cells> {
     pub(crate) world: World,
     pub(crate) detection: D,
     pub(crate) response: R,
@@ -68,6 +72,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// The present time.
     pub fn time(&self) -> Instant {
         self.world.epoch.after(self.offset)
+    }
+
+    /// Memory kept for the bodies and their events (bytes), shapes that they share not included.
+    pub fn heap_bytes(&self) -> usize {
+        self.world.heap_bytes() + self.scheduler.heap_bytes()
     }
 
     /// All bodies at the present time.
@@ -135,7 +144,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             match self.advance_in_epoch(until, most, &mut contacts, observer) {
                 Ok(true) => break Ok(()),
                 Ok(false) => {}
-                Err(error) => break Err(error),
+                Err(error) => {
+                    // Its contact has left the calendar: predicted anew, it is there again for whoever goes on.
+                    self.end_epoch(self.offset);
+                    break Err(error);
+                }
             }
         };
         self.stand_by();
@@ -187,18 +200,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let motions = &self.world.motions;
         let fastest_squared = motions.iter().map(|m| m.velocity.length_squared()).fold(0.0, f64::max);
         let fastest_spin = motions.iter().map(|m| m.angular_velocity.abs()).fold(0.0, f64::max);
-        let limit = self.stretch(fastest_squared, fastest_spin);
+        let limit = stretch(&self.world, fastest_squared, fastest_spin);
         let moving = self.world.bodies.iter().filter(|body| !body.is_fixed()).count() as u64;
         let contacts_left = (S::CONTACTS_PER_EPOCH * moving).div_ceil(2).max(1);
         self.epoch = Epoch::Running { limit, contacts_left, fastest_squared, fastest_spin };
         self.counters.epochs += 1;
         self.scheduler.begin_epoch(&self.world, &self.detection, limit);
-    }
-
-    /// How long a body of this speed and spin may fly before its place or angle has used up digits (time).
-    fn stretch(&self, speed_squared: f64, spin: f64) -> f64 {
-        let side = self.world.bounds.sides().min_element();
-        (side / speed_squared.sqrt()).min(TURNS_PER_EPOCH * std::f64::consts::TAU / spin)
     }
 
     /// Brings all bodies to `offset` and makes it the start of the next epoch.
@@ -225,8 +232,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if image != [0, 0] {
             d += self.world.bounds.shift(image);
         }
-        // Centres that coincide have no normal; no scene begins like that, and none can come to it.
-        let frame = ContactFrame { normal: d.try_normalize().unwrap_or(DVec2::X), arms };
+        let frame = ContactFrame { line_of_centres: d, arms };
         let elasticity = self.elasticity.between(body_a, body_b);
         let (inertia_a, inertia_b) = (&body_a.inertia, &body_b.inertia);
         let impulse =
@@ -235,6 +241,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             struck(&before[0], inertia_a, arms[0], -impulse),
             struck(&before[1], inertia_b, arms[1], impulse),
         ];
+        self.epoch.accept(&self.world, bodies, &after)?;
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from(inertia_a.is_fixed() || inertia_b.is_fixed());
         if elasticity.coefficient() != 1.0 {
@@ -252,59 +259,28 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 before: before[n],
                 after: after[n],
             };
+            let normal = frame.normal();
             observer.collision(&CollisionReport {
                 time: self.world.epoch.after(time),
                 sides: [side(0, body_a), side(1, body_b)],
-                point: before[0].position + (arms[0] + radius * frame.normal),
-                normal: frame.normal,
+                point: before[0].position + (arms[0] + radius * normal),
+                normal,
                 impulse,
                 image,
             });
         }
-        self.after_contact(bodies, after)
+        self.after_contact(bodies, after);
+        Ok(())
     }
 
-    fn after_contact(&mut self, bodies: [u32; 2], after: [Motion; 2]) -> Result<(), RunError> {
-        let now = after[0].time;
-        let Epoch::Running { limit, contacts_left, fastest_squared, fastest_spin } = &mut self.epoch else {
-            return Ok(());
-        };
+    fn after_contact(&mut self, bodies: [u32; 2], after: [Motion; 2]) {
+        let Epoch::Running { contacts_left, .. } = &mut self.epoch else { return };
         *contacts_left -= 1;
         let ended = *contacts_left == 0;
-        let speed_squared = after[0].velocity.length_squared().max(after[1].velocity.length_squared());
-        let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());
-        // Written so that NaN counts as too fast.
-        if !(speed_squared <= *fastest_squared && spin <= *fastest_spin) {
-            (*fastest_squared, *fastest_spin) = (fastest_squared.max(speed_squared), fastest_spin.max(spin));
-            let (limit, speed_squared, spin) = (*limit, *fastest_squared, *fastest_spin);
-            self.shorten_epoch(limit.min(now + self.stretch(speed_squared, spin)));
-            self.refuse_blow_up(bodies, &after)?;
-        }
         self.scheduler.motions_changed(&self.world, &self.detection, bodies, after);
         if ended {
-            self.end_epoch(now);
+            self.end_epoch(after[0].time);
         }
-        Ok(())
-    }
-
-    fn shorten_epoch(&mut self, shorter: f64) {
-        if let Epoch::Running { limit, .. } = &mut self.epoch {
-            *limit = shorter;
-        }
-    }
-
-    #[cold]
-    fn refuse_blow_up(&self, bodies: [u32; 2], after: &[Motion; 2]) -> Result<(), RunError> {
-        for (body, motion) in bodies.into_iter().zip(after) {
-            let body = &self.world.bodies[body as usize];
-            let rim = motion.angular_velocity.abs() * body.molecule.bounding_radius();
-            let speed = motion.velocity.length() + rim;
-            if !(speed <= carom_geometry::LARGEST && motion.angular_velocity.is_finite()) {
-                let time = self.world.epoch.after(motion.time);
-                return Err(RunError::BlowUp { time, body: body.key, speed });
-            }
-        }
-        Ok(())
     }
 
     /// Bounds the contacts of one body at one instant.
@@ -332,6 +308,48 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         Ok(())
     }
+}
+
+impl Epoch {
+    /// Shortens the epoch if one of two bodies is now faster than any was before, and refuses what is too fast.
+    fn accept(&mut self, world: &World, bodies: [u32; 2], after: &[Motion; 2]) -> Result<(), RunError> {
+        let Self::Running { limit, contacts_left, fastest_squared, fastest_spin } = self else {
+            return Ok(());
+        };
+        let now = after[0].time;
+        let speed_squared = after[0].velocity.length_squared().max(after[1].velocity.length_squared());
+        let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());
+        // Written so that NaN counts as too fast.
+        if !(speed_squared <= *fastest_squared && spin <= *fastest_spin) {
+            (*fastest_squared, *fastest_spin) = (fastest_squared.max(speed_squared), fastest_spin.max(spin));
+            let stretch = stretch(world, *fastest_squared, *fastest_spin);
+            *limit = limit.min(now + stretch);
+            if now > STALE_STRETCHES * stretch {
+                *contacts_left = 1;
+            }
+            refuse_blow_up(world, bodies, after)?;
+        }
+        Ok(())
+    }
+}
+
+/// How long a body of this speed and spin may fly before its place or angle has used up digits (time).
+fn stretch(world: &World, speed_squared: f64, spin: f64) -> f64 {
+    let side = world.bounds.sides().min_element();
+    (side / speed_squared.sqrt()).min(TURNS_PER_EPOCH * std::f64::consts::TAU / spin)
+}
+
+#[cold]
+fn refuse_blow_up(world: &World, bodies: [u32; 2], after: &[Motion; 2]) -> Result<(), RunError> {
+    for (body, motion) in bodies.into_iter().zip(after) {
+        let body = &world.bodies[body as usize];
+        let rim = motion.angular_velocity.abs() * body.molecule.bounding_radius();
+        let speed = motion.velocity.length() + rim;
+        if !(speed <= carom_geometry::LARGEST && motion.angular_velocity.is_finite()) {
+            return Err(RunError::BlowUp { time: world.epoch.after(motion.time), body: body.key, speed });
+        }
+    }
+    Ok(())
 }
 
 /// Arm from the centre of mass to an atom's centre (length).

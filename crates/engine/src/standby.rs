@@ -2,6 +2,7 @@
 //! that instant on.
 
 use carom_detection::Detection;
+use carom_geometry::LARGEST;
 use carom_kinematics::{Motion, kinetic_energy};
 use carom_response::Response;
 
@@ -11,7 +12,7 @@ use crate::{
     build::{add_molecule, inertia},
     overlap::rounding_bound,
     placement::Sites,
-    simulation::AtOnce,
+    simulation::{AtOnce, Epoch},
 };
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
@@ -22,8 +23,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// nothing has been changed then.
     pub fn add(&mut self, spec: &MoleculeSpec) -> Result<BodyKey, EditError> {
         let entry = "the molecule added";
-        self.end_epoch(self.offset);
-        let mut world = self.world.clone();
+        let mut world = self.world_from_now();
         let mut names = self.names.clone();
         let key = add_molecule(&mut world, &mut names, spec, entry)?;
         let new = world.bodies.len() - 1;
@@ -48,8 +48,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// [`EditError::NoSuchBody`].
     pub fn remove(&mut self, key: BodyKey) -> Result<(), EditError> {
         self.index(key)?;
-        self.end_epoch(self.offset);
-        let mut world = self.world.clone();
+        let mut world = self.world_from_now();
         world.remove(key);
         self.accept(world, self.names.clone())
     }
@@ -99,22 +98,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// [`EditError::NoEnergy`] if the body is at rest and has no direction, [`EditError::Energy`] if `energy` is
-    /// not positive and finite, [`EditError::Fixed`], [`EditError::NoSuchBody`].
+    /// not positive and finite or makes it faster than 10⁶⁰, [`EditError::Fixed`], [`EditError::NoSuchBody`].
     #[doc(alias = "thermostat")]
     pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
-        let index = self.index(key)?;
-        if !(energy.is_finite() && energy > 0.0) {
-            return Err(EditError::Energy(energy));
-        }
-        let inertia = self.world.bodies[index].inertia;
-        if inertia.is_fixed() {
-            return Err(EditError::Fixed(key));
-        }
-        let present = kinetic_energy(&self.world.motions[index], &inertia);
-        let factor = (energy / present).sqrt();
-        if !factor.is_finite() || factor == 0.0 {
-            return Err(EditError::NoEnergy(key));
-        }
+        let (index, factor) = self.energy_factor(key, energy)?;
         self.change(index, |motion| {
             motion.velocity *= factor;
             motion.angular_velocity *= factor;
@@ -129,14 +116,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     pub fn reset_energy_of_all(&mut self, tag: Tag, energy: f64) -> Result<(), EditError> {
         let keys: Vec<BodyKey> = self.view().tagged(tag).map(|view| view.body.key()).collect();
         for &key in &keys {
-            let index = self.index(key)?;
-            let body = &self.world.bodies[index];
-            if body.is_fixed() {
-                return Err(EditError::Fixed(key));
-            }
-            if kinetic_energy(&self.world.motions[index], &body.inertia) == 0.0 {
-                return Err(EditError::NoEnergy(key));
-            }
+            self.energy_factor(key, energy)?;
         }
         keys.into_iter().try_for_each(|key| self.reset_energy(key, energy))
     }
@@ -185,6 +165,26 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.world.index(key).ok_or(EditError::NoSuchBody(key))
     }
 
+    /// By what to multiply a body's velocity and spin to give it this energy, and its index.
+    fn energy_factor(&self, key: BodyKey, energy: f64) -> Result<(usize, f64), EditError> {
+        let index = self.index(key)?;
+        if !(energy.is_finite() && energy > 0.0) {
+            return Err(EditError::Energy(energy));
+        }
+        let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
+        if body.is_fixed() {
+            return Err(EditError::Fixed(key));
+        }
+        let factor = (energy / kinetic_energy(motion, &body.inertia)).sqrt();
+        if !factor.is_finite() || factor == 0.0 {
+            return Err(EditError::NoEnergy(key));
+        }
+        if factor * motion.velocity.length().max(motion.angular_velocity.abs()) > LARGEST {
+            return Err(EditError::Energy(energy));
+        }
+        Ok((index, factor))
+    }
+
     /// Changes the motion of one body now, and books the energy.
     fn change(&mut self, index: usize, change: impl FnOnce(&mut Motion)) {
         self.end_epoch(self.offset);
@@ -194,13 +194,20 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.ledger.put_in += kinetic_energy(&self.world.motions[index], &inertia) - before;
     }
 
-    /// Takes over an edited world, if elasticity and grid suit it.
+    /// The world with an epoch that starts now, to be edited: a refused edit leaves every bit of the true one alone.
+    fn world_from_now(&self) -> World {
+        let mut world = self.world.clone();
+        world.rebase(self.offset);
+        world
+    }
+
+    /// Takes over an edited world whose epoch starts now, if elasticity and grid suit it.
     fn accept(&mut self, mut world: World, names: TagNames) -> Result<(), EditError> {
         let mut elasticity = self.elasticity.clone();
         elasticity.classify(&mut world)?;
         let scheduler = S::new(&self.scheduler_options, &world).map_err(SceneError::from)?;
         self.ledger.put_in += world.energy() - self.world.energy();
-        self.at_once = AtOnce::default();
+        (self.offset, self.epoch, self.at_once) = (0.0, Epoch::ToBegin, AtOnce::default());
         (self.world, self.names, self.elasticity, self.scheduler) = (world, names, elasticity, scheduler);
         Ok(())
     }

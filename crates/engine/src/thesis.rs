@@ -16,12 +16,15 @@
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
-use carom_detection::{Detection, DiscBatch, LANES, Outcome};
+use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome};
 use carom_kinematics::{Motion, RelativeMotion};
+
+use smallvec::SmallVec;
 
 use crate::{
     ContactEvent, Fineness, GridError, Parts, Scheduler, SchedulerCounters, World,
     grid::{Grid, Step},
+    scheduler::separation_error,
 };
 
 /// The thesis's scheduler.
@@ -211,6 +214,14 @@ impl Scheduler for Thesis {
         }
     }
 
+    fn heap_bytes(&self) -> usize {
+        self.grid.heap_bytes()
+            + self.heap.capacity() * size_of::<Entry>()
+            + self.motions.capacity() * size_of::<Motion>()
+            + self.windings.capacity() * size_of::<[i64; 2]>()
+            + self.versions.capacity() * size_of::<u32>()
+    }
+
     fn counters(&self) -> SchedulerCounters {
         self.done
     }
@@ -260,8 +271,10 @@ impl Thesis {
             }
             return;
         }
-        let mut batch = DiscBatch::new(shape.bounding_radius());
-        let mut lanes = [(0, [0; 2]); LANES];
+        let speed = self.motions[body as usize].velocity.abs().element_sum();
+        let radius = shape.bounding_radius();
+        let empty = DiscLanes::empty(separation_error(world), speed);
+        let (mut lanes, mut partners) = (empty, SmallVec::<[(u32, [i32; 2]); DISC_LANES]>::new());
         for &(other, image) in &asked.0 {
             let partner = &world.bodies()[other as usize].molecule;
             if !partner.is_disc() {
@@ -269,33 +282,31 @@ impl Thesis {
                 continue;
             }
             let relative = self.relative_motion(world, [body, other], image, now);
-            lanes[batch.count] = (other, image);
-            batch.push(partner.bounding_radius(), &relative);
-            if batch.is_full() {
-                self.predict_batch(world, detection, body, &batch, &lanes, now);
-                batch.count = 0;
+            let sigma = radius + partner.bounding_radius();
+            lanes.set(partners.len(), relative.separation, relative.velocity, sigma);
+            partners.push((other, image));
+            if partners.len() == DISC_LANES {
+                self.predict_discs(detection, body, &lanes, &partners, now);
+                lanes = empty;
+                partners.clear();
             }
         }
-        self.predict_batch(world, detection, body, &batch, &lanes, now);
+        self.predict_discs(detection, body, &lanes, &partners, now);
     }
 
-    fn predict_batch<D: Detection>(
+    fn predict_discs<D: Detection>(
         &mut self,
-        world: &World,
         detection: &D,
         body: u32,
-        batch: &DiscBatch,
-        lanes: &[(u32, [i32; 2]); LANES],
+        lanes: &DiscLanes,
+        partners: &[(u32, [i32; 2])],
         now: f64,
     ) {
-        let mut times = [f64::INFINITY; LANES];
-        detection.disc_contacts(batch, &mut times);
-        self.done.pairs += batch.count as u64;
-        for lane in 0..batch.count {
-            let time = now + times[lane];
-            if time <= self.limit {
-                let (other, image) = lanes[lane];
-                self.schedule([body, other], image, time, Kind::Contact(Parts::Discs));
+        self.done.pairs += partners.len() as u64;
+        let times = detection.disc_contacts(lanes);
+        for (&(other, image), time) in partners.iter().zip(times) {
+            if now + time <= self.limit {
+                self.schedule([body, other], image, now + time, Kind::Contact(Parts::Discs));
             }
         }
     }

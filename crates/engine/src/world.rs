@@ -102,6 +102,14 @@ impl World {
         moving[0] + moving[1].max(fixed)
     }
 
+    /// Memory kept on the heap (bytes), shapes not included.
+    pub(crate) fn heap_bytes(&self) -> usize {
+        self.bodies.capacity() * size_of::<Body>()
+            + self.motions.capacity() * size_of::<Motion>()
+            + self.windings.capacity() * size_of::<[i64; 2]>()
+            + self.index_of.capacity() * size_of::<(BodyKey, u32)>()
+    }
+
     pub(crate) fn insert(&mut self, body: impl FnOnce(BodyKey, u64) -> Body, motion: Motion) -> BodyKey {
         let index = self.bodies.len() as u32;
         let key = self.index_of.insert(index);

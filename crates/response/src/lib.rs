@@ -20,7 +20,7 @@
 //! let disc = Inertia::free(1.0, 0.5);
 //! let a = Motion { velocity: DVec2::X, ..Motion::at_rest(DVec2::ZERO) };
 //! let b = Motion::at_rest(DVec2::X);
-//! let frame = ContactFrame { normal: DVec2::X, arms: [DVec2::ZERO; 2] };
+//! let frame = ContactFrame { line_of_centres: DVec2::X, arms: [DVec2::ZERO; 2] };
 //! let impulse = Impact.impulse(&frame, [(&a, &disc), (&b, &disc)], Elasticity::ELASTIC);
 //! assert_eq!(impulse, DVec2::X);
 //! ```

@@ -95,7 +95,8 @@ fn window(pair: &Pair, end: f64) -> Option<(f64, f64)> {
     }
     let middle = -b / speed_squared;
     let half = ((reach + room).powi(2) - nearest * nearest).max(0.0).sqrt() / speed_squared.sqrt();
-    let (begin, end) = ((middle - half) * (1.0 - 1e-9) - 1e-9 * half, ((middle + half) + 1e-9 * half).min(end));
+    let (begin, end) =
+        ((middle - half) * (1.0 - 1e-9) - 1e-9 * half, ((middle + half) + 1e-9 * half).min(end));
     let begin = begin.max(0.0);
     (begin <= end).then_some((begin, end))
 }
@@ -112,8 +113,7 @@ fn first_zero<N: Number>(pair: &Pair, end: f64, budget: &mut u64) -> Found<N> {
         *budget -= 1;
         let half = 0.5 * width;
         let middle = begin.plus(&N::new(half));
-        let sketch =
-            if N::SKETCH_FIRST { pair.sketch(middle.value(), half) } else { Sketch::Unclear };
+        let sketch = if N::SKETCH_FIRST { pair.sketch(middle.value(), half) } else { Sketch::Unclear };
         let halve = match sketch {
             Sketch::Free => false,
             Sketch::Halve => true,

@@ -102,9 +102,7 @@ fn touches<N: Number>(encounter: &Encounter, time: &N, touch: Touch) -> bool {
     };
     match touch {
         Touch::Atoms(i, j) => within(i as usize, j as usize),
-        Touch::BoundingCircles => {
-            (0..a.atoms().len()).any(|i| (0..b.atoms().len()).any(|j| within(i, j)))
-        }
+        Touch::BoundingCircles => (0..a.atoms().len()).any(|i| (0..b.atoms().len()).any(|j| within(i, j))),
     }
 }
 

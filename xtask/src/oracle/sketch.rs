@@ -115,7 +115,8 @@ impl Pair {
             return false;
         }
         let along = dot(point, rate).abs() / distance + ROUNDINGS * speed;
-        let nearest = distance - rough.error - along * half - 0.5 * curvature * half * half * (1.0 + ROUNDINGS);
+        let nearest =
+            distance - rough.error - along * half - 0.5 * curvature * half * half * (1.0 + ROUNDINGS);
         let farthest = distance + rough.error + speed * half * (1.0 + ROUNDINGS);
         // The radii of the circles that are smeared, as an annulus about the point.
         let circles = [0, 1].map(|body| if smeared[body] { self.arms[body] } else { 0.0 });

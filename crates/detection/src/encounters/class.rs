@@ -131,7 +131,9 @@ impl Class {
             Self::DiscT1 => flights::small_discs(draw),
             Self::Generic => flights::generic(draw, 1.0),
             Self::ZeroOmega => flights::spinning(draw, [0.0, 0.0]),
-            Self::OneOmega => flights::spinning(draw, if index.is_multiple_of(2) { [1.0, 0.0] } else { [0.0, 1.0] }),
+            Self::OneOmega => {
+                flights::spinning(draw, if index.is_multiple_of(2) { [1.0, 0.0] } else { [0.0, 1.0] })
+            }
             Self::LargeOmega => flights::large_omega(draw),
             Self::ExtremeRatio => fast::extreme_ratio(draw),
             Self::Far => flights::far(draw, index.is_multiple_of(2)),

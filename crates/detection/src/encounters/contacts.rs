@@ -57,12 +57,10 @@ fn touching(draw: &mut Draw) -> Touching {
         let encounter = generic(draw, 1.0);
         let Some(contact) = encounter.ask(&Exact::default()).outcome.contact() else { continue };
         let Touch::Atoms(i, j) = contact.touch else { continue };
-        let atoms = [
-            encounter.molecules[0].atoms()[i as usize],
-            encounter.molecules[1].atoms()[j as usize],
-        ];
+        let atoms = [encounter.molecules[0].atoms()[i as usize], encounter.molecules[1].atoms()[j as usize]];
         let before = encounter.motion;
-        let after = |body: usize| before.orientation[body].turned(before.angular_velocity[body], contact.time);
+        let after =
+            |body: usize| before.orientation[body].turned(before.angular_velocity[body], contact.time);
         let orientation = [after(0), after(1)];
         let arms = [0, 1].map(|body| orientation[body].cos_sin().rotate(atoms[body].offset()));
         let separation = before.separation + before.velocity * contact.time;
@@ -98,11 +96,15 @@ pub(super) fn rebound(draw: &mut Draw) -> Encounter {
     let inverse_mass = 1.0 / a.mass() + 1.0 / b.mass();
     let inverse_moments = [1.0 / a.moment_of_inertia(), 1.0 / b.moment_of_inertia()];
     let reduced = 1.0
-        / (inverse_mass + levers[0] * levers[0] * inverse_moments[0] + levers[1] * levers[1] * inverse_moments[1]);
+        / (inverse_mass
+            + levers[0] * levers[0] * inverse_moments[0]
+            + levers[1] * levers[1] * inverse_moments[1]);
     let rate = motion.velocity + (spin_b * arms[1].perp() - spin_a * arms[0].perp());
     let impulse = -2.0 * reduced * rate.dot(normal);
-    let spins =
-        [spin_a - impulse * levers[0] * inverse_moments[0], spin_b + impulse * levers[1] * inverse_moments[1]];
+    let spins = [
+        spin_a - impulse * levers[0] * inverse_moments[0],
+        spin_b + impulse * levers[1] * inverse_moments[1],
+    ];
     touching.encounter(motion.velocity + impulse * inverse_mass * normal, spins)
 }
 
@@ -142,7 +144,8 @@ pub(super) fn recontact(draw: &mut Draw, exponent: u8) -> Encounter {
         };
         let encounter = Encounter::until_parted([disc, rotor], motion, 1.0);
         // No other atom may touch already.
-        if smallest_gap(&encounter) > -1e-15 * encounter.size() && others_apart(&encounter, contact_distance) {
+        if smallest_gap(&encounter) > -1e-15 * encounter.size() && others_apart(&encounter, contact_distance)
+        {
             return if draw.happens(0.5) { encounter.exchanged() } else { encounter };
         }
     }

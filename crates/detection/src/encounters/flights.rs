@@ -21,15 +21,15 @@ pub(super) struct Speeds {
 /// Maxwell's distribution at the temperature `kt` (energy).
 pub(super) fn thermal(draw: &mut Draw, molecules: &[Molecule; 2], kt: f64) -> Speeds {
     let mut velocity = || {
-        let [a, b] = molecules.each_ref().map(|molecule| {
-            (kt / molecule.mass()).sqrt() * DVec2::new(draw.normal(), draw.normal())
-        });
+        let [a, b] = molecules
+            .each_ref()
+            .map(|molecule| (kt / molecule.mass()).sqrt() * DVec2::new(draw.normal(), draw.normal()));
         b - a
     };
     let velocity = velocity();
-    let spins = molecules
-        .each_ref()
-        .map(|molecule| if molecule.is_disc() { 0.0 } else { (kt / molecule.moment_of_inertia()).sqrt() * draw.normal() });
+    let spins = molecules.each_ref().map(|molecule| {
+        if molecule.is_disc() { 0.0 } else { (kt / molecule.moment_of_inertia()).sqrt() * draw.normal() }
+    });
     Speeds { velocity, spins }
 }
 
@@ -45,7 +45,10 @@ pub(super) fn fly_by(
     let motion = RelativeMotion {
         orientation: [draw.orientation(), draw.orientation()],
         angular_velocity: speeds.spins,
-        ..RelativeMotion::exactly(size(&molecules) * (across * along.perp() - distance * along), speeds.velocity)
+        ..RelativeMotion::exactly(
+            size(&molecules) * (across * along.perp() - distance * along),
+            speeds.velocity,
+        )
     };
     // Without a window the circles never meet; look until well after they have passed.
     let passed = 2.0 * distance * size(&molecules) / speeds.velocity.length();

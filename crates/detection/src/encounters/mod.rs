@@ -130,7 +130,8 @@ mod tests {
                 let rounding = 1e-14 + case.motion.separation_error / case.size();
                 assert!(gap > -rounding, "{class} {index} begins with a gap of {gap:e} sizes");
             }
-            let contacts = cases.iter().filter(|case| case.ask(&Exact::default()).outcome.contact().is_some());
+            let contacts =
+                cases.iter().filter(|case| case.ask(&Exact::default()).outcome.contact().is_some());
             let contacts = contacts.count();
             let least = if class == Class::Concentric { 0 } else { 2 };
             assert!(contacts >= least, "{class}: {contacts} of 40 in contact");
@@ -156,7 +157,8 @@ mod tests {
             let case = Encounter::draw(Class::Generic, 5, index);
             let Some(contact) = case.ask(&Exact::default()).outcome.contact() else { continue };
             let half = 0.5 * contact.time;
-            let rest = case.after(half).ask(&Exact::default()).outcome.contact().expect("it is still to come");
+            let rest =
+                case.after(half).ask(&Exact::default()).outcome.contact().expect("it is still to come");
             assert_eq!(rest.touch, contact.touch);
             assert!((rest.time + half - contact.time).abs() < 1e-12 * case.natural_time().max(contact.time));
         }

@@ -27,7 +27,8 @@ pub(super) fn named(draw: &mut Draw, shape: Shape) -> Molecule {
 
 /// The same shape with all lengths times `factor`.
 pub(super) fn scaled(molecule: &Molecule, factor: f64) -> Molecule {
-    let atom = |atom: &Atom| Atom::new(factor * atom.offset(), factor * atom.radius(), atom.mass()).expect(VALID);
+    let atom =
+        |atom: &Atom| Atom::new(factor * atom.offset(), factor * atom.radius(), atom.mass()).expect(VALID);
     Molecule::new(molecule.atoms().iter().map(atom)).expect(VALID)
 }
 
@@ -61,5 +62,6 @@ pub(super) fn blob(draw: &mut Draw, count: usize) -> Molecule {
     }
     sites.sort_by(|a, b| a.distance_squared(middle).total_cmp(&b.distance_squared(middle)));
     let mass = 1.0 / count as f64;
-    Molecule::new(sites.into_iter().take(count).map(|at| Atom::new(at, 0.5, mass).expect(VALID))).expect(VALID)
+    Molecule::new(sites.into_iter().take(count).map(|at| Atom::new(at, 0.5, mass).expect(VALID)))
+        .expect(VALID)
 }

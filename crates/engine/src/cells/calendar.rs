@@ -38,6 +38,10 @@ impl Calendar {
         self.begin_ring(0.0);
     }
 
+    pub fn heap_bytes(&self) -> usize {
+        self.links.capacity() * size_of::<Link>() + self.open.capacity() * size_of::<(f64, u32)>()
+    }
+
     fn begin_ring(&mut self, start: f64) {
         self.start = start;
         self.next_bin = 0;

@@ -115,6 +115,18 @@ impl Coverings {
         self.get(body).is_some_and(|index| self.list[index].fixed)
     }
 
+    pub fn heap_bytes(&self) -> usize {
+        let of = |covering: &Covering| {
+            covering.cells.capacity() + covering.tiles.capacity() + covering.neighbours.capacity()
+        };
+        let listed: usize = self.list.iter().map(of).sum();
+        self.list.capacity() * size_of::<Covering>()
+            + listed * size_of::<Listed>()
+            + (self.index_of.capacity() + self.pool_of.capacity()) * size_of::<u32>()
+            + self.pending.capacity() * size_of::<Pending>()
+            + self.pool.capacity() * size_of::<SmallVec<[Listed; 4]>>()
+    }
+
     /// Takes over the new motion of a body, if it is one of these.
     #[inline]
     pub fn set_motion(&mut self, body: u32, motion: &Motion) {

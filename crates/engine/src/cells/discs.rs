@@ -1,12 +1,12 @@
 //! The loop of the small discs: prediction in lanes, crossings, contacts.
 
-use carom_detection::{DISC_LANES, Detection, DiscLanes};
+use carom_detection::{DISC_LANES, Detection};
 
 use super::{
     State,
     line::{INDEX_MASK, Kind, Line},
     neighbourhood::image_of,
-    vector::Gather,
+    vector::{Kernel, Question, Soonest},
 };
 use crate::{ContactEvent, Parts, World};
 
@@ -14,7 +14,7 @@ impl State {
     /// Finds a small disc's soonest event: a contact with a neighbour, or the next cell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(super) fn foresee_disc<D: Detection, G: Gather>(
+    pub(super) fn foresee_disc<D: Detection, K: Kernel>(
         &mut self,
         world: &World,
         detection: &D,
@@ -26,14 +26,14 @@ impl State {
         let (crossing_time, crossing) = self.crossing(&me, now);
         let images = self.neighbourhoods.at_border(me.cell).then(|| self.grid.box_sides().to_array());
         let (slots, count) = self.neighbourhoods.slots(cell);
-        let mut best = Soonest::default();
+        let mut best = Best::default();
         let (halves, _) = slots.as_chunks::<DISC_LANES>();
-        self.ask_eight::<G>(&me, &halves[0], images, now, &mut best);
+        self.ask_eight::<D, K>(detection, &me, &halves[0], images, now, &mut best);
         if count > DISC_LANES {
-            self.ask_eight::<G>(&me, &halves[1], images, now, &mut best);
+            self.ask_eight::<D, K>(detection, &me, &halves[1], images, now, &mut best);
         }
         if !self.neighbourhoods.is_plain(cell) {
-            self.ask_overflow::<G>(&me, cell, images, now, &mut best);
+            self.ask_overflow::<D, K>(detection, &me, cell, images, now, &mut best);
         }
         let contact_time = now + best.time;
         let meets = contact_time <= crossing_time;
@@ -49,56 +49,51 @@ impl State {
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn ask_eight<G: Gather>(
+    fn ask_eight<D: Detection, K: Kernel>(
         &self,
+        detection: &D,
         me: &Line,
         slots: &[u32; DISC_LANES],
         images: Option<[f64; 2]>,
         now: f64,
-        best: &mut Soonest,
+        best: &mut Best,
     ) {
         let line = |lane: usize| &self.lines[(slots[lane] & INDEX_MASK) as usize];
-        let others = [line(0), line(1), line(2), line(3), line(4), line(5), line(6), line(7)];
-        let [a, b, c, d, e, f, g, h] = others;
-        let flights =
-            [&a.flight, &b.flight, &c.flight, &d.flight, &e.flight, &f.flight, &g.flight, &h.flight];
-        let [x, y, vx, vy] = G::relative(flights, &me.flight, now);
-        let mut lanes = DiscLanes {
-            separation: [x, y],
-            velocity: [vx, vy],
-            contact_distance: [0.0; DISC_LANES],
+        let [a, b, c, d, e, f, g, h] =
+            [line(0), line(1), line(2), line(3), line(4), line(5), line(6), line(7)];
+        let question = Question {
+            flights: [&a.flight, &b.flight, &c.flight, &d.flight, &e.flight, &f.flight, &g.flight, &h.flight],
+            radii: [a.radius, b.radius, c.radius, d.radius, e.radius, f.radius, g.radius, h.radius],
+            from: &me.flight,
+            radius: me.radius,
+            now,
             separation_error: self.separation_error,
-            speed: me.flight[2].abs() + me.flight[3].abs(),
         };
-        for (distance, other) in lanes.contact_distance.iter_mut().zip(others) {
-            *distance = other.radius + me.radius;
-        }
-        if let Some(sides) = images {
-            for (lane, &slot) in slots.iter().enumerate() {
-                let image = image_of(slot);
-                for axis in 0..2 {
-                    lanes.separation[axis][lane] += f64::from(image[axis]) * sides[axis];
-                }
+        if images.is_none() && detection.decides_discs_in_closed_form() {
+            let soonest = K::soonest(&question);
+            if !soonest.in_contact {
+                return best.take(&soonest, slots);
             }
         }
-        best.take::<G>(&lanes.contact_times(), slots);
+        best.take(&look_closer(detection, &question, slots, images), slots);
     }
 
     /// Discs that found no slot in the list.
     #[cold]
-    fn ask_overflow<G: Gather>(
+    fn ask_overflow<D: Detection, K: Kernel>(
         &self,
+        detection: &D,
         me: &Line,
         cell: u32,
         images: Option<[f64; 2]>,
         now: f64,
-        best: &mut Soonest,
+        best: &mut Best,
     ) {
         let dummy = self.lines.len() as u32 - 1;
         for some in self.neighbourhoods.overflow(cell).chunks(DISC_LANES) {
             let mut slots = [dummy; DISC_LANES];
             slots[..some.len()].copy_from_slice(some);
-            self.ask_eight::<G>(me, &slots, images, now, best);
+            self.ask_eight::<D, K>(detection, me, &slots, images, now, best);
         }
     }
 
@@ -168,47 +163,62 @@ impl State {
     }
 }
 
+/// The answer where some discs are seen through the border of the box, some pair may be in contact already, or the
+/// detector has a way of its own with discs.
+#[cold]
+#[inline(never)]
+fn look_closer<D: Detection>(
+    detection: &D,
+    question: &Question<'_>,
+    slots: &[u32; DISC_LANES],
+    images: Option<[f64; 2]>,
+) -> Soonest {
+    let mut lanes = question.lanes();
+    if let Some(sides) = images {
+        for (lane, &slot) in slots.iter().enumerate() {
+            let image = image_of(slot);
+            for axis in 0..2 {
+                lanes.separation[axis][lane] += f64::from(image[axis]) * sides[axis];
+            }
+        }
+    }
+    Soonest::of(&detection.disc_contacts(&lanes))
+}
+
 /// The soonest contact so far of the disc that asks.
-struct Soonest {
+struct Best {
     /// From now on.
     time: f64,
     partner: u32,
 }
 
-impl Default for Soonest {
+impl Default for Best {
     fn default() -> Self {
         Self { time: f64::INFINITY, partner: 0 }
     }
 }
 
-impl Soonest {
+impl Best {
     /// Takes the soonest of eight; of contacts at one time that with the disc inserted first.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn take<G: Gather>(&mut self, times: &[f64; DISC_LANES], slots: &[u32; DISC_LANES]) {
-        let least = |a: f64, b: f64| if b < a { b } else { a };
-        let mut pairs = [0.0; DISC_LANES / 2];
-        for (lane, pair) in pairs.iter_mut().enumerate() {
-            *pair = least(times[lane], times[lane + DISC_LANES / 2]);
-        }
-        let soonest = least(least(pairs[0], pairs[2]), least(pairs[1], pairs[3]));
-        if soonest > self.time || soonest == f64::INFINITY {
+    fn take(&mut self, soonest: &Soonest, slots: &[u32; DISC_LANES]) {
+        if soonest.time > self.time || soonest.time == f64::INFINITY {
             return;
         }
-        let equal = G::equal(times, soonest);
-        let mut partner = slots[(equal.trailing_zeros() & 7) as usize] & INDEX_MASK;
-        if equal & (equal - 1) != 0 {
-            partner = first_of(equal, slots);
+        let mut partner = slots[(soonest.lanes.trailing_zeros() & 7) as usize] & INDEX_MASK;
+        if soonest.lanes & (soonest.lanes - 1) != 0 {
+            partner = first_of(soonest.lanes, slots);
         }
-        if soonest < self.time || partner < self.partner {
-            (self.time, self.partner) = (soonest, partner);
+        if soonest.time < self.time || partner < self.partner {
+            (self.time, self.partner) = (soonest.time, partner);
         }
     }
 }
 
 /// The disc inserted first among several lanes.
 #[cold]
-fn first_of(lanes: u32, slots: &[u32]) -> u32 {
+fn first_of(lanes: u32, slots: &[u32; DISC_LANES]) -> u32 {
     let chosen = slots.iter().enumerate().filter(|(lane, _)| lanes >> lane & 1 == 1);
     chosen.map(|(_, slot)| slot & INDEX_MASK).min().unwrap_or(0)
 }

@@ -71,6 +71,13 @@ pub(super) struct Line {
     pub cell: [u16; 2],
 }
 
+/// Place at the start of the epoch, had the body always moved as now, and velocity.
+#[inline]
+pub(super) fn flight_of(motion: &Motion) -> [f64; 4] {
+    let origin = motion.position - motion.velocity * motion.time;
+    [origin.x, origin.y, motion.velocity.x, motion.velocity.y]
+}
+
 impl Line {
     /// What fills unused slots: every comparison with NaN is false, so it never wins.
     pub fn dummy() -> Self {
@@ -93,8 +100,7 @@ impl Line {
 
     /// Takes over a motion that begins at its subjective time.
     pub fn set_motion(&mut self, motion: &Motion) {
-        let origin = motion.position - motion.velocity * motion.time;
-        self.flight = [origin.x, origin.y, motion.velocity.x, motion.velocity.y];
+        self.flight = flight_of(motion);
     }
 
     pub fn origin(&self) -> DVec2 {

@@ -36,17 +36,20 @@ mod neighbourhood;
 mod vector;
 
 use carom_detection::Detection;
-use carom_kinematics::{HALF_ULP, Motion};
+use carom_kinematics::Motion;
 
 use self::{
     calendar::Calendar,
     covering::Coverings,
     grid::CellGrid,
-    line::{Kind, Line},
+    line::{Kind, Line, flight_of},
     neighbourhood::Neighbourhoods,
-    vector::{Gather, Portable},
+    vector::{Kernel, Portable},
 };
-use crate::{ContactEvent, Fineness, GridError, Scheduler, SchedulerCounters, Thesis, World, grid::Grid};
+use crate::{
+    ContactEvent, Fineness, GridError, Scheduler, SchedulerCounters, Thesis, World, grid::Grid,
+    scheduler::separation_error,
+};
 
 /// How [`Cells`] computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -170,6 +173,13 @@ impl Scheduler for Cells {
         }
     }
 
+    fn heap_bytes(&self) -> usize {
+        match &self.0 {
+            Layout::Grid(state) => state.heap_bytes(),
+            Layout::AllPairs(thesis) => thesis.heap_bytes(),
+        }
+    }
+
     fn counters(&self) -> SchedulerCounters {
         match &self.0 {
             Layout::Grid(state) => state.done,
@@ -180,10 +190,8 @@ impl Scheduler for Cells {
 
 impl State {
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
-        let sides = world.bounds().sides();
         self.limit = limit;
-        // A separation is (x₀ − x₀') + (v − v') t + image: each term at most two sides long in an epoch.
-        self.separation_error = HALF_ULP * 16.0 * (sides.x + sides.y);
+        self.separation_error = separation_error(world);
         self.windings.clone_from(&world.windings);
         self.lines.clear();
         for (body, motion) in world.bodies().iter().zip(world.motions()) {
@@ -216,6 +224,14 @@ impl State {
         }
     }
 
+    fn heap_bytes(&self) -> usize {
+        self.lines.capacity() * size_of::<Line>()
+            + self.windings.capacity() * size_of::<[i64; 2]>()
+            + self.calendar.heap_bytes()
+            + self.neighbourhoods.heap_bytes()
+            + self.coverings.heap_bytes()
+    }
+
     /// Mean time between events of the system, from the median waiting time of its bodies: with rate λ each, half of
     /// them have waited ln 2 / λ.
     fn width_of_bins(&self) -> f64 {
@@ -230,7 +246,7 @@ impl State {
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn next_contact<D: Detection, G: Gather>(
+    fn next_contact<D: Detection, K: Kernel>(
         &mut self,
         world: &World,
         detection: &D,
@@ -259,13 +275,13 @@ impl State {
                 Kind::Recheck => self.done.rechecks += 1,
                 Kind::Nothing => {}
             }
-            self.predict::<D, G>(world, detection, body, now);
+            self.predict::<D, K>(world, detection, body, now);
         }
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn motions_changed<D: Detection, G: Gather>(
+    fn motions_changed<D: Detection, K: Kernel>(
         &mut self,
         world: &World,
         detection: &D,
@@ -276,33 +292,33 @@ impl State {
         for (body, motion) in bodies.into_iter().zip(&motions) {
             if !self.coverings.is_fixed(body) {
                 let line = &mut self.lines[body as usize];
-                line.set_motion(motion);
+                K::write(&mut line.flight, flight_of(motion));
                 line.version = line.version.wrapping_add(1);
                 self.coverings.set_motion(body, motion);
             }
         }
         for body in bodies {
             if !self.coverings.is_fixed(body) {
-                self.predict::<D, G>(world, detection, body, now);
+                self.predict::<D, K>(world, detection, body, now);
             }
         }
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn predict<D: Detection, G: Gather>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
-        self.foresee::<D, G>(world, detection, body, now);
+    fn predict<D: Detection, K: Kernel>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
+        self.foresee::<D, K>(world, detection, body, now);
         self.calendar.schedule(&self.lines, body);
     }
 
     /// Finds a body's soonest event and writes it into its line.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn foresee<D: Detection, G: Gather>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
+    fn foresee<D: Detection, K: Kernel>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
         if self.coverings.is_covering(body) {
             self.foresee_covering(world, detection, body, now);
         } else {
-            self.foresee_disc::<D, G>(world, detection, body, now);
+            self.foresee_disc::<D, K>(world, detection, body, now);
         }
     }
 

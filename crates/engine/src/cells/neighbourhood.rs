@@ -43,6 +43,11 @@ impl Neighbourhoods {
         self.overflow.clear();
     }
 
+    pub fn heap_bytes(&self) -> usize {
+        let overflow: usize = self.overflow.values().map(|list| list.capacity() * size_of::<u32>()).sum();
+        self.lists.capacity() * size_of::<List>() + self.marks.capacity() + overflow
+    }
+
     pub fn index(&self, cell: [u16; 2]) -> u32 {
         u32::from(cell[1]) * self.columns + u32::from(cell[0])
     }

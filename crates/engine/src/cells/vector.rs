@@ -1,53 +1,100 @@
 //! The hot loop compiled twice: for every processor of this kind, and with AVX2 where there is AVX2.
 //!
 //! The one place of the project with unsafe code: calling functions that were compiled with instructions which the
-//! compiler does not take for granted, after having asked the processor for them, and giving registers back as arrays
-//! of the same size. No pointers are handled here. Neither version fuses a multiplication and an addition, so both
-//! compute the same bits.
+//! compiler does not take for granted, after having asked the processor for them, and one store of a register. Neither
+//! version fuses a multiplication and an addition, and both do the same operations in the same order, so both compute
+//! the same bits.
 
 #![allow(unsafe_code, reason = "calls into the AVX2 build of the loop; see the module's documentation")]
 
-use carom_detection::{DISC_LANES, Detection};
+use carom_detection::{DISC_LANES, Detection, DiscLanes};
 use carom_kinematics::Motion;
 
 use super::{Instructions, State};
 use crate::{ContactEvent, World};
 
-/// How the flights of eight bodies are brought from their lines into lanes.
-pub(super) trait Gather {
-    /// Where eight bodies are at `now` as seen from one, and how they move: for each of x, y, vx, vy the eight lanes.
-    fn relative(flights: [&[f64; 4]; DISC_LANES], from: &[f64; 4], now: f64) -> [[f64; DISC_LANES]; 4];
-
-    /// Which lanes hold exactly this number, a bit each.
-    fn equal(lanes: &[f64; DISC_LANES], number: f64) -> u32;
+/// One disc's question to eight others: when is the first of them touched?
+pub(super) struct Question<'a> {
+    /// Places at the start of the epoch and velocities of the eight.
+    pub flights: [&'a [f64; 4]; DISC_LANES],
+    pub radii: [f64; DISC_LANES],
+    /// The same of the asking disc.
+    pub from: &'a [f64; 4],
+    pub radius: f64,
+    pub now: f64,
+    /// Bound on the rounding of a separation (length).
+    pub separation_error: f64,
 }
 
-/// Number by number, for every processor.
-pub(super) struct Portable;
+/// The answer.
+pub(super) struct Soonest {
+    /// From now on, infinite for never.
+    pub time: f64,
+    /// Which of the eight are touched then, a bit each.
+    pub lanes: u32,
+    /// Some pair touches to rounding, or overlaps, while it seems to close: the question needs a closer look.
+    pub in_contact: bool,
+}
 
-impl Gather for Portable {
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn relative(flights: [&[f64; 4]; DISC_LANES], from: &[f64; 4], now: f64) -> [[f64; DISC_LANES]; 4] {
-        let mut lanes = [[0.0; DISC_LANES]; 4];
-        for (lane, flight) in flights.iter().enumerate() {
-            for part in 0..2 {
-                let velocity = flight[part + 2] - from[part + 2];
-                lanes[part + 2][lane] = velocity;
-                lanes[part][lane] = (flight[part] - from[part]) + velocity * now;
+/// How the question is answered: with which instructions. The numbers are the same.
+pub(super) trait Kernel {
+    fn soonest(question: &Question<'_>) -> Soonest;
+
+    /// Writes a flight the way [`Self::soonest`] reads it: numbers written one by one cannot be read as one register until
+    /// they have reached the cache, and the flight is read again at once.
+    fn write(flight: &mut [f64; 4], numbers: [f64; 4]);
+}
+
+impl Question<'_> {
+    /// The eight as seen from the asking disc.
+    pub fn lanes(&self) -> DiscLanes {
+        let mut lanes = DiscLanes {
+            separation: [[0.0; DISC_LANES]; 2],
+            velocity: [[0.0; DISC_LANES]; 2],
+            contact_distance: self.radii,
+            separation_error: self.separation_error,
+            speed: self.from[2].abs() + self.from[3].abs(),
+        };
+        for (lane, flight) in self.flights.iter().enumerate() {
+            for axis in 0..2 {
+                let velocity = flight[axis + 2] - self.from[axis + 2];
+                lanes.velocity[axis][lane] = velocity;
+                lanes.separation[axis][lane] = (flight[axis] - self.from[axis]) + velocity * self.now;
             }
+        }
+        for distance in &mut lanes.contact_distance {
+            *distance += self.radius;
         }
         lanes
     }
+}
 
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn equal(lanes: &[f64; DISC_LANES], number: f64) -> u32 {
-        let mut equal = 0;
-        for (lane, &other) in lanes.iter().enumerate() {
-            equal |= u32::from(other == number) << lane;
+impl Soonest {
+    /// The soonest of eight times.
+    pub fn of(times: &[f64; DISC_LANES]) -> Self {
+        let least = |a: f64, b: f64| if b < a { b } else { a };
+        let time = times.iter().copied().fold(f64::INFINITY, least);
+        let mut lanes = 0;
+        for (lane, &other) in times.iter().enumerate() {
+            lanes |= u32::from(other == time) << lane;
         }
-        equal
+        Self { time, lanes, in_contact: false }
+    }
+}
+
+/// As the compiler sees fit, for every processor.
+pub(super) struct Portable;
+
+impl Kernel for Portable {
+    #[inline]
+    fn soonest(question: &Question<'_>) -> Soonest {
+        let (times, in_contact) = question.lanes().closed_form();
+        Soonest { in_contact, ..Soonest::of(&times) }
+    }
+
+    #[inline]
+    fn write(flight: &mut [f64; 4], numbers: [f64; 4]) {
+        *flight = numbers;
     }
 }
 
@@ -56,70 +103,100 @@ impl Gather for Portable {
 struct Avx2;
 
 #[cfg(target_arch = "x86_64")]
-impl Gather for Avx2 {
+impl Kernel for Avx2 {
     #[inline(always)]
-    fn relative(flights: [&[f64; 4]; DISC_LANES], from: &[f64; 4], now: f64) -> [[f64; DISC_LANES]; 4] {
-        use std::arch::x86_64::{
-            __m256d, _mm256_add_pd, _mm256_mul_pd, _mm256_permute2f128_pd, _mm256_set1_pd, _mm256_setr_pd,
-            _mm256_sub_pd, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
-        };
-        /// Four flights less one, turned from rows into columns.
-        #[target_feature(enable = "avx2")]
-        #[inline]
-        fn columns(rows: [&[f64; 4]; 4], from: &[f64; 4], now: f64) -> [[f64; 4]; 4] {
-            let load = |row: &[f64; 4]| _mm256_setr_pd(row[0], row[1], row[2], row[3]);
-            let from = load(from);
-            let [a, b, c, d] = [
-                _mm256_sub_pd(load(rows[0]), from),
-                _mm256_sub_pd(load(rows[1]), from),
-                _mm256_sub_pd(load(rows[2]), from),
-                _mm256_sub_pd(load(rows[3]), from),
-            ];
-            let (x_vx_ab, x_vx_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
-            let (y_vy_ab, y_vy_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
-            let now = _mm256_set1_pd(now);
-            let (vx, vy) = (
-                _mm256_permute2f128_pd::<0x31>(x_vx_ab, x_vx_cd),
-                _mm256_permute2f128_pd::<0x31>(y_vy_ab, y_vy_cd),
-            );
-            let (x, y) = (
-                _mm256_permute2f128_pd::<0x20>(x_vx_ab, x_vx_cd),
-                _mm256_permute2f128_pd::<0x20>(y_vy_ab, y_vy_cd),
-            );
-            let x = _mm256_add_pd(x, _mm256_mul_pd(vx, now));
-            let y = _mm256_add_pd(y, _mm256_mul_pd(vy, now));
-            let columns: [__m256d; 4] = [x, y, vx, vy];
-            // SAFETY: four registers of four floats and four arrays of four floats are the same bytes.
-            unsafe { std::mem::transmute::<[__m256d; 4], [[f64; 4]; 4]>(columns) }
-        }
-        let [a, b, c, d, e, f, g, h] = flights;
+    fn soonest(question: &Question<'_>) -> Soonest {
         // SAFETY: `Avx2` is named only in the functions below that are compiled for AVX2 and called where it is there.
-        let (low, high) = unsafe { (columns([a, b, c, d], from, now), columns([e, f, g, h], from, now)) };
-        let mut lanes = [[0.0; DISC_LANES]; 4];
-        for part in 0..4 {
-            lanes[part][..4].copy_from_slice(&low[part]);
-            lanes[part][4..].copy_from_slice(&high[part]);
-        }
-        lanes
+        unsafe { avx2::soonest(question) }
     }
 
     #[inline(always)]
-    fn equal(lanes: &[f64; DISC_LANES], number: f64) -> u32 {
-        use std::arch::x86_64::{
-            _CMP_EQ_OQ, _mm256_cmp_pd, _mm256_movemask_pd, _mm256_set1_pd, _mm256_setr_pd,
-        };
-        #[target_feature(enable = "avx2")]
-        #[inline]
-        fn mask(lanes: &[f64; DISC_LANES], number: f64) -> i32 {
-            let [a, b, c, d, e, f, g, h] = *lanes;
-            let (low, high) = (_mm256_setr_pd(a, b, c, d), _mm256_setr_pd(e, f, g, h));
-            let number = _mm256_set1_pd(number);
-            let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(low, number));
-            let high = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(high, number));
-            low | high << 4
-        }
+    fn write(flight: &mut [f64; 4], numbers: [f64; 4]) {
         // SAFETY: as above.
-        unsafe { mask(lanes, number) as u32 }
+        unsafe { avx2::write(flight, numbers) }
+    }
+}
+
+/// The closed form of [`DiscLanes::closed_form`] in registers of four, operation by operation.
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use std::arch::x86_64::{
+        __m256d, _CMP_EQ_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm_cvtsd_f64, _mm_min_pd, _mm_unpackhi_pd,
+        _mm256_add_pd, _mm256_and_pd, _mm256_blendv_pd, _mm256_castpd256_pd128, _mm256_cmp_pd, _mm256_div_pd,
+        _mm256_extractf128_pd, _mm256_min_pd, _mm256_movemask_pd, _mm256_mul_pd, _mm256_or_pd,
+        _mm256_permute2f128_pd, _mm256_set1_pd, _mm256_setr_pd, _mm256_setzero_pd, _mm256_sqrt_pd,
+        _mm256_storeu_pd, _mm256_sub_pd, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
+    };
+
+    use super::{Question, Soonest};
+    use carom_kinematics::HALF_ULP;
+
+    #[target_feature(enable = "avx2")]
+    #[inline]
+    pub(super) fn soonest(question: &Question<'_>) -> Soonest {
+        let [a, b, c, d, e, f, g, h] = question.flights;
+        let [ra, rb, rc, rd, re, rf, rg, rh] = question.radii;
+        let (low, low_contact) = four(question, [a, b, c, d], _mm256_setr_pd(ra, rb, rc, rd));
+        let (high, high_contact) = four(question, [e, f, g, h], _mm256_setr_pd(re, rf, rg, rh));
+        let least = _mm256_min_pd(low, high);
+        let least = _mm_min_pd(_mm256_castpd256_pd128(least), _mm256_extractf128_pd::<1>(least));
+        let time = _mm_cvtsd_f64(_mm_min_pd(least, _mm_unpackhi_pd(least, least)));
+        let spread = _mm256_set1_pd(time);
+        let equal = |times| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(times, spread)) as u32;
+        Soonest {
+            time,
+            lanes: equal(low) | equal(high) << 4,
+            in_contact: _mm256_movemask_pd(_mm256_or_pd(low_contact, high_contact)) != 0,
+        }
+    }
+
+    #[target_feature(enable = "avx2")]
+    #[inline]
+    pub(super) fn write(flight: &mut [f64; 4], [x, y, vx, vy]: [f64; 4]) {
+        let register = _mm256_setr_pd(x, y, vx, vy);
+        // SAFETY: `flight` is four floats that may be written, wherever they are.
+        unsafe { _mm256_storeu_pd(flight.as_mut_ptr(), register) }
+    }
+
+    /// Times of contact of four discs, and a mask of those that need a closer look.
+    #[target_feature(enable = "avx2")]
+    #[inline]
+    fn four(question: &Question<'_>, rows: [&[f64; 4]; 4], radii: __m256d) -> (__m256d, __m256d) {
+        let load = |row: &[f64; 4]| _mm256_setr_pd(row[0], row[1], row[2], row[3]);
+        let from = load(question.from);
+        let (a, b) = (_mm256_sub_pd(load(rows[0]), from), _mm256_sub_pd(load(rows[1]), from));
+        let (c, d) = (_mm256_sub_pd(load(rows[2]), from), _mm256_sub_pd(load(rows[3]), from));
+        // From a row for each disc to a register for each of x, y, vx, vy.
+        let (x_vx_ab, x_vx_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
+        let (y_vy_ab, y_vy_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
+        let vx = _mm256_permute2f128_pd::<0x31>(x_vx_ab, x_vx_cd);
+        let vy = _mm256_permute2f128_pd::<0x31>(y_vy_ab, y_vy_cd);
+        let now = _mm256_set1_pd(question.now);
+        let origin_x = _mm256_permute2f128_pd::<0x20>(x_vx_ab, x_vx_cd);
+        let origin_y = _mm256_permute2f128_pd::<0x20>(y_vy_ab, y_vy_cd);
+        let dx = _mm256_add_pd(origin_x, _mm256_mul_pd(vx, now));
+        let dy = _mm256_add_pd(origin_y, _mm256_mul_pd(vy, now));
+        let sigma = _mm256_add_pd(radii, _mm256_set1_pd(question.radius));
+        let sigma_squared = _mm256_mul_pd(sigma, sigma);
+        let b = _mm256_add_pd(_mm256_mul_pd(dx, vx), _mm256_mul_pd(dy, vy));
+        let d_squared = _mm256_add_pd(_mm256_mul_pd(dx, dx), _mm256_mul_pd(dy, dy));
+        let c = _mm256_sub_pd(d_squared, sigma_squared);
+        let cross = _mm256_sub_pd(_mm256_mul_pd(dx, vy), _mm256_mul_pd(dy, vx));
+        let v_squared = _mm256_add_pd(_mm256_mul_pd(vx, vx), _mm256_mul_pd(vy, vy));
+        let discriminant =
+            _mm256_sub_pd(_mm256_mul_pd(sigma_squared, v_squared), _mm256_mul_pd(cross, cross));
+        let zero = _mm256_setzero_pd();
+        let real = _mm256_cmp_pd::<_CMP_GT_OQ>(discriminant, zero);
+        let root = _mm256_sqrt_pd(_mm256_and_pd(discriminant, real));
+        let closes = _mm256_and_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(b, zero), real);
+        let time = _mm256_div_pd(c, _mm256_sub_pd(root, b));
+        let time = _mm256_blendv_pd(_mm256_set1_pd(f64::INFINITY), time, closes);
+        // 4 σ (error + 8 u σ), multiplied in the same order.
+        let error = _mm256_set1_pd(question.separation_error);
+        let error = _mm256_add_pd(error, _mm256_mul_pd(_mm256_set1_pd(8.0 * HALF_ULP), sigma));
+        let touching = _mm256_mul_pd(_mm256_mul_pd(_mm256_set1_pd(4.0), sigma), error);
+        let in_contact = _mm256_and_pd(closes, _mm256_cmp_pd::<_CMP_LE_OQ>(c, touching));
+        (time, in_contact)
     }
 }
 

@@ -1,0 +1,82 @@
+//! After each single event: no overlap, no contact overlooked, the books in order, all by brute force.
+
+#[path = "support/engine.rs"]
+mod support;
+
+use carom_engine::{Cells, Fineness, Instructions, Scene, Scheduler, Thesis};
+use support::{bumper, gas, named, scene, simulate};
+
+fn walk<S: Scheduler + Clone>(name: &str, scene: &Scene, options: &S::Options, events: usize) {
+    let mut simulation = simulate::<S>(scene, options);
+    for event in 0..events {
+        // A horizon of a few flights: the scheduler's next contact is well before it.
+        if let Err(violation) = simulation.check_invariants(1.0) {
+            panic!("{name}, event {event}: {violation}");
+        }
+        assert!(simulation.step(1e3, &mut ()).unwrap(), "{name}: no more contacts");
+    }
+}
+
+fn walk_with_each(name: &str, mut scene: Scene) {
+    for (seed, fineness) in [1, 2, 3, 5].into_iter().enumerate() {
+        scene.bounds.seed = seed as u64;
+        walk::<Thesis>(&format!("{name}, fineness {fineness}"), &scene, &Fineness::Given(fineness), 60);
+    }
+    scene.bounds.seed = 17;
+    walk::<Cells>(&format!("{name}, fast"), &scene, &Instructions::Widest, 60);
+    scene.elasticity.default = 0.7;
+    walk::<Thesis>(&format!("{name}, inelastic"), &scene, &Fineness::Automatic, 60);
+    walk::<Cells>(&format!("{name}, fast and inelastic"), &scene, &Instructions::Widest, 60);
+}
+
+#[test]
+fn discs() {
+    walk_with_each("discs", Scene { gas: vec![gas("disc", 0.08, 10)], ..Scene::default() });
+}
+
+#[test]
+fn mixtures() {
+    let gases = vec![gas("disc", 0.1, 3), gas("disc", 0.03, 10)];
+    walk_with_each("mixture", Scene { gas: gases, ..Scene::default() });
+}
+
+#[test]
+fn tees_and_dumbbells() {
+    let gases = vec![gas("tee", 0.025, 3), gas("dumbbell", 0.04, 4), gas("disc", 0.04, 5)];
+    walk_with_each("tees", Scene { gas: gases, ..Scene::default() });
+}
+
+#[test]
+fn bumpers() {
+    let mut start = scene(vec![named("tee", 0.02, 1.0, [0.5, 0.5])]);
+    start.molecule[0].fixed = true;
+    start.bumper = vec![bumper(0.1, [0.0, 0.0]), bumper(0.05, [0.5, 0.999])];
+    start.gas = vec![gas("dumbbell", 0.03, 4), gas("disc", 0.05, 6)];
+    walk_with_each("bumpers", start);
+}
+
+#[test]
+fn edits_leave_nothing_overlooked() {
+    let mut start = scene(vec![]);
+    start.gas = vec![gas("dumbbell", 0.03, 4), gas("disc", 0.05, 8)];
+    let mut simulation = simulate::<Thesis>(&start, &Fineness::Given(3));
+    for round in 0..12 {
+        for _ in 0..7 {
+            simulation.step(1e3, &mut ()).unwrap();
+        }
+        let keys: Vec<_> = simulation.view().bodies().map(|body| body.body.key()).collect();
+        match round % 4 {
+            0 => simulation.remove(keys[keys.len() / 2]).unwrap(),
+            1 => simulation.reset_energy(keys[0], 3.0).unwrap(),
+            2 => simulation.set_scheduler_options(&Fineness::Given(2 + round % 3)).unwrap(),
+            _ => {
+                let spot = (0..100).find_map(|k| {
+                    let at = [f64::from(k % 10) / 10.0, f64::from(k / 10) / 10.0];
+                    simulation.add(&support::disc(0.02, 0.5, at, [1.0, 0.3])).ok()
+                });
+                assert!(spot.is_some(), "no place for one more disc");
+            }
+        }
+        simulation.check_invariants(1.0).unwrap();
+    }
+}

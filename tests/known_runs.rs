@@ -1,0 +1,369 @@
+//! Runs whose course is known: two discs, cradles, breaks, lines, billiards, and contacts through chosen images.
+
+#[path = "support/engine.rs"]
+mod support;
+
+use carom_engine::{Fineness, MoleculeSpec, Scene, Scheduler, Thesis};
+use carom_kinematics::Instant;
+use glam::DVec2;
+use rand::{SeedableRng, seq::SliceRandom};
+use rand_pcg::Pcg64;
+use support::{Encounters, bits, bumper, disc, named, scene, simulate, velocity, with_each_scheduler};
+
+#[test]
+fn two_discs_head_on() {
+    with_each_scheduler!(check_head_on);
+}
+
+fn check_head_on<S: Scheduler>(options: &S::Options) {
+    for (m1, m2, e, v) in [
+        (1.0, 1.0, 1.0, 1.0),
+        (3.0, 1.0, 1.0, 0.25),
+        (1.0, 1e8, 0.5, 7.0),
+        (1e8, 1.0, 1.0, 1e-9),
+        (2.0, 5.0, 0.0, 1e9),
+    ] {
+        let mut scene =
+            scene(vec![disc(0.05, m1, [0.25, 0.5], [v, 0.0]), disc(0.1, m2, [0.65, 0.5], [0.0; 2])]);
+        scene.elasticity.default = e;
+        let mut simulation = simulate::<S>(&scene, options);
+        let mut list = Encounters::since(Instant::ZERO);
+        simulation.observe_until(0.3 / v, &mut list).unwrap();
+        // The gap is 0.25.
+        assert_eq!(list.list.len(), 1);
+        assert!((list.list[0].time * v - 0.25).abs() < 1e-15);
+        let expected = [(m1 - e * m2) * v / (m1 + m2), (1.0 + e) * m1 * v / (m1 + m2)];
+        for (index, expected) in expected.into_iter().enumerate() {
+            assert!(
+                (velocity(&simulation.view(), index) - DVec2::new(expected, 0.0)).length()
+                    < 1e-15 * (v + expected)
+            );
+        }
+    }
+}
+
+#[test]
+fn two_discs_off_centre() {
+    with_each_scheduler!(check_oblique);
+}
+
+fn check_oblique<S: Scheduler>(options: &S::Options) {
+    // Impact parameter b = 3/5 and 12/13 of σ: the normal has the slope of a Pythagorean triangle.
+    for (b, cos) in
+        [(0.6, 0.8), (12.0 / 13.0, 5.0 / 13.0), (0.0, 1.0), (1.0 - 1e-9, (2e-9f64 - 1e-18).sqrt())]
+    {
+        let sigma = 1.0;
+        let mut scene = scene(vec![
+            disc(0.5, 1.0, [2.0, 5.0], [1.0, 0.0]),
+            disc(0.5, 1.0, [5.0, 5.0 + b * sigma], [0.0; 2]),
+        ]);
+        scene.bounds.sides = [10.0, 10.0];
+        let mut simulation = simulate::<S>(&scene, options);
+        let mut list = Encounters::since(Instant::ZERO);
+        simulation.observe_until(3.0, &mut list).unwrap();
+        let tolerance = 1e-15 / cos.max(1e-4);
+        assert!((list.list[0].time - (3.0 - cos)).abs() < 4.0 * tolerance, "b = {b}");
+        // The target leaves along the line of centres with v cos, the other at right angles with v b/σ.
+        let target = cos * DVec2::new(cos, b);
+        assert!((velocity(&simulation.view(), 1) - target).length() < 2.0 * tolerance);
+        assert!((velocity(&simulation.view(), 0) - (DVec2::X - target)).length() < 2.0 * tolerance);
+    }
+    // σ away they pass.
+    let mut scene =
+        scene(vec![disc(0.5, 1.0, [2.0, 5.0], [1.0, 0.0]), disc(0.5, 1.0, [5.0, 6.0 + 1e-12], [0.0; 2])]);
+    scene.bounds.sides = [10.0, 10.0];
+    let mut simulation = simulate::<S>(&scene, options);
+    simulation.run_until(8.0).unwrap();
+    assert_eq!(simulation.view().counters().collisions, 0);
+}
+
+#[test]
+fn newtons_cradle_passes_the_blow_on_whatever_the_gaps() {
+    with_each_scheduler!(check_cradle);
+}
+
+fn check_cradle<S: Scheduler>(options: &S::Options) {
+    const COUNT: usize = 7;
+    for gap in [1e-1, 1e-3, 1e-6, 1e-9, 1e-12, 0.0] {
+        let at = |index: usize| 4.0 + index as f64 * (1.0 + gap);
+        let mut list: Vec<_> = (0..COUNT).map(|i| disc(0.5, 1.0, [at(i), 5.0], [0.0; 2])).collect();
+        list.insert(0, disc(0.5, 1.0, [2.0, 5.0], [1.0, 0.0]));
+        let mut scene = scene(list);
+        scene.bounds.sides = [40.0, 10.0];
+        let mut simulation = simulate::<S>(&scene, options);
+        let mut blows = Encounters::since(Instant::ZERO);
+        simulation.observe_until(2.5, &mut blows).unwrap();
+        let pairs: Vec<_> = blows.list.iter().map(|blow| blow.bodies).collect();
+        let expected: Vec<_> = (0..COUNT as u64).map(|i| [i, i + 1]).collect();
+        assert_eq!(pairs, expected, "gap {gap:e}");
+        for index in 0..COUNT {
+            assert!(velocity(&simulation.view(), index).length() < 1e-14, "gap {gap:e}, disc {index}");
+        }
+        assert!((velocity(&simulation.view(), COUNT) - DVec2::X).length() < 1e-14);
+        assert!((simulation.view().energy() - 0.5).abs() < 1e-15);
+        assert!((blows.list[COUNT - 1].time - (1.0 + (COUNT - 1) as f64 * gap)).abs() < 1e-14);
+        assert_eq!(simulation.view().overlaps().pairs, 0);
+    }
+}
+
+#[test]
+fn a_break_shot_is_resolved_in_the_order_of_insertion() {
+    with_each_scheduler!(check_break_shot);
+}
+
+fn check_break_shot<S: Scheduler>(options: &S::Options) {
+    // The cue hits two discs that touch each other, both at one instant. Resolved one after the other, the one
+    // inserted first gets cos 30° of the speed, the second half of that.
+    let r = 0.0625;
+    let x = 0.5 + (3.0f64).sqrt() * r;
+    let targets = [disc(r, 1.0, [x, 0.5 + r], [0.0; 2]), disc(r, 1.0, [x, 0.5 - r], [0.0; 2])];
+    let cue = disc(r, 1.0, [0.25, 0.5], [1.0, 0.0]);
+    for upper_first in [true, false] {
+        let mut list = targets.to_vec();
+        if !upper_first {
+            list.reverse();
+        }
+        let side = if upper_first { 1.0 } else { -1.0 };
+        let run = || {
+            let mut simulation = simulate::<S>(&scene([list.as_slice(), &[cue.clone()]].concat()), options);
+            simulation.run_until(0.3).unwrap();
+            simulation
+        };
+        let simulation = run();
+        let view = simulation.view();
+        assert_eq!(view.counters().collisions, 2);
+        let (sin, cos) = (0.5, 0.75f64.sqrt());
+        let first = cos * DVec2::new(cos, side * sin);
+        let second = 0.5 * cos * DVec2::new(cos, -side * sin);
+        assert!((velocity(&view, 0) - first).length() < 1e-15);
+        assert!((velocity(&view, 1) - second).length() < 1e-15);
+        assert!((velocity(&view, 2) - (DVec2::X - first - second)).length() < 1e-15);
+        assert!((view.energy() - 0.5).abs() < 1e-15);
+        assert_eq!(bits(&run().view()), bits(&view));
+    }
+}
+
+#[test]
+fn discs_on_a_line_sort_their_velocities() {
+    with_each_scheduler!(check_line);
+}
+
+fn check_line<S: Scheduler>(options: &S::Options) {
+    const COUNT: usize = 16;
+    let mut random = Pcg64::seed_from_u64(3);
+    for _ in 0..10 {
+        // All different by 0.1 at least, so that the last two have met before long.
+        let mut before: Vec<f64> = (0..COUNT).map(|i| 0.1 * i as f64 - 0.8).collect();
+        before.shuffle(&mut random);
+        let mut scene =
+            scene((0..COUNT).map(|i| disc(0.4, 1.0, [5000.0 + i as f64, 5.0], [before[i], 0.0])).collect());
+        scene.bounds.sides = [10_000.0, 10.0];
+        let mut simulation = simulate::<S>(&scene, options);
+        // Nobody has gone half the box, so nobody has met anybody round the torus.
+        simulation.run_until(4000.0).unwrap();
+        let inversions = (0..COUNT)
+            .flat_map(|j| (0..j).map(move |i| (i, j)))
+            .filter(|&(i, j)| before[i] > before[j])
+            .count();
+        assert_eq!(simulation.view().counters().collisions, inversions as u64);
+        let mut sorted = before.clone();
+        sorted.sort_by(f64::total_cmp);
+        for (index, expected) in sorted.into_iter().enumerate() {
+            let found = velocity(&simulation.view(), index);
+            assert!((found.x - expected).abs() < 1e-14);
+            assert_eq!(found.y, 0.0);
+        }
+    }
+}
+
+#[test]
+fn a_dumbbell_between_two_bumpers_never_begins_to_turn() {
+    with_each_scheduler!(check_dumbbell);
+}
+
+fn check_dumbbell<S: Scheduler>(options: &S::Options) {
+    // Along the x axis; the free path from one bumper to the other and back is 2 × (0.6 − 0.4 − 0.1).
+    let dumbbell = MoleculeSpec { velocity: [0.3, 0.0], ..named("dumbbell", 0.1, 1.0, [0.5, 0.5]) };
+    let mut scene = scene(vec![dumbbell]);
+    scene.bumper = vec![bumper(0.05, [0.2, 0.5]), bumper(0.05, [0.8, 0.5])];
+    let mut simulation = simulate::<S>(&scene, options);
+    let mut bounces = Encounters::since(Instant::ZERO);
+    for _ in 0..100 {
+        for _ in 0..100 {
+            assert!(simulation.step(1e9, &mut bounces).unwrap());
+        }
+        let motion = simulation.view().bodies().next().unwrap().motion;
+        assert_eq!((motion.angular_velocity, motion.orientation.turns()), (0.0, 0.0));
+        assert_eq!((motion.velocity.x.abs(), motion.velocity.y, motion.position.y), (0.3, 0.0, 0.5));
+    }
+    for (n, bounce) in bounces.list.iter().enumerate() {
+        let (bumper, atom) = if n % 2 == 0 { (2, 1) } else { (1, 0) };
+        assert_eq!((bounce.bodies, bounce.atoms), ([0, bumper], [Some(atom), Some(0)]));
+        // The gap at first is 0.05 on each side, and then 0.1.
+        let expected = (0.05 + 0.1 * n as f64) / 0.3;
+        assert!((bounce.time / expected - 1.0).abs() < 1e-14, "bounce {n}: {} for {expected}", bounce.time);
+    }
+}
+
+#[test]
+fn a_billiard_keeps_its_speed() {
+    with_each_scheduler!(check_billiard);
+}
+
+fn check_billiard<S: Scheduler>(options: &S::Options) {
+    // Sinai (1970): one disc, one scatterer on the torus.
+    let mut scene = scene(vec![disc(0.05, 1.0, [0.1, 0.2], [0.6, 0.8])]);
+    scene.bumper = vec![bumper(0.3, [0.5, 0.5])];
+    let mut simulation = simulate::<S>(&scene, options);
+    simulation.run_until(45_000.0).unwrap();
+    let view = simulation.view();
+    // Mean free path (L² − π R²)/(2 R) with R the sum of the radii (Santaló 1976).
+    let free_path = (1.0 - std::f64::consts::PI * 0.35 * 0.35) / 0.7;
+    let hits = view.counters().collisions as f64;
+    assert!(hits > 4e4 && (hits * free_path / 45_000.0 - 1.0).abs() < 0.02, "{hits} hits");
+    // A rounding of one sign at each hit would make this 1e-11; a random walk of them 5e-14.
+    let drift = velocity(&view, 0).length_squared() - 1.0;
+    assert!(drift.abs() < 1e-12, "{drift:e}");
+    assert_eq!(view.overlaps().pairs, 0);
+}
+
+#[test]
+fn a_disc_wider_than_half_the_box_is_met_through_both_images() {
+    for fineness in [Fineness::Given(1), Fineness::Given(2), Fineness::Automatic] {
+        check_wide::<Thesis>(&fineness);
+    }
+    check_wide::<carom_engine::Cells>(&carom_engine::Instructions::Widest);
+}
+
+fn check_wide<S: Scheduler>(options: &S::Options) {
+    // A disc of radius 0.3 and its own image leave a gap of 0.4 on the x axis; one of radius 0.1 goes to and fro
+    // between them, along x or along y.
+    for axis in 0..2 {
+        let along = |x: f64| if axis == 0 { [x, 0.25] } else { [0.25, x] };
+        let motion = |v: f64| if axis == 0 { [v, 0.0] } else { [0.0, v] };
+        let wide = MoleculeSpec { fixed: true, ..disc(0.3, 1.0, along(0.25), [0.0; 2]) };
+        let narrow = disc(0.1, 1.0, along(0.75), motion(1.0));
+        let mut simulation = simulate::<S>(&scene(vec![wide, narrow]), options);
+        let mut bounces = Encounters::since(Instant::ZERO);
+        simulation.observe_until(4.05, &mut bounces).unwrap();
+        // 0.1 to the first bounce, 0.2 from one to the next.
+        assert_eq!(bounces.list.len(), 20, "{bounces:?}");
+        for (n, bounce) in bounces.list.iter().enumerate() {
+            assert!((bounce.time - (0.1 + 0.2 * n as f64)).abs() < 1e-14);
+            // The narrow disc stays in the box: the image next to the wide one's is its own, one box back.
+            let mut image = [0, 0];
+            image[axis] = if n % 2 == 0 { -1 } else { 0 };
+            assert_eq!(bounce.image, image, "bounce {n}");
+        }
+
+        // Both free: relative to the wide one it is the same, at the reduced mass.
+        let wide = disc(0.3, 3.0, along(0.25), motion(-0.25));
+        let narrow = disc(0.1, 1.0, along(0.75), motion(0.75));
+        let mut simulation = simulate::<S>(&scene(vec![wide, narrow]), options);
+        let mut bounces = Encounters::since(Instant::ZERO);
+        simulation.observe_until(4.05, &mut bounces).unwrap();
+        assert_eq!(bounces.list.len(), 20);
+        for (n, bounce) in bounces.list.iter().enumerate() {
+            assert!((bounce.time - (0.1 + 0.2 * n as f64)).abs() < 1e-13);
+        }
+        assert_eq!(simulation.view().overlaps().pairs, 0);
+    }
+}
+
+#[test]
+fn the_nearest_image_is_not_always_the_one_that_is_hit() {
+    for fineness in 1..=4 {
+        check_images::<Thesis>(&Fineness::Given(fineness));
+    }
+    with_each_scheduler!(check_images);
+}
+
+fn check_images<S: Scheduler>(options: &S::Options) {
+    // The target stands 0.3 to the left of the other, which flies right: it goes 0.7 less σ.
+    let mut simulation = simulate::<S>(
+        &scene(vec![disc(0.1, 1.0, [0.5, 0.5], [1.0, 0.0]), disc(0.1, 1.0, [0.2, 0.5], [0.0; 2])]),
+        options,
+    );
+    assert!(simulation.step(10.0, &mut ()).unwrap());
+    assert!((simulation.time().to_f64() - 0.5).abs() < 1e-15);
+
+    // Through a corner: along the diagonal, from (0.75, 0.75) to the target at (0.25, 0.25).
+    let speed = 0.5f64.sqrt();
+    let mut simulation = simulate::<S>(
+        &scene(vec![disc(0.1, 1.0, [0.75, 0.75], [speed, speed]), disc(0.1, 1.0, [0.25, 0.25], [0.0; 2])]),
+        options,
+    );
+    let mut list = Encounters::since(Instant::ZERO);
+    simulation.observe_until(0.6, &mut list).unwrap();
+    assert_eq!(list.list.len(), 1);
+    assert!((list.list[0].time - (0.5f64.sqrt() - 0.2)).abs() < 1e-15);
+    // Straight through two boxes before anything is met: the target is 2.5 boxes up and 1 to the right.
+    let target = DVec2::new(1.0, 2.5);
+    let way = target.normalize();
+    let mut simulation = simulate::<S>(
+        &scene(vec![disc(0.01, 1.0, [0.5, 0.25], way.to_array()), disc(0.01, 1.0, [0.5, 0.75], [0.0; 2])]),
+        options,
+    );
+    assert!(simulation.step(10.0, &mut ()).unwrap());
+    assert!((simulation.time().to_f64() - (target.length() - 0.02)).abs() < 1e-14);
+}
+
+#[test]
+fn places_on_the_borders_of_cells_are_places_like_any_other() {
+    for fineness in 1..=5 {
+        check_borders::<Thesis>(&Fineness::Given(fineness));
+    }
+    with_each_scheduler!(check_borders);
+}
+
+fn check_borders<S: Scheduler>(options: &S::Options) {
+    let last = 1.0f64.next_down();
+    for x in [0.0, -0.0, 0.25, 1.0 / 3.0, 0.5, 0.2, 0.75, last, 1.0, -1e-17, -0.25, 7.5] {
+        // Along the border of cells, in both directions of both axes; the other component is 0 or −0.
+        for zero in [0.0, -0.0] {
+            for (a, b) in [
+                ([x, 0.25], [zero, 1.0]),
+                ([x, 0.75], [zero, -1.0]),
+                ([0.25, x], [1.0, zero]),
+                ([0.75, x], [-1.0, zero]),
+            ] {
+                let target = if b[0] == 0.0 { [x, 0.5] } else { [0.5, x] };
+                let mut simulation = simulate::<S>(
+                    &scene(vec![disc(0.05, 1.0, a, b), disc(0.05, 1.0, target, [0.0; 2])]),
+                    options,
+                );
+                assert!(simulation.step(10.0, &mut ()).unwrap());
+                assert!((simulation.time().to_f64() - 0.15).abs() < 1e-15, "from {a:?} with {b:?}");
+                let view = simulation.view();
+                assert_eq!(view.counters().collisions, 1);
+                assert!(view.bodies().all(|body| {
+                    let place = body.motion.position;
+                    (0.0..1.0).contains(&place.x) && (0.0..1.0).contains(&place.y)
+                }));
+            }
+        }
+    }
+    // Through the corners of cells, along the diagonal, for ever.
+    let mut simulation = simulate::<S>(&scene(vec![disc(0.05, 1.0, [0.0, 0.0], [1.0, 1.0])]), options);
+    simulation.run_until(100.0).unwrap();
+    let body = simulation.view().bodies().next().unwrap();
+    assert_eq!(body.unwrapped(simulation.view().bounds()), DVec2::splat(100.0));
+}
+
+#[test]
+fn heavy_and_light_keep_the_energy() {
+    with_each_scheduler!(check_masses);
+}
+
+fn check_masses<S: Scheduler>(options: &S::Options) {
+    for ratio in [1e8, 1e-8] {
+        let mut scene = Scene { gas: vec![support::gas("disc", 0.03, 40)], ..Scene::default() };
+        scene.molecule = vec![named("tee", 0.02, ratio, [0.5, 0.5])];
+        let mut simulation = simulate::<S>(&scene, options);
+        simulation.run_until(20.0).unwrap();
+        let view = simulation.view();
+        assert!(view.counters().collisions > 3000);
+        assert!((view.energy() / view.ledger().initial - 1.0).abs() < 1e-11);
+        assert_eq!(view.overlaps().pairs, 0);
+    }
+}

@@ -1,0 +1,321 @@
+//! Every run ends: at its time, or with a named error, however little or much happens, and at any age.
+
+#[path = "support/engine.rs"]
+mod support;
+
+use carom_engine::{MoleculeSpec, RunError, Scene, Scheduler};
+use carom_kinematics::Instant;
+use glam::DVec2;
+use support::{
+    Encounters, bits, bumper, disc, frozen, gas, menagerie, named, scene, simulate, velocity,
+    with_each_scheduler,
+};
+
+#[test]
+fn where_nothing_can_happen_only_time_goes_on() {
+    with_each_scheduler!(check_nothing);
+}
+
+fn check_nothing<S: Scheduler>(options: &S::Options) {
+    let mut only_bumpers = scene(vec![]);
+    only_bumpers.bumper = vec![bumper(0.1, [0.0, 0.0]), bumper(0.2, [0.1, 0.1]), bumper(0.3, [0.5, 0.5])];
+    let at_rest = scene(vec![
+        disc(0.1, 1.0, [0.2, 0.2], [0.0; 2]),
+        // Touching, to the bit.
+        disc(0.125, 1.0, [0.5, 0.5], [0.0; 2]),
+        disc(0.125, 1.0, [0.75, 0.5], [0.0; 2]),
+        named("tee", 0.02, 1.0, [0.2, 0.8]),
+    ]);
+    let mut alone = scene(vec![MoleculeSpec {
+        angular_velocity: 3.0,
+        velocity: [0.1, 0.7],
+        ..named("tee", 0.05, 1.0, [0.5, 0.5])
+    }]);
+    alone.bounds.sides = [1.0, 2.0];
+    for scene in [Scene::default(), only_bumpers, at_rest, alone] {
+        let mut simulation = simulate::<S>(&scene, options);
+        let start = bits(&simulation.view());
+        for time in [0.0, 1e-300, 1.0, 50.0] {
+            simulation.run_until(time).unwrap();
+            assert_eq!(simulation.time().to_f64(), time);
+        }
+        assert!(!simulation.step(60.0, &mut ()).unwrap());
+        assert_eq!(simulation.time().to_f64(), 60.0);
+        let view = simulation.view();
+        assert_eq!((view.counters().collisions, view.overlaps().pairs), (0, 0));
+        assert_eq!(view.len(), start.len());
+        if view.energy() == 0.0 {
+            assert_eq!(bits(&view), start);
+        }
+    }
+}
+
+#[test]
+fn a_time_that_has_passed_changes_nothing_and_one_that_never_comes_is_refused() {
+    with_each_scheduler!(check_times);
+}
+
+fn check_times<S: Scheduler>(options: &S::Options) {
+    let mut simulation = simulate::<S>(&menagerie(12), options);
+    simulation.run_until(0.5).unwrap();
+    let (now, counters) = (bits(&simulation.view()), *simulation.view().counters());
+    for past in [0.5, 0.499, 0.0, -1.0, -1e300] {
+        simulation.run_until(past).unwrap();
+        assert!(!simulation.step(past, &mut ()).unwrap());
+    }
+    for never in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert!(matches!(simulation.run_until(never), Err(RunError::Time(_))));
+        assert!(matches!(simulation.step(never, &mut ()), Err(RunError::Time(_))));
+    }
+    assert_eq!(simulation.time().to_f64(), 0.5);
+    assert_eq!((bits(&simulation.view()), *simulation.view().counters()), (now, counters));
+}
+
+#[test]
+fn events_at_exactly_the_end_belong_to_the_run() {
+    with_each_scheduler!(check_last_instant);
+}
+
+fn check_last_instant<S: Scheduler>(options: &S::Options) {
+    // The gap of 0.25 closes at speed 1 at exactly 0.25.
+    let pair =
+        scene(vec![disc(0.125, 1.0, [0.25, 0.5], [1.0, 0.0]), disc(0.125, 1.0, [0.75, 0.5], [0.0; 2])]);
+    let mut simulation = simulate::<S>(&pair, options);
+    simulation.run_until(0.25f64.next_down()).unwrap();
+    assert_eq!(simulation.view().counters().collisions, 0);
+    simulation.run_until(0.25).unwrap();
+    assert_eq!(simulation.view().counters().collisions, 1);
+    assert_eq!(velocity(&simulation.view(), 1), DVec2::X);
+    simulation.run_until(0.25).unwrap();
+    assert_eq!(simulation.view().counters().collisions, 1);
+}
+
+#[test]
+fn at_any_age_the_same_trajectory() {
+    with_each_scheduler!(check_age);
+}
+
+fn check_age<S: Scheduler>(options: &S::Options) {
+    let bodies = frozen(&simulate::<S>(&menagerie(13), options).view()).molecule;
+    let run = |start: f64| {
+        // An empty box grows old at once; then everything comes in.
+        let mut simulation = simulate::<S>(&Scene::default(), options);
+        simulation.run_until(start).unwrap();
+        for body in &bodies {
+            simulation.add(body).unwrap();
+        }
+        let mut list = Encounters::since(Instant::from(start));
+        simulation.observe_until(start + 2.0, &mut list).unwrap();
+        assert!(list.list.len() > 500);
+        let motions: Vec<_> = simulation.view().bodies().map(|body| body.motion).collect();
+        (motions, list.list)
+    };
+    let (motions, list) = run(0.0);
+    for age in [1.0, 1e6, 1e12, 2f64.powi(50)] {
+        let (aged_motions, aged_list) = run(age);
+        for (aged, young) in aged_list.iter().zip(&list) {
+            assert_eq!((aged.bodies, aged.atoms, aged.image), (young.bodies, young.atoms, young.image));
+            assert!((aged.time - young.time).abs() < 1e-15, "at {age:e}");
+        }
+        for (aged, young) in aged_motions.iter().zip(&motions) {
+            assert_eq!(aged.velocity, young.velocity, "at {age:e}");
+            assert_eq!(aged.angular_velocity, young.angular_velocity);
+            // The last flight ends at a float of that age.
+            assert!((aged.position - young.position).length() < 1e-15);
+        }
+    }
+}
+
+#[test]
+fn a_million_epochs_lose_no_time() {
+    with_each_scheduler!(check_long_run);
+}
+
+fn check_long_run<S: Scheduler>(options: &S::Options) {
+    // To and fro between two bumpers: 0.3 of free path at 0.7.
+    let mut scene = scene(vec![disc(0.1, 1.0, [0.5, 0.5], [0.7, 0.0])]);
+    scene.bumper = vec![bumper(0.25, [0.0, 0.5])];
+    let mut simulation = simulate::<S>(&scene, options);
+    let mut last: Option<Instant> = None;
+    let mut hits = 0u32;
+    while hits < 200_000 {
+        assert!(simulation.step(1e9, &mut ()).unwrap());
+        hits += 1;
+        if let Some(last) = last {
+            // The roundings of places of order 1. A time kept in one float would be off by 7e-12 in the end.
+            let error = simulation.time().since(last) - 0.3 / 0.7;
+            assert!(error.abs() < 4e-15, "hit {hits}: {error:e}");
+        }
+        last = Some(simulation.time());
+    }
+    assert_eq!(velocity(&simulation.view(), 0).length(), 0.7);
+    let expected = (0.15 + 0.3 * f64::from(hits - 1)) / 0.7;
+    assert!((simulation.time().to_f64() / expected - 1.0).abs() < 1e-14);
+}
+
+#[test]
+fn superelastic_contacts_end_in_a_blow_up() {
+    with_each_scheduler!(check_blow_up);
+}
+
+fn check_blow_up<S: Scheduler>(options: &S::Options) {
+    // Each hit doubles the speed: after 60/lg 2 = 200 of them it is beyond 1e60, at a time that the geometric series
+    // of the flights gives: 0.15 + 0.3 (1/2 + 1/4 + …).
+    let mut between = scene(vec![disc(0.1, 1.0, [0.5, 0.5], [1.0, 0.0])]);
+    between.bumper = vec![bumper(0.25, [0.0, 0.5])];
+    between.elasticity.default = 2.0;
+    let mut simulation = simulate::<S>(&between, options);
+    let Err(RunError::BlowUp { time, speed, .. }) = simulation.run_until(10.0) else { panic!("no blow-up") };
+    assert!((time.to_f64() - 0.45).abs() < 1e-12 && speed > 1e60);
+    assert!((199..=201).contains(&simulation.view().counters().collisions));
+    // There is no way on, and trying changes nothing.
+    let stopped = simulation.view().bodies().next().unwrap().motion;
+    let (at, collisions) = (simulation.time(), simulation.view().counters().collisions);
+    assert!(matches!(simulation.run_until(10.0), Err(RunError::BlowUp { .. })));
+    let still = simulation.view().bodies().next().unwrap().motion;
+    assert_eq!(still.velocity, stopped.velocity);
+    assert!((still.position - stopped.position).length() < 1e-15);
+    assert!(simulation.time().since(at).abs() < 1e-30);
+    assert_eq!(simulation.view().counters().collisions, collisions);
+    assert!((simulation.view().energy() / simulation.view().ledger().booked() - 1.0).abs() < 1e-12);
+
+    // A gas of molecules just above elastic.
+    let mut gas = Scene { gas: vec![gas("disc", 0.05, 20), gas("dumbbell", 0.03, 10)], ..Scene::default() };
+    gas.elasticity.default = 1.2;
+    let mut simulation = simulate::<S>(&gas, options);
+    assert!(matches!(simulation.run_until(1e3), Err(RunError::BlowUp { .. })));
+    let energy = simulation.view().energy();
+    assert!(energy.is_finite(), "{energy}");
+    assert_eq!(simulation.view().overlaps().pairs, 0);
+}
+
+#[test]
+fn an_inelastic_collapse_ends_at_rest_or_with_its_name() {
+    with_each_scheduler!(check_collapse);
+}
+
+fn check_collapse<S: Scheduler>(options: &S::Options) {
+    // Three discs in a row that are pressed together: below e = 7 − 4√3 = 0.0718 they collide infinitely often in a
+    // finite time (McNamara and Young 1992).
+    for e in [0.0, 0.01, 0.05, 0.07, 0.1, 0.5] {
+        for squeeze in [false, true] {
+            let mut row = scene(vec![
+                disc(0.05, 1.0, [0.25, 0.5], [1.0, 0.0]),
+                disc(0.05, 1.0, [0.5, 0.5], [0.1, 0.0]),
+                disc(0.05, 1.0, [0.75, 0.5], [-1.0, 0.0]),
+            ]);
+            if squeeze {
+                row.bumper = vec![bumper(0.05, [0.1, 0.5]), bumper(0.05, [0.9, 0.5])];
+            }
+            row.elasticity.default = e;
+            let mut simulation = simulate::<S>(&row, options);
+            let ended = simulation.run_until(100.0);
+            let view = simulation.view();
+            match ended {
+                Ok(()) => assert_eq!(view.time().to_f64(), 100.0),
+                Err(RunError::Stalled { contacts, .. }) => assert!(contacts > 100),
+                Err(error) => panic!("{error}"),
+            }
+            assert!(view.counters().collisions < 100_000);
+            let energy = view.energy();
+            assert!(energy < 0.5 && energy >= 0.0, "e = {e}: {energy}");
+            assert_eq!(view.overlaps().pairs, 0, "e = {e}");
+            if !squeeze {
+                assert!((view.momentum().x - 0.1).abs() < 1e-14);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_chain_of_touching_discs_passes_a_blow_on_at_one_instant() {
+    with_each_scheduler!(check_chain);
+}
+
+fn check_chain<S: Scheduler>(options: &S::Options) {
+    const COUNT: usize = 100;
+    let mut list = vec![disc(0.5, 1.0, [1.0, 2.0], [1.0, 0.0])];
+    list.extend((0..COUNT).map(|i| disc(0.5, 1.0, [3.0 + i as f64, 2.0], [0.0; 2])));
+    let mut scene = scene(list);
+    scene.bounds.sides = [128.0, 4.0];
+    let mut simulation = simulate::<S>(&scene, options);
+    let mut blows = Encounters::since(Instant::ZERO);
+    simulation.observe_until(1.5, &mut blows).unwrap();
+    assert_eq!(blows.list.len(), COUNT);
+    assert!(blows.list.iter().all(|blow| (blow.time - 1.0).abs() < 1e-13));
+    assert!((velocity(&simulation.view(), COUNT) - DVec2::X).length() < 1e-13);
+}
+
+#[test]
+fn what_happens_everywhere_at_once_happens_in_order() {
+    with_each_scheduler!(check_lattice);
+}
+
+fn check_lattice<S: Scheduler>(options: &S::Options) {
+    // 64 discs on a square lattice, all of whose first events are at time 0: on the borders of cells, moving out.
+    const SIDE: usize = 8;
+    let lattice = |velocity: fn(usize, usize) -> [f64; 2]| {
+        let place = |k: usize| [(k % SIDE) as f64 / SIDE as f64, (k / SIDE) as f64 / SIDE as f64];
+        scene((0..SIDE * SIDE).map(|k| disc(0.03125, 1.0, place(k), velocity(k % SIDE, k / SIDE))).collect())
+    };
+    let mut together = simulate::<S>(&lattice(|_, _| [-1.0, -1.0]), options);
+    together.run_until(3.0).unwrap();
+    assert_eq!(together.view().counters().collisions, 0);
+    assert_eq!(velocity(&together.view(), 17), DVec2::splat(-1.0));
+
+    // Neighbours in a row move at each other: 32 pairs collide at one instant, turn round, and so on.
+    let mirrored = lattice(|column, _| if column % 2 == 0 { [1.0, 0.0] } else { [-1.0, 0.0] });
+    let mut simulation = simulate::<S>(&mirrored, options);
+    let mut list = Encounters::since(Instant::ZERO);
+    simulation.observe_until(0.5, &mut list).unwrap();
+    // Each has 0.0625 of free path on either side: collisions at 1/32, 3/32, … 15/32.
+    assert_eq!(list.list.len(), 8 * SIDE * SIDE / 2);
+    for (n, encounter) in list.list.iter().enumerate() {
+        let round = n / (SIDE * SIDE / 2);
+        assert!((encounter.time - (2.0 * round as f64 + 1.0) / 32.0).abs() < 1e-15);
+    }
+    assert_eq!(simulation.view().energy(), 32.0);
+    assert_eq!(simulation.view().momentum(), DVec2::ZERO);
+    // Of events at one instant, to the last bit, those of the body inserted first come first.
+    let ties: Vec<_> = list.list.windows(2).filter(|pair| pair[0].time == pair[1].time).collect();
+    assert!(ties.len() > SIDE * SIDE && ties.iter().all(|pair| pair[0].bodies < pair[1].bodies));
+
+    // Four discs meet in one point, from four sides.
+    let four = [[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]];
+    let run = || {
+        let discs = four.map(|[x, y]| disc(0.0625, 1.0, [0.5 + 0.25 * x, 0.5 + 0.25 * y], [-x, -y]));
+        let mut simulation = simulate::<S>(&scene(discs.to_vec()), options);
+        simulation.run_until(0.5).unwrap();
+        simulation
+    };
+    let simulation = run();
+    assert!((simulation.view().energy() - 2.0).abs() < 1e-14);
+    assert!(simulation.view().momentum().length() < 1e-14);
+    assert_eq!(simulation.view().overlaps().pairs, 0);
+    assert_eq!(bits(&simulation.view()), bits(&run().view()));
+}
+
+#[test]
+fn a_run_that_has_stalled_stays_where_it_is() {
+    with_each_scheduler!(check_stall);
+}
+
+fn check_stall<S: Scheduler>(options: &S::Options) {
+    // A disc is held between a bumper and a heavy one that comes on: the faster it goes to and fro, the less room it
+    // has, and elastic contacts would turn the heavy one round. With e = 0.05 its momentum wins.
+    let mut vice =
+        scene(vec![disc(0.05, 1e-9, [0.2, 0.5], [0.0; 2]), disc(0.1, 1e9, [0.5, 0.5], [-1.0, 0.0])]);
+    vice.bumper = vec![bumper(0.1, [0.0, 0.5])];
+    vice.elasticity.default = 0.05;
+    let mut simulation = simulate::<S>(&vice, options);
+    let Err(RunError::Stalled { time, contacts, .. }) = simulation.run_until(10.0) else {
+        panic!("it goes on")
+    };
+    // The gap between bumper and heavy disc shuts: 0.5 − 0.2 − 0.1 at speed 1.
+    assert!((time.to_f64() - 0.2).abs() < 1e-9 && contacts > 100, "{time}");
+    for _ in 0..2 {
+        assert!(matches!(simulation.run_until(10.0), Err(RunError::Stalled { .. })));
+        assert!(simulation.time().since(time).abs() < 1e-12);
+        assert!(simulation.view().overlaps().deepest_length < 1e-12);
+    }
+}

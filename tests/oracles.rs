@@ -1,0 +1,100 @@
+//! The exact detector against an oracle in double-double arithmetic on encounters of all classes, and that oracle
+//! against another at 200 bits.
+
+#[path = "../xtask/src/oracle/mod.rs"]
+#[allow(dead_code, unused_imports, reason = "the runners use all of it")]
+mod oracle;
+
+use carom_detection::{
+    Exact,
+    encounters::{Class, Encounter},
+};
+use oracle::{Big, DoubleDouble, Number, Oracle, Reference, Verdict};
+
+const SEED: u64 = 20_170;
+
+#[test]
+fn exact_keeps_its_promise_on_all_classes() {
+    let oracle = Oracle { most_intervals: 300_000 };
+    let (mut judged, mut unresolved, mut deviations) = (0, 0, Vec::new());
+    for class in Class::ALL {
+        // Many atoms take the oracle long.
+        let count = if matches!(class, Class::Rods | Class::Blobs) { 21 } else { 100 };
+        for index in 0..count {
+            let encounter = Encounter::draw(class, SEED, index);
+            let answer = encounter.ask(&Exact::default());
+            let reference = oracle.first_contact::<DoubleDouble>(&encounter);
+            let Some(judgement) = reference.judge(&encounter, &answer) else {
+                unresolved += 1;
+                continue;
+            };
+            judged += 1;
+            let kept = matches!(judgement.verdict, Verdict::Right | Verdict::Graze | Verdict::FreeUntil);
+            assert!(kept, "{class} {index}: {judgement:?}, {answer:?}, {reference:?}, {encounter:?}");
+            if class == Class::Generic {
+                deviations.extend(judgement.deviation);
+            }
+        }
+    }
+    eprintln!("{judged} judged, {unresolved} unresolved by the oracle");
+    assert!(judged > 2500 && unresolved < 60, "{judged} judged, {unresolved} unresolved");
+    deviations.sort_by(f64::total_cmp);
+    assert!(deviations[deviations.len() / 2] < 1e-15, "median |Δt| {:e}", deviations[deviations.len() / 2]);
+}
+
+#[test]
+fn the_oracle_agrees_with_another_at_200_bits() {
+    let oracle = Oracle { most_intervals: 20_000 };
+    let mut contacts = 0;
+    for class in Class::ALL {
+        for index in 0..2 {
+            let encounter = Encounter::draw(class, SEED, index);
+            if encounter.molecules.iter().any(|molecule| molecule.atoms().len() > 5) {
+                continue;
+            }
+            let one = oracle.first_contact::<DoubleDouble>(&encounter);
+            let other = oracle.first_contact::<Big>(&encounter);
+            match (&one, &other) {
+                (Reference::Deep(one), Reference::Deep(other)) => {
+                    contacts += 1;
+                    assert_eq!(one.atoms, other.atoms, "{class} {index}");
+                    // Angles in double-double are off by 1e-31 radians per radian.
+                    let scale = encounter.natural_time().max(other.time.value());
+                    for (one, other) in [(&one.time, &other.time), (&one.touch, &other.touch)] {
+                        let off = Big::new(one.value()).minus(other).value()
+                            + one.minus(&DoubleDouble::new(one.value())).value();
+                        assert!(off.abs() < 1e-20 * scale, "{class} {index}: off by {off:e} of {scale:e}");
+                    }
+                }
+                (Reference::Free, Reference::Free) => {}
+                (Reference::Unresolved, _) | (_, Reference::Unresolved) => {}
+                _ => panic!("{class} {index}: {one:?} and {other:?}"),
+            }
+        }
+    }
+    assert!(contacts > 15, "{contacts} contacts compared");
+}
+
+/// The same relative motion at half the spin and velocity lasts twice as long.
+#[test]
+fn the_oracle_scales_with_time() {
+    let oracle = Oracle::default();
+    for index in 0..30 {
+        let encounter = Encounter::draw(Class::Generic, SEED, index);
+        let mut slower = encounter.clone();
+        slower.motion.velocity *= 0.5;
+        slower.motion.angular_velocity = encounter.motion.angular_velocity.map(|spin| 0.5 * spin);
+        slower.horizon *= 2.0;
+        match (
+            oracle.first_contact::<DoubleDouble>(&encounter),
+            oracle.first_contact::<DoubleDouble>(&slower),
+        ) {
+            (Reference::Deep(one), Reference::Deep(two)) => {
+                let off = one.touch.plus(&one.touch).minus(&two.touch).value() / encounter.natural_time();
+                assert!(off.abs() < 1e-25, "{index}: {off:e}");
+            }
+            (Reference::Free, Reference::Free) => {}
+            other => panic!("{index}: {other:?}"),
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! No pair ever overlaps by more than rounding: a hundred thousand collisions of the tee in its gas.
+
+#[path = "support/engine.rs"]
+mod support;
+
+use carom_engine::{Cells, CollisionReport, Fineness, Instructions, Observer, Scene, Scheduler, Thesis};
+use support::{bumper, gas, named, scene, simulate};
+
+/// Counts the collisions of the body inserted first.
+#[derive(Default)]
+struct OfTheFirst(u64);
+
+impl Observer for OfTheFirst {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.0 += u64::from(report.sides[0].body.id() == 0);
+    }
+}
+
+/// The gas of Montanari (2017), chapter 3: discs of radius 0.01 that cover half the box, in it a tee of atoms of
+/// radius 0.005 and mass 2, and a bumper.
+fn thesis_scene(side: f64) -> Scene {
+    let mut scene = scene(vec![named("tee", 0.005, 2.0, [0.5 * side, 0.5 * side])]);
+    scene.bounds.sides = [side, side];
+    scene.bumper = vec![bumper(0.0025, [0.25 * side, 0.25 * side])];
+    scene.gas = vec![gas("disc", 0.01, 1)];
+    (scene.gas[0].count, scene.gas[0].area_fraction) = (None, Some(0.5));
+    scene
+}
+
+/// Runs until the tee has had so many collisions, and counts the overlaps a hundred times on the way.
+fn run_the_tee<S: Scheduler>(scene: &Scene, collisions: u64, options: &S::Options) {
+    let mut simulation = simulate::<S>(scene, options);
+    let mut tee = OfTheFirst::default();
+    let mut time = 0.0;
+    let mut deepest = 0.0f64;
+    while tee.0 < collisions {
+        let goal = tee.0 + collisions.div_ceil(100);
+        while tee.0 < goal {
+            time += 0.01;
+            simulation.observe_until(time, &mut tee).unwrap();
+        }
+        let census = simulation.view().overlaps();
+        assert_eq!(census.pairs, 0, "after {} collisions of the tee: {census:?}", tee.0);
+        deepest = deepest.max(census.deepest_length);
+    }
+    // Rounding of places in the box; a missed contact makes overlaps a hundred million times as deep.
+    assert!(deepest < 4e-15 * scene.bounds.sides[0].max(0.25), "{deepest:e}");
+    let view = simulation.view();
+    assert!((view.energy() / view.ledger().initial - 1.0).abs() < 1e-11);
+    assert_eq!(view.counters().scheduler.unresolved, 0);
+}
+
+#[test]
+fn the_tee_in_its_gas() {
+    // A quarter of the thesis's box a side, at the same densities: the tee has a larger share of the collisions.
+    run_the_tee::<Cells>(&thesis_scene(0.25), 100_000, &Instructions::Widest);
+}
+
+#[test]
+fn the_tee_in_its_gas_with_the_thesis_scheduler() {
+    run_the_tee::<Thesis>(&thesis_scene(0.25), 5_000, &Fineness::Automatic);
+}
+
+#[test]
+fn the_whole_scene_of_the_thesis() {
+    // A hundred thousand collisions of everything there is, of which some hundred are the tee's.
+    let mut simulation = simulate::<Cells>(&thesis_scene(1.0), &Instructions::Widest);
+    assert_eq!(simulation.view().len(), 1592 + 2);
+    let mut time = 0.0;
+    while simulation.view().counters().collisions < 100_000 {
+        time += 0.01;
+        simulation.run_until(time).unwrap();
+        let census = simulation.view().overlaps();
+        assert_eq!(census.pairs, 0, "at {time}: {census:?}");
+    }
+}

@@ -1,0 +1,415 @@
+//! What a scene may say and what is refused, each time with the entry that is wrong; and what placement can fill.
+
+#[path = "support/engine.rs"]
+mod support;
+
+use carom_detection::Exact;
+use carom_engine::{
+    AtomSpec, BumperSpec, ElasticityRule, Fineness, GasSpec, GridError, MoleculeSpec, Rotation, Scene,
+    SceneError, Simulation, Thesis,
+};
+use carom_geometry::GeometryError;
+use carom_response::Impact;
+use support::{bumper, disc, gas, named, scene, simulate, velocity};
+
+fn refusal(scene: &Scene) -> SceneError {
+    Simulation::<Exact, Impact, Thesis>::with(scene, Exact::default(), Impact, Fineness::Automatic)
+        .expect_err("the scene is wrong")
+}
+
+/// Asserts that a molecule is refused, as the second of the scene, with these words.
+fn refuse_molecule(molecule: MoleculeSpec, words: &str) {
+    let scene = scene(vec![disc(0.01, 1.0, [0.9, 0.9], [0.0; 2]), molecule]);
+    let message = refusal(&scene).to_string();
+    assert!(message.starts_with("molecule[1]: ") && message.contains(words), "{message:?} without {words:?}");
+}
+
+fn refuse_gas(gas: GasSpec, words: &str) {
+    let message = refusal(&Scene { gas: vec![gas], ..Scene::default() }).to_string();
+    assert!(message.starts_with("gas[0]: ") && message.contains(words), "{message:?} without {words:?}");
+}
+
+#[test]
+fn text_with_unknown_or_missing_keys_is_refused_with_the_place() {
+    for (text, words) in [
+        ("[box]\nsize = [1.0, 1.0]", "size"),
+        ("[[molecule]]\nshape = \"disc\"\nradius = 0.1", "radius"),
+        ("[[bumper]]\nradius = 0.1\nat = [0.0, 0.0]\nmass = 1.0", "mass"),
+        ("[[bumper]]\nradius = 0.1", "at"),
+        ("[[gas]]\nnumber = 5", "number"),
+        ("[elasticity]\ncoefficient = 0.5", "coefficient"),
+        ("[[elasticity.pair]]\nbetween = [\"a\"]", "coefficient"),
+        ("[run]\nuntil = \"dawn\"", "until"),
+        ("[[molecule]]\natoms = [{ at = [0.0, 0.0], radius = 0.1 }]", "mass"),
+        ("[[molecule]]\nrotation = \"none\"", "none"),
+        ("[box]\nseed = -1", "seed"),
+        ("[box]\nsides = [1.0]", "sides"),
+        ("[spring]\nstiffness = 1.0", "spring"),
+        ("molecule = ", "line 1"),
+    ] {
+        let refused = Scene::from_toml(text);
+        let Err(SceneError::Syntax(message)) = &refused else { panic!("{text:?}: {refused:?}") };
+        assert!(message.contains(words) && message.contains("line"), "{text:?}: {message}");
+    }
+}
+
+#[test]
+fn a_scene_survives_being_written_and_read() {
+    let mut scene = support::menagerie(9);
+    scene.molecule[0].tags = vec!["a".to_owned()];
+    scene.elasticity.pair = vec![ElasticityRule { between: vec!["a".to_owned()], coefficient: 0.1 + 0.2 }];
+    scene.run.observe = vec!["energy".to_owned()];
+    assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
+}
+
+#[test]
+fn impossible_molecules_are_refused_by_name() {
+    let good = || named("tee", 0.01, 1.0, [0.5, 0.5]);
+    let atom = |x: f64, radius: f64, mass: f64| AtomSpec { at: [x, 0.0], radius, mass };
+    let of_atoms = |atoms: Vec<AtomSpec>| MoleculeSpec { atoms, at: [0.5, 0.5], ..MoleculeSpec::default() };
+
+    refuse_molecule(named("tea", 0.01, 1.0, [0.5, 0.5]), "unknown shape 'tea'");
+    refuse_molecule(named("rod:0", 0.01, 1.0, [0.5, 0.5]), "a rod of 0 atoms");
+    refuse_molecule(MoleculeSpec { atom_radius: None, ..good() }, "needs `atom_radius`");
+    refuse_molecule(MoleculeSpec { atom_mass: None, ..good() }, "needs `atom_mass`");
+    refuse_molecule(
+        MoleculeSpec { atoms: vec![atom(0.0, 0.1, 1.0)], ..good() },
+        "`shape` or `atoms`, not both",
+    );
+    refuse_molecule(
+        MoleculeSpec { atom_radius: Some(0.1), ..of_atoms(vec![atom(0.0, 0.1, 1.0)]) },
+        "go with a named `shape`",
+    );
+    refuse_molecule(of_atoms(vec![]), "at least one atom");
+    refuse_molecule(of_atoms(vec![atom(0.0, 0.1, 1.0), atom(0.0, 0.2, 1.0)]), "the same centre");
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e61] {
+        refuse_molecule(of_atoms(vec![atom(0.0, bad, 1.0)]), "must be positive");
+        refuse_molecule(of_atoms(vec![atom(0.0, 0.1, bad)]), "must be positive");
+        refuse_molecule(MoleculeSpec { atom_radius: Some(bad), ..good() }, "must be");
+        refuse_molecule(MoleculeSpec { atom_mass: Some(bad), ..good() }, "must be positive");
+    }
+    for bad in [f64::NAN, f64::INFINITY, -1e61] {
+        refuse_molecule(of_atoms(vec![atom(bad, 0.1, 1.0)]), "must be finite");
+        refuse_molecule(MoleculeSpec { at: [0.5, bad], ..good() }, "must be finite");
+        refuse_molecule(MoleculeSpec { velocity: [bad, 0.0], ..good() }, "must be finite");
+        refuse_molecule(MoleculeSpec { angular_velocity: bad, ..good() }, "must be finite");
+        refuse_molecule(MoleculeSpec { orientation: Some(bad), ..good() }, "must be finite");
+        refuse_molecule(MoleculeSpec { orientation_turns: Some(bad), ..good() }, "must be finite");
+    }
+    refuse_molecule(
+        MoleculeSpec { orientation: Some(0.0), orientation_turns: Some(0.0), ..good() },
+        "`orientation` or `orientation_turns`, not both",
+    );
+    refuse_molecule(
+        MoleculeSpec { angular_velocity: 1.0, ..disc(0.01, 1.0, [0.5, 0.5], [0.0; 2]) },
+        "the spin of a single disc never changes",
+    );
+    refuse_molecule(
+        MoleculeSpec { angular_velocity: 1.0, rotation: Rotation::Locked, ..good() },
+        "locked rotation must have angular velocity 0",
+    );
+    refuse_molecule(MoleculeSpec { velocity: [1.0, 0.0], fixed: true, ..good() }, "must have no velocity");
+    refuse_molecule(MoleculeSpec { angular_velocity: 1.0, fixed: true, ..good() }, "must have no velocity");
+}
+
+#[test]
+fn impossible_bumpers_and_boxes_are_refused_by_name() {
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let mut scene = scene(vec![]);
+        scene.bumper = vec![bumper(0.1, [0.0, 0.0]), bumper(bad, [0.5, 0.5])];
+        assert!(refusal(&scene).to_string().starts_with("bumper[1]: the radius"), "{}", refusal(&scene));
+        scene.bumper[1] = BumperSpec { radius: 0.1, at: [0.5, f64::NAN], tags: vec![] };
+        assert!(refusal(&scene).to_string().starts_with("bumper[1]: "));
+        scene.bumper.pop();
+        scene.bounds.sides = [1.0, bad];
+        let expected = matches!(refusal(&scene), SceneError::Geometry { entry, source: GeometryError::NotPositive { .. } } if entry == "box");
+        assert!(expected);
+    }
+}
+
+#[test]
+fn impossible_gases_are_refused_by_name() {
+    let good = || gas("disc", 0.01, 10);
+    refuse_gas(GasSpec { area_fraction: Some(0.1), ..good() }, "either `area_fraction` or `count`");
+    refuse_gas(GasSpec { count: None, ..good() }, "either `area_fraction` or `count`");
+    for bad in [1.0, -0.1, f64::NAN, f64::INFINITY] {
+        refuse_gas(GasSpec { count: None, area_fraction: Some(bad), ..good() }, "`area_fraction` must be");
+    }
+    refuse_gas(GasSpec { radius: Some(0.01), ..good() }, "`radius` and `atom_radius` are the same");
+    refuse_gas(GasSpec { mass: Some(1.0), ..good() }, "`mass` and `atom_mass` are the same");
+    refuse_gas(GasSpec { atom_radius: None, ..good() }, "needs `atom_radius`");
+    refuse_gas(GasSpec { energy: -1.0, ..good() }, "must not be negative");
+    refuse_gas(GasSpec { energy: f64::NAN, ..good() }, "must be finite");
+    refuse_gas(GasSpec { atom_mass: Some(0.0), ..good() }, "must be positive");
+    refuse_gas(GasSpec { shape: Some("ring:2".to_owned()), ..good() }, "a ring of 2 atoms");
+    refuse_gas(
+        GasSpec { atoms: vec![AtomSpec { at: [0.0; 2], radius: 0.01, mass: 1.0 }], ..good() },
+        "`shape` or `atoms`, not both",
+    );
+    // More than fit, whether by a little or by far.
+    for count in [3000, 2_000_000] {
+        let error = refusal(&Scene { gas: vec![gas("disc", 0.01, count)], ..Scene::default() });
+        assert!(
+            matches!(&error, SceneError::Full { entry, wanted, placed } if entry == "gas[0]" && *wanted == count && *placed < 3000),
+            "{error}"
+        );
+    }
+    // Numbers at the edge of what is accepted end in words, not in a hang.
+    refuse_gas(GasSpec { count: None, area_fraction: Some(0.5), ..gas("disc", 1e-60, 0) }, "more than 2^27");
+    refuse_gas(gas("disc", 1e-9, usize::MAX), "more than 2^27");
+    refuse_gas(gas("disc", 1e59, 1), "only 0 of 1");
+    // A disc of more area than the box rounds to none of them.
+    let huge = GasSpec { count: None, area_fraction: Some(0.5), ..gas("disc", 1e59, 0) };
+    assert!(Simulation::new(&Scene { gas: vec![huge], ..Scene::default() }).unwrap().view().is_empty());
+}
+
+#[test]
+fn overlaps_are_refused_with_both_entries() {
+    let overlap = |scene: &Scene| match refusal(scene) {
+        SceneError::Overlap { first, second, depth } => (first, second, depth),
+        other => panic!("{other}"),
+    };
+    let mut discs = scene(vec![
+        disc(0.1, 1.0, [0.5, 0.5], [0.0; 2]),
+        disc(0.1, 1.0, [0.05, 0.5], [0.0; 2]),
+        disc(0.1, 1.0, [0.9, 0.5], [0.0; 2]),
+    ]);
+    // The last two overlap across the border.
+    let (first, second, depth) = overlap(&discs);
+    assert_eq!((first.as_str(), second.as_str()), ("molecule[1]", "molecule[2]"));
+    assert!((depth - 0.05).abs() < 1e-15);
+    discs.molecule.pop();
+    discs.bumper = vec![bumper(0.2, [0.5, 0.79])];
+    let (first, second, depth) = overlap(&discs);
+    assert_eq!((first.as_str(), second.as_str()), ("molecule[0]", "bumper[0]"));
+    assert!((depth - 0.01).abs() < 1e-15);
+
+    // An overlap of 1e-9 is no rounding; one of 1e-16 is, and so is touching.
+    for (overlapping, by) in [(true, 1e-9), (true, 1e-12), (false, 1e-16), (false, 0.0), (false, -1e-12)] {
+        let pair =
+            scene(vec![disc(0.1, 1.0, [0.4, 0.5], [1.0, 0.0]), disc(0.1, 1.0, [0.6 - by, 0.5], [0.0, 0.0])]);
+        if overlapping {
+            overlap(&pair);
+        } else {
+            let mut simulation = simulate::<Thesis>(&pair, &Fineness::Automatic);
+            simulation.run_until(1e-6).unwrap();
+            // Whatever the last bit: the pair closes, so it collides, once.
+            assert_eq!(simulation.view().counters().collisions, 1);
+            assert!((velocity(&simulation.view(), 1).x - 1.0).abs() < 1e-15);
+        }
+    }
+
+    // Molecules whose bounding circles overlap but whose atoms do not are welcome; fixed bodies may overlap.
+    let mut tees =
+        scene(vec![named("rod:5", 0.02, 1.0, [0.5, 0.5]), named("rod:5", 0.02, 1.0, [0.5, 0.541])]);
+    tees.bumper = vec![bumper(0.1, [0.1, 0.1]), bumper(0.1, [0.15, 0.1])];
+    simulate::<Thesis>(&tees, &Fineness::Automatic);
+    tees.molecule[1].at = [0.5, 0.539];
+    let (_, _, depth) = overlap(&tees);
+    assert!((depth - 0.001).abs() < 1e-15);
+}
+
+#[test]
+fn a_grid_too_fine_is_refused_with_the_finest_that_is_safe() {
+    // The tee of relative size 0.5 (Montanari 2017, chapter 3): 3.8 × 0.005 + 0.01 = 0.029 from centre to centre.
+    let mut thesis = scene(vec![named("tee", 0.005, 2.0, [0.5, 0.5])]);
+    thesis.gas = vec![gas("disc", 0.01, 100)];
+    let built = |fineness| {
+        Simulation::<Exact, Impact, Thesis>::with(
+            &thesis,
+            Exact::default(),
+            Impact,
+            Fineness::Given(fineness),
+        )
+    };
+    for fineness in [50, 35] {
+        let error = built(fineness).expect_err("50 misses contacts");
+        let SceneError::Grid(GridError::TooFine { fineness: asked, largest, reach }) = &error else {
+            panic!("{error}")
+        };
+        assert_eq!((*asked, *largest), (fineness, 34));
+        assert!((reach - 0.029).abs() < 1e-16);
+        assert!(error.to_string().contains("the largest safe fineness is 34"), "{error}");
+    }
+    assert!(built(34).is_ok());
+    for fineness in [0, 4097, u32::MAX] {
+        assert!(
+            matches!(built(fineness), Err(SceneError::Grid(GridError::Fineness(asked))) if asked == fineness)
+        );
+    }
+}
+
+#[test]
+fn a_box_in_which_a_molecule_could_meet_itself_is_refused() {
+    let too_small = |scene: &Scene| matches!(refusal(scene), SceneError::Grid(GridError::BoxTooSmall { .. }));
+    // A rod of bounding radius 0.5 and one a little shorter.
+    assert!(too_small(&scene(vec![named("rod:5", 0.1, 1.0, [0.5, 0.5])])));
+    simulate::<Thesis>(&scene(vec![named("rod:5", 0.099, 1.0, [0.5, 0.5])]), &Fineness::Given(1));
+    // The shorter side decides.
+    let mut narrow = scene(vec![named("rod:5", 0.05, 1.0, [0.5, 0.25])]);
+    narrow.bounds.sides = [1.0, 0.5];
+    assert!(too_small(&narrow));
+    // Two bodies that reach across the whole box.
+    let mut wall = scene(vec![disc(0.3, 1.0, [5.0, 0.5], [1.0, 0.0])]);
+    wall.bounds.sides = [10.0, 1.0];
+    wall.bumper = vec![bumper(0.6, [0.0, 0.5])];
+    simulate::<Thesis>(&wall, &Fineness::Given(1));
+    wall.bumper[0].radius = 0.8;
+    assert!(too_small(&wall));
+    // A fixed disc may cover the box; nobody is there to meet it.
+    let mut covered = scene(vec![]);
+    covered.bumper = vec![bumper(0.9, [0.5, 0.5])];
+    simulate::<Thesis>(&covered, &Fineness::Automatic).run_until(1.0).unwrap();
+}
+
+#[test]
+fn elasticity_rules_are_checked_and_the_most_specific_wins() {
+    let base = || {
+        let mut scene =
+            scene(vec![disc(0.1, 1.0, [0.25, 0.5], [1.0, 0.0]), disc(0.1, 1.0, [0.75, 0.5], [-1.0, 0.0])]);
+        scene.molecule[0].tags = vec!["a".to_owned(), "c".to_owned()];
+        scene.molecule[1].tags = vec!["b".to_owned()];
+        scene.elasticity.default = 0.9;
+        scene
+    };
+    let with = |rules: &[(&[&str], f64)]| {
+        let mut scene = base();
+        scene.elasticity.pair = rules
+            .iter()
+            .map(|(between, coefficient)| ElasticityRule {
+                between: between.iter().map(|&tag| tag.to_owned()).collect(),
+                coefficient: *coefficient,
+            })
+            .collect();
+        scene
+    };
+    let measured = |rules: &[(&[&str], f64)]| {
+        let mut simulation = simulate::<Thesis>(&with(rules), &Fineness::Automatic);
+        simulation.run_until(0.2).unwrap();
+        velocity(&simulation.view(), 1).x
+    };
+    let cases: [(&[(&[&str], f64)], f64); 9] = [
+        (&[], 0.9),
+        (&[(&["a"], 0.5)], 0.5),
+        (&[(&["a"], 0.5), (&["a", "b"], 0.25)], 0.25),
+        (&[(&["b", "a"], 0.25), (&["b"], 0.5)], 0.25),
+        // A pair of a tag with itself, or with a third, is not this contact.
+        (&[(&["a", "a"], 0.25), (&["a", "d"], 0.0)], 0.9),
+        (&[(&["a", "c"], 0.25)], 0.9),
+        // Two rules of one rank that agree.
+        (&[(&["a"], 0.5), (&["b"], 0.5)], 0.5),
+        // A disagreement that the more specific rule settles.
+        (&[(&["a"], 0.5), (&["b"], 0.25), (&["a", "b"], 0.125)], 0.125),
+        (&[(&["nobody"], 0.0)], 0.9),
+    ];
+    for (rules, expected) in cases {
+        assert!((measured(rules) - expected).abs() < 1e-15, "{rules:?}: {}", measured(rules));
+    }
+
+    let ambiguous = |rules: &[(&[&str], f64)]| match refusal(&with(rules)) {
+        SceneError::AmbiguousElasticity { first, second, one, other } => (first, second, one, other),
+        other => panic!("{other}"),
+    };
+    let names = |list: &[&str]| list.iter().map(|&tag| tag.to_owned()).collect::<Vec<_>>();
+    assert_eq!(ambiguous(&[(&["a"], 0.5), (&["b"], 0.25)]), (names(&["a"]), names(&["b"]), 0.5, 0.25));
+    assert_eq!(
+        ambiguous(&[(&["a", "b"], 0.5), (&["b", "c"], 0.25)]),
+        (names(&["a", "b"]), names(&["b", "c"]), 0.5, 0.25)
+    );
+
+    for bad in [-0.1, f64::NAN, f64::INFINITY, 1e7] {
+        let error = refusal(&with(&[(&["a"], 1.0), (&["a", "b"], bad)]));
+        assert!(error.to_string().starts_with("elasticity.pair[1]: elasticity must be"), "{error}");
+        let mut scene = base();
+        scene.elasticity.default = bad;
+        assert!(refusal(&scene).to_string().starts_with("elasticity.default: elasticity must be"));
+    }
+    for between in [&[] as &[&str], &["a", "b", "c"]] {
+        let error = refusal(&with(&[(between, 1.0)]));
+        assert!(error.to_string().starts_with("elasticity.pair[0]: `between` must name"), "{error}");
+    }
+}
+
+/// Builds a scene and asserts that nothing touches.
+fn filled(scene: &Scene) -> Simulation<Exact, Impact, Thesis> {
+    let simulation = simulate::<Thesis>(scene, &Fineness::Automatic);
+    let census = simulation.view().overlaps();
+    assert_eq!((census.pairs, census.deepest_length), (0, 0.0));
+    simulation
+}
+
+fn by_area(shape: &str, atom_radius: f64, fraction: f64) -> GasSpec {
+    GasSpec { count: None, area_fraction: Some(fraction), ..gas(shape, atom_radius, 0) }
+}
+
+#[test]
+fn dense_gases_can_be_placed() {
+    for (shape, radius, fraction) in [
+        ("disc", 0.01, 0.7),
+        ("disc", 0.02, 0.7),
+        ("disc", 0.05, 0.65),
+        ("dumbbell", 0.01, 0.4),
+        ("tee", 0.01, 0.25),
+        ("rod:4", 0.008, 0.2),
+    ] {
+        for seed in 0..3 {
+            let mut scene = Scene { gas: vec![by_area(shape, radius, fraction)], ..Scene::default() };
+            scene.bounds.seed = seed;
+            let mut simulation = filled(&scene);
+            let area: f64 = simulation.view().bodies().map(|view| view.body.molecule().area()).sum();
+            // To the nearest number of molecules.
+            let one = simulation.view().bodies().next().unwrap().body.molecule().area();
+            assert!((area - fraction).abs() <= 0.5 * one + 1e-12, "{shape}: {area}");
+            simulation.step(1.0, &mut ()).unwrap();
+            assert_eq!(simulation.view().overlaps().pairs, 0);
+        }
+    }
+    // A box that is not square.
+    let mut scene = Scene { gas: vec![by_area("disc", 0.02, 0.7)], ..Scene::default() };
+    scene.bounds.sides = [2.0, 0.3];
+    filled(&scene);
+}
+
+#[test]
+fn mixtures_can_be_placed_around_what_stands() {
+    // Ten to one in size, half of the covered area each.
+    let scene =
+        Scene { gas: vec![by_area("disc", 0.05, 0.2), by_area("disc", 0.005, 0.2)], ..Scene::default() };
+    let simulation = filled(&scene);
+    let large =
+        simulation.view().bodies().filter(|view| view.body.molecule().bounding_radius() > 0.01).count();
+    assert_eq!(large, (0.2 / (std::f64::consts::PI * 0.0025)).round() as usize);
+
+    let mut around =
+        support::scene(vec![named("tee", 0.04, 1.0, [0.5, 0.5]), named("rod:8", 0.03, 1.0, [0.5, 0.8])]);
+    around.bumper = vec![bumper(0.1, [0.0, 0.0]), bumper(0.05, [0.05, 0.5])];
+    around.gas = vec![by_area("dumbbell", 0.012, 0.15), by_area("disc", 0.01, 0.2)];
+    filled(&around);
+}
+
+#[test]
+fn a_gas_starts_with_the_energy_asked_for_shared_over_its_degrees_of_freedom() {
+    let mut scene = Scene { gas: vec![gas("dumbbell", 0.01, 200)], ..Scene::default() };
+    scene.gas[0].energy = 2.5;
+    let simulation = filled(&scene);
+    for view in simulation.view().bodies() {
+        assert!((view.energy() - 2.5).abs() < 1e-14);
+        let spin = view.motion.angular_velocity;
+        let turning = 0.5 * spin * spin / view.body.inertia().inverse_moment;
+        assert!((turning - 2.5 / 3.0).abs() < 1e-14);
+    }
+    // Directions are random: the mean of 200 unit vectors is of length 1/√200 or so.
+    let speed = simulation.view().bodies().next().unwrap().motion.velocity.length();
+    let mean = simulation.view().momentum() / 200.0;
+    assert!(mean.length() < 4.0 * speed / 200f64.sqrt() && mean.length() > 0.0);
+
+    scene.gas[0].zero_momentum = true;
+    scene.gas[0].rotation = Rotation::Locked;
+    let simulation = filled(&scene);
+    assert!(simulation.view().momentum().length() < 1e-12);
+    assert!((simulation.view().energy() - 500.0).abs() < 1e-10);
+    assert!(simulation.view().bodies().all(|view| view.motion.angular_velocity == 0.0));
+    // One molecule alone cannot be in motion without momentum.
+    scene.gas[0].count = Some(1);
+    assert_eq!(filled(&scene).view().energy(), 0.0);
+}

@@ -1,0 +1,351 @@
+//! Edits at a standby hold from that instant on: each has a consequence that is known beforehand.
+
+#[path = "support/engine.rs"]
+mod support;
+
+use carom_detection::Exact;
+use carom_engine::{
+    Cells, EditError, ElasticityRule, ElasticitySpec, Fineness, GridError, MoleculeSpec, Rotation,
+    SceneError, Scheduler, Simulation, Thesis,
+};
+use carom_response::Impact;
+use glam::DVec2;
+use support::{bits, disc, menagerie, named, scene, simulate, velocity, with_each_scheduler};
+
+/// Two unit discs on the x axis that meet head on at time 2, each with speed 1.
+fn head_on<S: Scheduler>(options: &S::Options) -> Simulation<Exact, Impact, S> {
+    let mut scene =
+        scene(vec![disc(0.5, 1.0, [7.5, 5.0], [1.0, 0.0]), disc(0.5, 1.0, [12.5, 5.0], [-1.0, 0.0])]);
+    scene.molecule[0].tags = vec!["left".to_owned()];
+    scene.bounds.sides = [20.0, 10.0];
+    simulate::<S>(&scene, options)
+}
+
+fn rule(between: &[&str], coefficient: f64) -> ElasticityRule {
+    ElasticityRule { between: between.iter().map(|&tag| tag.to_owned()).collect(), coefficient }
+}
+
+#[test]
+fn a_contact_already_predicted_obeys_the_elasticity_set_since() {
+    with_each_scheduler!(check_elasticity);
+}
+
+fn check_elasticity<S: Scheduler>(options: &S::Options) {
+    for (e, at) in [(0.0, 1.0), (0.5, 1.999), (1.5, 0.0)] {
+        let mut simulation = head_on::<S>(options);
+        simulation.run_until(at).unwrap();
+        simulation.set_elasticity(&ElasticitySpec { default: e, pair: vec![] }).unwrap();
+        simulation.run_until(2.5).unwrap();
+        assert_eq!(velocity(&simulation.view(), 0), DVec2::new(-e, 0.0));
+        assert_eq!(velocity(&simulation.view(), 1), DVec2::new(e, 0.0));
+        assert!((simulation.view().ledger().lost - (1.0 - e * e)).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn a_tag_brings_its_rule_with_it_and_takes_it_away() {
+    with_each_scheduler!(check_tags);
+}
+
+fn check_tags<S: Scheduler>(options: &S::Options) {
+    let rules = ElasticitySpec {
+        default: 1.0,
+        pair: vec![rule(&["sticky"], 0.5), rule(&["left", "sticky"], 0.0), rule(&["left", "right"], 0.25)],
+    };
+    // What the second disc is called when they meet, and with what part of the speed they part.
+    for (names, untagged, e) in [
+        (vec![], None, 1.0),
+        (vec!["right"], None, 0.25),
+        // The pair of tags goes before the single tag.
+        (vec!["sticky"], None, 0.0),
+        (vec!["sticky"], Some("sticky"), 1.0),
+        (vec!["right"], Some("sticky"), 0.25),
+        (vec!["plain"], None, 1.0),
+    ] {
+        let mut simulation = head_on::<S>(options);
+        let right = simulation.view().bodies().nth(1).unwrap().body.key();
+        simulation.set_elasticity(&rules).unwrap();
+        simulation.run_until(1.0).unwrap();
+        for name in &names {
+            let tag = simulation.tag(right, name).unwrap();
+            assert!(simulation.view().tagged(tag).any(|view| view.body.key() == right));
+        }
+        if let Some(name) = untagged {
+            simulation.untag(right, name).unwrap();
+        }
+        simulation.run_until(3.0).unwrap();
+        assert_eq!(velocity(&simulation.view(), 1), DVec2::new(e, 0.0), "{names:?}");
+    }
+
+    // The single tag where the pair does not apply.
+    let mut simulation = head_on::<S>(options);
+    let keys: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
+    simulation.set_elasticity(&rules).unwrap();
+    simulation.untag(keys[0], "left").unwrap();
+    simulation.tag(keys[1], "sticky").unwrap();
+    simulation.run_until(3.0).unwrap();
+    assert_eq!(velocity(&simulation.view(), 1), DVec2::new(0.5, 0.0));
+}
+
+#[test]
+fn a_disc_put_in_the_way_is_met_and_one_taken_out_is_not() {
+    with_each_scheduler!(check_coming_and_going);
+}
+
+fn check_coming_and_going<S: Scheduler>(options: &S::Options) {
+    // Put in the way of the left disc at time 1: their surfaces are 0.5 apart.
+    let mut simulation = head_on::<S>(options);
+    simulation.run_until(1.0).unwrap();
+    let wall = MoleculeSpec { fixed: true, ..disc(0.5, 1.0, [10.0, 5.0], [0.0; 2]) };
+    let wall = simulation.add(&wall).unwrap();
+    simulation.run_until(1.5).unwrap();
+    // Both discs touch it at exactly this time, and that is included.
+    assert_eq!(simulation.view().counters().collisions, 2);
+    assert_eq!(velocity(&simulation.view(), 0), DVec2::NEG_X);
+    assert_eq!(velocity(&simulation.view(), 1), DVec2::X);
+
+    // Taken out again: what it was is not found any more, and the discs meet through the
+    // border at time 10.
+    simulation.remove(wall).unwrap();
+    assert_eq!(simulation.remove(wall), Err(EditError::NoSuchBody(wall)));
+    assert!(simulation.view().body(wall).is_none());
+    simulation.run_until(9.999).unwrap();
+    assert_eq!(simulation.view().counters().collisions, 2);
+    simulation.run_until(10.001).unwrap();
+    assert_eq!(simulation.view().counters().collisions, 3);
+    assert_eq!(simulation.view().ledger().put_in, 0.0);
+
+    // The partner of a predicted contact taken out, and another put in its slot far away: no ghost is met.
+    let mut simulation = head_on::<S>(options);
+    simulation.run_until(1.0).unwrap();
+    let partner = simulation.view().bodies().nth(1).unwrap().body.key();
+    simulation.remove(partner).unwrap();
+    assert_eq!(simulation.view().ledger().put_in, -0.5);
+    let newcomer = simulation.add(&disc(0.5, 1.0, [2.0, 2.0], [0.0; 2])).unwrap();
+    assert_ne!(newcomer, partner);
+    assert_eq!(simulation.reset_energy(partner, 1.0), Err(EditError::NoSuchBody(partner)));
+    simulation.run_until(8.0).unwrap();
+    assert_eq!(simulation.view().counters().collisions, 0);
+    assert_eq!(simulation.view().bodies().next().unwrap().motion.position, DVec2::new(15.5, 5.0));
+    let ids: Vec<u64> = simulation.view().bodies().map(|view| view.body.id()).collect();
+    assert_eq!(ids, [0, 2]);
+}
+
+#[test]
+fn energy_is_reset_to_the_last_bits() {
+    with_each_scheduler!(check_energy_resets);
+}
+
+fn check_energy_resets<S: Scheduler>(options: &S::Options) {
+    let mut simulation = simulate::<S>(&menagerie(5), options);
+    let mut turnover = simulation.view().energy();
+    for (round, energy) in [1.0, 0.1, 3.7e-9, 2.5e7, 1.0 / 3.0].into_iter().enumerate() {
+        simulation.run_until(0.01 * round as f64).unwrap();
+        let bodies: Vec<_> = simulation.view().bodies().map(|view| (view.body.key(), view.motion)).collect();
+        for (key, before) in bodies {
+            let present = simulation.view().body(key).unwrap();
+            if present.body.is_fixed() {
+                assert_eq!(simulation.reset_energy(key, energy), Err(EditError::Fixed(key)));
+                continue;
+            }
+            if present.energy() == 0.0 {
+                assert_eq!(simulation.reset_energy(key, energy), Err(EditError::NoEnergy(key)));
+                continue;
+            }
+            simulation.reset_energy(key, energy).unwrap();
+            let view = simulation.view();
+            let after = view.body(key).unwrap();
+            assert!((after.energy() - energy).abs() <= 4.0 * f64::EPSILON * energy);
+            // Direction, and the shares of translation and rotation.
+            assert!(
+                before.velocity.perp_dot(after.motion.velocity).abs()
+                    <= 1e-15 * before.velocity.length() * after.motion.velocity.length()
+            );
+            assert!(before.velocity.dot(after.motion.velocity) >= 0.0);
+            let ratio = after.motion.velocity.length() / before.velocity.length();
+            let spin = ratio * before.angular_velocity;
+            assert!((after.motion.angular_velocity - spin).abs() <= 1e-14 * spin.abs());
+        }
+        let view = simulation.view();
+        turnover += view.energy();
+        assert!((view.energy() - view.ledger().booked()).abs() <= 1e-12 * turnover);
+    }
+}
+
+#[test]
+fn a_disc_made_faster_meets_its_partner_sooner() {
+    with_each_scheduler!(check_faster);
+}
+
+fn check_faster<S: Scheduler>(options: &S::Options) {
+    let mut simulation = head_on::<S>(options);
+    simulation.run_until(1.0).unwrap();
+    let left = simulation.view().bodies().next().unwrap().body.key();
+    // From speed 1 to 7: the gap of 2 closes at 8.
+    simulation.reset_energy(left, 24.5).unwrap();
+    assert!(simulation.step(10.0, &mut ()).unwrap());
+    assert!((simulation.time().to_f64() - 1.25).abs() < 1e-15);
+    assert!((velocity(&simulation.view(), 1) - DVec2::new(7.0, 0.0)).length() < 1e-14);
+    assert!((simulation.view().ledger().put_in - 24.0).abs() < 1e-14);
+
+    // All of a tag at once, or none if one of them cannot be.
+    let mut simulation = head_on::<S>(options);
+    let keys: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
+    let tag = simulation.tag(keys[1], "left").unwrap();
+    simulation.reset_energy_of_all(tag, 2.0).unwrap();
+    assert_eq!(simulation.view().energy(), 4.0);
+    let idle = simulation.add(&disc(0.1, 1.0, [1.0, 1.0], [0.0; 2])).unwrap();
+    simulation.tag(idle, "left").unwrap();
+    assert_eq!(simulation.reset_energy_of_all(tag, 1.0), Err(EditError::NoEnergy(idle)));
+    assert_eq!(simulation.view().energy(), 4.0);
+}
+
+#[test]
+fn a_locked_molecule_turns_no_more_and_a_freed_one_does() {
+    with_each_scheduler!(check_locking);
+}
+
+fn check_locking<S: Scheduler>(options: &S::Options) {
+    // A dumbbell that turns on the spot; its arm comes to point at a resting disc after a quarter turn.
+    let spinning = MoleculeSpec {
+        orientation_turns: Some(0.25),
+        angular_velocity: 1.0,
+        ..named("dumbbell", 0.5, 1.0, [5.0, 5.0])
+    };
+    let mut scene = scene(vec![spinning, disc(0.5, 1.0, [6.25, 5.0], [0.0; 2])]);
+    scene.bounds.sides = [10.0, 10.0];
+    let mut free = simulate::<S>(&scene, options);
+    free.run_until(3.0).unwrap();
+    assert_eq!(free.view().counters().collisions, 1);
+
+    let mut locked = simulate::<S>(&scene, options);
+    locked.run_until(0.25).unwrap();
+    let key = locked.view().bodies().next().unwrap().body.key();
+    let energy = locked.view().energy();
+    locked.set_rotation(key, Rotation::Locked).unwrap();
+    assert_eq!(locked.view().energy(), 0.0);
+    assert_eq!(locked.view().ledger().put_in, -energy);
+    let turns = locked.view().body(key).unwrap().motion.orientation.turns();
+    assert!((turns - (0.25 + 0.25 / std::f64::consts::TAU)).abs() < 1e-16);
+    locked.run_until(20.0).unwrap();
+    assert_eq!(locked.view().counters().collisions, 0);
+    assert_eq!(locked.view().body(key).unwrap().motion.orientation.turns(), turns);
+
+    // Struck at one end from below: locked it must not turn, freed it must. Masses 2 and 1, speed 1 each time.
+    for (rotation, impulse, spin) in
+        [(Rotation::Locked, 4.0 / 3.0, 0.0), (Rotation::Free, 12.0 / 11.0, 8.0 / 11.0)]
+    {
+        let mut scene = support::scene(vec![
+            MoleculeSpec { rotation: Rotation::Locked, ..named("dumbbell", 0.5, 1.0, [5.0, 5.0]) },
+            disc(0.5, 1.0, [5.5, 3.0], [0.0, 1.0]),
+        ]);
+        scene.bounds.sides = [10.0, 10.0];
+        let mut simulation = simulate::<S>(&scene, options);
+        simulation.run_until(0.5).unwrap();
+        let key = simulation.view().bodies().next().unwrap().body.key();
+        simulation.set_rotation(key, rotation).unwrap();
+        simulation.run_until(1.5).unwrap();
+        let struck = simulation.view().body(key).unwrap().motion;
+        assert!((struck.velocity - DVec2::new(0.0, 0.5 * impulse)).length() < 1e-15);
+        assert!((struck.angular_velocity - spin).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn a_fixed_body_takes_no_rotation_mode() {
+    let mut simulation = simulate::<Thesis>(&menagerie(0), &Fineness::Automatic);
+    let fixed = simulation.view().bodies().find(|view| view.body.is_fixed()).unwrap().body.key();
+    assert_eq!(simulation.set_rotation(fixed, Rotation::Free), Err(EditError::Fixed(fixed)));
+}
+
+#[test]
+fn another_grid_changes_the_course_of_nothing() {
+    let mut simulation = head_on::<Thesis>(&Fineness::Given(2));
+    simulation.run_until(1.0).unwrap();
+    // Reach 1 in a box of 20 × 10.
+    let refused = simulation.set_scheduler_options(&Fineness::Given(11));
+    let too_fine = GridError::TooFine { fineness: 11, largest: 10, reach: 1.0 };
+    assert_eq!(refused, Err(EditError::Scene(SceneError::Grid(too_fine))));
+    for fineness in [10, 1, 7] {
+        simulation.set_scheduler_options(&Fineness::Given(fineness)).unwrap();
+        let goal = simulation.time().to_f64() + 0.25;
+        simulation.run_until(goal).unwrap();
+    }
+    assert!(simulation.step(10.0, &mut ()).unwrap());
+    assert!((simulation.time().to_f64() - 2.0).abs() < 1e-15);
+    // A body too large for the grid chosen is refused, and the grid is not changed behind the user's back.
+    simulation.set_scheduler_options(&Fineness::Given(10)).unwrap();
+    let large = disc(1.0, 1.0, [2.0, 2.0], [0.0; 2]);
+    assert!(matches!(
+        simulation.add(&large),
+        Err(EditError::Scene(SceneError::Grid(GridError::TooFine { fineness: 10, largest: 6, .. })))
+    ));
+}
+
+#[test]
+fn an_edit_that_is_refused_changes_no_bit() {
+    with_each_scheduler!(check_refusals);
+}
+
+fn check_refusals<S: Scheduler>(options: &S::Options) {
+    let mut scene = menagerie(6);
+    scene.gas[0].tags = vec!["a".to_owned()];
+    scene.elasticity.pair = vec![rule(&["a"], 0.9), rule(&["b"], 0.8), rule(&["c", "a"], 2.0)];
+    let mut untouched = simulate::<S>(&scene, options);
+    untouched.run_until(1.0).unwrap();
+
+    let mut simulation = simulate::<S>(&scene, options);
+    simulation.run_until(0.3).unwrap();
+    let keys: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
+    let view = simulation.view();
+    let tag = view.tag_names().find("a").unwrap();
+    let first = view.tagged(tag).next().unwrap();
+    let (tagged, place) = (first.body.key(), first.motion.position);
+    let on_top = disc(0.01, 1.0, place.to_array(), [0.0; 2]);
+    let expect_overlap = simulation.add(&on_top);
+    assert!(
+        matches!(expect_overlap, Err(EditError::Scene(SceneError::Overlap { .. }))),
+        "{expect_overlap:?}"
+    );
+    let expect_entry = simulation.add(&MoleculeSpec { angular_velocity: 1.0, ..on_top.clone() });
+    assert!(matches!(expect_entry, Err(EditError::Scene(SceneError::Entry { .. }))), "{expect_entry:?}");
+    let expect_geometry = simulation.add(&disc(f64::NAN, 1.0, [0.0; 2], [0.0; 2]));
+    assert!(
+        matches!(expect_geometry, Err(EditError::Scene(SceneError::Geometry { .. }))),
+        "{expect_geometry:?}"
+    );
+    for energy in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(simulation.reset_energy(keys[0], energy), Err(EditError::Energy(_))));
+    }
+    // Two rules for one tag each that disagree.
+    let ambiguous = simulation.tag(tagged, "b");
+    assert!(
+        matches!(ambiguous, Err(EditError::Scene(SceneError::AmbiguousElasticity { .. }))),
+        "{ambiguous:?}"
+    );
+    let bad = ElasticitySpec { default: -0.5, pair: vec![] };
+    assert!(matches!(
+        simulation.set_elasticity(&bad),
+        Err(EditError::Scene(SceneError::Elasticity { entry, .. })) if entry == "elasticity.default"
+    ));
+    let disagreeing = ElasticitySpec { default: 1.0, pair: vec![rule(&["a"], 0.1), rule(&["a"], 0.2)] };
+    assert!(simulation.set_elasticity(&disagreeing).is_err());
+    // And edits that change nothing.
+    simulation.untag(tagged, "never given").unwrap();
+    simulation.tag(tagged, "a").unwrap();
+    simulation.set_elasticity(&scene.elasticity).unwrap();
+
+    simulation.run_until(1.0).unwrap();
+    assert_eq!(bits(&simulation.view()), bits(&untouched.view()));
+    assert_eq!(simulation.view().counters(), untouched.view().counters());
+}
+
+#[test]
+fn energy_beyond_all_speeds_is_refused() {
+    let mut simulation = head_on::<Cells>(&carom_engine::Instructions::Widest);
+    let key = simulation.view().bodies().next().unwrap().body.key();
+    // Its speed would be beyond what detection can compute with.
+    assert!(matches!(simulation.reset_energy(key, 1e200), Err(EditError::Energy(_))));
+    simulation.run_until(1.0).unwrap();
+    assert_eq!(velocity(&simulation.view(), 0), DVec2::X);
+}

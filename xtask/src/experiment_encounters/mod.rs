@@ -1,0 +1,15 @@
+//! `cargo xtask experiment encounters`: what accuracy costs, and inaccuracy misses, in the search for a single contact.
+
+mod campaign;
+mod cases;
+mod options;
+pub mod parry;
+mod recorder;
+mod report;
+mod scatter;
+mod settings;
+mod tally;
+mod timing;
+
+pub use campaign::run;
+pub use options::Options;

@@ -1,0 +1,283 @@
+//! parry's `cast_shapes_nonlinear` on the same pairs, in a process of its own because some of its calls do not return.
+//!
+//! A pair goes to the process as one line of numbers, bit by bit, and its answer comes back as one.
+
+use std::{
+    io::{BufRead as _, BufReader, Write as _, stdin, stdout},
+    process::{Child, ChildStdin, Command, Stdio},
+    sync::mpsc::{Receiver, RecvTimeoutError, channel},
+    thread,
+    time::Duration,
+};
+
+use anyhow::{Context, Result, bail};
+use carom_detection::{Answer, Contact, Exact, Outcome, Touch, encounters::Encounter};
+use carom_geometry::{Atom, Molecule};
+use carom_kinematics::{Orientation, RelativeMotion};
+use cpu_time::ThreadTime;
+use glam::DVec2;
+use parry2d_f64::{
+    math::Pose,
+    query::{NonlinearRigidMotion, cast_shapes_nonlinear},
+    shape::{Ball, Compound, Shape},
+};
+
+use super::timing::median;
+
+/// A call that takes longer does not return, as far as we are concerned: a hundred thousand times as long as the exact
+/// detector takes.
+const LIMIT: Duration = Duration::from_millis(100);
+
+/// The name of the command that starts the other process.
+pub const COMMAND: &str = "parry-worker";
+
+/// How a call ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cast {
+    /// It returned.
+    Returned {
+        /// What it said.
+        answer: Answer,
+        /// Processor time over that of the exact detector in the same process.
+        ratio: f64,
+    },
+    /// It did not, within the limit.
+    Hung,
+}
+
+/// The other process.
+pub struct Worker {
+    child: Child,
+    questions: ChildStdin,
+    answers: Receiver<String>,
+}
+
+impl Worker {
+    /// Starts the process: this very program, with another command.
+    ///
+    /// # Errors
+    /// It cannot be started.
+    pub fn start() -> Result<Self> {
+        let program = std::env::current_exe().context("where this program is")?;
+        let mut child = Command::new(program)
+            .arg(COMMAND)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .context("cannot start a process for parry")?;
+        let (Some(questions), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
+            bail!("a process without pipes")
+        };
+        let (sender, answers) = channel();
+        thread::spawn(move || {
+            for line in BufReader::new(output).lines().map_while(Result::ok) {
+                if sender.send(line).is_err() {
+                    break;
+                }
+            }
+        });
+        Ok(Self { child, questions, answers })
+    }
+
+    /// Asks about one pair. A process that does not answer is ended and replaced.
+    ///
+    /// # Errors
+    /// The process cannot be reached or replaced.
+    pub fn ask(&mut self, encounter: &Encounter) -> Result<Cast> {
+        writeln!(self.questions, "{}", to_line(encounter)).context("cannot reach the process of parry")?;
+        match self.answers.recv_timeout(LIMIT) {
+            Ok(line) => parse_answer(&line),
+            // A call that panics ends its process; that is no answer either.
+            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
+                *self = Self::start()?;
+                Ok(Cast::Hung)
+            }
+        }
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The other process: answers pairs until there are no more.
+///
+/// # Errors
+/// A line that is no pair.
+pub fn work() -> Result<()> {
+    for line in stdin().lines() {
+        let encounter = from_line(&line?)?;
+        let exact = exact_seconds(&encounter);
+        let (outcome, seconds) = cast(&encounter);
+        let word = match outcome.contact() {
+            Some(contact) => format!("{:x}", contact.time.to_bits()),
+            None if matches!(outcome, Outcome::Unresolved(_)) => "unsupported".to_owned(),
+            None => "free".to_owned(),
+        };
+        let mut output = stdout().lock();
+        writeln!(output, "{word} {:x}", (seconds / exact).to_bits())?;
+        output.flush()?;
+    }
+    Ok(())
+}
+
+fn parse_answer(line: &str) -> Result<Cast> {
+    let (word, ratio) = line.split_once(' ').context("an answer has two words")?;
+    let number = |text| u64::from_str_radix(text, 16).map(f64::from_bits).context("an answer is a number");
+    let outcome = match word {
+        "free" => Outcome::Free,
+        "unsupported" => Outcome::Unresolved(0.0),
+        _ => Outcome::Contact(Contact { time: number(word)?, touch: Touch::BoundingCircles }),
+    };
+    Ok(Cast::Returned { answer: Answer { outcome, evaluations: 0 }, ratio: number(ratio)? })
+}
+
+/// parry's answer and its processor time (seconds).
+fn cast(encounter: &Encounter) -> (Outcome, f64) {
+    let motion = &encounter.motion;
+    let body = |index: usize, place: DVec2, velocity: DVec2| {
+        let start = Pose::new(place, motion.orientation[index].radians());
+        NonlinearRigidMotion::new(start, DVec2::ZERO, velocity, motion.angular_velocity[index])
+    };
+    let motions = [body(0, DVec2::ZERO, DVec2::ZERO), body(1, motion.separation, motion.velocity)];
+    let shapes = encounter.molecules.each_ref().map(parry_shape);
+    let begun = ThreadTime::now();
+    let hit = cast_shapes_nonlinear(
+        &motions[0],
+        &*shapes[0],
+        &motions[1],
+        &*shapes[1],
+        0.0,
+        encounter.horizon,
+        false,
+    );
+    let seconds = begun.elapsed().as_secs_f64();
+    let outcome = match hit {
+        Ok(Some(hit)) => {
+            Outcome::Contact(Contact { time: hit.time_of_impact, touch: Touch::BoundingCircles })
+        }
+        Ok(None) => Outcome::Free,
+        Err(_) => Outcome::Unresolved(0.0),
+    };
+    (outcome, seconds)
+}
+
+fn parry_shape(molecule: &Molecule) -> Box<dyn Shape> {
+    if molecule.is_disc() {
+        Box::new(Ball::new(molecule.bounding_radius()))
+    } else {
+        Box::new(Compound::from(molecule))
+    }
+}
+
+/// Processor time of the exact detector for one query (seconds): the median of a few batches.
+fn exact_seconds(encounter: &Encounter) -> f64 {
+    let mut times: Vec<f64> = (0..5)
+        .map(|_| {
+            let begun = ThreadTime::now();
+            for _ in 0..20 {
+                std::hint::black_box(encounter.ask(&Exact::default()));
+            }
+            begun.elapsed().as_secs_f64() / 20.0
+        })
+        .collect();
+    median(&mut times).unwrap_or(f64::NAN)
+}
+
+/// A pair as the bits of all its numbers.
+fn to_line(encounter: &Encounter) -> String {
+    let motion = &encounter.motion;
+    let mut numbers = vec![
+        motion.separation.x,
+        motion.separation.y,
+        motion.velocity.x,
+        motion.velocity.y,
+        motion.orientation[0].turns(),
+        motion.orientation[1].turns(),
+        motion.angular_velocity[0],
+        motion.angular_velocity[1],
+        encounter.horizon,
+    ];
+    for molecule in &encounter.molecules {
+        numbers.push(molecule.atoms().len() as f64);
+        for atom in molecule.atoms() {
+            numbers.extend([atom.offset().x, atom.offset().y, atom.radius(), atom.mass()]);
+        }
+    }
+    let words: Vec<String> = numbers.iter().map(|number| format!("{:x}", number.to_bits())).collect();
+    words.join(" ")
+}
+
+fn from_line(line: &str) -> Result<Encounter> {
+    let mut numbers = line
+        .split(' ')
+        .map(|word| u64::from_str_radix(word, 16).map(f64::from_bits).context("a pair is a line of numbers"));
+    let mut next = || numbers.next().context("a pair has more numbers")?;
+    let separation = DVec2::new(next()?, next()?);
+    let velocity = DVec2::new(next()?, next()?);
+    let orientation = [Orientation::from_turns(next()?), Orientation::from_turns(next()?)];
+    let angular_velocity = [next()?, next()?];
+    let horizon = next()?;
+    let mut molecule = || -> Result<Molecule> {
+        let count = next()? as usize;
+        let mut atoms = Vec::new();
+        for _ in 0..count {
+            let (offset, radius, mass) = (DVec2::new(next()?, next()?), next()?, next()?);
+            atoms.push(Atom::new(offset, radius, mass)?);
+        }
+        Ok(Molecule::new(atoms)?)
+    };
+    let molecules = [molecule()?, molecule()?];
+    let motion =
+        RelativeMotion { orientation, angular_velocity, ..RelativeMotion::exactly(separation, velocity) };
+    Ok(Encounter { molecules, motion, horizon })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_detection::encounters::Class;
+
+    #[test]
+    fn a_pair_survives_the_way_to_the_other_process() {
+        for class in [Class::Generic, Class::Recontact(6), Class::Rods] {
+            for index in 0..8 {
+                let sent = Encounter::draw(class, 1, index);
+                let received = from_line(&to_line(&sent)).unwrap();
+                assert_eq!(received.motion, sent.motion);
+                assert_eq!(received.horizon, sent.horizon);
+                for (one, other) in sent.molecules.iter().zip(&received.molecules) {
+                    assert_eq!(one.atoms().len(), other.atoms().len());
+                    // The centre of mass is formed again, with its rounding.
+                    let off = one.atoms()[0].offset() - other.atoms()[0].offset();
+                    assert!(off.length() <= 1e-15 * one.bounding_radius());
+                }
+            }
+        }
+        assert!(from_line("3ff0000000000000 7").is_err());
+    }
+
+    #[test]
+    fn parry_finds_discs_that_meet_head_on() {
+        let disc = || Molecule::disc(0.5, 1.0).unwrap();
+        let motion = RelativeMotion::exactly(DVec2::new(3.0, 0.0), DVec2::new(-1.0, 0.0));
+        let (outcome, seconds) = cast(&Encounter { molecules: [disc(), disc()], motion, horizon: 10.0 });
+        let time = outcome.contact().expect("they meet").time;
+        assert!((time - 2.0).abs() < 1e-2, "{time}");
+        assert!(seconds >= 0.0);
+    }
+
+    #[test]
+    fn answers_are_read_back() {
+        let ratio = 2.5f64;
+        let cast = parse_answer(&format!("free {:x}", ratio.to_bits())).unwrap();
+        let answer = Answer { outcome: Outcome::Free, evaluations: 0 };
+        assert_eq!(cast, Cast::Returned { answer, ratio });
+        assert!(parse_answer("free").is_err() && parse_answer("xyz 0").is_err());
+    }
+}

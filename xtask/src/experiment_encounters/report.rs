@@ -1,0 +1,383 @@
+//! The tables, charts and page of the experiment.
+
+use anyhow::Result;
+
+use super::{
+    campaign::{ClassResult, Results},
+    scatter::{Mark, Point, Scatter},
+    settings::{BASELINE, Detector},
+    tally::{FAR_OFF, Tally},
+    timing::{geometric_mean, median},
+};
+use crate::{
+    oracle::Verdict,
+    page::{Layout, Page},
+    summary::{Figure, Summary},
+};
+
+/// Names of the detectors, in the order of their colours.
+const FAMILIES: [&str; 5] = ["Exact", "GoldenSecant", "FixedStep", "BoundingCircles", "parry"];
+
+/// A detector at one setting, over all classes.
+struct Overall {
+    family: usize,
+    setting: String,
+    tally: Tally,
+    /// Mean over the classes of the share of wrong answers.
+    wrong: f64,
+    /// Time over that of Exact, geometric mean over the classes.
+    ratio: Option<f64>,
+    asked: usize,
+}
+
+fn overall(results: &Results) -> Vec<Overall> {
+    let mut list: Vec<Overall> = results
+        .settings
+        .iter()
+        .enumerate()
+        .map(|(index, setting)| {
+            let name = setting.detector.name();
+            let ratios = results.classes.iter().filter_map(|class| Some(class.timings[index]?.ratio));
+            of_classes(name, &setting.name, results.classes.iter().map(|class| &class.tallies[index]), ratios)
+        })
+        .collect();
+    let ratios = results.classes.iter().filter_map(|class| median(&mut class.parry.ratios.clone()));
+    let mut parry =
+        of_classes("parry", "nonlinear cast", results.classes.iter().map(|class| &class.parry.tally), ratios);
+    parry.asked = results.classes.iter().map(|class| class.parry.asked).sum();
+    list.push(parry);
+    list
+}
+
+fn of_classes<'a>(
+    family: &str,
+    setting: &str,
+    tallies: impl Iterator<Item = &'a Tally> + Clone,
+    ratios: impl Iterator<Item = f64>,
+) -> Overall {
+    let shares: Vec<f64> = tallies.clone().filter(|tally| tally.judged() > 0).map(Tally::wrong).collect();
+    let tally = Tally::sum(tallies);
+    Overall {
+        family: FAMILIES.iter().position(|name| *name == family).unwrap_or(0),
+        setting: setting.to_owned(),
+        asked: tally.asked.len(),
+        wrong: shares.iter().sum::<f64>() / shares.len().max(1) as f64,
+        tally,
+        ratio: geometric_mean(ratios),
+    }
+}
+
+/// The two charts.
+#[derive(Debug)]
+pub struct Charts {
+    /// Time against wrong answers.
+    wrong: String,
+    /// Time against the error of times.
+    error: String,
+}
+
+/// Below this all errors are drawn in one place: it is less than a rounding (natural times).
+const SMALLEST: f64 = 1e-17;
+
+impl Charts {
+    /// Draws them.
+    ///
+    /// # Errors
+    /// A figure that is not finite.
+    pub fn draw(results: &Results) -> Result<Self> {
+        let overall = overall(results);
+        let x_label = "time of a query over that of Exact, geometric mean over the classes";
+        let families: Vec<String> = FAMILIES.map(str::to_owned).to_vec();
+        let point = |of: &Overall, y: f64, mark| {
+            Some(Point { family: of.family, label: of.setting.clone(), x: of.ratio?, y, mark })
+        };
+        let wrong = overall.iter().filter_map(|of| {
+            let none = of.wrong == 0.0;
+            let y = if none { of.tally.upper_bound_of_none() } else { of.wrong };
+            point(of, y, if none { Mark::AtMost } else { Mark::Measured })
+        });
+        let error = overall.iter().filter_map(|of| {
+            let median = of.tally.quantile(0.5)?.max(SMALLEST);
+            point(of, median, Mark::UpTo(of.tally.quantile(0.999)?.max(median)))
+        });
+        let chart = |title: &str, y_label: &str, points: Vec<Point>| {
+            Scatter {
+                title: title.to_owned(),
+                x_label: x_label.to_owned(),
+                y_label: y_label.to_owned(),
+                families: families.clone(),
+                points,
+            }
+            .svg()
+        };
+        Ok(Self {
+            wrong: chart("Time and wrong answers", "share of wrong answers", wrong.collect())?,
+            error: chart(
+                "Time and error",
+                "|t − t*| in natural times: median, up to 99.9 %",
+                error.collect(),
+            )?,
+        })
+    }
+
+    /// Files that the charts are written to, with what is in each.
+    pub fn files(&self) -> [(&'static str, &str); 2] {
+        [("time-and-wrong-answers.svg", &self.wrong), ("time-and-error.svg", &self.error)]
+    }
+}
+
+/// The figures of the summary.
+pub fn figures(results: &Results) -> Vec<Figure> {
+    let mut figures = Vec::new();
+    for of in overall(results) {
+        let name = format!("{}, {}", FAMILIES[of.family], of.setting);
+        figures.push(Figure::new(format!("cases asked: {name}"), of.asked as f64, "1"));
+        figures.push(Figure::new(format!("share of wrong answers: {name}"), of.wrong, "1"));
+        if let Some(ratio) = of.ratio {
+            figures.push(Figure::new(format!("time over Exact: {name}"), ratio, "1"));
+        }
+        if let Some(median) = of.tally.quantile(0.5) {
+            figures.push(Figure::new(format!("median |t − t*|: {name}"), median, "natural times"));
+        }
+    }
+    for class in &results.classes {
+        if let Some(timing) = class.timings[BASELINE] {
+            let name = format!("GoldenSecant over Exact in {}", class.name);
+            figures.push(Figure::new(name, timing.ratio, "1"));
+        }
+    }
+    let hung: usize = results.classes.iter().map(|class| class.parry.hung).sum();
+    figures.push(Figure::new("calls of parry that did not return within 0.1 s", hung as f64, "1"));
+    figures
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or_else(
+        || "–".to_owned(),
+        |value| if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") },
+    )
+}
+
+fn ratio(value: Option<f64>) -> String {
+    match value {
+        None => "–".to_owned(),
+        Some(value) if value >= 10.0 => format!("{value:.0}"),
+        Some(value) => format!("{value:.2}"),
+    }
+}
+
+/// A count, and what it may be at most where there is none.
+fn count(tally: &Tally, verdict: Verdict) -> String {
+    match tally.count(verdict) {
+        0 if tally.judged() == 0 => "–".to_owned(),
+        0 => "0".to_owned(),
+        count => count.to_string(),
+    }
+}
+
+const CLASS_HEADER: [&str; 15] = [
+    "class",
+    "cases",
+    "contacts",
+    "missed",
+    "late",
+    "early",
+    "false",
+    "at most (95 %)",
+    "graze within 2E",
+    "free until",
+    "gave up",
+    "median |Δt|",
+    "99.9 %",
+    "largest",
+    "evaluations",
+];
+
+fn class_cells(name: &str, tally: &Tally) -> Vec<String> {
+    let wrong = [Verdict::Missed, Verdict::Late, Verdict::Early, Verdict::False];
+    let none = wrong.iter().all(|verdict| tally.count(*verdict) == 0);
+    let mut cells = vec![name.to_owned(), tally.judged().to_string(), tally.contacts.to_string()];
+    cells.extend(wrong.map(|verdict| count(tally, verdict)));
+    cells.push(if none { number(Some(tally.upper_bound_of_none())) } else { "–".to_owned() });
+    cells.extend([Verdict::Graze, Verdict::FreeUntil, Verdict::GaveUp].map(|verdict| count(tally, verdict)));
+    cells.extend([0.5, 0.999, 1.0].map(|share| number(tally.quantile(share))));
+    cells.push(format!("{:.1}", tally.evaluations_per_query()));
+    cells
+}
+
+fn class_rows(results: &Results, setting: usize) -> Vec<Vec<String>> {
+    let rows = results.classes.iter().map(|class| class_cells(&class.name, &class.tallies[setting]));
+    let all = Tally::sum(results.classes.iter().map(|class| &class.tallies[setting]));
+    rows.chain([class_cells("all", &all)]).collect()
+}
+
+/// The table of the exact detector and all settings in a line each, for the terminal.
+pub fn lines(results: &Results) -> Vec<String> {
+    let mut rows = vec![CLASS_HEADER.map(str::to_owned).to_vec()];
+    rows.extend(class_rows(results, 0));
+    for (row, class) in rows.iter_mut().skip(1).zip(&results.classes) {
+        row.push(format!("GoldenSecant {}", ratio(class.timings[BASELINE].map(|timing| timing.ratio))));
+        row.push(format!("parry {}", ratio(median(&mut class.parry.ratios.clone()))));
+    }
+    let mut lines = aligned(&rows);
+    lines.push(String::new());
+    let mut rows = vec![OVERALL_HEADER.map(str::to_owned).to_vec()];
+    rows.extend(overall(results).iter().map(overall_cells));
+    lines.extend(aligned(&rows));
+    lines
+}
+
+fn aligned(rows: &[Vec<String>]) -> Vec<String> {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| {
+        rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:>width$}"));
+        cells.collect::<Vec<_>>().join("  ")
+    };
+    rows.iter().map(line).collect()
+}
+
+const OVERALL_HEADER: [&str; 13] = [
+    "detector",
+    "setting",
+    "cases",
+    "time over Exact",
+    "wrong (mean of classes)",
+    "missed",
+    "late",
+    "early",
+    "false",
+    "free until",
+    "gave up",
+    "median |Δt|",
+    "99.9 %",
+];
+
+fn overall_cells(of: &Overall) -> Vec<String> {
+    let wrong = if of.wrong == 0.0 {
+        format!("0 (< {:.0e})", of.tally.upper_bound_of_none())
+    } else {
+        format!("{:.2e}", of.wrong)
+    };
+    let mut cells = vec![
+        FAMILIES[of.family].to_owned(),
+        of.setting.clone(),
+        of.asked.to_string(),
+        ratio(of.ratio),
+        wrong,
+    ];
+    let verdicts =
+        [Verdict::Missed, Verdict::Late, Verdict::Early, Verdict::False, Verdict::FreeUntil, Verdict::GaveUp];
+    cells.extend(verdicts.map(|verdict| count(&of.tally, verdict)));
+    cells.extend([0.5, 0.999].map(|share| number(of.tally.quantile(share))));
+    cells
+}
+
+/// Time over Exact, by class, of one setting of each detector.
+fn time_rows(results: &Results) -> Vec<Vec<String>> {
+    let step = |step: f64| {
+        results
+            .settings
+            .iter()
+            .position(|setting| matches!(setting.detector, Detector::FixedStep(fixed) if fixed.step == step))
+    };
+    let columns = [Some(BASELINE), step(1e-2), step(1e-3), step(1e-4)];
+    let row = |class: &ClassResult| {
+        let at = |index: Option<usize>| ratio(index.and_then(|index| Some(class.timings[index]?.ratio)));
+        let exact =
+            class.timings[0].map_or_else(|| "–".to_owned(), |timing| format!("{:.0}", timing.exact * 1e9));
+        let mut cells = vec![class.name.clone(), class.about.clone(), exact];
+        cells.extend(columns.map(at));
+        cells.push(at(results.settings.len().checked_sub(1)));
+        cells.push(ratio(median(&mut class.parry.ratios.clone())));
+        cells.push(format!("{} of {}", class.parry.hung, class.parry.asked));
+        cells
+    };
+    results.classes.iter().map(row).collect()
+}
+
+/// The page.
+pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str) -> Page {
+    let mut page = Page::new(
+        &summary.title,
+        "Two molecules fly and turn: when do they first touch? Every detector is asked about the same pairs, easy ones \
+         and of each kind that is known to be hard, and an oracle with 30 digits says what the answer is worth.",
+    );
+    if !summary.note.is_empty() {
+        page.note(&summary.note);
+    }
+    page.checks(&summary.checks);
+    page.heading("What accuracy costs");
+    page.pictures(
+        Layout::Full,
+        &[
+            (
+                &charts.wrong,
+                "One point for each detector and setting; left is fast, low is right. An answer is wrong if the contact is \
+                 missed, false, given up, or off by more than a millionth of a natural time. Rings with arrows: none in n \
+                 cases, drawn at the upper 95 % bound 3/n.",
+            ),
+            (
+                &charts.error,
+                "Error of the times of contact: a dot at the median, a line up to 99.9 %. The upper ends are set by grazes \
+                 and fast rotors, whose time of contact no double can tell better.",
+            ),
+        ],
+    );
+    page.table(&OVERALL_HEADER, &overall(results).iter().map(overall_cells).collect::<Vec<_>>());
+    page.paragraph(&format!(
+        "Time is processor time of one thread, in turn with Exact on the same pairs, the median over rounds; then the \
+         geometric mean over the classes. Slow detectors are asked about as many pairs of a class, in order, as fit into \
+         a fixed number of evaluations: the column of cases tells. A tolerance is a parameter of this experiment only. \
+         Off by more than {FAR_OFF:e} natural times is wrong at any tolerance."
+    ));
+    page.heading("Exact, class by class");
+    page.paragraph(
+        "A contact must be reported before the overlap is deeper than 2 E, the printed bound on rounding, and not while the \
+         atoms are farther apart than that. Touches that are not deeper may be reported or not: graze within 2E. Times \
+         in natural times of the pair.",
+    );
+    page.table(&CLASS_HEADER, &class_rows(results, 0));
+    page.heading("GoldenSecant, class by class");
+    page.paragraph(
+        "Montanari (2017), chapter 2, repaired: crop ½, tolerance of five epsilon, the earliest of all atom pairs, one new \
+         evaluation in each round of the golden section.",
+    );
+    page.table(&CLASS_HEADER, &class_rows(results, BASELINE));
+    page.heading("Time over that of Exact, class by class");
+    let header = [
+        "class",
+        "what is in it",
+        "Exact [ns]",
+        "GoldenSecant",
+        "FixedStep 1e-2",
+        "1e-3",
+        "1e-4",
+        "BoundingCircles",
+        "parry",
+        "parry did not return",
+    ];
+    page.table(&header, &time_rows(results));
+    page.heading("parry, class by class");
+    page.paragraph(
+        "cast_shapes_nonlinear of parry2d-f64 on the same molecules as compounds of discs. A call that does not return \
+         within a tenth of a second counts as given up. Its own tolerance is far above rounding, so nearly all its \
+         contacts are early or late by the strict rule; what counts above is a millionth of a natural time.",
+    );
+    let rows = results.classes.iter().map(|class| class_cells(&class.name, &class.parry.tally));
+    page.table(&CLASS_HEADER, &rows.collect::<Vec<_>>());
+    page.heading("How the oracle works");
+    let unresolved: usize = results.classes.iter().map(|class| class.unresolved).sum();
+    page.paragraph(&format!(
+        "It excludes intervals of time by a bound on the second derivative of the squared distance, in double-double \
+         arithmetic, and halves what it cannot exclude; it shares no code with any detector. In {unresolved} cases it did \
+         not end within its budget; these are counted nowhere else.",
+    ));
+    page.heading("Again");
+    page.code(command);
+    page.links(["answers.csv", "times.csv", "parry.csv", "summary.json", "manifest.json"]);
+    page
+}

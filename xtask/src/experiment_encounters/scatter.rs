@@ -1,0 +1,183 @@
+//! Points with names on two logarithmic axes, as SVG.
+
+use anyhow::{Result, anyhow, ensure};
+use plotters::{coord::Shift, prelude::*};
+
+use crate::plot::colour;
+
+/// One point.
+#[derive(Debug, Clone)]
+pub struct Point {
+    /// Which of the families it belongs to, by index.
+    pub family: usize,
+    /// What stands next to it.
+    pub label: String,
+    /// Horizontal place.
+    pub x: f64,
+    /// Vertical place.
+    pub y: f64,
+    /// What else is known of its vertical place.
+    pub mark: Mark,
+}
+
+/// How a point is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Mark {
+    /// As a dot.
+    Measured,
+    /// As a ring with an arrow downwards: not larger than this.
+    AtMost,
+    /// As a dot with a line up to where almost all is below.
+    UpTo(f64),
+}
+
+/// A chart of named points.
+#[derive(Debug, Clone)]
+pub struct Scatter {
+    /// Heading.
+    pub title: String,
+    /// What the horizontal axis shows.
+    pub x_label: String,
+    /// What the vertical axis shows.
+    pub y_label: String,
+    /// Names of the families, each with a colour of its own.
+    pub families: Vec<String>,
+    /// The points.
+    pub points: Vec<Point>,
+}
+
+const FONT: &str = "sans-serif";
+const SIZE: (u32, u32) = (920, 560);
+const COLOURS: [RGBColor; 5] =
+    [colour::BLUE, colour::VERMILLION, colour::GREEN, colour::ORANGE, RGBColor(204, 121, 167)];
+
+impl Scatter {
+    /// The chart as SVG.
+    ///
+    /// # Errors
+    /// A point that has no logarithm, or no points.
+    pub fn svg(&self) -> Result<String> {
+        let sound = |value: f64| value.is_finite() && value > 0.0;
+        ensure!(!self.points.is_empty(), "chart '{}' has no points", self.title);
+        for point in &self.points {
+            ensure!(sound(point.x) && sound(point.y), "chart '{}': {point:?}", self.title);
+        }
+        let mut text = String::new();
+        {
+            let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+            self.draw(&root).map_err(|error| anyhow!("chart '{}': {error}", self.title))?;
+        }
+        Ok(text)
+    }
+
+    fn draw(&self, root: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<()> {
+        root.fill(&WHITE)?;
+        let tops = self.points.iter().map(|point| match point.mark {
+            Mark::UpTo(top) => top,
+            _ => point.y,
+        });
+        let (left, right) = range(self.points.iter().map(|point| point.x));
+        let (bottom, top) = range(self.points.iter().map(|point| point.y).chain(tops));
+        let mut chart = ChartBuilder::on(root)
+            .margin(12)
+            .margin_right(24)
+            .caption(&self.title, (FONT, 18))
+            .x_label_area_size(46)
+            .y_label_area_size(78)
+            // Room on the right for names.
+            .build_cartesian_2d((left..right * 3.0).log_scale(), (bottom..top).log_scale())?;
+        chart
+            .configure_mesh()
+            .x_desc(&self.x_label)
+            .y_desc(&self.y_label)
+            .label_style((FONT, 13))
+            .axis_desc_style((FONT, 14))
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(BLACK.mix(0.12))
+            .x_label_formatter(&|value| power(*value))
+            .y_label_formatter(&|value| power(*value))
+            .draw()?;
+        for (index, family) in self.families.iter().enumerate() {
+            let colour = COLOURS[index % COLOURS.len()];
+            let own = || self.points.iter().filter(move |point| point.family == index);
+            let dots = own().map(|point| {
+                let style = if point.mark == Mark::AtMost { colour.stroke_width(2) } else { colour.filled() };
+                Circle::new((point.x, point.y), 5, style)
+            });
+            chart
+                .draw_series(dots)?
+                .label(family)
+                .legend(move |(x, y)| Circle::new((x + 9, y), 5, colour.filled()));
+            for point in own() {
+                let line =
+                    |to: f64| PathElement::new(vec![(point.x, point.y), (point.x, to)], colour.mix(0.6));
+                match point.mark {
+                    Mark::UpTo(top) => drop(chart.draw_series([line(top)])?),
+                    Mark::AtMost => drop(chart.draw_series([line(point.y / arrow(bottom, top))])?),
+                    Mark::Measured => {}
+                }
+                let name = EmptyElement::at((point.x, point.y))
+                    + Text::new(point.label.clone(), (8, -6), (FONT, 11).into_font().color(&colour));
+                chart.draw_series([name])?;
+            }
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .label_font((FONT, 13))
+            .background_style(WHITE.mix(0.85))
+            .border_style(BLACK.mix(0.25))
+            .draw()?;
+        Ok(root.present()?)
+    }
+}
+
+/// The length of an arrow, as a factor.
+fn arrow(bottom: f64, top: f64) -> f64 {
+    (top / bottom).powf(0.05)
+}
+
+/// Whole decades around all values.
+fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (low, high) =
+        values.fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(value), high.max(value)));
+    let decade = |value: f64, rounded: fn(f64) -> f64| 10f64.powf(rounded(value.log10()));
+    let (low, high) = (decade(0.8 * low, f64::floor), decade(1.2 * high, f64::ceil));
+    (low, high)
+}
+
+/// 0.1 to 1000 as they are, the rest as powers.
+fn power(value: f64) -> String {
+    if (0.05..5e3).contains(&value) { format!("{value}") } else { format!("{value:.0e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scatter(y: f64, mark: Mark) -> Scatter {
+        Scatter {
+            title: "a & b".to_owned(),
+            x_label: "time".to_owned(),
+            y_label: "error".to_owned(),
+            families: vec!["Exact".to_owned()],
+            points: vec![Point { family: 0, label: "default".to_owned(), x: 1.0, y, mark }],
+        }
+    }
+
+    #[test]
+    fn points_have_their_names_and_zero_is_refused() {
+        for mark in [Mark::Measured, Mark::AtMost, Mark::UpTo(1e-9)] {
+            let svg = scatter(1e-15, mark).svg().unwrap();
+            assert!(svg.contains("default") && svg.contains("Exact") && !svg.contains("NaN"));
+        }
+        assert!(scatter(0.0, Mark::Measured).svg().is_err());
+        assert!(scatter(f64::NAN, Mark::Measured).svg().is_err());
+    }
+
+    #[test]
+    fn axes_hold_all_values_between_powers_of_ten() {
+        assert_eq!(range([0.3, 7.0].into_iter()), (0.1, 10.0));
+        assert_eq!(range([1.0].into_iter()), (0.1, 10.0));
+    }
+}

@@ -1,0 +1,103 @@
+//! How long a query takes, as a ratio to the exact detector on the same cases.
+
+use std::{hint::black_box, time::Duration};
+
+use carom_detection::encounters::Encounter;
+use cpu_time::ThreadTime;
+
+use super::{cases::Case, settings::Detector, tally::Tally};
+
+/// Most cases that are timed together, and about how many evaluations that may be: a batch of milliseconds.
+const BATCH: usize = 64;
+const BATCH_EVALUATIONS: u64 = 100_000;
+
+/// A single query of more evaluations is not timed.
+const MOST_EVALUATIONS: u32 = 10_000_000;
+
+/// Shorter batches are repeated, as the clock ticks in some tenths of microseconds.
+const SHORTEST: Duration = Duration::from_micros(100);
+
+/// Times of one detector on cases of one class.
+#[derive(Debug, Clone, Copy)]
+pub struct Timing {
+    /// How many cases.
+    pub cases: usize,
+    /// Median over rounds of its time over that of [`carom_detection::Exact`] in the same round.
+    pub ratio: f64,
+    /// Median of Exact's time of one query (seconds).
+    pub exact: f64,
+}
+
+/// The cases that one detector is timed on: the first that it was asked about, as many as a batch holds.
+fn batch<'a>(tally: &Tally, cases: &'a [Case]) -> Vec<&'a Encounter> {
+    let mut evaluations = 0;
+    let taken = tally.asked.iter().filter(|(_, cost)| *cost <= MOST_EVALUATIONS).take_while(|(_, cost)| {
+        let fits = evaluations < BATCH_EVALUATIONS;
+        evaluations += u64::from(*cost);
+        fits
+    });
+    taken.take(BATCH).map(|(index, _)| &cases[*index].encounter).collect()
+}
+
+/// Times detectors, one after the other and again round after round.
+pub fn time(detectors: &[(Detector, &Tally)], cases: &[Case], rounds: usize) -> Vec<Option<Timing>> {
+    let exact = detectors[0].0;
+    let batches: Vec<Vec<&Encounter>> = detectors.iter().map(|(_, tally)| batch(tally, cases)).collect();
+    let repeats: Vec<[u32; 2]> = detectors
+        .iter()
+        .zip(&batches)
+        .map(|((detector, _), batch)| [exact, *detector].map(|detector| repeats(detector, batch)))
+        .collect();
+    let mut ratios = vec![Vec::new(); detectors.len()];
+    let mut seconds = vec![Vec::new(); detectors.len()];
+    for _ in 0..rounds {
+        for (index, (detector, _)) in detectors.iter().enumerate() {
+            let batch = &batches[index];
+            if batch.is_empty() {
+                continue;
+            }
+            let [own, other] = [repeats[index][1], repeats[index][0]];
+            let base = ask_all(exact, batch, other).as_secs_f64() / f64::from(other);
+            let this = ask_all(*detector, batch, own).as_secs_f64() / f64::from(own);
+            ratios[index].push(this / base);
+            seconds[index].push(base / batch.len() as f64);
+        }
+    }
+    let result = |index: usize| {
+        let (ratio, exact) = (median(&mut ratios[index])?, median(&mut seconds[index])?);
+        Some(Timing { cases: batches[index].len(), ratio, exact })
+    };
+    (0..detectors.len()).map(result).collect()
+}
+
+fn repeats(detector: Detector, batch: &[&Encounter]) -> u32 {
+    if batch.is_empty() {
+        return 1;
+    }
+    let once = ask_all(detector, batch, 1).max(Duration::from_nanos(50));
+    (SHORTEST.as_secs_f64() / once.as_secs_f64()).ceil() as u32
+}
+
+/// Processor time of this thread.
+fn ask_all(detector: Detector, batch: &[&Encounter], repeats: u32) -> Duration {
+    let begun = ThreadTime::now();
+    for _ in 0..repeats {
+        for encounter in batch {
+            black_box(detector.ask(black_box(encounter)));
+        }
+    }
+    begun.elapsed()
+}
+
+/// The median of values that are sorted for it; `None` of none.
+pub fn median(values: &mut [f64]) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// Mean of the logarithms, as a number; `None` of none.
+pub fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (count, sum) =
+        values.into_iter().fold((0u32, 0.0), |(count, sum), value: f64| (count + 1, sum + value.ln()));
+    (count > 0).then(|| (sum / f64::from(count)).exp())
+}
