@@ -74,3 +74,8 @@ pub use carom_response::{Elasticity, Impact, Response};
 
 /// Version of the whole, as the manifests of runs name it.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// The examples of the README, run with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct ReadmeExamples;

@@ -63,7 +63,9 @@ pub fn run(bench: &Bench) -> Result<Verdict> {
     for (name, scene) in scenes::all().into_iter().filter(|(name, _)| name.starts_with(&options.scene)) {
         let timings = time_scene(name, &scene(), options)?;
         if !options.json {
-            timings.iter().for_each(|timing| say(&row(timing)));
+            for timing in &timings {
+                say(&row(timing));
+            }
         }
         all.extend(timings);
     }
@@ -160,7 +162,7 @@ fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Ve
     }
     let medians: Vec<f64> = rounds.into_iter().map(median).collect();
     let thesis = *medians.last().unwrap_or(&f64::NAN);
-    let timing = |(engine, &ns): (&Box<dyn Runner>, &f64)| Timing {
+    let timing = |engine: &dyn Runner, ns: f64| Timing {
         scene: name,
         engine: engine.name(),
         collisions_per_second: 1e9 / ns,
@@ -169,7 +171,7 @@ fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Ve
         bytes_per_body: engine.bytes_per_body(),
         n,
     };
-    Ok(engines.iter().zip(&medians).map(timing).collect())
+    Ok(engines.iter().zip(medians).map(|(engine, ns)| timing(engine.as_ref(), ns)).collect())
 }
 
 fn median(mut times: Vec<f64>) -> f64 {

@@ -17,7 +17,7 @@ pub struct Options {
     /// Radius of the tee's atoms relative to the gas discs: 0.5, 0.25, or all
     #[arg(long, default_value = "0.5")]
     pub size: OneOrAll<Size>,
-    /// A short run to look at, under two minutes for one case and size: to t = 40, measured from 5 (the default)
+    /// A short run to look at, under two minutes for one case and size: to t = 200, measured from 5 (the default)
     #[arg(long, conflicts_with = "paper")]
     pub quick: bool,
     /// The run of the thesis: to t = 5000, measured from 100
@@ -171,7 +171,7 @@ impl Options {
         let ready = if self.paper {
             Plan { from: 100.0, until: 5000.0, standby: 1.0 }
         } else {
-            Plan { from: 5.0, until: 40.0, standby: 0.5 }
+            Plan { from: 5.0, until: 200.0, standby: 0.5 }
         };
         let plan =
             Plan { from: self.from.unwrap_or(ready.from), until: self.until.unwrap_or(ready.until), ..ready };

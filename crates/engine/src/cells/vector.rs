@@ -105,12 +105,14 @@ struct Avx2;
 #[cfg(target_arch = "x86_64")]
 impl Kernel for Avx2 {
     #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn soonest(question: &Question<'_>) -> Soonest {
         // SAFETY: `Avx2` is named only in the functions below that are compiled for AVX2 and called where it is there.
         unsafe { avx2::soonest(question) }
     }
 
     #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn write(flight: &mut [f64; 4], numbers: [f64; 4]) {
         // SAFETY: as above.
         unsafe { avx2::write(flight, numbers) }
