@@ -4,7 +4,7 @@ use carom_detection::{DISC_LANES, Detection};
 
 use super::{
     State,
-    line::{INDEX_MASK, Kind, Line},
+    line::{INDEX_MASK, Kind},
     neighbourhood::image_of,
     vector::{Kernel, Question, Soonest},
 };
@@ -21,7 +21,9 @@ impl State {
         disc: u32,
         now: f64,
     ) {
-        let me = self.lines[disc as usize];
+        // Field by field: the line was written in pieces a moment ago and cannot be read as a whole yet.
+        let line = &self.lines[disc as usize];
+        let me = Asking { flight: line.flight, radius: line.radius, cell: line.cell };
         let cell = self.neighbourhoods.index(me.cell);
         let (crossing_time, crossing) = self.crossing(&me, now);
         let images = self.neighbourhoods.at_border(me.cell).then(|| self.grid.box_sides().to_array());
@@ -52,18 +54,15 @@ impl State {
     fn ask_eight<D: Detection, K: Kernel>(
         &self,
         detection: &D,
-        me: &Line,
+        me: &Asking,
         slots: &[u32; DISC_LANES],
         images: Option<[f64; 2]>,
         now: f64,
         best: &mut Best,
     ) {
         let line = |lane: usize| &self.lines[(slots[lane] & INDEX_MASK) as usize];
-        let [a, b, c, d, e, f, g, h] =
-            [line(0), line(1), line(2), line(3), line(4), line(5), line(6), line(7)];
         let question = Question {
-            flights: [&a.flight, &b.flight, &c.flight, &d.flight, &e.flight, &f.flight, &g.flight, &h.flight],
-            radii: [a.radius, b.radius, c.radius, d.radius, e.radius, f.radius, g.radius, h.radius],
+            others: [line(0), line(1), line(2), line(3), line(4), line(5), line(6), line(7)],
             from: &me.flight,
             radius: me.radius,
             now,
@@ -83,7 +82,7 @@ impl State {
     fn ask_overflow<D: Detection, K: Kernel>(
         &self,
         detection: &D,
-        me: &Line,
+        me: &Asking,
         cell: u32,
         images: Option<[f64; 2]>,
         now: f64,
@@ -100,7 +99,7 @@ impl State {
     /// When a disc leaves its cell, and where to. A velocity of exactly 0 never does; 0/0 must not be formed.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn crossing(&self, me: &Line, now: f64) -> (f64, Kind) {
+    fn crossing(&self, me: &Asking, now: f64) -> (f64, Kind) {
         let side = self.grid.side();
         let along = |axis: usize| {
             let (velocity, origin) = (me.flight[axis + 2], me.flight[axis]);
@@ -161,6 +160,13 @@ impl State {
         }
         ContactEvent { time, bodies, image, parts: Parts::Discs }
     }
+}
+
+/// What of a disc's line a prediction needs.
+struct Asking {
+    flight: [f64; 4],
+    radius: f64,
+    cell: [u16; 2],
 }
 
 /// The answer where some discs are seen through the border of the box, some pair may be in contact already, or the

@@ -10,15 +10,14 @@
 use carom_detection::{DISC_LANES, Detection, DiscLanes};
 use carom_kinematics::Motion;
 
-use super::{Instructions, State};
+use super::{Instructions, State, line::Line};
 use crate::{ContactEvent, World};
 
 /// One disc's question to eight others: when is the first of them touched?
 pub(super) struct Question<'a> {
-    /// Places at the start of the epoch and velocities of the eight.
-    pub flights: [&'a [f64; 4]; DISC_LANES],
-    pub radii: [f64; DISC_LANES],
-    /// The same of the asking disc.
+    /// The eight, where they lie: copied one by one, they could not be read as registers at once.
+    pub others: [&'a Line; DISC_LANES],
+    /// Flight and radius of the asking disc.
     pub from: &'a [f64; 4],
     pub radius: f64,
     pub now: f64,
@@ -51,19 +50,17 @@ impl Question<'_> {
         let mut lanes = DiscLanes {
             separation: [[0.0; DISC_LANES]; 2],
             velocity: [[0.0; DISC_LANES]; 2],
-            contact_distance: self.radii,
+            contact_distance: [0.0; DISC_LANES],
             separation_error: self.separation_error,
             speed: self.from[2].abs() + self.from[3].abs(),
         };
-        for (lane, flight) in self.flights.iter().enumerate() {
+        for (lane, other) in self.others.iter().enumerate() {
             for axis in 0..2 {
-                let velocity = flight[axis + 2] - self.from[axis + 2];
+                let velocity = other.flight[axis + 2] - self.from[axis + 2];
                 lanes.velocity[axis][lane] = velocity;
-                lanes.separation[axis][lane] = (flight[axis] - self.from[axis]) + velocity * self.now;
+                lanes.separation[axis][lane] = (other.flight[axis] - self.from[axis]) + velocity * self.now;
             }
-        }
-        for distance in &mut lanes.contact_distance {
-            *distance += self.radius;
+            lanes.contact_distance[lane] = other.radius + self.radius;
         }
         lanes
     }
@@ -130,16 +127,15 @@ mod avx2 {
         _mm256_storeu_pd, _mm256_sub_pd, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
     };
 
-    use super::{Question, Soonest};
+    use super::{Line, Question, Soonest};
     use carom_kinematics::HALF_ULP;
 
     #[target_feature(enable = "avx2")]
     #[inline]
     pub(super) fn soonest(question: &Question<'_>) -> Soonest {
-        let [a, b, c, d, e, f, g, h] = question.flights;
-        let [ra, rb, rc, rd, re, rf, rg, rh] = question.radii;
-        let (low, low_contact) = four(question, [a, b, c, d], _mm256_setr_pd(ra, rb, rc, rd));
-        let (high, high_contact) = four(question, [e, f, g, h], _mm256_setr_pd(re, rf, rg, rh));
+        let [a, b, c, d, e, f, g, h] = question.others;
+        let (low, low_contact) = four(question, [a, b, c, d]);
+        let (high, high_contact) = four(question, [e, f, g, h]);
         let least = _mm256_min_pd(low, high);
         let least = _mm_min_pd(_mm256_castpd256_pd128(least), _mm256_extractf128_pd::<1>(least));
         let time = _mm_cvtsd_f64(_mm_min_pd(least, _mm_unpackhi_pd(least, least)));
@@ -163,11 +159,13 @@ mod avx2 {
     /// Times of contact of four discs, and a mask of those that need a closer look.
     #[target_feature(enable = "avx2")]
     #[inline]
-    fn four(question: &Question<'_>, rows: [&[f64; 4]; 4], radii: __m256d) -> (__m256d, __m256d) {
+    fn four(question: &Question<'_>, lines: [&Line; 4]) -> (__m256d, __m256d) {
         let load = |row: &[f64; 4]| _mm256_setr_pd(row[0], row[1], row[2], row[3]);
+        let [a, b, c, d] = lines;
+        let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
         let from = load(question.from);
-        let (a, b) = (_mm256_sub_pd(load(rows[0]), from), _mm256_sub_pd(load(rows[1]), from));
-        let (c, d) = (_mm256_sub_pd(load(rows[2]), from), _mm256_sub_pd(load(rows[3]), from));
+        let (a, b) = (_mm256_sub_pd(load(&a.flight), from), _mm256_sub_pd(load(&b.flight), from));
+        let (c, d) = (_mm256_sub_pd(load(&c.flight), from), _mm256_sub_pd(load(&d.flight), from));
         // From a row for each disc to a register for each of x, y, vx, vy.
         let (x_vx_ab, x_vx_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
         let (y_vy_ab, y_vy_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
