@@ -1,11 +1,17 @@
 //! Time of one query, by kind of pair and detector: `cargo bench --bench detection`.
+//!
+//! Before the single times, two tables that do not depend on the machine: the golden-secant detector's time over the
+//! exact one's, and how the time grows with the number of atoms.
 
-use std::hint::black_box;
+use std::{hint::black_box, time::Instant};
 
-use carom_detection::{Detection, Exact, GoldenSecant};
+use carom_detection::{
+    Answer, Exact, GoldenSecant,
+    encounters::{Class, Encounter},
+};
 use carom_geometry::{Molecule, Shape};
 use carom_kinematics::{Orientation, RelativeMotion};
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, criterion_group};
 use glam::DVec2;
 
 /// Two shapes of atoms of radius 1, B flying past A with the impact parameter `across`.
@@ -45,24 +51,123 @@ const CASES: [Case; 8] = {
     ]
 };
 
+impl Case {
+    fn encounter(&self) -> Encounter {
+        self.turned(0.0)
+    }
+
+    /// The same with both molecules turned at the start (turns, and three times as many).
+    fn turned(&self, turns: f64) -> Encounter {
+        let molecules = self.shapes.map(|shape| Molecule::named(shape, 1.0, 1.0).unwrap());
+        let motion = RelativeMotion {
+            orientation: [0.1 + turns, -0.3 + 3.0 * turns].map(Orientation::from_turns),
+            angular_velocity: self.spins,
+            ..RelativeMotion::exactly(DVec2::new(15.0, self.across), DVec2::new(-1.0, 0.0))
+        };
+        Encounter { molecules, motion, horizon: 100.0 }
+    }
+}
+
+type Ask = fn(&Encounter) -> Answer;
+const EXACT: Ask = |encounter| encounter.ask(&Exact::default());
+const GOLDEN_SECANT: Ask = |encounter| encounter.ask(&GoldenSecant::default());
+
 fn first_contact(criterion: &mut Criterion) {
-    let detectors: [(&str, &dyn Detection); 2] =
-        [("exact", &Exact::default()), ("golden-secant", &GoldenSecant::default())];
     let mut group = criterion.benchmark_group("first contact");
     for case in CASES {
-        let [a, b] = case.shapes.map(|shape| Molecule::named(shape, 1.0, 1.0).unwrap());
-        let motion = RelativeMotion {
-            orientation: [Orientation::from_turns(0.1), Orientation::from_turns(-0.3)],
-            angular_velocity: case.spins,
-            ..RelativeMotion::exactly(DVec2::new(15.0, case.across), DVec2::new(-1.0, 0.0))
-        };
-        for (name, detector) in detectors {
-            let query = || detector.first_contact(a.outline(), b.outline(), black_box(&motion), 100.0);
+        let encounter = case.encounter();
+        for (name, ask) in [("exact", EXACT), ("golden-secant", GOLDEN_SECANT)] {
+            let query = || ask(black_box(&encounter));
             assert_eq!(query().outcome.contact().is_some(), case.hit, "{} by {name}", case.name);
             group.bench_function(BenchmarkId::new(case.name, name), |bencher| bencher.iter(query));
         }
     }
 }
 
-criterion_group!(benches, first_contact);
-criterion_main!(benches);
+fn many_atoms(criterion: &mut Criterion) {
+    for (name, class) in [("rods", Class::Rods), ("blobs", Class::Blobs)] {
+        let mut group = criterion.benchmark_group(format!("{name} of N atoms"));
+        for size in [0, 3, 7] {
+            let hits = encounters(class, size, Kind::Hit);
+            group.bench_function(BenchmarkId::new("exact", 2 << size), |bencher| {
+                let mut next = (0..hits.len()).cycle();
+                bencher.iter(|| EXACT(black_box(&hits[next.next().unwrap()])));
+            });
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Hit,
+    Miss,
+}
+
+/// Encounters of molecules of 2 << `size` atoms, whose bounding circles meet.
+fn encounters(class: Class, size: u64, kind: Kind) -> Vec<Encounter> {
+    let drawn = (0..1000u64).map(|round| Encounter::draw(class, 1, 8 * round + size));
+    let asked = drawn.filter(|encounter| {
+        let answer = EXACT(encounter);
+        let hit = answer.outcome.contact().is_some();
+        answer.evaluations > 0 && hit == (kind == Kind::Hit)
+    });
+    asked.take(20).collect()
+}
+
+/// Seconds for one query of several, the best of many rounds: what else runs on the machine only adds.
+fn seconds(ask: Ask, encounters: &[Encounter], rounds: u32) -> f64 {
+    let round = |_| {
+        let begun = Instant::now();
+        for encounter in encounters {
+            black_box(ask(black_box(encounter)));
+        }
+        begun.elapsed().as_secs_f64() / encounters.len() as f64
+    };
+    (0..rounds).map(round).fold(f64::INFINITY, f64::min)
+}
+
+/// The time of the golden-secant detector over that of the exact one, the two in turn, on pairs that differ in their
+/// orientations only.
+#[expect(clippy::print_stdout, reason = "a table for whoever runs the benchmark")]
+fn ratios() {
+    println!("time of golden-secant over exact");
+    for case in CASES {
+        let turned = (0..100).map(|part| case.turned(0.01 * f64::from(part)));
+        let encounters: Vec<Encounter> =
+            turned.filter(|encounter| EXACT(encounter).outcome.contact().is_some() == case.hit).collect();
+        let mut ratios: Vec<f64> = (0..15)
+            .map(|_| seconds(GOLDEN_SECANT, &encounters, 1) / seconds(EXACT, &encounters, 20))
+            .collect();
+        ratios.sort_by(f64::total_cmp);
+        let exact = 1e9 * seconds(EXACT, &encounters, 50);
+        let ratio = ratios[ratios.len() / 2];
+        println!("{:>15}: {ratio:6.1}   exact {exact:6.0} ns, {} pairs", case.name, encounters.len());
+    }
+}
+
+/// How the time of the exact detector grows with the number of atoms of each molecule.
+#[expect(clippy::print_stdout, reason = "a table for whoever runs the benchmark")]
+fn growth() {
+    println!("ns for a query of N against N atoms, N = 2, 4, … 256, and the exponent log2(t(256)/t(2))/7");
+    for (name, class) in [("rods", Class::Rods), ("blobs", Class::Blobs)] {
+        for kind in [Kind::Hit, Kind::Miss] {
+            let times: Vec<f64> =
+                (0..8).map(|size| 1e9 * seconds(EXACT, &encounters(class, size, kind), 50)).collect();
+            let row: Vec<String> = times.iter().map(|time| format!("{time:7.0}")).collect();
+            let exponent = (times[7] / times[0]).log2() / 7.0;
+            println!("{name:>6} {kind:?}: {}  exponent {exponent:.2}", row.join(" "));
+        }
+    }
+}
+
+criterion_group!(benches, first_contact, many_atoms);
+
+fn main() {
+    // `cargo test --benches` only wants to know that it runs.
+    if std::env::args().any(|argument| argument == "--bench") {
+        ratios();
+        growth();
+    }
+    benches();
+    Criterion::default().configure_from_args().final_summary();
+}

@@ -62,13 +62,14 @@ pub use carom_observers as observers;
 
 pub use carom_detection::{BoundingCircles, Detection, Exact, FixedStep, GoldenSecant};
 pub use carom_engine::{
-    BodyKey, CollisionReport, EditError, Fineness, Observer, RunError, Scene, SceneError, Scheduler,
-    Simulation, Thesis, View,
+    BodyKey, Cells, CollisionReport, EditError, Fineness, Instructions, Observer, RunError, Scene,
+    SceneError, Scheduler, Simulation, Thesis, View,
 };
 pub use carom_geometry::{Atom, Molecule, PeriodicBox, Shape};
 pub use carom_kinematics::{Instant, Motion, Orientation};
 pub use carom_observers::{
-    CollisionRate, DirectionHistogram, EnergyLedger, OverlapCheck, RunningAverage, Subscriptions,
+    CollisionRate, DirectionHistogram, EnergyLedger, OverlapCheck, Pressure, ProjectionHistogram,
+    RunningAverage, Subscriptions,
 };
 pub use carom_response::{Elasticity, Impact, Response};
 

@@ -1,5 +1,5 @@
-//! Momentum, energy and angular momentum are kept, contact by contact and over whole runs, for any masses, shapes and
-//! elasticity, locked or not.
+//! Momentum, energy and angular momentum are kept, contact by contact and over whole runs, for any masses,
+//! shapes and elasticity, locked or not.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -15,8 +15,8 @@ use support::{named, scene, simulate, with_each_scheduler};
 
 /// How deep bodies may overlap after some hundred contacts (length).
 ///
-/// Turning bodies of low elasticity can come to lie against each other: like a ball that bounces ever lower they
-/// have ever more contacts, each of which may sink in by twice the rounding bound.
+/// Turning bodies of low elasticity can come to lie against each other: like a ball that bounces ever lower
+/// they have ever more contacts, each of which may sink in by twice the rounding bound.
 const CREEP: f64 = 1e-12;
 
 /// Asserts the laws of a smooth impact at each contact, by formulas of its own.

@@ -1,5 +1,5 @@
-//! What is promised to the bit: watched or not, however often looked at, in whatever pieces run, in whatever unit of
-//! time, in whatever order the bodies stand.
+//! What is promised to the bit: watched or not, however often looked at, in whatever pieces run, in whatever
+//! unit of time, in whatever order the bodies stand.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -170,10 +170,11 @@ fn fingerprint_after<S: Scheduler>(collisions: u64, options: &S::Options) -> u64
 
 /// Every bit of every motion after 3000 collisions of a fixed scene.
 ///
-/// What may change it: the generator of random numbers or the use made of it (placement, velocities), the order of
-/// operations in prediction or response, the rule by which epochs end, another scheduler. What may not: the
-/// processor, the level of optimisation, observers, output. A change meant to be of the second kind that
-/// fails here is not. To renew it after one of the first kind, run this test and copy the numbers it prints.
+/// What may change it: the generator of random numbers or the use made of it (placement, velocities), the
+/// order of operations in prediction or response, the rule by which epochs end, another scheduler. What may
+/// not: the processor, the level of optimisation, observers, output. A change meant to be of the second kind
+/// that fails here is not. To renew it after one of the first kind, run this test and copy the numbers it
+/// prints.
 #[test]
 fn the_trajectory_is_pinned() {
     let found = [

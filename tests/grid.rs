@@ -1,4 +1,5 @@
-//! The grid misses nothing: with any fineness, and with the fast scheduler, the same collisions as with all pairs.
+//! The grid misses nothing: with any fineness, and with the fast scheduler, the same collisions as with all
+//! pairs.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -8,8 +9,9 @@ use support::{Encounters, bumper, frozen, gas, menagerie, named, scene, simulate
 
 /// Collisions per body in one slice, and how many slices.
 ///
-/// A difference of rounding grows about tenfold with each collision of a body, so two exact runs part after some
-/// fifteen. Both start each slice from the same state, which makes every collision of the run comparable.
+/// A difference of rounding grows about tenfold with each collision of a body, so two exact runs part after
+/// some fifteen. Both start each slice from the same state, which makes every collision of the run
+/// comparable.
 const PER_BODY: usize = 4;
 const SLICES: usize = 5;
 

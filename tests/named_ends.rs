@@ -1,157 +1,12 @@
-//! Every run ends: at its time, or with a named error, however little or much happens, and at any age.
+//! Runs in which very much happens at once end at their time, or with a named error.
 
 #[path = "support/engine.rs"]
 mod support;
 
-use carom_engine::{MoleculeSpec, RunError, Scene, Scheduler};
+use carom_engine::{RunError, Scene, Scheduler};
 use carom_kinematics::Instant;
 use glam::DVec2;
-use support::{
-    Encounters, bits, bumper, disc, frozen, gas, menagerie, named, scene, simulate, velocity,
-    with_each_scheduler,
-};
-
-#[test]
-fn where_nothing_can_happen_only_time_goes_on() {
-    with_each_scheduler!(check_nothing);
-}
-
-fn check_nothing<S: Scheduler>(options: &S::Options) {
-    let mut only_bumpers = scene(vec![]);
-    only_bumpers.bumper = vec![bumper(0.1, [0.0, 0.0]), bumper(0.2, [0.1, 0.1]), bumper(0.3, [0.5, 0.5])];
-    let at_rest = scene(vec![
-        disc(0.1, 1.0, [0.2, 0.2], [0.0; 2]),
-        // Touching, to the bit.
-        disc(0.125, 1.0, [0.5, 0.5], [0.0; 2]),
-        disc(0.125, 1.0, [0.75, 0.5], [0.0; 2]),
-        named("tee", 0.02, 1.0, [0.2, 0.8]),
-    ]);
-    let mut alone = scene(vec![MoleculeSpec {
-        angular_velocity: 3.0,
-        velocity: [0.1, 0.7],
-        ..named("tee", 0.05, 1.0, [0.5, 0.5])
-    }]);
-    alone.bounds.sides = [1.0, 2.0];
-    for scene in [Scene::default(), only_bumpers, at_rest, alone] {
-        let mut simulation = simulate::<S>(&scene, options);
-        let start = bits(&simulation.view());
-        for time in [0.0, 1e-300, 1.0, 50.0] {
-            simulation.run_until(time).unwrap();
-            assert_eq!(simulation.time().to_f64(), time);
-        }
-        assert!(!simulation.step(60.0, &mut ()).unwrap());
-        assert_eq!(simulation.time().to_f64(), 60.0);
-        let view = simulation.view();
-        assert_eq!((view.counters().collisions, view.overlaps().pairs), (0, 0));
-        assert_eq!(view.len(), start.len());
-        if view.energy() == 0.0 {
-            assert_eq!(bits(&view), start);
-        }
-    }
-}
-
-#[test]
-fn a_time_that_has_passed_changes_nothing_and_one_that_never_comes_is_refused() {
-    with_each_scheduler!(check_times);
-}
-
-fn check_times<S: Scheduler>(options: &S::Options) {
-    let mut simulation = simulate::<S>(&menagerie(12), options);
-    simulation.run_until(0.5).unwrap();
-    let (now, counters) = (bits(&simulation.view()), *simulation.view().counters());
-    for past in [0.5, 0.499, 0.0, -1.0, -1e300] {
-        simulation.run_until(past).unwrap();
-        assert!(!simulation.step(past, &mut ()).unwrap());
-    }
-    for never in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        assert!(matches!(simulation.run_until(never), Err(RunError::Time(_))));
-        assert!(matches!(simulation.step(never, &mut ()), Err(RunError::Time(_))));
-    }
-    assert_eq!(simulation.time().to_f64(), 0.5);
-    assert_eq!((bits(&simulation.view()), *simulation.view().counters()), (now, counters));
-}
-
-#[test]
-fn events_at_exactly_the_end_belong_to_the_run() {
-    with_each_scheduler!(check_last_instant);
-}
-
-fn check_last_instant<S: Scheduler>(options: &S::Options) {
-    // The gap of 0.25 closes at speed 1 at exactly 0.25.
-    let pair =
-        scene(vec![disc(0.125, 1.0, [0.25, 0.5], [1.0, 0.0]), disc(0.125, 1.0, [0.75, 0.5], [0.0; 2])]);
-    let mut simulation = simulate::<S>(&pair, options);
-    simulation.run_until(0.25f64.next_down()).unwrap();
-    assert_eq!(simulation.view().counters().collisions, 0);
-    simulation.run_until(0.25).unwrap();
-    assert_eq!(simulation.view().counters().collisions, 1);
-    assert_eq!(velocity(&simulation.view(), 1), DVec2::X);
-    simulation.run_until(0.25).unwrap();
-    assert_eq!(simulation.view().counters().collisions, 1);
-}
-
-#[test]
-fn at_any_age_the_same_trajectory() {
-    with_each_scheduler!(check_age);
-}
-
-fn check_age<S: Scheduler>(options: &S::Options) {
-    let bodies = frozen(&simulate::<S>(&menagerie(13), options).view()).molecule;
-    let run = |start: f64| {
-        // An empty box grows old at once; then everything comes in.
-        let mut simulation = simulate::<S>(&Scene::default(), options);
-        simulation.run_until(start).unwrap();
-        for body in &bodies {
-            simulation.add(body).unwrap();
-        }
-        let mut list = Encounters::since(Instant::from(start));
-        simulation.observe_until(start + 2.0, &mut list).unwrap();
-        assert!(list.list.len() > 500);
-        let motions: Vec<_> = simulation.view().bodies().map(|body| body.motion).collect();
-        (motions, list.list)
-    };
-    let (motions, list) = run(0.0);
-    for age in [1.0, 1e6, 1e12, 2f64.powi(50)] {
-        let (aged_motions, aged_list) = run(age);
-        for (aged, young) in aged_list.iter().zip(&list) {
-            assert_eq!((aged.bodies, aged.atoms, aged.image), (young.bodies, young.atoms, young.image));
-            assert!((aged.time - young.time).abs() < 1e-15, "at {age:e}");
-        }
-        for (aged, young) in aged_motions.iter().zip(&motions) {
-            assert_eq!(aged.velocity, young.velocity, "at {age:e}");
-            assert_eq!(aged.angular_velocity, young.angular_velocity);
-            // The last flight ends at a float of that age.
-            assert!((aged.position - young.position).length() < 1e-15);
-        }
-    }
-}
-
-#[test]
-fn a_million_epochs_lose_no_time() {
-    with_each_scheduler!(check_long_run);
-}
-
-fn check_long_run<S: Scheduler>(options: &S::Options) {
-    // To and fro between two bumpers: 0.3 of free path at 0.7.
-    let mut scene = scene(vec![disc(0.1, 1.0, [0.5, 0.5], [0.7, 0.0])]);
-    scene.bumper = vec![bumper(0.25, [0.0, 0.5])];
-    let mut simulation = simulate::<S>(&scene, options);
-    let mut last: Option<Instant> = None;
-    let mut hits = 0u32;
-    while hits < 200_000 {
-        assert!(simulation.step(1e9, &mut ()).unwrap());
-        hits += 1;
-        if let Some(last) = last {
-            // The roundings of places of order 1. A time kept in one float would be off by 7e-12 in the end.
-            let error = simulation.time().since(last) - 0.3 / 0.7;
-            assert!(error.abs() < 4e-15, "hit {hits}: {error:e}");
-        }
-        last = Some(simulation.time());
-    }
-    assert_eq!(velocity(&simulation.view(), 0).length(), 0.7);
-    let expected = (0.15 + 0.3 * f64::from(hits - 1)) / 0.7;
-    assert!((simulation.time().to_f64() / expected - 1.0).abs() < 1e-14);
-}
+use support::{Encounters, bits, bumper, disc, gas, scene, simulate, velocity, with_each_scheduler};
 
 #[test]
 fn superelastic_contacts_end_in_a_blow_up() {
@@ -159,8 +14,8 @@ fn superelastic_contacts_end_in_a_blow_up() {
 }
 
 fn check_blow_up<S: Scheduler>(options: &S::Options) {
-    // Each hit doubles the speed: after 60/lg 2 = 200 of them it is beyond 1e60, at a time that the geometric series
-    // of the flights gives: 0.15 + 0.3 (1/2 + 1/4 + …).
+    // Each hit doubles the speed: after 60/lg 2 = 200 of them it is beyond 1e60, at a time that the geometric
+    // series of the flights gives: 0.15 + 0.3 (1/2 + 1/4 + …).
     let mut between = scene(vec![disc(0.1, 1.0, [0.5, 0.5], [1.0, 0.0])]);
     between.bumper = vec![bumper(0.25, [0.0, 0.5])];
     between.elasticity.default = 2.0;
@@ -183,7 +38,9 @@ fn check_blow_up<S: Scheduler>(options: &S::Options) {
     let mut gas = Scene { gas: vec![gas("disc", 0.05, 20), gas("dumbbell", 0.03, 10)], ..Scene::default() };
     gas.elasticity.default = 1.2;
     let mut simulation = simulate::<S>(&gas, options);
-    assert!(matches!(simulation.run_until(1e3), Err(RunError::BlowUp { .. })));
+    // At such speeds the clock may stand still before a speed is out of range.
+    let ended = simulation.run_until(1e3);
+    assert!(matches!(ended, Err(RunError::BlowUp { .. } | RunError::TimeStandsStill { .. })));
     let energy = simulation.view().energy();
     assert!(energy.is_finite(), "{energy}");
     assert_eq!(simulation.view().overlaps().pairs, 0);
@@ -195,8 +52,8 @@ fn an_inelastic_collapse_ends_at_rest_or_with_its_name() {
 }
 
 fn check_collapse<S: Scheduler>(options: &S::Options) {
-    // Three discs in a row that are pressed together: below e = 7 − 4√3 = 0.0718 they collide infinitely often in a
-    // finite time (McNamara and Young 1992).
+    // Three discs in a row that are pressed together: below e = 7 − 4√3 = 0.0718 they collide infinitely
+    // often in a finite time (McNamara and Young 1992).
     for e in [0.0, 0.01, 0.05, 0.07, 0.1, 0.5] {
         for squeeze in [false, true] {
             let mut row = scene(vec![
@@ -218,7 +75,7 @@ fn check_collapse<S: Scheduler>(options: &S::Options) {
             }
             assert!(view.counters().collisions < 100_000);
             let energy = view.energy();
-            assert!(energy < 0.5 && energy >= 0.0, "e = {e}: {energy}");
+            assert!((0.0..0.5).contains(&energy), "e = {e}: {energy}");
             assert_eq!(view.overlaps().pairs, 0, "e = {e}");
             if !squeeze {
                 assert!((view.momentum().x - 0.1).abs() < 1e-14);
@@ -252,7 +109,8 @@ fn what_happens_everywhere_at_once_happens_in_order() {
 }
 
 fn check_lattice<S: Scheduler>(options: &S::Options) {
-    // 64 discs on a square lattice, all of whose first events are at time 0: on the borders of cells, moving out.
+    // 64 discs on a square lattice, all of whose first events are at time 0: on the borders of cells, moving
+    // out.
     const SIDE: usize = 8;
     let lattice = |velocity: fn(usize, usize) -> [f64; 2]| {
         let place = |k: usize| [(k % SIDE) as f64 / SIDE as f64, (k / SIDE) as f64 / SIDE as f64];
@@ -301,8 +159,8 @@ fn a_run_that_has_stalled_stays_where_it_is() {
 }
 
 fn check_stall<S: Scheduler>(options: &S::Options) {
-    // A disc is held between a bumper and a heavy one that comes on: the faster it goes to and fro, the less room it
-    // has, and elastic contacts would turn the heavy one round. With e = 0.05 its momentum wins.
+    // A disc is held between a bumper and a heavy one that comes on: the faster it goes to and fro, the less
+    // room it has, and elastic contacts would turn the heavy one round. With e = 0.05 its momentum wins.
     let mut vice =
         scene(vec![disc(0.05, 1e-9, [0.2, 0.5], [0.0; 2]), disc(0.1, 1e9, [0.5, 0.5], [-1.0, 0.0])]);
     vice.bumper = vec![bumper(0.1, [0.0, 0.5])];

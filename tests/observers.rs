@@ -1,19 +1,34 @@
 //! What the observers measure: planted contacts whose answer is known, sums by hand, and kinetic theory.
 
+#[path = "observers/boundary.rs"]
+mod boundary;
+#[path = "observers/correlations.rs"]
+mod correlations;
+#[path = "observers/heat.rs"]
+mod heat;
 #[path = "observers/one_body.rs"]
 mod one_body;
+#[path = "observers/pairs.rs"]
+mod pairs;
 #[path = "observers/subscriptions.rs"]
 mod subscriptions;
 #[path = "observers/text.rs"]
 mod text;
+#[path = "observers/velocities.rs"]
+mod velocities;
 #[path = "observers/whole_gas.rs"]
 mod whole_gas;
+
+use std::f64::consts::PI;
 
 use carom::{
     BodyKey, CollisionRate, CollisionReport, DirectionHistogram, EnergyLedger, Observer, Orientation,
     OverlapCheck, RunningAverage, Scene, Simulation, Subscriptions,
     engine::{AtomSpec, GasSpec, MoleculeSpec},
-    observers::{Pressure, TagFilter},
+    observers::{
+        ContactDensity, Group, PairDistribution, Pressure, TagFilter, ThermostatLedger, TimeCorrelation,
+        VelocityDistribution,
+    },
 };
 use glam::DVec2;
 
@@ -51,6 +66,16 @@ fn gas(tag: &str, count: usize) -> GasSpec {
 
 fn key(simulation: &Simulation, index: usize) -> BodyKey {
     simulation.view().bodies().nth(index).unwrap().body.key()
+}
+
+/// A gas of discs of radius ½ and mass 1 on a square of that area fraction, of kT = 1 and total momentum 0.
+fn hard_discs(count: usize, area_fraction: f64, seed: u64) -> Scene {
+    let side = (count as f64 * 0.25 * PI / area_fraction).sqrt();
+    let mut scene = Scene::default();
+    (scene.bounds.sides, scene.bounds.seed) = ([side; 2], seed);
+    let spec = GasSpec { radius: Some(0.5), zero_momentum: true, ..gas("gas", count) };
+    scene.gas.push(spec);
+    scene
 }
 
 /// Starts, and stands by `standbys` times at even intervals until `until`.
@@ -92,6 +117,15 @@ fn watching_changes_no_bit() {
         OverlapCheck::default(),
         subscriptions,
     );
+    let contacts = ContactDensity::new(watched.view().body(tee).unwrap().body, 0.02, 36).unwrap();
+    let mut more = (
+        ThermostatLedger::default(),
+        VelocityDistribution::adaptive(Group::All, 20),
+        TimeCorrelation::new(Group::All, 3.0 / 7.0, 3.0).unwrap(),
+        PairDistribution::new([Group::All; 2], watched.view().bounds(), 0.3, 30).unwrap(),
+        contacts,
+    );
+    let mut observers = (&mut observers, &mut more);
     observe(&mut watched, &mut observers, 3.0, 7);
     for (one, other) in alone.view().bodies().zip(watched.view().bodies()) {
         assert_eq!((one.motion, one.winding), (other.motion, other.winding));

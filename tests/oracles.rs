@@ -6,7 +6,7 @@
 mod oracle;
 
 use carom_detection::{
-    Exact,
+    Answer, Contact, Exact, Outcome, Touch,
     encounters::{Class, Encounter},
 };
 use oracle::{Big, DoubleDouble, Number, Oracle, Reference, Verdict};
@@ -66,8 +66,9 @@ fn the_oracle_agrees_with_another_at_200_bits() {
                         assert!(off.abs() < 1e-20 * scale, "{class} {index}: off by {off:e} of {scale:e}");
                     }
                 }
-                (Reference::Free, Reference::Free) => {}
-                (Reference::Unresolved, _) | (_, Reference::Unresolved) => {}
+                (Reference::Free, Reference::Free)
+                | (Reference::Unresolved, _)
+                | (_, Reference::Unresolved) => {}
                 _ => panic!("{class} {index}: {one:?} and {other:?}"),
             }
         }
@@ -97,4 +98,45 @@ fn the_oracle_scales_with_time() {
             other => panic!("{index}: {other:?}"),
         }
     }
+}
+
+#[test]
+fn wrong_answers_are_told_from_right_ones() {
+    let oracle = Oracle::default();
+    let mut seen = [0; 2];
+    for index in 0..60 {
+        let encounter = Encounter::draw(Class::Generic, SEED, index);
+        let answer = encounter.ask(&Exact::default());
+        let reference = oracle.first_contact::<DoubleDouble>(&encounter);
+        let verdict = |outcome| {
+            let answer = Answer { outcome, evaluations: 0 };
+            reference.judge(&encounter, &answer).expect("the oracle knows").verdict
+        };
+        let Some(contact) = answer.outcome.contact() else {
+            let touch = Touch::Atoms(0, 0);
+            let invented = Outcome::Contact(Contact { time: 0.5 * encounter.horizon, touch });
+            let pass = verdict(invented);
+            assert_eq!((verdict(Outcome::Free), pass), (Verdict::Right, Verdict::False), "{index}");
+            seen[0] += 1;
+            continue;
+        };
+        seen[1] += 1;
+        assert_eq!(verdict(Outcome::Free), Verdict::Missed, "{index}");
+        assert_eq!(verdict(Outcome::Unresolved(0.0)), Verdict::GaveUp);
+        let shift = 1e-6 * encounter.natural_time();
+        assert_eq!(verdict(Outcome::FreeUntil(contact.time - shift)), Verdict::FreeUntil, "{index}");
+        assert_eq!(verdict(Outcome::FreeUntil(contact.time + shift)), Verdict::Missed, "{index}");
+        for (time, expected) in
+            [(contact.time - shift, Verdict::Early), (contact.time + shift, Verdict::Late)]
+        {
+            assert_eq!(verdict(Outcome::Contact(Contact { time, ..contact })), expected, "{index}");
+        }
+        // The right time, but other atoms: they are apart.
+        let atoms = encounter.molecules[1].atoms().len() as u32;
+        if let (Touch::Atoms(i, j), true) = (contact.touch, atoms > 1) {
+            let touch = Touch::Atoms(i, (j + 1) % atoms);
+            assert_eq!(verdict(Outcome::Contact(Contact { touch, ..contact })), Verdict::Early, "{index}");
+        }
+    }
+    assert!(seen.iter().all(|&count| count > 3), "{seen:?}");
 }

@@ -16,8 +16,8 @@ impl Observer for OfTheFirst {
     }
 }
 
-/// The gas of Montanari (2017), chapter 3: discs of radius 0.01 that cover half the box, in it a tee of atoms of
-/// radius 0.005 and mass 2, and a bumper.
+/// The gas of Montanari (2017), chapter 3: discs of radius 0.01 that cover half the box, in it a tee of atoms
+/// of radius 0.005 and mass 2, and a bumper.
 fn thesis_scene(side: f64) -> Scene {
     let mut scene = scene(vec![named("tee", 0.005, 2.0, [0.5 * side, 0.5 * side])]);
     scene.bounds.sides = [side, side];
@@ -52,7 +52,8 @@ fn run_the_tee<S: Scheduler>(scene: &Scene, collisions: u64, options: &S::Option
 
 #[test]
 fn the_tee_in_its_gas() {
-    // A quarter of the thesis's box a side, at the same densities: the tee has a larger share of the collisions.
+    // A quarter of the thesis's box a side, at the same densities: the tee has a larger share of the
+    // collisions.
     run_the_tee::<Cells>(&thesis_scene(0.25), 100_000, &Instructions::Widest);
 }
 

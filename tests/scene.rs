@@ -1,4 +1,4 @@
-//! What a scene may say and what is refused, each time with the entry that is wrong; and what placement can fill.
+//! What a scene may say and what is refused, each time with the entry that is wrong.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -122,7 +122,7 @@ fn impossible_bumpers_and_boxes_are_refused_by_name() {
         assert!(refusal(&scene).to_string().starts_with("bumper[1]: "));
         scene.bumper.pop();
         scene.bounds.sides = [1.0, bad];
-        let expected = matches!(refusal(&scene), SceneError::Geometry { entry, source: GeometryError::NotPositive { .. } } if entry == "box");
+        let expected = matches!(refusal(&scene), SceneError::Geometry { entry, reason: GeometryError::NotPositive { .. } } if entry == "box");
         assert!(expected);
     }
 }
@@ -211,7 +211,8 @@ fn overlaps_are_refused_with_both_entries() {
 
 #[test]
 fn a_grid_too_fine_is_refused_with_the_finest_that_is_safe() {
-    // The tee of relative size 0.5 (Montanari 2017, chapter 3): 3.8 × 0.005 + 0.01 = 0.029 from centre to centre.
+    // The tee of relative size 0.5 (Montanari 2017, chapter 3): 3.8 × 0.005 + 0.01 = 0.029 from centre to
+    // centre.
     let mut thesis = scene(vec![named("tee", 0.005, 2.0, [0.5, 0.5])]);
     thesis.gas = vec![gas("disc", 0.01, 100)];
     let built = |fineness| {
@@ -262,6 +263,9 @@ fn a_box_in_which_a_molecule_could_meet_itself_is_refused() {
     simulate::<Thesis>(&covered, &Fineness::Automatic).run_until(1.0).unwrap();
 }
 
+/// Tags, and the coefficient between them.
+type Rule<'a> = (&'a [&'a str], f64);
+
 #[test]
 fn elasticity_rules_are_checked_and_the_most_specific_wins() {
     let base = || {
@@ -272,7 +276,7 @@ fn elasticity_rules_are_checked_and_the_most_specific_wins() {
         scene.elasticity.default = 0.9;
         scene
     };
-    let with = |rules: &[(&[&str], f64)]| {
+    let with = |rules: &[Rule<'_>]| {
         let mut scene = base();
         scene.elasticity.pair = rules
             .iter()
@@ -283,12 +287,12 @@ fn elasticity_rules_are_checked_and_the_most_specific_wins() {
             .collect();
         scene
     };
-    let measured = |rules: &[(&[&str], f64)]| {
+    let measured = |rules: &[Rule<'_>]| {
         let mut simulation = simulate::<Thesis>(&with(rules), &Fineness::Automatic);
         simulation.run_until(0.2).unwrap();
         velocity(&simulation.view(), 1).x
     };
-    let cases: [(&[(&[&str], f64)], f64); 9] = [
+    let cases: [(&[Rule<'_>], f64); 9] = [
         (&[], 0.9),
         (&[(&["a"], 0.5)], 0.5),
         (&[(&["a"], 0.5), (&["a", "b"], 0.25)], 0.25),
@@ -306,7 +310,7 @@ fn elasticity_rules_are_checked_and_the_most_specific_wins() {
         assert!((measured(rules) - expected).abs() < 1e-15, "{rules:?}: {}", measured(rules));
     }
 
-    let ambiguous = |rules: &[(&[&str], f64)]| match refusal(&with(rules)) {
+    let ambiguous = |rules: &[Rule<'_>]| match refusal(&with(rules)) {
         SceneError::AmbiguousElasticity { first, second, one, other } => (first, second, one, other),
         other => panic!("{other}"),
     };
@@ -328,88 +332,4 @@ fn elasticity_rules_are_checked_and_the_most_specific_wins() {
         let error = refusal(&with(&[(between, 1.0)]));
         assert!(error.to_string().starts_with("elasticity.pair[0]: `between` must name"), "{error}");
     }
-}
-
-/// Builds a scene and asserts that nothing touches.
-fn filled(scene: &Scene) -> Simulation<Exact, Impact, Thesis> {
-    let simulation = simulate::<Thesis>(scene, &Fineness::Automatic);
-    let census = simulation.view().overlaps();
-    assert_eq!((census.pairs, census.deepest_length), (0, 0.0));
-    simulation
-}
-
-fn by_area(shape: &str, atom_radius: f64, fraction: f64) -> GasSpec {
-    GasSpec { count: None, area_fraction: Some(fraction), ..gas(shape, atom_radius, 0) }
-}
-
-#[test]
-fn dense_gases_can_be_placed() {
-    for (shape, radius, fraction) in [
-        ("disc", 0.01, 0.7),
-        ("disc", 0.02, 0.7),
-        ("disc", 0.05, 0.65),
-        ("dumbbell", 0.01, 0.4),
-        ("tee", 0.01, 0.25),
-        ("rod:4", 0.008, 0.2),
-    ] {
-        for seed in 0..3 {
-            let mut scene = Scene { gas: vec![by_area(shape, radius, fraction)], ..Scene::default() };
-            scene.bounds.seed = seed;
-            let mut simulation = filled(&scene);
-            let area: f64 = simulation.view().bodies().map(|view| view.body.molecule().area()).sum();
-            // To the nearest number of molecules.
-            let one = simulation.view().bodies().next().unwrap().body.molecule().area();
-            assert!((area - fraction).abs() <= 0.5 * one + 1e-12, "{shape}: {area}");
-            simulation.step(1.0, &mut ()).unwrap();
-            assert_eq!(simulation.view().overlaps().pairs, 0);
-        }
-    }
-    // A box that is not square.
-    let mut scene = Scene { gas: vec![by_area("disc", 0.02, 0.7)], ..Scene::default() };
-    scene.bounds.sides = [2.0, 0.3];
-    filled(&scene);
-}
-
-#[test]
-fn mixtures_can_be_placed_around_what_stands() {
-    // Ten to one in size, half of the covered area each.
-    let scene =
-        Scene { gas: vec![by_area("disc", 0.05, 0.2), by_area("disc", 0.005, 0.2)], ..Scene::default() };
-    let simulation = filled(&scene);
-    let large =
-        simulation.view().bodies().filter(|view| view.body.molecule().bounding_radius() > 0.01).count();
-    assert_eq!(large, (0.2 / (std::f64::consts::PI * 0.0025)).round() as usize);
-
-    let mut around =
-        support::scene(vec![named("tee", 0.04, 1.0, [0.5, 0.5]), named("rod:8", 0.03, 1.0, [0.5, 0.8])]);
-    around.bumper = vec![bumper(0.1, [0.0, 0.0]), bumper(0.05, [0.05, 0.5])];
-    around.gas = vec![by_area("dumbbell", 0.012, 0.15), by_area("disc", 0.01, 0.2)];
-    filled(&around);
-}
-
-#[test]
-fn a_gas_starts_with_the_energy_asked_for_shared_over_its_degrees_of_freedom() {
-    let mut scene = Scene { gas: vec![gas("dumbbell", 0.01, 200)], ..Scene::default() };
-    scene.gas[0].energy = 2.5;
-    let simulation = filled(&scene);
-    for view in simulation.view().bodies() {
-        assert!((view.energy() - 2.5).abs() < 1e-14);
-        let spin = view.motion.angular_velocity;
-        let turning = 0.5 * spin * spin / view.body.inertia().inverse_moment;
-        assert!((turning - 2.5 / 3.0).abs() < 1e-14);
-    }
-    // Directions are random: the mean of 200 unit vectors is of length 1/√200 or so.
-    let speed = simulation.view().bodies().next().unwrap().motion.velocity.length();
-    let mean = simulation.view().momentum() / 200.0;
-    assert!(mean.length() < 4.0 * speed / 200f64.sqrt() && mean.length() > 0.0);
-
-    scene.gas[0].zero_momentum = true;
-    scene.gas[0].rotation = Rotation::Locked;
-    let simulation = filled(&scene);
-    assert!(simulation.view().momentum().length() < 1e-12);
-    assert!((simulation.view().energy() - 500.0).abs() < 1e-10);
-    assert!(simulation.view().bodies().all(|view| view.motion.angular_velocity == 0.0));
-    // One molecule alone cannot be in motion without momentum.
-    scene.gas[0].count = Some(1);
-    assert_eq!(filled(&scene).view().energy(), 0.0);
 }

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use carom::{
-    CollisionRate, CollisionReport, Detection, EnergyLedger, Exact, Fineness, Impact, Observer, OverlapCheck,
-    Scene, Simulation, Thesis,
+    CollisionRate, CollisionReport, Detection, EnergyLedger, Fineness, Impact, Observer, OverlapCheck, Scene,
+    Simulation, Thesis,
     detection::{Answer, Outcome},
     engine::{BumperSpec, ElasticitySpec, GasSpec},
     geometry::Outline,

@@ -4,8 +4,8 @@
 
 use carom_detection::Exact;
 use carom_engine::{
-    AtomSpec, BumperSpec, CollisionReport, GasSpec, MoleculeSpec, Observer, Rotation, Scene, Scheduler,
-    Simulation, View,
+    AtomSpec, BumperSpec, CollisionReport, ElasticityRule, GasSpec, MoleculeSpec, Observer, Rotation, Scene,
+    Scheduler, Simulation, View,
 };
 use carom_kinematics::Instant;
 use carom_response::Impact;
@@ -59,8 +59,8 @@ pub fn scene(molecule: Vec<MoleculeSpec>) -> Scene {
     Scene { molecule, ..Scene::default() }
 }
 
-/// The scene with everything in it that the engine treats in a way of its own: discs of two sizes, molecules free
-/// and locked, fixed discs, a fixed molecule.
+/// The scene with everything in it that the engine treats in a way of its own: discs of two sizes, molecules
+/// free and locked, fixed discs, a fixed molecule.
 pub fn menagerie(seed: u64) -> Scene {
     let mut scene = scene(vec![
         MoleculeSpec {
@@ -80,6 +80,20 @@ pub fn menagerie(seed: u64) -> Scene {
 /// The scene run by a given scheduler.
 pub fn simulate<S: Scheduler>(scene: &Scene, options: &S::Options) -> Simulation<Exact, Impact, S> {
     Simulation::with(scene, Exact::default(), Impact, options.clone()).expect("the scene can be built")
+}
+
+/// Two unit discs on the x axis that meet head on at time 2, each with speed 1.
+pub fn head_on<S: Scheduler>(options: &S::Options) -> Simulation<Exact, Impact, S> {
+    let mut scene =
+        scene(vec![disc(0.5, 1.0, [7.5, 5.0], [1.0, 0.0]), disc(0.5, 1.0, [12.5, 5.0], [-1.0, 0.0])]);
+    scene.molecule[0].tags = vec!["left".to_owned()];
+    scene.bounds.sides = [20.0, 10.0];
+    simulate::<S>(&scene, options)
+}
+
+/// A rule of elasticity.
+pub fn rule(between: &[&str], coefficient: f64) -> ElasticityRule {
+    ElasticityRule { between: between.iter().map(|&tag| tag.to_owned()).collect(), coefficient }
 }
 
 /// The bodies of a view as a scene of single molecules that begins where the view stands.

@@ -67,6 +67,9 @@ pub fn read(path: &Path) -> Result<Vec<Encounter>> {
     let name = || format!("encounter file {}", path.display());
     let mut reader = csv::Reader::from_path(path).with_context(name)?;
     let headers = reader.headers().with_context(name)?.clone();
+    for column in COLUMNS_OF_A.iter().chain(&COLUMNS_OF_B) {
+        ensure!(headers.iter().any(|header| header == *column), "{} has no column {column}", name());
+    }
     let mut encounters = Vec::new();
     for record in reader.records() {
         let record = record.with_context(name)?;

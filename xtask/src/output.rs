@@ -109,8 +109,12 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     let cannot = || format!("cannot write {}", path.display());
     let mut aside = path.as_os_str().to_owned();
     aside.push(".part");
-    fs::write(&aside, content).with_context(cannot)?;
-    fs::rename(&aside, path).with_context(cannot)
+    let written = fs::write(&aside, content).and_then(|()| fs::rename(&aside, path));
+    if written.is_err() {
+        // Half a file helps nobody; that it cannot be removed either is no news.
+        let _ = fs::remove_file(&aside);
+    }
+    written.with_context(cannot)
 }
 
 #[cfg(test)]

@@ -93,16 +93,18 @@ impl Page {
 
     /// A table of any columns; the first is text, the others numbers.
     pub fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
-        let heads: String = header.iter().map(|name| format!("<th>{}</th>", escape(name))).collect();
-        let _ = writeln!(self.body, "<div class=\"wide\"><table>\n<tr>{heads}</tr>");
-        for row in rows {
-            let cells = row.iter().enumerate().map(|(column, cell)| {
-                let class = if column == 0 { "" } else { " class=\"number\"" };
-                format!("<td{class}>{}</td>", escape(cell))
-            });
-            let _ = writeln!(self.body, "<tr>{}</tr>", cells.collect::<String>());
+        self.body.push_str("<div class=\"wide\"><table>\n<tr>");
+        for name in header {
+            let _ = write!(self.body, "<th>{}</th>", escape(name));
         }
-        self.body.push_str("</table></div>\n");
+        for row in rows {
+            self.body.push_str("</tr>\n<tr>");
+            for (column, cell) in row.iter().enumerate() {
+                let class = if column == 0 { "" } else { " class=\"number\"" };
+                let _ = write!(self.body, "<td{class}>{}</td>", escape(cell));
+            }
+        }
+        self.body.push_str("</tr>\n</table></div>\n");
     }
 
     /// Figures with their errors, predictions and sources.

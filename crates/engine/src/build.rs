@@ -88,6 +88,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     }
 }
 
+/// How many boxes away a molecule may be placed: farther out, its place in the box would have lost half its digits.
+const FARTHEST: f64 = 2_147_483_648.0;
+
 /// Adds a molecule of the scene; overlaps are checked by the caller.
 pub(crate) fn add_molecule(
     world: &mut World,
@@ -109,6 +112,12 @@ pub(crate) fn add_molecule(
     };
     for number in [spec.at, spec.velocity].as_flattened() {
         check_length("a place or velocity", *number).map_err(geometry(entry))?;
+    }
+    let sides = world.bounds().sides();
+    if (DVec2::from(spec.at) / sides).abs().max_element() > FARTHEST {
+        return Err(problem(
+            "`at` lies more than 2^31 boxes away, where a place in the box is no longer known",
+        ));
     }
     check_length("angular_velocity", spec.angular_velocity).map_err(geometry(entry))?;
     let moves = spec.velocity != [0.0; 2] || spec.angular_velocity != 0.0;
@@ -188,7 +197,7 @@ pub(crate) fn molecule(
 /// Wraps an error of geometry with the entry it belongs to.
 pub(crate) fn geometry(entry: &str) -> impl FnOnce(GeometryError) -> SceneError {
     let entry = entry.to_owned();
-    move |source| SceneError::Geometry { entry, source }
+    move |reason| SceneError::Geometry { entry, reason }
 }
 
 /// Refuses overlaps between the bodies that the scene places itself.

@@ -36,7 +36,7 @@ impl ElasticityTable {
 
     pub(crate) fn new(spec: &ElasticitySpec, names: &mut TagNames) -> Result<Self, SceneError> {
         let coefficient = |entry: String, value: f64| {
-            Elasticity::new(value).map_err(|source| SceneError::Elasticity { entry, source })
+            Elasticity::new(value).map_err(|reason| SceneError::Elasticity { entry, reason })
         };
         let mut rules = Vec::new();
         for (index, rule) in spec.pair.iter().enumerate() {

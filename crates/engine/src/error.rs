@@ -15,20 +15,20 @@ pub enum SceneError {
     #[error("the scene file cannot be read: {0}")]
     Syntax(String),
     /// A number or shape of an entry is impossible.
-    #[error("{entry}: {source}")]
+    #[error("{entry}: {reason}")]
     Geometry {
         /// The entry, such as `gas[0]`.
         entry: String,
         /// What is wrong with it.
-        source: GeometryError,
+        reason: GeometryError,
     },
     /// An elasticity out of range.
-    #[error("{entry}: {source}")]
+    #[error("{entry}: {reason}")]
     Elasticity {
         /// The entry.
         entry: String,
         /// What is wrong with it.
-        source: ElasticityError,
+        reason: ElasticityError,
     },
     /// A key of an entry is missing, or two keys exclude each other.
     #[error("{entry}: {problem}")]
@@ -144,6 +144,14 @@ pub enum RunError {
         body: BodyKey,
         /// How many contacts.
         contacts: u32,
+    },
+    /// A body is so fast that the time in which it crosses the box does not move the clock on.
+    #[error("at time {time} the fastest body crosses the box in {stretch:e}, which no longer moves time on")]
+    TimeStandsStill {
+        /// When.
+        time: Instant,
+        /// How long the epoch would have been (time).
+        stretch: f64,
     },
     /// Speeds have grown beyond what can be computed with (superelastic contacts do this).
     #[error("at time {time} body {body:?} is too fast to go on: speed {speed:e}")]

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //!   scheduler ── soonest event ──► a crossing: the body enters the next cell and is predicted against it
-//!                                  stale (a partner has changed since): dropped
+//!                                  stale (a partner has changed since): predicted anew, or dropped by `Thesis`
 //!                                  a re-check: predicted anew
 //!                                  a contact ──► response: impulse ──► both bodies' new motion
 //!                                       │                                   │

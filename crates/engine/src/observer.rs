@@ -4,6 +4,9 @@ use crate::{CollisionReport, View};
 
 /// Watches a run. Every method has a default that does nothing.
 ///
+/// A simulation calls [`Self::collision`] only. Whoever runs it decides when it stands by, and so calls
+/// [`Self::start`] before the run and [`Self::standby`] at each standby.
+///
 /// A tuple of observers is an observer, put together at compile time; `()` watches nothing, and a run
 /// with it builds no reports.
 ///

@@ -161,6 +161,7 @@ fn place_class(
         for spacing in spacings(world.bounds(), wanted, radius) {
             let Some(lattice) = Lattice::new(world.bounds(), spacing, radius, random) else { continue };
             if lattice.capacity() < wanted {
+                most = most.max(lattice.capacity());
                 continue;
             }
             let free: Vec<DVec2> = (0..lattice.capacity())

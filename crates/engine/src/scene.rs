@@ -209,7 +209,11 @@ impl Scene {
     /// [`SceneError::Syntax`] with line and key if the text is not TOML or has unknown or missing keys. What
     /// the numbers mean is checked when a simulation is built.
     pub fn from_toml(text: &str) -> Result<Self, SceneError> {
-        toml::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))
+        let scene: Self = toml::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
+        let table: toml::Table = text.parse().map_err(|error| SceneError::Syntax(format!("{error}")))?;
+        require(&table, "molecule", "at")?;
+        require(&table, "gas", "energy")?;
+        Ok(scene)
     }
 
     /// The scene as the text of a scene file.
@@ -218,5 +222,18 @@ impl Scene {
     /// Never: a scene is plain data.
     pub fn to_toml(&self) -> String {
         toml::to_string_pretty(self).expect("a scene is plain data, which TOML can always hold")
+    }
+}
+
+/// Refuses entries that leave out a key without which they would be something else than meant: by code there is a default
+/// to start from, in a file its absence is a slip.
+fn require(table: &toml::Table, entries: &str, key: &str) -> Result<(), SceneError> {
+    let Some(toml::Value::Array(list)) = table.get(entries) else { return Ok(()) };
+    match list.iter().position(|entry| entry.get(key).is_none()) {
+        None => Ok(()),
+        Some(index) => Err(SceneError::Entry {
+            entry: format!("{entries}[{index}]"),
+            problem: format!("`{key}` is missing"),
+        }),
     }
 }

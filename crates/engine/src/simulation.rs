@@ -178,7 +178,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                     self.offset = target;
                     return Ok(true);
                 }
-                None => self.end_epoch(limit),
+                None => {
+                    let begun = self.world.epoch;
+                    self.end_epoch(limit);
+                    if self.world.epoch == begun {
+                        return Err(RunError::TimeStandsStill { time: begun, stretch: limit });
+                    }
+                }
             }
         }
         Ok(false)

@@ -48,7 +48,7 @@ struct Entry {
     bodies: [u32; 2],
     versions: [u32; 2],
     /// Image of the second body relative to the first along their paths without periodic jumps.
-    image: [i32; 2],
+    image: [i64; 2],
     kind: Kind,
 }
 
@@ -342,7 +342,7 @@ impl Thesis {
     fn schedule(&mut self, pair: [u32; 2], image: [i32; 2], time: f64, kind: Kind) {
         let (pair, image) = ordered(pair, image);
         let [winding_a, winding_b] = pair.map(|body| self.windings[body as usize]);
-        let path_image = [0, 1].map(|axis| image[axis] - (winding_b[axis] - winding_a[axis]) as i32);
+        let path_image = [0, 1].map(|axis| i64::from(image[axis]) - (winding_b[axis] - winding_a[axis]));
         let versions = pair.map(|body| self.versions[body as usize]);
         self.heap.push(Entry { time, bodies: pair, versions, image: path_image, kind });
     }
@@ -387,7 +387,7 @@ impl Thesis {
     /// The image of an entry's second body relative to the places that both have now.
     fn present_image(&self, entry: &Entry) -> [i64; 2] {
         let [a, b] = entry.bodies.map(|body| self.windings[body as usize]);
-        [0, 1].map(|axis| i64::from(entry.image[axis]) + (b[axis] - a[axis]))
+        [0, 1].map(|axis| entry.image[axis] + (b[axis] - a[axis]))
     }
 }
 

@@ -111,7 +111,7 @@ impl Observer for DirectionHistogram {
 }
 
 /// The bin of a direction, of `bins` equal ones from +x on.
-fn bin_of(direction: DVec2, bins: usize) -> usize {
+pub(crate) fn bin_of(direction: DVec2, bins: usize) -> usize {
     let angle = libm::atan2(direction.y, direction.x);
     let turns = if angle < 0.0 { angle + TAU } else { angle } / TAU;
     // An angle just below 0 is rounded to a whole turn, which is the end of the last bin.

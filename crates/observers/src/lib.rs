@@ -8,6 +8,11 @@
 //! | energy against the books, momentum | [`EnergyLedger`] | standbys |
 //! | collisions per body and time | [`CollisionRate`] | standbys |
 //! | pressure from the virial of the contacts | [`Pressure`] | contacts, standbys |
+//! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | standbys |
+//! | velocities, and Boltzmann's H | [`VelocityDistribution`] | standbys |
+//! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | standbys |
+//! | distances: the pair distribution g(r) | [`PairDistribution`] | standbys |
+//! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, standbys |
 //! | overlapping pairs | [`OverlapCheck`] | standbys |
 //! | anything: closures, by event and by tag | [`Subscriptions`] | contacts, standbys |
 //!
@@ -36,27 +41,42 @@
 
 mod body_frame;
 mod collision_rate;
+mod contact_density;
 mod direction_histogram;
 mod energy_ledger;
+mod exposed_arc;
 mod extended_xyz;
+mod group;
+mod histogram;
 mod kinds;
 mod mean;
 mod overlap_check;
+mod pair_distribution;
 mod picture;
 mod pressure;
 mod projection_histogram;
 mod running_average;
 mod subscriptions;
 mod tag_filter;
+mod thermostat_ledger;
+mod time_correlation;
+mod velocity_distribution;
 
 pub use collision_rate::{CollisionRate, RatePoint};
+pub use contact_density::{ContactDensity, ContactPoint};
 pub use direction_histogram::DirectionHistogram;
 pub use energy_ledger::{EnergyLedger, LedgerPoint};
 pub use extended_xyz::write_extended_xyz;
+pub use group::Group;
+pub use histogram::Histogram;
 pub use overlap_check::OverlapCheck;
+pub use pair_distribution::{CutoffError, PairDistribution, PairPoint};
 pub use picture::picture;
 pub use pressure::{Pressure, PressurePoint};
 pub use projection_histogram::{Axis, ProjectionHistogram};
 pub use running_average::{RunningAverage, RunningPoint};
 pub use subscriptions::{EventKind, SubscriptionKey, Subscriptions};
 pub use tag_filter::TagFilter;
+pub use thermostat_ledger::{ThermostatLedger, ThermostatPoint};
+pub use time_correlation::{CorrelationPoint, TimeCorrelation};
+pub use velocity_distribution::{VelocityDistribution, VelocityPoint};

@@ -8,8 +8,11 @@ type Build = Box<dyn Fn() -> Scene>;
 
 /// Every scene by its name.
 pub fn all() -> Vec<(&'static str, Build)> {
-    let mut scenes: Vec<(&'static str, Build)> = vec![("thesis-gas", Box::new(|| gas_only(fraction(0.01, 0.5))))];
-    for (name, count) in [("gas-1e3", 1_000), ("gas-1e4", 10_000), ("gas-1e5", 100_000), ("gas-1e6", 1_000_000)] {
+    let mut scenes: Vec<(&'static str, Build)> =
+        vec![("thesis-gas", Box::new(|| gas_only(fraction(0.01, 0.5))))];
+    for (name, count) in
+        [("gas-1e3", 1_000), ("gas-1e4", 10_000), ("gas-1e5", 100_000), ("gas-1e6", 1_000_000)]
+    {
         scenes.push((name, Box::new(move || gas_only(filling(count, 0.5)))));
     }
     let dilute = [

@@ -8,7 +8,9 @@ use rayon::{ThreadPoolBuilder, prelude::*};
 use super::{
     Options,
     cases::{self, Case, Group},
+    charts::Charts,
     options::Plan,
+    overall,
     parry::{Cast, Worker},
     report,
     settings::{Detector, Setting, settings},
@@ -202,10 +204,10 @@ fn write(folder: &Folder, results: &Results, groups: &[Group], options: &Options
         note: options.note(),
         totals: results.totals,
         checks: checks(results),
-        figures: report::figures(results),
+        figures: overall::figures(results),
         runs: Vec::new(),
     };
-    let charts = report::Charts::draw(results)?;
+    let charts = Charts::draw(results)?;
     for (name, svg) in charts.files() {
         folder.write(name, svg)?;
     }

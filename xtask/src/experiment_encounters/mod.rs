@@ -2,7 +2,9 @@
 
 mod campaign;
 mod cases;
+mod charts;
 mod options;
+mod overall;
 pub mod parry;
 mod recorder;
 mod report;

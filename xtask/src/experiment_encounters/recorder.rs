@@ -8,7 +8,7 @@ use std::{
 
 use anyhow::Result;
 use carom::{
-    Detection, Exact, Impact, Scene, Simulation, Thesis,
+    Detection, Exact, Fineness, Impact, Scene, Simulation, Thesis,
     engine::{BoxSpec, MoleculeSpec},
     geometry::Outline,
     kinematics::RelativeMotion,
@@ -139,7 +139,7 @@ fn record(name: &'static str, about: &'static str, scene: &Scene, count: usize) 
     let notes = Rc::new(RefCell::new(Notes::default()));
     let recorder = Recorder { notes: Rc::clone(&notes) };
     let mut simulation: Simulation<Recorder, Impact, Thesis> =
-        Simulation::with(scene, recorder, Impact, Default::default())?;
+        Simulation::with(scene, recorder, Impact, Fineness::default())?;
     let energy = simulation.view().energy();
     let begun = ThreadTime::now();
     let mut time = WARM_UP;

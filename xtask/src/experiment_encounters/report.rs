@@ -1,155 +1,18 @@
-//! The tables, charts and page of the experiment.
-
-use anyhow::Result;
+//! The tables and the page of the experiment.
 
 use super::{
     campaign::{ClassResult, Results},
-    scatter::{Mark, Point, Scatter},
+    charts::Charts,
+    overall::{FAMILIES, Overall, overall},
     settings::{BASELINE, Detector},
     tally::{FAR_OFF, Tally},
-    timing::{geometric_mean, median},
+    timing::median,
 };
 use crate::{
     oracle::Verdict,
     page::{Layout, Page},
-    summary::{Figure, Summary},
+    summary::Summary,
 };
-
-/// Names of the detectors, in the order of their colours.
-const FAMILIES: [&str; 5] = ["Exact", "GoldenSecant", "FixedStep", "BoundingCircles", "parry"];
-
-/// A detector at one setting, over all classes.
-struct Overall {
-    family: usize,
-    setting: String,
-    tally: Tally,
-    /// Mean over the classes of the share of wrong answers.
-    wrong: f64,
-    /// Time over that of Exact, geometric mean over the classes.
-    ratio: Option<f64>,
-    asked: usize,
-}
-
-fn overall(results: &Results) -> Vec<Overall> {
-    let mut list: Vec<Overall> = results
-        .settings
-        .iter()
-        .enumerate()
-        .map(|(index, setting)| {
-            let name = setting.detector.name();
-            let ratios = results.classes.iter().filter_map(|class| Some(class.timings[index]?.ratio));
-            of_classes(name, &setting.name, results.classes.iter().map(|class| &class.tallies[index]), ratios)
-        })
-        .collect();
-    let ratios = results.classes.iter().filter_map(|class| median(&mut class.parry.ratios.clone()));
-    let mut parry =
-        of_classes("parry", "nonlinear cast", results.classes.iter().map(|class| &class.parry.tally), ratios);
-    parry.asked = results.classes.iter().map(|class| class.parry.asked).sum();
-    list.push(parry);
-    list
-}
-
-fn of_classes<'a>(
-    family: &str,
-    setting: &str,
-    tallies: impl Iterator<Item = &'a Tally> + Clone,
-    ratios: impl Iterator<Item = f64>,
-) -> Overall {
-    let shares: Vec<f64> = tallies.clone().filter(|tally| tally.judged() > 0).map(Tally::wrong).collect();
-    let tally = Tally::sum(tallies);
-    Overall {
-        family: FAMILIES.iter().position(|name| *name == family).unwrap_or(0),
-        setting: setting.to_owned(),
-        asked: tally.asked.len(),
-        wrong: shares.iter().sum::<f64>() / shares.len().max(1) as f64,
-        tally,
-        ratio: geometric_mean(ratios),
-    }
-}
-
-/// The two charts.
-#[derive(Debug)]
-pub struct Charts {
-    /// Time against wrong answers.
-    wrong: String,
-    /// Time against the error of times.
-    error: String,
-}
-
-/// Below this all errors are drawn in one place: it is less than a rounding (natural times).
-const SMALLEST: f64 = 1e-17;
-
-impl Charts {
-    /// Draws them.
-    ///
-    /// # Errors
-    /// A figure that is not finite.
-    pub fn draw(results: &Results) -> Result<Self> {
-        let overall = overall(results);
-        let x_label = "time of a query over that of Exact, geometric mean over the classes";
-        let families: Vec<String> = FAMILIES.map(str::to_owned).to_vec();
-        let point = |of: &Overall, y: f64, mark| {
-            Some(Point { family: of.family, label: of.setting.clone(), x: of.ratio?, y, mark })
-        };
-        let wrong = overall.iter().filter_map(|of| {
-            let none = of.wrong == 0.0;
-            let y = if none { of.tally.upper_bound_of_none() } else { of.wrong };
-            point(of, y, if none { Mark::AtMost } else { Mark::Measured })
-        });
-        let error = overall.iter().filter_map(|of| {
-            let median = of.tally.quantile(0.5)?.max(SMALLEST);
-            point(of, median, Mark::UpTo(of.tally.quantile(0.999)?.max(median)))
-        });
-        let chart = |title: &str, y_label: &str, points: Vec<Point>| {
-            Scatter {
-                title: title.to_owned(),
-                x_label: x_label.to_owned(),
-                y_label: y_label.to_owned(),
-                families: families.clone(),
-                points,
-            }
-            .svg()
-        };
-        Ok(Self {
-            wrong: chart("Time and wrong answers", "share of wrong answers", wrong.collect())?,
-            error: chart(
-                "Time and error",
-                "|t − t*| in natural times: median, up to 99.9 %",
-                error.collect(),
-            )?,
-        })
-    }
-
-    /// Files that the charts are written to, with what is in each.
-    pub fn files(&self) -> [(&'static str, &str); 2] {
-        [("time-and-wrong-answers.svg", &self.wrong), ("time-and-error.svg", &self.error)]
-    }
-}
-
-/// The figures of the summary.
-pub fn figures(results: &Results) -> Vec<Figure> {
-    let mut figures = Vec::new();
-    for of in overall(results) {
-        let name = format!("{}, {}", FAMILIES[of.family], of.setting);
-        figures.push(Figure::new(format!("cases asked: {name}"), of.asked as f64, "1"));
-        figures.push(Figure::new(format!("share of wrong answers: {name}"), of.wrong, "1"));
-        if let Some(ratio) = of.ratio {
-            figures.push(Figure::new(format!("time over Exact: {name}"), ratio, "1"));
-        }
-        if let Some(median) = of.tally.quantile(0.5) {
-            figures.push(Figure::new(format!("median |t − t*|: {name}"), median, "natural times"));
-        }
-    }
-    for class in &results.classes {
-        if let Some(timing) = class.timings[BASELINE] {
-            let name = format!("GoldenSecant over Exact in {}", class.name);
-            figures.push(Figure::new(name, timing.ratio, "1"));
-        }
-    }
-    let hung: usize = results.classes.iter().map(|class| class.parry.hung).sum();
-    figures.push(Figure::new("calls of parry that did not return within 0.1 s", hung as f64, "1"));
-    figures
-}
 
 fn number(value: Option<f64>) -> String {
     value.map_or_else(
@@ -317,8 +180,9 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
             (
                 &charts.wrong,
                 "One point for each detector and setting; left is fast, low is right. An answer is wrong if the contact is \
-                 missed, false, given up, or off by more than a millionth of a natural time. Rings with arrows: none in n \
-                 cases, drawn at the upper 95 % bound 3/n.",
+                 missed, false, given up, or off by more than a millionth of a natural time. Rings with lines downwards: \
+                 none in n cases, drawn at the upper 95 % bound 3/n. Undecided: certified free until some time, where \
+                 one has to ask again.",
             ),
             (
                 &charts.error,

@@ -77,7 +77,9 @@ impl Scatter {
             _ => point.y,
         });
         let (left, right) = range(self.points.iter().map(|point| point.x));
-        let (bottom, top) = range(self.points.iter().map(|point| point.y).chain(tops));
+        let (lowest, top) = range(self.points.iter().map(|point| point.y).chain(tops));
+        // Room below for arrows and names.
+        let bottom = 0.1 * lowest;
         let mut chart = ChartBuilder::on(root)
             .margin(12)
             .margin_right(24)
@@ -116,9 +118,17 @@ impl Scatter {
                     Mark::AtMost => drop(chart.draw_series([line(point.y / arrow(bottom, top))])?),
                     Mark::Measured => {}
                 }
-                let name = EmptyElement::at((point.x, point.y))
-                    + Text::new(point.label.clone(), (8, -6), (FONT, 11).into_font().color(&colour));
-                chart.draw_series([name])?;
+            }
+        }
+        let places: Vec<(i32, i32)> =
+            self.points.iter().map(|point| chart.backend_coord(&(point.x, point.y))).collect();
+        let labels: Vec<&str> = self.points.iter().map(|point| point.label.as_str()).collect();
+        for (index, (left, top)) in beside(&places, &labels).into_iter().enumerate() {
+            let colour = COLOURS[self.points[index].family % COLOURS.len()];
+            root.draw(&Text::new(labels[index], (left, top), (FONT, 11).into_font().color(&colour)))?;
+            let (x, y) = places[index];
+            if (top + HEIGHT / 2 - y).abs() > HEIGHT {
+                root.draw(&PathElement::new(vec![(x, y), (left - 2, top + HEIGHT / 2)], colour.mix(0.5)))?;
             }
         }
         chart
@@ -130,6 +140,33 @@ impl Scatter {
             .draw()?;
         Ok(root.present()?)
     }
+}
+
+/// Height of a label, and width of its letters (pixels).
+const HEIGHT: i32 = 13;
+const LETTER: i32 = 6;
+
+/// Where labels stand: to the right of their points, moved up or down until they cover no other and no point.
+fn beside(places: &[(i32, i32)], labels: &[&str]) -> Vec<(i32, i32)> {
+    let mut taken: Vec<[i32; 4]> = places.iter().map(|&(x, y)| [x - 5, y - 5, x + 5, y + 5]).collect();
+    let mut found = Vec::new();
+    for (&(x, y), label) in places.iter().zip(labels) {
+        let width = LETTER * label.chars().count() as i32;
+        let at = |shift: i32| [x + 10, y - HEIGHT / 2 + shift, x + 10 + width, y + HEIGHT / 2 + shift];
+        let free = |rectangle: &[i32; 4]| {
+            taken.iter().all(|other| {
+                rectangle[2] < other[0]
+                    || other[2] < rectangle[0]
+                    || rectangle[3] < other[1]
+                    || other[3] < rectangle[1]
+            })
+        };
+        let shifts = (0..24).flat_map(|step| [3 * step, -3 * step]);
+        let rectangle = shifts.map(at).find(free).unwrap_or(at(0));
+        taken.push(rectangle);
+        found.push((rectangle[0], rectangle[1]));
+    }
+    found
 }
 
 /// The length of an arrow, as a factor.
@@ -148,7 +185,12 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
 
 /// 0.1 to 1000 as they are, the rest as powers.
 fn power(value: f64) -> String {
-    if (0.05..5e3).contains(&value) { format!("{value}") } else { format!("{value:.0e}") }
+    let rounded = 10f64.powf(value.log10().round());
+    if (0.05..5e3).contains(&rounded) {
+        format!("{rounded:.1}").trim_end_matches(".0").to_owned()
+    } else {
+        format!("{rounded:.0e}")
+    }
 }
 
 #[cfg(test)]
@@ -173,6 +215,15 @@ mod tests {
         }
         assert!(scatter(0.0, Mark::Measured).svg().is_err());
         assert!(scatter(f64::NAN, Mark::Measured).svg().is_err());
+    }
+
+    #[test]
+    fn labels_do_not_cover_each_other() {
+        let places = [(100, 100); 5];
+        let labels = ["one", "two", "three", "four", "five"];
+        let mut tops: Vec<i32> = beside(&places, &labels).into_iter().map(|(_, top)| top).collect();
+        tops.sort_unstable();
+        assert!(tops.windows(2).all(|pair| pair[1] - pair[0] >= HEIGHT - 1), "{tops:?}");
     }
 
     #[test]

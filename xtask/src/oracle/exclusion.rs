@@ -54,7 +54,7 @@ const MOST_STEPS: u32 = 200;
 
 impl Oracle {
     /// The first deep contact of all pairs of atoms.
-    pub fn first_contact<N: Number>(&self, encounter: &Encounter) -> Reference<N> {
+    pub fn first_contact<N: Number>(self, encounter: &Encounter) -> Reference<N> {
         let counts = [0, 1].map(|body| encounter.molecules[body].atoms().len());
         let mut budget = self.most_intervals;
         let mut best: Option<Deep<N>> = None;

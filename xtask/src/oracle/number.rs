@@ -12,18 +12,23 @@ pub trait Number: Clone {
     fn value(&self) -> f64;
 
     /// Sum.
+    #[must_use]
     fn plus(&self, other: &Self) -> Self;
 
     /// Difference.
+    #[must_use]
     fn minus(&self, other: &Self) -> Self;
 
     /// Product.
+    #[must_use]
     fn times(&self, other: &Self) -> Self;
 
     /// Quotient.
+    #[must_use]
     fn over(&self, other: &Self) -> Self;
 
     /// Square root of a number that is not negative.
+    #[must_use]
     fn root(&self) -> Self;
 
     /// Cosine and sine of 2π `turns` + `spin` `time`.

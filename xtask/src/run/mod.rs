@@ -55,6 +55,7 @@ const MOST_STANDBYS: f64 = 1e7;
 pub fn run(options: &Options) -> Result<Verdict> {
     let scene = scene(options)?;
     check(&scene.run)?;
+    refuse_unknown_tags(&scene)?;
     let mut simulation =
         Simulation::new(&scene).with_context(|| format!("scene {}", options.scene.display()))?;
     let existing = if options.force { Existing::Replace } else { Existing::Refuse };
@@ -70,6 +71,24 @@ pub fn run(options: &Options) -> Result<Verdict> {
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
+}
+
+/// Refuses a rule of elasticity for a tag that nothing in the scene carries: in a file that is run as it stands it is a
+/// slip that would change the physics.
+fn refuse_unknown_tags(scene: &Scene) -> Result<()> {
+    let molecules = scene.molecule.iter().map(|entry| &entry.tags);
+    let bumpers = scene.bumper.iter().map(|entry| &entry.tags);
+    let gases = scene.gas.iter().map(|entry| &entry.tags);
+    let carried: Vec<&String> = molecules.chain(bumpers).chain(gases).flatten().collect();
+    for (index, rule) in scene.elasticity.pair.iter().enumerate() {
+        for name in &rule.between {
+            ensure!(
+                carried.contains(&name),
+                "elasticity.pair[{index}]: nothing in the scene carries the tag {name:?}"
+            );
+        }
+    }
+    Ok(())
 }
 
 /// The scene file with what the command line changes.

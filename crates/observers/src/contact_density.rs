@@ -1,0 +1,199 @@
+//! How dense a gas is at the boundary of a body: the momentum that its contacts bring per time and arc, kT ρ_c.
+//!
+//! Discs of radius r touch an atom of radius ρ with their centres on the circle of radius s = ρ + r around it. With φ the
+//! angle of the contact normal in the frame of the body and ds = s dφ, counted where no other atom is in the way,
+//! Σ|J| / (t ds) = kT ρ_c(φ) (mass / time²) for elastic contacts at equilibrium, whatever the mass of the body; ρ_c is
+//! the number of centres per area at contact, n for an ideal gas (contact theorem; Henderson, Blum & Lebowitz 1979).
+
+use std::f64::consts::TAU;
+
+use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
+use carom_geometry::{GeometryError, check_positive};
+use carom_kinematics::Instant;
+use glam::DVec2;
+
+use crate::{body_frame::in_body_frame, direction_histogram::bin_of, exposed_arc::exposed_angles};
+
+/// Contacts of discs of one radius with one body, by the atom touched and the direction of the normal from it.
+///
+/// To leave out the start of a run, begin to observe later; a later `start`, after an edit, changes nothing. A body so
+/// large that a disc does not fit between it and its own image has less boundary than is reckoned here.
+///
+/// ```
+/// use carom_engine::{Observer, Scene, Simulation};
+/// use carom_observers::ContactDensity;
+///
+/// // One disc of speed 1 is an ideal gas of kT = ½ m v² and one body on the area that the bumper leaves.
+/// let scene = Scene::from_toml(r#"
+///     [[bumper]]
+///     radius = 0.2
+///     at = [0.5, 0.5]
+///     [[molecule]]
+///     atoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]
+///     velocity = [0.6, 0.8]
+/// "#)?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// let bumper = simulation.view().bodies().find(|view| view.body.is_fixed()).expect("there is one").body.clone();
+/// let mut contacts = ContactDensity::new(&bumper, 0.05, 12)?;
+/// contacts.start(&simulation.view());
+/// simulation.observe_until(20_000.0, &mut contacts)?;
+/// contacts.standby(&simulation.view());
+/// let density = 1.0 / (1.0 - std::f64::consts::PI * 0.25 * 0.25);
+/// let pressure = contacts.mean().expect("time has passed");
+/// assert!((pressure / (0.5 * density) - 1.0).abs() < 0.05);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct ContactDensity {
+    body: BodyKey,
+    radius: f64,
+    bins: usize,
+    /// The boundary around each atom, bin by bin.
+    atoms: Vec<Vec<Bin>>,
+    others: u64,
+    began: Option<Instant>,
+    duration: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Bin {
+    /// Length of the exposed arc.
+    arc: f64,
+    contacts: u64,
+    /// Σ |J|.
+    impulse: f64,
+    /// Σ |J|².
+    squares: f64,
+}
+
+/// The contacts on one piece of the boundary.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactPoint {
+    /// Index of the atom touched.
+    pub atom: usize,
+    /// Direction of the normal from the atom outwards, in the middle of the bin: radians, counter-clockwise from +x′.
+    pub angle: f64,
+    /// How much of the boundary of the excluded region is in the bin (length).
+    pub arc: f64,
+    /// How many contacts there were.
+    pub contacts: u64,
+    /// Σ|J| / (t ds), which is kT ρ_c at equilibrium (mass / time²).
+    pub pressure: f64,
+    /// Its standard error if contacts are independent of each other, √(Σ|J|²) / (t ds) (mass / time²); 0 without contacts.
+    pub standard_error: f64,
+}
+
+impl ContactDensity {
+    /// Contacts of discs of `radius` (length) with a body, in `bins` equal bins of the whole turn around each of its
+    /// atoms; `bins` = 0 is taken as 1.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotPositive`] if the radius is not positive and finite.
+    pub fn new(body: &Body, radius: f64, bins: usize) -> Result<Self, GeometryError> {
+        let radius = check_positive("the radius of the discs of a gas", radius)?;
+        let (bins, molecule) = (bins.max(1), body.molecule());
+        let boundary = |(index, atom): (usize, &carom_geometry::Atom)| {
+            let reach = atom.radius() + radius;
+            let bin = |angle| Bin { arc: reach * angle, contacts: 0, impulse: 0.0, squares: 0.0 };
+            exposed_angles(molecule, index, radius, bins).into_iter().map(bin).collect()
+        };
+        let atoms = molecule.atoms().iter().enumerate().map(boundary).collect();
+        Ok(Self { body: body.key(), radius, bins, atoms, others: 0, began: None, duration: 0.0 })
+    }
+
+    /// The body watched.
+    pub fn body(&self) -> BodyKey {
+        self.body
+    }
+
+    /// Every bin of every atom into which a piece of the boundary falls; empty before any time has passed.
+    pub fn points(&self) -> Vec<ContactPoint> {
+        if self.duration <= 0.0 {
+            return Vec::new();
+        }
+        let point = |atom: usize, index: usize, bin: &Bin| {
+            let norm = self.duration * bin.arc;
+            ContactPoint {
+                atom,
+                angle: TAU * (index as f64 + 0.5) / self.bins as f64,
+                arc: bin.arc,
+                contacts: bin.contacts,
+                pressure: bin.impulse / norm,
+                standard_error: bin.squares.sqrt() / norm,
+            }
+        };
+        let bins = self.atoms.iter().enumerate().flat_map(|(atom, boundary)| {
+            boundary.iter().enumerate().map(move |(index, bin)| (atom, index, bin))
+        });
+        bins.filter(|(_, _, bin)| bin.arc > 0.0).map(|(atom, index, bin)| point(atom, index, bin)).collect()
+    }
+
+    /// Σ|J| / (t P) over the whole boundary (mass / time²): kT times the mean of ρ_c along it; `None` before any time
+    /// has passed, or if the body is hidden altogether.
+    pub fn mean(&self) -> Option<f64> {
+        let (time, perimeter) = (self.duration, self.perimeter());
+        let impulse: f64 = self.all_bins().map(|bin| bin.impulse).sum();
+        (time > 0.0 && perimeter > 0.0).then(|| impulse / (time * perimeter))
+    }
+
+    /// Length P of the boundary of the region that the centres of the discs cannot enter.
+    pub fn perimeter(&self) -> f64 {
+        self.all_bins().map(|bin| bin.arc).sum()
+    }
+
+    /// How many contacts there were that changed a momentum and are not entered: with molecules, with discs of another
+    /// radius, or without an atom that touches, as in the model of bounding circles.
+    pub fn others(&self) -> u64 {
+        self.others
+    }
+
+    /// For how long the body has been watched (time).
+    pub fn duration(&self) -> f64 {
+        self.duration
+    }
+
+    fn all_bins(&self) -> impl Iterator<Item = &Bin> {
+        self.atoms.iter().flatten()
+    }
+
+    fn watched_until(&mut self, time: Instant) {
+        let began = *self.began.get_or_insert(time);
+        self.duration = self.duration.max(time.since(began));
+    }
+}
+
+impl Observer for ContactDensity {
+    fn start(&mut self, view: &View<'_>) {
+        self.began.get_or_insert(view.time());
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        let Some((side, impulse)) = report.side_of(self.body) else { return };
+        self.watched_until(report.time);
+        // A touch that changes nothing has no direction.
+        if impulse == DVec2::ZERO {
+            return;
+        }
+        let partner = report.sides.iter().find(|side| side.body.key() != self.body);
+        let is_of_the_gas = partner.is_some_and(|partner| {
+            let molecule = partner.body.molecule();
+            molecule.is_disc() && molecule.bounding_radius() == self.radius
+        });
+        let boundary = side.atom.filter(|_| is_of_the_gas).and_then(|atom| self.atoms.get_mut(atom as usize));
+        let Some(boundary) = boundary else {
+            self.others += 1;
+            return;
+        };
+        // The impulse points inwards.
+        let bin = &mut boundary[bin_of(-in_body_frame(impulse, side.before.orientation), self.bins)];
+        bin.contacts += 1;
+        bin.impulse += impulse.length();
+        bin.squares += impulse.length_squared();
+    }
+
+    fn standby(&mut self, view: &View<'_>) {
+        if view.body(self.body).is_some() {
+            self.watched_until(view.time());
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! How the distance of two bodies is distributed: the pair distribution function g(r).
+//!
+//! g in a bin [r₁, r₂) is the number of ordered pairs (i, j ≠ i) of centres of mass at such distances, i of one group
+//! and j of another, divided by (number of all such pairs) π (r₂² − r₁²) / A: 1 for places independent of each other,
+//! whatever their number. (With N² instead of N (N − 1), as in Allen & Tildesley 2017, section 8.2, it is smaller by the
+//! factor 1 − 1/N.) For hard discs g is 0 below σ, and at contact χ, with p A = N kT (1 + 2 η χ).
+
+use carom_engine::{Observer, View};
+use carom_geometry::{GeometryError, PeriodicBox, check_positive};
+use glam::DVec2;
+use thiserror::Error;
+
+use crate::{Group, Histogram};
+
+/// Pair distribution of the centres of mass of two groups over the standbys; fixed bodies count too.
+///
+/// ```
+/// use carom_engine::{Observer, Scene, Simulation};
+/// use carom_observers::{Group, PairDistribution};
+///
+/// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 200")?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// let mut pairs = PairDistribution::new([Group::All; 2], simulation.view().bounds(), 0.2, 20)?;
+/// for standby in 1..=5 {
+///     simulation.run_until(f64::from(standby))?;
+///     pairs.standby(&simulation.view());
+/// }
+/// // The discs have a diameter of 0.04: none is nearer, and more than by chance are just there.
+/// let points = pairs.points();
+/// assert!(points[..4].iter().all(|point| point.g == 0.0));
+/// assert!(points[4].g > 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+#[doc(alias = "radial distribution function")]
+pub struct PairDistribution {
+    groups: [Group; 2],
+    bounds: PeriodicBox,
+    cutoff: f64,
+    distances: Histogram,
+    /// Σ over the standbys of the number of ordered pairs / A (1 / length²).
+    pairs_per_area: f64,
+    passed_over: u64,
+}
+
+/// The pair distribution in one bin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairPoint {
+    /// Middle of the bin (length).
+    pub distance: f64,
+    /// Ordered pairs counted: a pair of which both bodies are in both groups counts twice.
+    pub pairs: u64,
+    /// g.
+    pub g: f64,
+}
+
+/// A cutoff of a pair distribution that is no length, or too long for the box.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum CutoffError {
+    /// It is not positive and finite.
+    #[error(transparent)]
+    Length(#[from] GeometryError),
+    /// Beyond half the shorter side a body is seen in several images, and a circle is not all in the box.
+    #[error("the cutoff {cutoff} must be less than half the shorter side of the box, {half}")]
+    BeyondHalf {
+        /// The cutoff given (length).
+        cutoff: f64,
+        /// Half the shorter side (length).
+        half: f64,
+    },
+}
+
+impl PairDistribution {
+    /// Distances from bodies of the first group to those of the second, in `bins` bins from 0 to `cutoff` (length);
+    /// `bins` = 0 is taken as 1.
+    ///
+    /// # Errors
+    /// [`CutoffError`] if `cutoff` is not positive or not less than half the shorter side of the box.
+    pub fn new(
+        groups: [Group; 2],
+        bounds: &PeriodicBox,
+        cutoff: f64,
+        bins: usize,
+    ) -> Result<Self, CutoffError> {
+        let cutoff = check_positive("the cutoff of a pair distribution", cutoff)?;
+        let half = 0.5 * bounds.sides().min_element();
+        if cutoff >= half {
+            return Err(CutoffError::BeyondHalf { cutoff, half });
+        }
+        let distances = Histogram::new(0.0, cutoff, bins);
+        Ok(Self { groups, bounds: *bounds, cutoff, distances, pairs_per_area: 0.0, passed_over: 0 })
+    }
+
+    /// g in each bin, from the standbys so far; empty as long as there has been no pair at any distance.
+    pub fn points(&self) -> Vec<PairPoint> {
+        if self.pairs_per_area == 0.0 {
+            return Vec::new();
+        }
+        let point = |(bin, &pairs): (usize, &u64)| {
+            // π (r₂² − r₁²) = 2π r w at the middle r of the bin.
+            let distance = self.distances.centre(bin);
+            let shell = std::f64::consts::TAU * distance * self.distances.width();
+            PairPoint { distance, pairs, g: pairs as f64 / (self.pairs_per_area * shell) }
+        };
+        self.distances.counts().iter().enumerate().map(point).collect()
+    }
+
+    /// How many standbys were passed over because their box is not the one that the cutoff was given for.
+    pub fn passed_over(&self) -> u64 {
+        self.passed_over
+    }
+}
+
+impl Observer for PairDistribution {
+    const WATCHES_COLLISIONS: bool = false;
+
+    fn standby(&mut self, view: &View<'_>) {
+        if *view.bounds() != self.bounds {
+            self.passed_over += 1;
+            return;
+        }
+        let members: Vec<Member> = view
+            .bodies()
+            .map(|view| Member {
+                place: view.motion.position,
+                is_in: self.groups.map(|group| group.contains(view.body)),
+            })
+            .filter(|member| member.is_in.contains(&true))
+            .collect();
+        let count =
+            |wanted: fn(&Member) -> bool| members.iter().filter(|&member| wanted(member)).count() as f64;
+        let [first, second] = [count(|member| member.is_in[0]), count(|member| member.is_in[1])];
+        let both = count(|member| member.is_in == [true; 2]);
+        self.pairs_per_area += (first * second - both) / self.bounds.area();
+        let neighbourhoods = Neighbourhoods::new(members, &self.bounds, self.cutoff);
+        let cutoff_squared = self.cutoff * self.cutoff;
+        let sides = self.bounds.sides();
+        neighbourhoods.for_each_pair(|displacement| {
+            // The nearest image of a place in the box: one side on or back if that is nearer.
+            let apart = displacement.abs();
+            let squared = apart.min(sides - apart).length_squared();
+            if squared < cutoff_squared {
+                self.distances.add(squared.sqrt());
+            }
+        });
+    }
+}
+
+/// A body of either group.
+#[derive(Debug, Clone, Copy)]
+struct Member {
+    place: DVec2,
+    is_in: [bool; 2],
+}
+
+/// Bodies sorted into cells no narrower than the cutoff, so that only neighbouring cells are asked.
+struct Neighbourhoods {
+    members: Vec<Member>,
+    cells: [usize; 2],
+    /// Where the members of each cell begin; one more entry than cells.
+    begins: Vec<usize>,
+}
+
+impl Neighbourhoods {
+    fn new(mut members: Vec<Member>, bounds: &PeriodicBox, cutoff: f64) -> Self {
+        // Not many more cells than bodies, however short the cutoff.
+        let most = (members.len() as f64).sqrt().ceil().max(1.0);
+        let cells = (bounds.sides() / cutoff).floor().clamp(DVec2::ONE, DVec2::splat(most));
+        let per_side = [cells.x as usize, cells.y as usize];
+        let cell_of = |member: &Member| {
+            let place = member.place / bounds.sides() * cells;
+            let [x, y] = [place.x as usize, place.y as usize];
+            x.min(per_side[0] - 1) + y.min(per_side[1] - 1) * per_side[0]
+        };
+        members.sort_by_cached_key(cell_of);
+        let mut begins = vec![0; per_side[0] * per_side[1] + 1];
+        for member in &members {
+            begins[cell_of(member) + 1] += 1;
+        }
+        for cell in 1..begins.len() {
+            begins[cell] += begins[cell - 1];
+        }
+        Self { members, cells: per_side, begins }
+    }
+
+    /// Tells `f` the displacement within the box of each ordered pair of the two groups in neighbouring cells.
+    fn for_each_pair(&self, mut f: impl FnMut(DVec2)) {
+        let [columns, rows] = self.cells;
+        for cell in 0..columns * rows {
+            let [x, y] = [cell % columns, cell / columns];
+            // With one or two cells a side, each is asked once.
+            let near =
+                |at: usize, cells: usize| (0..cells.min(3)).map(move |step| (at + cells - 1 + step) % cells);
+            for other in near(y, rows).flat_map(|y| near(x, columns).map(move |x| x + y * columns)) {
+                for i in self.begins[cell]..self.begins[cell + 1] {
+                    let one = self.members[i];
+                    let others = self.begins[other]..self.begins[other + 1];
+                    for j in others.filter(|&j| j != i && one.is_in[0] && self.members[j].is_in[1]) {
+                        f(self.members[j].place - one.place);
+                    }
+                }
+            }
+        }
+    }
+}

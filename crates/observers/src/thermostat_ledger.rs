@@ -1,0 +1,139 @@
+//! The books of a thermostat: energy put in by resets and lost in contacts, from standby to standby.
+//!
+//! E(t) − E(0) = Σ (work of resets) − Σ ½ (1 − e²) μ u² (mass × length² / time²), u being the speed of approach of a
+//! contact and μ its reduced mass; the power of each is its change in an interval divided by the length of that.
+
+use carom_engine::{Observer, View};
+use carom_kinematics::Instant;
+
+/// Energy put in and lost in each interval between standbys, and in all.
+///
+/// What is edited at a standby counts for the interval that begins when [`Observer::standby`] is called before the edit,
+/// and for the one that ends when it is called after it. An interval of no length is kept: a standby between a reset of
+/// the hot bodies and one of the cold ones books the two apart.
+///
+/// ```
+/// use carom_engine::{Observer, Scene, Simulation};
+/// use carom_observers::ThermostatLedger;
+///
+/// let scene = Scene::from_toml(
+///     "[elasticity]\ndefault = 0.9\n[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100",
+/// )?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// let gas = simulation.find_tag("gas").expect("the scene names it");
+/// let mut ledger = ThermostatLedger::default();
+/// ledger.standby(&simulation.view());
+/// for standby in 1..=5 {
+///     simulation.observe_until(0.2 * f64::from(standby), &mut ledger)?;
+///     simulation.reset_energy_of_all(gas, 1.0)?;
+///     ledger.standby(&simulation.view());
+/// }
+/// // What the inelastic contacts take the resets give back.
+/// let power = ledger.mean_power().expect("time has passed");
+/// assert!(power > 0.0 && (ledger.total_lost() - power * 1.0).abs() < 1e-10);
+/// assert!(ledger.imbalance() < 1e-13);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+#[doc(alias = "heat")]
+pub struct ThermostatLedger {
+    /// The books at the first standby and at the last one.
+    books: Option<[Books; 2]>,
+    series: Vec<ThermostatPoint>,
+}
+
+/// The interval that ends at one standby.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThermostatPoint {
+    /// Time of the standby.
+    pub time: f64,
+    /// Length of the interval (time).
+    pub duration: f64,
+    /// Energy put in by edits, less what they took out (mass × length² / time²).
+    pub put_in: f64,
+    /// Energy lost in contacts, less what superelastic ones gave (mass × length² / time²).
+    pub lost: f64,
+    /// Kinetic energy at the standby (mass × length² / time²).
+    pub energy: f64,
+}
+
+impl ThermostatPoint {
+    /// Energy put in per time (mass × length² / time³); `None` for an interval of no length.
+    pub fn power(&self) -> Option<f64> {
+        (self.duration > 0.0).then(|| self.put_in / self.duration)
+    }
+
+    /// Energy lost in contacts per time (mass × length² / time³); `None` for an interval of no length.
+    pub fn dissipation(&self) -> Option<f64> {
+        (self.duration > 0.0).then(|| self.lost / self.duration)
+    }
+}
+
+/// What the books say at a standby: totals since the system was built.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Books {
+    time: Instant,
+    put_in: f64,
+    lost: f64,
+    energy: f64,
+}
+
+impl ThermostatLedger {
+    /// The intervals so far; the first begins at the first standby.
+    pub fn series(&self) -> &[ThermostatPoint] {
+        &self.series
+    }
+
+    /// Energy put in since the first standby (mass × length² / time²).
+    pub fn total_put_in(&self) -> f64 {
+        self.since_first(|books| books.put_in)
+    }
+
+    /// Energy lost in contacts since the first standby (mass × length² / time²).
+    pub fn total_lost(&self) -> f64 {
+        self.since_first(|books| books.lost)
+    }
+
+    /// Energy put in per time since the first standby (mass × length² / time³); `None` before any time has passed.
+    pub fn mean_power(&self) -> Option<f64> {
+        let duration: f64 = self.series.iter().map(|point| point.duration).sum();
+        (duration > 0.0).then(|| self.total_put_in() / duration)
+    }
+
+    /// Largest |E − E(first) − put in + lost| over the standbys, relative to the largest energy seen; 0 if that is 0.
+    pub fn imbalance(&self) -> f64 {
+        let Some([first, _]) = self.books else { return 0.0 };
+        let (mut booked, mut worst, mut largest) = (first.energy, 0.0f64, first.energy);
+        for point in &self.series {
+            booked += point.put_in - point.lost;
+            worst = worst.max((point.energy - booked).abs());
+            largest = largest.max(point.energy);
+        }
+        if largest > 0.0 { worst / largest } else { 0.0 }
+    }
+
+    fn since_first(&self, of: impl Fn(&Books) -> f64) -> f64 {
+        self.books.map_or(0.0, |[first, last]| of(&last) - of(&first))
+    }
+}
+
+impl Observer for ThermostatLedger {
+    const WATCHES_COLLISIONS: bool = false;
+
+    fn standby(&mut self, view: &View<'_>) {
+        let (time, ledger) = (view.time(), view.ledger());
+        let now = Books { time, put_in: ledger.put_in, lost: ledger.lost, energy: view.energy() };
+        let Some([first, before]) = self.books else {
+            self.books = Some([now; 2]);
+            return;
+        };
+        self.series.push(ThermostatPoint {
+            time: time.to_f64(),
+            duration: time.since(before.time),
+            put_in: now.put_in - before.put_in,
+            lost: now.lost - before.lost,
+            energy: now.energy,
+        });
+        self.books = Some([first, now]);
+    }
+}

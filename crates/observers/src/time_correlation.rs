@@ -1,0 +1,225 @@
+//! How a body forgets where it was and how it moved: mean squared displacement and velocity autocorrelation.
+//!
+//! ⟨|x(t₀ + t) − x(t₀)|²⟩ (length²), x without periodic jumps, and ⟨v(t₀ + t)·v(t₀)⟩ (length² / time²), over bodies and
+//! over origins t₀. In a dense gas of equal discs −d ln C/dt at t = 0 is the collision rate Γ, and C ≈ C(0) exp(−Γt)
+//! (Enskog's theory in two dimensions); D(t) = ¼ d⟨|Δx|²⟩/dt does not settle, since the tail of C falls as 1/t (Alder &
+//! Wainwright 1970). Lags are 1, 2, …, 9, 10, 20, …, 90, 100, … spacings: level k keeps the last nine samples taken every
+//! 10ᵏ standbys (after Frenkel & Smit 2002, section 4.4.2), so that memory grows with the logarithm of the longest lag.
+
+use std::collections::VecDeque;
+
+use carom_engine::{Observer, View};
+use carom_geometry::{GeometryError, check_positive};
+use carom_kinematics::Instant;
+use glam::DVec2;
+
+use crate::Group;
+
+/// Each level samples so many times more rarely than the one before it.
+const RATIO: u64 = 10;
+
+/// More spacings than this are in no run: 10¹⁸.
+const MOST_SPACINGS: u64 = RATIO.pow(18);
+
+/// By how much an interval may differ from the spacing, relative to it; the lags are as exact as this.
+const EVENNESS: f64 = 1e-6;
+
+/// Mean squared displacement and velocity autocorrelation of the bodies that move, in the frame of the box.
+///
+/// Standbys must be one spacing apart. A body is followed for as long as it is there and belongs to the group.
+///
+/// ```
+/// use carom_engine::{Observer, Scene, Simulation};
+/// use carom_observers::{Group, TimeCorrelation};
+///
+/// // A disc alone flies straight on, ten times round the box.
+/// let disc = r#"
+///     [[molecule]]
+///     atoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]
+///     velocity = [2.0, 0.0]
+/// "#;
+/// let mut simulation = Simulation::new(&Scene::from_toml(disc)?)?;
+/// let mut correlation = TimeCorrelation::new(Group::All, 0.25, 5.0)?;
+/// for standby in 0..=20 {
+///     simulation.observe_until(0.25 * f64::from(standby), &mut correlation)?;
+///     correlation.standby(&simulation.view());
+/// }
+/// let points = correlation.points();
+/// assert_eq!(points.len(), 1 + 9 + 2);
+/// let last = points[11];
+/// assert_eq!((last.lag, last.pairs, last.mean_square_displacement), (5.0, 1, 100.0));
+/// assert_eq!(last.autocorrelation, 4.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+#[doc(alias = "MSD")]
+#[doc(alias = "VACF")]
+pub struct TimeCorrelation {
+    group: Group,
+    spacing: f64,
+    /// When the last sample was taken.
+    last: Option<Instant>,
+    /// How many samples have been taken since the last gap.
+    taken: u64,
+    uneven: u64,
+    at_zero: LagSum,
+    levels: Vec<Level>,
+}
+
+/// The averages at one lag.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CorrelationPoint {
+    /// The lag t (time).
+    pub lag: f64,
+    /// How many pairs of one body at t₀ and at t₀ + t; they are not independent of each other.
+    pub pairs: u64,
+    /// ⟨|x(t₀ + t) − x(t₀)|²⟩ (length²).
+    #[doc(alias = "MSD")]
+    pub mean_square_displacement: f64,
+    /// ⟨v(t₀ + t)·v(t₀)⟩ (length² / time²); that of lag 0 is ⟨v²⟩.
+    #[doc(alias = "VACF")]
+    pub autocorrelation: f64,
+}
+
+/// One body at one time.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    id: u64,
+    place: DVec2,
+    velocity: DVec2,
+}
+
+/// Samples every `stride` standbys, the latest first, and the sums for the lags 1, 2, … strides.
+#[derive(Debug, Clone)]
+struct Level {
+    stride: u64,
+    past: VecDeque<Vec<Sample>>,
+    sums: Vec<LagSum>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct LagSum {
+    pairs: u64,
+    squares: f64,
+    products: f64,
+}
+
+impl TimeCorrelation {
+    /// Correlations up to the lag `longest` (time) of standbys that are `spacing` (time) apart; a `longest` below one
+    /// spacing is taken as one.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotPositive`] if `spacing` or `longest` is not positive and finite.
+    pub fn new(group: Group, spacing: f64, longest: f64) -> Result<Self, GeometryError> {
+        let spacing = check_positive("the spacing of standbys", spacing)?;
+        let longest = check_positive("the longest lag", longest)?;
+        let spacings = ((longest / spacing * (1.0 + EVENNESS)) as u64).clamp(1, MOST_SPACINGS);
+        let strides = (0..).map(|level| RATIO.pow(level)).take_while(|&stride| stride <= spacings);
+        let level = |stride: u64| {
+            let lags = (spacings / stride).min(RATIO - 1) as usize;
+            Level { stride, past: VecDeque::new(), sums: vec![LagSum::default(); lags] }
+        };
+        let levels = strides.map(level).collect();
+        Ok(Self { group, spacing, last: None, taken: 0, uneven: 0, at_zero: LagSum::default(), levels })
+    }
+
+    /// The averages so far in ascending order of lag, from lag 0 on; lags without pairs are left out.
+    pub fn points(&self) -> Vec<CorrelationPoint> {
+        let lags = self.levels.iter().flat_map(|level| {
+            let strides = 1..;
+            strides.zip(&level.sums).map(|(count, sum): (u64, _)| (count * level.stride, sum))
+        });
+        std::iter::once((0, &self.at_zero))
+            .chain(lags)
+            .filter(|(_, sum)| sum.pairs > 0)
+            .map(|(spacings, sum)| sum.point(spacings as f64 * self.spacing))
+            .collect()
+    }
+
+    /// How many standbys were not one spacing after the sample before them, to one part in a million.
+    ///
+    /// One that comes sooner is passed over. After one that comes later no lag reaches back across the gap; what was
+    /// averaged before it stays.
+    pub fn uneven(&self) -> u64 {
+        self.uneven
+    }
+
+    /// Whether to take a sample now; forgets the samples before a gap.
+    fn is_due(&mut self, time: Instant) -> bool {
+        let Some(last) = self.last else { return true };
+        let late = time.since(last) - self.spacing;
+        if late.abs() <= EVENNESS * self.spacing {
+            return true;
+        }
+        self.uneven += 1;
+        if late > 0.0 {
+            self.taken = 0;
+            self.levels.iter_mut().for_each(|level| level.past.clear());
+        }
+        late > 0.0
+    }
+}
+
+impl Observer for TimeCorrelation {
+    const WATCHES_COLLISIONS: bool = false;
+
+    fn standby(&mut self, view: &View<'_>) {
+        if !self.is_due(view.time()) {
+            return;
+        }
+        let group = self.group;
+        let moving = view.bodies().filter(|view| !view.body.is_fixed() && group.contains(view.body));
+        let now: Vec<Sample> = moving
+            .map(|body| Sample {
+                id: body.body.id(),
+                place: body.unwrapped(view.bounds()),
+                velocity: body.motion.velocity,
+            })
+            .collect();
+        self.at_zero.add(&now, &now);
+        for level in self.levels.iter_mut().take_while(|level| self.taken.is_multiple_of(level.stride)) {
+            level.take(&now);
+        }
+        self.last = Some(view.time());
+        self.taken += 1;
+    }
+}
+
+impl Level {
+    fn take(&mut self, now: &[Sample]) {
+        for (sum, past) in self.sums.iter_mut().zip(&self.past) {
+            sum.add(past, now);
+        }
+        // The memory of the oldest sample is used again.
+        let mut sample =
+            if self.past.len() == self.sums.len() { self.past.pop_back() } else { None }.unwrap_or_default();
+        sample.clear();
+        sample.extend_from_slice(now);
+        self.past.push_front(sample);
+    }
+}
+
+impl LagSum {
+    /// Adds the bodies that are in both samples; each is in ascending order of number.
+    fn add(&mut self, past: &[Sample], now: &[Sample]) {
+        let mut rest = past.iter().peekable();
+        for sample in now {
+            while rest.next_if(|before| before.id < sample.id).is_some() {}
+            if let Some(before) = rest.next_if(|before| before.id == sample.id) {
+                self.pairs += 1;
+                self.squares += (sample.place - before.place).length_squared();
+                self.products += sample.velocity.dot(before.velocity);
+            }
+        }
+    }
+
+    fn point(&self, lag: f64) -> CorrelationPoint {
+        let pairs = self.pairs as f64;
+        CorrelationPoint {
+            lag,
+            pairs: self.pairs,
+            mean_square_displacement: self.squares / pairs,
+            autocorrelation: self.products / pairs,
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! The thermostat ledger: hot and cold resets against sums by hand.
+
+use carom::{
+    CollisionReport, Observer, Scene, Simulation,
+    engine::{ElasticitySpec, Tag},
+    observers::ThermostatLedger,
+};
+
+use crate::{ByHand, gas, observe};
+
+#[test]
+fn heat_from_hot_to_cold_is_booked_to_the_last_digit() {
+    let elasticity = ElasticitySpec { default: 0.95, ..ElasticitySpec::default() };
+    let mut scene = Scene { elasticity, ..Scene::default() };
+    scene.gas.extend([gas("hot", 60), gas("cold", 60), gas("between", 80)]);
+    let mut simulation = Simulation::new(&scene).unwrap();
+    let tag = |name: &str| simulation.find_tag(name).unwrap();
+    let (hot, cold) = (tag("hot"), tag("cold"));
+    // Equal discs of mass 1: μ = ½, and the loss is ½ (1 − e²) μ u².
+    let loss = ByHand(Vec::new(), |report: &CollisionReport<'_>| {
+        let [a, b] = &report.sides;
+        let approach = (a.before.velocity - b.before.velocity).dot(report.normal);
+        Some(0.5 * (1.0 - 0.9025) * 0.5 * approach * approach)
+    });
+    let mut observers = (ThermostatLedger::default(), loss);
+    let energy_of = |simulation: &Simulation, tag: Tag| -> f64 {
+        simulation.view().tagged(tag).map(|body| body.energy()).sum()
+    };
+    let initial = simulation.view().energy();
+    observers.0.standby(&simulation.view());
+    assert_eq!((observers.0.mean_power(), observers.0.imbalance()), (None, 0.0));
+    let (mut heated, mut cooled) = (0.0, 0.0);
+    for _ in 0..20 {
+        // A standby after each reset books it apart, in an interval of no length.
+        let until = simulation.time().to_f64() + 0.1;
+        observe(&mut simulation, &mut observers, until, 1);
+        heated += 60.0 * 4.0 - energy_of(&simulation, hot);
+        simulation.reset_energy_of_all(hot, 4.0).unwrap();
+        observers.0.standby(&simulation.view());
+        cooled += 60.0 * 0.25 - energy_of(&simulation, cold);
+        simulation.reset_energy_of_all(cold, 0.25).unwrap();
+        observers.0.standby(&simulation.view());
+    }
+    let (ledger, ByHand(losses, _)) = observers;
+    let lost: f64 = losses.iter().sum();
+    assert!(losses.len() > 1000 && lost > 1.0, "{} contacts took {lost}", losses.len());
+    // The largest amount that passes through the books sets what a digit is.
+    let near = |found: f64, expected: f64| (found - expected).abs() < 1e-12 * (heated + lost);
+    let put_in =
+        |step: usize| ledger.series().iter().skip(step).step_by(3).map(|point| point.put_in).sum::<f64>();
+    assert_eq!((ledger.series().len(), put_in(0)), (60, 0.0));
+    assert!(heated > 0.0 && near(put_in(1), heated), "{} against {heated}", put_in(1));
+    assert!(cooled < 0.0 && near(put_in(2), cooled), "{} against {cooled}", put_in(2));
+    assert!(near(ledger.total_put_in(), heated + cooled) && near(ledger.total_lost(), lost));
+    assert!(near(simulation.view().energy() - initial, heated + cooled - lost));
+    assert!(ledger.imbalance() < 1e-12, "{:e}", ledger.imbalance());
+    for (index, point) in ledger.series().iter().enumerate() {
+        let flown = index % 3 == 0;
+        assert_eq!((point.power().is_some(), point.lost > 0.0), (flown, flown), "{point:?}");
+        assert!(point.dissipation().is_none_or(|rate| (rate * 0.1 - point.lost).abs() < 1e-9));
+    }
+    assert!((ledger.mean_power().unwrap() - (heated + cooled) / 2.0).abs() < 1e-9);
+}
+
+#[test]
+fn books_begin_at_the_first_standby() {
+    let mut scene = Scene::default();
+    scene.gas.push(gas("gas", 50));
+    let mut simulation = Simulation::new(&scene).unwrap();
+    let gas = simulation.find_tag("gas").unwrap();
+    simulation.reset_energy_of_all(gas, 2.0).unwrap();
+    let mut ledger = ThermostatLedger::default();
+    assert_eq!((ledger.total_put_in(), ledger.total_lost(), ledger.imbalance()), (0.0, 0.0, 0.0));
+    ledger.standby(&simulation.view());
+    observe(&mut simulation, &mut ledger, 1.0, 4);
+    simulation.reset_energy_of_all(gas, 1.0).unwrap();
+    // Seen at the next standby only: the interval that begins now.
+    observe(&mut simulation, &mut ledger, 2.0, 4);
+    let put_in: Vec<f64> = ledger.series().iter().map(|point| point.put_in).collect();
+    let near = |found: f64, expected: f64| (found - expected).abs() < 1e-11;
+    assert!(
+        put_in
+            .iter()
+            .zip([0.0, 0.0, 0.0, 0.0, -50.0, 0.0, 0.0, 0.0])
+            .all(|(&found, expected)| near(found, expected))
+    );
+    assert!(near(ledger.mean_power().unwrap(), -25.0) && near(ledger.series()[4].power().unwrap(), -200.0));
+    assert_eq!(ledger.total_lost(), 0.0);
+}

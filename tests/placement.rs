@@ -1,0 +1,94 @@
+//! A gas can be placed densely, in mixtures and around what stands, and starts with the energy asked for.
+
+#[path = "support/engine.rs"]
+mod support;
+
+use carom_detection::Exact;
+use carom_engine::{Fineness, GasSpec, Rotation, Scene, Simulation, Thesis};
+
+use carom_response::Impact;
+use support::{bumper, gas, named, simulate};
+
+/// Builds a scene and asserts that nothing touches.
+fn filled(scene: &Scene) -> Simulation<Exact, Impact, Thesis> {
+    let simulation = simulate::<Thesis>(scene, &Fineness::Automatic);
+    let census = simulation.view().overlaps();
+    assert_eq!((census.pairs, census.deepest_length), (0, 0.0));
+    simulation
+}
+
+fn by_area(shape: &str, atom_radius: f64, fraction: f64) -> GasSpec {
+    GasSpec { count: None, area_fraction: Some(fraction), ..gas(shape, atom_radius, 0) }
+}
+
+#[test]
+fn dense_gases_can_be_placed() {
+    for (shape, radius, fraction) in [
+        ("disc", 0.01, 0.7),
+        ("disc", 0.02, 0.7),
+        ("disc", 0.05, 0.65),
+        ("dumbbell", 0.01, 0.4),
+        ("tee", 0.01, 0.25),
+        ("rod:4", 0.008, 0.2),
+    ] {
+        for seed in 0..3 {
+            let mut scene = Scene { gas: vec![by_area(shape, radius, fraction)], ..Scene::default() };
+            scene.bounds.seed = seed;
+            let mut simulation = filled(&scene);
+            let area: f64 = simulation.view().bodies().map(|view| view.body.molecule().area()).sum();
+            // To the nearest number of molecules.
+            let one = simulation.view().bodies().next().unwrap().body.molecule().area();
+            assert!((area - fraction).abs() <= 0.5 * one + 1e-12, "{shape}: {area}");
+            simulation.step(1.0, &mut ()).unwrap();
+            assert_eq!(simulation.view().overlaps().pairs, 0);
+        }
+    }
+    // A box that is not square.
+    let mut scene = Scene { gas: vec![by_area("disc", 0.02, 0.7)], ..Scene::default() };
+    scene.bounds.sides = [2.0, 0.3];
+    filled(&scene);
+}
+
+#[test]
+fn mixtures_can_be_placed_around_what_stands() {
+    // Ten to one in size, half of the covered area each.
+    let scene =
+        Scene { gas: vec![by_area("disc", 0.05, 0.2), by_area("disc", 0.005, 0.2)], ..Scene::default() };
+    let simulation = filled(&scene);
+    let large =
+        simulation.view().bodies().filter(|view| view.body.molecule().bounding_radius() > 0.01).count();
+    assert_eq!(large, (0.2 / (std::f64::consts::PI * 0.0025)).round() as usize);
+
+    let mut around =
+        support::scene(vec![named("tee", 0.04, 1.0, [0.5, 0.5]), named("rod:8", 0.03, 1.0, [0.5, 0.8])]);
+    around.bumper = vec![bumper(0.1, [0.0, 0.0]), bumper(0.05, [0.05, 0.5])];
+    around.gas = vec![by_area("dumbbell", 0.012, 0.15), by_area("disc", 0.01, 0.2)];
+    filled(&around);
+}
+
+#[test]
+fn a_gas_starts_with_the_energy_asked_for_shared_over_its_degrees_of_freedom() {
+    let mut scene = Scene { gas: vec![gas("dumbbell", 0.01, 200)], ..Scene::default() };
+    scene.gas[0].energy = 2.5;
+    let simulation = filled(&scene);
+    for view in simulation.view().bodies() {
+        assert!((view.energy() - 2.5).abs() < 1e-14);
+        let spin = view.motion.angular_velocity;
+        let turning = 0.5 * spin * spin / view.body.inertia().inverse_moment;
+        assert!((turning - 2.5 / 3.0).abs() < 1e-14);
+    }
+    // Directions are random: the mean of 200 unit vectors is of length 1/√200 or so.
+    let speed = simulation.view().bodies().next().unwrap().motion.velocity.length();
+    let mean = simulation.view().momentum() / 200.0;
+    assert!(mean.length() < 4.0 * speed / 200f64.sqrt() && mean.length() > 0.0);
+
+    scene.gas[0].zero_momentum = true;
+    scene.gas[0].rotation = Rotation::Locked;
+    let simulation = filled(&scene);
+    assert!(simulation.view().momentum().length() < 1e-12);
+    assert!((simulation.view().energy() - 500.0).abs() < 1e-10);
+    assert!(simulation.view().bodies().all(|view| view.motion.angular_velocity == 0.0));
+    // One molecule alone cannot be in motion without momentum.
+    scene.gas[0].count = Some(1);
+    assert_eq!(filled(&scene).view().energy(), 0.0);
+}

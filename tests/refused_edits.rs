@@ -1,0 +1,110 @@
+//! Edits that cannot be made are refused by name and change no bit of what follows.
+
+#[path = "support/engine.rs"]
+mod support;
+
+use carom_engine::{
+    Cells, EditError, ElasticitySpec, Fineness, GridError, MoleculeSpec, Rotation, SceneError, Scheduler,
+    Thesis,
+};
+use glam::DVec2;
+use support::{bits, disc, head_on, menagerie, rule, simulate, velocity, with_each_scheduler};
+
+#[test]
+fn a_fixed_body_takes_no_rotation_mode() {
+    let mut simulation = simulate::<Thesis>(&menagerie(0), &Fineness::Automatic);
+    let fixed = simulation.view().bodies().find(|view| view.body.is_fixed()).unwrap().body.key();
+    assert_eq!(simulation.set_rotation(fixed, Rotation::Free), Err(EditError::Fixed(fixed)));
+}
+
+#[test]
+fn another_grid_changes_the_course_of_nothing() {
+    let mut simulation = head_on::<Thesis>(&Fineness::Given(2));
+    simulation.run_until(1.0).unwrap();
+    // Reach 1 in a box of 20 × 10.
+    let refused = simulation.set_scheduler_options(&Fineness::Given(11));
+    let too_fine = GridError::TooFine { fineness: 11, largest: 10, reach: 1.0 };
+    assert_eq!(refused, Err(EditError::Scene(SceneError::Grid(too_fine))));
+    for fineness in [10, 1, 7] {
+        simulation.set_scheduler_options(&Fineness::Given(fineness)).unwrap();
+        let goal = simulation.time().to_f64() + 0.25;
+        simulation.run_until(goal).unwrap();
+    }
+    assert!(simulation.step(10.0, &mut ()).unwrap());
+    assert!((simulation.time().to_f64() - 2.0).abs() < 1e-15);
+    // A body too large for the grid chosen is refused, and the grid is not changed behind the user's back.
+    simulation.set_scheduler_options(&Fineness::Given(10)).unwrap();
+    let large = disc(1.0, 1.0, [2.0, 2.0], [0.0; 2]);
+    assert!(matches!(
+        simulation.add(&large),
+        Err(EditError::Scene(SceneError::Grid(GridError::TooFine { fineness: 10, largest: 6, .. })))
+    ));
+}
+
+#[test]
+fn an_edit_that_is_refused_changes_no_bit() {
+    with_each_scheduler!(check_refusals);
+}
+
+fn check_refusals<S: Scheduler>(options: &S::Options) {
+    let mut scene = menagerie(6);
+    scene.gas[0].tags = vec!["a".to_owned()];
+    scene.elasticity.pair = vec![rule(&["a"], 0.9), rule(&["b"], 0.8), rule(&["c", "a"], 2.0)];
+    let mut untouched = simulate::<S>(&scene, options);
+    untouched.run_until(1.0).unwrap();
+
+    let mut simulation = simulate::<S>(&scene, options);
+    simulation.run_until(0.3).unwrap();
+    let keys: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
+    let view = simulation.view();
+    let tag = view.tag_names().find("a").unwrap();
+    let first = view.tagged(tag).next().unwrap();
+    let (tagged, place) = (first.body.key(), first.motion.position);
+    let on_top = disc(0.01, 1.0, place.to_array(), [0.0; 2]);
+    let expect_overlap = simulation.add(&on_top);
+    assert!(
+        matches!(expect_overlap, Err(EditError::Scene(SceneError::Overlap { .. }))),
+        "{expect_overlap:?}"
+    );
+    let expect_entry = simulation.add(&MoleculeSpec { angular_velocity: 1.0, ..on_top.clone() });
+    assert!(matches!(expect_entry, Err(EditError::Scene(SceneError::Entry { .. }))), "{expect_entry:?}");
+    let expect_geometry = simulation.add(&disc(f64::NAN, 1.0, [0.0; 2], [0.0; 2]));
+    assert!(
+        matches!(expect_geometry, Err(EditError::Scene(SceneError::Geometry { .. }))),
+        "{expect_geometry:?}"
+    );
+    for energy in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(simulation.reset_energy(keys[0], energy), Err(EditError::Energy(_))));
+    }
+    // Two rules for one tag each that disagree.
+    let ambiguous = simulation.tag(tagged, "b");
+    assert!(
+        matches!(ambiguous, Err(EditError::Scene(SceneError::AmbiguousElasticity { .. }))),
+        "{ambiguous:?}"
+    );
+    let bad = ElasticitySpec { default: -0.5, pair: vec![] };
+    assert!(matches!(
+        simulation.set_elasticity(&bad),
+        Err(EditError::Scene(SceneError::Elasticity { entry, .. })) if entry == "elasticity.default"
+    ));
+    let disagreeing = ElasticitySpec { default: 1.0, pair: vec![rule(&["a"], 0.1), rule(&["a"], 0.2)] };
+    assert!(simulation.set_elasticity(&disagreeing).is_err());
+    // And edits that change nothing.
+    simulation.untag(tagged, "never given").unwrap();
+    simulation.tag(tagged, "a").unwrap();
+    simulation.set_elasticity(&scene.elasticity).unwrap();
+
+    simulation.run_until(1.0).unwrap();
+    assert_eq!(bits(&simulation.view()), bits(&untouched.view()));
+    assert_eq!(simulation.view().counters(), untouched.view().counters());
+}
+
+#[test]
+fn energy_beyond_all_speeds_is_refused() {
+    let mut simulation = head_on::<Cells>(&carom_engine::Instructions::Widest);
+    let key = simulation.view().bodies().next().unwrap().body.key();
+    // Its speed would be beyond what detection can compute with.
+    assert!(matches!(simulation.reset_energy(key, 1e200), Err(EditError::Energy(_))));
+    simulation.run_until(1.0).unwrap();
+    assert_eq!(velocity(&simulation.view(), 0), DVec2::X);
+}
