@@ -59,7 +59,7 @@ fn heat_from_hot_to_cold_is_booked_to_the_last_digit() {
         assert_eq!((point.power().is_some(), point.lost > 0.0), (flown, flown), "{point:?}");
         assert!(point.dissipation().is_none_or(|rate| (rate * 0.1 - point.lost).abs() < 1e-9));
     }
-    assert!((ledger.mean_power().unwrap() - (heated + cooled) / 2.0).abs() < 1e-9);
+    assert!((ledger.mean_power().unwrap() - f64::midpoint(heated, cooled)).abs() < 1e-9);
 }
 
 #[test]
