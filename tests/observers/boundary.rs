@@ -62,7 +62,7 @@ fn one_disc_fills_the_boundary_of_a_fixed_molecule_evenly() {
 fn a_dilute_gas_at_a_fixed_disc_has_the_density_of_the_gas() {
     // A fixed disc like the others is one of N + 1: ρ_c = χ N/A, χ = 1 + 1.564 η at low density (third virial coefficient
     // 4/3 − √3/π of B₂²: Z − 1 = 2 η χ).
-    let (count, eta) = (40, 0.005);
+    let (count, eta) = (20, 0.005);
     let mut scene = hard_discs(count, eta, 11);
     scene.gas[0].zero_momentum = false;
     let side = scene.bounds.sides[0];
@@ -71,7 +71,7 @@ fn a_dilute_gas_at_a_fixed_disc_has_the_density_of_the_gas() {
     let fixed = simulation.view().bodies().find(|view| view.body.is_fixed()).unwrap().body.clone();
     let mut contacts = ContactDensity::new(&fixed, 0.5, 12).unwrap();
     simulation.run_until(1000.0).unwrap();
-    observe(&mut simulation, &mut contacts, 5.0e5, 2);
+    observe(&mut simulation, &mut contacts, 1.0e6, 2);
     let density = count as f64 / (side * side) * (1.0 + 1.564 * eta);
     let temperature = simulation.view().energy() / count as f64;
     let points = contacts.points();

@@ -132,7 +132,7 @@ fn only_what_moves_and_carries_the_tag_is_counted() {
     let simulation = Simulation::new(&scene).unwrap();
     let resting = Group::Tagged(simulation.find_tag("resting").unwrap());
     let mut observers = (
-        VelocityDistribution::new(Group::All, 5.1, 51).unwrap(),
+        VelocityDistribution::new(Group::All, 6.0, 96).unwrap(),
         VelocityDistribution::new(Group::All, 4.0, 4).unwrap(),
         VelocityDistribution::adaptive(resting, 10),
     );
@@ -147,10 +147,10 @@ fn only_what_moves_and_carries_the_tag_is_counted() {
     };
     assert_eq!(
         [occupied(x), occupied(y), occupied(all.speeds().unwrap())],
-        [vec![51, 81], vec![10, 51], vec![0, 50]]
+        [vec![96, 144], vec![32, 96], vec![0, 80]]
     );
-    // Two bins of p = ½ and w = 0.1: H = ln 5.
-    assert!((point.h.unwrap() - 5f64.ln()).abs().max_element() < 1e-13, "{point:?}");
+    // Two bins of p = ½ and w = 1/16: H = ln 8.
+    assert!((point.h.unwrap() - 8f64.ln()).abs().max_element() < 1e-13, "{point:?}");
     // −4 is just inside, 5 beyond; H is that of what is inside.
     let [x, y] = narrow.components().unwrap();
     assert_eq!((x.beyond(), y.beyond(), narrow.speeds().unwrap().beyond()), (0, 0, 1));

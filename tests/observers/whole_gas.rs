@@ -139,6 +139,44 @@ fn collision_rate_and_pressure_of_hard_discs_are_those_of_kinetic_theory() {
     );
 }
 
+/// (Z − 1)/η of a gas of dumbbells at area fraction η, and its standard error.
+fn virial_of_dumbbells(area_fraction: f64) -> (f64, f64) {
+    let count = 300;
+    let side = (f64::from(count) * 2.0 * PI * 0.25 / area_fraction).sqrt();
+    let mut scene = Scene::default();
+    scene.bounds.sides = [side; 2];
+    scene.gas.push(GasSpec {
+        shape: Some("dumbbell".into()),
+        zero_momentum: true,
+        ..GasSpec { radius: Some(0.5), ..gas("gas", count as usize) }
+    });
+    let mut simulation = Simulation::new(&scene).unwrap();
+    simulation.run_until(2.0 / area_fraction).unwrap();
+    let mut pressure = Pressure::default();
+    observe(&mut simulation, &mut pressure, 302.0 / area_fraction, 50);
+    // Two of the 3N − 2 degrees of freedom are gone from translation.
+    let n = f64::from(count);
+    let translation = simulation.view().energy() * (2.0 * n - 2.0) / (3.0 * n - 2.0);
+    let points = pressure.series();
+    let mean = points.iter().map(|point| point.virial).sum::<f64>() / 50.0;
+    let squares: f64 = points.iter().map(|point| (point.virial - mean).powi(2)).sum();
+    let kinetic = points.iter().map(|point| point.kinetic).sum::<f64>() / 50.0;
+    assert!((kinetic * side * side / translation - 1.0).abs() < 0.03, "{kinetic}");
+    let scale = side * side / translation / area_fraction;
+    (mean * scale, (squares / 49.0 / 50.0).sqrt() * scale)
+}
+
+#[test]
+fn pressure_of_dumbbells_has_their_second_virial_coefficient() {
+    // Half the area that a tangent dumbbell excludes to another, over all orientations, is 2.42064 times its own (plane
+    // geometry): (Z − 1)/η goes there in a straight line as η goes to 0.
+    let [thin, thick] = [0.02, 0.04].map(virial_of_dumbbells);
+    let limit = 2.0 * thin.0 - thick.0;
+    let error = (4.0 * thin.1 * thin.1 + thick.1 * thick.1).sqrt();
+    assert!(error < 0.02 * 2.42 && (limit - 2.420_64).abs() < 3.0 * error + 0.01, "{limit} ± {error}");
+    assert!(thick.0 > thin.0, "{thick:?} is not above {thin:?}");
+}
+
 /// A detector that never sees a contact.
 #[derive(Clone)]
 struct Blind;

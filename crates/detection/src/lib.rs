@@ -1,6 +1,6 @@
 //! When do two bodies in free flight first touch? Reads motions, changes nothing.
 //!
-//! The question is one [`RelativeMotion`](carom_kinematics::RelativeMotion) (two bodies at a common
+//! The question is one [`RelativeMotion`] (two bodies at a common
 //! time 0 and one periodic image) and a horizon; the answer is a named [`Outcome`]. The seam is the
 //! trait [`Detection`], with these ways to answer:
 //!

@@ -69,10 +69,11 @@ impl Grid {
         if own_image >= shorter || reach > shorter {
             return Err(GridError::BoxTooSmall { reach: reach.max(own_image), side: shorter });
         }
-        // Rounding of the quotient must not refuse a cell exactly as long as the reach.
+        // The rounding of the quotient, and the few roundings by which bounding radii are never too small, must not
+        // refuse a cell exactly as long as the reach.
         let safe = |side: f64| {
             if reach > 0.0 {
-                (side / reach * (1.0 + f64::EPSILON)).min(f64::from(FINEST)) as u32
+                (side / reach * (1.0 + 8.0 * f64::EPSILON)).min(f64::from(FINEST)) as u32
             } else {
                 FINEST
             }

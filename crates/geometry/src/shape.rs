@@ -4,7 +4,7 @@ use std::{fmt, str::FromStr};
 
 use glam::DVec2;
 
-use crate::{Atom, GeometryError};
+use crate::{Atom, GeometryError, check_positive};
 
 /// A rigid union of equal touching discs, by name.
 ///
@@ -45,6 +45,7 @@ impl Shape {
     /// [`GeometryError`] if radius, mass or the number of atoms is impossible.
     pub fn atoms(self, radius: f64, mass: f64) -> Result<Vec<Atom>, GeometryError> {
         self.check_count()?;
+        check_positive("the radius of an atom", radius)?;
         let d = 2.0 * radius;
         let at = |x: f64, y: f64| Atom::new(DVec2::new(x, y), radius, mass);
         match self {

@@ -30,6 +30,7 @@ use crate::{body_frame::in_body_frame, direction_histogram::bin_of, exposed_arc:
 ///     at = [0.5, 0.5]
 ///     [[molecule]]
 ///     atoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]
+///     at = [0.0, 0.0]
 ///     velocity = [0.6, 0.8]
 /// "#)?;
 /// let mut simulation = Simulation::new(&scene)?;

@@ -36,6 +36,7 @@ const EVENNESS: f64 = 1e-6;
 /// let disc = r#"
 ///     [[molecule]]
 ///     atoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]
+///     at = [0.0, 0.0]
 ///     velocity = [2.0, 0.0]
 /// "#;
 /// let mut simulation = Simulation::new(&Scene::from_toml(disc)?)?;

@@ -180,7 +180,7 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
             (
                 &charts.wrong,
                 "One point for each detector and setting; left is fast, low is right. An answer is wrong if the contact is \
-                 missed, false, given up, or off by more than a millionth of a natural time. Rings with lines downwards: \
+                 missed, false, given up, or late or early by more than a millionth of a natural time. Rings with lines downwards: \
                  none in n cases, drawn at the upper 95 % bound 3/n. Undecided: certified free until some time, where \
                  one has to ask again.",
             ),
@@ -196,7 +196,7 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
         "Time is processor time of one thread, in turn with Exact on the same pairs, the median over rounds; then the \
          geometric mean over the classes. Slow detectors are asked about as many pairs of a class, in order, as fit into \
          a fixed number of evaluations: the column of cases tells. A tolerance is a parameter of this experiment only. \
-         Off by more than {FAR_OFF:e} natural times is wrong at any tolerance."
+         Late or early by more than {FAR_OFF:e} natural times is wrong at any tolerance."
     ));
     page.heading("Exact, class by class");
     page.paragraph(
@@ -227,9 +227,10 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
     page.table(&header, &time_rows(results));
     page.heading("parry, class by class");
     page.paragraph(
-        "cast_shapes_nonlinear of parry2d-f64 on the same molecules as compounds of discs. A call that does not return \
-         within a tenth of a second counts as given up. Its own tolerance is far above rounding, so nearly all its \
-         contacts are early or late by the strict rule; what counts above is a millionth of a natural time.",
+        "cast_shapes_nonlinear of parry2d-f64 on the same molecules as compounds of discs, warm calls. One that does not \
+         return within a tenth of a second counts as given up. It stops where it deems the distance small enough, so \
+         many of its contacts are early or late by the strict rule; what counts as wrong above is a \
+         millionth of a natural time.",
     );
     let rows = results.classes.iter().map(|class| class_cells(&class.name, &class.parry.tally));
     page.table(&CLASS_HEADER, &rows.collect::<Vec<_>>());
