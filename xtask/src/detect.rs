@@ -231,7 +231,7 @@ mod tests {
         }
         assert!(answers(&[COLUMNS, "c,2,0"], Detector::Exact).is_err());
         let error = format!("{:#}", answers(&["class,id", "c,1"], Detector::Exact).unwrap_err());
-        assert!(error.contains("`xA` is missing"), "{error}");
+        assert!(error.contains("the column `xA` is missing"), "{error}");
     }
 
     #[test]
