@@ -68,7 +68,11 @@ pub fn read(path: &Path) -> Result<Vec<Encounter>> {
     let mut reader = csv::Reader::from_path(path).with_context(name)?;
     let headers = reader.headers().with_context(name)?.clone();
     for column in COLUMNS_OF_A.iter().chain(&COLUMNS_OF_B) {
-        ensure!(headers.iter().any(|header| header == *column), "{}: the column `{column}` is missing", name());
+        ensure!(
+            headers.iter().any(|header| header == *column),
+            "{}: the column `{column}` is missing",
+            name()
+        );
     }
     let mut encounters = Vec::new();
     for record in reader.records() {
