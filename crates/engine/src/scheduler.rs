@@ -56,6 +56,11 @@ pub(crate) fn separation_error(world: &World) -> f64 {
     HALF_ULP * 16.0 * world.bounds().sides().element_sum()
 }
 
+/// A pair with the body inserted first in front, and the image of the second as seen from it.
+pub(crate) fn ordered(pair: [u32; 2], image: [i32; 2]) -> ([u32; 2], [i32; 2]) {
+    if pair[0] <= pair[1] { (pair, image) } else { ([pair[1], pair[0]], image.map(|boxes| -boxes)) }
+}
+
 /// Finds the soonest contact, again and again, and keeps the motions while an epoch runs.
 ///
 /// The engine promises: an epoch is begun before anything else and after every edit; after a contact the

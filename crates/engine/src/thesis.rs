@@ -24,7 +24,7 @@ use smallvec::SmallVec;
 use crate::{
     ContactEvent, Fineness, GridError, Parts, Scheduler, SchedulerCounters, World,
     grid::{Grid, Step},
-    scheduler::separation_error,
+    scheduler::{ordered, separation_error},
 };
 
 /// The thesis's scheduler.
@@ -389,9 +389,4 @@ impl Thesis {
         let [a, b] = entry.bodies.map(|body| self.windings[body as usize]);
         [0, 1].map(|axis| entry.image[axis] + (b[axis] - a[axis]))
     }
-}
-
-/// A pair with the body inserted first in front, and the image of the second as seen from it.
-fn ordered(pair: [u32; 2], image: [i32; 2]) -> ([u32; 2], [i32; 2]) {
-    if pair[0] <= pair[1] { (pair, image) } else { ([pair[1], pair[0]], image.map(|boxes| -boxes)) }
 }

@@ -17,7 +17,7 @@ use super::{
     State,
     line::{Kind, Line},
 };
-use crate::{Body, ContactEvent, Parts, World};
+use crate::{Body, ContactEvent, Parts, World, scheduler::ordered};
 
 /// Column of a line whose body lives in no cell.
 const NO_CELL: u16 = u16::MAX;
@@ -441,8 +441,7 @@ impl State {
         let partner = pair[1];
         let path_image = self.path_image(pair, image);
         // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
-        let (pair, image) =
-            if pair[0] < pair[1] { (pair, image) } else { ([pair[1], pair[0]], image.map(|boxes| -boxes)) };
+        let (pair, image) = ordered(pair, image);
         let relative = self.relative_motion(world, pair, image, now);
         let [a, b] = pair.map(|body| world.bodies()[body as usize].molecule.outline());
         let horizon = best.time.min(self.limit) - now;
