@@ -3,6 +3,7 @@
 use carom_detection::{Detection, Touch};
 use carom_geometry::Molecule;
 use carom_kinematics::{HALF_ULP, Motion};
+use glam::DVec2;
 
 use crate::{GridError, SchedulerCounters, World};
 
@@ -100,6 +101,30 @@ pub trait Scheduler: Sized {
         bodies: [u32; 2],
         motions: [Motion; 2],
     );
+
+    /// Place of a body at `time` (offset in the epoch), and its velocity.
+    #[inline]
+    fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
+        let motion = self.motion(body);
+        [motion.position_at(time), motion.velocity]
+    }
+
+    /// [`Self::motions_changed`] for two bodies of which only the velocities have changed: at `time` they are at
+    /// `places`, with new `velocities`.
+    #[inline]
+    fn flights_changed<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        bodies: [u32; 2],
+        time: f64,
+        [places, velocities]: [[DVec2; 2]; 2],
+    ) {
+        let [a, b] = bodies.map(|body| self.motion(body).at(time));
+        let a = Motion { position: places[0], velocity: velocities[0], ..a };
+        let b = Motion { position: places[1], velocity: velocities[1], ..b };
+        self.motions_changed(world, detection, bodies, [a, b]);
+    }
 
     /// Writes the present motions, and the boxes left behind, into the world.
     fn store(&self, world: &mut World);

@@ -223,10 +223,82 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.epoch = Epoch::ToBegin;
     }
 
+    #[inline]
     fn resolve<O: Observer>(&mut self, contact: ContactEvent, observer: &mut O) -> Result<(), RunError> {
-        let ContactEvent { time, bodies, image, parts } = contact;
-        self.offset = time;
-        self.bound_contacts_at_once(bodies, time)?;
+        self.offset = contact.time;
+        self.bound_contacts_at_once(contact.bodies, contact.time)?;
+        match contact.parts {
+            Parts::Discs => self.resolve_discs(&contact, observer),
+            Parts::Atoms(..) | Parts::BoundingCircles => self.resolve_molecules(&contact, observer),
+        }
+    }
+
+    /// The contact of two discs: nothing of it turns, so nothing of what turns is looked at.
+    #[inline]
+    fn resolve_discs<O: Observer>(
+        &mut self,
+        contact: &ContactEvent,
+        observer: &mut O,
+    ) -> Result<(), RunError> {
+        let ContactEvent { time, bodies, image, .. } = *contact;
+        let [a, b] = bodies;
+        let [place_a, velocity_a] = self.scheduler.flight(a, time);
+        let [place_b, velocity_b] = self.scheduler.flight(b, time);
+        let (body_a, body_b) = (&self.world.bodies[a as usize], &self.world.bodies[b as usize]);
+        let mut d = place_b - place_a;
+        if image != [0, 0] {
+            d += self.world.bounds.shift(image);
+        }
+        let inverse_masses = [body_a.inertia.inverse_mass, body_b.inertia.inverse_mass];
+        let elasticity = self.elasticity.between(body_a, body_b);
+        let impulse = self.response.impulse_of_discs(d, [velocity_a, velocity_b], inverse_masses, elasticity);
+        let after = [velocity_a - impulse * inverse_masses[0], velocity_b + impulse * inverse_masses[1]];
+        self.epoch.accept(&self.world, bodies, time, after, 0.0)?;
+        self.counters.collisions += 1;
+        self.counters.fixed_collisions += u64::from((inverse_masses[0] == 0.0) | (inverse_masses[1] == 0.0));
+        if elasticity.coefficient() != 1.0 {
+            let energy = |velocity: DVec2, inverse_mass: f64| {
+                if inverse_mass == 0.0 { 0.0 } else { 0.5 * velocity.length_squared() / inverse_mass }
+            };
+            self.ledger.lost += (energy(velocity_a, inverse_masses[0])
+                + energy(velocity_b, inverse_masses[1]))
+                - (energy(after[0], inverse_masses[0]) + energy(after[1], inverse_masses[1]));
+        }
+        if O::WATCHES_COLLISIONS {
+            let side = |body, position, before: DVec2, after| {
+                let before = Motion { velocity: before, time, ..Motion::at_rest(position) };
+                let after = Motion { velocity: after, ..before };
+                Side { body, atom: Some(0), arm: DVec2::ZERO, before, after }
+            };
+            let normal = d.normalize_or(DVec2::X);
+            observer.collision(&CollisionReport {
+                time: self.world.epoch.after(time),
+                sides: [
+                    side(body_a, place_a, velocity_a, after[0]),
+                    side(body_b, place_b, velocity_b, after[1]),
+                ],
+                point: place_a + body_a.molecule.bounding_radius() * normal,
+                normal,
+                impulse,
+                image,
+            });
+        }
+        let ended = self.epoch.count_contact();
+        let flights = [[place_a, place_b], after];
+        self.scheduler.flights_changed(&self.world, &self.detection, bodies, time, flights);
+        if ended {
+            self.end_epoch(time);
+        }
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn resolve_molecules<O: Observer>(
+        &mut self,
+        contact: &ContactEvent,
+        observer: &mut O,
+    ) -> Result<(), RunError> {
+        let ContactEvent { time, bodies, image, parts } = *contact;
         let [a, b] = bodies;
         let before = [self.scheduler.motion(a).at(time), self.scheduler.motion(b).at(time)];
         let (body_a, body_b) = (&self.world.bodies[a as usize], &self.world.bodies[b as usize]);
@@ -247,7 +319,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             struck(&before[0], inertia_a, arms[0], -impulse),
             struck(&before[1], inertia_b, arms[1], impulse),
         ];
-        self.epoch.accept(&self.world, bodies, &after)?;
+        let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());
+        self.epoch.accept(&self.world, bodies, time, [after[0].velocity, after[1].velocity], spin)?;
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from(inertia_a.is_fixed() || inertia_b.is_fixed());
         if elasticity.coefficient() != 1.0 {
@@ -275,18 +348,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 image,
             });
         }
-        self.after_contact(bodies, after);
-        Ok(())
-    }
-
-    fn after_contact(&mut self, bodies: [u32; 2], after: [Motion; 2]) {
-        let Epoch::Running { contacts_left, .. } = &mut self.epoch else { return };
-        *contacts_left -= 1;
-        let ended = *contacts_left == 0;
+        let ended = self.epoch.count_contact();
         self.scheduler.motions_changed(&self.world, &self.detection, bodies, after);
         if ended {
-            self.end_epoch(after[0].time);
+            self.end_epoch(time);
         }
+        Ok(())
     }
 
     /// Bounds the contacts of one body at one instant.
@@ -318,24 +385,43 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
 impl Epoch {
     /// Shortens the epoch if one of two bodies is now faster than any was before, and refuses what is too fast.
-    fn accept(&mut self, world: &World, bodies: [u32; 2], after: &[Motion; 2]) -> Result<(), RunError> {
-        let Self::Running { limit, contacts_left, fastest_squared, fastest_spin } = self else {
-            return Ok(());
-        };
-        let now = after[0].time;
-        let speed_squared = after[0].velocity.length_squared().max(after[1].velocity.length_squared());
-        let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());
+    #[inline]
+    fn accept(
+        &mut self,
+        world: &World,
+        bodies: [u32; 2],
+        now: f64,
+        velocities: [DVec2; 2],
+        spin: f64,
+    ) -> Result<(), RunError> {
+        let Self::Running { fastest_squared, fastest_spin, .. } = self else { return Ok(()) };
+        let speed_squared = velocities[0].length_squared().max(velocities[1].length_squared());
         // Written so that NaN counts as too fast.
-        if !(speed_squared <= *fastest_squared && spin <= *fastest_spin) {
-            (*fastest_squared, *fastest_spin) = (fastest_squared.max(speed_squared), fastest_spin.max(spin));
-            let stretch = stretch(world, *fastest_squared, *fastest_spin);
-            *limit = limit.min(now + stretch);
-            if now > STALE_STRETCHES * stretch {
-                *contacts_left = 1;
-            }
-            refuse_blow_up(world, bodies, after)?;
+        if (speed_squared <= *fastest_squared) & (spin <= *fastest_spin) {
+            return Ok(());
         }
-        Ok(())
+        self.shorten(world, now, speed_squared, spin);
+        refuse_blow_up(world, bodies, now, velocities, spin)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn shorten(&mut self, world: &World, now: f64, speed_squared: f64, spin: f64) {
+        let Self::Running { limit, contacts_left, fastest_squared, fastest_spin } = self else { return };
+        (*fastest_squared, *fastest_spin) = (fastest_squared.max(speed_squared), fastest_spin.max(spin));
+        let stretch = stretch(world, *fastest_squared, *fastest_spin);
+        *limit = limit.min(now + stretch);
+        if now > STALE_STRETCHES * stretch {
+            *contacts_left = 1;
+        }
+    }
+
+    /// Counts a contact; tells whether the epoch ends with it.
+    #[inline]
+    fn count_contact(&mut self) -> bool {
+        let Self::Running { contacts_left, .. } = self else { return false };
+        *contacts_left -= 1;
+        *contacts_left == 0
     }
 }
 
@@ -346,13 +432,19 @@ fn stretch(world: &World, speed_squared: f64, spin: f64) -> f64 {
 }
 
 #[cold]
-fn refuse_blow_up(world: &World, bodies: [u32; 2], after: &[Motion; 2]) -> Result<(), RunError> {
-    for (body, motion) in bodies.into_iter().zip(after) {
+#[inline(never)]
+fn refuse_blow_up(
+    world: &World,
+    bodies: [u32; 2],
+    now: f64,
+    velocities: [DVec2; 2],
+    spin: f64,
+) -> Result<(), RunError> {
+    for (body, velocity) in bodies.into_iter().zip(velocities) {
         let body = &world.bodies[body as usize];
-        let rim = motion.angular_velocity.abs() * body.molecule.bounding_radius();
-        let speed = motion.velocity.length() + rim;
-        if !(speed <= carom_geometry::LARGEST && motion.angular_velocity.is_finite()) {
-            return Err(RunError::BlowUp { time: world.epoch.after(motion.time), body: body.key, speed });
+        let speed = velocity.length() + spin * body.molecule.bounding_radius();
+        if !(speed <= carom_geometry::LARGEST && spin.is_finite()) {
+            return Err(RunError::BlowUp { time: world.epoch.after(now), body: body.key, speed });
         }
     }
     Ok(())

@@ -45,4 +45,23 @@ pub trait Response {
         bodies: [(&Motion, &Inertia); 2],
         elasticity: Elasticity,
     ) -> DVec2;
+
+    /// The impulse on B (mass × length / time) of a contact in which no spin plays a part, as of two discs.
+    ///
+    /// `line_of_centres` from A to B, of any length but 0; velocities and inverse masses in the order A, B. The same as
+    /// [`Self::impulse`] with arms of length 0, which is what it does unless a response knows a shorter way.
+    #[inline]
+    fn impulse_of_discs(
+        &self,
+        line_of_centres: DVec2,
+        velocities: [DVec2; 2],
+        inverse_masses: [f64; 2],
+        elasticity: Elasticity,
+    ) -> DVec2 {
+        let [a, b] = velocities.map(|velocity| Motion { velocity, ..Motion::at_rest(DVec2::ZERO) });
+        let [inertia_a, inertia_b] =
+            inverse_masses.map(|inverse_mass| Inertia { inverse_mass, inverse_moment: 0.0 });
+        let frame = ContactFrame { line_of_centres, arms: [DVec2::ZERO; 2] };
+        self.impulse(&frame, [(&a, &inertia_a), (&b, &inertia_b)], elasticity)
+    }
 }

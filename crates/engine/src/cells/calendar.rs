@@ -4,22 +4,26 @@
 //! list through the bodies, so taking a body out and putting it in have no branches. What lies beyond the ring
 //! waits in one overflow list; when the ring has been gone through, it is laid out anew from there.
 
-use super::line::Line;
+use super::line::{Kind, Line};
 
 /// Previous and next in a circular list.
 type Link = [u32; 2];
 const PREVIOUS: usize = 0;
 const NEXT: usize = 1;
 
+/// The width of a bin in mean intervals between the events of the system. Narrower: more empty bins, and more rounds of the
+/// ring. Wider: more to sort.
+const EVENTS_PER_BIN: f64 = 3.0;
+
 /// The events of all bodies in order of time; the times themselves stand in the bodies' lines.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Calendar {
     /// One for each body, then a head for each bin, then the head of the overflow list.
     links: Vec<Link>,
-    bodies: usize,
-    bins: usize,
+    bodies: u32,
+    bins: u32,
     /// The next bin to be opened.
-    next_bin: usize,
+    next_bin: u32,
     /// Time at which the ring begins.
     start: f64,
     bins_per_time: f64,
@@ -28,12 +32,13 @@ pub(super) struct Calendar {
 }
 
 impl Calendar {
-    /// Lays out a ring of two bins a body, of `width` (time) each, from time 0, with no events.
-    pub fn lay_out(&mut self, bodies: usize, width: f64) {
-        self.bodies = bodies;
-        self.bins = (2 * bodies).max(1);
+    /// Lays out a ring of a bin a body for events so far apart on average (time), from time 0, with no events.
+    pub fn lay_out(&mut self, bodies: usize, interval: f64) {
+        self.bodies = bodies as u32;
+        self.bins = self.bodies.max(1);
         self.links.clear();
-        self.links.extend((0..(bodies + self.bins + 1) as u32).map(|head| [head; 2]));
+        self.links.extend((0..=self.bodies + self.bins).map(|head| [head; 2]));
+        let width = EVENTS_PER_BIN * interval;
         self.bins_per_time = if width.is_finite() && width > 0.0 { 1.0 / width } else { 0.0 };
         self.begin_ring(0.0);
     }
@@ -51,41 +56,51 @@ impl Calendar {
     /// Puts a body where its time says, wherever it was.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn schedule(&mut self, lines: &[Line], body: u32) {
+    pub fn schedule(&mut self, lines: &[Line], body: u32, time: f64) {
         self.unlink(body);
-        let time = lines[body as usize].time;
-        // Saturates: before the ring is bin 0, infinity is the overflow list.
-        let bin = (((time - self.start) * self.bins_per_time) as usize).min(self.bins);
+        let bin = self.bin_of(time);
         if bin >= self.next_bin {
-            self.link(body, bin);
+            self.link(body, self.bodies + bin);
         } else {
+            self.links[body as usize] = [body; 2];
             self.insert_open(lines, time, body);
         }
     }
 
-    /// The soonest event, if there is one at `stop` or before.
+    /// The bin of a time; what is after the ring goes to the overflow list.
+    #[inline]
+    fn bin_of(&self, time: f64) -> u32 {
+        // 2^52: adding it leaves the nearest integer in the last bits. Monotonic, which is all that matters.
+        const SHIFT: f64 = 4_503_599_627_370_496.0;
+        let place = (time - self.start) * self.bins_per_time;
+        let last = f64::from(self.bins);
+        // Written so that NaN (infinite time, bins without width) goes to the overflow list.
+        let place = if place < last { place } else { last };
+        let place = if place > 0.0 { place } else { 0.0 };
+        (place + SHIFT).to_bits() as u32
+    }
+
+    /// The soonest event, if there is one at `stop` or before; it is taken off the calendar.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn soonest(&mut self, lines: &[Line], stop: f64) -> Option<(f64, u32)> {
+    pub fn take_soonest(&mut self, lines: &[Line], stop: f64) -> Option<(f64, u32)> {
         loop {
             while let Some(&(time, body)) = self.open.last() {
                 if lines[body as usize].time == time {
-                    return (time <= stop).then_some((time, body));
+                    if time > stop {
+                        return None;
+                    }
+                    self.open.pop();
+                    return Some((time, body));
                 }
                 self.open.pop();
             }
             if self.next_bin < self.bins {
-                self.open_bin(lines, self.next_bin);
-                self.next_bin += 1;
+                self.open_bin(lines);
             } else if !self.go_round(lines, stop) {
                 return None;
             }
         }
-    }
-
-    /// Takes the event that [`Self::soonest`] gave off the open bin.
-    pub fn take(&mut self) {
-        self.open.pop();
     }
 
     #[inline(always)]
@@ -98,45 +113,53 @@ impl Calendar {
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    fn link(&mut self, body: u32, bin: usize) {
-        let head = self.bodies + bin;
-        let first = self.links[head][NEXT];
-        self.links[body as usize] = [head as u32, first];
-        self.links[head][NEXT] = body;
+    fn link(&mut self, body: u32, head: u32) {
+        let first = self.links[head as usize][NEXT];
+        self.links[body as usize] = [head, first];
+        self.links[head as usize][NEXT] = body;
         self.links[first as usize][PREVIOUS] = body;
     }
 
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn insert_open(&mut self, lines: &[Line], time: f64, body: u32) {
-        self.links[body as usize] = [body; 2];
-        let later = |&(other_time, other): &(f64, u32)| {
-            other_time > time || (other_time == time && rank(lines, other) > rank(lines, body))
-        };
-        let mut place = self.open.len();
-        while place > 0 && !later(&self.open[place - 1]) {
+        self.open.push((time, body));
+        let mut place = self.open.len() - 1;
+        while place > 0 {
+            let (other_time, other) = self.open[place - 1];
+            if other_time > time || (other_time == time && is_before(lines, body, other)) {
+                break;
+            }
+            self.open[place] = (other_time, other);
             place -= 1;
         }
-        self.open.insert(place, (time, body));
+        self.open[place] = (time, body);
     }
 
-    fn open_bin(&mut self, lines: &[Line], bin: usize) {
-        let head = self.bodies + bin;
-        let mut body = self.links[head][NEXT];
-        while body as usize != head {
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    fn open_bin(&mut self, lines: &[Line]) {
+        let head = self.bodies + self.next_bin;
+        self.next_bin += 1;
+        let mut body = self.links[head as usize][NEXT];
+        self.links[head as usize] = [head; 2];
+        while body != head {
             let next = self.links[body as usize][NEXT];
+            self.links[body as usize] = [body; 2];
             self.insert_open(lines, lines[body as usize].time, body);
             body = next;
         }
-        self.links[head] = [head as u32; 2];
     }
 
     /// Begins the next round of the ring with what waits in the overflow list, unless all of it is after `stop`.
     #[cold]
+    #[inline(never)]
     fn go_round(&mut self, lines: &[Line], stop: f64) -> bool {
         let head = self.bodies + self.bins;
         let mut waiting = Vec::new();
-        let mut body = self.links[head][NEXT];
+        let mut body = self.links[head as usize][NEXT];
         let mut soonest = f64::INFINITY;
-        while body as usize != head {
+        while body != head {
             soonest = soonest.min(lines[body as usize].time);
             waiting.push(body);
             body = self.links[body as usize][NEXT];
@@ -146,7 +169,7 @@ impl Calendar {
         }
         self.begin_ring(soonest);
         for body in waiting {
-            self.schedule(lines, body);
+            self.schedule(lines, body, lines[body as usize].time);
         }
         true
     }
@@ -154,13 +177,17 @@ impl Calendar {
 
 /// Of two events at one instant the one of the earlier inserted pair goes first.
 #[cold]
-fn rank(lines: &[Line], body: u32) -> (u32, u32, u32) {
-    let line = &lines[body as usize];
-    let other = match line.kind() {
-        super::line::Kind::Discs | super::line::Kind::Covering => line.partner(),
-        _ => body,
+#[inline(never)]
+fn is_before(lines: &[Line], a: u32, b: u32) -> bool {
+    let rank = |body: u32| {
+        let line = &lines[body as usize];
+        let other = match line.kind() {
+            Kind::Discs | Kind::Covering => line.partner(),
+            _ => body,
+        };
+        (body.min(other), body.max(other), body)
     };
-    (body.min(other), body.max(other), body)
+    rank(a) < rank(b)
 }
 
 #[cfg(test)]
@@ -178,24 +205,23 @@ mod tests {
             calendar.lay_out(lines.len(), width);
             for body in 0..lines.len() as u32 {
                 lines[body as usize].set_event(random.random::<f64>(), Kind::Nothing, 0, 0);
-                calendar.schedule(&lines, body);
+                calendar.schedule(&lines, body, lines[body as usize].time);
             }
             let mut now = 0.0;
             for _ in 0..5000 {
                 let earliest = lines.iter().map(|line| line.time).fold(f64::INFINITY, f64::min);
-                let (time, body) = calendar.soonest(&lines, f64::MAX).unwrap();
+                let (time, body) = calendar.take_soonest(&lines, f64::MAX).unwrap();
                 assert_eq!(time, earliest, "width {width}");
                 assert!(time >= now);
                 now = time;
-                calendar.take();
                 let later = |random: &mut rand_pcg::Pcg64| now + random.random::<f64>().powi(3);
                 // The body itself, and another taken from wherever it is, earlier or later than it was.
                 for body in [body, random.random_range(0..lines.len() as u32)] {
                     lines[body as usize].set_event(later(&mut random), Kind::Nothing, 0, 0);
-                    calendar.schedule(&lines, body);
+                    calendar.schedule(&lines, body, lines[body as usize].time);
                 }
             }
-            assert!(calendar.soonest(&lines, now - 1.0).is_none());
+            assert!(calendar.take_soonest(&lines, now - 1.0).is_none());
         }
     }
 
@@ -204,7 +230,7 @@ mod tests {
         let mut calendar = Calendar::default();
         calendar.lay_out(3, 1.0);
         let lines = vec![Line::dummy(); 3];
-        (0..3).for_each(|body| calendar.schedule(&lines, body));
-        assert_eq!(calendar.soonest(&lines, f64::MAX), None);
+        (0..3).for_each(|body| calendar.schedule(&lines, body, f64::INFINITY));
+        assert_eq!(calendar.take_soonest(&lines, f64::MAX), None);
     }
 }

@@ -85,6 +85,10 @@ impl Coverings {
         self.pending.clear();
     }
 
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
     pub fn add(&mut self, index: u32, body: &Body, motion: &Motion, bodies: usize) {
         self.index_of.resize(bodies, u32::MAX);
         self.pending.resize(bodies, Pending { parts: Parts::Discs, image: [0; 2] });
@@ -135,12 +139,19 @@ impl Coverings {
         }
     }
 
-    /// Replaces a motion formed from a line by the one kept here, if the body is one of these.
+    /// Takes over the new flight of a body whose orientation and spin stay as they are, if it is one of these.
     #[inline]
-    pub fn complete_motion(&self, body: u32, motion: &mut Motion) {
+    pub fn set_flight(&mut self, body: u32, time: f64, position: DVec2, velocity: DVec2) {
         if let Some(index) = self.get(body) {
-            *motion = self.list[index].motion;
+            let motion = &mut self.list[index].motion;
+            *motion = Motion { position, velocity, ..motion.at(time) };
         }
+    }
+
+    /// The motion of a body, if it is one of these.
+    #[inline]
+    pub fn motion(&self, body: u32) -> Option<&Motion> {
+        self.get(body).map(|index| &self.list[index].motion)
     }
 
     #[inline(always)]
@@ -187,7 +198,7 @@ impl State {
         self.coverings.pool_of.resize((columns * rows) as usize, u32::MAX);
         for index in 0..count {
             let body = self.coverings.list[index].body;
-            self.lines[body as usize].cell = [NO_CELL; 2];
+            self.lines[body as usize].set_cell([NO_CELL; 2]);
             self.list(world, index, 0.0);
         }
     }

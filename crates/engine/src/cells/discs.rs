@@ -1,123 +1,131 @@
 //! The loop of the small discs: prediction in lanes, crossings, contacts.
 
+use std::hint::select_unpredictable as select;
+
 use carom_detection::{DISC_LANES, Detection};
 
 use super::{
     State,
-    line::{INDEX_MASK, Kind},
-    neighbourhood::image_of,
+    line::{INDEX_MASK, Kind, Line},
     vector::{Kernel, Question, Soonest},
 };
 use crate::{ContactEvent, Parts, World};
 
 impl State {
-    /// Finds a small disc's soonest event: a contact with a neighbour, or the next cell.
+    /// Asks when a small disc meets its neighbours, and when it leaves its cell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(super) fn foresee_disc<D: Detection, K: Kernel>(
+    pub(super) fn ask<K: Kernel>(&self, disc: u32, now: f64) -> Asked {
+        let question = self.question(disc, now);
+        let at_border = question.list.at_border;
+        let soonest = if at_border { K::at_border(&question) } else { K::inside(&question) };
+        let (crossing_time, crossing) = self.crossing(question.from, now);
+        Asked { soonest, crossing_time, crossing }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn question(&self, disc: u32, now: f64) -> Question<'_> {
+        let from = &self.lines[disc as usize];
+        Question {
+            lines: &self.lines,
+            list: self.neighbourhoods.list(from.cell()),
+            from,
+            now,
+            separation_error: self.separation_error,
+            sides: self.sides,
+            like: self.like,
+        }
+    }
+
+    /// Settles a small disc's soonest event: a contact with a neighbour, or the next cell. Writes it into the disc's line
+    /// and tells when it is.
+    ///
+    /// No branch hangs on the end of the long chain of operations that gives the time, except the rare ones: what comes
+    /// next can begin before this has ended.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub(super) fn settle_disc<D: Detection>(
         &mut self,
         world: &World,
         detection: &D,
         disc: u32,
         now: f64,
-    ) {
-        // Field by field: the line was written in pieces a moment ago and cannot be read as a whole yet.
-        let line = &self.lines[disc as usize];
-        let me = Asking { flight: line.flight, radius: line.radius, cell: line.cell };
-        let cell = self.neighbourhoods.index(me.cell);
-        let (crossing_time, crossing) = self.crossing(&me, now);
-        let images = self.neighbourhoods.at_border(me.cell).then(|| self.grid.box_sides().to_array());
-        let (slots, count) = self.neighbourhoods.slots(cell);
-        let mut best = Best::default();
-        let (halves, _) = slots.as_chunks::<DISC_LANES>();
-        self.ask_eight::<D, K>(detection, &me, &halves[0], images, now, &mut best);
-        if count > DISC_LANES {
-            self.ask_eight::<D, K>(detection, &me, &halves[1], images, now, &mut best);
+        asked: &Asked,
+    ) -> f64 {
+        let Asked { mut soonest, crossing_time, crossing } = *asked;
+        let list = self.neighbourhoods.list(self.lines[disc as usize].cell());
+        let several = soonest.slots & (soonest.slots.wrapping_sub(1)) != 0;
+        let mut partner = list.slots[(soonest.slots.trailing_zeros() & 15) as usize] & INDEX_MASK;
+        if (several & (soonest.time < f64::INFINITY))
+            | soonest.in_contact
+            | list.has_overflowed()
+            | !detection.decides_discs_in_closed_form()
+        {
+            (soonest.time, partner) = self.look_closer(detection, disc, now);
         }
-        if !self.neighbourhoods.is_plain(cell) {
-            self.ask_overflow::<D, K>(detection, &me, cell, images, now, &mut best);
-        }
-        let contact_time = now + best.time;
+        let (is_covered, cell) = (list.is_covered(), list.cell);
+        let contact_time = now + soonest.time;
         let meets = contact_time <= crossing_time;
-        let time = if meets { contact_time } else { crossing_time };
-        let kind = if meets { Kind::Discs } else { crossing };
-        let partner = if meets { best.partner } else { 0 };
+        let time = if crossing_time < contact_time { crossing_time } else { contact_time };
+        let kind = select(meets, Kind::Discs, crossing);
+        let partner = select(meets, partner, 0);
         let version = self.lines[partner as usize].version;
         self.lines[disc as usize].set_event(time, kind, partner, version);
-        if self.neighbourhoods.is_covered(cell) {
+        if is_covered {
             self.meet_coverings(world, detection, disc, cell, now);
+            return self.lines[disc as usize].time;
         }
+        time
     }
 
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn ask_eight<D: Detection, K: Kernel>(
-        &self,
-        detection: &D,
-        me: &Asking,
-        slots: &[u32; DISC_LANES],
-        images: Option<[f64; 2]>,
-        now: f64,
-        best: &mut Best,
-    ) {
-        let line = |lane: usize| &self.lines[(slots[lane] & INDEX_MASK) as usize];
-        let question = Question {
-            others: [line(0), line(1), line(2), line(3), line(4), line(5), line(6), line(7)],
-            from: &me.flight,
-            radius: me.radius,
-            now,
-            separation_error: self.separation_error,
-        };
-        if images.is_none() && detection.decides_discs_in_closed_form() {
-            let soonest = K::soonest(&question);
-            if !soonest.in_contact {
-                return best.take(&soonest, slots);
-            }
-        }
-        best.take(&look_closer(detection, &question, slots, images), slots);
-    }
-
-    /// Discs that found no slot in the list.
+    /// The soonest contact, and with whom, where some pair may be in contact already, several discs are touched at once,
+    /// some have found no slot in the list, or the detector has a way of its own with discs. Of contacts at one time it is
+    /// that with the disc inserted first.
     #[cold]
-    fn ask_overflow<D: Detection, K: Kernel>(
-        &self,
-        detection: &D,
-        me: &Asking,
-        cell: u32,
-        images: Option<[f64; 2]>,
-        now: f64,
-        best: &mut Best,
-    ) {
+    #[inline(never)]
+    fn look_closer<D: Detection>(&self, detection: &D, disc: u32, now: f64) -> (f64, u32) {
+        let question = self.question(disc, now);
         let dummy = self.lines.len() as u32 - 1;
-        for some in self.neighbourhoods.overflow(cell).chunks(DISC_LANES) {
+        let (mut soonest, mut partner) = (f64::INFINITY, 0);
+        let overflow = self.neighbourhoods.overflow(question.list.cell);
+        for some in question.list.in_use().chunks(DISC_LANES).chain(overflow.chunks(DISC_LANES)) {
             let mut slots = [dummy; DISC_LANES];
             slots[..some.len()].copy_from_slice(some);
-            self.ask_eight::<D, K>(detection, me, &slots, images, now, best);
+            let times = detection.disc_contacts(&question.lanes(&slots, question.list.at_border));
+            for (&slot, time) in slots.iter().zip(times) {
+                let other = slot & INDEX_MASK;
+                if time < soonest || (time == soonest && time < f64::INFINITY && other < partner) {
+                    (soonest, partner) = (time, other);
+                }
+            }
         }
+        (soonest, partner)
     }
 
     /// When a disc leaves its cell, and where to. A velocity of exactly 0 never does; 0/0 must not be formed.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn crossing(&self, me: &Asking, now: f64) -> (f64, Kind) {
-        let side = self.grid.side();
+    fn crossing(&self, me: &Line, now: f64) -> (f64, Kind) {
+        let (side, cell) = (self.grid.side(), me.cell());
         let along = |axis: usize| {
             let (velocity, origin) = (me.flight[axis + 2], me.flight[axis]);
-            let border = f64::from(u32::from(me.cell[axis]) + u32::from(velocity > 0.0)) * side[axis];
+            let border = f64::from(u32::from(cell[axis]) + u32::from(velocity > 0.0)) * side[axis];
             let time = (border - origin) / velocity;
-            if velocity == 0.0 { f64::INFINITY } else { time }
+            select(velocity == 0.0, f64::INFINITY, time)
         };
         let (x, y) = (along(0), along(1));
-        let kind_x = if me.flight[2] > 0.0 { Kind::Right } else { Kind::Left };
-        let kind_y = if me.flight[3] > 0.0 { Kind::Up } else { Kind::Down };
-        let (time, kind) = if x <= y { (x, kind_x) } else { (y, kind_y) };
+        let kind_x = select(me.flight[2] > 0.0, Kind::Right, Kind::Left);
+        let kind_y = select(me.flight[3] > 0.0, Kind::Up, Kind::Down);
+        let kind = select(x <= y, kind_x, kind_y);
+        let time = if y < x { y } else { x };
         (if time > now { time } else { now }, kind)
     }
 
     /// Moves a disc into the next cell, wrapping its place at the border of the box.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(super) fn cross(&mut self, disc: u32, kind: Kind) {
+    pub(super) fn cross<K: Kernel>(&mut self, disc: u32, kind: Kind) {
         self.done.crossings += 1;
         let (axis, direction) = match kind {
             Kind::Right => (0, 1),
@@ -126,12 +134,14 @@ impl State {
             _ => (1, -1),
         };
         let line = &mut self.lines[disc as usize];
-        let from = line.cell;
+        let from = line.cell();
         let count = self.grid.counts()[axis] as i32;
         let next = i32::from(from[axis]) + direction;
         if (0..count).contains(&next) {
-            line.cell[axis] = next as u16;
-            self.neighbourhoods.step(disc, from, line.cell, axis, direction);
+            let mut to = from;
+            to[axis] = next as u16;
+            line.set_cell(to);
+            self.neighbourhoods.step::<K>(disc, from, to, axis, direction);
         } else {
             self.wrap(disc, axis, direction);
         }
@@ -141,18 +151,20 @@ impl State {
     fn wrap(&mut self, disc: u32, axis: usize, direction: i32) {
         let count = self.grid.counts()[axis];
         let line = &mut self.lines[disc as usize];
-        self.neighbourhoods.leave(disc, line.cell);
-        line.cell[axis] = if direction > 0 { 0 } else { (count - 1) as u16 };
+        let mut cell = line.cell();
+        self.neighbourhoods.leave(disc, cell);
+        cell[axis] = if direction > 0 { 0 } else { (count - 1) as u16 };
+        line.set_cell(cell);
         line.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
         self.windings[disc as usize][axis] += i64::from(direction);
-        self.neighbourhoods.enter(disc, line.cell);
+        self.neighbourhoods.enter(disc, cell);
     }
 
     /// The contact of two discs; the image follows from their cells, which are adjacent.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn contact_of_discs(&self, bodies: [u32; 2], time: f64) -> ContactEvent {
-        let (a, b) = (self.lines[bodies[0] as usize].cell, self.lines[bodies[1] as usize].cell);
+        let (a, b) = (self.lines[bodies[0] as usize].cell(), self.lines[bodies[1] as usize].cell());
         let mut image = [0; 2];
         for axis in 0..2 {
             let steps = i32::from(b[axis]) - i32::from(a[axis]);
@@ -162,69 +174,10 @@ impl State {
     }
 }
 
-/// What of a disc's line a prediction needs.
-struct Asking {
-    flight: [f64; 4],
-    radius: f64,
-    cell: [u16; 2],
-}
-
-/// The answer where some discs are seen through the border of the box, some pair may be in contact already, or the
-/// detector has a way of its own with discs.
-#[cold]
-#[inline(never)]
-fn look_closer<D: Detection>(
-    detection: &D,
-    question: &Question<'_>,
-    slots: &[u32; DISC_LANES],
-    images: Option<[f64; 2]>,
-) -> Soonest {
-    let mut lanes = question.lanes();
-    if let Some(sides) = images {
-        for (lane, &slot) in slots.iter().enumerate() {
-            let image = image_of(slot);
-            for axis in 0..2 {
-                lanes.separation[axis][lane] += f64::from(image[axis]) * sides[axis];
-            }
-        }
-    }
-    Soonest::of(&detection.disc_contacts(&lanes))
-}
-
-/// The soonest contact so far of the disc that asks.
-struct Best {
-    /// From now on.
-    time: f64,
-    partner: u32,
-}
-
-impl Default for Best {
-    fn default() -> Self {
-        Self { time: f64::INFINITY, partner: 0 }
-    }
-}
-
-impl Best {
-    /// Takes the soonest of eight; of contacts at one time that with the disc inserted first.
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn take(&mut self, soonest: &Soonest, slots: &[u32; DISC_LANES]) {
-        if soonest.time > self.time || soonest.time == f64::INFINITY {
-            return;
-        }
-        let mut partner = slots[(soonest.lanes.trailing_zeros() & 7) as usize] & INDEX_MASK;
-        if soonest.lanes & (soonest.lanes - 1) != 0 {
-            partner = first_of(soonest.lanes, slots);
-        }
-        if soonest.time < self.time || partner < self.partner {
-            (self.time, self.partner) = (soonest.time, partner);
-        }
-    }
-}
-
-/// The disc inserted first among several lanes.
-#[cold]
-fn first_of(lanes: u32, slots: &[u32; DISC_LANES]) -> u32 {
-    let chosen = slots.iter().enumerate().filter(|(lane, _)| lanes >> lane & 1 == 1);
-    chosen.map(|(_, slot)| slot & INDEX_MASK).min().unwrap_or(0)
+/// What a disc was told about its neighbours and its cell.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Asked {
+    soonest: Soonest,
+    crossing_time: f64,
+    crossing: Kind,
 }

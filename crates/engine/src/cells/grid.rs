@@ -82,6 +82,14 @@ impl CellGrid {
         !may_be_small(body) || body.molecule.bounding_radius() > self.largest_small
     }
 
+    /// Radius of the small discs, if they are all alike (length).
+    pub fn like(&self, world: &World) -> Option<f64> {
+        let mut radii =
+            world.bodies().iter().filter(|body| !self.covers(body)).map(|b| b.molecule.bounding_radius());
+        let first = radii.next()?;
+        radii.all(|radius| radius == first).then_some(first)
+    }
+
     pub fn cell_of(&self, place: DVec2) -> [u16; 2] {
         let cell = |x: f64, side: f64, count: u32| ((x / side) as u32).min(count - 1) as u16;
         [cell(place.x, self.side.x, self.counts[0]), cell(place.y, self.side.y, self.counts[1])]

@@ -67,8 +67,8 @@ pub(super) struct Line {
     pub partner_version: u32,
     /// Goes up each time the motion changes.
     pub version: u32,
-    /// Column and row of the cell of a disc.
-    pub cell: [u16; 2],
+    /// Column and row of the cell of a disc, in one piece: it is read in one piece right after it was written.
+    cell: u32,
 }
 
 /// Place at the start of the epoch, had the body always moved as now, and velocity.
@@ -88,7 +88,7 @@ impl Line {
             event: (Kind::Nothing as u32) << INDEX_BITS,
             partner_version: 0,
             version: 0,
-            cell: [0; 2],
+            cell: 0,
         }
     }
 
@@ -109,6 +109,17 @@ impl Line {
 
     pub fn velocity(&self) -> DVec2 {
         DVec2::new(self.flight[2], self.flight[3])
+    }
+
+    /// Column and row of the cell of a disc.
+    #[inline]
+    pub fn cell(&self) -> [u16; 2] {
+        [self.cell as u16, (self.cell >> 16) as u16]
+    }
+
+    #[inline]
+    pub fn set_cell(&mut self, [column, row]: [u16; 2]) {
+        self.cell = u32::from(column) | u32::from(row) << 16;
     }
 
     pub fn kind(&self) -> Kind {

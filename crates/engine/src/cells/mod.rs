@@ -37,6 +37,7 @@ mod vector;
 
 use carom_detection::Detection;
 use carom_kinematics::Motion;
+use glam::DVec2;
 
 use self::{
     calendar::Calendar,
@@ -88,6 +89,10 @@ struct State {
     limit: f64,
     /// Bound on the rounding of a separation in this epoch (length).
     separation_error: f64,
+    /// Sides of the box (length).
+    sides: [f64; 2],
+    /// Sum of the radii of two small discs, if they are all alike (length).
+    like: Option<f64>,
     done: SchedulerCounters,
 }
 
@@ -113,6 +118,8 @@ impl Scheduler for Cells {
             coverings: Coverings::default(),
             limit: 0.0,
             separation_error: 0.0,
+            sides: world.bounds().sides().to_array(),
+            like: None,
             done: SchedulerCounters::default(),
         }))))
     }
@@ -159,6 +166,32 @@ impl Scheduler for Cells {
         }
     }
 
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
+        match &self.0 {
+            Layout::Grid(state) => state.flight(body, time),
+            Layout::AllPairs(thesis) => thesis.flight(body, time),
+        }
+    }
+
+    #[inline]
+    fn flights_changed<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        bodies: [u32; 2],
+        time: f64,
+        flights: [[DVec2; 2]; 2],
+    ) {
+        match &mut self.0 {
+            Layout::Grid(state) => {
+                vector::flights_changed(state, world, detection, bodies, time, flights);
+            }
+            Layout::AllPairs(thesis) => thesis.flights_changed(world, detection, bodies, time, flights),
+        }
+    }
+
     fn store(&self, world: &mut World) {
         match &self.0 {
             Layout::Grid(state) => {
@@ -196,7 +229,7 @@ impl State {
         self.lines.clear();
         for (body, motion) in world.bodies().iter().zip(world.motions()) {
             let mut line = Line::new(motion, body.molecule.bounding_radius());
-            line.cell = self.grid.cell_of(motion.position);
+            line.set_cell(self.grid.cell_of(motion.position));
             self.lines.push(line);
         }
         let bodies = self.lines.len();
@@ -208,19 +241,20 @@ impl State {
             if self.grid.covers(body) {
                 self.coverings.add(index as u32, body, &world.motions()[index], bodies);
             } else {
-                self.neighbourhoods.enter(index as u32, self.lines[index].cell);
+                self.neighbourhoods.enter(index as u32, self.lines[index].cell());
             }
         }
+        self.like = self.grid.like(world).map(|radius| radius + radius);
         self.calendar.lay_out(0, 0.0);
         self.list_all(world);
-        // Predict everybody first: their times tell how wide a bin should be.
+        // Predict everybody first: their times tell how far apart events are.
         for body in 0..bodies as u32 {
             self.foresee::<D, Portable>(world, detection, body, 0.0);
         }
-        let width = self.width_of_bins();
-        self.calendar.lay_out(bodies, width);
+        let interval = self.mean_interval();
+        self.calendar.lay_out(bodies, interval);
         for body in 0..bodies as u32 {
-            self.calendar.schedule(&self.lines, body);
+            self.calendar.schedule(&self.lines, body, self.lines[body as usize].time);
         }
     }
 
@@ -234,7 +268,7 @@ impl State {
 
     /// Mean time between events of the system, from the median waiting time of its bodies: with rate λ each, half of
     /// them have waited ln 2 / λ.
-    fn width_of_bins(&self) -> f64 {
+    fn mean_interval(&self) -> f64 {
         let mut times: Vec<f64> = self.lines.iter().map(|line| line.time).filter(|t| t.is_finite()).collect();
         if times.is_empty() {
             return self.limit;
@@ -253,8 +287,7 @@ impl State {
         stop: f64,
     ) -> Option<ContactEvent> {
         loop {
-            let (now, body) = self.calendar.soonest(&self.lines, stop)?;
-            self.calendar.take();
+            let (now, body) = self.calendar.take_soonest(&self.lines, stop)?;
             let line = &self.lines[body as usize];
             let kind = line.kind();
             match kind {
@@ -270,7 +303,7 @@ impl State {
                     }
                     self.done.stale += 1;
                 }
-                Kind::Right | Kind::Left | Kind::Up | Kind::Down => self.cross(body, kind),
+                Kind::Right | Kind::Left | Kind::Up | Kind::Down => self.cross::<K>(body, kind),
                 Kind::Shell => self.leave_shell(world, body, now),
                 Kind::Recheck => self.done.rechecks += 1,
                 Kind::Nothing => {}
@@ -306,27 +339,75 @@ impl State {
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn predict<D: Detection, K: Kernel>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
-        self.foresee::<D, K>(world, detection, body, now);
-        self.calendar.schedule(&self.lines, body);
+    fn flights_changed<D: Detection, K: Kernel>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        bodies: [u32; 2],
+        time: f64,
+        [places, velocities]: [[DVec2; 2]; 2],
+    ) {
+        for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
+            if !self.coverings.is_fixed(body) {
+                let line = &mut self.lines[body as usize];
+                let origin = place - velocity * time;
+                K::write(&mut line.flight, [origin.x, origin.y, velocity.x, velocity.y]);
+                line.version = line.version.wrapping_add(1);
+                self.coverings.set_flight(body, time, place, velocity);
+            }
+        }
+        if self.coverings.is_empty() {
+            // Both are asked before either is settled: the two chains of operations go on side by side.
+            let [a, b] = bodies;
+            let (asked_a, asked_b) = (self.ask::<K>(a, time), self.ask::<K>(b, time));
+            let soonest = self.settle_disc(world, detection, a, time, &asked_a);
+            self.calendar.schedule(&self.lines, a, soonest);
+            let soonest = self.settle_disc(world, detection, b, time, &asked_b);
+            self.calendar.schedule(&self.lines, b, soonest);
+            return;
+        }
+        for body in bodies {
+            if !self.coverings.is_fixed(body) {
+                self.predict::<D, K>(world, detection, body, time);
+            }
+        }
     }
 
-    /// Finds a body's soonest event and writes it into its line.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn foresee<D: Detection, K: Kernel>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
+    fn predict<D: Detection, K: Kernel>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
+        let time = self.foresee::<D, K>(world, detection, body, now);
+        self.calendar.schedule(&self.lines, body, time);
+    }
+
+    /// Finds a body's soonest event, writes it into its line, and tells when it is.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn foresee<D: Detection, K: Kernel>(&mut self, world: &World, detection: &D, body: u32, now: f64) -> f64 {
         if self.coverings.is_covering(body) {
             self.foresee_covering(world, detection, body, now);
+            self.lines[body as usize].time
         } else {
-            self.foresee_disc::<D, K>(world, detection, body, now);
+            let asked = self.ask::<K>(body, now);
+            self.settle_disc(world, detection, body, now, &asked)
         }
     }
 
     #[inline]
-    fn motion(&self, body: u32) -> Motion {
+    fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
+        if let Some(motion) = self.coverings.motion(body) {
+            return [motion.position_at(time), motion.velocity];
+        }
         let line = &self.lines[body as usize];
-        let mut motion = Motion { velocity: line.velocity(), ..Motion::at_rest(line.origin()) };
-        self.coverings.complete_motion(body, &mut motion);
-        motion
+        [line.origin() + line.velocity() * time, line.velocity()]
+    }
+
+    #[inline]
+    fn motion(&self, body: u32) -> Motion {
+        if let Some(motion) = self.coverings.motion(body) {
+            return *motion;
+        }
+        let line = &self.lines[body as usize];
+        Motion { velocity: line.velocity(), ..Motion::at_rest(line.origin()) }
     }
 }

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::line::{INDEX_BITS, INDEX_MASK};
+use super::{
+    line::{INDEX_BITS, INDEX_MASK},
+    vector::Kernel,
+};
 
 /// Slots of a list before it overflows: one cache line.
 pub(super) const SLOTS: usize = 16;
@@ -11,12 +14,47 @@ pub(super) const SLOTS: usize = 16;
 const OVERFLOWED: u8 = 0x80;
 /// Set in a cell's mark if a covering body is listed there.
 const COVERED: u8 = 0x40;
-const COUNT: u8 = 0x3f;
+/// Set in a cell's mark if some discs around it are seen through the border of the box.
+const AT_BORDER: u8 = 0x20;
+const COUNT: u8 = 0x1f;
 
 /// A list in one cache line. Unused slots hold the dummy.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 struct List([u32; SLOTS]);
+
+/// What stands around a cell.
+pub(super) struct Around<'a> {
+    pub cell: u32,
+    /// Slots not in use hold the dummy.
+    pub slots: &'a [u32; SLOTS],
+    /// Whether some discs are seen through the border of the box.
+    pub at_border: bool,
+    mark: u8,
+}
+
+impl Around<'_> {
+    /// How many slots are in use.
+    #[inline]
+    pub fn count(&self) -> usize {
+        (self.mark & COUNT) as usize
+    }
+
+    /// The slots that are in use.
+    pub fn in_use(&self) -> &[u32] {
+        &self.slots[..self.count()]
+    }
+
+    /// Whether some discs have found no slot.
+    pub fn has_overflowed(&self) -> bool {
+        self.mark & OVERFLOWED != 0
+    }
+
+    /// Whether a covering body is listed in the cell.
+    pub fn is_covered(&self) -> bool {
+        self.mark & COVERED != 0
+    }
+}
 
 /// The lists of all cells of a grid of at least three cells a side.
 #[derive(Debug, Clone, Default)]
@@ -39,7 +77,11 @@ impl Neighbourhoods {
         self.lists.clear();
         self.lists.resize(cells, List([dummy; SLOTS]));
         self.marks.clear();
-        self.marks.resize(cells, 0);
+        for cell in 0..cells as u32 {
+            let (column, row) = (cell % columns, cell / columns);
+            let inside = column > 0 && row > 0 && column + 1 < columns && row + 1 < rows;
+            self.marks.push(if inside { 0 } else { AT_BORDER });
+        }
         self.overflow.clear();
     }
 
@@ -52,19 +94,13 @@ impl Neighbourhoods {
         u32::from(cell[1]) * self.columns + u32::from(cell[0])
     }
 
-    /// Whether some discs around this cell are seen through the border.
+    /// What stands around a cell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn at_border(&self, [column, row]: [u16; 2]) -> bool {
-        let (column, row) = (u32::from(column), u32::from(row));
-        (column == 0) | (row == 0) | (column + 1 == self.columns) | (row + 1 == self.rows)
-    }
-
-    /// The slots in use, rounded up to whole halves of a list.
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn slots(&self, cell: u32) -> (&[u32; SLOTS], usize) {
-        (&self.lists[cell as usize].0, (self.marks[cell as usize] & COUNT) as usize)
+    pub fn list(&self, cell: [u16; 2]) -> Around<'_> {
+        let cell = self.index(cell);
+        let mark = self.marks[cell as usize];
+        Around { cell, slots: &self.lists[cell as usize].0, at_border: mark & AT_BORDER != 0, mark }
     }
 
     /// What found no slot in the list of this cell.
@@ -75,14 +111,6 @@ impl Neighbourhoods {
         self.overflow.get(&cell).map_or(&[], Vec::as_slice)
     }
 
-    pub fn is_plain(&self, cell: u32) -> bool {
-        self.marks[cell as usize] & (OVERFLOWED | COVERED) == 0
-    }
-
-    pub fn is_covered(&self, cell: u32) -> bool {
-        self.marks[cell as usize] & COVERED != 0
-    }
-
     pub fn set_covered(&mut self, cell: u32, covered: bool) {
         let mark = &mut self.marks[cell as usize];
         *mark = if covered { *mark | COVERED } else { *mark & !COVERED };
@@ -90,8 +118,8 @@ impl Neighbourhoods {
 
     /// Every disc seen from a cell, with its image.
     pub fn seen_from(&self, cell: u32) -> impl Iterator<Item = (u32, [i32; 2])> {
-        let (slots, count) = self.slots(cell);
-        let seen = slots[..count].iter().chain(self.overflow(cell));
+        let count = (self.marks[cell as usize] & COUNT) as usize;
+        let seen = self.lists[cell as usize].0[..count].iter().chain(self.overflow(cell));
         seen.map(|&slot| (slot & INDEX_MASK, image_of(slot)))
     }
 
@@ -117,7 +145,25 @@ impl Neighbourhoods {
     /// gain it ahead.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn step(&mut self, disc: u32, from: [u16; 2], to: [u16; 2], axis: usize, direction: i32) {
+    pub fn step<K: Kernel>(&mut self, disc: u32, from: [u16; 2], to: [u16; 2], axis: usize, direction: i32) {
+        let (start, end) = (self.index(from), self.index(to));
+        if (self.marks[start as usize] | self.marks[end as usize]) & AT_BORDER != 0 {
+            return self.step_along_border(disc, from, to, axis, direction);
+        }
+        let strides = [1, self.columns];
+        let (ahead, sideways) = (strides[axis], strides[1 - axis]);
+        let ahead = if direction > 0 { ahead } else { ahead.wrapping_neg() };
+        let (behind, ahead) = (start.wrapping_sub(ahead), end.wrapping_add(ahead));
+        self.drop(behind - sideways, disc, K::find);
+        self.drop(behind, disc, K::find);
+        self.drop(behind + sideways, disc, K::find);
+        self.put(ahead - sideways, disc);
+        self.put(ahead, disc);
+        self.put(ahead + sideways, disc);
+    }
+
+    #[inline(never)]
+    fn step_along_border(&mut self, disc: u32, from: [u16; 2], to: [u16; 2], axis: usize, direction: i32) {
         for sideways in -1..=1 {
             let mut behind = [sideways; 2];
             behind[axis] = -direction;
@@ -129,40 +175,51 @@ impl Neighbourhoods {
     }
 
     /// Lists a disc of `cell` in the cell at an offset from it.
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn add(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
         let (list, image) = self.neighbour(cell, offset);
         // Seen from over there, the disc stands the other way round the border.
-        let slot = disc | (image_code(-image[0]) | image_code(-image[1]) << 2) << INDEX_BITS;
+        self.put(list, disc | (image_code(-image[0]) | image_code(-image[1]) << 2) << INDEX_BITS);
+    }
+
+    fn remove(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
+        let (list, _) = self.neighbour(cell, offset);
+        // At the border a slot says in which image the disc is seen.
+        self.drop(list, disc, |slots, disc| {
+            slots.iter().position(|&slot| slot & INDEX_MASK == disc).map_or(0, |place| 1 << place)
+        });
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    fn put(&mut self, list: u32, slot: u32) {
         let mark = &mut self.marks[list as usize];
         let count = (*mark & COUNT) as usize;
         if count < SLOTS {
             self.lists[list as usize].0[count] = slot;
             *mark += 1;
         } else {
-            *mark |= OVERFLOWED;
-            self.overflow.entry(list).or_default().push(slot);
+            self.put_aside(list, slot);
         }
     }
 
+    #[cold]
+    fn put_aside(&mut self, list: u32, slot: u32) {
+        self.marks[list as usize] |= OVERFLOWED;
+        self.overflow.entry(list).or_default().push(slot);
+    }
+
+    /// Takes a disc off a list, where `find` tells in which slots it stands.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    fn remove(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
-        let (list, _) = self.neighbour(cell, offset);
+    fn drop(&mut self, list: u32, disc: u32, find: impl Fn(&[u32; SLOTS], u32) -> u32) {
         let slots = &mut self.lists[list as usize].0;
-        // One comparison for each slot and no way out of the loop: this becomes vector instructions.
-        let mut found = 0u32;
-        for (place, &slot) in slots.iter().enumerate() {
-            found |= u32::from(slot & INDEX_MASK == disc) << place;
-        }
-        let mark = self.marks[list as usize];
-        let count = (mark & COUNT) as usize;
-        let place = found.trailing_zeros() as usize;
-        if place < count && mark & OVERFLOWED == 0 {
-            slots[place] = slots[count - 1];
-            slots[count - 1] = self.dummy;
-            self.marks[list as usize] = mark - 1;
+        let mark = &mut self.marks[list as usize];
+        let last = ((*mark & COUNT) as usize).wrapping_sub(1) & (SLOTS - 1);
+        let place = find(slots, disc).trailing_zeros() as usize;
+        if place <= last && *mark & OVERFLOWED == 0 {
+            *mark -= 1;
+            slots[place] = slots[last];
+            slots[last] = self.dummy;
         } else {
             self.remove_overflowed(list, disc, place);
         }
@@ -186,18 +243,7 @@ impl Neighbourhoods {
     }
 
     /// A cell at an offset of at most one from another, and how many boxes away it lies.
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn neighbour(&self, cell: [u16; 2], offset: [i32; 2]) -> (u32, [i32; 2]) {
-        if self.at_border(cell) {
-            self.neighbour_through_border(cell, offset)
-        } else {
-            let index = self.index(cell) as i32 + offset[1] * self.columns as i32 + offset[0];
-            (index as u32, [0, 0])
-        }
-    }
-
-    fn neighbour_through_border(&self, cell: [u16; 2], offset: [i32; 2]) -> (u32, [i32; 2]) {
         let (columns, rows) = (self.columns as i32, self.rows as i32);
         let (column, image_x) = fold(i32::from(cell[0]) + offset[0], columns);
         let (row, image_y) = fold(i32::from(cell[1]) + offset[1], rows);
@@ -225,6 +271,7 @@ pub(super) fn image_of(slot: u32) -> [i32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cells::vector::Portable;
     use proptest::prelude::*;
 
     proptest! {
@@ -253,7 +300,7 @@ mod tests {
                 let mut to = from;
                 to[axis] = index as u16;
                 if image == 0 {
-                    lists.step(disc as u32, from, to, axis, direction);
+                    lists.step::<Portable>(disc as u32, from, to, axis, direction);
                 } else {
                     lists.leave(disc as u32, from);
                     lists.enter(disc as u32, to);

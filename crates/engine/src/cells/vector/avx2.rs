@@ -1,0 +1,173 @@
+//! The closed form of [`DiscLanes::closed_form`](carom_detection::DiscLanes::closed_form) in registers of four numbers,
+//! operation by operation.
+
+use std::arch::x86_64::{
+    __m256d, _CMP_EQ_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm_cvtsd_f64, _mm_min_pd, _mm_unpackhi_pd,
+    _mm256_add_pd, _mm256_and_pd, _mm256_blendv_pd, _mm256_castpd256_pd128, _mm256_castsi256_ps,
+    _mm256_cmp_pd, _mm256_cmpeq_epi32, _mm256_div_pd, _mm256_extractf128_pd, _mm256_loadu_si256,
+    _mm256_min_pd, _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_or_pd,
+    _mm256_permute2f128_pd, _mm256_set1_epi32, _mm256_set1_pd, _mm256_setr_pd, _mm256_setzero_pd,
+    _mm256_sqrt_pd, _mm256_storeu_pd, _mm256_sub_pd, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
+};
+
+use carom_kinematics::HALF_ULP;
+
+use super::{DISC_LANES, Kernel, Line, Question, SLOTS, Soonest, image_of};
+
+/// Four numbers at a time. To be used in code compiled for AVX2 only: this is what its functions rely on.
+pub(in crate::cells) struct Avx2;
+
+impl Kernel for Avx2 {
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    fn inside(question: &Question<'_>) -> Soonest {
+        // SAFETY: `Avx2` is named only in functions that are compiled for AVX2 and called where it is there.
+        unsafe { soonest::<false>(question) }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    fn at_border(question: &Question<'_>) -> Soonest {
+        // SAFETY: as above.
+        unsafe { soonest_at_border(question) }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    fn write(flight: &mut [f64; 4], [x, y, vx, vy]: [f64; 4]) {
+        // SAFETY: as above; `flight` is four floats that may be written, wherever they are.
+        unsafe { _mm256_storeu_pd(flight.as_mut_ptr(), _mm256_setr_pd(x, y, vx, vy)) }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    fn find(slots: &[u32; SLOTS], slot: u32) -> u32 {
+        // SAFETY: as above; eight of the sixteen slots begin at each of the two places that are read.
+        unsafe {
+            let wanted = _mm256_set1_epi32(slot as i32);
+            let eight = |first: usize| {
+                let slots = _mm256_loadu_si256(slots.as_ptr().add(first).cast());
+                _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(slots, wanted))) as u32
+            };
+            eight(0) | eight(DISC_LANES) << DISC_LANES
+        }
+    }
+}
+
+#[target_feature(enable = "avx2")]
+#[inline(never)]
+fn soonest_at_border(question: &Question<'_>) -> Soonest {
+    // SAFETY: this function itself requires AVX2.
+    unsafe { soonest::<true>(question) }
+}
+
+/// Inlined in any case: a call would write registers to memory and read them back.
+///
+/// # Safety
+/// Only in code that is compiled for AVX2.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+unsafe fn soonest<const IMAGES: bool>(question: &Question<'_>) -> Soonest {
+    // SAFETY: the caller vouches for AVX2, which is all that these functions need.
+    unsafe {
+        let [first, second] = question.halves();
+        let soonest = eight::<IMAGES>(question, first, 0);
+        if question.list.count() > DISC_LANES {
+            soonest.or(eight::<IMAGES>(question, second, DISC_LANES))
+        } else {
+            soonest
+        }
+    }
+}
+
+/// # Safety
+/// As [`soonest`].
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+unsafe fn eight<const IMAGES: bool>(
+    question: &Question<'_>,
+    slots: &[u32; DISC_LANES],
+    first: usize,
+) -> Soonest {
+    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+    unsafe {
+        let [a, b, c, d, e, f, g, h] = question.bodies::<IMAGES>(slots);
+        let [s, t, u, v, w, x, y, z] = *slots;
+        let (low, low_contact) = four::<IMAGES>(question, [a, b, c, d], [s, t, u, v]);
+        let (high, high_contact) = four::<IMAGES>(question, [e, f, g, h], [w, x, y, z]);
+        let least = _mm256_min_pd(low, high);
+        let least = _mm_min_pd(_mm256_castpd256_pd128(least), _mm256_extractf128_pd::<1>(least));
+        let time = _mm_cvtsd_f64(_mm_min_pd(least, _mm_unpackhi_pd(least, least)));
+        let spread = _mm256_set1_pd(time);
+        let equal = |times| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(times, spread)) as u32;
+        Soonest {
+            time,
+            slots: (equal(low) | equal(high) << 4) << first,
+            in_contact: _mm256_movemask_pd(_mm256_or_pd(low_contact, high_contact)) != 0,
+        }
+    }
+}
+
+/// Times of contact of four discs, and a mask of those that need a closer look.
+///
+/// # Safety
+/// As [`soonest`].
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+unsafe fn four<const IMAGES: bool>(
+    question: &Question<'_>,
+    [a, b, c, d]: [&Line; 4],
+    slots: [u32; 4],
+) -> (__m256d, __m256d) {
+    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+    unsafe {
+        let load = |row: &[f64; 4]| _mm256_setr_pd(row[0], row[1], row[2], row[3]);
+        let sigma = if let Some(sigma) = question.like {
+            _mm256_set1_pd(sigma)
+        } else {
+            let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
+            _mm256_add_pd(radii, _mm256_set1_pd(question.from.radius))
+        };
+        let from = load(&question.from.flight);
+        let (a, b) = (_mm256_sub_pd(load(&a.flight), from), _mm256_sub_pd(load(&b.flight), from));
+        let (c, d) = (_mm256_sub_pd(load(&c.flight), from), _mm256_sub_pd(load(&d.flight), from));
+        // From a row for each disc to a register for each of x, y, vx, vy.
+        let (x_vx_ab, x_vx_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
+        let (y_vy_ab, y_vy_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
+        let vx = _mm256_permute2f128_pd::<0x31>(x_vx_ab, x_vx_cd);
+        let vy = _mm256_permute2f128_pd::<0x31>(y_vy_ab, y_vy_cd);
+        let now = _mm256_set1_pd(question.now);
+        let origin_x = _mm256_permute2f128_pd::<0x20>(x_vx_ab, x_vx_cd);
+        let origin_y = _mm256_permute2f128_pd::<0x20>(y_vy_ab, y_vy_cd);
+        let mut dx = _mm256_add_pd(origin_x, _mm256_mul_pd(vx, now));
+        let mut dy = _mm256_add_pd(origin_y, _mm256_mul_pd(vy, now));
+        if IMAGES {
+            let [e, f, g, h] = slots.map(image_of);
+            let shift = |axis: usize| {
+                let boxes = [e[axis], f[axis], g[axis], h[axis]].map(f64::from);
+                _mm256_mul_pd(load(&boxes), _mm256_set1_pd(question.sides[axis]))
+            };
+            (dx, dy) = (_mm256_add_pd(dx, shift(0)), _mm256_add_pd(dy, shift(1)));
+        }
+        let sigma_squared = _mm256_mul_pd(sigma, sigma);
+        let b = _mm256_add_pd(_mm256_mul_pd(dx, vx), _mm256_mul_pd(dy, vy));
+        let d_squared = _mm256_add_pd(_mm256_mul_pd(dx, dx), _mm256_mul_pd(dy, dy));
+        let c = _mm256_sub_pd(d_squared, sigma_squared);
+        let cross = _mm256_sub_pd(_mm256_mul_pd(dx, vy), _mm256_mul_pd(dy, vx));
+        let v_squared = _mm256_add_pd(_mm256_mul_pd(vx, vx), _mm256_mul_pd(vy, vy));
+        let discriminant =
+            _mm256_sub_pd(_mm256_mul_pd(sigma_squared, v_squared), _mm256_mul_pd(cross, cross));
+        let zero = _mm256_setzero_pd();
+        let real = _mm256_cmp_pd::<_CMP_GT_OQ>(discriminant, zero);
+        let root = _mm256_sqrt_pd(_mm256_and_pd(discriminant, real));
+        let closes = _mm256_and_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(b, zero), real);
+        let time = _mm256_div_pd(c, _mm256_sub_pd(root, b));
+        let time = _mm256_blendv_pd(_mm256_set1_pd(f64::INFINITY), time, closes);
+        // 4 σ (error + 8 u σ), multiplied in the same order.
+        let error = _mm256_set1_pd(question.separation_error);
+        let error = _mm256_add_pd(error, _mm256_mul_pd(_mm256_set1_pd(8.0 * HALF_ULP), sigma));
+        let touching = _mm256_mul_pd(_mm256_mul_pd(_mm256_set1_pd(4.0), sigma), error);
+        let in_contact = _mm256_and_pd(closes, _mm256_cmp_pd::<_CMP_LE_OQ>(c, touching));
+        (time, in_contact)
+    }
+}

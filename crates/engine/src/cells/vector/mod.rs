@@ -1,0 +1,232 @@
+//! The hot loop compiled twice: for every processor of this kind, and with AVX2 where there is AVX2.
+//!
+//! The one place of the project with unsafe code: calling functions that were compiled with instructions which the
+//! compiler does not take for granted, after having asked the processor for them; loads of eight lines whose indices
+//! were compared with the number of lines at once; stores of a register. Neither version fuses a multiplication and
+//! an addition, and both do the same operations in the same order, so both compute the same bits.
+//!
+//! Registers of eight numbers (AVX-512) were tried: 5% slower here, since root and quotient of eight take longer than
+//! those of four twice.
+
+#![allow(
+    unsafe_code,
+    reason = "calls into the builds of the loop for vectors; see the module's documentation"
+)]
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+
+use carom_detection::{DISC_LANES, Detection, DiscLanes};
+use carom_kinematics::Motion;
+use glam::DVec2;
+
+use super::{
+    Instructions, State,
+    line::{INDEX_MASK, Line},
+    neighbourhood::{Around, SLOTS, image_of},
+};
+use crate::{ContactEvent, World};
+
+/// One disc's question to those around it: when is the first of them touched?
+pub(super) struct Question<'a> {
+    /// All bodies, and the list of those around the asking disc.
+    pub lines: &'a [Line],
+    pub list: Around<'a>,
+    /// The asking disc.
+    pub from: &'a Line,
+    pub now: f64,
+    /// Bound on the rounding of a separation (length).
+    pub separation_error: f64,
+    /// Sides of the box, by which an image is shifted (length).
+    pub sides: [f64; 2],
+    /// Sum of the radii of two small discs, if they are all alike (length).
+    pub like: Option<f64>,
+}
+
+/// The answer.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Soonest {
+    /// From now on, infinite for never.
+    pub time: f64,
+    /// Which slots are touched then, a bit each.
+    pub slots: u32,
+    /// Some pair touches to rounding, or overlaps, while it seems to close: the question needs a closer look.
+    pub in_contact: bool,
+}
+
+/// How the question is answered: with which instructions. The numbers are the same.
+pub(super) trait Kernel {
+    /// The answer where every disc of the list is seen without an image.
+    fn inside(question: &Question<'_>) -> Soonest;
+
+    /// The answer at the border of the box, where a slot says in which image its disc is seen.
+    fn at_border(question: &Question<'_>) -> Soonest;
+
+    /// Writes a flight the way the others read it: numbers written one by one cannot be read as one register until
+    /// they have reached the cache, and the flight is read again at once.
+    fn write(flight: &mut [f64; 4], numbers: [f64; 4]);
+
+    /// The slots that hold `slot`, a bit each.
+    fn find(slots: &[u32; SLOTS], slot: u32) -> u32;
+}
+
+impl Question<'_> {
+    /// Eight slots, as seen from the asking disc.
+    pub fn lanes(&self, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
+        let from = &self.from.flight;
+        let mut lanes = DiscLanes {
+            separation: [[0.0; DISC_LANES]; 2],
+            velocity: [[0.0; DISC_LANES]; 2],
+            contact_distance: [0.0; DISC_LANES],
+            separation_error: self.separation_error,
+            speed: from[2].abs() + from[3].abs(),
+        };
+        for (lane, &slot) in slots.iter().enumerate() {
+            let other = &self.lines[(slot & INDEX_MASK) as usize];
+            for axis in 0..2 {
+                let velocity = other.flight[axis + 2] - from[axis + 2];
+                lanes.velocity[axis][lane] = velocity;
+                lanes.separation[axis][lane] = (other.flight[axis] - from[axis]) + velocity * self.now;
+            }
+            lanes.contact_distance[lane] = other.radius + self.from.radius;
+        }
+        if images {
+            for (lane, &slot) in slots.iter().enumerate() {
+                let image = image_of(slot);
+                for (axis, boxes) in image.into_iter().enumerate() {
+                    lanes.separation[axis][lane] += f64::from(boxes) * self.sides[axis];
+                }
+            }
+        }
+        lanes
+    }
+
+    /// The eight bodies of eight slots; a slot without an image is an index itself.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    fn bodies<const IMAGES: bool>(&self, slots: &[u32; DISC_LANES]) -> [&Line; DISC_LANES] {
+        let indices = slots.map(|slot| if IMAGES { slot & INDEX_MASK } else { slot });
+        let greatest =
+            indices.iter().fold(0, |greatest, &index| if index > greatest { index } else { greatest });
+        assert!((greatest as usize) < self.lines.len(), "a slot holds a body that is not there");
+        // SAFETY: none of the indices is greater than the one just compared with the number of lines.
+        indices.map(|index| unsafe { self.lines.get_unchecked(index as usize) })
+    }
+
+    /// The slots in two halves; the second is worth a look only if more than the first are in use.
+    fn halves(&self) -> [&[u32; DISC_LANES]; 2] {
+        let (halves, _) = self.list.slots.as_chunks::<DISC_LANES>();
+        [&halves[0], &halves[1]]
+    }
+}
+
+impl Soonest {
+    /// The soonest of eight times, in the slots from `first` on.
+    fn of(times: &[f64; DISC_LANES], in_contact: bool, first: usize) -> Self {
+        let least = |a: f64, b: f64| if b < a { b } else { a };
+        let time = times.iter().copied().fold(f64::INFINITY, least);
+        let mut slots = 0;
+        for (lane, &other) in times.iter().enumerate() {
+            slots |= u32::from(other == time) << (first + lane);
+        }
+        Self { time, slots, in_contact }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    fn or(self, other: Self) -> Self {
+        let (mine, its) = (self.time <= other.time, other.time <= self.time);
+        Self {
+            time: if its { other.time } else { self.time },
+            slots: if mine { self.slots } else { 0 } | if its { other.slots } else { 0 },
+            in_contact: self.in_contact | other.in_contact,
+        }
+    }
+}
+
+/// As the compiler sees fit, for every processor.
+pub(super) struct Portable;
+
+impl Portable {
+    #[inline]
+    fn soonest(question: &Question<'_>, images: bool) -> Soonest {
+        let [first, second] = question.halves();
+        let eight = |slots, from| {
+            let (times, in_contact) = question.lanes(slots, images).closed_form();
+            Soonest::of(&times, in_contact, from)
+        };
+        let soonest = eight(first, 0);
+        if question.list.count() > DISC_LANES { soonest.or(eight(second, DISC_LANES)) } else { soonest }
+    }
+}
+
+impl Kernel for Portable {
+    #[inline]
+    fn inside(question: &Question<'_>) -> Soonest {
+        Self::soonest(question, false)
+    }
+
+    #[inline(never)]
+    fn at_border(question: &Question<'_>) -> Soonest {
+        Self::soonest(question, true)
+    }
+
+    #[inline]
+    fn write(flight: &mut [f64; 4], numbers: [f64; 4]) {
+        *flight = numbers;
+    }
+
+    #[inline]
+    fn find(slots: &[u32; SLOTS], slot: u32) -> u32 {
+        let mut found = 0;
+        for (place, &other) in slots.iter().enumerate() {
+            found |= u32::from(other == slot) << place;
+        }
+        found
+    }
+}
+
+/// What of the wish this processor can fulfil.
+pub(super) fn available(wish: Instructions) -> Instructions {
+    #[cfg(target_arch = "x86_64")]
+    if wish == Instructions::Widest && std::arch::is_x86_feature_detected!("avx2") {
+        return Instructions::Widest;
+    }
+    let _ = wish;
+    Instructions::Portable
+}
+
+/// Defines a function that calls a method of [`State`] in the build for the instructions that were chosen.
+macro_rules! built_for_each {
+    ($name:ident ( $($argument:ident : $type:ty),* ) $(-> $result:ty)?) => {
+        #[inline]
+        pub(super) fn $name<D: Detection>(
+            state: &mut State,
+            world: &World,
+            detection: &D,
+            $($argument: $type),*
+        ) $(-> $result)? {
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2")]
+                fn with_avx2<D: Detection>(
+                    state: &mut State,
+                    world: &World,
+                    detection: &D,
+                    $($argument: $type),*
+                ) $(-> $result)? {
+                    state.$name::<D, avx2::Avx2>(world, detection, $($argument),*)
+                }
+                if state.instructions == Instructions::Widest {
+                    // SAFETY: `available` gives `Widest` only where the processor reports AVX2.
+                    return unsafe { with_avx2(state, world, detection, $($argument),*) };
+                }
+            }
+            state.$name::<D, Portable>(world, detection, $($argument),*)
+        }
+    };
+}
+
+built_for_each!(next_contact(stop: f64) -> Option<ContactEvent>);
+built_for_each!(motions_changed(bodies: [u32; 2], motions: [Motion; 2]));
+built_for_each!(flights_changed(bodies: [u32; 2], time: f64, flights: [[DVec2; 2]; 2]));
