@@ -17,8 +17,9 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn ask<K: Kernel>(&self, disc: u32, now: f64) -> Asked {
         let question = self.question(disc, now);
-        let at_border = question.list.at_border;
-        let soonest = if at_border { K::at_border(&question) } else { K::inside(&question) };
+        let list = self.neighbourhoods.list(question.from.cell());
+        let soonest =
+            if list.at_border { K::at_border(&question, &list) } else { K::inside(&question, &list) };
         let (crossing_time, crossing) = self.crossing(question.from, now);
         Asked { soonest, crossing_time, crossing }
     }
@@ -29,7 +30,6 @@ impl State {
         let from = &self.lines[disc as usize];
         Question {
             lines: &self.lines,
-            list: self.neighbourhoods.list(from.cell()),
             from,
             now,
             separation_error: self.separation_error,
@@ -86,18 +86,16 @@ impl State {
     #[inline(never)]
     fn look_closer<D: Detection>(&self, detection: &D, disc: u32, now: f64) -> (f64, u32) {
         let question = self.question(disc, now);
+        let list = self.neighbourhoods.list(question.from.cell());
         let dummy = self.lines.len() as u32 - 1;
         let (mut soonest, mut partner) = (f64::INFINITY, 0);
-        let overflow = self.neighbourhoods.overflow(question.list.cell);
-        for some in question.list.in_use().chunks(DISC_LANES).chain(overflow.chunks(DISC_LANES)) {
+        let overflow = self.neighbourhoods.overflow(list.cell);
+        for some in list.in_use().chunks(DISC_LANES).chain(overflow.chunks(DISC_LANES)) {
             let mut slots = [dummy; DISC_LANES];
             slots[..some.len()].copy_from_slice(some);
-            let times = detection.disc_contacts(&question.lanes(&slots, question.list.at_border));
-            for (&slot, time) in slots.iter().zip(times) {
-                let other = slot & INDEX_MASK;
-                if time < soonest || (time == soonest && time < f64::INFINITY && other < partner) {
-                    (soonest, partner) = (time, other);
-                }
+            let (time, other) = question.look_closer(detection, &slots, list.at_border);
+            if time < soonest || (time == soonest && time < f64::INFINITY && other < partner) {
+                (soonest, partner) = (time, other);
             }
         }
         (soonest, partner)
@@ -106,7 +104,7 @@ impl State {
     /// When a disc leaves its cell, and where to. A velocity of exactly 0 never does; 0/0 must not be formed.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn crossing(&self, me: &Line, now: f64) -> (f64, Kind) {
+    pub(super) fn crossing(&self, me: &Line, now: f64) -> (f64, Kind) {
         let (side, cell) = (self.grid.side(), me.cell());
         let along = |axis: usize| {
             let (velocity, origin) = (me.flight[axis + 2], me.flight[axis]);
@@ -127,12 +125,7 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn cross<K: Kernel>(&mut self, disc: u32, kind: Kind) {
         self.done.crossings += 1;
-        let (axis, direction) = match kind {
-            Kind::Right => (0, 1),
-            Kind::Left => (0, -1),
-            Kind::Up => (1, 1),
-            _ => (1, -1),
-        };
+        let (axis, direction) = kind.direction();
         let line = &mut self.lines[disc as usize];
         let from = line.cell();
         let count = self.grid.counts()[axis] as i32;

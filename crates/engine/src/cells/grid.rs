@@ -13,7 +13,15 @@ pub(super) struct CellGrid {
     box_sides: DVec2,
     /// Discs up to this radius live in cells; everything else covers them (length).
     largest_small: f64,
+    is_dilute: bool,
 }
+
+/// A gas of like discs is dilute if there is room for each of so many diameters a side. Smaller: cells are too long for
+/// what they hold. Larger: more crossings between two contacts.
+const DILUTE: f64 = 4.0;
+
+/// Cells for each disc of a dilute gas.
+const CELLS_PER_BODY_WHERE_DILUTE: f64 = 0.5;
 
 /// A disc is small if it is at most this many times the median radius. Smaller: discs of a narrow mixture have to be
 /// listed one by one. Larger: cells, and with them the lists of all, grow with the few large ones.
@@ -45,8 +53,14 @@ impl CellGrid {
         });
         let longest = if largest_small > 0.0 { 2.0 * largest_small } else { median_reach(world) };
         let bodies = world.bodies().len().max(1) as f64;
-        let cells_per_body =
-            if largest_small > 0.0 { MOST_CELLS_PER_BODY } else { MOST_CELLS_PER_COVERING_BODY };
+        let alike = radii.len() == world.bodies().len() && radii.first() == radii.last();
+        let spacing = (sides.x * sides.y / bodies).sqrt();
+        let is_dilute = alike && spacing > DILUTE * longest;
+        let cells_per_body = match largest_small > 0.0 {
+            true if is_dilute => CELLS_PER_BODY_WHERE_DILUTE,
+            true => MOST_CELLS_PER_BODY,
+            false => MOST_CELLS_PER_COVERING_BODY,
+        };
         let sparse = (sides.x * sides.y / (cells_per_body * bodies)).sqrt();
         let length = (longest * (1.0 + MARGIN)).max(sparse);
         let count = |side: f64| {
@@ -55,7 +69,13 @@ impl CellGrid {
         };
         let counts = [count(sides.x), count(sides.y)];
         let side = DVec2::new(sides.x / f64::from(counts[0]), sides.y / f64::from(counts[1]));
-        (counts[0] >= 3 && counts[1] >= 3).then_some(Self { counts, side, box_sides: sides, largest_small })
+        let grid = Self { counts, side, box_sides: sides, largest_small, is_dilute };
+        (counts[0] >= 3 && counts[1] >= 3).then_some(grid)
+    }
+
+    /// Whether this is a gas of like discs only, far apart: cells hold a few discs each.
+    pub fn is_dilute(&self) -> bool {
+        self.is_dilute
     }
 
     pub fn counts(&self) -> [u32; 2] {

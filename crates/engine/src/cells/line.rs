@@ -33,6 +33,17 @@ pub(super) enum Kind {
 }
 
 impl Kind {
+    /// Axis and direction of a crossing.
+    #[inline]
+    pub fn direction(self) -> (usize, i32) {
+        match self {
+            Self::Right => (0, 1),
+            Self::Left => (0, -1),
+            Self::Up => (1, 1),
+            _ => (1, -1),
+        }
+    }
+
     fn from_bits(bits: u32) -> Self {
         match bits {
             0 => Self::Discs,
@@ -59,7 +70,8 @@ pub(super) struct Line {
     pub flight: [f64; 4],
     /// Time of its event (offset in the epoch).
     pub time: f64,
-    /// Radius of a disc, bounding radius of anything else (length).
+    /// Radius of a disc, bounding radius of anything else (length). In a dilute gas of like discs, whose radius need not be
+    /// kept for each: the time of the contact that waits behind a crossing.
     pub radius: f64,
     /// Kind of event, and the partner of a contact.
     event: u32,
@@ -120,6 +132,15 @@ impl Line {
     #[inline]
     pub fn set_cell(&mut self, [column, row]: [u16; 2]) {
         self.cell = u32::from(column) | u32::from(row) << 16;
+    }
+
+    /// In a dilute gas: the time of its soonest contact, be a crossing before it or not.
+    pub fn later(&self) -> f64 {
+        self.radius
+    }
+
+    pub fn set_later(&mut self, time: f64) {
+        self.radius = time;
     }
 
     pub fn kind(&self) -> Kind {

@@ -3,6 +3,8 @@
 //!
 //! **Small discs** live in the cells of a grid whose cells are as long as two of them reach. Each cell has one list of
 //! all discs in the 3 × 3 cells around it, so a prediction reads one list and tests eight discs at a time.
+//! Where the gas is dilute, cells hold a few discs each instead, and a disc keeps its soonest contact also while a crossing
+//! goes before it: see `dilute`.
 //! **Everything else** (turning molecules, large discs, fixed bodies) *covers* cells: see `covering`.
 //!
 //! **Rule.** Each body keeps its soonest event only. It is predicted against all its neighbours exactly when (a) its
@@ -29,10 +31,12 @@
 
 mod calendar;
 mod covering;
+mod dilute;
 mod discs;
 mod grid;
 mod line;
 mod neighbourhood;
+mod roster;
 mod vector;
 
 use carom_detection::Detection;
@@ -45,7 +49,8 @@ use self::{
     grid::CellGrid,
     line::{Kind, Line, flight_of},
     neighbourhood::Neighbourhoods,
-    vector::{Kernel, Portable},
+    roster::Rosters,
+    vector::Kernel,
 };
 use crate::{
     ContactEvent, Fineness, GridError, Scheduler, SchedulerCounters, Thesis, World, grid::Grid,
@@ -84,6 +89,8 @@ struct State {
     windings: Vec<[i64; 2]>,
     calendar: Calendar,
     neighbourhoods: Neighbourhoods,
+    /// In place of the neighbourhoods where the gas is dilute.
+    rosters: Rosters,
     coverings: Coverings,
     /// End of the epoch: nothing later is of interest.
     limit: f64,
@@ -115,6 +122,7 @@ impl Scheduler for Cells {
             windings: Vec::new(),
             calendar: Calendar::default(),
             neighbourhoods: Neighbourhoods::default(),
+            rosters: Rosters::default(),
             coverings: Coverings::default(),
             limit: 0.0,
             separation_error: 0.0,
@@ -235,10 +243,16 @@ impl State {
         let bodies = self.lines.len();
         self.lines.push(Line::dummy());
         let [columns, rows] = self.grid.counts();
-        self.neighbourhoods.lay_out(columns, rows, bodies as u32);
         self.coverings.clear();
+        if self.grid.is_dilute() {
+            self.rosters.lay_out([columns, rows]);
+        } else {
+            self.neighbourhoods.lay_out(columns, rows, bodies as u32);
+        }
         for (index, body) in world.bodies().iter().enumerate() {
-            if self.grid.covers(body) {
+            if self.grid.is_dilute() {
+                self.rosters.enter(index as u32, self.lines[index].cell());
+            } else if self.grid.covers(body) {
                 self.coverings.add(index as u32, body, &world.motions()[index], bodies);
             } else {
                 self.neighbourhoods.enter(index as u32, self.lines[index].cell());
@@ -248,9 +262,7 @@ impl State {
         self.calendar.lay_out(0, 0.0);
         self.list_all(world);
         // Predict everybody first: their times tell how far apart events are.
-        for body in 0..bodies as u32 {
-            self.foresee::<D, Portable>(world, detection, body, 0.0);
-        }
+        vector::foresee_all(self, world, detection);
         let interval = self.mean_interval();
         self.calendar.lay_out(bodies, interval);
         for body in 0..bodies as u32 {
@@ -263,6 +275,7 @@ impl State {
             + self.windings.capacity() * size_of::<[i64; 2]>()
             + self.calendar.heap_bytes()
             + self.neighbourhoods.heap_bytes()
+            + self.rosters.heap_bytes()
             + self.coverings.heap_bytes()
     }
 
@@ -302,6 +315,11 @@ impl State {
                         });
                     }
                     self.done.stale += 1;
+                }
+                Kind::Right | Kind::Left | Kind::Up | Kind::Down if self.grid.is_dilute() => {
+                    let time = self.cross_among_few::<D, K>(detection, body, kind, now);
+                    self.calendar.schedule(&self.lines, body, time);
+                    continue;
                 }
                 Kind::Right | Kind::Left | Kind::Up | Kind::Down => self.cross::<K>(body, kind),
                 Kind::Shell => self.leave_shell(world, body, now),
@@ -356,7 +374,7 @@ impl State {
                 self.coverings.set_flight(body, time, place, velocity);
             }
         }
-        if self.coverings.is_empty() {
+        if self.coverings.is_empty() & !self.grid.is_dilute() {
             // Both are asked before either is settled: the two chains of operations go on side by side.
             let [a, b] = bodies;
             let (asked_a, asked_b) = (self.ask::<K>(a, time), self.ask::<K>(b, time));
@@ -380,6 +398,14 @@ impl State {
         self.calendar.schedule(&self.lines, body, time);
     }
 
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn foresee_all<D: Detection, K: Kernel>(&mut self, world: &World, detection: &D) {
+        for body in 0..world.bodies().len() as u32 {
+            self.foresee::<D, K>(world, detection, body, 0.0);
+        }
+    }
+
     /// Finds a body's soonest event, writes it into its line, and tells when it is.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
@@ -387,6 +413,8 @@ impl State {
         if self.coverings.is_covering(body) {
             self.foresee_covering(world, detection, body, now);
             self.lines[body as usize].time
+        } else if self.grid.is_dilute() {
+            self.foresee_among_few::<D, K>(detection, body, now)
         } else {
             let asked = self.ask::<K>(body, now);
             self.settle_disc(world, detection, body, now, &asked)

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use carom_detection::DISC_LANES;
+
 use super::{
     line::{INDEX_BITS, INDEX_MASK},
     vector::Kernel,
@@ -38,6 +40,13 @@ impl Around<'_> {
     #[inline]
     pub fn count(&self) -> usize {
         (self.mark & COUNT) as usize
+    }
+
+    /// The slots in two halves; the second is worth a look only if more than the first are in use.
+    #[inline]
+    pub fn halves(&self) -> [&[u32; DISC_LANES]; 2] {
+        let (halves, _) = self.slots.as_chunks::<DISC_LANES>();
+        [&halves[0], &halves[1]]
     }
 
     /// The slots that are in use.
@@ -252,13 +261,13 @@ impl Neighbourhoods {
 }
 
 /// A cell index at most one outside its range, brought back, and how many boxes it was out.
-fn fold(index: i32, count: i32) -> (i32, i32) {
+pub(super) fn fold(index: i32, count: i32) -> (i32, i32) {
     let image = i32::from(index >= count) - i32::from(index < 0);
     (index - image * count, image)
 }
 
 /// 0, 1, 2 for no image, one box up, one box down.
-fn image_code(image: i32) -> u32 {
+pub(super) fn image_code(image: i32) -> u32 {
     (image & 3) as u32 & if image < 0 { 2 } else { 1 }
 }
 

@@ -12,7 +12,7 @@ use std::arch::x86_64::{
 
 use carom_kinematics::HALF_ULP;
 
-use super::{DISC_LANES, Kernel, Line, Question, SLOTS, Soonest, image_of};
+use super::{Around, DISC_LANES, Kernel, Line, Question, SLOTS, Soonest, image_of};
 
 /// Four numbers at a time. To be used in code compiled for AVX2 only: this is what its functions rely on.
 pub(in crate::cells) struct Avx2;
@@ -20,16 +20,23 @@ pub(in crate::cells) struct Avx2;
 impl Kernel for Avx2 {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn inside(question: &Question<'_>) -> Soonest {
+    fn inside(question: &Question<'_>, list: &Around<'_>) -> Soonest {
         // SAFETY: `Avx2` is named only in functions that are compiled for AVX2 and called where it is there.
-        unsafe { soonest::<false>(question) }
+        unsafe { soonest::<false>(question, list) }
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn at_border(question: &Question<'_>) -> Soonest {
+    fn at_border(question: &Question<'_>, list: &Around<'_>) -> Soonest {
         // SAFETY: as above.
-        unsafe { soonest_at_border(question) }
+        unsafe { soonest_at_border(question, list) }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    fn eight(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> Soonest {
+        // SAFETY: as above.
+        unsafe { if images { eight::<true>(question, slots, 0) } else { eight::<false>(question, slots, 0) } }
     }
 
     #[inline(always)]
@@ -56,9 +63,9 @@ impl Kernel for Avx2 {
 
 #[target_feature(enable = "avx2")]
 #[inline(never)]
-fn soonest_at_border(question: &Question<'_>) -> Soonest {
+fn soonest_at_border(question: &Question<'_>, list: &Around<'_>) -> Soonest {
     // SAFETY: this function itself requires AVX2.
-    unsafe { soonest::<true>(question) }
+    unsafe { soonest::<true>(question, list) }
 }
 
 /// Inlined in any case: a call would write registers to memory and read them back.
@@ -67,12 +74,12 @@ fn soonest_at_border(question: &Question<'_>) -> Soonest {
 /// Only in code that is compiled for AVX2.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn soonest<const IMAGES: bool>(question: &Question<'_>) -> Soonest {
+unsafe fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> Soonest {
     // SAFETY: the caller vouches for AVX2, which is all that these functions need.
     unsafe {
-        let [first, second] = question.halves();
+        let [first, second] = list.halves();
         let soonest = eight::<IMAGES>(question, first, 0);
-        if question.list.count() > DISC_LANES {
+        if list.count() > DISC_LANES {
             soonest.or(eight::<IMAGES>(question, second, DISC_LANES))
         } else {
             soonest

@@ -29,9 +29,8 @@ use crate::{ContactEvent, World};
 
 /// One disc's question to those around it: when is the first of them touched?
 pub(super) struct Question<'a> {
-    /// All bodies, and the list of those around the asking disc.
+    /// All bodies.
     pub lines: &'a [Line],
-    pub list: Around<'a>,
     /// The asking disc.
     pub from: &'a Line,
     pub now: f64,
@@ -57,10 +56,13 @@ pub(super) struct Soonest {
 /// How the question is answered: with which instructions. The numbers are the same.
 pub(super) trait Kernel {
     /// The answer where every disc of the list is seen without an image.
-    fn inside(question: &Question<'_>) -> Soonest;
+    fn inside(question: &Question<'_>, list: &Around<'_>) -> Soonest;
 
     /// The answer at the border of the box, where a slot says in which image its disc is seen.
-    fn at_border(question: &Question<'_>) -> Soonest;
+    fn at_border(question: &Question<'_>, list: &Around<'_>) -> Soonest;
+
+    /// The answer for eight slots, with or without images.
+    fn eight(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> Soonest;
 
     /// Writes a flight the way the others read it: numbers written one by one cannot be read as one register until
     /// they have reached the cache, and the flight is read again at once.
@@ -88,7 +90,7 @@ impl Question<'_> {
                 lanes.velocity[axis][lane] = velocity;
                 lanes.separation[axis][lane] = (other.flight[axis] - from[axis]) + velocity * self.now;
             }
-            lanes.contact_distance[lane] = other.radius + self.from.radius;
+            lanes.contact_distance[lane] = self.like.unwrap_or(other.radius + self.from.radius);
         }
         if images {
             for (lane, &slot) in slots.iter().enumerate() {
@@ -113,10 +115,25 @@ impl Question<'_> {
         indices.map(|index| unsafe { self.lines.get_unchecked(index as usize) })
     }
 
-    /// The slots in two halves; the second is worth a look only if more than the first are in use.
-    fn halves(&self) -> [&[u32; DISC_LANES]; 2] {
-        let (halves, _) = self.list.slots.as_chunks::<DISC_LANES>();
-        [&halves[0], &halves[1]]
+    /// The soonest contact with the discs in eight slots, and with whom, as the detector decides it. Of contacts at one time it
+    /// is that with the disc inserted first.
+    #[cold]
+    #[inline(never)]
+    pub fn look_closer<D: Detection>(
+        &self,
+        detection: &D,
+        slots: &[u32; DISC_LANES],
+        images: bool,
+    ) -> (f64, u32) {
+        let (mut soonest, mut partner) = (f64::INFINITY, 0);
+        let times = detection.disc_contacts(&self.lanes(slots, images));
+        for (&slot, time) in slots.iter().zip(times) {
+            let other = slot & INDEX_MASK;
+            if time < soonest || (time == soonest && time < f64::INFINITY && other < partner) {
+                (soonest, partner) = (time, other);
+            }
+        }
+        (soonest, partner)
     }
 }
 
@@ -149,26 +166,37 @@ pub(super) struct Portable;
 
 impl Portable {
     #[inline]
-    fn soonest(question: &Question<'_>, images: bool) -> Soonest {
-        let [first, second] = question.halves();
-        let eight = |slots, from| {
-            let (times, in_contact) = question.lanes(slots, images).closed_form();
-            Soonest::of(&times, in_contact, from)
-        };
-        let soonest = eight(first, 0);
-        if question.list.count() > DISC_LANES { soonest.or(eight(second, DISC_LANES)) } else { soonest }
+    fn soonest(question: &Question<'_>, list: &Around<'_>, images: bool) -> Soonest {
+        let [first, second] = list.halves();
+        let soonest = Self::eight_of(question, first, images, 0);
+        if list.count() > DISC_LANES {
+            soonest.or(Self::eight_of(question, second, images, DISC_LANES))
+        } else {
+            soonest
+        }
+    }
+
+    #[inline]
+    fn eight_of(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool, first: usize) -> Soonest {
+        let (times, in_contact) = question.lanes(slots, images).closed_form();
+        Soonest::of(&times, in_contact, first)
     }
 }
 
 impl Kernel for Portable {
     #[inline]
-    fn inside(question: &Question<'_>) -> Soonest {
-        Self::soonest(question, false)
+    fn inside(question: &Question<'_>, list: &Around<'_>) -> Soonest {
+        Self::soonest(question, list, false)
     }
 
     #[inline(never)]
-    fn at_border(question: &Question<'_>) -> Soonest {
-        Self::soonest(question, true)
+    fn at_border(question: &Question<'_>, list: &Around<'_>) -> Soonest {
+        Self::soonest(question, list, true)
+    }
+
+    #[inline]
+    fn eight(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> Soonest {
+        Self::eight_of(question, slots, images, 0)
     }
 
     #[inline]
@@ -203,8 +231,8 @@ macro_rules! built_for_each {
         pub(super) fn $name<D: Detection>(
             state: &mut State,
             world: &World,
-            detection: &D,
-            $($argument: $type),*
+            detection: &D
+            $(, $argument: $type)*
         ) $(-> $result)? {
             #[cfg(target_arch = "x86_64")]
             {
@@ -212,21 +240,22 @@ macro_rules! built_for_each {
                 fn with_avx2<D: Detection>(
                     state: &mut State,
                     world: &World,
-                    detection: &D,
-                    $($argument: $type),*
+                    detection: &D
+                    $(, $argument: $type)*
                 ) $(-> $result)? {
-                    state.$name::<D, avx2::Avx2>(world, detection, $($argument),*)
+                    state.$name::<D, avx2::Avx2>(world, detection $(, $argument)*)
                 }
                 if state.instructions == Instructions::Widest {
                     // SAFETY: `available` gives `Widest` only where the processor reports AVX2.
-                    return unsafe { with_avx2(state, world, detection, $($argument),*) };
+                    return unsafe { with_avx2(state, world, detection $(, $argument)*) };
                 }
             }
-            state.$name::<D, Portable>(world, detection, $($argument),*)
+            state.$name::<D, Portable>(world, detection $(, $argument)*)
         }
     };
 }
 
+built_for_each!(foresee_all());
 built_for_each!(next_contact(stop: f64) -> Option<ContactEvent>);
 built_for_each!(motions_changed(bodies: [u32; 2], motions: [Motion; 2]));
 built_for_each!(flights_changed(bodies: [u32; 2], time: f64, flights: [[DVec2; 2]; 2]));

@@ -1,0 +1,141 @@
+//! The loop of a dilute gas of like discs: after a crossing only the three new cells are looked at.
+//!
+//! Far apart, discs cross many cells between two contacts. So each keeps its soonest contact also while a crossing goes
+//! before it, and after the crossing asks only those it could not see before. The rule that nothing is missed stands:
+//! the contact kept is the soonest with all that were related when the disc was last predicted in full; whoever has become
+//! related since was asked at the crossing that made it so, or crossed over itself and asked then; whoever has changed its
+//! motion since has asked. If the partner of the contact kept has changed since, its time is still a lower bound of
+//! all those, and the full prediction is made when it comes up.
+
+use std::hint::select_unpredictable as select;
+
+use carom_detection::Detection;
+
+use super::{
+    State,
+    line::{INDEX_MASK, Kind},
+    roster::AROUND,
+    vector::{Kernel, Question},
+};
+
+impl State {
+    /// Finds the soonest event of a disc whose motion has changed, or whose contact came up stale.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub(super) fn foresee_among_few<D: Detection, K: Kernel>(
+        &mut self,
+        detection: &D,
+        disc: u32,
+        now: f64,
+    ) -> f64 {
+        let (soonest, partner) = self.ask_cells::<D, K>(detection, disc, &AROUND, now);
+        let version = self.lines[partner as usize].version;
+        self.settle_among_few(disc, now, now + soonest, partner, version)
+    }
+
+    /// Moves a disc into the next cell, and finds its soonest event.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub(super) fn cross_among_few<D: Detection, K: Kernel>(
+        &mut self,
+        detection: &D,
+        disc: u32,
+        kind: Kind,
+        now: f64,
+    ) -> f64 {
+        self.done.crossings += 1;
+        let (axis, direction) = kind.direction();
+        let line = &mut self.lines[disc as usize];
+        let from = line.cell();
+        let mut to = from;
+        let count = self.grid.counts()[axis] as i32;
+        let next = i32::from(from[axis]) + direction;
+        if (0..count).contains(&next) {
+            to[axis] = next as u16;
+        } else {
+            to[axis] = if direction > 0 { 0 } else { (count - 1) as u16 };
+            line.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
+            self.windings[disc as usize][axis] += i64::from(direction);
+        }
+        line.set_cell(to);
+        self.rosters.leave::<K>(disc, from);
+        self.rosters.enter(disc, to);
+        let mut ahead = [[direction; 2]; 3];
+        for (offset, sideways) in ahead.iter_mut().zip(-1..) {
+            offset[1 - axis] = sideways;
+        }
+        let (soonest, partner) = self.ask_cells::<D, K>(detection, disc, &ahead, now);
+        let contact_time = now + soonest;
+        let line = &self.lines[disc as usize];
+        let version = self.lines[partner as usize].version;
+        // Of two contacts at one time that with the disc inserted first.
+        let sooner = (contact_time < line.later())
+            | ((contact_time == line.later()) & (contact_time < f64::INFINITY) & (partner < line.partner()));
+        let time = select(sooner, contact_time, line.later());
+        let partner = select(sooner, partner, line.partner());
+        let version = select(sooner, version, line.partner_version);
+        self.settle_among_few(disc, now, time, partner, version)
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn settle_among_few(
+        &mut self,
+        disc: u32,
+        now: f64,
+        contact_time: f64,
+        partner: u32,
+        version: u32,
+    ) -> f64 {
+        let line = &self.lines[disc as usize];
+        let (crossing_time, crossing) = self.crossing(line, now);
+        let meets = contact_time <= crossing_time;
+        let time = if crossing_time < contact_time { crossing_time } else { contact_time };
+        let kind = select(meets, Kind::Discs, crossing);
+        let line = &mut self.lines[disc as usize];
+        line.set_event(time, kind, partner, version);
+        line.set_later(contact_time);
+        time
+    }
+
+    /// The soonest contact (from now on) with the discs of some cells around a disc's own, and with whom. Of contacts at
+    /// one time it is that with the disc inserted first.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn ask_cells<D: Detection, K: Kernel>(
+        &mut self,
+        detection: &D,
+        disc: u32,
+        offsets: &[[i32; 2]],
+        now: f64,
+    ) -> (f64, u32) {
+        let dummy = self.lines.len() as u32 - 1;
+        let from = &self.lines[disc as usize];
+        let (eights, images) = self.rosters.gather(from.cell(), offsets, dummy);
+        let question = Question {
+            lines: &self.lines,
+            from,
+            now,
+            separation_error: self.separation_error,
+            sides: self.sides,
+            like: self.like,
+        };
+        let (mut time, mut partner) = (f64::INFINITY, 0);
+        for slots in eights {
+            let soonest = K::eight(&question, slots, images);
+            let mut found = (soonest.time, slots[(soonest.slots.trailing_zeros() & 7) as usize] & INDEX_MASK);
+            let several = soonest.slots & (soonest.slots.wrapping_sub(1)) != 0;
+            if (several & (soonest.time < f64::INFINITY))
+                | soonest.in_contact
+                | !detection.decides_discs_in_closed_form()
+            {
+                found = question.look_closer(detection, slots, images);
+            }
+            let sooner =
+                (found.0 < time) | ((found.0 == time) & (found.1 < partner) & (time < f64::INFINITY));
+            time = select(sooner, found.0, time);
+            partner = select(sooner, found.1, partner);
+        }
+        (time, partner)
+    }
+}
