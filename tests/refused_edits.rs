@@ -82,12 +82,20 @@ fn check_refusals<S: Scheduler>(options: &S::Options) {
         matches!(ambiguous, Err(EditError::Scene(SceneError::AmbiguousElasticity { .. }))),
         "{ambiguous:?}"
     );
-    let bad = ElasticitySpec { default: -0.5, pair: vec![] };
+    let bad = ElasticitySpec { default: -0.5, ..ElasticitySpec::default() };
     assert!(matches!(
         simulation.set_elasticity(&bad),
         Err(EditError::Scene(SceneError::Elasticity { entry, .. })) if entry == "elasticity.default"
     ));
-    let disagreeing = ElasticitySpec { default: 1.0, pair: vec![rule(&["a"], 0.1), rule(&["a"], 0.2)] };
+    for contact_time in [-1e-9, 1.5, f64::NAN] {
+        let bad = ElasticitySpec { contact_time, ..ElasticitySpec::default() };
+        assert!(matches!(
+            simulation.set_elasticity(&bad),
+            Err(EditError::Scene(SceneError::Entry { entry, .. })) if entry == "elasticity.contact_time"
+        ));
+    }
+    let rules = vec![rule(&["a"], 0.1), rule(&["a"], 0.2)];
+    let disagreeing = ElasticitySpec { pair: rules, ..ElasticitySpec::default() };
     assert!(simulation.set_elasticity(&disagreeing).is_err());
     // And edits that change nothing.
     simulation.untag(tagged, "never given").unwrap();

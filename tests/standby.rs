@@ -16,7 +16,7 @@ fn check_elasticity<S: Scheduler>(options: &S::Options) {
     for (e, at) in [(0.0, 1.0), (0.5, 1.999), (1.5, 0.0)] {
         let mut simulation = head_on::<S>(options);
         simulation.run_until(at).unwrap();
-        simulation.set_elasticity(&ElasticitySpec { default: e, pair: vec![] }).unwrap();
+        simulation.set_elasticity(&ElasticitySpec { default: e, ..ElasticitySpec::default() }).unwrap();
         simulation.run_until(2.5).unwrap();
         assert_eq!(velocity(&simulation.view(), 0), DVec2::new(-e, 0.0));
         assert_eq!(velocity(&simulation.view(), 1), DVec2::new(e, 0.0));
@@ -31,8 +31,8 @@ fn a_tag_brings_its_rule_with_it_and_takes_it_away() {
 
 fn check_tags<S: Scheduler>(options: &S::Options) {
     let rules = ElasticitySpec {
-        default: 1.0,
         pair: vec![rule(&["sticky"], 0.5), rule(&["left", "sticky"], 0.0), rule(&["left", "right"], 0.25)],
+        ..ElasticitySpec::default()
     };
     // What the second disc is called when they meet, and with what part of the speed they part.
     for (names, untagged, e) in [

@@ -7,6 +7,10 @@ pub struct Counters {
     pub collisions: u64,
     /// Of these, contacts with a fixed body.
     pub fixed_collisions: u64,
+    /// Contacts whose elasticity the guard against inelastic collapse has raised, if by ever so little
+    /// ([`ElasticitySpec::contact_time`](crate::ElasticitySpec::contact_time)): what that means for the energy is in
+    /// [`Ledger::spared`].
+    pub guarded_collisions: u64,
     /// Epochs begun.
     pub epochs: u64,
     /// Work of the scheduler.
@@ -37,6 +41,9 @@ pub struct Ledger {
     pub initial: f64,
     /// Lost in contacts of elasticity below 1, less what superelastic ones gave.
     pub lost: f64,
+    /// What contacts of elasticity below 1 would have lost as well without the guard against inelastic collapse; it is still
+    /// there, and in none of the other three.
+    pub spared: f64,
     /// Put in by energy resets and by adding, removing or locking bodies.
     pub put_in: f64,
 }

@@ -45,6 +45,7 @@ mod counters;
 mod elasticity_table;
 mod error;
 mod grid;
+mod guard;
 mod invariants;
 mod observer;
 mod overlap;

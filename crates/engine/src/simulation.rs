@@ -10,6 +10,7 @@ use glam::DVec2;
 use crate::{
     Body, Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts, RunError,
     Scheduler, Side, TagNames, View, World,
+    guard::{Partner, note},
 };
 
 /// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose digits.
@@ -239,7 +240,18 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             d += self.world.bounds.shift(image);
         }
         let frame = ContactFrame { line_of_centres: d, arms };
-        let elasticity = self.elasticity.between(body_a, body_b);
+        let mut elasticity = self.elasticity.between(body_a, body_b);
+        if !self.world.last_contacts.is_empty() {
+            let since = note(&mut self.world.last_contacts, bodies, time);
+            if elasticity.coefficient() < 1.0 {
+                let partner = |n: usize, body| Partner { body, motion: &before[n], since: since[n] };
+                let pair = [partner(0, body_a), partner(1, body_b)];
+                let (raised, spared) = self.elasticity.guard.raise(elasticity, &frame, pair);
+                self.counters.guarded_collisions += u64::from(raised != elasticity);
+                self.ledger.spared += spared;
+                elasticity = raised;
+            }
+        }
         let (inertia_a, inertia_b) = (&body_a.inertia, &body_b.inertia);
         let impulse =
             self.response.impulse(&frame, [(&before[0], inertia_a), (&before[1], inertia_b)], elasticity);
@@ -272,6 +284,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 point: before[0].position + (arms[0] + radius * normal),
                 normal,
                 impulse,
+                elasticity,
                 image,
             });
         }

@@ -15,6 +15,8 @@ pub struct World {
     pub(crate) motions: Vec<Motion>,
     /// How many boxes each body has left behind, per axis.
     pub(crate) windings: Vec<[i64; 2]>,
+    /// When each body last had a contact, as an offset in the epoch, −∞ if never; empty where no guard asks for it.
+    pub(crate) last_contacts: Vec<f64>,
     pub(crate) index_of: SlotMap<BodyKey, u32>,
     /// Start of the epoch.
     pub(crate) epoch: Instant,
@@ -28,6 +30,7 @@ impl World {
             bodies: Vec::new(),
             motions: Vec::new(),
             windings: Vec::new(),
+            last_contacts: Vec::new(),
             index_of: SlotMap::with_key(),
             epoch: Instant::ZERO,
             next_id: 0,
@@ -53,6 +56,12 @@ impl World {
     /// [`Self::bodies`].
     pub fn windings(&self) -> &[[i64; 2]] {
         &self.windings
+    }
+
+    /// When each body last had a contact, in the order of [`Self::bodies`], as an offset from the epoch's start (time); −∞
+    /// for one that never had. Empty where nothing guards against inelastic collapse.
+    pub fn last_contacts(&self) -> &[f64] {
+        &self.last_contacts
     }
 
     /// Start of the epoch.
@@ -107,6 +116,7 @@ impl World {
         self.bodies.capacity() * size_of::<Body>()
             + self.motions.capacity() * size_of::<Motion>()
             + self.windings.capacity() * size_of::<[i64; 2]>()
+            + self.last_contacts.capacity() * size_of::<f64>()
             + self.index_of.capacity() * size_of::<(BodyKey, u32)>()
     }
 
@@ -126,11 +136,20 @@ impl World {
         let index = self.index_of.remove(key)? as usize;
         self.motions.remove(index);
         self.windings.remove(index);
+        if index < self.last_contacts.len() {
+            self.last_contacts.remove(index);
+        }
         let body = self.bodies.remove(index);
         for later in &self.bodies[index..] {
             self.index_of[later.key] -= 1;
         }
         Some(body)
+    }
+
+    /// Keeps the times of last contacts from now on, or no longer; bodies that are new have had none.
+    pub(crate) fn keep_last_contacts(&mut self, wanted: bool) {
+        let count = if wanted { self.bodies.len() } else { 0 };
+        self.last_contacts.resize(count, f64::NEG_INFINITY);
     }
 
     /// Brings every moving body to `offset` in the epoch and begins a new epoch there.
@@ -144,6 +163,9 @@ impl World {
             *motion = Motion { position, time: 0.0, ..here };
             winding[0] += image[0];
             winding[1] += image[1];
+        }
+        for time in &mut self.last_contacts {
+            *time -= offset;
         }
         self.epoch = self.epoch.new_epoch(offset);
     }

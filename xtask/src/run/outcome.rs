@@ -125,6 +125,13 @@ impl Outcome {
         if let Some((mean, error)) = self.pressure.as_ref().and_then(Pressure::mean) {
             figures.push(Figure::new("pressure", mean, "mass/time²").error(error));
         }
+        let (counters, ledger) = (view.counters(), view.ledger());
+        if ledger.spared > 0.0 {
+            let guarded = counters.guarded_collisions as f64;
+            figures.push(Figure::new("contacts that the guard against collapse raised", guarded, "1"));
+            let share = ledger.spared / ledger.lost.max(ledger.spared);
+            figures.push(Figure::new("energy that it spared, by energy lost", share, "1"));
+        }
         let checks = self.totals.checks();
         let title = format!("Scene {}", options.scene.display());
         Summary { title, note: String::new(), totals: self.totals, checks, figures, runs: Vec::new() }
