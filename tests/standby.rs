@@ -127,11 +127,15 @@ fn check_energy_resets<S: Scheduler>(options: &S::Options) {
         for (key, before) in bodies {
             let present = simulation.view().body(key).unwrap();
             if present.body.is_fixed() {
-                assert_eq!(simulation.reset_energy(key, energy), Err(EditError::Fixed(key)));
+                assert!(
+                    matches!(simulation.reset_energy(key, energy), Err(EditError::Fixed(name)) if name.key == key)
+                );
                 continue;
             }
             if present.energy() == 0.0 {
-                assert_eq!(simulation.reset_energy(key, energy), Err(EditError::NoEnergy(key)));
+                assert!(
+                    matches!(simulation.reset_energy(key, energy), Err(EditError::NoEnergy(name)) if name.key == key)
+                );
                 continue;
             }
             simulation.reset_energy(key, energy).unwrap();
@@ -178,7 +182,9 @@ fn check_faster<S: Scheduler>(options: &S::Options) {
     assert_eq!(simulation.view().energy(), 4.0);
     let idle = simulation.add(&disc(0.1, 1.0, [1.0, 1.0], [0.0; 2])).unwrap();
     simulation.tag(idle, "left").unwrap();
-    assert_eq!(simulation.reset_energy_of_all(tag, 1.0), Err(EditError::NoEnergy(idle)));
+    assert!(
+        matches!(simulation.reset_energy_of_all(tag, 1.0), Err(EditError::NoEnergy(name)) if name.key == idle)
+    );
     assert_eq!(simulation.view().energy(), 4.0);
 }
 

@@ -60,7 +60,7 @@ mod thesis;
 mod view;
 mod world;
 
-pub use body::{Body, BodyKey, Rotation, Tag, Tags};
+pub use body::{Body, BodyKey, BodyName, Rotation, Tag, Tags};
 pub use cells::{Cells, Instructions};
 pub use counters::{Counters, Ledger, SchedulerCounters};
 pub use elasticity_table::ElasticityTable;

@@ -8,8 +8,8 @@ use carom_response::{ContactFrame, Impact, Response, struck};
 use glam::DVec2;
 
 use crate::{
-    Body, Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts, RunError,
-    Scheduler, Side, TagNames, View, World,
+    Body, BodyName, Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts,
+    RunError, Scheduler, Side, TagNames, View, World,
     guard::{Partner, note},
 };
 
@@ -259,7 +259,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             struck(&before[0], inertia_a, arms[0], -impulse),
             struck(&before[1], inertia_b, arms[1], impulse),
         ];
-        self.epoch.accept(&self.world, bodies, &after)?;
+        self.epoch.accept(&self.world, &self.names, bodies, &after)?;
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from(inertia_a.is_fixed() || inertia_b.is_fixed());
         if elasticity.coefficient() != 1.0 {
@@ -322,7 +322,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             *contacts += u32::from(!body.is_fixed());
             if *contacts > MOST_CONTACTS_AT_ONCE {
                 let (time, contacts) = (self.world.epoch.after(time), *contacts);
-                return Err(RunError::Stalled { time, body: body.key, contacts });
+                return Err(RunError::Stalled { time, body: BodyName::new(body, &self.names), contacts });
             }
         }
         Ok(())
@@ -331,7 +331,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
 impl Epoch {
     /// Shortens the epoch if one of two bodies is now faster than any was before, and refuses what is too fast.
-    fn accept(&mut self, world: &World, bodies: [u32; 2], after: &[Motion; 2]) -> Result<(), RunError> {
+    fn accept(
+        &mut self,
+        world: &World,
+        names: &TagNames,
+        bodies: [u32; 2],
+        after: &[Motion; 2],
+    ) -> Result<(), RunError> {
         let Self::Running { limit, contacts_left, fastest_squared, fastest_spin } = self else {
             return Ok(());
         };
@@ -346,7 +352,7 @@ impl Epoch {
             if now > STALE_STRETCHES * stretch {
                 *contacts_left = 1;
             }
-            refuse_blow_up(world, bodies, after)?;
+            refuse_blow_up(world, names, bodies, after)?;
         }
         Ok(())
     }
@@ -359,13 +365,19 @@ fn stretch(world: &World, speed_squared: f64, spin: f64) -> f64 {
 }
 
 #[cold]
-fn refuse_blow_up(world: &World, bodies: [u32; 2], after: &[Motion; 2]) -> Result<(), RunError> {
+fn refuse_blow_up(
+    world: &World,
+    names: &TagNames,
+    bodies: [u32; 2],
+    after: &[Motion; 2],
+) -> Result<(), RunError> {
     for (body, motion) in bodies.into_iter().zip(after) {
         let body = &world.bodies[body as usize];
         let rim = motion.angular_velocity.abs() * body.molecule.bounding_radius();
         let speed = motion.velocity.length() + rim;
         if !(speed <= carom_geometry::LARGEST && motion.angular_velocity.is_finite()) {
-            return Err(RunError::BlowUp { time: world.epoch.after(motion.time), body: body.key, speed });
+            let (time, body) = (world.epoch.after(motion.time), BodyName::new(body, names));
+            return Err(RunError::BlowUp { time, body, speed });
         }
     }
     Ok(())

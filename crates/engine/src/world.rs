@@ -94,21 +94,26 @@ impl World {
     }
 
     /// The largest distance from centre to centre at which two bodies that can collide may touch
-    /// (length).
+    /// (length); 0 if there are none.
     pub fn largest_reach(&self) -> f64 {
-        let mut moving = [0.0f64; 2];
-        let mut fixed = 0.0f64;
-        for body in &self.bodies {
-            let radius = body.molecule.bounding_radius();
-            if body.is_fixed() {
-                fixed = fixed.max(radius);
-            } else if radius > moving[0] {
-                moving = [radius, moving[0]];
-            } else {
-                moving[1] = moving[1].max(radius);
-            }
-        }
-        moving[0] + moving[1].max(fixed)
+        self.farthest_reaching().map_or(0.0, |(reach, _)| reach)
+    }
+
+    /// The two bodies that can touch from farthest away, and that distance (length): the largest that moves, and the
+    /// largest other. One that moves and is alone reaches itself, with its bounding radius for a distance.
+    pub(crate) fn farthest_reaching(&self) -> Option<(f64, [usize; 2])> {
+        let radius = |index: usize| self.bodies[index].molecule.bounding_radius();
+        // The first of several as large.
+        let largest = |skip: Option<usize>, fixed_too: bool| {
+            (0..self.bodies.len())
+                .filter(|&index| Some(index) != skip && (fixed_too || !self.bodies[index].is_fixed()))
+                .reduce(|best, index| if radius(index) > radius(best) { index } else { best })
+        };
+        let first = largest(None, false)?;
+        Some(match largest(Some(first), true) {
+            Some(second) => (radius(first) + radius(second), [first, second]),
+            None => (radius(first), [first; 2]),
+        })
     }
 
     /// Memory kept on the heap (bytes), shapes not included.
