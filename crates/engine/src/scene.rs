@@ -166,7 +166,8 @@ pub struct ElasticitySpec {
     /// which the two, as they come together, move by the smaller one's diameter. Molecules that turn also part no slower
     /// than with this share of the speed at which they move past each other. From 0, which is no guard, to 1.
     ///
-    /// Larger: more contacts of a dense gas are spared that should lose energy, as the square of this number. Smaller: bodies
+    /// Larger: more contacts of a dense gas are spared that should lose energy, in proportion (of discs at an area
+    /// fraction of 0.5, about as many as this number says). Smaller: bodies
     /// that lie against each other have more contacts; below 10⁻⁵ they are so flat that rounding lets turning molecules
     /// sink into each other. What is spared stands in [`Counters::guarded_collisions`](crate::Counters::guarded_collisions)
     /// and [`Ledger::spared`](crate::Ledger::spared).
