@@ -100,11 +100,21 @@ impl Observer for Laws {
                 + impulse;
             assert!((a.momentum_change() + b.momentum_change()).length() < 1e-14 * scale);
         }
-        for (side, [before, after]) in [a, b].into_iter().zip(&motions) {
+        for ((side, sign), [before, after]) in [(a, -1.0), (b, 1.0)].into_iter().zip(&motions) {
+            // Δv = J/m, and ΔL about the body's own centre is the moment of J at the point of contact.
+            let (inertia, arm) = (side.body.inertia(), point - before.position);
+            let received = sign * report.impulse;
+            let scale = before.velocity.length() + received.length() * inertia.inverse_mass;
+            let difference = side.velocity_change() - received * inertia.inverse_mass;
+            assert!(difference.length() <= 1e-14 * scale);
             if side.body.is_locked() {
-                assert_eq!(side.angular_velocity_change(), 0.0);
+                assert_eq!((side.angular_velocity_change(), side.angular_momentum_change()), (0.0, 0.0));
                 continue;
             }
+            let scale =
+                before.angular_velocity.abs() / inertia.inverse_moment + arm.length() * received.length();
+            let difference = side.angular_momentum_change() - arm.perp_dot(received);
+            assert!(difference.abs() <= 1e-13 * scale, "{difference} of {scale}");
             // The impulse has no moment about the point at which it acts: each body alone keeps L about it.
             let about = |motion: &Motion| angular_momentum(motion, side.body.inertia(), point);
             let arm = (point - before.position).length();
