@@ -239,3 +239,26 @@ fn check_locking<S: Scheduler>(options: &S::Options) {
         assert!((struck.angular_velocity - spin).abs() < 1e-15);
     }
 }
+
+#[test]
+fn no_edit_sets_a_counter_back() {
+    with_each_scheduler!(check_counters);
+}
+
+fn check_counters<S: Scheduler>(options: &S::Options) {
+    let mut simulation = simulate::<S>(&menagerie(9), options);
+    let mut before = simulation.view().counters().scheduler;
+    for round in 0..4 {
+        simulation.run_until(0.3 * f64::from(round + 1)).unwrap();
+        let now = simulation.view().counters().scheduler;
+        assert!(now.crossings > before.crossings && now.pairs > before.pairs && now.stale > before.stale);
+        before = now;
+        let last = simulation.view().bodies().last().unwrap().body.key();
+        match round {
+            0 => simulation.remove(last).unwrap(),
+            1 => simulation.set_scheduler_options(options).unwrap(),
+            _ => simulation.reset_energy(last, 2.0).unwrap(),
+        }
+        assert_eq!(simulation.view().counters().scheduler, before);
+    }
+}

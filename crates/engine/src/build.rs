@@ -10,7 +10,7 @@ use glam::DVec2;
 
 use crate::{
     AtomSpec, Body, Cells, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError,
-    Scheduler, Simulation, TagNames, Tags, World,
+    Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
     overlap::rounding_bound,
     placement::{self, Sites},
     simulation::{AtOnce, Epoch},
@@ -82,6 +82,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             elasticity,
             names,
             counters: Counters::default(),
+            replaced: SchedulerCounters::default(),
             ledger,
             offset: 0.0,
             epoch: Epoch::ToBegin,

@@ -9,7 +9,7 @@ use glam::DVec2;
 
 use crate::{
     Body, BodyName, Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts,
-    RunError, Scheduler, Side, TagNames, View, World,
+    RunError, Scheduler, SchedulerCounters, Side, TagNames, View, World,
     guard::{Partner, note},
 };
 
@@ -38,6 +38,8 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = Cells> {
     pub(crate) elasticity: ElasticityTable,
     pub(crate) names: TagNames,
     pub(crate) counters: Counters,
+    /// Work of the schedulers that edits have replaced.
+    pub(crate) replaced: SchedulerCounters,
     pub(crate) ledger: Ledger,
     /// How far the present epoch has been run (time).
     pub(crate) offset: f64,
@@ -196,7 +198,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if let Epoch::Running { .. } = self.epoch {
             self.scheduler.store(&mut self.world);
         }
-        self.counters.scheduler = self.scheduler.counters();
+        self.counters.scheduler = self.replaced + self.scheduler.counters();
     }
 
     /// Begins the epoch if it has not begun.
