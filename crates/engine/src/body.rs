@@ -101,7 +101,7 @@ impl BodyName {
     #[cold]
     pub(crate) fn new(body: &Body, names: &TagNames) -> Self {
         let tags = body.tags.iter().map(|&tag| names.name(tag).to_owned()).collect();
-        Self { key: body.key, id: body.id, tags }
+        Self { key: body.key(), id: body.id(), tags }
     }
 }
 

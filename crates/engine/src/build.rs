@@ -82,8 +82,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             elasticity,
             names,
             counters: Counters::default(),
-            replaced: SchedulerCounters::default(),
             ledger,
+            work_before: SchedulerCounters::default(),
             offset: 0.0,
             epoch: Epoch::ToBegin,
         })

@@ -1,5 +1,7 @@
 //! What has happened so far: counts of events, and the books of energy.
 
+use std::ops::Add;
+
 /// Counts of events since the system was built; an edit at a standby resets none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
@@ -39,7 +41,7 @@ pub struct SchedulerCounters {
     pub pairs: u64,
 }
 
-impl std::ops::Add for SchedulerCounters {
+impl Add for SchedulerCounters {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {

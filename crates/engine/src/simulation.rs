@@ -38,8 +38,8 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = Cells> {
     pub(crate) elasticity: ElasticityTable,
     pub(crate) names: TagNames,
     pub(crate) counters: Counters,
-    /// Work of the schedulers that edits have replaced.
-    pub(crate) replaced: SchedulerCounters,
+    /// Work of the schedulers before the present one.
+    pub(crate) work_before: SchedulerCounters,
     pub(crate) ledger: Ledger,
     /// How far the present epoch has been run (time).
     pub(crate) offset: f64,
@@ -198,7 +198,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if let Epoch::Running { .. } = self.epoch {
             self.scheduler.store(&mut self.world);
         }
-        self.counters.scheduler = self.replaced + self.scheduler.counters();
+        self.counters.scheduler = self.work_before + self.scheduler.counters();
     }
 
     /// Begins the epoch if it has not begun.

@@ -153,7 +153,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let scheduler = S::new(options, &self.world)
             .map_err(|reason| reason.named(|body| self.name(body).to_string()))?;
         self.end_epoch(self.offset);
-        self.replaced = self.counters.scheduler;
+        self.work_before = self.counters.scheduler;
         self.scheduler = scheduler;
         self.scheduler_options = options.clone();
         Ok(())
@@ -215,7 +215,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let scheduler = S::new(&self.scheduler_options, &world)
             .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
         self.ledger.put_in += world.energy() - self.world.energy();
-        self.replaced = self.counters.scheduler;
+        self.work_before = self.counters.scheduler;
         (self.offset, self.epoch, self.at_once) = (0.0, Epoch::ToBegin, AtOnce::default());
         (self.world, self.names, self.elasticity, self.scheduler) = (world, names, elasticity, scheduler);
         Ok(())

@@ -33,20 +33,21 @@ const TURN_BINS: usize = 72;
 
 /// A name of `run.observe` that stands here, taken apart.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Asked<'a> {
-    kind: &'a str,
-    tag: Option<&'a str>,
+struct Asked {
+    kind: &'static str,
+    tag: Option<String>,
 }
 
-impl<'a> Asked<'a> {
+impl Asked {
     /// Takes a name apart; `None` if it is not one of these.
-    fn parse(name: &'a str) -> Option<Self> {
+    fn parse(name: &str) -> Option<Self> {
         let (kind, tag) = name.split_once(':').map_or((name, None), |(kind, tag)| (kind, Some(tag)));
-        OBSERVERS.contains(&kind).then_some(Self { kind, tag })
+        let kind = OBSERVERS.into_iter().find(|&known| known == kind)?;
+        Some(Self { kind, tag: tag.map(str::to_owned) })
     }
 
     fn group(&self, view: &View<'_>) -> Result<Group> {
-        let Some(name) = self.tag else { return Ok(Group::All) };
+        let Some(name) = &self.tag else { return Ok(Group::All) };
         let tag = view.tag_names().find(name);
         let tag = tag.filter(|&tag| view.tagged(tag).next().is_some());
         tag.map(Group::from).with_context(|| format!("nothing in the scene carries the tag {name:?}"))
@@ -54,7 +55,7 @@ impl<'a> Asked<'a> {
 
     /// Name of a table.
     fn file(&self, name: &str) -> String {
-        self.tag.map_or_else(|| format!("{name}.csv"), |tag| format!("{name}-{tag}.csv"))
+        self.tag.as_ref().map_or_else(|| format!("{name}.csv"), |tag| format!("{name}-{tag}.csv"))
     }
 }
 
@@ -64,7 +65,7 @@ impl<'a> Asked<'a> {
 /// What is wrong; a name that does not stand here is not known.
 pub fn check(name: &str) -> Result<()> {
     let Some(Asked { kind, tag }) = Asked::parse(name) else { bail!("'{name}' is not known") };
-    match (kind, tag) {
+    match (kind, tag.as_deref()) {
         (CONTACT_DENSITY, None) => bail!("'{name}' needs the tag of a body: {name}:TAG"),
         (THERMOSTAT, Some(_)) => bail!("'{name}': the books of energy are kept for the whole system only"),
         // It becomes part of the name of a file.
@@ -78,8 +79,10 @@ pub fn check(name: &str) -> Result<()> {
 }
 
 /// Observers that are told of standbys only.
-pub struct AtStandbys<'a>(Vec<(Asked<'a>, Looker)>);
+#[derive(Debug, Clone, Default)]
+pub struct AtStandbys(Vec<(Asked, Looker)>);
 
+#[derive(Debug, Clone)]
 enum Looker {
     Velocities(VelocityDistribution),
     Correlation(TimeCorrelation),
@@ -88,13 +91,14 @@ enum Looker {
 }
 
 /// Observers that are told of contacts.
-pub struct AtContacts<'a>(Vec<(Asked<'a>, ContactDensity)>);
+#[derive(Debug, Clone, Default)]
+pub struct AtContacts(Vec<(Asked, ContactDensity)>);
 
 /// The observers that a run asks for.
 ///
 /// # Errors
 /// A tag that nothing carries, a body or a gas that is not unique.
-pub fn observers<'a>(run: &'a RunSpec, view: &View<'_>) -> Result<(AtStandbys<'a>, AtContacts<'a>)> {
+pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<(AtStandbys, AtContacts)> {
     let (mut lookers, mut densities) = (Vec::new(), Vec::new());
     for name in &run.observe {
         let Some(asked) = Asked::parse(name) else { continue };
@@ -110,7 +114,7 @@ pub fn observers<'a>(run: &'a RunSpec, view: &View<'_>) -> Result<(AtStandbys<'a
     Ok((AtStandbys(lookers), AtContacts(densities)))
 }
 
-fn looker(asked: &Asked<'_>, run: &RunSpec, view: &View<'_>) -> Result<Looker> {
+fn looker(asked: &Asked, run: &RunSpec, view: &View<'_>) -> Result<Looker> {
     let group = asked.group(view)?;
     Ok(match asked.kind {
         "velocities" => Looker::Velocities(VelocityDistribution::adaptive(group, SPEED_BINS)),
@@ -147,7 +151,7 @@ fn contact_density(group: Group, view: &View<'_>) -> Result<ContactDensity> {
     Ok(ContactDensity::new(body.body, disc, TURN_BINS)?)
 }
 
-impl Observer for AtStandbys<'_> {
+impl Observer for AtStandbys {
     const WATCHES_COLLISIONS: bool = false;
 
     fn standby(&mut self, view: &View<'_>) {
@@ -162,7 +166,7 @@ impl Observer for AtStandbys<'_> {
     }
 }
 
-impl AtStandbys<'_> {
+impl AtStandbys {
     /// Writes their tables.
     ///
     /// # Errors
@@ -191,7 +195,7 @@ impl AtStandbys<'_> {
     }
 }
 
-fn write_velocities(folder: &Folder, asked: &Asked<'_>, velocities: &VelocityDistribution) -> Result<()> {
+fn write_velocities(folder: &Folder, asked: &Asked, velocities: &VelocityDistribution) -> Result<()> {
     let rows = velocities.series().iter().map(|point| {
         let h = [point.h.map(|h| h.x), point.h.map(|h| h.y)];
         (point.time, point.bodies, point.mean_square, point.kurtosis, h, point.h_at_equilibrium())
@@ -210,7 +214,7 @@ fn write_velocities(folder: &Folder, asked: &Asked<'_>, velocities: &VelocityDis
     folder.write_table(&asked.file("velocity-histogram"), &header, rows)
 }
 
-impl Observer for AtContacts<'_> {
+impl Observer for AtContacts {
     fn start(&mut self, view: &View<'_>) {
         self.0.iter_mut().for_each(|(_, density)| density.start(view));
     }
@@ -224,7 +228,7 @@ impl Observer for AtContacts<'_> {
     }
 }
 
-impl AtContacts<'_> {
+impl AtContacts {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
@@ -326,7 +330,7 @@ mod tests {
 
         let refused = |name: &str| {
             let run = RunSpec { observe: vec![name.to_owned()], ..RunSpec::default() };
-            format!("{:#}", observers(&run, &simulation.view()).err().expect("it is refused"))
+            format!("{:#}", observers(&run, &simulation.view()).expect_err("it is refused"))
         };
         assert!(refused("velocities:nobody").contains("nothing in the scene carries"));
         assert!(refused("contact-density:gas").contains("several bodies"));

@@ -45,7 +45,7 @@ pub struct Outcome {
 pub fn simulate(
     simulation: &mut Simulation,
     run: &RunSpec,
-    (mut lookers, densities): (gas::AtStandbys<'_>, gas::AtContacts<'_>),
+    (mut lookers, densities): (gas::AtStandbys, gas::AtContacts),
     folder: &Folder,
 ) -> Result<Outcome> {
     let asks_for_pressure = run.observe.iter().any(|name| name == "pressure");
