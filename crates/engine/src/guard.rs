@@ -16,9 +16,9 @@
 //! enough to end a collapse: whoever takes part in it for ever does so at intervals that go to 0, so from some moment
 //! on all of its contacts are elastic, and of those there are finitely many (for discs: Burago, Ferleger and Kononenko, Ann.
 //! Math. 147 (1998) 695). In numbers: of contacts that lose energy each body has no more than 1 + t/t_c in a time t on its own
-//! account. Of the contacts of a gas of discs with a time τ from one to
-//! the next of each, a share of 0.2 t_c/τ is spared: three discs that are almost at one place, of which two meet again
-//! (measured at area fractions from 0.1 to 0.65: 5·10⁻⁶ to 2·10⁻⁴ of all contacts for c = 10⁻⁴).
+//! account. Of the contacts of a gas of discs with a time τ from one to the next of each, a share of 0.2 t_c/τ is spared:
+//! three discs are almost at one place, and two of them meet again (measured at area fractions from 0.1 to 0.65: 5·10⁻⁶ to
+//! 2·10⁻⁴ of all contacts for c = 10⁻⁴).
 //!
 //! **Bodies that turn** come back to each other without a third, since the gap bends by K = ω_A² r_A + ω_B² r_B: one that
 //! parts with u' is back after some 2 u'/K. At small e a single contact would leave a u' for which that is far less than

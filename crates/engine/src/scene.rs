@@ -167,9 +167,9 @@ pub struct ElasticitySpec {
     /// than with this share of the speed at which they move past each other. From 0, which is no guard, to 1.
     ///
     /// Larger: more contacts of a dense gas are spared that should lose energy, in proportion (of discs at an area
-    /// fraction of 0.5, about as many as this number says). Smaller: bodies
-    /// that lie against each other have more contacts; below 10⁻⁵ they are so flat that rounding lets turning molecules
-    /// sink into each other. What is spared stands in [`Counters::guarded_collisions`](crate::Counters::guarded_collisions)
+    /// fraction of 0.5, about as many as this number says). Smaller: bodies that lie against each other have more
+    /// contacts, and in the end such flat ones that rounding lets turning molecules sink into each other; at 0 they may
+    /// have contacts without end. What is spared stands in [`Counters::guarded_collisions`](crate::Counters::guarded_collisions)
     /// and [`Ledger::spared`](crate::Ledger::spared).
     #[doc(alias = "inelastic collapse")]
     pub contact_time: f64,
