@@ -68,8 +68,9 @@ pub use carom_engine::{
 pub use carom_geometry::{Atom, Molecule, PeriodicBox, Shape};
 pub use carom_kinematics::{Instant, Motion, Orientation};
 pub use carom_observers::{
-    CollisionRate, DirectionHistogram, EnergyLedger, OverlapCheck, Pressure, ProjectionHistogram,
-    RunningAverage, Subscriptions,
+    CollisionRate, ContactDensity, DirectionHistogram, EnergyLedger, Group, OverlapCheck, PairDistribution,
+    Pressure, ProjectionHistogram, RunningAverage, Subscriptions, ThermostatLedger, TimeCorrelation,
+    VelocityDistribution,
 };
 pub use carom_response::{Elasticity, Impact, Response};
 

@@ -8,7 +8,7 @@ use carom_engine::{Cells, Fineness, Instructions, Observer, Scene, Scheduler, Th
 use carom_kinematics::Instant;
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
 use rand_pcg::Pcg64;
-use support::{Encounters, bits, frozen, gas, menagerie, simulate, with_each_scheduler};
+use support::{Encounters, bits, frozen, gas, menagerie, scenes, simulate, with_each_scheduler};
 
 /// Long enough for some thirty collisions of each body: a last bit that differs has become the first by then.
 const UNTIL: f64 = 3.0;
@@ -126,13 +126,31 @@ fn check_permutation<S: Scheduler>(options: &S::Options) {
 
 #[test]
 fn vector_instructions_give_the_bits_of_the_portable_path() {
-    for scene in [menagerie(4), Scene { gas: vec![gas("disc", 0.015, 400)], ..Scene::default() }] {
+    let many = Scene { gas: vec![gas("disc", 0.015, 400)], ..Scene::default() };
+    for (name, scene) in scenes().into_iter().chain([("menagerie", menagerie(4)), ("many discs", many)]) {
         let [widest, portable] = [Instructions::Widest, Instructions::Portable].map(|instructions| {
             let mut simulation = simulate::<Cells>(&scene, &instructions);
             simulation.run_until(UNTIL).unwrap();
             bits(&simulation.view())
         });
-        assert_eq!(widest, portable);
+        assert_eq!(widest, portable, "{name}");
+    }
+}
+
+#[test]
+fn looking_on_the_way_changes_no_bit_in_any_kind_of_scene() {
+    for (name, scene) in scenes() {
+        let [straight, stopping] = [1, 97].map(|stops| {
+            let mut simulation = simulate::<Cells>(&scene, &Instructions::Widest);
+            let mut seen = Encounters::since(Instant::ZERO);
+            for stop in 1..=stops {
+                let until = 1.5 * f64::from(stop) / f64::from(stops);
+                simulation.observe_until(until, &mut seen).unwrap();
+                assert!(simulation.view().energy() > 0.0);
+            }
+            bits(&simulation.view())
+        });
+        assert_eq!(straight, stopping, "{name}");
     }
 }
 

@@ -4,7 +4,7 @@
 mod support;
 
 use carom_engine::{Cells, Fineness, Instructions, Scene, Scheduler, Thesis};
-use support::{bumper, gas, named, scene, simulate};
+use support::{bumper, gas, named, scene, scenes, simulate};
 
 fn walk<S: Scheduler + Clone>(name: &str, scene: &Scene, options: &S::Options, events: usize) {
     let mut simulation = simulate::<S>(scene, options);
@@ -53,6 +53,19 @@ fn bumpers() {
     start.bumper = vec![bumper(0.1, [0.0, 0.0]), bumper(0.05, [0.5, 0.999])];
     start.gas = vec![gas("dumbbell", 0.03, 4), gas("disc", 0.05, 6)];
     walk_with_each("bumpers", start);
+}
+
+#[test]
+fn every_kind_of_scene() {
+    for (name, scene) in scenes() {
+        let mut cells = simulate::<Cells>(&scene, &Instructions::Widest);
+        for _ in 0..60 {
+            cells.check_invariants(0.05).unwrap_or_else(|violation| panic!("{name}: {violation}"));
+            for _ in 0..7 {
+                cells.step(1e3, &mut ()).unwrap();
+            }
+        }
+    }
 }
 
 #[test]

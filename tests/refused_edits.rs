@@ -14,7 +14,9 @@ use support::{bits, disc, head_on, menagerie, rule, simulate, velocity, with_eac
 fn a_fixed_body_takes_no_rotation_mode() {
     let mut simulation = simulate::<Thesis>(&menagerie(0), &Fineness::Automatic);
     let fixed = simulation.view().bodies().find(|view| view.body.is_fixed()).unwrap().body.key();
-    assert_eq!(simulation.set_rotation(fixed, Rotation::Free), Err(EditError::Fixed(fixed)));
+    let refused = simulation.set_rotation(fixed, Rotation::Free).unwrap_err();
+    assert!(matches!(&refused, EditError::Fixed(name) if name.key == fixed), "{refused}");
+    assert_eq!(refused.to_string(), "body 2 is fixed");
 }
 
 #[test]
@@ -23,8 +25,9 @@ fn another_grid_changes_the_course_of_nothing() {
     simulation.run_until(1.0).unwrap();
     // Reach 1 in a box of 20 × 10.
     let refused = simulation.set_scheduler_options(&Fineness::Given(11));
-    let too_fine = GridError::TooFine { fineness: 11, largest: 10, reach: 1.0 };
-    assert_eq!(refused, Err(EditError::Scene(SceneError::Grid(too_fine))));
+    let reason = GridError::TooFine { fineness: 11, largest: 10, reach: 1.0, bodies: [0, 1] };
+    let entry = "body 0 (tag left) and body 1".to_owned();
+    assert_eq!(refused, Err(EditError::Scene(SceneError::Grid { entry, reason })));
     for fineness in [10, 1, 7] {
         simulation.set_scheduler_options(&Fineness::Given(fineness)).unwrap();
         let goal = simulation.time().to_f64() + 0.25;
@@ -37,7 +40,10 @@ fn another_grid_changes_the_course_of_nothing() {
     let large = disc(1.0, 1.0, [2.0, 2.0], [0.0; 2]);
     assert!(matches!(
         simulation.add(&large),
-        Err(EditError::Scene(SceneError::Grid(GridError::TooFine { fineness: 10, largest: 6, .. })))
+        Err(EditError::Scene(SceneError::Grid {
+            reason: GridError::TooFine { fineness: 10, largest: 6, .. },
+            ..
+        }))
     ));
 }
 
@@ -82,12 +88,20 @@ fn check_refusals<S: Scheduler>(options: &S::Options) {
         matches!(ambiguous, Err(EditError::Scene(SceneError::AmbiguousElasticity { .. }))),
         "{ambiguous:?}"
     );
-    let bad = ElasticitySpec { default: -0.5, pair: vec![] };
+    let bad = ElasticitySpec { default: -0.5, ..ElasticitySpec::default() };
     assert!(matches!(
         simulation.set_elasticity(&bad),
         Err(EditError::Scene(SceneError::Elasticity { entry, .. })) if entry == "elasticity.default"
     ));
-    let disagreeing = ElasticitySpec { default: 1.0, pair: vec![rule(&["a"], 0.1), rule(&["a"], 0.2)] };
+    for contact_time in [-1e-9, 1.5, f64::NAN] {
+        let bad = ElasticitySpec { contact_time, ..ElasticitySpec::default() };
+        assert!(matches!(
+            simulation.set_elasticity(&bad),
+            Err(EditError::Scene(SceneError::Entry { entry, .. })) if entry == "elasticity.contact_time"
+        ));
+    }
+    let rules = vec![rule(&["a"], 0.1), rule(&["a"], 0.2)];
+    let disagreeing = ElasticitySpec { pair: rules, ..ElasticitySpec::default() };
     assert!(simulation.set_elasticity(&disagreeing).is_err());
     // And edits that change nothing.
     simulation.untag(tagged, "never given").unwrap();

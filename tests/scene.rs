@@ -5,8 +5,8 @@ mod support;
 
 use carom_detection::Exact;
 use carom_engine::{
-    AtomSpec, BumperSpec, ElasticityRule, Fineness, GasSpec, GridError, MoleculeSpec, Rotation, Scene,
-    SceneError, Simulation, Thesis,
+    AtomSpec, BumperSpec, Cells, ElasticityRule, Fineness, GasSpec, GridError, Instructions, MoleculeSpec,
+    Rotation, Scene, SceneError, Simulation, Thesis,
 };
 use carom_geometry::GeometryError;
 use carom_response::Impact;
@@ -225,42 +225,57 @@ fn a_grid_too_fine_is_refused_with_the_finest_that_is_safe() {
     };
     for fineness in [50, 35] {
         let error = built(fineness).expect_err("50 misses contacts");
-        let SceneError::Grid(GridError::TooFine { fineness: asked, largest, reach }) = &error else {
+        let SceneError::Grid { entry, reason: GridError::TooFine { fineness: asked, largest, reach, .. } } =
+            &error
+        else {
             panic!("{error}")
         };
         assert_eq!((*asked, *largest), (fineness, 34));
+        assert_eq!(entry, "molecule[0] and gas[0]");
         assert!((reach - 0.029).abs() < 1e-16);
         assert!(error.to_string().contains("the largest safe fineness is 34"), "{error}");
     }
     assert!(built(34).is_ok());
     for fineness in [0, 4097, u32::MAX] {
         assert!(
-            matches!(built(fineness), Err(SceneError::Grid(GridError::Fineness(asked))) if asked == fineness)
+            matches!(built(fineness), Err(SceneError::Grid { reason: GridError::Fineness(asked), .. }) if asked == fineness)
         );
     }
 }
 
 #[test]
 fn a_box_in_which_a_molecule_could_meet_itself_is_refused() {
-    let too_small = |scene: &Scene| matches!(refusal(scene), SceneError::Grid(GridError::BoxTooSmall { .. }));
+    let who = |scene: &Scene| match refusal(scene) {
+        SceneError::Grid { entry, reason: GridError::BoxTooSmall { .. } } => entry,
+        error => panic!("{error}"),
+    };
     // A rod of bounding radius 0.5 and one a little shorter.
-    assert!(too_small(&scene(vec![named("rod:5", 0.1, 1.0, [0.5, 0.5])])));
+    assert_eq!(who(&scene(vec![named("rod:5", 0.1, 1.0, [0.5, 0.5])])), "molecule[0]");
     simulate::<Thesis>(&scene(vec![named("rod:5", 0.099, 1.0, [0.5, 0.5])]), &Fineness::Given(1));
     // The shorter side decides.
     let mut narrow = scene(vec![named("rod:5", 0.05, 1.0, [0.5, 0.25])]);
     narrow.bounds.sides = [1.0, 0.5];
-    assert!(too_small(&narrow));
+    assert_eq!(who(&narrow), "molecule[0]");
     // Two bodies that reach across the whole box.
     let mut wall = scene(vec![disc(0.3, 1.0, [5.0, 0.5], [1.0, 0.0])]);
     wall.bounds.sides = [10.0, 1.0];
     wall.bumper = vec![bumper(0.6, [0.0, 0.5])];
     simulate::<Thesis>(&wall, &Fineness::Given(1));
     wall.bumper[0].radius = 0.8;
-    assert!(too_small(&wall));
+    assert_eq!(who(&wall), "molecule[0] and bumper[0]");
     // A fixed disc may cover the box; nobody is there to meet it.
     let mut covered = scene(vec![]);
     covered.bumper = vec![bumper(0.9, [0.5, 0.5])];
     simulate::<Thesis>(&covered, &Fineness::Automatic).run_until(1.0).unwrap();
+    covered.bumper = vec![bumper(1.6, [0.5, 0.5]), bumper(3.0, [0.0, 0.0])];
+    simulate::<Thesis>(&covered, &Fineness::Automatic).run_until(1.0).unwrap();
+    simulate::<Cells>(&covered, &Instructions::Widest).run_until(1.0).unwrap();
+    // Of two gases the one with the larger discs is named.
+    let mut gases = scene(vec![]);
+    gases.bounds.sides = [2.0, 0.2];
+    gases.gas = vec![gas("disc", 0.01, 30), gas("disc", 0.099, 1), gas("disc", 0.02, 2)];
+    gases.bumper = vec![bumper(0.11, [1.0, 0.1])];
+    assert_eq!(who(&gases), "gas[1] and bumper[0]");
 }
 
 /// Tags, and the coefficient between them.

@@ -77,6 +77,48 @@ pub fn menagerie(seed: u64) -> Scene {
     scene
 }
 
+/// Small scenes that between them use every kind of body, and every kind of list that a scheduler keeps.
+pub fn scenes() -> Vec<(&'static str, Scene)> {
+    let with = |molecule: Vec<MoleculeSpec>, bumper: Vec<BumperSpec>, gas: Vec<GasSpec>| {
+        let mut scene = Scene { molecule, bumper, gas, ..Scene::default() };
+        scene.bounds.seed = 20_261_121;
+        scene
+    };
+    let of_discs = |radius, count| with(vec![], vec![], vec![gas("disc", radius, count)]);
+    let middle = |shape: &str, atom_radius| named(shape, atom_radius, 2.0, [0.5, 0.5]);
+    let big = disc(0.15, 25.0, [0.9, 0.1], [0.0; 2]);
+    let small = |x, y| bumper(0.02, [x, y]);
+    let mut wide = of_discs(0.03, 120);
+    wide.bounds.sides = [2.0, 0.5];
+    let fixed = MoleculeSpec { fixed: true, ..middle("cross", 0.04) };
+    let fast = MoleculeSpec {
+        angular_velocity: 900.0,
+        velocity: [0.0, 3.0],
+        at: [0.2, 0.75],
+        ..middle("rod:8", 0.01)
+    };
+    vec![
+        ("dense discs", of_discs(0.04, 95)),
+        ("dilute discs", of_discs(0.004, 100)),
+        ("a wide box", wide),
+        ("like sizes", with(vec![], vec![], vec![gas("disc", 0.03, 60), gas("disc", 0.02, 60)])),
+        ("unlike sizes", with(vec![big.clone()], vec![], vec![gas("disc", 0.02, 150)])),
+        ("bumpers", with(vec![], vec![small(0.0, 0.0), small(0.3, 0.99)], vec![gas("disc", 0.02, 150)])),
+        (
+            "a tee in its gas",
+            with(vec![middle("tee", 0.01)], vec![small(0.1, 0.1)], vec![gas("disc", 0.02, 180)]),
+        ),
+        ("tees and discs", with(vec![], vec![], vec![gas("tee", 0.01, 12), gas("disc", 0.02, 120)])),
+        ("dumbbells", with(vec![], vec![], vec![gas("dumbbell", 0.02, 80)])),
+        (
+            "a fixed cross, a big disc and a fast rod",
+            with(vec![fixed, big, fast], vec![], vec![gas("disc", 0.015, 120)]),
+        ),
+        ("three cells a side", with(vec![middle("dumbbell", 0.1)], vec![], vec![gas("disc", 0.15, 5)])),
+        ("too few cells for a grid", of_discs(0.2, 4)),
+    ]
+}
+
 /// The scene run by a given scheduler.
 pub fn simulate<S: Scheduler>(scene: &Scene, options: &S::Options) -> Simulation<Exact, Impact, S> {
     Simulation::with(scene, Exact::default(), Impact, options.clone()).expect("the scene can be built")

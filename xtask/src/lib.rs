@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod brownian;
+pub mod canvas;
 pub mod cli;
 pub mod detect;
 pub mod encounters;

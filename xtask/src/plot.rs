@@ -1,6 +1,6 @@
 //! Charts as SVG: lines and bands over two straight axes, in colours that colour-blind readers can tell apart.
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use plotters::{
     coord::{
         Shift,
@@ -9,6 +9,8 @@ use plotters::{
     },
     prelude::*,
 };
+
+use crate::canvas::{self, Plane, Side};
 
 /// Colours of Okabe and Ito (2008), "Color universal design".
 pub mod colour {
@@ -68,8 +70,6 @@ pub struct Chart {
     pub layers: Vec<Layer>,
 }
 
-pub(crate) const FONT: &str = "sans-serif";
-
 /// Points of a staircase: `values` over equal bins from `first` to `last`.
 pub fn staircase(first: f64, last: f64, values: &[f64]) -> Vec<(f64, f64)> {
     let edge = |index: usize| first + (last - first) * index as f64 / values.len() as f64;
@@ -126,54 +126,25 @@ impl Chart {
             let sound = low.is_finite() && high.is_finite() && low < high;
             anyhow::ensure!(sound, "chart '{}': axis '{}' from {low} to {high}", self.title, axis.label);
         }
-        let mut text = String::new();
-        {
-            let root = SVGBackend::with_string(&mut text, (920, 420)).into_drawing_area();
-            self.draw(&root).map_err(|error| anyhow!("chart '{}': {error}", self.title))?;
-        }
-        Ok(text)
+        canvas::svg(&self.title, (920, 420), |root| self.draw(root))
     }
 
     fn draw(&self, root: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<()> {
-        root.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(root)
-            .margin(12)
-            .margin_right(24)
-            .caption(&self.title, (FONT, 18))
-            .x_label_area_size(46)
-            .y_label_area_size(78)
-            .build_cartesian_2d(self.x.scale(), self.y.scale())?;
-        chart
-            .configure_mesh()
-            .x_desc(&self.x.label)
-            .y_desc(&self.y.label)
-            .label_style((FONT, 13))
-            .axis_desc_style((FONT, 14))
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(BLACK.mix(0.12))
-            .x_label_formatter(&|value| tick(*value, self.x.range))
-            .y_label_formatter(&|value| tick(*value, self.y.range))
-            .draw()?;
+        let x_format = |value: &f64| tick(*value, self.x.range);
+        let y_format = |value: &f64| tick(*value, self.y.range);
+        let x = Side { scale: self.x.scale(), label: &self.x.label, format: &x_format };
+        let y = Side { scale: self.y.scale(), label: &self.y.label, format: &y_format };
+        let mut chart = canvas::plane(root, &self.title, x, y)?;
         for layer in &self.layers {
             self.draw_layer(&mut chart, layer)?;
         }
         if self.layers.iter().any(|layer| !layer.name.is_empty()) {
-            chart
-                .configure_series_labels()
-                .position(SeriesLabelPosition::UpperRight)
-                .label_font((FONT, 13))
-                .background_style(WHITE.mix(0.85))
-                .border_style(BLACK.mix(0.25))
-                .draw()?;
+            canvas::legend(&mut chart, SeriesLabelPosition::UpperRight)?;
         }
-        Ok(root.present()?)
+        Ok(())
     }
 
-    fn draw_layer<'a>(
-        &self,
-        chart: &mut ChartContext<'a, SVGBackend<'a>, Cartesian2d<Scale, Scale>>,
-        layer: &Layer,
-    ) -> Result<()> {
+    fn draw_layer(&self, chart: &mut Plane<'_, Scale, Scale>, layer: &Layer) -> Result<()> {
         let colour = layer.colour;
         let inside = |y: f64| y.clamp(self.y.range.0, self.y.range.1);
         match &layer.shape {

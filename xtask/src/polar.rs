@@ -1,13 +1,16 @@
 //! Polar charts as SVG: a positive quantity against direction, round the clock.
 
-use anyhow::{Result, anyhow, ensure};
+use anyhow::{Result, ensure};
 use plotters::{
     coord::Shift,
     prelude::*,
     style::text_anchor::{HPos, Pos, VPos},
 };
 
-use crate::plot::{FONT, staircase, tick};
+use crate::{
+    canvas::{self, FONT},
+    plot::{staircase, tick},
+};
 
 /// Curves of a positive quantity against direction.
 #[derive(Debug, Clone)]
@@ -30,16 +33,10 @@ impl Polar {
         ensure!(values().all(f64::is_finite), "polar chart '{}': a value is not finite", self.title);
         let largest = values().fold(0.0, f64::max);
         let rim = if largest > 0.0 { 1.05 * largest } else { 1.0 };
-        let mut text = String::new();
-        {
-            let root = SVGBackend::with_string(&mut text, (560, 600)).into_drawing_area();
-            self.draw(&root, rim).map_err(|error| anyhow!("polar chart '{}': {error}", self.title))?;
-        }
-        Ok(text)
+        canvas::svg(&self.title, (560, 600), |root| self.draw(root, rim))
     }
 
     fn draw(&self, root: &DrawingArea<SVGBackend<'_>, Shift>, rim: f64) -> Result<()> {
-        root.fill(&WHITE)?;
         let span = 1.18 * rim;
         let mut chart = ChartBuilder::on(root)
             .margin(10)
@@ -76,16 +73,10 @@ impl Polar {
                 .label(name)
                 .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2)));
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::LowerRight)
-            .label_font((FONT, 13))
-            .background_style(WHITE.mix(0.85))
-            .border_style(BLACK.mix(0.25))
-            .draw()?;
+        canvas::legend(&mut chart, SeriesLabelPosition::LowerRight)?;
         let label = Text::new(self.label.clone(), (-span, -span * 0.99), (FONT, 12).into_font());
         chart.draw_series([label])?;
-        Ok(root.present()?)
+        Ok(())
     }
 }
 

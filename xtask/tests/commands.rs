@@ -122,7 +122,7 @@ fn an_existing_folder_is_refused_unless_forced() {
 }
 
 const SCENE: &str = "[box]\nseed = 3\n\n[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 40\n\n\
-                     [run]\nuntil = 0.5\nstandby = 0.1\nobserve = [\"energy\", \"collision-rate\", \"pressure\", \"overlap\"]\n\
+                     [run]\nuntil = 0.5\nstandby = 0.1\nobserve = [\"energy\", \"collision-rate\", \"pressure\", \"overlap\", \"velocities\"]\n\
                      snapshots = \"extxyz\"\n";
 
 /// Runs a scene given as text, with more arguments, into `folder/out`.
@@ -144,6 +144,7 @@ fn a_scene_is_run_and_can_be_run_again_from_what_it_wrote() {
     assert_eq!(fs::read_to_string(out.join("collision-rate.csv")).unwrap().lines().count(), 1 + 5);
 
     assert_eq!(fs::read_to_string(out.join("pressure.csv")).unwrap().lines().count(), 1 + 5);
+    assert_eq!(fs::read_to_string(out.join("velocities.csv")).unwrap().lines().count(), 1 + 6);
 
     let again = root.path().join("again");
     let config = out.join("config.toml");

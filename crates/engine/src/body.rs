@@ -1,10 +1,12 @@
 //! A body of the system: its shape, its inertia and its tags.
 
-use std::sync::Arc;
+use std::{fmt, sync::Arc};
 
 use carom_geometry::Molecule;
 use carom_kinematics::Inertia;
 use smallvec::SmallVec;
+
+use crate::TagNames;
 
 slotmap::new_key_type! {
     /// Handle of a body; stays valid until the body is removed and is never used again.
@@ -81,5 +83,35 @@ impl Body {
     /// Whether the body's orientation is locked, or it is fixed.
     pub fn is_locked(&self) -> bool {
         self.inertia.inverse_moment == 0.0
+    }
+}
+
+/// A body as an error names it: its handle, its number and its tags.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BodyName {
+    /// Handle.
+    pub key: BodyKey,
+    /// Number in order of insertion, from 0.
+    pub id: u64,
+    /// Names of its tags.
+    pub tags: Vec<String>,
+}
+
+impl BodyName {
+    #[cold]
+    pub(crate) fn new(body: &Body, names: &TagNames) -> Self {
+        let tags = body.tags.iter().map(|&tag| names.name(tag).to_owned()).collect();
+        Self { key: body.key(), id: body.id(), tags }
+    }
+}
+
+impl fmt::Display for BodyName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "body {}", self.id)?;
+        match &self.tags[..] {
+            [] => Ok(()),
+            [tag] => write!(f, " (tag {tag})"),
+            tags => write!(f, " (tags {})", tags.join(", ")),
+        }
     }
 }

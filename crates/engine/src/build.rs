@@ -10,7 +10,7 @@ use glam::DVec2;
 
 use crate::{
     AtomSpec, Body, Cells, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError,
-    Scheduler, Simulation, TagNames, Tags, World,
+    Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
     overlap::rounding_bound,
     placement::{self, Sites},
     simulation::{AtOnce, Epoch},
@@ -66,10 +66,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             entries.push(entry);
         }
         refuse_overlaps(&world, &entries)?;
-        placement::fill(&mut world, &mut names, scene)?;
+        let gases = placement::fill(&mut world, &mut names, scene)?;
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut names)?;
         elasticity.classify(&mut world)?;
-        let scheduler = S::new(&options, &world)?;
+        let scheduler = S::new(&options, &world)
+            .map_err(|reason| reason.named(|body| entry_of(body, &entries, &gases)))?;
         let ledger = Ledger { initial: world.energy(), ..Ledger::default() };
         Ok(Self {
             at_once: AtOnce::default(),
@@ -82,10 +83,23 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             names,
             counters: Counters::default(),
             ledger,
+            work_before: SchedulerCounters::default(),
             offset: 0.0,
             epoch: Epoch::ToBegin,
         })
     }
+}
+
+/// The entry of a scene that a body comes from.
+fn entry_of(body: usize, singles: &[String], gases: &[usize]) -> String {
+    singles.get(body).cloned().unwrap_or_else(|| {
+        let mut before = singles.len();
+        let within = |count: &usize| {
+            before += count;
+            body < before
+        };
+        format!("gas[{}]", gases.iter().position(within).unwrap_or(gases.len()))
+    })
 }
 
 /// How many boxes away a molecule may be placed: farther out, its place in the box would have lost half its digits.

@@ -1,31 +1,58 @@
 //! What has happened so far: counts of events, and the books of energy.
 
-/// Counts of events since the system was built.
+use std::ops::Add;
+
+/// Counts of events since the system was built; an edit at a standby resets none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
     /// Contacts between two bodies, fixed ones included.
     pub collisions: u64,
     /// Of these, contacts with a fixed body.
     pub fixed_collisions: u64,
-    /// Epochs begun.
+    /// Contacts whose elasticity the guard against inelastic collapse has raised, if by ever so little
+    /// ([`ElasticitySpec::contact_time`](crate::ElasticitySpec::contact_time)): what that means for the energy is in
+    /// [`Ledger::spared`].
+    pub guarded_collisions: u64,
+    /// Epochs begun: stretches of time at the start of which everything is predicted anew.
     pub epochs: u64,
     /// Work of the scheduler.
     pub scheduler: SchedulerCounters,
 }
 
 /// What a scheduler did to find the contacts.
+///
+/// These are counts of work: they depend on the scheduler, not on the trajectory alone. How it is told apart what costs
+/// time: many crossings, and the cells are too small; many stale predictions, and the gas is dense; many re-checks, and
+/// molecules fly long at a small gap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SchedulerCounters {
-    /// Bodies that entered another cell.
+    /// Bodies that entered another cell. Those that cover several cells of [`Cells`](crate::Cells) are not among them.
     pub crossings: u64,
-    /// Predictions that came up after a partner had changed.
+    /// Predictions that came up after a partner had changed its motion. [`Thesis`](crate::Thesis) drops them, and has one for
+    /// each pair; [`Cells`](crate::Cells) predicts the body anew, and has one for each body.
     pub stale: u64,
-    /// Searches that ended "certified free until" or without certainty, and were asked again.
+    /// Times at which a search was taken up again that had ended "certified free until" or without certainty. Fewer than
+    /// there were such searches: a body that meets another before is predicted anew in any case.
     pub rechecks: u64,
-    /// Of these, searches that ended without certainty; always 0 with the exact detector.
+    /// Searches that ended without certainty; always 0 with the exact detector.
     pub unresolved: u64,
-    /// Pairs asked for their first contact.
+    /// Pairs asked for their first contact. Those in the loop over small discs of [`Cells`](crate::Cells) are not counted:
+    /// counting would take a share of the time that asking takes.
     pub pairs: u64,
+}
+
+impl Add for SchedulerCounters {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            crossings: self.crossings + other.crossings,
+            stale: self.stale + other.stale,
+            rechecks: self.rechecks + other.rechecks,
+            unresolved: self.unresolved + other.unresolved,
+            pairs: self.pairs + other.pairs,
+        }
+    }
 }
 
 /// Energy taken out and put in since the system was built (mass × length² / time²).
@@ -37,6 +64,9 @@ pub struct Ledger {
     pub initial: f64,
     /// Lost in contacts of elasticity below 1, less what superelastic ones gave.
     pub lost: f64,
+    /// What contacts of elasticity below 1 would have lost as well without the guard against inelastic collapse; it is still
+    /// there, and in none of the other three.
+    pub spared: f64,
     /// Put in by energy resets and by adding, removing or locking bodies.
     pub put_in: f64,
 }

@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use carom_response::Elasticity;
 
-use crate::{Body, ElasticitySpec, SceneError, Tag, TagNames, Tags, World};
+use crate::{Body, ElasticitySpec, SceneError, Tag, TagNames, Tags, World, guard::Guard};
 
 /// Elasticity of each kind of contact. A rule for a pair of tags goes before a rule for one tag, and that
 /// before the default; two rules of equal rank that both apply and disagree are an error.
 #[derive(Debug, Clone, Default)]
 pub struct ElasticityTable {
     default: Elasticity,
+    pub(crate) guard: Guard,
     rules: Vec<Rule>,
     /// How many sets of tags exist: bodies with equal tags are of one class.
     classes: usize,
@@ -26,6 +27,12 @@ struct Rule {
 }
 
 impl ElasticityTable {
+    /// Whether every contact is elastic, without a rule.
+    #[inline]
+    pub fn is_elastic(&self) -> bool {
+        self.by_class.is_empty() && self.default == Elasticity::ELASTIC
+    }
+
     /// The elasticity of a contact between two bodies.
     pub fn between(&self, a: &Body, b: &Body) -> Elasticity {
         if self.by_class.is_empty() {
@@ -52,15 +59,33 @@ impl ElasticityTable {
             });
         }
         let default = coefficient("elasticity.default".to_owned(), spec.default)?;
-        Ok(Self { default, rules, classes: 0, by_class: Vec::new() })
+        if !(0.0..=1.0).contains(&spec.contact_time) {
+            let problem = format!("it must be from 0 to 1, but is {}", spec.contact_time);
+            return Err(SceneError::Entry { entry: "elasticity.contact_time".to_owned(), problem });
+        }
+        let guard = Guard { contact_time: spec.contact_time };
+        Ok(Self { default, guard, rules, classes: 0, by_class: Vec::new() })
+    }
+
+    /// Makes the table good for the bodies of a world, and has the world keep what the guard needs to know.
+    pub(crate) fn classify(&mut self, world: &mut World) -> Result<(), SceneError> {
+        self.by_class.clear();
+        if !self.rules.is_empty() {
+            self.look_up(world)?;
+        }
+        world.keep_last_contacts(self.is_guarded());
+        Ok(())
+    }
+
+    /// Whether there are contacts that lose energy, and a guard over them.
+    fn is_guarded(&self) -> bool {
+        let loses = |elasticity: Elasticity| elasticity.coefficient() < 1.0;
+        let any = loses(self.default) || self.rules.iter().any(|rule| loses(rule.elasticity));
+        any && self.guard.contact_time > 0.0
     }
 
     /// Sorts the bodies into classes and looks up each pair of classes once.
-    pub(crate) fn classify(&mut self, world: &mut World) -> Result<(), SceneError> {
-        self.by_class.clear();
-        if self.rules.is_empty() {
-            return Ok(());
-        }
+    fn look_up(&mut self, world: &mut World) -> Result<(), SceneError> {
         let mut classes: BTreeMap<Tags, u32> = BTreeMap::new();
         for body in &mut world.bodies {
             let next = classes.len() as u32;

@@ -5,7 +5,7 @@ use carom_kinematics::Instant;
 use carom_response::ElasticityError;
 use thiserror::Error;
 
-use crate::BodyKey;
+use crate::{BodyKey, BodyName};
 
 /// A scene that cannot be built; the entry is named.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -73,8 +73,13 @@ pub enum SceneError {
         other: f64,
     },
     /// The grid or the box does not suit the bodies.
-    #[error(transparent)]
-    Grid(#[from] GridError),
+    #[error("{entry}: {reason}")]
+    Grid {
+        /// The entries or bodies that decide, or the grid itself.
+        entry: String,
+        /// What is wrong.
+        reason: GridError,
+    },
 }
 
 /// A grid too fine, or a box too small, for the bodies in it.
@@ -93,6 +98,8 @@ pub enum GridError {
         largest: u32,
         /// Largest sum of two bounding radii (length).
         reach: f64,
+        /// The two bodies, by their places in [`World::bodies`](crate::World::bodies).
+        bodies: [usize; 2],
     },
     /// A fineness of 0, or more cells than can be stored.
     #[error("the fineness of a grid must be from 1 to 4096, but is {0}")]
@@ -104,7 +111,23 @@ pub enum GridError {
         reach: f64,
         /// The shorter side (length).
         side: f64,
+        /// The two bodies, by their places in [`World::bodies`](crate::World::bodies); twice the same if it is one.
+        bodies: [usize; 2],
     },
+}
+
+impl GridError {
+    /// Puts the names of the bodies before the error.
+    pub(crate) fn named(self, name: impl Fn(usize) -> String) -> SceneError {
+        let entry = match self {
+            Self::TooFine { bodies: [a, b], .. } | Self::BoxTooSmall { bodies: [a, b], .. } => {
+                let (a, b) = (name(a), name(b));
+                if a == b { a } else { format!("{a} and {b}") }
+            }
+            Self::Fineness(_) => "the grid".to_owned(),
+        };
+        SceneError::Grid { entry, reason: self }
+    }
 }
 
 /// An edit at a standby that cannot be made; nothing was changed.
@@ -112,17 +135,17 @@ pub enum GridError {
 #[non_exhaustive]
 pub enum EditError {
     /// The body is not, or no longer, in the system.
-    #[error("there is no body {0:?}")]
+    #[error("the body is not, or no longer, in the system")]
     NoSuchBody(BodyKey),
     /// A body of zero energy has no direction to keep, so no energy can be given to it.
-    #[error("the energy of body {0:?} cannot be reset: it has none, hence no direction of motion")]
-    NoEnergy(BodyKey),
+    #[error("the energy of {0} cannot be reset: it has none, hence no direction of motion")]
+    NoEnergy(BodyName),
     /// An energy that is not positive, NaN or infinite, or so large that speeds are beyond computing with.
     #[error("an energy must be positive and give no speed above 1e60, but is {0}")]
     Energy(f64),
     /// The body is fixed and takes no energy and no rotation mode.
-    #[error("body {0:?} is fixed")]
-    Fixed(BodyKey),
+    #[error("{0} is fixed")]
+    Fixed(BodyName),
     /// The system would not be a valid scene.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -136,12 +159,12 @@ pub enum RunError {
     #[error("a run must end at a finite time, not at {0}")]
     Time(f64),
     /// One body has had too many contacts at one and the same instant.
-    #[error("at time {time} body {body:?} has had {contacts} contacts without time moving on")]
+    #[error("at time {time} {body} has had {contacts} contacts without time moving on")]
     Stalled {
         /// When.
         time: Instant,
         /// Which body.
-        body: BodyKey,
+        body: BodyName,
         /// How many contacts.
         contacts: u32,
     },
@@ -154,12 +177,12 @@ pub enum RunError {
         stretch: f64,
     },
     /// Speeds have grown beyond what can be computed with (superelastic contacts do this).
-    #[error("at time {time} body {body:?} is too fast to go on: speed {speed:e}")]
+    #[error("at time {time} {body} is too fast to go on: speed {speed:e}")]
     BlowUp {
         /// When.
         time: Instant,
         /// Which body.
-        body: BodyKey,
+        body: BodyName,
         /// Its speed, or rim speed (length per time).
         speed: f64,
     },

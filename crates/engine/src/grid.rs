@@ -57,17 +57,17 @@ impl Grid {
     /// [`GridError`] if the fineness asked for is not safe, or no fineness is.
     pub fn counts_for(world: &World, fineness: Fineness) -> Result<[i32; 2], GridError> {
         let sides = world.bounds().sides();
-        let reach = world.largest_reach();
-        let shorter = sides.min_element();
-        let own_image = world
-            .bodies()
-            .iter()
-            .filter(|body| !body.is_fixed())
-            .map(|body| 2.0 * body.molecule().bounding_radius())
-            .fold(0.0, f64::max);
-        // A molecule of diameter `shorter` touches its own image for ever; a pair may just fit.
-        if own_image >= shorter || reach > shorter {
-            return Err(GridError::BoxTooSmall { reach: reach.max(own_image), side: shorter });
+        let side = sides.min_element();
+        let (reach, bodies) = world.farthest_reaching().unwrap_or_default();
+        // The first of the pair is the largest body that moves.
+        let own = world.bodies().get(bodies[0]).filter(|body| !body.is_fixed());
+        let own_image = own.map_or(0.0, |body| 2.0 * body.molecule().bounding_radius());
+        // A molecule of that diameter touches its own image for ever; a pair may just fit.
+        if own_image >= side {
+            return Err(GridError::BoxTooSmall { reach: own_image, side, bodies: [bodies[0]; 2] });
+        }
+        if reach > side {
+            return Err(GridError::BoxTooSmall { reach, side, bodies });
         }
         // The rounding of the quotient, and the few roundings by which bounding radii are never too small, must not
         // refuse a cell exactly as long as the reach.
@@ -78,13 +78,13 @@ impl Grid {
                 FINEST
             }
         };
-        let largest = safe(shorter).max(1);
+        let largest = safe(side).max(1);
         match fineness {
             Fineness::Given(fineness) if !(1..=FINEST).contains(&fineness) => {
                 Err(GridError::Fineness(fineness))
             }
             Fineness::Given(fineness) if fineness > largest => {
-                Err(GridError::TooFine { fineness, largest, reach })
+                Err(GridError::TooFine { fineness, largest, reach, bodies })
             }
             Fineness::Given(fineness) => Ok([fineness as i32; 2]),
             Fineness::Automatic => {

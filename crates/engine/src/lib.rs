@@ -45,6 +45,7 @@ mod counters;
 mod elasticity_table;
 mod error;
 mod grid;
+mod guard;
 mod invariants;
 mod observer;
 mod overlap;
@@ -59,7 +60,7 @@ mod thesis;
 mod view;
 mod world;
 
-pub use body::{Body, BodyKey, Rotation, Tag, Tags};
+pub use body::{Body, BodyKey, BodyName, Rotation, Tag, Tags};
 pub use cells::{Cells, Instructions};
 pub use counters::{Counters, Ledger, SchedulerCounters};
 pub use elasticity_table::ElasticityTable;

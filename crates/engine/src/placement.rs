@@ -47,8 +47,8 @@ struct Species<'a> {
     places: Vec<DVec2>,
 }
 
-/// Places and sets in motion every gas of the scene.
-pub(crate) fn fill(world: &mut World, names: &mut TagNames, scene: &Scene) -> Result<(), SceneError> {
+/// Places and sets in motion every gas of the scene, one after the other; tells how many bodies each has.
+pub(crate) fn fill(world: &mut World, names: &mut TagNames, scene: &Scene) -> Result<Vec<usize>, SceneError> {
     let (seed, replica) = (scene.bounds.seed, scene.bounds.replica);
     let mut places = random_stream(seed, replica, Purpose::Placement);
     let mut velocities = random_stream(seed, replica, Purpose::Velocities);
@@ -89,7 +89,7 @@ pub(crate) fn fill(world: &mut World, names: &mut TagNames, scene: &Scene) -> Re
     for kind in &species {
         set_in_motion(world, names, kind, &mut places, &mut velocities);
     }
-    Ok(())
+    Ok(species.iter().map(|kind| kind.count).collect())
 }
 
 impl<'a> Species<'a> {

@@ -1,6 +1,7 @@
 //! The report of a collision: who, where, when, and what it changed.
 
 use carom_kinematics::{Instant, Motion, angular_momentum, kinetic_energy, momentum};
+use carom_response::Elasticity;
 use glam::DVec2;
 
 use crate::Body;
@@ -61,6 +62,9 @@ pub struct CollisionReport<'a> {
     pub normal: DVec2,
     /// Impulse on the second body (mass × length / time); the first receives its opposite.
     pub impulse: DVec2,
+    /// The elasticity that held: that of the two bodies, or a higher one where the guard against inelastic collapse
+    /// has raised it.
+    pub elasticity: Elasticity,
     /// Which image of the second body was touched, in boxes relative to its place.
     pub image: [i64; 2],
 }

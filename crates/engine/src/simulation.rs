@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use carom_detection::{Detection, Exact};
 use carom_kinematics::{Instant, Motion, kinetic_energy};
-use carom_response::{ContactFrame, Impact, Response, struck};
+use carom_response::{ContactFrame, Elasticity, Impact, Response, struck};
 use glam::DVec2;
 
 use crate::{
-    Body, Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts, RunError,
-    Scheduler, Side, TagNames, View, World,
+    Body, BodyName, Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts,
+    RunError, Scheduler, SchedulerCounters, Side, TagNames, View, World,
+    guard::{Partner, note},
 };
 
 /// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose digits.
@@ -37,6 +38,8 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = Cells> {
     pub(crate) elasticity: ElasticityTable,
     pub(crate) names: TagNames,
     pub(crate) counters: Counters,
+    /// Work of the schedulers before the present one.
+    pub(crate) work_before: SchedulerCounters,
     pub(crate) ledger: Ledger,
     /// How far the present epoch has been run (time).
     pub(crate) offset: f64,
@@ -195,7 +198,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if let Epoch::Running { .. } = self.epoch {
             self.scheduler.store(&mut self.world);
         }
-        self.counters.scheduler = self.scheduler.counters();
+        self.counters.scheduler = self.work_before + self.scheduler.counters();
     }
 
     /// Begins the epoch if it has not begun.
@@ -228,12 +231,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.offset = contact.time;
         self.bound_contacts_at_once(contact.bodies, contact.time)?;
         match contact.parts {
-            Parts::Discs => self.resolve_discs(&contact, observer),
-            Parts::Atoms(..) | Parts::BoundingCircles => self.resolve_molecules(&contact, observer),
+            Parts::Discs if self.elasticity.is_elastic() => self.resolve_discs(&contact, observer),
+            _ => self.resolve_any(&contact, observer),
         }
     }
 
-    /// The contact of two discs: nothing of it turns, so nothing of what turns is looked at.
+    /// The contact of two discs where all contacts are elastic: of what turns or loses energy, nothing is looked at.
     #[inline]
     fn resolve_discs<O: Observer>(
         &mut self,
@@ -250,20 +253,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             d += self.world.bounds.shift(image);
         }
         let inverse_masses = [body_a.inertia.inverse_mass, body_b.inertia.inverse_mass];
-        let elasticity = self.elasticity.between(body_a, body_b);
+        let elasticity = Elasticity::ELASTIC;
         let impulse = self.response.impulse_of_discs(d, [velocity_a, velocity_b], inverse_masses, elasticity);
         let after = [velocity_a - impulse * inverse_masses[0], velocity_b + impulse * inverse_masses[1]];
-        self.epoch.accept(&self.world, bodies, time, after, 0.0)?;
+        self.epoch.accept(&self.world, &self.names, bodies, time, after, 0.0)?;
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from((inverse_masses[0] == 0.0) | (inverse_masses[1] == 0.0));
-        if elasticity.coefficient() != 1.0 {
-            let energy = |velocity: DVec2, inverse_mass: f64| {
-                if inverse_mass == 0.0 { 0.0 } else { 0.5 * velocity.length_squared() / inverse_mass }
-            };
-            self.ledger.lost += (energy(velocity_a, inverse_masses[0])
-                + energy(velocity_b, inverse_masses[1]))
-                - (energy(after[0], inverse_masses[0]) + energy(after[1], inverse_masses[1]));
-        }
         if O::WATCHES_COLLISIONS {
             let side = |body, position, before: DVec2, after| {
                 let before = Motion { velocity: before, time, ..Motion::at_rest(position) };
@@ -280,6 +275,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 point: place_a + body_a.molecule.bounding_radius() * normal,
                 normal,
                 impulse,
+                elasticity,
                 image,
             });
         }
@@ -292,12 +288,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         Ok(())
     }
 
+    /// Any contact.
     #[inline(never)]
-    fn resolve_molecules<O: Observer>(
-        &mut self,
-        contact: &ContactEvent,
-        observer: &mut O,
-    ) -> Result<(), RunError> {
+    fn resolve_any<O: Observer>(&mut self, contact: &ContactEvent, observer: &mut O) -> Result<(), RunError> {
         let ContactEvent { time, bodies, image, parts } = *contact;
         let [a, b] = bodies;
         let before = [self.scheduler.motion(a).at(time), self.scheduler.motion(b).at(time)];
@@ -311,7 +304,18 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             d += self.world.bounds.shift(image);
         }
         let frame = ContactFrame { line_of_centres: d, arms };
-        let elasticity = self.elasticity.between(body_a, body_b);
+        let mut elasticity = self.elasticity.between(body_a, body_b);
+        if !self.world.last_contacts.is_empty() {
+            let since = note(&mut self.world.last_contacts, bodies, time);
+            if elasticity.coefficient() < 1.0 {
+                let partner = |n: usize, body| Partner { body, motion: &before[n], since: since[n] };
+                let pair = [partner(0, body_a), partner(1, body_b)];
+                let (raised, spared) = self.elasticity.guard.raise(elasticity, &frame, pair);
+                self.counters.guarded_collisions += u64::from(raised != elasticity);
+                self.ledger.spared += spared;
+                elasticity = raised;
+            }
+        }
         let (inertia_a, inertia_b) = (&body_a.inertia, &body_b.inertia);
         let impulse =
             self.response.impulse(&frame, [(&before[0], inertia_a), (&before[1], inertia_b)], elasticity);
@@ -320,7 +324,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             struck(&before[1], inertia_b, arms[1], impulse),
         ];
         let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());
-        self.epoch.accept(&self.world, bodies, time, [after[0].velocity, after[1].velocity], spin)?;
+        self.epoch.accept(
+            &self.world,
+            &self.names,
+            bodies,
+            time,
+            [after[0].velocity, after[1].velocity],
+            spin,
+        )?;
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from(inertia_a.is_fixed() || inertia_b.is_fixed());
         if elasticity.coefficient() != 1.0 {
@@ -345,6 +356,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 point: before[0].position + (arms[0] + radius * normal),
                 normal,
                 impulse,
+                elasticity,
                 image,
             });
         }
@@ -376,7 +388,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             *contacts += u32::from(!body.is_fixed());
             if *contacts > MOST_CONTACTS_AT_ONCE {
                 let (time, contacts) = (self.world.epoch.after(time), *contacts);
-                return Err(RunError::Stalled { time, body: body.key, contacts });
+                return Err(RunError::Stalled { time, body: BodyName::new(body, &self.names), contacts });
             }
         }
         Ok(())
@@ -389,6 +401,7 @@ impl Epoch {
     fn accept(
         &mut self,
         world: &World,
+        names: &TagNames,
         bodies: [u32; 2],
         now: f64,
         velocities: [DVec2; 2],
@@ -401,7 +414,7 @@ impl Epoch {
             return Ok(());
         }
         self.shorten(world, now, speed_squared, spin);
-        refuse_blow_up(world, bodies, now, velocities, spin)
+        refuse_blow_up(world, names, bodies, now, velocities, spin)
     }
 
     #[cold]
@@ -435,6 +448,7 @@ fn stretch(world: &World, speed_squared: f64, spin: f64) -> f64 {
 #[inline(never)]
 fn refuse_blow_up(
     world: &World,
+    names: &TagNames,
     bodies: [u32; 2],
     now: f64,
     velocities: [DVec2; 2],
@@ -444,7 +458,8 @@ fn refuse_blow_up(
         let body = &world.bodies[body as usize];
         let speed = velocity.length() + spin * body.molecule.bounding_radius();
         if !(speed <= carom_geometry::LARGEST && spin.is_finite()) {
-            return Err(RunError::BlowUp { time: world.epoch.after(now), body: body.key, speed });
+            let (time, body) = (world.epoch.after(now), BodyName::new(body, names));
+            return Err(RunError::BlowUp { time, body, speed });
         }
     }
     Ok(())

@@ -7,8 +7,8 @@ use carom_kinematics::{Motion, kinetic_energy};
 use carom_response::Response;
 
 use crate::{
-    BodyKey, EditError, ElasticitySpec, ElasticityTable, MoleculeSpec, Rotation, SceneError, Scheduler,
-    Simulation, Tag, TagNames, World,
+    BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, MoleculeSpec, Rotation, SceneError,
+    Scheduler, Simulation, Tag, TagNames, World,
     build::{add_molecule, inertia},
     overlap::rounding_bound,
     placement::Sites,
@@ -34,7 +34,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             let reach = body.molecule.bounding_radius() + world.bodies[other].molecule.bounding_radius();
             let both_fixed = body.is_fixed() && world.bodies[other].is_fixed();
             if gap < -rounding_bound(world.bounds.sides(), reach) && !both_fixed {
-                let (first, second) = (format!("body {:?}", world.bodies[other].key), entry.to_owned());
+                let other = BodyName::new(&world.bodies[other], &names);
+                let (first, second) = (other.to_string(), entry.to_owned());
                 return Err(SceneError::Overlap { first, second, depth: -gap }.into());
             }
         }
@@ -128,7 +129,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     pub fn set_rotation(&mut self, key: BodyKey, rotation: Rotation) -> Result<(), EditError> {
         let index = self.index(key)?;
         if self.world.bodies[index].is_fixed() {
-            return Err(EditError::Fixed(key));
+            return Err(EditError::Fixed(self.name(index)));
         }
         let before = self.world.energy();
         self.change(index, |motion| {
@@ -149,8 +150,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// [`EditError::Scene`] if the options do not suit the bodies; the old ones then stay.
     #[doc(alias = "fineness")]
     pub fn set_scheduler_options(&mut self, options: &S::Options) -> Result<(), EditError> {
-        let scheduler = S::new(options, &self.world).map_err(SceneError::from)?;
+        let scheduler = S::new(options, &self.world)
+            .map_err(|reason| reason.named(|body| self.name(body).to_string()))?;
         self.end_epoch(self.offset);
+        self.work_before = self.counters.scheduler;
         self.scheduler = scheduler;
         self.scheduler_options = options.clone();
         Ok(())
@@ -159,6 +162,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// The tag of this name, if any body or rule has ever carried it.
     pub fn find_tag(&self, name: &str) -> Option<Tag> {
         self.names.find(name)
+    }
+
+    fn name(&self, index: usize) -> BodyName {
+        BodyName::new(&self.world.bodies[index], &self.names)
     }
 
     fn index(&self, key: BodyKey) -> Result<usize, EditError> {
@@ -173,11 +180,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
         if body.is_fixed() {
-            return Err(EditError::Fixed(key));
+            return Err(EditError::Fixed(self.name(index)));
         }
         let factor = (energy / kinetic_energy(motion, &body.inertia)).sqrt();
         if !factor.is_finite() || factor == 0.0 {
-            return Err(EditError::NoEnergy(key));
+            return Err(EditError::NoEnergy(self.name(index)));
         }
         if factor * motion.velocity.length().max(motion.angular_velocity.abs()) > LARGEST {
             return Err(EditError::Energy(energy));
@@ -205,8 +212,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     fn accept(&mut self, mut world: World, names: TagNames) -> Result<(), EditError> {
         let mut elasticity = self.elasticity.clone();
         elasticity.classify(&mut world)?;
-        let scheduler = S::new(&self.scheduler_options, &world).map_err(SceneError::from)?;
+        let scheduler = S::new(&self.scheduler_options, &world)
+            .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
         self.ledger.put_in += world.energy() - self.world.energy();
+        self.work_before = self.counters.scheduler;
         (self.offset, self.epoch, self.at_once) = (0.0, Epoch::ToBegin, AtOnce::default());
         (self.world, self.names, self.elasticity, self.scheduler) = (world, names, elasticity, scheduler);
         Ok(())

@@ -15,6 +15,8 @@ pub struct World {
     pub(crate) motions: Vec<Motion>,
     /// How many boxes each body has left behind, per axis.
     pub(crate) windings: Vec<[i64; 2]>,
+    /// When each body last had a contact, as an offset in the epoch, −∞ if never; empty where no guard asks for it.
+    pub(crate) last_contacts: Vec<f64>,
     pub(crate) index_of: SlotMap<BodyKey, u32>,
     /// Start of the epoch.
     pub(crate) epoch: Instant,
@@ -28,6 +30,7 @@ impl World {
             bodies: Vec::new(),
             motions: Vec::new(),
             windings: Vec::new(),
+            last_contacts: Vec::new(),
             index_of: SlotMap::with_key(),
             epoch: Instant::ZERO,
             next_id: 0,
@@ -53,6 +56,12 @@ impl World {
     /// [`Self::bodies`].
     pub fn windings(&self) -> &[[i64; 2]] {
         &self.windings
+    }
+
+    /// When each body last had a contact, in the order of [`Self::bodies`], as an offset from the epoch's start (time); −∞
+    /// for one that never had. Empty where nothing guards against inelastic collapse.
+    pub fn last_contacts(&self) -> &[f64] {
+        &self.last_contacts
     }
 
     /// Start of the epoch.
@@ -85,21 +94,26 @@ impl World {
     }
 
     /// The largest distance from centre to centre at which two bodies that can collide may touch
-    /// (length).
+    /// (length); 0 if there are none.
     pub fn largest_reach(&self) -> f64 {
-        let mut moving = [0.0f64; 2];
-        let mut fixed = 0.0f64;
-        for body in &self.bodies {
-            let radius = body.molecule.bounding_radius();
-            if body.is_fixed() {
-                fixed = fixed.max(radius);
-            } else if radius > moving[0] {
-                moving = [radius, moving[0]];
-            } else {
-                moving[1] = moving[1].max(radius);
-            }
-        }
-        moving[0] + moving[1].max(fixed)
+        self.farthest_reaching().map_or(0.0, |(reach, _)| reach)
+    }
+
+    /// The two bodies that can touch from farthest away, and that distance (length): the largest that moves, and the
+    /// largest other. One that moves and is alone reaches itself, with its bounding radius for a distance.
+    pub(crate) fn farthest_reaching(&self) -> Option<(f64, [usize; 2])> {
+        let radius = |index: usize| self.bodies[index].molecule.bounding_radius();
+        // The first of several as large.
+        let largest = |skip: Option<usize>, fixed_too: bool| {
+            (0..self.bodies.len())
+                .filter(|&index| Some(index) != skip && (fixed_too || !self.bodies[index].is_fixed()))
+                .reduce(|best, index| if radius(index) > radius(best) { index } else { best })
+        };
+        let first = largest(None, false)?;
+        Some(match largest(Some(first), true) {
+            Some(second) => (radius(first) + radius(second), [first, second]),
+            None => (radius(first), [first; 2]),
+        })
     }
 
     /// Memory kept on the heap (bytes), shapes not included.
@@ -107,6 +121,7 @@ impl World {
         self.bodies.capacity() * size_of::<Body>()
             + self.motions.capacity() * size_of::<Motion>()
             + self.windings.capacity() * size_of::<[i64; 2]>()
+            + self.last_contacts.capacity() * size_of::<f64>()
             + self.index_of.capacity() * size_of::<(BodyKey, u32)>()
     }
 
@@ -126,11 +141,20 @@ impl World {
         let index = self.index_of.remove(key)? as usize;
         self.motions.remove(index);
         self.windings.remove(index);
+        if index < self.last_contacts.len() {
+            self.last_contacts.remove(index);
+        }
         let body = self.bodies.remove(index);
         for later in &self.bodies[index..] {
             self.index_of[later.key] -= 1;
         }
         Some(body)
+    }
+
+    /// Keeps the times of last contacts from now on, or no longer; bodies that are new have had none.
+    pub(crate) fn keep_last_contacts(&mut self, wanted: bool) {
+        let count = if wanted { self.bodies.len() } else { 0 };
+        self.last_contacts.resize(count, f64::NEG_INFINITY);
     }
 
     /// Brings every moving body to `offset` in the epoch and begins a new epoch there.
@@ -144,6 +168,9 @@ impl World {
             *motion = Motion { position, time: 0.0, ..here };
             winding[0] += image[0];
             winding[1] += image[1];
+        }
+        for time in &mut self.last_contacts {
+            *time -= offset;
         }
         self.epoch = self.epoch.new_epoch(offset);
     }

@@ -61,12 +61,6 @@ impl PeriodicBox {
     pub fn shift(&self, image: [i64; 2]) -> DVec2 {
         DVec2::new(image[0] as f64 * self.sides.x, image[1] as f64 * self.sides.y)
     }
-
-    /// The shortest of all periodic images of a displacement.
-    pub fn minimum_image(&self, displacement: DVec2) -> DVec2 {
-        let turns = (displacement / self.sides).round();
-        displacement - turns * self.sides
-    }
 }
 
 /// Wraps one coordinate into [0, side); −1e-17 must not become `side`.
@@ -111,13 +105,6 @@ mod tests {
             let (place, image) = shape.wrap(DVec2::new(x, y));
             prop_assert!((0.0..side).contains(&place.x) && (0.0..1.0).contains(&place.y));
             prop_assert!((place + shape.shift(image) - DVec2::new(x, y)).length() < 1e-12 * (1.0 + x.abs()));
-        }
-
-        #[test]
-        fn minimum_image_is_the_shortest(x in -5.0..5.0f64, y in -5.0..5.0f64) {
-            let unit = PeriodicBox::default();
-            let least = unit.minimum_image(DVec2::new(x, y));
-            prop_assert!(least.x.abs() <= 0.5 + 1e-15 && least.y.abs() <= 0.5 + 1e-15);
         }
     }
 }

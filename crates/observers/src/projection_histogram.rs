@@ -6,7 +6,7 @@
 use carom_engine::{BodyKey, CollisionReport, Observer};
 use carom_geometry::{GeometryError, check_positive};
 
-use crate::body_frame::in_body_frame;
+use crate::{Histogram, body_frame::in_body_frame};
 
 /// An axis of a body's own frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,7 +24,7 @@ pub enum Axis {
 /// use carom_observers::{Axis, ProjectionHistogram};
 ///
 /// let along_x = ProjectionHistogram::new(BodyKey::default(), Axis::X, 5.0, 100)?;
-/// assert_eq!(along_x.centre(0), -4.95);
+/// assert_eq!(along_x.components().centre(0), -4.95);
 /// assert!(ProjectionHistogram::new(BodyKey::default(), Axis::X, 0.0, 100).is_err());
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
@@ -32,9 +32,7 @@ pub enum Axis {
 pub struct ProjectionHistogram {
     body: BodyKey,
     axis: Axis,
-    half_width: f64,
-    counts: Vec<u64>,
-    beyond: u64,
+    components: Histogram,
     sum: f64,
     sum_of_squares: f64,
 }
@@ -47,28 +45,18 @@ impl ProjectionHistogram {
     /// [`GeometryError::NotPositive`] if the half-width is not positive and finite.
     pub fn new(body: BodyKey, axis: Axis, half_width: f64, bins: usize) -> Result<Self, GeometryError> {
         let half_width = check_positive("the half-width of a histogram", half_width)?;
-        let counts = vec![0; bins.max(1)];
-        Ok(Self { body, axis, half_width, counts, beyond: 0, sum: 0.0, sum_of_squares: 0.0 })
+        let components = Histogram::new(-half_width, half_width, bins);
+        Ok(Self { body, axis, components, sum: 0.0, sum_of_squares: 0.0 })
     }
 
-    /// Number of contacts in each bin.
-    pub fn counts(&self) -> &[u64] {
-        &self.counts
-    }
-
-    /// Number of contacts that no bin holds.
-    pub fn beyond(&self) -> u64 {
-        self.beyond
+    /// The components, one for each contact (mass × length / time).
+    pub fn components(&self) -> &Histogram {
+        &self.components
     }
 
     /// Number of contacts.
     pub fn hits(&self) -> u64 {
-        self.counts.iter().sum::<u64>() + self.beyond
-    }
-
-    /// Middle of a bin (mass × length / time).
-    pub fn centre(&self, bin: usize) -> f64 {
-        self.half_width * ((2.0 * bin as f64 + 1.0) / self.counts.len() as f64 - 1.0)
+        self.components.total()
     }
 
     /// Mean of all components, those beyond the bins included (mass × length / time); `None` without contacts.
@@ -92,11 +80,6 @@ impl Observer for ProjectionHistogram {
         };
         self.sum += component;
         self.sum_of_squares += component * component;
-        let place = 0.5 * (component / self.half_width + 1.0) * self.counts.len() as f64;
-        // A negative place must not be cut off to bin 0.
-        match self.counts.get_mut(place as usize) {
-            Some(count) if place >= 0.0 => *count += 1,
-            _ => self.beyond += 1,
-        }
+        self.components.add(component);
     }
 }

@@ -1,9 +1,12 @@
 //! Points with names on two logarithmic axes, as SVG.
 
-use anyhow::{Result, anyhow, ensure};
+use anyhow::{Result, ensure};
 use plotters::{coord::Shift, prelude::*};
 
-use crate::plot::colour;
+use crate::{
+    canvas::{self, FONT, Side},
+    plot::colour,
+};
 
 /// One point.
 #[derive(Debug, Clone)]
@@ -46,7 +49,6 @@ pub struct Scatter {
     pub points: Vec<Point>,
 }
 
-const FONT: &str = "sans-serif";
 const SIZE: (u32, u32) = (920, 560);
 const COLOURS: [RGBColor; 5] =
     [colour::BLUE, colour::VERMILLION, colour::GREEN, colour::ORANGE, RGBColor(204, 121, 167)];
@@ -62,16 +64,10 @@ impl Scatter {
         for point in &self.points {
             ensure!(sound(point.x) && sound(point.y), "chart '{}': {point:?}", self.title);
         }
-        let mut text = String::new();
-        {
-            let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-            self.draw(&root).map_err(|error| anyhow!("chart '{}': {error}", self.title))?;
-        }
-        Ok(text)
+        canvas::svg(&self.title, SIZE, |root| self.draw(root))
     }
 
     fn draw(&self, root: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<()> {
-        root.fill(&WHITE)?;
         let tops = self.points.iter().map(|point| match point.mark {
             Mark::UpTo(top) => top,
             _ => point.y,
@@ -80,25 +76,11 @@ impl Scatter {
         let (lowest, top) = range(self.points.iter().map(|point| point.y).chain(tops));
         // Room below for arrows and names.
         let bottom = 0.1 * lowest;
-        let mut chart = ChartBuilder::on(root)
-            .margin(12)
-            .margin_right(24)
-            .caption(&self.title, (FONT, 18))
-            .x_label_area_size(46)
-            .y_label_area_size(78)
-            // Room on the right for names.
-            .build_cartesian_2d((left..right * 3.0).log_scale(), (bottom..top).log_scale())?;
-        chart
-            .configure_mesh()
-            .x_desc(&self.x_label)
-            .y_desc(&self.y_label)
-            .label_style((FONT, 13))
-            .axis_desc_style((FONT, 14))
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(BLACK.mix(0.12))
-            .x_label_formatter(&|value| power(*value))
-            .y_label_formatter(&|value| power(*value))
-            .draw()?;
+        let format = |value: &f64| power(*value);
+        // Room on the right for names.
+        let x = Side { scale: (left..right * 3.0).log_scale(), label: &self.x_label, format: &format };
+        let y = Side { scale: (bottom..top).log_scale(), label: &self.y_label, format: &format };
+        let mut chart = canvas::plane(root, &self.title, x, y)?;
         for (index, family) in self.families.iter().enumerate() {
             let colour = COLOURS[index % COLOURS.len()];
             let own = || self.points.iter().filter(move |point| point.family == index);
@@ -131,14 +113,7 @@ impl Scatter {
                 root.draw(&PathElement::new(vec![(x, y), (left - 2, top + HEIGHT / 2)], colour.mix(0.5)))?;
             }
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .label_font((FONT, 13))
-            .background_style(WHITE.mix(0.85))
-            .border_style(BLACK.mix(0.25))
-            .draw()?;
-        Ok(root.present()?)
+        canvas::legend(&mut chart, SeriesLabelPosition::UpperRight)
     }
 }
 

@@ -1,5 +1,6 @@
 //! `cargo xtask run`: any scene, with what its `[run]` asks for.
 
+mod gas;
 mod outcome;
 
 use std::{
@@ -58,12 +59,13 @@ pub fn run(options: &Options) -> Result<Verdict> {
     refuse_unknown_tags(&scene)?;
     let mut simulation =
         Simulation::new(&scene).with_context(|| format!("scene {}", options.scene.display()))?;
+    let asked = gas::observers(&scene.run, &simulation.view())?;
     let existing = if options.force { Existing::Replace } else { Existing::Refuse };
     let folder = Folder::create(&folder_path(options), existing)?;
     folder.write("config.toml", scene.to_toml())?;
     let command = format!("cargo xtask run {}", folder.path().join("config.toml").display());
     let manifest = Manifest::begin(&folder, &command, &[&scene])?;
-    let outcome = simulate(&mut simulation, &scene.run, &folder)?;
+    let outcome = simulate(&mut simulation, &scene.run, asked, &folder)?;
     let summary = outcome.summary(options, &simulation.view());
     outcome.write_series(&folder, &scene.run)?;
     folder.write("report.html", outcome.page(&summary, &scene, &command)?)?;
@@ -122,11 +124,11 @@ fn check(run: &RunSpec) -> Result<()> {
         run.until
     );
     for name in &run.observe {
-        ensure!(
-            OBSERVERS.contains(&name.as_str()),
-            "run.observe: '{name}' is not known; known are {}",
-            OBSERVERS.join(", ")
-        );
+        if !OBSERVERS.contains(&name.as_str()) {
+            gas::check(name).with_context(|| {
+                format!("run.observe; known are {}, {}", OBSERVERS.join(", "), gas::OBSERVERS.join(", "))
+            })?;
+        }
     }
     match run.snapshots.as_deref() {
         None | Some(EXTENDED_XYZ) => Ok(()),
@@ -156,7 +158,7 @@ mod tests {
             (RunSpec { snapshots: Some("gsd".to_owned()), ..good.clone() }, "extxyz"),
         ];
         for (run, said) in cases {
-            let error = check(&run).unwrap_err().to_string();
+            let error = format!("{:#}", check(&run).unwrap_err());
             assert!(error.contains(said), "{error}");
         }
     }

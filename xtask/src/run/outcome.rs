@@ -10,7 +10,7 @@ use carom::{
 };
 use cpu_time::ThreadTime;
 
-use super::Options;
+use super::{Options, gas};
 use crate::{
     output::Folder,
     page::{Layout, Page},
@@ -21,7 +21,7 @@ use crate::{
     summary::{Figure, Summary, Totals},
 };
 
-/// What `run.observe` may name.
+/// What `run.observe` may name, and what [`gas`] knows.
 pub const OBSERVERS: [&str; 4] = ["energy", "collision-rate", "pressure", "overlap"];
 
 /// Longer side of a picture of the system (pixels).
@@ -42,24 +42,33 @@ pub struct Outcome {
 ///
 /// # Errors
 /// A run that cannot go on, or a snapshot that cannot be written.
-pub fn simulate(simulation: &mut Simulation, run: &RunSpec, folder: &Folder) -> Result<Outcome> {
-    if run.observe.iter().any(|name| name == "pressure") {
-        let mut pressure = Pressure::default();
-        let outcome = simulate_with(simulation, run, folder, &mut pressure)?;
-        Ok(Outcome { pressure: Some(pressure), ..outcome })
+pub fn simulate(
+    simulation: &mut Simulation,
+    run: &RunSpec,
+    (mut lookers, densities): (gas::AtStandbys, gas::AtContacts),
+    folder: &Folder,
+) -> Result<Outcome> {
+    let asks_for_pressure = run.observe.iter().any(|name| name == "pressure");
+    let outcome = if asks_for_pressure || !densities.is_empty() {
+        let mut contacts = (asks_for_pressure.then(Pressure::default), densities);
+        let outcome = simulate_with(simulation, run, folder, &mut (&mut lookers, &mut contacts))?;
+        let (pressure, densities) = contacts;
+        densities.write(folder)?;
+        Outcome { pressure, ..outcome }
     } else {
-        simulate_with(simulation, run, folder, &mut ())
-    }
+        simulate_with(simulation, run, folder, &mut lookers)?
+    };
+    lookers.write(folder)?;
+    Ok(outcome)
 }
 
 fn simulate_with<O: Observer>(
     simulation: &mut Simulation,
     run: &RunSpec,
     folder: &Folder,
-    contacts: &mut O,
+    asked: &mut O,
 ) -> Result<Outcome> {
-    let mut observers =
-        (EnergyLedger::default(), CollisionRate::default(), OverlapCheck::default(), contacts);
+    let mut observers = (EnergyLedger::default(), CollisionRate::default(), OverlapCheck::default(), asked);
     let mut trajectory = match run.snapshots {
         Some(_) => Some(folder.growing("trajectory.extxyz")?),
         None => None,
@@ -124,6 +133,13 @@ impl Outcome {
         }
         if let Some((mean, error)) = self.pressure.as_ref().and_then(Pressure::mean) {
             figures.push(Figure::new("pressure", mean, "mass/time²").error(error));
+        }
+        let (counters, ledger) = (view.counters(), view.ledger());
+        if ledger.spared > 0.0 {
+            let guarded = counters.guarded_collisions as f64;
+            figures.push(Figure::new("contacts that the guard against collapse raised", guarded, "1"));
+            let share = ledger.spared / ledger.lost.max(ledger.spared);
+            figures.push(Figure::new("energy that it spared, by energy lost", share, "1"));
         }
         let checks = self.totals.checks();
         let title = format!("Scene {}", options.scene.display());
