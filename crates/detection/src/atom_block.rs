@@ -3,11 +3,11 @@
 use carom_geometry::{Atom, Circle, CircleTree};
 
 use crate::{
-    ErrorBound, Window,
-    atom_pair::AtomPair,
+    ErrorBound,
+    atom_pair::{AtomPair, PairOutcome},
     flight::{Flight, Placement},
     search::Search,
-    skim,
+    skimming::rounding_within,
     tolerance::{SHARED_STEPS, STEP_MARGIN},
 };
 
@@ -35,6 +35,7 @@ struct Row {
     vx: [Lanes; MOST.div_ceil(2)],
     vy: [Lanes; MOST.div_ceil(2)],
     radius: [Lanes; MOST.div_ceil(2)],
+    reach: [Lanes; MOST.div_ceil(2)],
     centripetal: [Lanes; MOST.div_ceil(2)],
 }
 
@@ -45,6 +46,8 @@ struct Single {
     vx: f64,
     vy: f64,
     radius: f64,
+    /// Radius of the circle about the centre of mass that the atom never leaves.
+    reach: f64,
     centripetal: f64,
 }
 
@@ -53,12 +56,18 @@ struct Single {
 pub(crate) struct BlockSearch<'a> {
     pub(crate) flight: &'a Flight<'a>,
     error: ErrorBound,
+    /// What the reach of any pair is inflated by.
+    inflation: f64,
 }
 
 impl<'a> BlockSearch<'a> {
     pub(crate) fn new(flight: &'a Flight<'a>, radii: [f64; 2]) -> Self {
         let circles = radii.map(|radius| Circle { offset: glam::DVec2::ZERO, arm: radius, radius });
-        Self { flight, error: ErrorBound::of_circles(flight.motion, flight.speed, flight.spin, &circles) }
+        Self {
+            flight,
+            error: ErrorBound::of_circles(flight.motion, flight.speed, flight.spin, &circles),
+            inflation: rounding_within(flight.motion, radii[0] + radii[1]),
+        }
     }
 
     /// Searches all pairs of the atoms `a` and `b`, none of which touch before `begin`, in the order of
@@ -85,25 +94,24 @@ impl<'a> BlockSearch<'a> {
                 *bound = bound.max(later);
             }
         }
-        for _ in 0..bounds.len() {
-            // Selection by repeated minimum: mostly one or two pairs are ever wanted.
+        // The pair with the earliest bound, as long as it is that, and so on: mostly one or two pairs are ever wanted.
+        let mut steps = [0; LENGTH];
+        loop {
             let (next, bound) = least(bounds);
             let limit = search.limit();
-            if bound > limit {
+            if bound > limit || bound == f64::INFINITY {
                 break;
             }
             bounds[next] = f64::INFINITY;
+            let (_, pause) = least(bounds);
             let (i, j) = (next as u32 / row.indices.len() as u32, next as u32 % row.indices.len() as u32);
             let (i, j) = (across.indices[i as usize], row.indices[j as usize]);
             let atoms = if along == 1 { [i, j] } else { [j, i] };
             let circles = [Circle::from(&a.all[atoms[0] as usize]), Circle::from(&b.all[atoms[1] as usize])];
             let pair = AtomPair::new(self.flight, circles);
-            if let Some(window) = skim(self.flight.motion, pair.reach(), limit) {
-                let window = Window { begin: window.begin.max(bound), ..window };
-                if window.begin <= window.end {
-                    let outcome = pair.first_contact(window, search.most_steps, &mut search.evaluations);
-                    search.record(outcome, atoms);
-                }
+            match pair.first_contact(bound, [pause, limit], &mut steps[next], search) {
+                PairOutcome::Paused(time) => bounds[next] = time,
+                outcome => search.record(outcome, atoms),
             }
         }
     }
@@ -124,6 +132,8 @@ impl<'a> BlockSearch<'a> {
         let [constant, over_distance] = self.error.rate_terms(error);
         let sign = if along == 1 { 1.0 } else { -1.0 };
         let (separation, velocity) = (sign * at.separation, sign * self.flight.motion.velocity);
+        let speed_squared = velocity.length_squared();
+        let cross = self.flight.motion.separation.perp_dot(velocity);
         let row_of_pairs = Row::new(self.flight, row, at, along);
         let count = row.indices.len();
         for (i, &index) in across.indices.iter().enumerate() {
@@ -146,8 +156,11 @@ impl<'a> BlockSearch<'a> {
                     let below = if closing { root - rate } else { k };
                     let step = above / below * (1.0 - STEP_MARGIN);
                     // Touching pairs get no step, nor does what is no number.
-                    let step = if gap > 0.0 { step } else { 0.0 };
-                    *bound = at.time + if step >= 0.0 { step } else { 0.0 };
+                    let step = if (gap > 0.0) & (step >= 0.0) { step } else { 0.0 };
+                    // The centres pass each other out of reach: see `skim`.
+                    let reach = row_of_pairs.reach[pair][lane] + (atom.reach + self.inflation);
+                    let passes = reach * reach * speed_squared < cross * cross;
+                    *bound = if passes { f64::INFINITY } else { at.time + step };
                 }
             }
         }
@@ -166,6 +179,7 @@ impl Single {
             vx: velocity.x,
             vy: velocity.y,
             radius: atom.radius(),
+            reach: atom.arm() + atom.radius(),
             centripetal: spin * spin * atom.arm(),
         }
     }
@@ -183,6 +197,7 @@ impl Row {
             row.vx[pair][lane] = atom.vx;
             row.vy[pair][lane] = atom.vy;
             row.radius[pair][lane] = atom.radius;
+            row.reach[pair][lane] = atom.reach;
             row.centripetal[pair][lane] = atom.centripetal;
         }
         row

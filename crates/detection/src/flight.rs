@@ -3,12 +3,15 @@
 use carom_geometry::{Circle, Outline};
 use carom_kinematics::RelativeMotion;
 use glam::DVec2;
+use std::f64::consts::TAU;
 
 /// The relative motion of two bodies, with what all searches in it share.
 pub(crate) struct Flight<'a> {
     pub(crate) motion: &'a RelativeMotion,
     /// Angular velocities; 0 for a body that looks the same however it is turned.
     pub(crate) spin: [f64; 2],
+    /// The same in turns per time.
+    turn_rate: [f64; 2],
     /// |V|
     pub(crate) speed: f64,
     rotation_at_start: [DVec2; 2],
@@ -28,6 +31,7 @@ impl<'a> Flight<'a> {
         let mut flight = Self {
             motion,
             spin: motion.angular_velocity,
+            turn_rate: motion.angular_velocity.map(|spin| spin * (1.0 / TAU)),
             speed: motion.velocity.length(),
             rotation_at_start: [DVec2::X; 2],
         };
@@ -46,6 +50,12 @@ impl<'a> Flight<'a> {
         self.spin != [0.0; 2]
     }
 
+    /// X + V t
+    #[inline]
+    pub(crate) fn separation(&self, time: f64) -> DVec2 {
+        self.motion.separation + self.motion.velocity * time
+    }
+
     #[inline]
     pub(crate) fn at(&self, time: f64) -> Placement {
         let motion = self.motion;
@@ -53,12 +63,12 @@ impl<'a> Flight<'a> {
             if self.spin[body] == 0.0 {
                 self.rotation_at_start[body]
             } else {
-                motion.orientation[body].turned(self.spin[body], time).cos_sin()
+                motion.orientation[body].cos_sin_after(self.turn_rate[body], time)
             }
         };
         Placement {
             time,
-            separation: motion.separation + motion.velocity * time,
+            separation: self.separation(time),
             rotation: [rotation(0), rotation(1)],
         }
     }

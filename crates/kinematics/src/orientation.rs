@@ -58,26 +58,49 @@ impl Orientation {
     #[doc(alias = "rotation")]
     #[inline]
     pub fn cos_sin(self) -> DVec2 {
-        let quadrant = nearest_integer(4.0 * self.0);
-        let angle = (self.0 - 0.25 * quadrant) * TAU;
-        let (sin, cos) = (sin_kernel(angle), cos_kernel(angle));
-        // (c, s), (−s, c), (−c, −s), (s, −c) in the four quadrants, without a jump that no processor can foresee.
-        let quadrant = quadrant as i64 as u64;
-        let (x, y) = if quadrant & 1 == 0 { (cos, sin) } else { (sin, cos) };
-        let negated = |value: f64, bit: u64| f64::from_bits(value.to_bits() ^ ((bit & 2) << 62));
-        DVec2::new(negated(x, quadrant.wrapping_add(1)), negated(y, quadrant))
+        cos_sin_of_turns(self.0)
+    }
+
+    /// The same after turning at a rate (turns per time) for `duration`: `turned(…).cos_sin()` with fewer operations.
+    ///
+    /// With a rate that is ω/2π to two roundings the angle is off by at most (3 |ω Δt| + π) roundings, too.
+    #[inline]
+    pub fn cos_sin_after(self, turns_per_time: f64, duration: f64) -> DVec2 {
+        let turns = self.0 + turns_per_time * duration;
+        // Farther on no fraction of a turn is left that quarters could be told from.
+        if turns.abs() < 1e14 { cos_sin_of_turns(turns) } else { Self::from_turns(turns).cos_sin() }
     }
 }
+
+/// Dropping whole quarter turns is exact, whether or not whole turns have been dropped before.
+#[inline]
+fn cos_sin_of_turns(turns: f64) -> DVec2 {
+    let shifted = 4.0 * turns + SHIFT;
+    let angle = (turns - 0.25 * (shifted - SHIFT)) * TAU;
+    let (sin, cos) = (sin_kernel(angle), cos_kernel(angle));
+    // (c, s), (−s, c), (−c, −s), (s, −c) in the four quadrants, without a jump that no processor can foresee.
+    let quadrant = shifted.to_bits();
+    let odd = (quadrant & 1).wrapping_neg();
+    let exchanged = (cos.to_bits() ^ sin.to_bits()) & odd;
+    let negated = |bits: u64, quadrant: u64| f64::from_bits(bits ^ ((quadrant & 2) << 62));
+    DVec2::new(
+        negated(cos.to_bits() ^ exchanged, quadrant.wrapping_add(1)),
+        negated(sin.to_bits() ^ exchanged, quadrant),
+    )
+}
+
+/// Adding 1.5 × 2^52 leaves no bits for a fraction; the default rounding does the rest. The last bits of the sum are
+/// those of the integer.
+const SHIFT: f64 = 6_755_399_441_055_744.0;
 
 /// Rounds to the nearest integer without a library call, for the magnitudes that have a fraction.
 #[inline]
 fn nearest_integer(x: f64) -> f64 {
-    // Adding 1.5 × 2^52 leaves no bits for a fraction; the default rounding does the rest.
-    const SHIFT: f64 = 6_755_399_441_055_744.0;
     if x.abs() < 1.0e15 { (x + SHIFT) - SHIFT } else { x.round() }
 }
 
-// The coefficients stand as they were published; the compiler rounds them to the nearest float.
+// The coefficients stand as they were published; the compiler rounds them to the nearest float. The terms are
+// summed in pairs, which a processor can take side by side: their rounding is far below that of the leading ones.
 /// Minimax polynomial of sin on |x| ≤ π/4 (Sun Microsystems' fdlibm 5.3, `k_sin.c`).
 #[expect(clippy::excessive_precision, reason = "published digits")]
 #[inline]
@@ -89,7 +112,8 @@ fn sin_kernel(x: f64) -> f64 {
     const S5: f64 = -2.505_076_025_340_686_341_95e-8;
     const S6: f64 = 1.589_690_995_211_550_102_21e-10;
     let z = x * x;
-    x + (z * x) * (S1 + z * (S2 + z * (S3 + z * (S4 + z * (S5 + z * S6)))))
+    let zz = z * z;
+    x + (z * x) * (((S1 + z * S2) + zz * (S3 + z * S4)) + (zz * zz) * (S5 + z * S6))
 }
 
 /// Minimax polynomial of cos on |x| ≤ π/4 (Sun Microsystems' fdlibm 5.3, `k_cos.c`).
@@ -103,7 +127,8 @@ fn cos_kernel(x: f64) -> f64 {
     const C5: f64 = 2.087_572_321_298_174_827_90e-9;
     const C6: f64 = -1.135_964_755_778_819_482_65e-11;
     let z = x * x;
-    let r = z * (C1 + z * (C2 + z * (C3 + z * (C4 + z * (C5 + z * C6)))));
+    let zz = z * z;
+    let r = z * (((C1 + z * C2) + zz * (C3 + z * C4)) + (zz * zz) * (C5 + z * C6));
     let half = 0.5 * z;
     let w = 1.0 - half;
     w + (((1.0 - w) - half) + z * r)
@@ -137,6 +162,18 @@ mod tests {
             let orientation = Orientation::from_turns(turns);
             prop_assert!(orientation.turns().abs() <= 0.5);
             prop_assert!((orientation.cos_sin().length() - 1.0).abs() < 1e-15);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn turning_and_looking_in_one_are_the_same(
+            turns in -0.5..0.5f64, rate in -1e3..1e3f64, exponent in -10..40i32, duration in 0.0..1.0f64,
+        ) {
+            let duration = duration * 2f64.powi(exponent);
+            let orientation = Orientation::from_turns(turns);
+            let turned = Orientation::from_turns(orientation.turns() + rate * duration);
+            prop_assert_eq!(orientation.cos_sin_after(rate, duration), turned.cos_sin());
         }
     }
 
