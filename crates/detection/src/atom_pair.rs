@@ -60,6 +60,8 @@ pub(crate) struct Gap {
     pub(crate) value: f64,
     /// g'
     pub(crate) rate: f64,
+    /// 1/|g'| for a gap that falls slower than it seems to by E', negative for one that may widen.
+    slowness: f64,
     /// E
     pub(crate) error: f64,
     /// E'
@@ -108,6 +110,7 @@ impl<'a> AtomPair<'a> {
         let inverse_distance = 1.0 / distance;
         let error = self.error.at(time);
         let [constant, over_distance] = self.error.rate_terms(error);
+        let closing = d.dot(velocity);
         let acceleration = (spin_a * spin_a) * arm_a - (spin_b * spin_b) * arm_b;
         Gap {
             d,
@@ -118,7 +121,8 @@ impl<'a> AtomPair<'a> {
             inverse_distance,
             value: distance - self.contact_distance,
             // Where the centres coincide there is no normal, and E' is infinite.
-            rate: if distance > 0.0 { d.dot(velocity) * inverse_distance } else { 0.0 },
+            rate: if distance > 0.0 { closing * inverse_distance } else { 0.0 },
+            slowness: distance / ((constant * distance + over_distance) - closing),
             error,
             rate_error: constant + over_distance * inverse_distance,
         }
@@ -155,8 +159,12 @@ impl<'a> AtomPair<'a> {
                     return contact_within(time + landing, limit);
                 }
                 let rate = now.rate - now.rate_error;
-                let step = if *steps <= SHORT_STEPS { short_step } else { safe_step };
-                step(now.value, rate, &curvature).max(self.orbit_step(&at))
+                let step = if *steps <= SHORT_STEPS {
+                    short_step(now.value, rate, now.slowness, &curvature)
+                } else {
+                    safe_step(now.value, rate, &curvature)
+                };
+                step.max(self.orbit_step(&at))
             } else if self.closes(&now) {
                 return contact_within(time + self.polish(&now, now.error), limit);
             } else if *steps == 1 && self.comes_back_soon(&now) {
@@ -174,7 +182,8 @@ impl<'a> AtomPair<'a> {
             if *steps >= search.most_steps {
                 return PairOutcome::OutOfBudget(time);
             }
-            if time > pause {
+            // A falling gap is followed to its end: that is mostly the answer.
+            if time > pause && now.rate >= 0.0 {
                 return PairOutcome::Paused(time);
             }
         }
@@ -275,6 +284,11 @@ impl<'a> AtomPair<'a> {
     /// comes: at the root of g + g' h + g'' h²/2.
     #[inline]
     pub(crate) fn landing(&self, now: &Gap, curvature: &Curvature, error: f64) -> Option<f64> {
+        // Mostly it is far too far, which this tells without a square root.
+        let straight = now.value * now.slowness;
+        if curvature.gap_jerk * straight * straight * straight > error {
+            return None;
+        }
         let second = now.along_normal + now.across * now.across * now.inverse_distance;
         let slope = (now.rate * now.rate - 2.0 * second * now.value).sqrt();
         let landing = 2.0 * now.value / (slope - now.rate);

@@ -1,17 +1,15 @@
 //! Two bodies in flight: where they are at a time, as far as their atoms' distances need it.
 
 use carom_geometry::{Circle, Outline};
-use carom_kinematics::RelativeMotion;
+use carom_kinematics::{RelativeMotion, Turning};
 use glam::DVec2;
-use std::f64::consts::TAU;
 
 /// The relative motion of two bodies, with what all searches in it share.
 pub(crate) struct Flight<'a> {
     pub(crate) motion: &'a RelativeMotion,
     /// Angular velocities; 0 for a body that looks the same however it is turned.
     pub(crate) spin: [f64; 2],
-    /// The same in turns per time.
-    turn_rate: [f64; 2],
+    turning: [Turning; 2],
     /// |V|
     pub(crate) speed: f64,
     rotation_at_start: [DVec2; 2],
@@ -31,7 +29,7 @@ impl<'a> Flight<'a> {
         let mut flight = Self {
             motion,
             spin: motion.angular_velocity,
-            turn_rate: motion.angular_velocity.map(|spin| spin * (1.0 / TAU)),
+            turning: [0, 1].map(|body| Turning::new(motion.orientation[body], motion.angular_velocity[body])),
             speed: motion.velocity.length(),
             rotation_at_start: [DVec2::X; 2],
         };
@@ -56,14 +54,14 @@ impl<'a> Flight<'a> {
         self.motion.separation + self.motion.velocity * time
     }
 
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "what is returned through memory is waited for")]
     pub(crate) fn at(&self, time: f64) -> Placement {
-        let motion = self.motion;
         let rotation = |body: usize| {
             if self.spin[body] == 0.0 {
                 self.rotation_at_start[body]
             } else {
-                motion.orientation[body].cos_sin_after(self.turn_rate[body], time)
+                self.turning[body].cos_sin_at(time)
             }
         };
         Placement {
