@@ -31,15 +31,15 @@ struct Row<const N: usize> {
     y: [f64; N],
     radius: [f64; N],
     arm: [f64; N],
+    /// Radii of the circles about the centre of mass that the atoms never leave.
+    reach: [f64; N],
 }
 
 /// One atom: its place and velocity about the centre of mass, and what bounds the change of both.
-#[derive(Clone, Copy, Default)]
 struct Single {
     place: DVec2,
     velocity: DVec2,
     radius: f64,
-    arm: f64,
     centripetal: f64,
 }
 
@@ -68,42 +68,13 @@ impl<'a> BlockSearch<'a> {
         // The body with more atoms goes along the rows.
         let along = usize::from(b.indices.len() >= a.indices.len());
         let (across, row) = if along == 1 { (a, b) } else { (b, a) };
-        match row.indices.len() {
-            ..=2 => self.search_rows(&Row::<2>::new(row), [a, b], along, begin, search),
-            3..=4 => self.search_rows(&Row::<4>::new(row), [a, b], along, begin, search),
-            _ => self.search_rows(&Row::<6>::new(row), [a, b], along, begin, search),
-        }
-    }
-
-    fn search_rows<const N: usize>(
-        &self,
-        row_lanes: &Row<N>,
-        [a, b]: [Atoms<'_>; 2],
-        along: usize,
-        begin: f64,
-        search: &mut Search,
-    ) {
-        let (across, row) = if along == 1 { (a, b) } else { (b, a) };
-        let stride = N;
-        let pairs = (across.indices.len() * row.indices.len()) as u32;
-        let mut room = [0.0; LENGTH];
+        let mut room = [f64::INFINITY; LENGTH];
+        let stride = match row.indices.len() {
+            ..=2 => self.first_bounds::<2>([across, row], along, begin, &mut room, search),
+            3..=4 => self.first_bounds::<4>([across, row], along, begin, &mut room, search),
+            _ => self.first_bounds::<6>([across, row], along, begin, &mut room, search),
+        };
         let bounds = &mut room[..across.indices.len().min(MOST) * stride];
-        let mut soonest = begin;
-        // Again from where the soonest pair may be in contact. For a single atom against a row it would not pay.
-        let rounds = if across.indices.len() > 1 { 1 + SHARED_STEPS } else { 1 };
-        for _ in 0..rounds {
-            self.shared_step(across, row_lanes, along, &self.flight.at(soonest), bounds);
-            search.evaluations += pairs;
-            let before = soonest;
-            soonest = bounds.iter().fold(f64::INFINITY, |least, &bound| least.min(bound));
-            if soonest <= before || soonest > search.limit() {
-                break;
-            }
-        }
-        // The last lane may be none.
-        if row.indices.len() < stride {
-            bounds.iter_mut().skip(stride - 1).step_by(stride).for_each(|bound| *bound = f64::INFINITY);
-        }
         // The pair with the earliest bound, and so on: mostly one or two pairs are ever wanted.
         let mut steps = [0; LENGTH];
         loop {
@@ -112,7 +83,8 @@ impl<'a> BlockSearch<'a> {
             if bound > limit {
                 break;
             }
-            let (i, j) = (across.indices[next / stride], row.indices[next % stride]);
+            let (i, j) = (next as u32 / stride as u32, next as u32 % stride as u32);
+            let (i, j) = (across.indices[i as usize], row.indices[j as usize]);
             let atoms = if along == 1 { [i, j] } else { [j, i] };
             let circles = [Circle::from(&a.all[atoms[0] as usize]), Circle::from(&b.all[atoms[1] as usize])];
             let pair = AtomPair::new(self.flight, circles);
@@ -126,10 +98,59 @@ impl<'a> BlockSearch<'a> {
         }
     }
 
-    /// The certified step with K for every pair: until when each is certainly free, row by row, if that is later than what
-    /// is known. With `first` unknown.
+    /// Writes until when each pair is certainly free, row by row of `N` lanes, which it returns: infinite for pairs that
+    /// are never within reach of each other, and for lanes without an atom.
+    fn first_bounds<const N: usize>(
+        &self,
+        [across, row]: [Atoms<'_>; 2],
+        along: usize,
+        begin: f64,
+        room: &mut [f64; LENGTH],
+        search: &mut Search,
+    ) -> usize {
+        let bounds = &mut room[..across.indices.len().min(MOST) * N];
+        let lanes = Row::<N>::new(row);
+        self.start(across, &lanes, bounds);
+        let mut soonest = begin;
+        // Again from where the soonest pair may be in contact. For a single atom against a row it would not pay.
+        let rounds = if across.indices.len() > 1 { 1 + SHARED_STEPS } else { 1 };
+        for _ in 0..rounds {
+            self.shared_step(across, &lanes, along, &self.flight.at(soonest), bounds);
+            search.evaluations += (across.indices.len() * row.indices.len()) as u32;
+            let before = soonest;
+            soonest = bounds.iter().fold(f64::INFINITY, |least, &bound| if bound < least { bound } else { least });
+            if soonest <= before || soonest > search.limit() {
+                break;
+            }
+        }
+        if row.indices.len() < N {
+            bounds.iter_mut().skip(N - 1).step_by(N).for_each(|bound| *bound = f64::INFINITY);
+        }
+        N
+    }
+
+    /// What is known of each pair without looking at it: nothing, or that the centres pass each other out of its
+    /// reach, as [`skim`](crate::skim) tells.
+    #[inline]
+    fn start<const N: usize>(&self, across: Atoms<'_>, row: &Row<N>, bounds: &mut [f64]) {
+        let motion = self.flight.motion;
+        let speed_squared = motion.velocity.length_squared();
+        let cross = motion.separation.perp_dot(motion.velocity);
+        for (&index, bounds) in across.indices.iter().zip(bounds.chunks_exact_mut(N)) {
+            let atom = &across.all[index as usize];
+            let far = atom.arm() + (atom.radius() + self.inflation);
+            for (lane, bound) in bounds.iter_mut().enumerate() {
+                let reach = row.reach[lane] + far;
+                *bound = if reach * reach * speed_squared < cross * cross { f64::INFINITY } else { 0.0 };
+            }
+        }
+    }
+
+    /// The certified step with K for every pair: until when each is certainly free, where that is later than what is
+    /// known.
     ///
-    /// The gap less E and its rate less E' are used, so no gap is below 0 up to there.
+    /// The gap less E and its rate less E' are used, so no gap is below 0 up to there. The root is taken in the form
+    /// for a falling gap throughout. Where a gap widens this form cancels; √ is taken larger by more than that.
     #[inline]
     fn shared_step<const N: usize>(
         &self,
@@ -143,14 +164,11 @@ impl<'a> BlockSearch<'a> {
         let [constant, over_distance] = self.error.rate_terms(error);
         let sign = if along == 1 { 1.0 } else { -1.0 };
         let (separation, velocity) = (sign * at.separation, sign * self.flight.motion.velocity);
-        let speed_squared = velocity.length_squared();
-        let cross = self.flight.motion.separation.perp_dot(velocity);
         let spin = self.flight.spin[along];
         let turned = at.arm(along, DVec2::X);
         for (&index, bounds) in across.indices.iter().zip(bounds.chunks_exact_mut(N)) {
             let atom = Single::new(self.flight, &across.all[index as usize], at, 1 - along);
             let (place, velocity) = (separation - atom.place, velocity - atom.velocity);
-            let far = atom.arm + (atom.radius + self.inflation);
             let mut later = [0.0; N];
             for (lane, later) in later.iter_mut().enumerate() {
                 let arm_x = turned.x * row.x[lane] - turned.y * row.y[lane];
@@ -160,22 +178,16 @@ impl<'a> BlockSearch<'a> {
                 let k = spin * spin * row.arm[lane] + atom.centripetal;
                 let distance = (x * x + y * y).sqrt();
                 let gap = (distance - (row.radius[lane] + atom.radius)) - error;
-                let rate = ((x * vx + y * vy) - over_distance) / distance - constant;
-                let root = (rate * rate + 2.0 * k * gap).sqrt();
-                let closing = rate < 0.0;
-                let above = if closing { 2.0 * gap } else { rate + root };
-                let below = if closing { root - rate } else { k };
-                let step = above / below * (1.0 - STEP_MARGIN);
                 // Touching pairs get no step, nor does what is no number.
-                let step = if (gap > 0.0) & (step >= 0.0) { step } else { 0.0 };
-                *later = at.time + step;
+                let gap = if gap > 0.0 { gap } else { 0.0 };
+                let rate = ((x * vx + y * vy) - over_distance) / distance - constant;
+                let root = (rate * rate + 2.0 * k * gap).sqrt() * (1.0 + STEP_MARGIN);
+                let step = 2.0 * gap / (root - rate);
+                let step = if step > 0.0 { step } else { 0.0 };
+                *later = at.time + step * (1.0 - STEP_MARGIN);
             }
-            for (lane, bound) in bounds.iter_mut().enumerate() {
-                // The centres pass each other out of reach: see `skim`.
-                let reach = (row.arm[lane] + row.radius[lane]) + far;
-                let passes = reach * reach * speed_squared < cross * cross;
-                let later = if later[lane] > *bound { later[lane] } else { *bound };
-                *bound = if passes { f64::INFINITY } else { later };
+            for (bound, later) in bounds.iter_mut().zip(later) {
+                *bound = if later > *bound { later } else { *bound };
             }
         }
     }
@@ -184,7 +196,7 @@ impl<'a> BlockSearch<'a> {
 impl<const N: usize> Row<N> {
     #[inline]
     fn new(atoms: Atoms<'_>) -> Self {
-        let mut row = Self { x: [0.0; N], y: [0.0; N], radius: [0.0; N], arm: [0.0; N] };
+        let mut row = Self { x: [0.0; N], y: [0.0; N], radius: [0.0; N], arm: [0.0; N], reach: [0.0; N] };
         let last = atoms.indices.len().saturating_sub(1);
         for lane in 0..N {
             let Some(&index) = atoms.indices.get(lane.min(last)) else { break };
@@ -193,6 +205,7 @@ impl<const N: usize> Row<N> {
             row.y[lane] = atom.offset().y;
             row.radius[lane] = atom.radius();
             row.arm[lane] = atom.arm();
+            row.reach[lane] = atom.arm() + atom.radius();
         }
         row
     }
@@ -207,7 +220,6 @@ impl Single {
             place,
             velocity: spin * place.perp(),
             radius: atom.radius(),
-            arm: atom.arm(),
             centripetal: spin * spin * atom.arm(),
         }
     }
