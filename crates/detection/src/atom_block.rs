@@ -138,9 +138,9 @@ impl<'a> BlockSearch<'a> {
         let cross = motion.separation.perp_dot(motion.velocity);
         for (&index, bounds) in across.indices.iter().zip(bounds.chunks_exact_mut(N)) {
             let atom = &across.all[index as usize];
-            let far = atom.arm() + (atom.radius() + self.inflation);
+            let other = atom.arm() + atom.radius();
             for (lane, bound) in bounds.iter_mut().enumerate() {
-                let reach = row.reach[lane] + far;
+                let reach = (row.reach[lane] + other) + self.inflation;
                 *bound = if reach * reach * speed_squared < cross * cross { f64::INFINITY } else { 0.0 };
             }
         }
@@ -168,13 +168,14 @@ impl<'a> BlockSearch<'a> {
         let turned = at.arm(along, DVec2::X);
         for (&index, bounds) in across.indices.iter().zip(bounds.chunks_exact_mut(N)) {
             let atom = Single::new(self.flight, &across.all[index as usize], at, 1 - along);
-            let (place, velocity) = (separation - atom.place, velocity - atom.velocity);
             let mut later = [0.0; N];
             for (lane, later) in later.iter_mut().enumerate() {
                 let arm_x = turned.x * row.x[lane] - turned.y * row.y[lane];
                 let arm_y = turned.y * row.x[lane] + turned.x * row.y[lane];
-                let (x, y) = (place.x + arm_x, place.y + arm_y);
-                let (vx, vy) = (velocity.x - spin * arm_y, velocity.y + spin * arm_x);
+                let x = separation.x + (arm_x - atom.place.x);
+                let y = separation.y + (arm_y - atom.place.y);
+                let vx = velocity.x + (-spin * arm_y - atom.velocity.x);
+                let vy = velocity.y + (spin * arm_x - atom.velocity.y);
                 let k = spin * spin * row.arm[lane] + atom.centripetal;
                 let distance = (x * x + y * y).sqrt();
                 let gap = (distance - (row.radius[lane] + atom.radius)) - error;

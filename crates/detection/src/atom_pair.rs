@@ -270,9 +270,8 @@ impl<'a> AtomPair<'a> {
     #[inline]
     fn acceleration_error(&self, now: &Gap) -> f64 {
         let [a, b] = self.centripetal;
-        let [spin_a, spin_b] = self.flight.spin;
-        (a + b) * (2.0 * now.error * now.inverse_distance + 12.0 * U)
-            + (spin_a * spin_a).max(spin_b * spin_b) * now.error
+        let spin = self.error.spin();
+        (a + b) * (2.0 * now.error * now.inverse_distance + 12.0 * U) + spin * spin * now.error
     }
 
     /// K + |d'|²/|d|: bound on the upward curvature of the gap.

@@ -89,7 +89,7 @@ pub(crate) fn short_step(gap: f64, rate: f64, slowness: f64, curvature: &Curvatu
     let straight = gap * slowness;
     let k = curvature.along_normal_within(BENT.0 * straight);
     let x = 0.5 * k * straight * slowness;
-    let step = if (straight > 0.0) & (x >= 1.0 - BENT.0) & (x <= 0.25) {
+    let step = if (straight > 0.0) & (x.abs() <= 0.125) {
         straight * (1.0 - x)
     } else {
         short_step_of_bent(gap, rate, curvature)
@@ -173,44 +173,78 @@ mod tests {
         #[test]
         fn no_gap_within_the_bounds_is_zero_before_the_end_of_the_step(
             gap in 1e-3..1.0f64, rate in -1.0..1.0f64, largest in 0.1..4.0f64, share in -1.0..1.0f64,
-            jerk in 0.01..8.0f64, relative in 0.0..8.0f64,
+            jerk in 0.01..8.0f64, across in 0.0..2.0f64, gap_jerk in 0.01..30.0f64, relative in 0.0..8.0f64,
         ) {
             let along = share * largest;
+            let acceleration = along.abs() + 0.1 * largest;
             let curvature = Curvature {
                 largest,
                 along_normal: along,
                 jerk,
-                magnitude: along.abs() + 0.1 * largest,
+                of_gap: along + across,
+                gap_jerk,
+                acceleration_squared: acceleration * acceleration,
+                acceleration_error: 0.0,
                 relative_jerk: relative,
             };
             let step = safe_step(gap, rate, &curvature);
-            prop_assert!(step >= short_step(gap, rate, -1.0 / rate, &Curvature::at_most(largest)));
+            let short = short_step(gap, rate, -1.0 / rate, &curvature);
+            prop_assert!(short <= step * (1.0 + 1e-12), "{short} {step}");
+            // A gap that would have come back from below zero by then is none that the bounds allow.
             let parts = 2000;
             let (h, mut now, mut slope) = (step / f64::from(parts), gap, rate);
             for part in 0..parts {
                 let time = (f64::from(part) + 0.5) * h;
                 let by_normal = (jerk * time - along).max(-largest);
-                let fastest = largest.min(by_normal).min(curvature.magnitude + relative * time);
+                let by_gap = gap_jerk * time - (along + across);
+                let fastest = largest.min(by_normal).min(by_gap).min(acceleration + relative * time);
                 now += slope * h - 0.5 * fastest * h * h;
                 slope -= fastest * h;
                 prop_assert!(now > -1e-4 * (1.0 + step * step), "{now} at {time} of {step}");
             }
-            // What is called a root is one for a curvature between 0 and the largest.
-            let fall = gap + rate * step;
-            let most = 0.5 * largest * step * step;
-            prop_assert!(!is_root || (fall >= -1e-12 * gap && fall <= most * (1.0 + 1e-12) + 1e-12 * gap));
+        }
+
+        /// s (1 − x) against the root.
+        #[test]
+        fn the_short_step_is_no_longer_than_the_root(
+            gap in 1e-9..1e3f64, rate in -10.0..-1e-3f64, bend in -1.0..1.0f64,
+        ) {
+            let k = bend * rate * rate / gap;
+            let curvature = Curvature {
+                of_gap: -k,
+                gap_jerk: 0.0,
+                ..Curvature::at_most(k.abs().max(rate * rate / gap))
+            };
+            let step = short_step(gap, rate, -1.0 / rate, &curvature);
+            prop_assert!(step <= root(gap, rate, k) * (1.0 - 2.0 * f64::EPSILON));
         }
     }
 
     #[test]
-    fn a_step_cut_short_by_the_reach_of_its_bound_is_no_root() {
-        // Matched spins: K is large, nothing bends. The last doubling ends the step, far from any zero.
-        let curvature =
-            Curvature { largest: 1.0, along_normal: 0.0, jerk: 1.0, magnitude: 1e-30, relative_jerk: 0.0 };
-        let (step, is_root) = safe_step(1e-12, 1e-30, &curvature);
-        assert!(!is_root && step > 1.0, "{step}");
+    fn matched_spins_are_passed_in_one_step() {
+        let curvature = Curvature {
+            along_normal: 0.0,
+            jerk: 1.0,
+            acceleration_squared: 1e-60,
+            relative_jerk: 0.0,
+            ..Curvature::at_most(1.0)
+        };
+        // K is large, nothing bends.
+        let step = safe_step(1e-12, 1e-30, &curvature);
+        assert!(step > 1.0, "{step}");
         // The same pair closing: the root is within reach.
-        let (step, is_root) = safe_step(1e-12, -1e-3, &curvature);
-        assert!(is_root && (step - 1e-9).abs() < 1e-20, "{step}");
+        let step = safe_step(1e-12, -1e-3, &curvature);
+        assert!((step - 1e-9).abs() < 1e-20, "{step}");
+    }
+
+    #[test]
+    fn a_gap_that_turns_before_it_is_closed_is_passed_beyond_its_turn() {
+        // 1 − h + 0.3 h² has no root, and its least at h = 5/3.
+        let curvature = Curvature { of_gap: 0.6, gap_jerk: 1e-6, ..Curvature::at_most(1.0) };
+        assert!(short_step(1.0, -1.0, 1.0, &curvature) > 1.9);
+        // 1 − h + 0.24 h² has one at 5/3.
+        let curvature = Curvature { of_gap: 0.48, gap_jerk: 1e-6, ..curvature };
+        let step = short_step(1.0, -1.0, 1.0, &curvature);
+        assert!(step < 5.0 / 3.0 && step > 5.0 / 3.0 - 1e-5, "{step}");
     }
 }
