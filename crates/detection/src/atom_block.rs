@@ -111,17 +111,20 @@ impl<'a> BlockSearch<'a> {
         let bounds = &mut room[..across.indices.len().min(MOST) * N];
         let lanes = Row::<N>::new(row);
         self.start(across, &lanes, bounds);
-        let mut soonest = begin;
+        let pairs = (across.indices.len() * row.indices.len()) as u32;
+        self.shared_step(across, &lanes, along, &self.flight.at(begin), bounds);
+        search.evaluations += pairs;
         // Again from where the soonest pair may be in contact. For a single atom against a row it would not pay.
-        let rounds = if across.indices.len() > 1 { 1 + SHARED_STEPS } else { 1 };
-        for _ in 0..rounds {
-            self.shared_step(across, &lanes, along, &self.flight.at(soonest), bounds);
-            search.evaluations += (across.indices.len() * row.indices.len()) as u32;
-            let before = soonest;
-            soonest = bounds.iter().fold(f64::INFINITY, |least, &bound| if bound < least { bound } else { least });
+        let again = if across.indices.len() > 1 { SHARED_STEPS } else { 0 };
+        let mut before = begin;
+        for _ in 0..again {
+            let soonest = bounds.iter().fold(f64::INFINITY, |least, &bound| if bound < least { bound } else { least });
             if soonest <= before || soonest > search.limit() {
                 break;
             }
+            self.shared_step(across, &lanes, along, &self.flight.at(soonest), bounds);
+            search.evaluations += pairs;
+            before = soonest;
         }
         if row.indices.len() < N {
             bounds.iter_mut().skip(N - 1).step_by(N).for_each(|bound| *bound = f64::INFINITY);

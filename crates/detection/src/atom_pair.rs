@@ -164,7 +164,8 @@ impl<'a> AtomPair<'a> {
                 } else {
                     safe_step(now.value, rate, &curvature)
                 };
-                step.max(self.orbit_step(&at))
+                let orbit_step = self.orbit_step(&at);
+                if orbit_step > step { orbit_step } else { step }
             } else if self.closes(&now) {
                 return contact_within(time + self.polish(&now, now.error), limit);
             } else if *steps == 1 && self.comes_back_soon(&now) {
@@ -175,7 +176,8 @@ impl<'a> AtomPair<'a> {
             } else {
                 self.touching_step(&now, &curvature)
             };
-            time = (time + step).max(time.next_up());
+            let next = time + step;
+            time = if next > time { next } else { time.next_up() };
             if time > limit {
                 return PairOutcome::Free;
             }
