@@ -1,8 +1,9 @@
 //! A detector of one's own decides about every pair: discs in a gas, large discs and bumpers included.
 
-use carom_detection::{Answer, Detection, DiscLanes, DISC_LANES, Exact, Outcome};
+use carom_detection::{Answer, DISC_LANES, Detection, DiscLanes, Exact, Outcome};
 use carom_engine::{
-    AtomSpec, BumperSpec, Cells, CollisionReport, GasSpec, Instructions, MoleculeSpec, Observer, Scene, Simulation,
+    AtomSpec, BumperSpec, Cells, CollisionReport, GasSpec, Instructions, MoleculeSpec, Observer, Scene,
+    Simulation,
 };
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
@@ -57,10 +58,12 @@ fn counts(detector: impl Detection) -> Counts {
         MoleculeSpec { atoms: disc(0.1), at: [0.3, 0.2], velocity: [1.0, 0.3], ..MoleculeSpec::default() },
     ];
     scene.bumper = vec![BumperSpec { radius: 0.08, at: [0.4, 0.7], tags: vec![] }];
-    let gas = GasSpec { radius: Some(0.02), mass: Some(1.0), energy: 1.0, count: Some(120), ..GasSpec::default() };
+    let gas =
+        GasSpec { radius: Some(0.02), mass: Some(1.0), energy: 1.0, count: Some(120), ..GasSpec::default() };
     scene.gas = vec![gas];
     let mut simulation: Simulation<_, Impact, Cells> =
-        Simulation::with(&scene, detector, Impact, Instructions::default()).expect("a scene that can be built");
+        Simulation::with(&scene, detector, Impact, Instructions::default())
+            .expect("a scene that can be built");
     let mut counts = Counts::default();
     for _ in 0..3000 {
         simulation.step(1e3, &mut counts).unwrap();

@@ -15,8 +15,11 @@ use crate::{
 /// Most atoms of one body in a block.
 const MOST: usize = CircleTree::CROSSOVER;
 
-/// Room for all pairs of a block, in rows of whole vector registers.
-const LENGTH: usize = MOST * MOST.next_multiple_of(2);
+/// Lanes of the longest row: whole vector registers.
+const LONGEST: usize = MOST.next_multiple_of(2);
+
+/// Room for all pairs of a block.
+const LENGTH: usize = MOST * LONGEST;
 
 /// Some atoms of one body, by their indices.
 #[derive(Clone, Copy)]
@@ -72,7 +75,7 @@ impl<'a> BlockSearch<'a> {
         let stride = match row.indices.len() {
             ..=2 => self.first_bounds::<2>([across, row], along, begin, &mut room, search),
             3..=4 => self.first_bounds::<4>([across, row], along, begin, &mut room, search),
-            _ => self.first_bounds::<6>([across, row], along, begin, &mut room, search),
+            _ => self.first_bounds::<LONGEST>([across, row], along, begin, &mut room, search),
         };
         let bounds = &mut room[..across.indices.len().min(MOST) * stride];
         // The pair with the earliest bound, and so on: mostly one or two pairs are ever wanted.
@@ -114,11 +117,12 @@ impl<'a> BlockSearch<'a> {
         let pairs = (across.indices.len() * row.indices.len()) as u32;
         self.shared_step(across, &lanes, along, &self.flight.at(begin), bounds);
         search.evaluations += pairs;
-        // Again from where the soonest pair may be in contact. For a single atom against a row it would not pay.
-        let again = if across.indices.len() > 1 { SHARED_STEPS } else { 0 };
+        // Again from where the soonest pair may be in contact. For few rows it pays less.
+        let again = across.indices.len().saturating_sub(1).min(SHARED_STEPS);
         let mut before = begin;
         for _ in 0..again {
-            let soonest = bounds.iter().fold(f64::INFINITY, |least, &bound| if bound < least { bound } else { least });
+            let soonest =
+                bounds.iter().fold(f64::INFINITY, |least, &bound| if bound < least { bound } else { least });
             if soonest <= before || soonest > search.limit() {
                 break;
             }

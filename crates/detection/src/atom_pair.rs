@@ -5,11 +5,12 @@ use carom_kinematics::HALF_ULP as U;
 use glam::DVec2;
 
 use crate::{
-    ErrorBound, Window, skim,
+    ErrorBound, Window,
     flight::{Flight, Placement},
     recontact::recontact,
-    search::Search,
     safe_step::{Curvature, safe_step, short_step},
+    search::Search,
+    skim,
     skimming::rounding_within,
     tolerance::{FAST_ROTOR, SHORT_STEPS, SOON},
 };
@@ -296,8 +297,9 @@ impl<'a> AtomPair<'a> {
         let third = curvature.gap_jerk * landing * landing;
         // E' and h E''; g'' lies as far above its lower bound as its upper bound does above it.
         let rate_error = now.rate_error + 2.0 * (second - curvature.of_gap) * landing;
-        let lands =
-            4.0 * landing * third.max(rate_error) <= error && now.rate < 0.0 && slope > 2.0 * rate_error + third;
+        let lands = 4.0 * landing * third.max(rate_error) <= error
+            && now.rate < 0.0
+            && slope > 2.0 * rate_error + third;
         lands.then_some(landing)
     }
 
@@ -389,7 +391,8 @@ mod tests {
                 let flight = Flight::new(atom.outline(), atom.outline(), &motion);
                 let pair = AtomPair::new(&flight, [(&atom).into(), (&atom).into()]);
                 let mut search = Search::new(10.0, 10);
-                let PairOutcome::Contact(time) = pair.first_contact(0.0, [10.0; 2], &mut 0, &mut search) else {
+                let PairOutcome::Contact(time) = pair.first_contact(0.0, [10.0; 2], &mut 0, &mut search)
+                else {
                     panic!("slip {slip}, closing {closing}")
                 };
                 let now = pair.gap(&flight.at(time));

@@ -64,11 +64,7 @@ impl<'a> Flight<'a> {
                 self.turning[body].cos_sin_at(time)
             }
         };
-        Placement {
-            time,
-            separation: self.separation(time),
-            rotation: [rotation(0), rotation(1)],
-        }
+        Placement { time, separation: self.separation(time), rotation: [rotation(0), rotation(1)] }
     }
 }
 

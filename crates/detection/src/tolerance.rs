@@ -17,9 +17,10 @@ pub const MOST_STEPS: u32 = 4096;
 /// Smaller: ordinary pairs cost more. Larger: so do grazes and pairs with matched spins.
 pub const SHORT_STEPS: u32 = 6;
 
-/// After the first step of all atom pairs together, this many more are taken so, if both bodies have several
-/// atoms. Fewer: more pairs are followed one by one. More: steps of pairs that are of no interest any more.
-pub const SHARED_STEPS: u32 = 2;
+/// After the first step of all atom pairs together, at most this many more are taken so: one for each atom of the
+/// smaller body but the first. Fewer: more pairs are followed one by one. More: steps of pairs that are of no interest any
+/// more.
+pub const SHARED_STEPS: usize = 2;
 
 /// Most doublings of one certified step while better bounds on the curvature still lengthen it. Smaller than
 /// about 15: pairs that fly along with matched spins take many steps.
