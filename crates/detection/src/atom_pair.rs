@@ -156,7 +156,7 @@ impl<'a> AtomPair<'a> {
             *steps += 1;
             let curvature = self.curvature(&now);
             let step = if now.value > now.error {
-                if let Some(landing) = self.landing(&now, &curvature, now.error) {
+                if let Some(landing) = now.landing(&curvature, now.error) {
                     return contact_within(time + landing, limit);
                 }
                 let rate = now.rate - now.rate_error;
@@ -282,27 +282,6 @@ impl<'a> AtomPair<'a> {
         (self.centripetal[0] + self.centripetal[1]) + now.velocity.length_squared() * now.inverse_distance
     }
 
-    /// How far the contact is, if that can be told to within `error` from here, and the pair is closing still when it
-    /// comes: at the root of g + g' h + g'' h²/2.
-    #[inline]
-    pub(crate) fn landing(&self, now: &Gap, curvature: &Curvature, error: f64) -> Option<f64> {
-        // Mostly it is far too far, which this tells without a square root.
-        let straight = now.value * now.slowness;
-        if curvature.gap_jerk * straight * straight * straight > error {
-            return None;
-        }
-        let second = now.along_normal + now.across * now.across * now.inverse_distance;
-        let slope = (now.rate * now.rate - 2.0 * second * now.value).sqrt();
-        let landing = 2.0 * now.value / (slope - now.rate);
-        let third = curvature.gap_jerk * landing * landing;
-        // E' and h E''; g'' lies as far above its lower bound as its upper bound does above it.
-        let rate_error = now.rate_error + 2.0 * (second - curvature.of_gap) * landing;
-        let lands = 4.0 * landing * third.max(rate_error) <= error
-            && now.rate < 0.0
-            && slope > 2.0 * rate_error + third;
-        lands.then_some(landing)
-    }
-
     /// Whether a pair within E of contact, or overlapping, is in contact rather than leaving or touching.
     fn closes(&self, now: &Gap) -> bool {
         let resolved = self.flight.motion.velocity_error;
@@ -364,6 +343,29 @@ impl<'a> AtomPair<'a> {
         } else {
             0.0
         }
+    }
+}
+
+impl Gap {
+    /// How far the contact is, if that can be told to within `error` from here, and the pair is closing still when it
+    /// comes: at the root of g + g' h + g'' h²/2.
+    #[inline]
+    pub(crate) fn landing(&self, curvature: &Curvature, error: f64) -> Option<f64> {
+        // Mostly it is far too far, which this tells without a square root.
+        let straight = self.value * self.slowness;
+        if curvature.gap_jerk * straight * straight * straight > error {
+            return None;
+        }
+        let second = self.along_normal + self.across * self.across * self.inverse_distance;
+        let slope = (self.rate * self.rate - 2.0 * second * self.value).sqrt();
+        let landing = 2.0 * self.value / (slope - self.rate);
+        let third = curvature.gap_jerk * landing * landing;
+        // E' and h E''; g'' lies as far above its lower bound as its upper bound does above it.
+        let rate_error = self.rate_error + 2.0 * (second - curvature.of_gap) * landing;
+        let lands = 4.0 * landing * third.max(rate_error) <= error
+            && self.rate < 0.0
+            && slope > 2.0 * rate_error + third;
+        lands.then_some(landing)
     }
 }
 

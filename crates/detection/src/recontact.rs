@@ -44,7 +44,7 @@ pub(crate) fn recontact(
         }
         if now.value > error {
             let curvature = pair.curvature(&now);
-            if let Some(landing) = pair.landing(&now, &curvature, error) {
+            if let Some(landing) = now.landing(&curvature, error) {
                 return Ok(at.time + (elapsed + landing));
             }
             let step = safe_step(now.value, now.rate - now.rate_error, &curvature);
