@@ -1,21 +1,25 @@
 //! A few atoms of A against a few of B: a few steps for all pairs at once, then the pairs one by one.
 
 use carom_geometry::{Atom, Circle, CircleTree};
+use glam::DVec2;
 
 use crate::{
-    ErrorBound, Window,
-    atom_pair::AtomPair,
+    ErrorBound,
+    atom_pair::{AtomPair, PairOutcome},
     flight::{Flight, Placement},
     search::Search,
-    skim,
+    skimming::rounding_within,
     tolerance::{SHARED_STEPS, STEP_MARGIN},
 };
 
 /// Most atoms of one body in a block.
 const MOST: usize = CircleTree::CROSSOVER;
 
-/// Room for all pairs of a block, and for the unused end of its last row.
-const LENGTH: usize = MOST * MOST + 1;
+/// Lanes of the longest row: whole vector registers.
+const LONGEST: usize = MOST.next_multiple_of(2);
+
+/// Room for all pairs of a block.
+const LENGTH: usize = MOST * LONGEST;
 
 /// Some atoms of one body, by their indices.
 #[derive(Clone, Copy)]
@@ -24,26 +28,20 @@ pub(crate) struct Atoms<'a> {
     pub(crate) indices: &'a [u32],
 }
 
-/// Two numbers side by side, the width of the vector registers that every x86-64 has.
-type Lanes = [f64; 2];
-
-/// Places and velocities about the centre of mass, and what bounds their change, of the atoms of one body.
-#[derive(Default)]
-struct Row {
-    x: [Lanes; MOST.div_ceil(2)],
-    y: [Lanes; MOST.div_ceil(2)],
-    vx: [Lanes; MOST.div_ceil(2)],
-    vy: [Lanes; MOST.div_ceil(2)],
-    radius: [Lanes; MOST.div_ceil(2)],
-    centripetal: [Lanes; MOST.div_ceil(2)],
+/// The atoms of one body side by side, as they lie in its frame, in `N` lanes. The last one fills up the row.
+struct Row<const N: usize> {
+    x: [f64; N],
+    y: [f64; N],
+    radius: [f64; N],
+    arm: [f64; N],
+    /// Radii of the circles about the centre of mass that the atoms never leave.
+    reach: [f64; N],
 }
 
-/// One atom of a row.
+/// One atom: its place and velocity about the centre of mass, and what bounds the change of both.
 struct Single {
-    x: f64,
-    y: f64,
-    vx: f64,
-    vy: f64,
+    place: DVec2,
+    velocity: DVec2,
     radius: f64,
     centripetal: f64,
 }
@@ -53,12 +51,18 @@ struct Single {
 pub(crate) struct BlockSearch<'a> {
     pub(crate) flight: &'a Flight<'a>,
     error: ErrorBound,
+    /// What the reach of any pair is inflated by.
+    inflation: f64,
 }
 
 impl<'a> BlockSearch<'a> {
     pub(crate) fn new(flight: &'a Flight<'a>, radii: [f64; 2]) -> Self {
-        let circles = radii.map(|radius| Circle { offset: glam::DVec2::ZERO, arm: radius, radius });
-        Self { flight, error: ErrorBound::of_circles(flight.motion, flight.speed, flight.spin, &circles) }
+        let circles = radii.map(|radius| Circle { offset: DVec2::ZERO, arm: radius, radius });
+        Self {
+            flight,
+            error: ErrorBound::of_circles(flight.motion, flight.speed, flight.spin, &circles),
+            inflation: rounding_within(flight.motion, radii[0] + radii[1]),
+        }
     }
 
     /// Searches all pairs of the atoms `a` and `b`, none of which touch before `begin`, in the order of
@@ -67,90 +71,151 @@ impl<'a> BlockSearch<'a> {
         // The body with more atoms goes along the rows.
         let along = usize::from(b.indices.len() >= a.indices.len());
         let (across, row) = if along == 1 { (a, b) } else { (b, a) };
-        let mut room = [0.0; LENGTH];
-        self.shared_step(across, row, along, &self.flight.at(begin), &mut room);
-        let bounds = &mut room[..across.indices.len() * row.indices.len()];
-        search.evaluations += bounds.len() as u32;
-        // Again from where the soonest pair may be in contact. For a single atom against a row it would not pay.
-        let again = if across.indices.len() > 1 { SHARED_STEPS } else { 0 };
-        for _ in 0..again {
-            let (_, soonest) = least(bounds);
-            if soonest <= begin || soonest > search.limit() {
-                break;
-            }
-            let mut later = [0.0; LENGTH];
-            self.shared_step(across, row, along, &self.flight.at(soonest), &mut later);
-            search.evaluations += bounds.len() as u32;
-            for (bound, later) in bounds.iter_mut().zip(later) {
-                *bound = bound.max(later);
-            }
-        }
-        for _ in 0..bounds.len() {
-            // Selection by repeated minimum: mostly one or two pairs are ever wanted.
-            let (next, bound) = least(bounds);
+        let mut room = [f64::INFINITY; LENGTH];
+        let stride = match row.indices.len() {
+            ..=2 => self.first_bounds::<2>([across, row], along, begin, &mut room, search),
+            3..=4 => self.first_bounds::<4>([across, row], along, begin, &mut room, search),
+            _ => self.first_bounds::<LONGEST>([across, row], along, begin, &mut room, search),
+        };
+        let bounds = &mut room[..across.indices.len().min(MOST) * stride];
+        // The pair with the earliest bound, and so on: mostly one or two pairs are ever wanted.
+        let mut steps = [0; LENGTH];
+        loop {
+            let [(next, bound), (_, pause)] = two_least(bounds);
             let limit = search.limit();
             if bound > limit {
                 break;
             }
-            bounds[next] = f64::INFINITY;
-            let (i, j) = (next as u32 / row.indices.len() as u32, next as u32 % row.indices.len() as u32);
+            let (i, j) = (next as u32 / stride as u32, next as u32 % stride as u32);
             let (i, j) = (across.indices[i as usize], row.indices[j as usize]);
             let atoms = if along == 1 { [i, j] } else { [j, i] };
             let circles = [Circle::from(&a.all[atoms[0] as usize]), Circle::from(&b.all[atoms[1] as usize])];
             let pair = AtomPair::new(self.flight, circles);
-            if let Some(window) = skim(self.flight.motion, pair.reach(), limit) {
-                let window = Window { begin: window.begin.max(bound), ..window };
-                if window.begin <= window.end {
-                    let outcome = pair.first_contact(window, search.most_steps, &mut search.evaluations);
+            bounds[next] = match pair.first_contact(bound, [pause, limit], &mut steps[next], search) {
+                PairOutcome::Paused(time) => time,
+                outcome => {
                     search.record(outcome, atoms);
+                    f64::INFINITY
                 }
             }
         }
     }
 
-    /// The certified step with K for every pair: until when each is certainly free, row by row.
+    /// Writes until when each pair is certainly free, row by row of `N` lanes, which it returns: infinite for pairs that
+    /// are never within reach of each other, and for lanes without an atom.
+    fn first_bounds<const N: usize>(
+        &self,
+        [across, row]: [Atoms<'_>; 2],
+        along: usize,
+        begin: f64,
+        room: &mut [f64; LENGTH],
+        search: &mut Search,
+    ) -> usize {
+        let bounds = &mut room[..across.indices.len().min(MOST) * N];
+        let lanes = Row::<N>::new(row);
+        self.start(across, &lanes, bounds);
+        let pairs = (across.indices.len() * row.indices.len()) as u32;
+        self.shared_step(across, &lanes, along, &self.flight.at(begin), bounds);
+        search.evaluations += pairs;
+        // Again from where the soonest pair may be in contact. For few rows it pays less.
+        let again = across.indices.len().saturating_sub(1).min(SHARED_STEPS);
+        let mut before = begin;
+        for _ in 0..again {
+            let soonest =
+                bounds.iter().fold(f64::INFINITY, |least, &bound| if bound < least { bound } else { least });
+            if soonest <= before || soonest > search.limit() {
+                break;
+            }
+            self.shared_step(across, &lanes, along, &self.flight.at(soonest), bounds);
+            search.evaluations += pairs;
+            before = soonest;
+        }
+        if row.indices.len() < N {
+            bounds.iter_mut().skip(N - 1).step_by(N).for_each(|bound| *bound = f64::INFINITY);
+        }
+        N
+    }
+
+    /// What is known of each pair without looking at it: nothing, or that the centres pass each other out of its
+    /// reach, as [`skim`](crate::skim) tells.
+    #[inline]
+    fn start<const N: usize>(&self, across: Atoms<'_>, row: &Row<N>, bounds: &mut [f64]) {
+        let motion = self.flight.motion;
+        let speed_squared = motion.velocity.length_squared();
+        let cross = motion.separation.perp_dot(motion.velocity);
+        for (&index, bounds) in across.indices.iter().zip(bounds.chunks_exact_mut(N)) {
+            let atom = &across.all[index as usize];
+            let other = atom.arm() + atom.radius();
+            for (lane, bound) in bounds.iter_mut().enumerate() {
+                let reach = (row.reach[lane] + other) + self.inflation;
+                *bound = if reach * reach * speed_squared < cross * cross { f64::INFINITY } else { 0.0 };
+            }
+        }
+    }
+
+    /// The certified step with K for every pair: until when each is certainly free, where that is later than what is
+    /// known.
     ///
-    /// The gap less E and its rate less E' are used, so no gap is below 0 up to there. Each row is written in whole
-    /// lanes, the next one over its unused end.
-    fn shared_step(
+    /// The gap less E and its rate less E' are used, so no gap is below 0 up to there. The root is taken in the form
+    /// for a falling gap throughout. Where a gap widens this form cancels; √ is taken larger by more than that.
+    #[inline]
+    fn shared_step<const N: usize>(
         &self,
         across: Atoms<'_>,
-        row: Atoms<'_>,
+        row: &Row<N>,
         along: usize,
         at: &Placement,
-        bounds: &mut [f64; LENGTH],
+        bounds: &mut [f64],
     ) {
         let error = self.error.at(at.time);
         let [constant, over_distance] = self.error.rate_terms(error);
         let sign = if along == 1 { 1.0 } else { -1.0 };
         let (separation, velocity) = (sign * at.separation, sign * self.flight.motion.velocity);
-        let row_of_pairs = Row::new(self.flight, row, at, along);
-        let count = row.indices.len();
-        for (i, &index) in across.indices.iter().enumerate() {
+        let spin = self.flight.spin[along];
+        let turned = at.arm(along, DVec2::X);
+        for (&index, bounds) in across.indices.iter().zip(bounds.chunks_exact_mut(N)) {
             let atom = Single::new(self.flight, &across.all[index as usize], at, 1 - along);
-            for pair in 0..count.div_ceil(2).min(MOST.div_ceil(2)) {
-                let first = i * count + 2 * pair;
-                let Some(to) = bounds.get_mut(first..first + 2) else { break };
-                for (lane, bound) in to.iter_mut().enumerate() {
-                    let x = separation.x + (row_of_pairs.x[pair][lane] - atom.x);
-                    let y = separation.y + (row_of_pairs.y[pair][lane] - atom.y);
-                    let vx = velocity.x + (row_of_pairs.vx[pair][lane] - atom.vx);
-                    let vy = velocity.y + (row_of_pairs.vy[pair][lane] - atom.vy);
-                    let k = row_of_pairs.centripetal[pair][lane] + atom.centripetal;
-                    let distance = (x * x + y * y).sqrt();
-                    let gap = (distance - (row_of_pairs.radius[pair][lane] + atom.radius)) - error;
-                    let rate = ((x * vx + y * vy) - over_distance) / distance - constant;
-                    let root = (rate * rate + 2.0 * k * gap).sqrt();
-                    let closing = rate < 0.0;
-                    let above = if closing { 2.0 * gap } else { rate + root };
-                    let below = if closing { root - rate } else { k };
-                    let step = above / below * (1.0 - STEP_MARGIN);
-                    // Touching pairs get no step, nor does what is no number.
-                    let step = if gap > 0.0 { step } else { 0.0 };
-                    *bound = at.time + if step >= 0.0 { step } else { 0.0 };
-                }
+            let mut later = [0.0; N];
+            for (lane, later) in later.iter_mut().enumerate() {
+                let arm_x = turned.x * row.x[lane] - turned.y * row.y[lane];
+                let arm_y = turned.y * row.x[lane] + turned.x * row.y[lane];
+                let x = separation.x + (arm_x - atom.place.x);
+                let y = separation.y + (arm_y - atom.place.y);
+                let vx = velocity.x + (-spin * arm_y - atom.velocity.x);
+                let vy = velocity.y + (spin * arm_x - atom.velocity.y);
+                let k = spin * spin * row.arm[lane] + atom.centripetal;
+                let distance = (x * x + y * y).sqrt();
+                let gap = (distance - (row.radius[lane] + atom.radius)) - error;
+                // Touching pairs get no step, nor does what is no number.
+                let gap = if gap > 0.0 { gap } else { 0.0 };
+                let rate = ((x * vx + y * vy) - over_distance) / distance - constant;
+                let root = (rate * rate + 2.0 * k * gap).sqrt() * (1.0 + STEP_MARGIN);
+                let step = 2.0 * gap / (root - rate);
+                let step = if step > 0.0 { step } else { 0.0 };
+                *later = at.time + step * (1.0 - STEP_MARGIN);
+            }
+            for (bound, later) in bounds.iter_mut().zip(later) {
+                *bound = if later > *bound { later } else { *bound };
             }
         }
+    }
+}
+
+impl<const N: usize> Row<N> {
+    #[inline]
+    fn new(atoms: Atoms<'_>) -> Self {
+        let mut row = Self { x: [0.0; N], y: [0.0; N], radius: [0.0; N], arm: [0.0; N], reach: [0.0; N] };
+        let last = atoms.indices.len().saturating_sub(1);
+        for lane in 0..N {
+            let Some(&index) = atoms.indices.get(lane.min(last)) else { break };
+            let atom = &atoms.all[index as usize];
+            row.x[lane] = atom.offset().x;
+            row.y[lane] = atom.offset().y;
+            row.radius[lane] = atom.radius();
+            row.arm[lane] = atom.arm();
+            row.reach[lane] = atom.arm() + atom.radius();
+        }
+        row
     }
 }
 
@@ -158,44 +223,25 @@ impl Single {
     #[inline]
     fn new(flight: &Flight<'_>, atom: &Atom, at: &Placement, body: usize) -> Self {
         let spin = flight.spin[body];
-        let arm = at.arm(body, atom.offset());
-        let velocity = spin * arm.perp();
+        let place = at.arm(body, atom.offset());
         Self {
-            x: arm.x,
-            y: arm.y,
-            vx: velocity.x,
-            vy: velocity.y,
+            place,
+            velocity: spin * place.perp(),
             radius: atom.radius(),
             centripetal: spin * spin * atom.arm(),
         }
     }
 }
 
-impl Row {
-    #[inline]
-    fn new(flight: &Flight<'_>, atoms: Atoms<'_>, at: &Placement, body: usize) -> Self {
-        let mut row = Self::default();
-        for (k, &index) in atoms.indices.iter().enumerate().take(MOST) {
-            let atom = Single::new(flight, &atoms.all[index as usize], at, body);
-            let (pair, lane) = (k / 2, k % 2);
-            row.x[pair][lane] = atom.x;
-            row.y[pair][lane] = atom.y;
-            row.vx[pair][lane] = atom.vx;
-            row.vy[pair][lane] = atom.vy;
-            row.radius[pair][lane] = atom.radius;
-            row.centripetal[pair][lane] = atom.centripetal;
-        }
-        row
-    }
-}
-
-/// Index and value of the least.
+/// Index and value of the least and of the next one.
 #[inline]
-fn least(values: &[f64]) -> (usize, f64) {
-    let mut least = (0, f64::INFINITY);
-    for (index, &value) in values.iter().enumerate() {
-        if value < least.1 {
-            least = (index, value);
+fn two_least(values: &[f64]) -> [(usize, f64); 2] {
+    let mut least = [(0, f64::INFINITY); 2];
+    for found in values.iter().copied().enumerate() {
+        if found.1 < least[0].1 {
+            least = [found, least[0]];
+        } else if found.1 < least[1].1 {
+            least[1] = found;
         }
     }
     least

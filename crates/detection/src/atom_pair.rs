@@ -8,8 +8,11 @@ use crate::{
     ErrorBound, Window,
     flight::{Flight, Placement},
     recontact::recontact,
-    safe_step::{Curvature, plain_step, safe_step},
-    tolerance::{FAST_ROTOR, PLAIN_STEPS, SOON},
+    safe_step::{Curvature, safe_step, short_step},
+    search::Search,
+    skim,
+    skimming::rounding_within,
+    tolerance::{FAST_ROTOR, SHORT_STEPS, SOON},
 };
 
 /// How the search for one atom pair ended.
@@ -18,6 +21,8 @@ pub(crate) enum PairOutcome {
     Contact(f64),
     Free,
     OutOfBudget(f64),
+    /// Apart up to a time beyond which another pair is to be looked at first.
+    Paused(f64),
 }
 
 /// Two circles in flight, each fixed in its body.
@@ -29,6 +34,12 @@ pub(crate) struct AtomPair<'a> {
     contact_distance: f64,
     /// ω_A² r_A and ω_B² r_B, whose sum is K, the bound on |d''| for all time.
     centripetal: [f64; 2],
+    /// |ω_A|³ r_A + |ω_B|³ r_B = K₃
+    jerk: f64,
+    /// C₃
+    gap_jerk: f64,
+    /// J
+    relative_jerk: f64,
     pub(crate) error: ErrorBound,
 }
 
@@ -40,12 +51,18 @@ pub(crate) struct Gap {
     velocity: DVec2,
     /// d''
     acceleration: DVec2,
+    /// a = n·d''
+    along_normal: f64,
+    /// p = n^⊥·d'
+    across: f64,
     /// 1/|d|
     inverse_distance: f64,
     /// g
     pub(crate) value: f64,
     /// g'
     pub(crate) rate: f64,
+    /// 1/|g'| for a gap that falls slower than it seems to by E', negative for one that may widen.
+    slowness: f64,
     /// E
     pub(crate) error: f64,
     /// E'
@@ -55,14 +72,22 @@ pub(crate) struct Gap {
 impl<'a> AtomPair<'a> {
     #[inline]
     pub(crate) fn new(flight: &'a Flight<'a>, circles: [Circle; 2]) -> Self {
-        let centripetal = [0, 1].map(|body| flight.spin[body] * flight.spin[body] * circles[body].arm);
+        let [spin_a, spin_b] = flight.spin;
+        let (a, b) = (spin_a * spin_a * circles[0].arm, spin_b * spin_b * circles[1].arm);
+        let error = ErrorBound::of_circles(flight.motion, flight.speed, flight.spin, &circles);
+        let contact_distance = circles[0].radius + circles[1].radius;
+        let jerk = spin_a.abs() * a + spin_b.abs() * b;
+        let angle = error.speed() / contact_distance;
         Self {
             flight,
             offsets: circles.map(|circle| circle.offset),
             arms: circles.map(|circle| circle.arm),
-            contact_distance: circles[0].radius + circles[1].radius,
-            centripetal,
-            error: ErrorBound::of_circles(flight.motion, flight.speed, flight.spin, &circles),
+            contact_distance,
+            centripetal: [a, b],
+            jerk,
+            gap_jerk: jerk + angle * (3.0 * (a + b) + 1.2 * angle * error.speed()),
+            relative_jerk: a.min(b) * (spin_b - spin_a).abs(),
+            error,
         }
     }
 
@@ -86,58 +111,94 @@ impl<'a> AtomPair<'a> {
         let inverse_distance = 1.0 / distance;
         let error = self.error.at(time);
         let [constant, over_distance] = self.error.rate_terms(error);
+        let closing = d.dot(velocity);
+        let acceleration = (spin_a * spin_a) * arm_a - (spin_b * spin_b) * arm_b;
         Gap {
             d,
             velocity,
-            acceleration: (spin_a * spin_a) * arm_a - (spin_b * spin_b) * arm_b,
+            acceleration,
+            along_normal: d.dot(acceleration) * inverse_distance,
+            across: d.perp_dot(velocity) * inverse_distance,
             inverse_distance,
             value: distance - self.contact_distance,
             // Where the centres coincide there is no normal, and E' is infinite.
-            rate: if distance > 0.0 { d.dot(velocity) * inverse_distance } else { 0.0 },
+            rate: if distance > 0.0 { closing * inverse_distance } else { 0.0 },
+            slowness: distance / ((constant * distance + over_distance) - closing),
             error,
             rate_error: constant + over_distance * inverse_distance,
         }
     }
 
-    /// The first contact in the window, which must begin where nothing earlier can be missed.
+    /// The first contact after `begin`, before which there must be none, and up to `limit`; paused beyond `pause`. `steps`
+    /// counts the steps of the pair, over all pauses.
+    #[inline]
     pub(crate) fn first_contact(
         &self,
-        window: Window,
-        most_steps: u32,
-        evaluations: &mut u32,
+        begin: f64,
+        [pause, limit]: [f64; 2],
+        steps: &mut u32,
+        search: &mut Search,
     ) -> PairOutcome {
-        let mut time = window.begin;
-        for count in 0..most_steps.max(1) {
+        let reach = self.reach() + rounding_within(self.flight.motion, self.reach());
+        let mut time = begin;
+        loop {
+            // Out of each other's reach, they part for good or are only coming.
+            let separation = self.flight.separation(time);
+            if separation.length_squared() > reach * reach {
+                match self.comes_within_reach(separation, time, limit) {
+                    Some(entry) => time = entry,
+                    None => return PairOutcome::Free,
+                }
+            }
             let at = self.flight.at(time);
             let now = self.gap(&at);
-            *evaluations += 1;
+            search.evaluations += 1;
+            *steps += 1;
+            let curvature = self.curvature(&now);
             let step = if now.value > now.error {
-                let rate = now.rate - now.rate_error;
-                let (step, is_root) = if count < PLAIN_STEPS {
-                    (plain_step(now.value, rate, self.centripetal[0] + self.centripetal[1]), true)
-                } else {
-                    safe_step(now.value, rate, &self.curvature(&now))
-                };
-                if is_root && let Some(landing) = self.landing(&now, step, now.error) {
-                    return contact_within(time + landing, window.end);
+                if let Some(landing) = now.landing(&curvature, now.error) {
+                    return contact_within(time + landing, limit);
                 }
-                step.max(self.orbit_step(&at))
+                let rate = now.rate - now.rate_error;
+                let step = if *steps <= SHORT_STEPS {
+                    short_step(now.value, rate, now.slowness, &curvature)
+                } else {
+                    safe_step(now.value, rate, &curvature)
+                };
+                let orbit_step = self.orbit_step(&at);
+                if orbit_step > step { orbit_step } else { step }
             } else if self.closes(&now) {
-                return contact_within(time + self.polish(&now, now.error), window.end);
-            } else if count == 0 && self.comes_back_soon(&now) {
-                match recontact(self, &at, &now, window.end, evaluations) {
-                    Ok(contact) => return contact_within(contact, window.end),
+                return contact_within(time + self.polish(&now, now.error), limit);
+            } else if *steps == 1 && self.comes_back_soon(&now) {
+                match recontact(self, &at, &now, limit, &mut search.evaluations) {
+                    Ok(contact) => return contact_within(contact, limit),
                     Err(step) => step,
                 }
             } else {
-                self.touching_step(&now)
+                self.touching_step(&now, &curvature)
             };
-            time = (time + step).max(time.next_up());
-            if time > window.end {
+            let next = time + step;
+            time = if next > time { next } else { time.next_up() };
+            if time > limit {
                 return PairOutcome::Free;
             }
+            if *steps >= search.most_steps {
+                return PairOutcome::OutOfBudget(time);
+            }
+            // A falling gap is followed to its end: that is mostly the answer.
+            if time > pause && now.rate >= 0.0 {
+                return PairOutcome::Paused(time);
+            }
         }
-        PairOutcome::OutOfBudget(time)
+    }
+
+    /// When bodies whose centres are too far apart for a contact come near enough, if they do; no sooner than `time`.
+    #[cold]
+    fn comes_within_reach(&self, separation: DVec2, time: f64, limit: f64) -> Option<f64> {
+        if separation.dot(self.flight.motion.velocity) >= 0.0 {
+            return None;
+        }
+        skim(self.flight.motion, self.reach(), limit).map(|window| window.begin.max(time))
     }
 
     /// A time up to which the circles are certainly apart, by one step from a placement on; that time itself
@@ -147,7 +208,7 @@ impl<'a> AtomPair<'a> {
         let now = self.gap(at);
         let gap = now.value - now.error;
         if gap > 0.0 {
-            at.time + safe_step(gap, now.rate - now.rate_error, &self.curvature(&now)).0
+            at.time + safe_step(gap, now.rate - now.rate_error, &self.curvature(&now))
         } else {
             at.time
         }
@@ -172,7 +233,7 @@ impl<'a> AtomPair<'a> {
             if gap <= near || gap.is_nan() {
                 break;
             }
-            let step = safe_step(gap, now.rate - now.rate_error, &self.curvature(&now)).0;
+            let step = safe_step(gap, now.rate - now.rate_error, &self.curvature(&now));
             let time = at.time + step.max(self.orbit_step(&at));
             if time > window.end {
                 return None;
@@ -188,40 +249,37 @@ impl<'a> AtomPair<'a> {
     /// How fast the gap can bend downwards from now on.
     #[inline]
     pub(crate) fn curvature(&self, now: &Gap) -> Curvature {
-        let [spin_a, spin_b] = self.flight.spin.map(f64::abs);
         let [a, b] = self.centripetal;
         let largest = a + b;
-        // The normal is off by 2 E/|d|, the arms by their share of E, and there are less than 12 roundings.
-        let error = largest * (2.0 * now.error * now.inverse_distance + 12.0 * U)
-            + (spin_a * spin_a).max(spin_b * spin_b) * now.error;
+        let error = self.acceleration_error(now);
+        // p = n^⊥·d' is off by no more than E', like n·d'.
+        let across = (now.across.abs() - now.rate_error).max(0.0);
+        let nearness = now.error * now.inverse_distance + 8.0 * U;
+        let along_normal = now.along_normal - error;
         Curvature {
             largest,
-            along_normal: now.d.dot(now.acceleration) * now.inverse_distance - error,
-            jerk: spin_a * a + spin_b * b,
-            magnitude: now.acceleration.length() + error,
-            relative_jerk: a.min(b) * (self.flight.spin[1] - self.flight.spin[0]).abs(),
+            along_normal,
+            jerk: self.jerk,
+            of_gap: along_normal + across * across * now.inverse_distance * (1.0 - nearness),
+            gap_jerk: self.gap_jerk,
+            acceleration_squared: now.acceleration.length_squared(),
+            acceleration_error: error,
+            relative_jerk: self.relative_jerk,
         }
+    }
+
+    /// Bound on the rounding of d'': the normal is off by 2 E/|d|, the arms by their share of E, and there are less than
+    /// 12 roundings.
+    #[inline]
+    fn acceleration_error(&self, now: &Gap) -> f64 {
+        let [a, b] = self.centripetal;
+        let spin = self.error.spin();
+        (a + b) * (2.0 * now.error * now.inverse_distance + 12.0 * U) + spin * spin * now.error
     }
 
     /// K + |d'|²/|d|: bound on the upward curvature of the gap.
     fn upper_curvature(&self, now: &Gap) -> f64 {
         (self.centripetal[0] + self.centripetal[1]) + now.velocity.length_squared() * now.inverse_distance
-    }
-
-    /// How far the contact is, if a step to a root of the minorant proves it to be within `error` of there, and the
-    /// pair to be closing still.
-    ///
-    /// With g'' = a + (|d'|² − g'²)/|d| the contact is at the root of g + g' h + g'' h²/2, to third order. As g'' ≤ C, it is
-    /// not beyond 2 h if −g' > 5/2 C h, and off by no more than C (2 h)².
-    pub(crate) fn landing(&self, now: &Gap, step: f64, error: f64) -> Option<f64> {
-        let bend = self.upper_curvature(now) * step;
-        let lands = 4.0 * bend * step <= error && now.rate + 2.5 * bend < -now.rate_error;
-        lands.then(|| {
-            let across = now.velocity.length_squared() - now.rate * now.rate;
-            let second = (now.d.dot(now.acceleration) + across) * now.inverse_distance;
-            let square_root = (now.rate * now.rate - 2.0 * second * now.value).max(0.0).sqrt();
-            2.0 * now.value / (square_root - now.rate)
-        })
     }
 
     /// Whether a pair within E of contact, or overlapping, is in contact rather than leaving or touching.
@@ -238,11 +296,11 @@ impl<'a> AtomPair<'a> {
     }
 
     /// Step of a pair that leaves or touches: to where the bound from below reaches min(g, 0) − E.
-    fn touching_step(&self, now: &Gap) -> f64 {
+    fn touching_step(&self, now: &Gap, curvature: &Curvature) -> f64 {
         let fall = now.value - now.value.min(0.0) + now.error;
         // No gap closes faster than L, even where E' says nothing because the centres coincide.
         let rate = (now.rate - now.rate_error).max(-self.error.speed());
-        safe_step(fall, rate, &self.curvature(now)).0
+        safe_step(fall, rate, curvature)
     }
 
     /// Whether a pair that parts may be back before it has gone far enough for the plain gap to tell.
@@ -281,10 +339,33 @@ impl<'a> AtomPair<'a> {
         let gap = distance - (self.contact_distance + self.arms[body]) - error;
         if gap > 0.0 {
             let rate = d.dot(velocity) / distance - self.error.of_rate(at.time, distance);
-            safe_step(gap, rate, &Curvature::at_most(self.centripetal[other])).0
+            safe_step(gap, rate, &Curvature::at_most(self.centripetal[other]))
         } else {
             0.0
         }
+    }
+}
+
+impl Gap {
+    /// How far the contact is, if that can be told to within `error` from here, and the pair is closing still when it
+    /// comes: at the root of g + g' h + g'' h²/2.
+    #[inline]
+    pub(crate) fn landing(&self, curvature: &Curvature, error: f64) -> Option<f64> {
+        // Mostly it is far too far, which this tells without a square root.
+        let straight = self.value * self.slowness;
+        if curvature.gap_jerk * straight * straight * straight > error {
+            return None;
+        }
+        let second = self.along_normal + self.across * self.across * self.inverse_distance;
+        let slope = (self.rate * self.rate - 2.0 * second * self.value).sqrt();
+        let landing = 2.0 * self.value / (slope - self.rate);
+        let third = curvature.gap_jerk * landing * landing;
+        // E' and h E''; g'' lies as far above its lower bound as its upper bound does above it.
+        let rate_error = self.rate_error + 2.0 * (second - curvature.of_gap) * landing;
+        let lands = 4.0 * landing * third.max(rate_error) <= error
+            && self.rate < 0.0
+            && slope > 2.0 * rate_error + third;
+        lands.then_some(landing)
     }
 }
 
@@ -311,8 +392,9 @@ mod tests {
                 let motion = RelativeMotion::exactly(d, DVec2::new(slip, -closing));
                 let flight = Flight::new(atom.outline(), atom.outline(), &motion);
                 let pair = AtomPair::new(&flight, [(&atom).into(), (&atom).into()]);
-                let window = Window { begin: 0.0, end: 10.0 };
-                let PairOutcome::Contact(time) = pair.first_contact(window, 10, &mut 0) else {
+                let mut search = Search::new(10.0, 10);
+                let PairOutcome::Contact(time) = pair.first_contact(0.0, [10.0; 2], &mut 0, &mut search)
+                else {
                     panic!("slip {slip}, closing {closing}")
                 };
                 let now = pair.gap(&flight.at(time));

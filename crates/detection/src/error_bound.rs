@@ -90,6 +90,12 @@ impl ErrorBound {
         [12.0 * U * self.speed + self.spin * error + self.velocity, 2.0 * self.speed * error]
     }
 
+    /// max(|ω_A|, |ω_B|) (per time).
+    #[inline]
+    pub(crate) fn spin(&self) -> f64 {
+        self.spin
+    }
+
     /// L, a bound on |d'| at any time (length per time).
     #[inline]
     pub(crate) fn speed(&self) -> f64 {

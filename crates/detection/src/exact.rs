@@ -13,25 +13,31 @@
 //!
 //! # Proof
 //! **Step.** For the fixed unit vector n of time t, |d(t+h)| ≥ n·d(t+h) = n·d + n·d' h + ∬ n·d''. So while −n·d'' ≤ k
-//! the gap is not below g + g' h − k h²/2, and there is no contact before the root of that. Three bounds on −n·d''
-//! up to t + h are used:
+//! the gap is not below g + g' h − k h²/2, and there is no contact before the root of that. A bound on −n·d'' that
+//! starts at k₀ and grows at the rate k₁ may be replaced by the constant k = k₀ + k₁ H/3 for all h ≤ H, because
+//! ∬ (k₀ + k₁ u) = k₀ h²/2 + k₁ h³/6. Of four k the least is taken:
 //! * K, always;
-//! * K₃ h − a, since n·d'' cannot change faster than K₃;
-//! * |d''| + J h, with J = min(ω_A² r_A, ω_B² r_B) |ω_B − ω_A|: for an observer who turns with A the acceleration is
+//! * K₃ H/3 − a, since n·d'' cannot change faster than K₃;
+//! * |d''| + J H/3, with J = min(ω_A² r_A, ω_B² r_B) |ω_B − ω_A|: for an observer who turns with A the acceleration is
 //!   ω_A² q_A − ω_B² R((ω_B − ω_A) t) q_B, of the same length, and changes only as B turns relative to A; likewise
-//!   with B. Without this one, bodies that fly along with equal spins would take thousands of steps.
+//!   with B. Without this one, bodies that fly along with equal spins would take thousands of steps;
+//! * C₃ H/3 − g'', from the Taylor expansion of the gap itself. With the components p of d' and q of d'' across the normal
+//!   g'' = a + p²/|d| and g''' = n·d''' + 3 p q/|d| − 3 p² g'/|d|². As p² |g'| ≤ 2 |d'|³/√27 and |d| ≥ s until the
+//!   first contact, |g'''| ≤ C₃ = K₃ + 3 L K/s + 1.2 L³/s² up to there. This is what makes the last steps short in
+//!   number: it is exact to third order, the others to second.
 //!
 //! **Orbits.** The atom of a body that turns fast stays on a circle about its body's centre. The other atom against
 //! the disc of radius r + s about that centre gives another certified step, by the triangle inequality. Of several
 //! certified steps the longest is taken. Each begins where the last one ended, so the first contact is never passed.
-//! Towards a transversal contact the steps converge quadratically, as Newton's method does.
+//! Towards a transversal contact the error is cubed from step to step.
 //!
 //! **Windows.** Outside the times in which the centres of mass are within r_A + r_B + s there is no contact: a
 //! parabola in time ([`skim`]) whose reach is inflated by more than the rounding of its coefficients; for the bodies
-//! first, and for each atom pair again.
+//! first, and for each atom pair again, which is left when its centres are out of reach and part.
 //!
 //! **Many pairs.** The first steps are taken for all pairs at once, from one placement of the bodies; the pairs are
-//! then followed one by one, the one with the earliest bound first. A pair whose bound is later than a contact that
+//! then followed one by one, the one with the earliest bound first; one whose gap widens is left for another whose
+//! bound has become the earliest. A pair whose bound is later than a contact that
 //! has been found cannot matter, nor can anything after a time up to which some pair is certified and no further.
 //! For molecules of many atoms, circles that hold atoms ([`CircleTree`](carom_geometry::CircleTree)) are followed as
 //! if they were atoms. What they hold lies inside, rounding included, and cannot touch before they do; so the
@@ -41,8 +47,8 @@
 //! g > E, with g' − E' for g'. Over the step the exact gap is then at least −E − L u t, and L u t < E: nothing deeper
 //! than 2 E is passed. (The shared steps and the circles use g − E as well, and pass over nothing deeper than
 //! L u t.) h itself is computed by a dozen roundings in a form without cancellation, and shortened by
-//! sixteen ([`STEP_MARGIN`](crate::tolerance::STEP_MARGIN)), which covers K, K₃ and J too. a and |d''| come with a
-//! bound of their own, K (2 E/|d| + 12 u) + max(ω²) E.
+//! sixteen ([`STEP_MARGIN`](crate::tolerance::STEP_MARGIN)), which covers K, K₃, J and C₃ too. a and |d''| come with a
+//! bound of their own, K (2 E/|d| + 12 u) + max(ω²) E; p = n^⊥·d' is off by no more than E', as g' is.
 //!
 //! **Contact.** Where g ≤ E the sign of g' decides. Closing faster than E': a contact, now. Deeper than −E and closing
 //! faster than the velocities resolve: likewise. Else the pair has just collided, or only touches: its step goes to
@@ -51,12 +57,15 @@
 //! thousandth of its natural time is followed by its gap relative to the contact that it left, which is known
 //! far better than E.
 //!
-//! **Acceptance.** From concavity of the square root |d(t+h)| ≤ |d| + g' h + C h²/2, C = K + |d'|²/|d|, so g'' ≤ C as well
-//! as −g'' ≤ K ≤ C. At a root h of g + g' h = k h²/2, k ≤ K, the gap is at most C h². If that is within E/4, and
-//! g' + 5/2 C h < −E' (it still closes there), then the contact is between h and 2 h, and is not looked at
-//! again: the root of g + g' h + g'' h²/2 is within E of it, and mostly within a rounding. The last
-//! Newton correction −g/g' of a pair that is looked at is guarded likewise: on a near-tangent it would leap past the
-//! contact. A step that ends for another reason than the root of its bound is not accepted as a contact.
+//! **Acceptance.** Where the contact is near enough it is not looked at again, but put at the root h of
+//! g + g' h + g'' h²/2. Up to there the gap differs from that by C₃ h³/6, and by h (E' + h E'') because g' and g''
+//! are rounded; each of C₃ h³ and h (E' + h E'') must be within E/4, so that nothing deeper than 2 E is passed and the gap at
+//! h is within 2 E. The rate there, −√(g'² − 2 g'' g) to within C₃ h²/2 + E' + h E'', must be below −E': the pair
+//! still closes.
+//!
+//! The last Newton correction −g/g' of a pair that is found within E of contact is guarded likewise: on a near-tangent it
+//! would leap past the contact. From concavity of the square root |d(t+h)| ≤ |d| + g' h + C h²/2, C = K + |d'|²/|d|; the
+//! correction is made if C h² is within E.
 //!
 //! **Bound on the work.** While g > E either g falls by a fixed factor or the step is of the order √(E/K). Each pair
 //! has [`MOST_STEPS`] steps; a search that runs out answers "certified free until", which is later than where it

@@ -1,7 +1,7 @@
 //! Two bodies in flight: where they are at a time, as far as their atoms' distances need it.
 
 use carom_geometry::{Circle, Outline};
-use carom_kinematics::RelativeMotion;
+use carom_kinematics::{RelativeMotion, Turning};
 use glam::DVec2;
 
 /// The relative motion of two bodies, with what all searches in it share.
@@ -9,6 +9,7 @@ pub(crate) struct Flight<'a> {
     pub(crate) motion: &'a RelativeMotion,
     /// Angular velocities; 0 for a body that looks the same however it is turned.
     pub(crate) spin: [f64; 2],
+    turning: [Turning; 2],
     /// |V|
     pub(crate) speed: f64,
     rotation_at_start: [DVec2; 2],
@@ -28,6 +29,7 @@ impl<'a> Flight<'a> {
         let mut flight = Self {
             motion,
             spin: motion.angular_velocity,
+            turning: [0, 1].map(|body| Turning::new(motion.orientation[body], motion.angular_velocity[body])),
             speed: motion.velocity.length(),
             rotation_at_start: [DVec2::X; 2],
         };
@@ -46,21 +48,23 @@ impl<'a> Flight<'a> {
         self.spin != [0.0; 2]
     }
 
+    /// X + V t
     #[inline]
+    pub(crate) fn separation(&self, time: f64) -> DVec2 {
+        self.motion.separation + self.motion.velocity * time
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "what is returned through memory is waited for")]
     pub(crate) fn at(&self, time: f64) -> Placement {
-        let motion = self.motion;
         let rotation = |body: usize| {
             if self.spin[body] == 0.0 {
                 self.rotation_at_start[body]
             } else {
-                motion.orientation[body].turned(self.spin[body], time).cos_sin()
+                self.turning[body].cos_sin_at(time)
             }
         };
-        Placement {
-            time,
-            separation: motion.separation + motion.velocity * time,
-            rotation: [rotation(0), rotation(1)],
-        }
+        Placement { time, separation: self.separation(time), rotation: [rotation(0), rotation(1)] }
     }
 }
 

@@ -43,10 +43,11 @@ pub(crate) fn recontact(
             break;
         }
         if now.value > error {
-            let (step, is_root) = safe_step(now.value, now.rate - now.rate_error, &pair.curvature(&now));
-            if is_root && let Some(landing) = pair.landing(&now, step, error) {
+            let curvature = pair.curvature(&now);
+            if let Some(landing) = now.landing(&curvature, error) {
                 return Ok(at.time + (elapsed + landing));
             }
+            let step = safe_step(now.value, now.rate - now.rate_error, &curvature);
             elapsed = (elapsed + step).max(elapsed.next_up());
         } else if now.rate < -now.rate_error {
             return Ok(at.time + (elapsed + pair.polish(&now, error)));

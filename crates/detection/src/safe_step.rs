@@ -10,8 +10,14 @@ pub(crate) struct Curvature {
     pub(crate) along_normal: f64,
     /// K₃: |d'''| ≤ K₃ at any time.
     pub(crate) jerk: f64,
-    /// An upper bound of |d''| now.
-    pub(crate) magnitude: f64,
+    /// A lower bound of g'' now.
+    pub(crate) of_gap: f64,
+    /// C₃: |g'''| ≤ C₃ up to the first contact.
+    pub(crate) gap_jerk: f64,
+    /// |d''|² now.
+    pub(crate) acceleration_squared: f64,
+    /// How far the computed |d''| may be from the exact one.
+    pub(crate) acceleration_error: f64,
     /// J: |d''| grows no faster than this.
     pub(crate) relative_jerk: f64,
 }
@@ -23,79 +29,135 @@ impl Curvature {
             largest,
             along_normal: -largest,
             jerk: f64::INFINITY,
-            magnitude: largest,
+            of_gap: -largest,
+            gap_jerk: f64::INFINITY,
+            acceleration_squared: f64::INFINITY,
+            acceleration_error: 0.0,
             relative_jerk: f64::INFINITY,
         }
     }
 
-    /// The least of the three bounds that holds for a time `h` from now on; never negative.
+    /// The least k for which gap + rate h − k h²/2 is known to be a bound from below up to `h`; it can be negative.
+    ///
+    /// Twice integrated, a bound that grows in proportion to time counts by a third of what it has become.
     #[inline]
     fn within(&self, h: f64) -> f64 {
-        let by_normal = self.jerk * h - self.along_normal;
-        let by_relative_rotation = self.magnitude + self.relative_jerk * h;
-        // A bound that overflows or is no number is not below K.
-        let mut least = self.largest;
-        if by_normal < least {
-            least = by_normal.max(0.0);
-        }
-        if by_relative_rotation < least {
-            least = by_relative_rotation;
-        }
-        least
+        let magnitude = self.acceleration_squared.sqrt() + self.acceleration_error;
+        lesser(self.along_normal_within(h), magnitude + self.relative_jerk * (h * (1.0 / 3.0)))
+    }
+
+    /// The same without the bound by relative rotation.
+    #[inline]
+    fn along_normal_within(&self, h: f64) -> f64 {
+        let third = h * (1.0 / 3.0);
+        let by_normal = lesser(self.largest, self.jerk * third - self.along_normal);
+        lesser(by_normal, self.gap_jerk * third - self.of_gap)
     }
 }
 
-/// The longest step found in which a gap that now has the positive value `gap` and the rate `rate` stays positive,
-/// and whether the step ends at the root of gap + rate h − k h²/2 for a k that holds up to there.
+/// How much later than g/|g'| the root of a gap that bends upwards is looked for at first, and the share of g'² that is
+/// left of the discriminant where it is just there: (2/1.25 − 1)².
+const BENT: (f64, f64) = (1.25, 0.36);
+
+/// The longest step found in which a gap that now has the positive value `gap` and the rate `rate` stays positive.
 ///
-/// While g falls straight, it takes g/|g'| to zero, and any curvature makes it sooner. So the bound on the curvature
-/// within that time holds, and the root for it is certified. Where that bound is no better than K, the step for K is
-/// lengthened by looking up to twice as far, and again: the bound for h₂ = 2 h holds up to h₂, so the sooner of h₂ and
-/// the root for it is certified.
+/// A bound on the curvature that holds up to H certifies the sooner of H and the root for it. H is a little more
+/// than g/|g'|, where a gap that falls straight comes to zero, or twice that, beyond which no root is, for a gap that
+/// bends upwards so much that it hardly comes to zero. Where the bound is no better than K, the step for K is
+/// lengthened by looking up to twice as far, and again.
 #[inline]
-pub(crate) fn safe_step(gap: f64, rate: f64, curvature: &Curvature) -> (f64, bool) {
-    let straight = if rate < 0.0 { gap / -rate } else { f64::INFINITY };
-    let k = curvature.within(straight);
-    let (step, is_root) = if k < curvature.largest {
-        (root(gap, rate, k), true)
-    } else {
-        lengthened(root(gap, rate, curvature.largest), gap, rate, curvature)
-    };
-    (step * (1.0 - STEP_MARGIN), is_root)
+pub(crate) fn safe_step(gap: f64, rate: f64, curvature: &Curvature) -> f64 {
+    let (mut step, mut k) = (0.0, curvature.largest);
+    if rate < 0.0 {
+        let reach = BENT.0 * gap / -rate;
+        k = curvature.within(reach);
+        step = step_up_to(reach, gap, rate, k, curvature);
+    }
+    if k >= curvature.largest {
+        step = lengthened(root(gap, rate, curvature.largest), gap, rate, curvature);
+    }
+    step * (1.0 - STEP_MARGIN)
 }
 
-fn lengthened(mut step: f64, gap: f64, rate: f64, curvature: &Curvature) -> (f64, bool) {
-    let mut is_root = true;
+/// The same with less effort, where ordinary pairs do not repay more: no lengthening, no relative rotation. `slowness` is
+/// 1/|g'| where the gap falls, and negative where it widens.
+///
+/// With s = g/|g'| and x = k s/2|g'| the root is 2 s/(1 + √(1 + 4 x)), and not below s (1 − x) for any x > −1:
+/// off by 2 x² s, which is as good for small x, and sooner done.
+#[inline]
+pub(crate) fn short_step(gap: f64, rate: f64, slowness: f64, curvature: &Curvature) -> f64 {
+    let straight = gap * slowness;
+    let k = curvature.along_normal_within(BENT.0 * straight);
+    let x = 0.5 * k * straight * slowness;
+    let step = if (straight > 0.0) & (x.abs() <= 0.125) {
+        straight * (1.0 - x)
+    } else {
+        short_step_of_bent(gap, rate, curvature)
+    };
+    step * (1.0 - STEP_MARGIN)
+}
+
+#[inline(never)]
+fn short_step_of_bent(gap: f64, rate: f64, curvature: &Curvature) -> f64 {
+    if rate < 0.0 {
+        let reach = BENT.0 * gap / -rate;
+        step_up_to(reach, gap, rate, curvature.along_normal_within(reach), curvature)
+    } else {
+        root(gap, rate, curvature.largest)
+    }
+}
+
+/// The step of a falling gap for the bound `k` that holds up to `reach`.
+#[inline]
+fn step_up_to(reach: f64, gap: f64, rate: f64, k: f64, curvature: &Curvature) -> f64 {
+    let discriminant = rate * rate + 2.0 * k * gap;
+    if discriminant < BENT.1 * (rate * rate) {
+        past_the_turn(gap, rate, curvature)
+    } else {
+        lesser(2.0 * gap / (discriminant.sqrt() - rate), reach)
+    }
+}
+
+/// The step of a gap that falls ever more slowly.
+#[cold]
+fn past_the_turn(gap: f64, rate: f64, curvature: &Curvature) -> f64 {
+    let reach = 2.0 * gap / -rate;
+    let certain = 0.5 * BENT.0 * reach;
+    certain.max(lesser(root(gap, rate, curvature.within(reach)), reach))
+}
+
+/// The second if it is less. A bound that overflows or is no number is not less; a step that is no number stays so.
+#[inline]
+fn lesser(one: f64, other: f64) -> f64 {
+    if other < one { other } else { one }
+}
+
+fn lengthened(mut step: f64, gap: f64, rate: f64, curvature: &Curvature) -> f64 {
     for _ in 0..MOST_DOUBLINGS {
         let reach = 2.0 * step;
         let k = curvature.within(reach);
         if k < curvature.largest && reach < f64::INFINITY {
             let longer = root(gap, rate, k);
             if longer <= reach {
-                return (longer, true);
+                return longer;
             }
-            (step, is_root) = (reach, false);
+            step = reach;
         } else {
             break;
         }
     }
-    (step, is_root)
+    step
 }
 
-/// The same with K alone.
-#[inline]
-pub(crate) fn plain_step(gap: f64, rate: f64, largest: f64) -> f64 {
-    root(gap, rate, largest) * (1.0 - STEP_MARGIN)
-}
-
-/// The positive root of gap + rate h − k h²/2 for a positive gap, in the form that does not cancel.
+/// The positive root of gap + rate h − k h²/2 for a positive gap, in the form that does not cancel; infinite where there
+/// is none.
 #[inline]
 fn root(gap: f64, rate: f64, k: f64) -> f64 {
-    let square_root = (rate * rate + 2.0 * k * gap).sqrt();
+    let discriminant = rate * rate + 2.0 * k * gap;
     if rate < 0.0 {
-        2.0 * gap / (square_root - rate)
+        if discriminant < 0.0 { f64::INFINITY } else { 2.0 * gap / (discriminant.sqrt() - rate) }
     } else if k > 0.0 {
-        (rate + square_root) / k
+        (rate + discriminant.sqrt()) / k
     } else {
         f64::INFINITY
     }
@@ -111,44 +173,78 @@ mod tests {
         #[test]
         fn no_gap_within_the_bounds_is_zero_before_the_end_of_the_step(
             gap in 1e-3..1.0f64, rate in -1.0..1.0f64, largest in 0.1..4.0f64, share in -1.0..1.0f64,
-            jerk in 0.01..8.0f64, relative in 0.0..8.0f64,
+            jerk in 0.01..8.0f64, across in 0.0..2.0f64, gap_jerk in 0.01..30.0f64, relative in 0.0..8.0f64,
         ) {
             let along = share * largest;
+            let acceleration = along.abs() + 0.1 * largest;
             let curvature = Curvature {
                 largest,
                 along_normal: along,
                 jerk,
-                magnitude: along.abs() + 0.1 * largest,
+                of_gap: along + across,
+                gap_jerk,
+                acceleration_squared: acceleration * acceleration,
+                acceleration_error: 0.0,
                 relative_jerk: relative,
             };
-            let (step, is_root) = safe_step(gap, rate, &curvature);
-            prop_assert!(step >= plain_step(gap, rate, largest));
+            let step = safe_step(gap, rate, &curvature);
+            let short = short_step(gap, rate, -1.0 / rate, &curvature);
+            prop_assert!(short <= step * (1.0 + 1e-12), "{short} {step}");
+            // A gap that would have come back from below zero by then is none that the bounds allow.
             let parts = 2000;
             let (h, mut now, mut slope) = (step / f64::from(parts), gap, rate);
             for part in 0..parts {
                 let time = (f64::from(part) + 0.5) * h;
                 let by_normal = (jerk * time - along).max(-largest);
-                let fastest = largest.min(by_normal).min(curvature.magnitude + relative * time);
+                let by_gap = gap_jerk * time - (along + across);
+                let fastest = largest.min(by_normal).min(by_gap).min(acceleration + relative * time);
                 now += slope * h - 0.5 * fastest * h * h;
                 slope -= fastest * h;
                 prop_assert!(now > -1e-4 * (1.0 + step * step), "{now} at {time} of {step}");
             }
-            // What is called a root is one for a curvature between 0 and the largest.
-            let fall = gap + rate * step;
-            let most = 0.5 * largest * step * step;
-            prop_assert!(!is_root || (fall >= -1e-12 * gap && fall <= most * (1.0 + 1e-12) + 1e-12 * gap));
+        }
+
+        /// s (1 − x) against the root.
+        #[test]
+        fn the_short_step_is_no_longer_than_the_root(
+            gap in 1e-9..1e3f64, rate in -10.0..-1e-3f64, bend in -1.0..1.0f64,
+        ) {
+            let k = bend * rate * rate / gap;
+            let curvature = Curvature {
+                of_gap: -k,
+                gap_jerk: 0.0,
+                ..Curvature::at_most(k.abs().max(rate * rate / gap))
+            };
+            let step = short_step(gap, rate, -1.0 / rate, &curvature);
+            prop_assert!(step <= root(gap, rate, k) * (1.0 - 2.0 * f64::EPSILON));
         }
     }
 
     #[test]
-    fn a_step_cut_short_by_the_reach_of_its_bound_is_no_root() {
-        // Matched spins: K is large, nothing bends. The last doubling ends the step, far from any zero.
-        let curvature =
-            Curvature { largest: 1.0, along_normal: 0.0, jerk: 1.0, magnitude: 1e-30, relative_jerk: 0.0 };
-        let (step, is_root) = safe_step(1e-12, 1e-30, &curvature);
-        assert!(!is_root && step > 1.0, "{step}");
+    fn matched_spins_are_passed_in_one_step() {
+        let curvature = Curvature {
+            along_normal: 0.0,
+            jerk: 1.0,
+            acceleration_squared: 1e-60,
+            relative_jerk: 0.0,
+            ..Curvature::at_most(1.0)
+        };
+        // K is large, nothing bends.
+        let step = safe_step(1e-12, 1e-30, &curvature);
+        assert!(step > 1.0, "{step}");
         // The same pair closing: the root is within reach.
-        let (step, is_root) = safe_step(1e-12, -1e-3, &curvature);
-        assert!(is_root && (step - 1e-9).abs() < 1e-20, "{step}");
+        let step = safe_step(1e-12, -1e-3, &curvature);
+        assert!((step - 1e-9).abs() < 1e-20, "{step}");
+    }
+
+    #[test]
+    fn a_gap_that_turns_before_it_is_closed_is_passed_beyond_its_turn() {
+        // 1 − h + 0.3 h² has no root, and its least at h = 5/3.
+        let curvature = Curvature { of_gap: 0.6, gap_jerk: 1e-6, ..Curvature::at_most(1.0) };
+        assert!(short_step(1.0, -1.0, 1.0, &curvature) > 1.9);
+        // 1 − h + 0.24 h² has one at 5/3.
+        let curvature = Curvature { of_gap: 0.48, gap_jerk: 1e-6, ..curvature };
+        let step = short_step(1.0, -1.0, 1.0, &curvature);
+        assert!(step < 5.0 / 3.0 && step > 5.0 / 3.0 - 1e-5, "{step}");
     }
 }

@@ -34,7 +34,7 @@ impl Search {
                     self.best = Some(Contact { time, touch: Touch::Atoms(atoms[0], atoms[1]) });
                 }
             }
-            PairOutcome::Free => {}
+            PairOutcome::Free | PairOutcome::Paused(_) => {}
             PairOutcome::OutOfBudget(time) => self.out_of_budget = self.out_of_budget.min(time),
         }
     }

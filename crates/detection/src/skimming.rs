@@ -23,9 +23,7 @@ pub struct Window {
 /// `None` when the bodies stay out of reach.
 pub fn skim(motion: &RelativeMotion, reach: f64, horizon: f64) -> Option<Window> {
     let (x, v) = (motion.separation, motion.velocity);
-    // Within the window V t is at most |X| + reach, so this covers X + V t at any time in it.
-    let error = motion.separation_error + 16.0 * U * (one_norm(x) + reach);
-    let reach = reach + error;
+    let reach = reach + rounding_within(motion, reach);
     let c = x.length_squared() - reach * reach;
     let v_squared = v.length_squared();
     if v_squared == 0.0 {
@@ -42,6 +40,13 @@ pub fn skim(motion: &RelativeMotion, reach: f64, horizon: f64) -> Option<Window>
     let end = if b <= 0.0 { (root - b) / v_squared } else { -c / (root + b) };
     let end = (end * (1.0 + STEP_MARGIN)).min(horizon);
     (begin <= end).then_some(Window { begin, end })
+}
+
+/// What the rounding of the centres' places can add to their distance while they are within `reach`: V t is at most
+/// |X| + reach then, so this covers X + V t.
+#[inline]
+pub(crate) fn rounding_within(motion: &RelativeMotion, reach: f64) -> f64 {
+    motion.separation_error + 16.0 * U * (one_norm(motion.separation) + reach)
 }
 
 #[cfg(test)]

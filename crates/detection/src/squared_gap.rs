@@ -1,7 +1,7 @@
 //! The squared gap of two atoms in flight: f(t) = |d|² − s², positive while they are apart.
 
 use carom_geometry::Atom;
-use carom_kinematics::{HALF_ULP as U, RelativeMotion};
+use carom_kinematics::RelativeMotion;
 use glam::DVec2;
 
 use crate::ErrorBound;
@@ -12,19 +12,15 @@ pub(crate) struct SquaredGap<'a> {
     offsets: [DVec2; 2],
     /// Sum of the radii, s.
     contact_distance: f64,
-    /// L: bound on |d'| for all time.
-    speed: f64,
     error: ErrorBound,
 }
 
 impl<'a> SquaredGap<'a> {
     pub(crate) fn new(motion: &'a RelativeMotion, a: &Atom, b: &Atom) -> Self {
-        let [spin_a, spin_b] = motion.angular_velocity.map(f64::abs);
         Self {
             motion,
             offsets: [a.offset(), b.offset()],
             contact_distance: a.radius() + b.radius(),
-            speed: motion.velocity.length() + (spin_a * a.arm() + spin_b * b.arm()),
             error: ErrorBound::new(motion, a, b),
         }
     }
@@ -53,16 +49,9 @@ impl<'a> SquaredGap<'a> {
         let d = self.between_centres(time, arm_a, arm_b);
         let velocity = motion.velocity + (spin_b * arm_b.perp() - spin_a * arm_a.perp());
         let distance = d.length();
-        let resolved = distance * motion.velocity_error;
-        let error = self.error.at(time);
-        let threshold = if distance - self.contact_distance < -error {
-            resolved
-        } else {
-            self.speed * (2.0 * error + 8.0 * U * distance)
-                + distance * (spin_a.abs() + spin_b.abs()) * error
-                + resolved
-        };
-        d.dot(velocity) < -threshold
+        let overlaps = distance - self.contact_distance < -self.error.at(time);
+        let threshold = if overlaps { motion.velocity_error } else { self.error.of_rate(time, distance) };
+        d.dot(velocity) < -(distance * threshold)
     }
 
     fn arms(&self, time: f64) -> [DVec2; 2] {

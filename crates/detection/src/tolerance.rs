@@ -13,13 +13,14 @@ pub const STEP_MARGIN: f64 = 16.0 * HALF_ULP;
 /// flies along at a constant gap of rounding size keeps one query busy for longer.
 pub const MOST_STEPS: u32 = 4096;
 
-/// How many steps of an atom pair are taken with the plain bound K on its curvature, before better bounds are
-/// worth forming. Smaller: ordinary pairs cost more. Larger: so do grazes and pairs with matched spins.
-pub const PLAIN_STEPS: u32 = 6;
+/// How many steps of an atom pair are not lengthened by looking farther ahead for better bounds on its curvature.
+/// Smaller: ordinary pairs cost more. Larger: so do grazes and pairs with matched spins.
+pub const SHORT_STEPS: u32 = 6;
 
-/// After the first step of all atom pairs together, this many more are taken so, if both bodies have several
-/// atoms. Fewer: more pairs are followed one by one. More: steps of pairs that are of no interest any more.
-pub const SHARED_STEPS: u32 = 2;
+/// After the first step of all atom pairs together, at most this many more are taken so: one for each atom of the
+/// smaller body but the first. Fewer: more pairs are followed one by one. More: steps of pairs that are of no interest any
+/// more.
+pub const SHARED_STEPS: usize = 2;
 
 /// Most doublings of one certified step while better bounds on the curvature still lengthen it. Smaller than
 /// about 15: pairs that fly along with matched spins take many steps.

@@ -32,5 +32,5 @@ mod relative_motion;
 pub use conserved::{Inertia, angular_momentum, kinetic_energy, momentum};
 pub use instant::Instant;
 pub use motion::Motion;
-pub use orientation::Orientation;
+pub use orientation::{Orientation, Turning};
 pub use relative_motion::{HALF_ULP, RelativeMotion};

@@ -165,7 +165,7 @@ fn matched_spins_at_a_constant_gap_are_passed_in_few_steps() {
         let answer = Exact::default().first_contact(atom.outline(), atom.outline(), &motion, 1.0);
         assert_eq!(answer.outcome, Outcome::Free);
         // The first steps are plain ones by choice.
-        let plain = 1 + crate::tolerance::PLAIN_STEPS;
+        let plain = 1 + crate::tolerance::SHORT_STEPS;
         assert!(answer.evaluations <= most + plain, "gap 1e-{exponent}: {} evaluations", answer.evaluations);
     }
 }

@@ -366,7 +366,7 @@ impl State {
         }
         if is_disc {
             for some in asked[..discs].chunks(DISC_LANES) {
-                let times = self.lanes(world, body, some, now).contact_times();
+                let times = detection.disc_contacts(&self.lanes(world, body, some, now));
                 self.done.pairs += some.len() as u64;
                 for (&other, time) in some.iter().zip(times) {
                     if time < f64::INFINITY {
@@ -419,7 +419,7 @@ impl State {
             // The disc appears `image` boxes over to the covering body, hence this to the disc the other way.
             let image = listed.image.map(|boxes| -boxes);
             let other = covering.body;
-            if covering.is_disc {
+            if covering.is_disc && detection.decides_discs_in_closed_form() {
                 let relative = self.relative_motion(world, [disc, other], image, now);
                 let sigma = self.lines[disc as usize].radius + covering.radius;
                 let errors = (relative.separation_error, relative.velocity_error);

@@ -1,0 +1,81 @@
+//! A detector of one's own decides about every pair: discs in a gas, large discs and bumpers included.
+
+use carom_detection::{Answer, DISC_LANES, Detection, DiscLanes, Exact, Outcome};
+use carom_engine::{
+    AtomSpec, BumperSpec, Cells, CollisionReport, GasSpec, Instructions, MoleculeSpec, Observer, Scene,
+    Simulation,
+};
+use carom_geometry::Outline;
+use carom_kinematics::RelativeMotion;
+use carom_response::Impact;
+
+/// Lets every pair of bodies pass through each other unless both are small.
+#[derive(Debug, Clone, Copy)]
+struct SmallOnly {
+    /// Sum of the bounding radii (length).
+    largest: f64,
+}
+
+impl Detection for SmallOnly {
+    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+        if a.bounding_radius + b.bounding_radius > self.largest {
+            return Answer { outcome: Outcome::Free, evaluations: 0 };
+        }
+        Exact::default().first_contact(a, b, motion, horizon)
+    }
+
+    fn disc_contacts(&self, lanes: &DiscLanes) -> [f64; DISC_LANES] {
+        let mut times = lanes.contact_times();
+        for (time, &sum) in times.iter_mut().zip(&lanes.contact_distance) {
+            if sum > self.largest {
+                *time = f64::INFINITY;
+            }
+        }
+        times
+    }
+}
+
+/// How many contacts are of two small bodies, and how many are not.
+#[derive(Default)]
+struct Counts {
+    small: u32,
+    others: u32,
+}
+
+impl Observer for Counts {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        let small = report.sides.iter().all(|side| side.body.molecule().bounding_radius() < 0.03);
+        *(if small { &mut self.small } else { &mut self.others }) += 1;
+    }
+}
+
+fn counts(detector: impl Detection) -> Counts {
+    let mut scene = Scene::default();
+    scene.bounds.seed = 5;
+    let disc = |radius: f64| vec![AtomSpec { at: [0.0; 2], radius, mass: 25.0 }];
+    scene.molecule = vec![
+        MoleculeSpec { atoms: disc(0.15), at: [0.9, 0.1], ..MoleculeSpec::default() },
+        MoleculeSpec { atoms: disc(0.1), at: [0.3, 0.2], velocity: [1.0, 0.3], ..MoleculeSpec::default() },
+    ];
+    scene.bumper = vec![BumperSpec { radius: 0.08, at: [0.4, 0.7], tags: vec![] }];
+    let gas =
+        GasSpec { radius: Some(0.02), mass: Some(1.0), energy: 1.0, count: Some(120), ..GasSpec::default() };
+    scene.gas = vec![gas];
+    let mut simulation: Simulation<_, Impact, Cells> =
+        Simulation::with(&scene, detector, Impact, Instructions::default())
+            .expect("a scene that can be built");
+    let mut counts = Counts::default();
+    for _ in 0..3000 {
+        simulation.step(1e3, &mut counts).unwrap();
+    }
+    counts
+}
+
+#[test]
+fn what_the_detector_does_not_see_does_not_happen() {
+    let exact = counts(Exact::default());
+    assert!(exact.small > 100 && exact.others > 100, "{} and {}", exact.small, exact.others);
+    let blind = counts(SmallOnly { largest: 0.05 });
+    assert!(blind.small > 100, "{}", blind.small);
+    assert_eq!(blind.others, 0);
+}
