@@ -35,6 +35,8 @@ mod disc;
 pub mod encounters;
 mod error_bound;
 mod exact;
+mod face_error;
+mod face_pair;
 mod fixed_step;
 mod flight;
 mod golden_secant;
@@ -47,16 +49,19 @@ mod search;
 mod secant;
 mod skimming;
 mod squared_gap;
+mod strip;
 pub mod tolerance;
+mod walls;
 
 pub use bounding_circles::BoundingCircles;
 pub use disc::disc_contact;
 pub use error_bound::ErrorBound;
 pub use exact::Exact;
+pub use face_error::FaceErrorBound;
 pub use fixed_step::{FixedStep, natural_time};
 pub use golden_secant::GoldenSecant;
 pub use lanes::{DISC_LANES, DiscLanes};
-pub use outcome::{Answer, Contact, Outcome, Touch};
+pub use outcome::{Answer, Contact, Outcome, Part, Touch};
 pub use skimming::{Window, skim};
 
 use carom_geometry::{Atom, Outline};
@@ -73,6 +78,8 @@ pub trait Detection {
     ///
     /// A pair that touches or overlaps at time 0 is in contact at once if it closes, and is left
     /// alone while it parts.
+    ///
+    /// A body with a [face](Outline::face) must not turn: what turns is answered by [`Outcome::Unresolved`] at time 0.
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer;
 
     /// Whether pairs of discs are decided by the closed form of [`disc_contact`]: then a scheduler may compute it itself,
