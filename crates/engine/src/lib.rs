@@ -57,6 +57,7 @@ mod standby;
 mod tags;
 mod thesis;
 mod view;
+mod wall;
 mod world;
 
 pub use body::{Body, BodyKey, Rotation, Tag, Tags};
@@ -71,7 +72,7 @@ pub use overlap::{OverlapCensus, rounding_bound};
 pub use placement::{Purpose, random_stream};
 pub use report::{CollisionReport, Side};
 pub use scene::{
-    AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, RunSpec, Scene,
+    AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, RunSpec, Scene, WallSpec,
 };
 pub use scheduler::{ContactEvent, Parts, Scheduler};
 pub use simulation::Simulation;

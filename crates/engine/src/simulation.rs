@@ -8,8 +8,9 @@ use carom_response::{ContactFrame, Impact, Response, struck};
 use glam::DVec2;
 
 use crate::{
-    Body, Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts, RunError,
+    Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts, RunError,
     Scheduler, Side, TagNames, View, World,
+    wall::{arm, contact_frame},
 };
 
 /// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose digits.
@@ -231,14 +232,16 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let before = [self.scheduler.motion(a).at(time), self.scheduler.motion(b).at(time)];
         let (body_a, body_b) = (&self.world.bodies[a as usize], &self.world.bodies[b as usize]);
         let arms = match parts {
-            Parts::Discs | Parts::BoundingCircles => [DVec2::ZERO; 2],
             Parts::Atoms(i, j) => [arm(body_a, i, &before[0]), arm(body_b, j, &before[1])],
+            _ => [DVec2::ZERO; 2],
         };
         let mut d = (before[1].position - before[0].position) + (arms[1] - arms[0]);
         if image != [0, 0] {
             d += self.world.bounds.shift(image);
         }
-        let frame = ContactFrame { line_of_centres: d, arms };
+        let between_centres = ContactFrame { line_of_centres: d, arms };
+        let frame = contact_frame(&self.world, &contact, &before).unwrap_or(between_centres);
+        let arms = frame.arms;
         let elasticity = self.elasticity.between(body_a, body_b);
         let (inertia_a, inertia_b) = (&body_a.inertia, &body_b.inertia);
         let impulse =
@@ -356,10 +359,4 @@ fn refuse_blow_up(world: &World, bodies: [u32; 2], after: &[Motion; 2]) -> Resul
         }
     }
     Ok(())
-}
-
-/// Arm from the centre of mass to an atom's centre (length).
-fn arm(body: &Body, atom: u32, motion: &Motion) -> DVec2 {
-    let atom = &body.molecule.atoms()[atom as usize];
-    if atom.arm() == 0.0 { DVec2::ZERO } else { motion.orientation.cos_sin().rotate(atom.offset()) }
 }

@@ -84,13 +84,13 @@ impl World {
         self.bodies.iter().map(of).sum()
     }
 
-    /// The largest distance from centre to centre at which two bodies that can collide may touch
-    /// (length).
+    /// The largest distance from centre to centre at which two bodies that can collide may touch, or from a centre to the
+    /// line of a wall (length).
     pub fn largest_reach(&self) -> f64 {
         let mut moving = [0.0f64; 2];
         let mut fixed = 0.0f64;
         for body in &self.bodies {
-            let radius = body.molecule.bounding_radius();
+            let radius = body.reach();
             if body.is_fixed() {
                 fixed = fixed.max(radius);
             } else if radius > moving[0] {
@@ -100,6 +100,12 @@ impl World {
             }
         }
         moving[0] + moving[1].max(fixed)
+    }
+
+    /// The largest bounding radius of a body that moves (length).
+    pub(crate) fn largest_moving_radius(&self) -> f64 {
+        let moving = self.bodies.iter().filter(|body| !body.is_fixed());
+        moving.map(|body| body.molecule.bounding_radius()).fold(0.0, f64::max)
     }
 
     /// Memory kept on the heap (bytes), shapes not included.

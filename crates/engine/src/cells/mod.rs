@@ -34,6 +34,7 @@ mod grid;
 mod line;
 mod neighbourhood;
 mod vector;
+mod walls;
 
 use carom_detection::Detection;
 use carom_kinematics::Motion;
