@@ -3,7 +3,7 @@
 use carom_detection::Exact;
 use carom_engine::{
     AtomSpec, BumperSpec, Cells, CollisionReport, Fineness, GasSpec, Instructions, MoleculeSpec, Observer,
-    Scene, Scheduler, Simulation, Thesis,
+    Scene, Scheduler, Simulation, Thesis, WallSpec,
 };
 use carom_response::Impact;
 
@@ -50,6 +50,9 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     let bumper = |x, y| BumperSpec { radius: 0.02, at: [x, y], tags: vec![] };
     let mut wide = with(vec![], vec![], vec![gas(0.03, 120)]);
     wide.bounds.sides = [2.0, 0.5];
+    let line = |x: Option<f64>, y: Option<f64>| WallSpec { x, y, ..WallSpec::default() };
+    let flap = |from, to, radius| WallSpec { from: Some(from), to: Some(to), radius, ..WallSpec::default() };
+    let walled = |wall: Vec<WallSpec>, scene: Scene| Scene { wall, ..scene };
     let fixed = MoleculeSpec { fixed: true, ..single("cross", 0.04) };
     let fast = MoleculeSpec { angular_velocity: 900.0, velocity: [0.0, 3.0], ..single("rod:8", 0.01) };
     vec![
@@ -68,6 +71,28 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         }),
         ("three cells a side", with(vec![single("dumbbell", 0.1)], vec![], vec![gas(0.15, 5)])),
         ("too few cells for a grid", with(vec![], vec![], vec![gas(0.2, 4)])),
+        (
+            "a closed box of discs",
+            walled(vec![line(Some(0.0), None), line(None, Some(0.3))], with(vec![], vec![], vec![gas(0.03, 120)])),
+        ),
+        (
+            "flaps across the border, tees and discs",
+            walled(
+                vec![flap([0.8, 0.4], [1.3, 0.7], 0.0), flap([0.1, 0.1], [0.1, -0.3], 0.01)],
+                with(vec![], vec![], vec![molecules("tee", 0.01, 12), gas(0.02, 120)]),
+            ),
+        ),
+        (
+            "dumbbells between walls",
+            walled(
+                vec![line(Some(0.7), None), flap([0.0, 0.5], [0.5, 0.5], 0.0)],
+                with(vec![], vec![], vec![molecules("dumbbell", 0.02, 60)]),
+            ),
+        ),
+        (
+            "a wall in a box of too few cells, longer than it",
+            walled(vec![flap([0.1, 0.0], [1.6, 0.2], 0.0)], with(vec![], vec![], vec![gas(0.12, 3)])),
+        ),
     ]
 }
 

@@ -33,17 +33,17 @@ pub struct Contact {
     pub touch: Touch,
 }
 
-/// Which parts of two bodies touch.
+/// Which parts of two bodies touch. Of two that touch at one instant the lesser is named: a face before its ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Touch {
-    /// An atom of A and an atom of B, by index.
-    Atoms(u32, u32),
-    /// The bounding circles, in the model that knows nothing finer.
-    BoundingCircles,
     /// The face of A, and a part of B.
     FaceOfA(Part),
     /// A part of A, and the face of B.
     FaceOfB(Part),
+    /// An atom of A and an atom of B, by index.
+    Atoms(u32, u32),
+    /// The bounding circles, in the model that knows nothing finer.
+    BoundingCircles,
 }
 
 /// What of a body touches a face.

@@ -6,7 +6,7 @@ use carom_kinematics::Motion;
 use carom_response::ContactFrame;
 use glam::DVec2;
 
-use crate::{Body, ContactEvent, Parts, World};
+use crate::{Body, ContactEvent, Parts, World, overlap::rounding_bound};
 
 /// Cells are taken to be nearer to a wall than they are by this share of their length, so that no rounding leaves one out.
 const MARGIN: f64 = 1e-9;
@@ -101,7 +101,8 @@ pub(crate) fn contact_frame(world: &World, contact: &ContactEvent, motions: &[Mo
     let shift = if wall == 1 { -shift } else { shift };
     let place = ((motions[1 - wall].position - motions[wall].position) + shift) + arm;
     let rotation = motions[wall].orientation.cos_sin();
-    let nearest = face.nearest(DVec2::new(rotation.x, -rotation.y).rotate(place));
+    let rounding = rounding_bound(world.bounds.sides(), body(1 - wall).reach());
+    let nearest = face.nearest_to_rounding(DVec2::new(rotation.x, -rotation.y).rotate(place), rounding);
     let outwards = rotation.rotate(nearest.direction);
     let outwards = if nearest.distance > 0.0 { nearest.distance * outwards } else { outwards };
     let foot = place - nearest.distance * rotation.rotate(nearest.direction);

@@ -64,8 +64,13 @@ impl Face {
 
     /// Where `place` (in the frame of the face's body, length) is as seen from the nearest point of the face.
     pub fn nearest(&self, place: DVec2) -> Nearest {
+        self.nearest_to_rounding(place, 0.0)
+    }
+
+    /// The same where a place beyond an end by no more than `rounding` (length) counts as beside the face.
+    pub fn nearest_to_rounding(&self, place: DVec2, rounding: f64) -> Nearest {
         let (along, across) = (self.along.dot(place), self.normal().dot(place));
-        if along.abs() > self.half_length {
+        if along.abs() > self.half_length + rounding {
             let from_end = place - (self.half_length * along.signum()) * self.along;
             let distance = from_end.length();
             let direction = if distance > 0.0 { from_end / distance } else { self.normal() };
