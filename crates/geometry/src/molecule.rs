@@ -211,10 +211,17 @@ impl From<&Molecule> for Compound {
         let parts = molecule
             .atoms()
             .iter()
+            // The end points of a wall are those of its face.
+            .filter(|_| molecule.face().is_none())
             .map(|atom| (Pose::from_translation(atom.offset()), SharedShape::new(*atom.ball())));
         let face = molecule.face().map(|face| {
             let half = face.half_length() * face.along();
-            (Pose::identity(), SharedShape::capsule(-half, half, face.radius()))
+            let line = if face.radius() > 0.0 {
+                SharedShape::capsule(-half, half, face.radius())
+            } else {
+                SharedShape::segment(-half, half)
+            };
+            (Pose::identity(), line)
         });
         Compound::new(parts.chain(face).collect())
     }
