@@ -74,11 +74,18 @@ fn exact_keeps_its_promise_at_walls() {
         }
         deviations.sort_by(f64::total_cmp);
         let median = deviations[deviations.len() / 2];
-        eprintln!("{class}: {} contacts, median |Δt| {median:e}, worst {:e}", deviations.len(), deviations[deviations.len() - 1]);
+        eprintln!(
+            "{class}: {} contacts, median |Δt| {median:e}, worst {:e}",
+            deviations.len(),
+            deviations[deviations.len() - 1]
+        );
         assert!(median < tolerance, "{class}: median |Δt| {median:e}");
     }
     eprintln!("{judged} judged, {unresolved} unresolved by the oracle, {faces} faces, {ends} ends");
-    assert!(judged > 3700 && unresolved < 40 && faces > 2000 && ends > 300, "{judged}, {unresolved}, {faces}, {ends}");
+    assert!(
+        judged > 3700 && unresolved < 40 && faces > 2000 && ends > 300,
+        "{judged}, {unresolved}, {faces}, {ends}"
+    );
 }
 
 #[test]

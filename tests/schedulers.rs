@@ -73,7 +73,10 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         ("too few cells for a grid", with(vec![], vec![], vec![gas(0.2, 4)])),
         (
             "a closed box of discs",
-            walled(vec![line(Some(0.0), None), line(None, Some(0.3))], with(vec![], vec![], vec![gas(0.03, 120)])),
+            walled(
+                vec![line(Some(0.0), None), line(None, Some(0.3))],
+                with(vec![], vec![], vec![gas(0.03, 120)]),
+            ),
         ),
         (
             "flaps across the border, tees and discs",

@@ -5,8 +5,8 @@ mod support;
 
 use carom_detection::{BoundingCircles, Exact, GoldenSecant};
 use carom_engine::{
-    CollisionReport, EditError, ElasticityRule, Fineness, MoleculeSpec, Observer, Scene, SceneError, Scheduler,
-    Simulation, Thesis, WallSpec,
+    CollisionReport, EditError, ElasticityRule, Fineness, Instructions, MoleculeSpec, Observer, Scene,
+    SceneError, Scheduler, Simulation, Thesis, WallSpec,
 };
 use carom_kinematics::Instant;
 use carom_response::Impact;
@@ -61,7 +61,10 @@ fn check_bounces<S: Scheduler>(options: &S::Options) {
         let (first, period) = ((0.9 - 0.07 - 0.5) / 0.37, (0.8 - 2.0 * 0.07) / 0.37);
         for (count, time) in bounces.times().into_iter().enumerate() {
             let expected = first + period * count as f64;
-            assert!((time - expected).abs() < 1e-12 * (1.0 + expected), "bounce {count}: {time} not {expected}");
+            assert!(
+                (time - expected).abs() < 1e-12 * (1.0 + expected),
+                "bounce {count}: {time} not {expected}"
+            );
         }
         assert_eq!(velocity(&simulation.view(), 0).abs(), DVec2::new(0.37, 0.21));
     }
@@ -80,8 +83,7 @@ fn check_ends<S: Scheduler>(options: &S::Options) {
     let wall = segment([0.9, 0.5], [1.25, 0.5]);
     let fall = |x: f64| disc(0.05, 1.0, [x, 0.875], [0.0, -0.5]);
     let first = |molecule: MoleculeSpec| {
-        let mut simulation =
-            simulate::<S>(&with_walls(vec![wall.clone()], scene(vec![molecule])), options);
+        let mut simulation = simulate::<S>(&with_walls(vec![wall.clone()], scene(vec![molecule])), options);
         let mut met = Encounters::since(Instant::ZERO);
         let contact = simulation.step(1.0, &mut met).unwrap();
         (contact.then(|| met.list[0]), velocity(&simulation.view(), 0))
@@ -97,7 +99,10 @@ fn check_ends<S: Scheduler>(options: &S::Options) {
     for (x, end, sideways) in [(0.28, 1, 1.0), (0.87, 0, -1.0)] {
         let (met, after) = first(fall(x));
         let met = met.expect("it meets the end");
-        assert!((met.time - 2.0 * (0.375 - 0.04)).abs() < 1e-14 && met.atoms == [Some(0), Some(end)], "{met:?}");
+        assert!(
+            (met.time - 2.0 * (0.375 - 0.04)).abs() < 1e-14 && met.atoms == [Some(0), Some(end)],
+            "{met:?}"
+        );
         let expected = 0.5 * DVec2::new(sideways * 0.96, 0.28);
         assert!((after - expected).length() < 1e-14, "{after} against {expected}");
     }
@@ -136,7 +141,8 @@ fn check_oblique<S: Scheduler>(options: &S::Options) {
 /// Half a thousand discs and some molecules in a closed box with a flap in it.
 fn closed_box(seed: u64) -> Scene {
     let flap = WallSpec { radius: 0.005, ..segment([0.3, 0.2], [0.6, 0.5]) };
-    let mut scene = with_walls(vec![line_x(0.0), line_y(0.0), flap, segment([0.7, 0.0], [0.7, 0.4])], scene(vec![]));
+    let mut scene =
+        with_walls(vec![line_x(0.0), line_y(0.0), flap, segment([0.7, 0.0], [0.7, 0.4])], scene(vec![]));
     scene.bounds.seed = seed;
     scene.bumper = vec![bumper(0.03, [0.0, 0.0])];
     scene.gas = vec![gas("disc", 0.01, 200), gas("tee", 0.008, 20), gas("rod:7", 0.005, 10)];
@@ -189,8 +195,8 @@ fn check_scaling<S: Scheduler>(options: &S::Options) {
 
 #[test]
 fn looking_and_cutting_into_pieces_changes_no_bit() {
-    let mut whole = simulate::<carom_engine::Cells>(&closed_box(5), &Default::default());
-    let mut pieces = simulate::<carom_engine::Cells>(&closed_box(5), &Default::default());
+    let mut whole = simulate::<carom_engine::Cells>(&closed_box(5), &Instructions::default());
+    let mut pieces = simulate::<carom_engine::Cells>(&closed_box(5), &Instructions::default());
     whole.run_until(1.0).unwrap();
     for stop in 1..=50 {
         pieces.run_until(0.02 * f64::from(stop)).unwrap();
@@ -279,7 +285,8 @@ fn walls_take_up_the_pressure_of_the_gas() {
 
 #[test]
 fn an_inelastic_wall_takes_what_the_books_say() {
-    let mut scene = with_walls(vec![WallSpec { tags: vec!["soft".to_owned()], ..line_x(0.0) }], scene(vec![]));
+    let mut scene =
+        with_walls(vec![WallSpec { tags: vec!["soft".to_owned()], ..line_x(0.0) }], scene(vec![]));
     scene.molecule = vec![disc(0.1, 2.0, [0.5, 0.5], [1.0, 0.5])];
     scene.elasticity.pair = vec![ElasticityRule { between: vec!["soft".to_owned()], coefficient: 0.5 }];
     let mut simulation = Simulation::new(&scene).unwrap();
@@ -291,7 +298,8 @@ fn an_inelastic_wall_takes_what_the_books_say() {
 
 #[test]
 fn other_detectors_keep_molecules_inside_as_well() {
-    let mut scene = with_walls(vec![line_x(0.0), line_y(0.0), segment([0.4, 0.5], [0.6, 0.5])], scene(vec![]));
+    let mut scene =
+        with_walls(vec![line_x(0.0), line_y(0.0), segment([0.4, 0.5], [0.6, 0.5])], scene(vec![]));
     scene.molecule = vec![MoleculeSpec {
         velocity: [0.7, 0.4],
         angular_velocity: 5.0,
@@ -302,7 +310,7 @@ fn other_detectors_keep_molecules_inside_as_well() {
     let mut golden: Simulation<GoldenSecant, Impact, Thesis> =
         Simulation::with(&scene, GoldenSecant::default(), Impact, Fineness::Automatic).unwrap();
     let mut circles: Simulation<BoundingCircles, Impact> =
-        Simulation::with(&scene, BoundingCircles, Impact, Default::default()).unwrap();
+        Simulation::with(&scene, BoundingCircles, Impact, Instructions::default()).unwrap();
     for _ in 0..12 {
         exact.step(1e3, &mut ()).unwrap();
         golden.step(1e3, &mut ()).unwrap();
@@ -329,7 +337,8 @@ fn check_coming_and_going<S: Scheduler>(options: &S::Options) {
     let mut simulation = simulate::<S>(&scene(vec![disc(0.125, 1.0, [0.5, 0.5], [0.5, 0.0])]), options);
     simulation.run_until(1.0).unwrap();
     assert_eq!(simulation.view().bodies().next().unwrap().winding, [1, 0]);
-    let EditError::Scene(SceneError::Overlap { depth, .. }) = simulation.add_wall(&line_x(0.0625)).unwrap_err()
+    let EditError::Scene(SceneError::Overlap { depth, .. }) =
+        simulation.add_wall(&line_x(0.0625)).unwrap_err()
     else {
         panic!("the disc is at 0")
     };

@@ -169,7 +169,13 @@ pub(crate) fn straight(a: Outline<'_>, b: Outline<'_>, flight: &Flight<'_>, sear
 }
 
 /// Bodies that turn: all atom pairs at once, or through the trees of circles where there are many.
-pub(crate) fn turning(a: Outline<'_>, b: Outline<'_>, flight: &Flight<'_>, window: Window, search: &mut Search) {
+pub(crate) fn turning(
+    a: Outline<'_>,
+    b: Outline<'_>,
+    flight: &Flight<'_>,
+    window: Window,
+    search: &mut Search,
+) {
     let blocks = BlockSearch::new(flight, [a.bounding_radius, b.bounding_radius]);
     let bodies = [Body::new(a), Body::new(b)];
     match bodies.map(Body::only_block) {

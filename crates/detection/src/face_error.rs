@@ -126,8 +126,7 @@ mod tests {
         for index in 0..count {
             let body = (index % 2) as usize;
             let atom = Atom::new(random.vector(), random.next().abs() + 1e-3, 1.0).unwrap();
-            let wall =
-                Molecule::wall(3.0 * random.vector(), (0.1 * random.next()).max(0.0)).unwrap();
+            let wall = Molecule::wall(3.0 * random.vector(), (0.1 * random.next()).max(0.0)).unwrap();
             let mut angular_velocity = [0.0; 2];
             angular_velocity[body] = spin * random.next();
             let motion = RelativeMotion {
@@ -136,11 +135,8 @@ mod tests {
                 ..RelativeMotion::exactly(distance * random.vector(), random.vector())
             };
             let time = duration * random.next().abs();
-            let outlines = if body == 0 {
-                [atom.outline(), wall.outline()]
-            } else {
-                [wall.outline(), atom.outline()]
-            };
+            let outlines =
+                if body == 0 { [atom.outline(), wall.outline()] } else { [wall.outline(), atom.outline()] };
             let flight = Flight::new(outlines[0], outlines[1], &motion);
             let face = wall.face().unwrap();
             let now = FacePair::new(&flight, body, (&atom).into(), face).gap(&flight.at(time));

@@ -73,12 +73,7 @@ impl<'a> FacePair<'a> {
     }
 
     /// The first contact up to `limit` with the face between its ends.
-    pub(crate) fn first_contact(
-        &self,
-        limit: f64,
-        most_steps: u32,
-        evaluations: &mut u32,
-    ) -> PairOutcome {
+    pub(crate) fn first_contact(&self, limit: f64, most_steps: u32, evaluations: &mut u32) -> PairOutcome {
         let room = self.atom.arm + self.atom.radius;
         let window = Strip::window(self.flight.motion, self.body, self.face, room, limit);
         match window {

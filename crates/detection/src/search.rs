@@ -32,8 +32,7 @@ impl Search {
     pub(crate) fn record_touch(&mut self, outcome: PairOutcome, touch: Touch) {
         match outcome {
             PairOutcome::Contact(time) => {
-                let earlier =
-                    |best: Contact| time < best.time || (time == best.time && touch < best.touch);
+                let earlier = |best: Contact| time < best.time || (time == best.time && touch < best.touch);
                 if self.best.is_none_or(earlier) {
                     self.best = Some(Contact { time, touch });
                 }

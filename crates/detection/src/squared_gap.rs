@@ -43,8 +43,7 @@ pub(crate) fn all_pairs<'a>(
 ) -> impl Iterator<Item = (Touch, SquaredGap<'a>)> {
     let indexed = |atoms: &'a [Atom]| (0u32..).zip(atoms);
     let atoms = indexed(a.atoms).flat_map(move |(i, atom_a)| {
-        indexed(b.atoms)
-            .map(move |(j, atom_b)| (Touch::Atoms(i, j), SquaredGap::new(motion, atom_a, atom_b)))
+        indexed(b.atoms).map(move |(j, atom_b)| (Touch::Atoms(i, j), SquaredGap::new(motion, atom_a, atom_b)))
     });
     let faces = [(0, a, b), (1, b, a)].into_iter().flat_map(move |(body, outline, other)| {
         other.face().into_iter().flat_map(move |face| {
@@ -91,7 +90,7 @@ impl<'a> SquaredGap<'a> {
         let d = self.between_centres(time, arm_a, arm_b);
         let squared = match self.face {
             Some(face) => {
-                let (distance, _) = self.from_face(face, d);
+                let (distance, _) = self.to_face(face, d);
                 distance * distance.abs()
             }
             None => d.length_squared(),
@@ -117,7 +116,7 @@ impl<'a> SquaredGap<'a> {
         let velocity = motion.velocity + (spin_b * arm_b.perp() - spin_a * arm_a.perp());
         let error = self.error.at(time);
         if let (Some(face), Bound::Face(bound)) = (self.face, self.error) {
-            let (distance, direction) = self.from_face(face, d);
+            let (distance, direction) = self.to_face(face, d);
             let overlaps = distance - self.contact_distance < -error;
             let threshold = if overlaps { motion.velocity_error } else { bound.of_rate(time) };
             return direction.dot(velocity) < -threshold;
@@ -134,8 +133,8 @@ impl<'a> SquaredGap<'a> {
         d.dot(velocity) < -threshold
     }
 
-    /// Distance from the face of a body, and the direction of the shortest way between them, from A's part to B's.
-    fn from_face(&self, (wall, face): (usize, &Face), d: DVec2) -> (f64, DVec2) {
+    /// Distance to the face of a body, and the direction of the shortest way between them, from A's part to B's.
+    fn to_face(&self, (wall, face): (usize, &Face), d: DVec2) -> (f64, DVec2) {
         let rotation = self.motion.orientation[wall].cos_sin();
         // From the face's body to the atom.
         let sign = if wall == 0 { 1.0 } else { -1.0 };

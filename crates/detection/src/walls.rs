@@ -112,7 +112,8 @@ mod tests {
 
     #[test]
     fn a_disc_meets_face_and_end_point_at_the_planted_times() {
-        let (wall, disc) = (Molecule::wall(DVec2::new(0.0, 2.0), 0.25).unwrap(), Molecule::disc(0.5, 1.0).unwrap());
+        let (wall, disc) =
+            (Molecule::wall(DVec2::new(0.0, 2.0), 0.25).unwrap(), Molecule::disc(0.5, 1.0).unwrap());
         let circles: (Box<dyn Detection>, f64) = (Box::new(BoundingCircles), 1e-15);
         for (detector, tolerance) in detectors().into_iter().chain([circles]) {
             let ask = |place: DVec2, velocity: DVec2| {

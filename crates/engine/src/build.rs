@@ -179,7 +179,9 @@ pub(crate) fn add_wall(
         _ => return Err(problem("give a wall `from` and `to`, or `x`, or `y`")),
     };
     if (centre / sides).abs().max_element() > FARTHEST {
-        return Err(problem("the wall lies more than 2^31 boxes away, where a place in the box is no longer known"));
+        return Err(problem(
+            "the wall lies more than 2^31 boxes away, where a place in the box is no longer known",
+        ));
     }
     let molecule = Arc::new(wall.map_err(geometry(entry))?);
     let tags = tags(names, &spec.tags);

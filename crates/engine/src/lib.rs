@@ -72,7 +72,8 @@ pub use overlap::{OverlapCensus, rounding_bound};
 pub use placement::{Purpose, random_stream};
 pub use report::{CollisionReport, Side};
 pub use scene::{
-    AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, RunSpec, Scene, WallSpec,
+    AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, RunSpec, Scene,
+    WallSpec,
 };
 pub use scheduler::{ContactEvent, Parts, Scheduler};
 pub use simulation::Simulation;

@@ -40,7 +40,9 @@ impl Parts {
         match self {
             Self::Discs => ([Some(0); 2], first.bounding_radius()),
             Self::Atoms(i, j) => ([Some(i), Some(j)], first.atoms()[i as usize].radius()),
-            Self::BoundingCircles | Self::FaceOfB(Part::BoundingCircle) => ([None; 2], first.bounding_radius()),
+            Self::BoundingCircles | Self::FaceOfB(Part::BoundingCircle) => {
+                ([None; 2], first.bounding_radius())
+            }
             Self::FaceOfB(Part::Atom(i)) => ([Some(i), None], first.atoms()[i as usize].radius()),
             Self::FaceOfA(part) => {
                 let atom = if let Part::Atom(j) = part { Some(j) } else { None };

@@ -4,7 +4,9 @@ use carom_geometry::PeriodicBox;
 use carom_kinematics::{Instant, Motion, kinetic_energy, momentum};
 use glam::DVec2;
 
-use crate::{Body, BodyKey, Counters, Ledger, OverlapCensus, Tag, TagNames, World, overlap, wall::StandingWall};
+use crate::{
+    Body, BodyKey, Counters, Ledger, OverlapCensus, Tag, TagNames, World, overlap, wall::StandingWall,
+};
 
 /// All bodies at one time. Taking a view, whenever and however often, changes no bit of what follows.
 #[derive(Debug, Clone, Copy)]

@@ -53,7 +53,9 @@ impl StandingWall {
         for row in index(low.y, side.y)..=index(high.y, side.y) {
             let band = [row as f64 * side.y - reach, (row + 1) as f64 * side.y + reach];
             // The part of the wall within reach of this row of cells.
-            let part = band.map(|y| if self.half.y == 0.0 { y - self.centre.y } else { (y - self.centre.y) / self.half.y });
+            let part = band.map(|y| {
+                if self.half.y == 0.0 { y - self.centre.y } else { (y - self.centre.y) / self.half.y }
+            });
             let [from, to] = if self.half.y == 0.0 {
                 if part[0] > 0.0 || part[1] < 0.0 {
                     continue;
@@ -84,7 +86,11 @@ pub(crate) fn folded(cell: [i64; 2], counts: [i64; 2]) -> ([i64; 2], [i32; 2]) {
 /// Lever arms and normal of a contact with a face; none if the contact is of another kind.
 ///
 /// The normal is that of the face, whatever the rounding of the atom's place along it.
-pub(crate) fn contact_frame(world: &World, contact: &ContactEvent, motions: &[Motion; 2]) -> Option<ContactFrame> {
+pub(crate) fn contact_frame(
+    world: &World,
+    contact: &ContactEvent,
+    motions: &[Motion; 2],
+) -> Option<ContactFrame> {
     let (wall, part) = match contact.parts {
         Parts::FaceOfA(part) => (0, part),
         Parts::FaceOfB(part) => (1, part),

@@ -46,7 +46,13 @@ pub fn gap_between(
 
 /// The same for the atoms of a molecule and a face, where `place` leads from the centre of the face to that of the
 /// molecule.
-fn gap_to_face(molecule: &Molecule, rotation: DVec2, face: &Face, rotation_of_face: DVec2, place: DVec2) -> f64 {
+fn gap_to_face(
+    molecule: &Molecule,
+    rotation: DVec2,
+    face: &Face,
+    rotation_of_face: DVec2,
+    place: DVec2,
+) -> f64 {
     // The inverse of a rotation is its conjugate.
     let back = DVec2::new(rotation_of_face.x, -rotation_of_face.y);
     let gap = |atom: &crate::Atom| {

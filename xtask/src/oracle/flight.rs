@@ -100,8 +100,7 @@ impl Pair {
         let thickness = encounter.molecules[1 - body].face().map_or(0.0, carom_geometry::Face::radius);
         let rim = motion.angular_velocity[body].abs() * arm;
         let [start, end] = error;
-        let growth =
-            if encounter.horizon > 0.0 { (end - start).max(0.0) / encounter.horizon } else { 0.0 };
+        let growth = if encounter.horizon > 0.0 { (end - start).max(0.0) / encounter.horizon } else { 0.0 };
         Self {
             separation: motion.separation.to_array(),
             velocity,

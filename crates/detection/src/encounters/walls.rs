@@ -31,8 +31,7 @@ fn axes(draw: &mut Draw, wall: &Molecule, orientation: Orientation) -> [DVec2; 2
 /// times a factor.
 pub(super) fn fly_at(draw: &mut Draw, spins: [f64; 2]) -> Encounter {
     for _ in 0..MOST_TRIES {
-        let molecule =
-            if draw.happens(0.1) { named(draw, Shape::Rod(9)) } else { ordinary(draw) };
+        let molecule = if draw.happens(0.1) { named(draw, Shape::Rod(9)) } else { ordinary(draw) };
         let size = molecule.bounding_radius();
         let length = draw.scale(0.3, 30.0) * size;
         let wall = wall(draw, length, 0.5 * size);
@@ -108,9 +107,8 @@ pub(super) fn recontact(draw: &mut Draw, exponent: u8) -> Encounter {
     let rate = 0.5 * spin * spin * arm.dot(normal) * interval;
     let slip = draw.between(-1.0, 1.0) * radius * along;
     let velocity = slip + (rate - spin * arm.perp().dot(normal)) * normal;
-    let centre = draw.between(-5.0, 5.0) * radius * along
-        + (radius + wall.atoms()[0].radius()) * normal
-        - arm;
+    let centre =
+        draw.between(-5.0, 5.0) * radius * along + (radius + wall.atoms()[0].radius()) * normal - arm;
     let motion = RelativeMotion {
         orientation: [at_rest, upright],
         angular_velocity: [0.0, spin],
