@@ -137,7 +137,7 @@ fn walled() -> Scene {
         ..WallSpec::default()
     };
     let line = WallSpec { x: Some(0.75), ..WallSpec::default() };
-    Scene { wall: vec![line, segment], gas: vec![gas(0.02, 5)], ..Scene::default() }
+    Scene { wall: vec![line, segment], gas: vec![gas("gas", 5)], ..Scene::default() }
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn walls_stand_in_the_comment_line_of_extended_xyz() {
 fn walls_are_lines_of_the_picture_also_across_the_border() {
     let simulation = Simulation::new(&walled()).unwrap();
     let svg = picture(&simulation.view(), 1000);
-    assert_eq!(svg.matches("<circle").count() - svg.matches("<circle").count() % 5, 5);
+    assert!(svg.matches("<circle").count() >= 5 && !svg.contains("r=\"0.000\""), "{svg}");
     // The segment where it stands and one box up, 20 pixels thick, y downwards.
     for [y1, y2] in [[1250.0, 750.0], [250.0, -250.0]] {
         let line = format!(
