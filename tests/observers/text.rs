@@ -166,6 +166,7 @@ fn walls_are_lines_of_the_picture_also_across_the_border() {
         assert!(svg.contains(&line), "{line} is not in\n{svg}");
     }
     assert!(svg.contains("x1=\"750.000\" y1=\"1000.000\" x2=\"750.000\" y2=\"0.000\""));
+    assert_eq!(svg.matches("<line").count(), 3);
     assert!(svg.contains("&lt;flap&gt;"));
 }
 

@@ -24,6 +24,28 @@
 //! assert_eq!(contact.time, 2.0);
 //! # Ok::<(), carom_geometry::GeometryError>(())
 //! ```
+//!
+//! A wall, or a half-plane, is a body like any other, with a straight face; it must not turn:
+//!
+//! ```
+//! use carom_detection::{Detection, Exact, Part, Touch};
+//! use carom_geometry::{HalfPlane, Molecule, Shape};
+//! use carom_kinematics::RelativeMotion;
+//! use glam::DVec2;
+//!
+//! // A dumbbell of arms 1 and radii 1 turns 1.5 above the ground: an atom is down when sin θ = 1/2.
+//! let ground = HalfPlane::new(DVec2::Y)?;
+//! let dumbbell = Molecule::named(Shape::Dumbbell, 1.0, 1.0)?;
+//! let pair = RelativeMotion {
+//!     angular_velocity: [0.0, 1.0],
+//!     ..RelativeMotion::exactly(DVec2::new(0.0, 1.5), DVec2::ZERO)
+//! };
+//! let answer = Exact::default().first_contact(ground.outline(), dumbbell.outline(), &pair, 10.0);
+//! let contact = answer.outcome.contact().expect("it comes down");
+//! assert!((contact.time - std::f64::consts::FRAC_PI_6).abs() < 1e-15);
+//! assert_eq!(contact.touch, Touch::FaceOfA(Part::Atom(0)));
+//! # Ok::<(), carom_geometry::GeometryError>(())
+//! ```
 
 mod atom_block;
 mod atom_pair;

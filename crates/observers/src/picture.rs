@@ -115,7 +115,14 @@ fn images_of_wall(ends: [DVec2; 2], radius: f64, bounds: PeriodicBox) -> Vec<[DV
     for row in first.y as i64..=last.y as i64 {
         for column in first.x as i64..=last.x as i64 {
             let shift = bounds.shift([column, row]);
-            images.push(ends.map(|end| end + shift));
+            // What only ends at the border is not seen on the other side; what runs along it is.
+            let is_seen = (0..2).all(|axis| {
+                let (from, to, side) = (low[axis] + shift[axis], high[axis] + shift[axis], sides[axis]);
+                if from < to { from < side && to > 0.0 } else { (0.0..=side).contains(&from) }
+            });
+            if is_seen {
+                images.push(ends.map(|end| end + shift));
+            }
         }
     }
     images
