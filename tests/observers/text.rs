@@ -2,7 +2,7 @@
 
 use carom::{
     Scene, Simulation,
-    engine::{BumperSpec, GasSpec, MoleculeSpec},
+    engine::{BumperSpec, GasSpec, MoleculeSpec, WallSpec},
     observers::{picture, write_extended_xyz},
 };
 use glam::DVec2;
@@ -125,6 +125,49 @@ fn velocities_in_extended_xyz_are_those_of_the_atoms() {
         assert!((measured - written).length() < 1e-9, "atom {atom}: {measured} against {written}");
     }
     assert_ne!(frames[1].rows[0][3], frames[1].rows[4][3], "the atoms move differently");
+}
+
+/// A line across the box, and a segment that reaches across its upper border.
+fn walled() -> Scene {
+    let segment = WallSpec {
+        from: Some([0.25, 0.75]),
+        to: Some([0.5, 1.25]),
+        radius: 0.01,
+        tags: vec!["<flap>".to_owned()],
+        ..WallSpec::default()
+    };
+    let line = WallSpec { x: Some(0.75), ..WallSpec::default() };
+    Scene { wall: vec![line, segment], gas: vec![gas("gas", 5)], ..Scene::default() }
+}
+
+#[test]
+fn walls_stand_in_the_comment_line_of_extended_xyz() {
+    let simulation = Simulation::new(&walled()).unwrap();
+    let mut text = Vec::new();
+    write_extended_xyz(&simulation.view(), &mut text).unwrap();
+    let text = String::from_utf8(text).unwrap();
+    let frames = parse_frames(&text);
+    assert_eq!(frames[0].rows.len(), 5, "only atoms have lines");
+    // The middle of the segment, at (0.375, 1.0), is wrapped to (0.375, 0.0).
+    let walls = "Walls=\"0.75 0.0 0.75 1.0 0.0 0.25 -0.25 0.5 0.25 0.01\"";
+    assert!(text.lines().nth(1).unwrap().ends_with(walls), "{text}");
+}
+
+#[test]
+fn walls_are_lines_of_the_picture_also_across_the_border() {
+    let simulation = Simulation::new(&walled()).unwrap();
+    let svg = picture(&simulation.view(), 1000);
+    assert!(svg.matches("<circle").count() >= 5 && !svg.contains("r=\"0.000\""), "{svg}");
+    // The segment where it stands and one box up, 20 pixels thick, y downwards.
+    for [y1, y2] in [[1250.0, 750.0], [250.0, -250.0]] {
+        let line = format!(
+            "<line x1=\"250.000\" y1=\"{y1:.3}\" x2=\"500.000\" y2=\"{y2:.3}\" stroke=\"#4d4d4d\" stroke-width=\"20.000\""
+        );
+        assert!(svg.contains(&line), "{line} is not in\n{svg}");
+    }
+    assert!(svg.contains("x1=\"750.000\" y1=\"1000.000\" x2=\"750.000\" y2=\"0.000\""));
+    assert_eq!(svg.matches("<line").count(), 3);
+    assert!(svg.contains("&lt;flap&gt;"));
 }
 
 /// Centres and radii of the circles of an SVG of one box of `size` pixels, in box lengths, y upwards.

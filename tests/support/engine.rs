@@ -5,7 +5,7 @@
 use carom_detection::Exact;
 use carom_engine::{
     AtomSpec, BumperSpec, CollisionReport, ElasticityRule, GasSpec, MoleculeSpec, Observer, Rotation, Scene,
-    Scheduler, Simulation, View,
+    Scheduler, Simulation, View, WallSpec,
 };
 use carom_kinematics::Instant;
 use carom_response::Impact;
@@ -90,6 +90,9 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
     let small = |x, y| bumper(0.02, [x, y]);
     let mut wide = of_discs(0.03, 120);
     wide.bounds.sides = [2.0, 0.5];
+    let line = |x: Option<f64>, y: Option<f64>| WallSpec { x, y, ..WallSpec::default() };
+    let flap = |from, to, radius| WallSpec { from: Some(from), to: Some(to), radius, ..WallSpec::default() };
+    let walled = |wall: Vec<WallSpec>, scene: Scene| Scene { wall, ..scene };
     let fixed = MoleculeSpec { fixed: true, ..middle("cross", 0.04) };
     let fast = MoleculeSpec {
         angular_velocity: 900.0,
@@ -116,6 +119,28 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         ),
         ("three cells a side", with(vec![middle("dumbbell", 0.1)], vec![], vec![gas("disc", 0.15, 5)])),
         ("too few cells for a grid", of_discs(0.2, 4)),
+        (
+            "a closed box of discs",
+            walled(vec![line(Some(0.0), None), line(None, Some(0.3))], of_discs(0.03, 120)),
+        ),
+        (
+            "flaps across the border, tees and discs",
+            walled(
+                vec![flap([0.8, 0.4], [1.3, 0.7], 0.0), flap([0.1, 0.1], [0.1, -0.3], 0.01)],
+                with(vec![], vec![], vec![gas("tee", 0.01, 12), gas("disc", 0.02, 120)]),
+            ),
+        ),
+        (
+            "dumbbells between walls",
+            walled(
+                vec![line(Some(0.7), None), flap([0.0, 0.5], [0.5, 0.5], 0.0)],
+                with(vec![], vec![], vec![gas("dumbbell", 0.02, 60)]),
+            ),
+        ),
+        (
+            "a wall in a box of too few cells, longer than it",
+            walled(vec![flap([0.1, 0.0], [1.6, 0.2], 0.0)], of_discs(0.12, 3)),
+        ),
     ]
 }
 

@@ -119,7 +119,10 @@ impl Finding {
         match self.outcome {
             Outcome::Contact(contact) => match contact.touch {
                 Touch::Atoms(a, b) => [contact.time.to_string(), a.to_string(), b.to_string()],
-                Touch::BoundingCircles => [contact.time.to_string(), String::new(), String::new()],
+                // The table of encounters has no walls.
+                Touch::BoundingCircles | Touch::FaceOfA(_) | Touch::FaceOfB(_) => {
+                    [contact.time.to_string(), String::new(), String::new()]
+                }
             },
             Outcome::FreeUntil(time) | Outcome::Unresolved(time) => {
                 [time.to_string(), String::new(), String::new()]

@@ -3,12 +3,13 @@
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
-use crate::{Answer, Contact, Detection, Outcome, Touch, disc_contact};
+use crate::{Answer, Contact, Detection, Outcome, Touch, disc_contact, walls};
 
 /// Each body taken for the circle that holds it: another model, not an approximation of contact times.
 ///
 /// Costs as little as a pair of discs. Bodies whose atoms would pass each other collide, and all
-/// collide earlier; the contact is along the line of centres, so no spin changes.
+/// collide earlier; the contact is along the line of centres, so no spin changes. Walls are what they are, and are met by
+/// these circles.
 ///
 /// ```
 /// use carom_detection::{BoundingCircles, Detection, Touch};
@@ -34,6 +35,9 @@ impl Detection for BoundingCircles {
     }
 
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+        if a.face().is_some() || b.face().is_some() {
+            return walls::contact_of_circle(a, b, motion, horizon);
+        }
         let errors = (motion.separation_error, motion.velocity_error);
         let sigma = a.bounding_radius + b.bounding_radius;
         let time = disc_contact(motion.separation, motion.velocity, sigma, errors);

@@ -108,23 +108,29 @@ pub(crate) fn one_norm(v: DVec2) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::{atom_pair::AtomPair, flight::Flight};
     use carom_kinematics::Orientation;
     use dashu_float::{FBig, round::mode::HalfEven};
 
-    type Big = FBig<HalfEven, 2>;
+    pub(crate) type Big = FBig<HalfEven, 2>;
 
     /// About 48 decimal digits, of which the largest angles below take nine.
-    const PRECISION: usize = 160;
+    pub(crate) const PRECISION: usize = 160;
 
-    fn big(x: f64) -> Big {
+    pub(crate) fn big(x: f64) -> Big {
         Big::try_from(x).unwrap().with_precision(PRECISION).value()
     }
 
     /// An arm turned by the exact angle, and its derivative.
-    fn arm(offset: DVec2, orientation: Orientation, spin: f64, time: f64, pi: &Big) -> [[Big; 2]; 2] {
+    pub(crate) fn arm(
+        offset: DVec2,
+        orientation: Orientation,
+        spin: f64,
+        time: f64,
+        pi: &Big,
+    ) -> [[Big; 2]; 2] {
         let angle = big(2.0 * orientation.turns()) * pi + big(spin) * big(time);
         let (sin, cos) = angle.sin_cos();
         let (x, y) = (big(offset.x), big(offset.y));
@@ -150,10 +156,10 @@ mod tests {
     }
 
     /// Numbers between −1 and 1 (SplitMix64; Steele, Lea and Flood 2014).
-    struct Random(u64);
+    pub(crate) struct Random(pub(crate) u64);
 
     impl Random {
-        fn next(&mut self) -> f64 {
+        pub(crate) fn next(&mut self) -> f64 {
             self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
             let mut z = self.0;
             z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -161,7 +167,7 @@ mod tests {
             (z ^ (z >> 31)) as i64 as f64 / 2f64.powi(63)
         }
 
-        fn vector(&mut self) -> DVec2 {
+        pub(crate) fn vector(&mut self) -> DVec2 {
             DVec2::new(self.next(), self.next())
         }
     }

@@ -67,6 +67,14 @@
 //! would leap past the contact. From concavity of the square root |d(t+h)| ≤ |d| + g' h + C h²/2, C = K + |d'|²/|d|; the
 //! correction is made if C h² is within E.
 //!
+//! **Walls.** A straight face that does not turn is touched where an atom's centre comes within s of its line, between its
+//! ends. With the fixed normal n of the face the gap n·d − s is linear in the place of the atom, so that the step of the
+//! first paragraph, with K = ω² r, needs no convexity: it holds as it stands, and C is K. Beyond an end the same
+//! step, taken along the face, leads to where the atom may enter the span; of the two the longer is taken. An atom
+//! that enters the span nearer than s has met the end point before. End points are atoms of radius 0. The bounds E
+//! and E' of a face are in [`FaceErrorBound`](crate::FaceErrorBound). A face that turns is not followed:
+//! [`Outcome::Unresolved`] from the start.
+//!
 //! **Bound on the work.** While g > E either g falls by a fixed factor or the step is of the order √(E/K). Each pair
 //! has [`MOST_STEPS`] steps; a search that runs out answers "certified free until", which is later than where it
 //! began and beats a later contact of another pair. Each step moves on by a float at least, and comparisons
@@ -85,6 +93,7 @@ use crate::{
     search::Search,
     skim,
     tolerance::MOST_STEPS,
+    walls,
 };
 
 /// The certified detector; see the [crate] and the table of detectors there.
@@ -131,6 +140,9 @@ impl Detection for Exact {
 
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
         let horizon = horizon.min(f64::MAX);
+        if a.face().is_some() || b.face().is_some() {
+            return walls::first_contact(*self, a, b, motion, horizon);
+        }
         let Some(window) = skim(motion, a.bounding_radius + b.bounding_radius, horizon) else {
             return Answer { outcome: Outcome::Free, evaluations: 0 };
         };
@@ -146,7 +158,7 @@ impl Detection for Exact {
 }
 
 /// Bodies that do not turn: each atom pair is a pair of discs.
-fn straight(a: Outline<'_>, b: Outline<'_>, flight: &Flight<'_>, search: &mut Search) {
+pub(crate) fn straight(a: Outline<'_>, b: Outline<'_>, flight: &Flight<'_>, search: &mut Search) {
     let (motion, start) = (flight.motion, flight.at(0.0));
     for (i, atom_a) in a.atoms.iter().enumerate() {
         let arm_a = start.arm(0, atom_a.offset());
@@ -166,7 +178,13 @@ fn straight(a: Outline<'_>, b: Outline<'_>, flight: &Flight<'_>, search: &mut Se
 }
 
 /// Bodies that turn: all atom pairs at once, or through the trees of circles where there are many.
-fn turning(a: Outline<'_>, b: Outline<'_>, flight: &Flight<'_>, window: Window, search: &mut Search) {
+pub(crate) fn turning(
+    a: Outline<'_>,
+    b: Outline<'_>,
+    flight: &Flight<'_>,
+    window: Window,
+    search: &mut Search,
+) {
     let blocks = BlockSearch::new(flight, [a.bounding_radius, b.bounding_radius]);
     let bodies = [Body::new(a), Body::new(b)];
     match bodies.map(Body::only_block) {

@@ -4,8 +4,9 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Contact, Detection, Outcome, Touch, Window, skim,
-    squared_gap::SquaredGap,
+    Answer, Contact, Detection, Outcome, Window,
+    squared_gap::{SquaredGap, all_pairs},
+    strip::{a_face_turns, window_of_bodies},
     tolerance::{FIXED_STEP, MOST_BISECTIONS, MOST_FIXED_STEPS},
 };
 
@@ -48,17 +49,21 @@ impl Default for FixedStep {
 
 /// The time in which a pair moves by its own size; infinite if nothing moves.
 ///
-/// `(R_A + R_B) / (|V| + |ω_A| R_A + |ω_B| R_B)` with the bounding radii R and the relative velocity V.
+/// `(R_A + R_B) / (|V| + |ω_A| R_A + |ω_B| R_B)` with the bounding radii R and the relative velocity V. Of a body with a face,
+/// which may be of any length, it is not the size that counts but that of what meets it: R is 0.
 pub fn natural_time(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> f64 {
     let [spin_a, spin_b] = motion.angular_velocity.map(f64::abs);
-    let rim_speed = spin_a * a.bounding_radius + spin_b * b.bounding_radius;
-    (a.bounding_radius + b.bounding_radius) / (motion.velocity.length() + rim_speed)
+    let [radius_a, radius_b] =
+        [a, b].map(|body| if body.face().is_some() { 0.0 } else { body.bounding_radius });
+    let rim_speed = spin_a * radius_a + spin_b * radius_b;
+    (radius_a + radius_b) / (motion.velocity.length() + rim_speed)
 }
 
 impl Detection for FixedStep {
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
         let mut evaluations = 0;
-        let outcome = match skim(motion, a.bounding_radius + b.bounding_radius, horizon) {
+        let outcome = match window_of_bodies(a, b, motion, horizon) {
+            _ if a_face_turns(a, b, motion) => Outcome::Unresolved(0.0),
             Some(window) => {
                 let step = self.step * natural_time(a, b, motion);
                 let mut pairs = AtomPairs { a, b, motion, evaluations: &mut evaluations };
@@ -102,23 +107,20 @@ impl AtomPairs<'_> {
     /// The earliest contact among the pairs that overlap `now`.
     fn earliest_overlap(&mut self, before: f64, now: f64) -> Option<Contact> {
         let mut earliest: Option<Contact> = None;
-        for (i, atom_a) in self.a.atoms.iter().enumerate() {
-            for (j, atom_b) in self.b.atoms.iter().enumerate() {
-                let gap = SquaredGap::new(self.motion, atom_a, atom_b);
-                *self.evaluations += 1;
-                if gap.at(now) > 0.0 {
-                    continue;
-                }
-                let time = if before < now && gap.at(before) > 0.0 {
-                    first_touch(&gap, before, now, self.evaluations)
-                } else if gap.closes(now) {
-                    now
-                } else {
-                    continue;
-                };
-                if earliest.is_none_or(|found| time < found.time) {
-                    earliest = Some(Contact { time, touch: Touch::Atoms(i as u32, j as u32) });
-                }
+        for (touch, gap) in all_pairs(self.a, self.b, self.motion) {
+            *self.evaluations += 1;
+            if gap.at(now) > 0.0 {
+                continue;
+            }
+            let time = if before < now && gap.at(before) > 0.0 {
+                first_touch(&gap, before, now, self.evaluations)
+            } else if gap.closes(now) {
+                now
+            } else {
+                continue;
+            };
+            if earliest.is_none_or(|found| time < found.time) {
+                earliest = Some(Contact { time, touch });
             }
         }
         earliest
@@ -145,6 +147,7 @@ fn first_touch(gap: &SquaredGap<'_>, mut apart: f64, mut overlap: f64, evaluatio
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Touch;
     use carom_geometry::{Molecule, Shape};
     use glam::DVec2;
 

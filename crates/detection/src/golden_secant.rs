@@ -21,18 +21,19 @@
 //! * **Touching.** Circles that touch exactly when the atoms do are not lost: the window begins a little
 //!   earlier. A pair that touches, or overlaps, and closes is in contact at once; one that parts is
 //!   searched for a contact after its first maximum.
+//! * **Walls**, which the thesis does not have: an atom and the nearest point of the wall are one more pair.
 //! * **Ends.** Rounds and segments are bounded; a search that needs more is `Unresolved`.
 
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Contact, Detection, Outcome, Touch, Window,
+    Answer, Contact, Detection, Outcome, Window,
     crop::segment_length,
     golden_section::{Sample, golden_section},
     secant::{Bracket, bracketed_secant},
-    skim,
-    squared_gap::SquaredGap,
+    squared_gap::{SquaredGap, all_pairs},
+    strip::{a_face_turns, window_of_bodies},
     tolerance::{CROP_FACTOR, MOST_ROUNDS, MOST_SEGMENTS, THESIS_TOLERANCE, WINDOW_MARGIN},
 };
 
@@ -84,7 +85,8 @@ impl Default for GoldenSecant {
 impl Detection for GoldenSecant {
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
         let mut evaluations = 0;
-        let outcome = match skim(motion, a.bounding_radius + b.bounding_radius, horizon) {
+        let outcome = match window_of_bodies(a, b, motion, horizon) {
+            _ if a_face_turns(a, b, motion) => Outcome::Unresolved(0.0),
             Some(window) => self.crop_and_search(a, b, motion, widened(window), &mut evaluations),
             None => Outcome::Free,
         };
@@ -137,13 +139,10 @@ impl GoldenSecant {
         evaluations: &mut u32,
     ) -> Result<Option<Contact>, RoundsUsedUp> {
         let mut earliest: Option<Contact> = None;
-        for (i, atom_a) in a.atoms.iter().enumerate() {
-            for (j, atom_b) in b.atoms.iter().enumerate() {
-                let gap = SquaredGap::new(motion, atom_a, atom_b);
-                let Some(time) = self.contact_of_pair(&gap, segment, evaluations)? else { continue };
-                if earliest.is_none_or(|found| time < found.time) {
-                    earliest = Some(Contact { time, touch: Touch::Atoms(i as u32, j as u32) });
-                }
+        for (touch, gap) in all_pairs(a, b, motion) {
+            let Some(time) = self.contact_of_pair(&gap, segment, evaluations)? else { continue };
+            if earliest.is_none_or(|found| time < found.time) {
+                earliest = Some(Contact { time, touch });
             }
         }
         Ok(earliest)
@@ -183,7 +182,7 @@ impl GoldenSecant {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DISC_LANES, DiscLanes};
+    use crate::{DISC_LANES, DiscLanes, Touch};
     use carom_geometry::{Molecule, Shape};
     use carom_kinematics::Orientation;
     use glam::DVec2;

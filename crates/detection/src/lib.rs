@@ -24,6 +24,28 @@
 //! assert_eq!(contact.time, 2.0);
 //! # Ok::<(), carom_geometry::GeometryError>(())
 //! ```
+//!
+//! A wall, or a half-plane, is a body like any other, with a straight face; it must not turn:
+//!
+//! ```
+//! use carom_detection::{Detection, Exact, Part, Touch};
+//! use carom_geometry::{HalfPlane, Molecule, Shape};
+//! use carom_kinematics::RelativeMotion;
+//! use glam::DVec2;
+//!
+//! // A dumbbell of arms 1 and radii 1 turns 1.5 above the ground: an atom is down when sin θ = 1/2.
+//! let ground = HalfPlane::new(DVec2::Y)?;
+//! let dumbbell = Molecule::named(Shape::Dumbbell, 1.0, 1.0)?;
+//! let pair = RelativeMotion {
+//!     angular_velocity: [0.0, 1.0],
+//!     ..RelativeMotion::exactly(DVec2::new(0.0, 1.5), DVec2::ZERO)
+//! };
+//! let answer = Exact::default().first_contact(ground.outline(), dumbbell.outline(), &pair, 10.0);
+//! let contact = answer.outcome.contact().expect("it comes down");
+//! assert!((contact.time - std::f64::consts::FRAC_PI_6).abs() < 1e-15);
+//! assert_eq!(contact.touch, Touch::FaceOfA(Part::Atom(0)));
+//! # Ok::<(), carom_geometry::GeometryError>(())
+//! ```
 
 mod atom_block;
 mod atom_pair;
@@ -35,6 +57,8 @@ mod disc;
 pub mod encounters;
 mod error_bound;
 mod exact;
+mod face_error;
+mod face_pair;
 mod fixed_step;
 mod flight;
 mod golden_secant;
@@ -47,16 +71,19 @@ mod search;
 mod secant;
 mod skimming;
 mod squared_gap;
+mod strip;
 pub mod tolerance;
+mod walls;
 
 pub use bounding_circles::BoundingCircles;
 pub use disc::disc_contact;
 pub use error_bound::ErrorBound;
 pub use exact::Exact;
+pub use face_error::FaceErrorBound;
 pub use fixed_step::{FixedStep, natural_time};
 pub use golden_secant::GoldenSecant;
 pub use lanes::{DISC_LANES, DiscLanes};
-pub use outcome::{Answer, Contact, Outcome, Touch};
+pub use outcome::{Answer, Contact, Outcome, Part, Touch};
 pub use skimming::{Window, skim};
 
 use carom_geometry::{Atom, Outline};
@@ -73,6 +100,8 @@ pub trait Detection {
     ///
     /// A pair that touches or overlaps at time 0 is in contact at once if it closes, and is left
     /// alone while it parts.
+    ///
+    /// A body with a [face](Outline::face) must not turn: what turns is answered by [`Outcome::Unresolved`] at time 0.
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer;
 
     /// Whether pairs of discs are decided by the closed form of [`disc_contact`]: then a scheduler may compute it itself,

@@ -33,13 +33,26 @@ pub struct Contact {
     pub touch: Touch,
 }
 
-/// Which parts of two bodies touch.
+/// Which parts of two bodies touch. Of two that touch at one instant the lesser is named: a face before its ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Touch {
+    /// The face of A, and a part of B.
+    FaceOfA(Part),
+    /// A part of A, and the face of B.
+    FaceOfB(Part),
     /// An atom of A and an atom of B, by index.
     Atoms(u32, u32),
     /// The bounding circles, in the model that knows nothing finer.
     BoundingCircles,
+}
+
+/// What of a body touches a face.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Part {
+    /// An atom, by index, and the face between its ends.
+    Atom(u32),
+    /// The bounding circle, in the model that knows nothing finer, and the face or an end of it.
+    BoundingCircle,
 }
 
 impl Touch {
@@ -49,7 +62,14 @@ impl Touch {
         match self {
             Self::Atoms(a, b) => Self::Atoms(b, a),
             Self::BoundingCircles => self,
+            Self::FaceOfA(part) => Self::FaceOfB(part),
+            Self::FaceOfB(part) => Self::FaceOfA(part),
         }
+    }
+
+    /// A part of body number `body` (0 for A, 1 for B) and the face of the other one.
+    pub(crate) fn face(body: usize, part: Part) -> Self {
+        if body == 0 { Self::FaceOfB(part) } else { Self::FaceOfA(part) }
     }
 }
 

@@ -71,7 +71,7 @@ fn relative_gap(pair: &AtomPair<'_>, at: &Placement, start: &Gap, elapsed: f64) 
 }
 
 /// (R(ω h) − 1) r without cancellation.
-fn swing(spin: f64, elapsed: f64, arm: DVec2) -> DVec2 {
+pub(crate) fn swing(spin: f64, elapsed: f64, arm: DVec2) -> DVec2 {
     let sine = |rate: f64| Orientation::default().turned(rate, elapsed).cos_sin().y;
     let half = sine(0.5 * spin);
     sine(spin) * arm.perp() - (2.0 * half * half) * arm

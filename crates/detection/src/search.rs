@@ -25,13 +25,16 @@ impl Search {
 
     /// Takes note of how the search for one pair of atoms ended.
     pub(crate) fn record(&mut self, outcome: PairOutcome, atoms: [u32; 2]) {
+        self.record_touch(outcome, Touch::Atoms(atoms[0], atoms[1]));
+    }
+
+    /// Takes note of how the search for one pair of parts ended.
+    pub(crate) fn record_touch(&mut self, outcome: PairOutcome, touch: Touch) {
         match outcome {
             PairOutcome::Contact(time) => {
-                let earlier = |best: Contact| {
-                    time < best.time || (time == best.time && Touch::Atoms(atoms[0], atoms[1]) < best.touch)
-                };
+                let earlier = |best: Contact| time < best.time || (time == best.time && touch < best.touch);
                 if self.best.is_none_or(earlier) {
-                    self.best = Some(Contact { time, touch: Touch::Atoms(atoms[0], atoms[1]) });
+                    self.best = Some(Contact { time, touch });
                 }
             }
             PairOutcome::Free | PairOutcome::Paused(_) => {}

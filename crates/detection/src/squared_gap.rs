@@ -1,35 +1,96 @@
-//! The squared gap of two atoms in flight: f(t) = |d|² − s², positive while they are apart.
+//! The squared gap of two atoms in flight: f(t) = |d|² − s², positive while they are apart; the same of an atom and a wall.
 
-use carom_geometry::Atom;
+use carom_geometry::{Atom, Circle, Face, Outline};
 use carom_kinematics::RelativeMotion;
 use glam::DVec2;
 
-use crate::ErrorBound;
+use crate::{ErrorBound, FaceErrorBound, Part, Touch};
 
-/// One atom of A and one of B, whose centres are d apart and touch at the distance s.
+/// One atom of A and one of B, whose centres are d apart and touch at the distance s; or an atom and the nearest point of
+/// a face.
 pub(crate) struct SquaredGap<'a> {
     motion: &'a RelativeMotion,
     offsets: [DVec2; 2],
+    /// The body with the face, if there is one.
+    face: Option<(usize, &'a Face)>,
     /// Sum of the radii, s.
     contact_distance: f64,
-    error: ErrorBound,
+    error: Bound,
+}
+
+#[derive(Clone, Copy)]
+enum Bound {
+    Atoms(ErrorBound),
+    Face(FaceErrorBound),
+}
+
+impl Bound {
+    fn at(&self, time: f64) -> f64 {
+        match self {
+            Self::Atoms(bound) => bound.at(time),
+            Self::Face(bound) => bound.at(time),
+        }
+    }
+}
+
+/// All pairs of parts of two bodies: atoms with atoms, then atoms with faces.
+pub(crate) fn all_pairs<'a>(
+    a: Outline<'a>,
+    b: Outline<'a>,
+    motion: &'a RelativeMotion,
+) -> impl Iterator<Item = (Touch, SquaredGap<'a>)> {
+    let indexed = |atoms: &'a [Atom]| (0u32..).zip(atoms);
+    let atoms = indexed(a.atoms).flat_map(move |(i, atom_a)| {
+        indexed(b.atoms).map(move |(j, atom_b)| (Touch::Atoms(i, j), SquaredGap::new(motion, atom_a, atom_b)))
+    });
+    let faces = [(0, a, b), (1, b, a)].into_iter().flat_map(move |(body, outline, other)| {
+        other.face().into_iter().flat_map(move |face| {
+            indexed(outline.atoms).map(move |(index, atom)| {
+                let touch = Touch::face(body, Part::Atom(index));
+                (touch, SquaredGap::of_face(motion, body, atom, face))
+            })
+        })
+    });
+    atoms.chain(faces)
 }
 
 impl<'a> SquaredGap<'a> {
-    pub(crate) fn new(motion: &'a RelativeMotion, a: &Atom, b: &Atom) -> Self {
+    fn new(motion: &'a RelativeMotion, a: &Atom, b: &Atom) -> Self {
         Self {
             motion,
             offsets: [a.offset(), b.offset()],
+            face: None,
             contact_distance: a.radius() + b.radius(),
-            error: ErrorBound::new(motion, a, b),
+            error: Bound::Atoms(ErrorBound::new(motion, a, b)),
+        }
+    }
+
+    /// An atom of body number `body` and the face of the other, which does not turn.
+    fn of_face(motion: &'a RelativeMotion, body: usize, atom: &Atom, face: &'a Face) -> Self {
+        let mut offsets = [DVec2::ZERO; 2];
+        offsets[body] = atom.offset();
+        let error = FaceErrorBound::new(motion, body, &Circle::from(atom), face);
+        Self {
+            motion,
+            offsets,
+            face: Some((1 - body, face)),
+            contact_distance: atom.radius() + face.radius(),
+            error: Bound::Face(error),
         }
     }
 
     /// f at `time` (length²).
     pub(crate) fn at(&self, time: f64) -> f64 {
         let [arm_a, arm_b] = self.arms(time);
-        self.between_centres(time, arm_a, arm_b).length_squared()
-            - self.contact_distance * self.contact_distance
+        let d = self.between_centres(time, arm_a, arm_b);
+        let squared = match self.face {
+            Some(face) => {
+                let (distance, _) = self.to_face(face, d);
+                distance * distance.abs()
+            }
+            None => d.length_squared(),
+        };
+        squared - self.contact_distance * self.contact_distance
     }
 
     /// The f of two atoms that are apart by the rounding bound E (length²): below it they touch.
@@ -48,10 +109,28 @@ impl<'a> SquaredGap<'a> {
         let [arm_a, arm_b] = self.arms(time);
         let d = self.between_centres(time, arm_a, arm_b);
         let velocity = motion.velocity + (spin_b * arm_b.perp() - spin_a * arm_a.perp());
-        let distance = d.length();
+        let (distance, direction) = match self.face {
+            Some(face) => self.to_face(face, d),
+            None => (d.length(), d),
+        };
         let overlaps = distance - self.contact_distance < -self.error.at(time);
-        let threshold = if overlaps { motion.velocity_error } else { self.error.of_rate(time, distance) };
-        d.dot(velocity) < -(distance * threshold)
+        let resolved = match self.error {
+            _ if overlaps => motion.velocity_error,
+            Bound::Atoms(bound) => bound.of_rate(time, distance),
+            Bound::Face(bound) => bound.of_rate(time),
+        };
+        // Between atoms the direction has the length of the distance, towards a face it has length 1.
+        let length = if self.face.is_some() { 1.0 } else { distance };
+        direction.dot(velocity) < -(length * resolved)
+    }
+
+    /// Distance to the face of a body, and the direction of the shortest way between them, from A's part to B's.
+    fn to_face(&self, (wall, face): (usize, &Face), d: DVec2) -> (f64, DVec2) {
+        let rotation = self.motion.orientation[wall].cos_sin();
+        // From the face's body to the atom.
+        let sign = if wall == 0 { 1.0 } else { -1.0 };
+        let nearest = face.nearest(DVec2::new(rotation.x, -rotation.y).rotate(sign * d));
+        (nearest.distance, sign * rotation.rotate(nearest.direction))
     }
 
     fn arms(&self, time: f64) -> [DVec2; 2] {

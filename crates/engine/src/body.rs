@@ -59,6 +59,17 @@ impl Body {
         &self.molecule
     }
 
+    /// Whether this is a straight wall.
+    pub fn is_wall(&self) -> bool {
+        self.molecule.face().is_some()
+    }
+
+    /// How far from the centre of mass something can be touched (length): the bounding radius; of a wall, how far from its
+    /// face.
+    pub(crate) fn reach(&self) -> f64 {
+        self.molecule.face().map_or(self.molecule.bounding_radius(), carom_geometry::Face::radius)
+    }
+
     /// Inverse mass and inverse moment, 0 where fixed or locked.
     pub fn inertia(&self) -> &Inertia {
         &self.inertia

@@ -10,7 +10,7 @@ use glam::DVec2;
 
 use crate::{
     AtomSpec, Body, Cells, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError,
-    Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
+    Scheduler, SchedulerCounters, Simulation, TagNames, Tags, WallSpec, World,
     overlap::rounding_bound,
     placement::{self, Sites},
     simulation::{AtOnce, Epoch},
@@ -63,6 +63,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 ..MoleculeSpec::default()
             };
             add_molecule(&mut world, &mut names, &molecule, &entry)?;
+            entries.push(entry);
+        }
+        for (index, spec) in scene.wall.iter().enumerate() {
+            let entry = format!("wall[{index}]");
+            add_wall(&mut world, &mut names, spec, &entry)?;
             entries.push(entry);
         }
         refuse_overlaps(&world, &entries)?;
@@ -155,6 +160,48 @@ pub(crate) fn add_molecule(
     Ok(insert(world, Arc::new(molecule), inertia, tags, motion))
 }
 
+/// How many times longer than the box a wall may be: a longer one is taken for a slip of the pen.
+const LONGEST: f64 = 16.0;
+
+/// Adds a wall of the scene; overlaps are checked by the caller.
+pub(crate) fn add_wall(
+    world: &mut World,
+    names: &mut TagNames,
+    spec: &WallSpec,
+    entry: &str,
+) -> Result<crate::BodyKey, SceneError> {
+    let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
+    let numbers = [spec.from, spec.to].into_iter().flatten().flatten().chain(spec.x).chain(spec.y);
+    for number in numbers {
+        check_length("a place of a wall", number).map_err(geometry(entry))?;
+    }
+    let sides = world.bounds().sides();
+    let (centre, wall) = match (spec.from, spec.to, spec.x, spec.y) {
+        (Some(from), Some(to), None, None) => {
+            let (from, to) = (DVec2::from(from), DVec2::from(to));
+            if (to - from).length() > LONGEST * sides.max_element() {
+                return Err(problem("the wall is more than 16 times as long as the box"));
+            }
+            (0.5 * from + 0.5 * to, Molecule::wall(to - from, spec.radius))
+        }
+        (None, None, Some(x), None) => {
+            (DVec2::new(x, 0.5 * sides.y), Molecule::wall_without_ends(sides.y * DVec2::Y, spec.radius))
+        }
+        (None, None, None, Some(y)) => {
+            (DVec2::new(0.5 * sides.x, y), Molecule::wall_without_ends(sides.x * DVec2::X, spec.radius))
+        }
+        _ => return Err(problem("give a wall `from` and `to`, or `x`, or `y`")),
+    };
+    if (centre / sides).abs().max_element() > FARTHEST {
+        return Err(problem(
+            "the wall lies more than 2^31 boxes away, where a place in the box is no longer known",
+        ));
+    }
+    let molecule = Arc::new(wall.map_err(geometry(entry))?);
+    let tags = tags(names, &spec.tags);
+    Ok(insert(world, molecule, Inertia::FIXED, tags, Motion::at_rest(centre)))
+}
+
 pub(crate) fn insert(
     world: &mut World,
     molecule: Arc<Molecule>,
@@ -214,24 +261,25 @@ pub(crate) fn geometry(entry: &str) -> impl FnOnce(GeometryError) -> SceneError 
     move |reason| SceneError::Geometry { entry, reason }
 }
 
-/// Refuses overlaps between the bodies that the scene places itself.
+/// Refuses overlaps between the bodies that the scene places itself; fixed ones may overlap each other.
 fn refuse_overlaps(world: &World, entries: &[String]) -> Result<(), SceneError> {
     let mut sites = Sites::new(world);
-    for index in 0..world.bodies.len() {
-        let (body, motion) = (&world.bodies[index], &world.motions[index]);
-        if let Some((other, gap)) = sites.nearest(world, &body.molecule, motion) {
-            let other_body: &Body = &world.bodies[other];
-            let both_fixed = body.is_fixed() && other_body.is_fixed();
-            let reach = body.molecule.bounding_radius() + other_body.molecule.bounding_radius();
-            if gap < -rounding_bound(world.bounds.sides(), reach) && !both_fixed {
-                return Err(SceneError::Overlap {
-                    first: entries[other].clone(),
-                    second: entries[index].clone(),
-                    depth: -gap,
-                });
-            }
+    let is_fixed = |&index: &usize| world.bodies[index].is_fixed();
+    (0..world.bodies.len()).filter(is_fixed).for_each(|index| sites.add(world, index));
+    for index in (0..world.bodies.len()).filter(|index| !is_fixed(index)) {
+        if let Some((other, depth)) = deepest_overlap(world, &sites, index) {
+            let (first, second) = (entries[other.min(index)].clone(), entries[other.max(index)].clone());
+            return Err(SceneError::Overlap { first, second, depth });
         }
         sites.add(world, index);
     }
     Ok(())
+}
+
+/// The body that overlaps one that moves the most, by more than rounding, and how deep (length).
+pub(crate) fn deepest_overlap(world: &World, sites: &Sites, index: usize) -> Option<(usize, f64)> {
+    let body = &world.bodies[index];
+    let (other, gap) = sites.nearest(world, &body.molecule, &world.motions[index])?;
+    let reach = body.reach() + world.bodies[other].reach();
+    (gap < -rounding_bound(world.bounds.sides(), reach)).then_some((other, -gap))
 }

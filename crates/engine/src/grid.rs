@@ -3,7 +3,10 @@
 use glam::DVec2;
 use smallvec::SmallVec;
 
-use crate::{GridError, World};
+use crate::{
+    GridError, World,
+    wall::{StandingWall, folded},
+};
 
 /// How many cells a side the box is divided into.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -20,7 +23,8 @@ const FINEST: u32 = 4096;
 
 /// A grid of cells over the box, with the bodies in them.
 ///
-/// Two bodies can touch only while their centres lie in the same or in adjacent cells, because a cell is at
+/// Walls stand in lists of their own, in every cell from which something can touch them, however long they are. Two other
+/// bodies can touch only while their centres lie in the same or in adjacent cells, because a cell is at
 /// least as long as the largest sum of two bounding radii. With fewer than three cells a side a cell is its
 /// own neighbour through the border, so that the walk over the 3 × 3 cells around a body names every image
 /// of every other that it can touch.
@@ -30,7 +34,12 @@ pub struct Grid {
     side: DVec2,
     cells: Vec<SmallVec<[u32; 6]>>,
     place: Vec<[i32; 2]>,
+    /// Which walls something in a cell may touch, and how many boxes over they appear; empty where there are no walls.
+    walls: Vec<NearWalls>,
 }
+
+/// Walls near a cell, with the images in which they appear there.
+type NearWalls = SmallVec<[(u32, [i32; 2]); 2]>;
 
 /// A cell next to (or the same as) another, and the image through which they touch, in boxes.
 #[derive(Debug, Clone, Copy)]
@@ -114,8 +123,34 @@ impl Grid {
                 cell(motion.position.y, self.side.y, counts[1]),
             ];
             self.place.push(place);
+            if world.bodies()[index].is_wall() {
+                continue;
+            }
             self.cells[(place[1] * counts[0] + place[0]) as usize].push(index as u32);
         }
+        self.list_walls(world);
+    }
+
+    /// Lists each wall in every cell that can hold the centre of a body that touches it.
+    fn list_walls(&mut self, world: &World) {
+        self.walls.clear();
+        let reach = world.largest_moving_radius();
+        for (index, (body, motion)) in world.bodies().iter().zip(world.motions()).enumerate() {
+            let Some(wall) = StandingWall::of(body, motion) else { continue };
+            self.walls.resize_with(self.cells.len(), SmallVec::new);
+            for cell in wall.cells_within(reach, self.side) {
+                let ([column, row], image) = folded(cell, self.counts.map(i64::from));
+                let list = &mut self.walls[(row * i64::from(self.counts[0]) + column) as usize];
+                // The cell lies `image` boxes over from the wall, hence the wall the other way from the cell.
+                list.push((index as u32, image.map(|boxes| -boxes)));
+            }
+        }
+    }
+
+    /// The walls that a body may touch from its cell, with their images.
+    pub fn walls(&self, body: u32) -> &[(u32, [i32; 2])] {
+        let [column, row] = self.place(body);
+        self.walls.get((row * self.counts[0] + column) as usize).map_or(&[], SmallVec::as_slice)
     }
 
     /// Memory kept on the heap (bytes).
@@ -127,6 +162,7 @@ impl Grid {
             .map(|cell| cell.capacity() * size_of::<u32>())
             .sum();
         self.cells.capacity() * size_of::<SmallVec<[u32; 6]>>()
+            + self.walls.capacity() * size_of::<NearWalls>()
             + self.place.capacity() * size_of::<[i32; 2]>()
             + spilled
     }

@@ -58,6 +58,7 @@ mod standby;
 mod tags;
 mod thesis;
 mod view;
+mod wall;
 mod world;
 
 pub use body::{Body, BodyKey, BodyName, Rotation, Tag, Tags};
@@ -73,6 +74,7 @@ pub use placement::{Purpose, random_stream};
 pub use report::{CollisionReport, Side};
 pub use scene::{
     AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, RunSpec, Scene,
+    WallSpec,
 };
 pub use scheduler::{ContactEvent, Parts, Scheduler};
 pub use simulation::Simulation;

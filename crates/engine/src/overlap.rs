@@ -39,7 +39,7 @@ pub(crate) fn census(view: &View<'_>) -> OverlapCensus {
         [index(place.x, sides.x, cells[0]), index(place.y, sides.y, cells[1])]
     };
     let mut lists: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
-    for (index, body) in bodies.iter().enumerate() {
+    for (index, body) in bodies.iter().enumerate().filter(|(_, body)| !body.body.is_wall()) {
         lists.entry(cell_of(body.motion.position)).or_default().push(index);
     }
     let mut census = OverlapCensus::default();
@@ -58,7 +58,26 @@ pub(crate) fn census(view: &View<'_>) -> OverlapCensus {
             }
         }
     }
+    for wall in bodies.iter().filter(|body| body.body.is_wall()) {
+        for body in bodies.iter().filter(|body| !body.body.is_fixed()) {
+            look_at_images(body, wall, sides, &mut census);
+        }
+    }
     census
+}
+
+/// Looks at a body and every image of a wall that comes near its bounding circle.
+fn look_at_images(body: &BodyView<'_>, wall: &BodyView<'_>, sides: DVec2, census: &mut OverlapCensus) {
+    let Some([first, second]) = wall.wall() else { return };
+    let reach = body.body.reach() + wall.body.reach();
+    let extent = 0.5 * (second - first).abs() + reach;
+    let separation = wall.motion.position - body.motion.position;
+    let (low, high) = ((-(separation + extent) / sides).ceil(), ((extent - separation) / sides).floor());
+    for row in low.y as i64..=high.y as i64 {
+        for column in low.x as i64..=high.x as i64 {
+            look(body, wall, DVec2::new(column as f64, row as f64) * sides, sides, census);
+        }
+    }
 }
 
 fn look(a: &BodyView<'_>, b: &BodyView<'_>, shift: DVec2, sides: DVec2, census: &mut OverlapCensus) {
@@ -66,17 +85,20 @@ fn look(a: &BodyView<'_>, b: &BodyView<'_>, shift: DVec2, sides: DVec2, census: 
         return;
     }
     let separation = (b.motion.position - a.motion.position) + shift;
-    let reach = a.body.molecule().bounding_radius() + b.body.molecule().bounding_radius();
-    if separation.length_squared() > reach * reach {
+    let bounding = a.body.molecule().bounding_radius() + b.body.molecule().bounding_radius();
+    if separation.length_squared() > bounding * bounding {
         return;
     }
+    let reach = a.body.reach() + b.body.reach();
     let rotation = |body: &BodyView<'_>| body.motion.orientation.cos_sin();
     let gap = gap_between(a.body.molecule(), rotation(a), b.body.molecule(), rotation(b), separation);
     if gap >= 0.0 {
         return;
     }
     let smallest = |body: &BodyView<'_>| {
-        body.body.molecule().atoms().iter().map(|atom| 2.0 * atom.radius()).fold(f64::INFINITY, f64::min)
+        // A wall has no diameter of its own.
+        let atoms = if body.body.is_wall() { &[] } else { body.body.molecule().atoms() };
+        atoms.iter().map(|atom| 2.0 * atom.radius()).fold(f64::INFINITY, f64::min)
     };
     census.deepest_length = census.deepest_length.max(-gap);
     census.deepest = census.deepest.max(-gap / smallest(a).min(smallest(b)));

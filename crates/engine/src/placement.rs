@@ -16,6 +16,7 @@ use rand_pcg::Pcg64;
 use crate::{
     GasSpec, Rotation, Scene, SceneError, TagNames, World,
     build::{geometry, inertia, insert, molecule, tags},
+    wall::{StandingWall, folded},
 };
 
 /// What random numbers are drawn for; each purpose has a stream of its own.
@@ -336,6 +337,8 @@ pub(crate) struct Sites {
 #[derive(Clone, Copy)]
 enum Standing {
     Body(usize),
+    /// A wall, and how many boxes over from home the cell is that it passes.
+    Wall(usize, [i32; 2]),
     Circle(DVec2, f64),
 }
 
@@ -346,7 +349,16 @@ impl Sites {
     }
 
     pub(crate) fn add(&mut self, world: &World, index: usize) {
-        let radius = world.bodies()[index].molecule.bounding_radius();
+        let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
+        if let Some(wall) = StandingWall::of(body, motion) {
+            let side = world.bounds().sides() / self.count as f64;
+            for cell in wall.cells_within(0.0, side) {
+                let ([x, y], image) = folded(cell, [self.count; 2]);
+                self.lists[(y * self.count + x) as usize].push(Standing::Wall(index, image));
+            }
+            return;
+        }
+        let radius = body.molecule.bounding_radius();
         self.put(world.bounds(), world.motions()[index].position, radius, Standing::Body(index));
     }
 
@@ -380,6 +392,7 @@ impl Sites {
         let rotation = motion.orientation.cos_sin();
         let [x, y] = self.cell(bounds, place);
         let side = bounds.sides() / self.count as f64;
+        // A wall asks as the disc about it would, far too widely: it is asked for by others.
         let reach = molecule.bounding_radius() + self.largest;
         let range = |side: f64| ((reach / side) as i64 + 1).min(2 * self.count);
         let mut nearest: Option<(usize, f64)> = None;
@@ -392,6 +405,14 @@ impl Sites {
                         Standing::Circle(centre, radius) => {
                             let gap = (centre - place + shift).length() - radius - molecule.bounding_radius();
                             (usize::MAX, gap)
+                        }
+                        Standing::Wall(index, away) => {
+                            let there = &world.motions()[index];
+                            let shift = shift - bounds.shift(away.map(i64::from));
+                            let turned = there.orientation.cos_sin();
+                            let wall = &world.bodies()[index].molecule;
+                            let separation = there.position - place + shift;
+                            (index, gap_between(molecule, rotation, wall, turned, separation))
                         }
                         Standing::Body(index) => {
                             let other = &world.bodies()[index].molecule;

@@ -11,9 +11,10 @@ use crate::Body;
 pub struct Side<'a> {
     /// The body.
     pub body: &'a Body,
-    /// Index of the atom that touched; `None` in the model of bounding circles.
+    /// Index of the atom that touched; `None` in the model of bounding circles, and for a wall that was touched between
+    /// its ends.
     pub atom: Option<u32>,
-    /// Arm from the centre of mass to the touching atom's centre (length).
+    /// Arm from the centre of mass to the touching atom's centre; of a wall, to the point of its face (length).
     pub arm: DVec2,
     /// The motion at the instant of contact, before.
     pub before: Motion,

@@ -29,6 +29,8 @@ pub struct Scene {
     pub molecule: Vec<MoleculeSpec>,
     /// Fixed discs.
     pub bumper: Vec<BumperSpec>,
+    /// Fixed straight walls.
+    pub wall: Vec<WallSpec>,
     /// Many molecules of one kind each.
     pub gas: Vec<GasSpec>,
     /// How much of the speed of approach comes back.
@@ -114,6 +116,53 @@ pub struct BumperSpec {
     pub radius: f64,
     /// Place of the centre (length).
     pub at: [f64; 2],
+}
+
+/// A fixed straight wall, reflecting on both sides: from one point to another, or a line across the whole box.
+///
+/// ```
+/// use carom_engine::{Scene, Simulation};
+///
+/// // A closed box: the lines close on themselves through the periodic borders. And a flap in it.
+/// let scene = Scene::from_toml(r#"
+///     [[wall]]
+///     x = 0.0
+///     [[wall]]
+///     y = 0.0
+///     [[wall]]
+///     from = [0.5, 0.0]
+///     to = [0.5, 0.3]
+///     [[gas]]
+///     radius = 0.02
+///     mass = 1.0
+///     energy = 1.0
+///     count = 50
+/// "#)?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// simulation.run_until(1.0)?;
+/// assert_eq!(simulation.view().overlaps().pairs, 0);
+/// assert!(simulation.view().counters().fixed_collisions > 10);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WallSpec {
+    /// Names of groups it belongs to.
+    pub tags: Vec<String>,
+    /// One end (length).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<[f64; 2]>,
+    /// The other end (length); it need not lie in the box.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to: Option<[f64; 2]>,
+    /// Or the line of all points with this x (length).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x: Option<f64>,
+    /// Or the line of all points with this y (length).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y: Option<f64>,
+    /// What is within this distance of it belongs to the wall (length); 0 for one without thickness.
+    pub radius: f64,
 }
 
 /// Many molecules of one kind, placed without overlap, moving in random directions.

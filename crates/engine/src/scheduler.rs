@@ -1,6 +1,6 @@
 //! The seam of the order of events: data layout, neighbourhood and calendar together.
 
-use carom_detection::{Detection, Touch};
+use carom_detection::{Detection, Part, Touch};
 use carom_geometry::Molecule;
 use carom_kinematics::{HALF_ULP, Motion};
 use glam::DVec2;
@@ -29,6 +29,10 @@ pub enum Parts {
     Atoms(u32, u32),
     /// Their bounding circles, in the model that knows nothing finer.
     BoundingCircles,
+    /// The face of the first, a wall, and a part of the second.
+    FaceOfA(Part),
+    /// A part of the first, and the face of the second, a wall.
+    FaceOfB(Part),
 }
 
 impl Parts {
@@ -37,7 +41,14 @@ impl Parts {
         match self {
             Self::Discs => ([Some(0); 2], first.bounding_radius()),
             Self::Atoms(i, j) => ([Some(i), Some(j)], first.atoms()[i as usize].radius()),
-            Self::BoundingCircles => ([None; 2], first.bounding_radius()),
+            Self::BoundingCircles | Self::FaceOfB(Part::BoundingCircle) => {
+                ([None; 2], first.bounding_radius())
+            }
+            Self::FaceOfB(Part::Atom(i)) => ([Some(i), None], first.atoms()[i as usize].radius()),
+            Self::FaceOfA(part) => {
+                let atom = if let Part::Atom(j) = part { Some(j) } else { None };
+                ([None, atom], first.face().map_or(0.0, carom_geometry::Face::radius))
+            }
         }
     }
 }
@@ -47,6 +58,8 @@ impl From<Touch> for Parts {
         match touch {
             Touch::Atoms(i, j) => Self::Atoms(i, j),
             Touch::BoundingCircles => Self::BoundingCircles,
+            Touch::FaceOfA(part) => Self::FaceOfA(part),
+            Touch::FaceOfB(part) => Self::FaceOfB(part),
         }
     }
 }

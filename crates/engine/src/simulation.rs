@@ -8,9 +8,10 @@ use carom_response::{ContactFrame, Elasticity, Impact, Response, struck};
 use glam::DVec2;
 
 use crate::{
-    Body, BodyName, Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts,
+    BodyName, Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts,
     RunError, Scheduler, SchedulerCounters, Side, TagNames, View, World,
     guard::{Partner, note},
+    wall::{arm, contact_frame},
 };
 
 /// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose digits.
@@ -296,14 +297,16 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let before = [self.scheduler.motion(a).at(time), self.scheduler.motion(b).at(time)];
         let (body_a, body_b) = (&self.world.bodies[a as usize], &self.world.bodies[b as usize]);
         let arms = match parts {
-            Parts::Discs | Parts::BoundingCircles => [DVec2::ZERO; 2],
             Parts::Atoms(i, j) => [arm(body_a, i, &before[0]), arm(body_b, j, &before[1])],
+            _ => [DVec2::ZERO; 2],
         };
         let mut d = (before[1].position - before[0].position) + (arms[1] - arms[0]);
         if image != [0, 0] {
             d += self.world.bounds.shift(image);
         }
-        let frame = ContactFrame { line_of_centres: d, arms };
+        let between_centres = ContactFrame { line_of_centres: d, arms };
+        let frame = contact_frame(&self.world, contact, &before).unwrap_or(between_centres);
+        let arms = frame.arms;
         let mut elasticity = self.elasticity.between(body_a, body_b);
         if !self.world.last_contacts.is_empty() {
             let since = note(&mut self.world.last_contacts, bodies, time);
@@ -463,10 +466,4 @@ fn refuse_blow_up(
         }
     }
     Ok(())
-}
-
-/// Arm from the centre of mass to an atom's centre (length).
-fn arm(body: &Body, atom: u32, motion: &Motion) -> DVec2 {
-    let atom = &body.molecule.atoms()[atom as usize];
-    if atom.arm() == 0.0 { DVec2::ZERO } else { motion.orientation.cos_sin().rotate(atom.offset()) }
 }

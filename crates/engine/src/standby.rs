@@ -8,9 +8,8 @@ use carom_response::Response;
 
 use crate::{
     BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, MoleculeSpec, Rotation, SceneError,
-    Scheduler, Simulation, Tag, TagNames, World,
-    build::{add_molecule, inertia},
-    overlap::rounding_bound,
+    Scheduler, Simulation, Tag, TagNames, WallSpec, World,
+    build::{add_molecule, add_wall, deepest_overlap, inertia},
     placement::Sites,
     simulation::{AtOnce, Epoch},
 };
@@ -26,19 +25,21 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let mut world = self.world_from_now();
         let mut names = self.names.clone();
         let key = add_molecule(&mut world, &mut names, spec, entry)?;
-        let new = world.bodies.len() - 1;
-        let mut sites = Sites::new(&world);
-        (0..new).for_each(|index| sites.add(&world, index));
-        let (body, motion) = (&world.bodies[new], &world.motions[new]);
-        if let Some((other, gap)) = sites.nearest(&world, &body.molecule, motion) {
-            let reach = body.molecule.bounding_radius() + world.bodies[other].molecule.bounding_radius();
-            let both_fixed = body.is_fixed() && world.bodies[other].is_fixed();
-            if gap < -rounding_bound(world.bounds.sides(), reach) && !both_fixed {
-                let other = BodyName::new(&world.bodies[other], &names);
-                let (first, second) = (other.to_string(), entry.to_owned());
-                return Err(SceneError::Overlap { first, second, depth: -gap }.into());
-            }
-        }
+        refuse_overlaps_of_last(&world, &names, entry)?;
+        self.accept(world, names)?;
+        Ok(key)
+    }
+
+    /// Adds a wall as a scene file would.
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if it is impossible or overlaps something that moves; nothing has been changed then.
+    pub fn add_wall(&mut self, spec: &WallSpec) -> Result<BodyKey, EditError> {
+        let entry = "the wall added";
+        let mut world = self.world_from_now();
+        let mut names = self.names.clone();
+        let key = add_wall(&mut world, &mut names, spec, entry)?;
+        refuse_overlaps_of_last(&world, &names, entry)?;
         self.accept(world, names)?;
         Ok(key)
     }
@@ -227,5 +228,30 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         elasticity.classify(&mut world)?;
         (self.world, self.names, self.elasticity) = (world, names, elasticity);
         Ok(())
+    }
+}
+
+/// Refuses overlaps of the body added last with any other, unless both are fixed.
+fn refuse_overlaps_of_last(world: &World, names: &TagNames, entry: &str) -> Result<(), SceneError> {
+    let new = world.bodies.len() - 1;
+    let mut sites = Sites::new(world);
+    let overlap = if world.bodies[new].is_fixed() {
+        // Those that move ask for it.
+        sites.add(world, new);
+        let moving = (0..new).filter(|&index| !world.bodies[index].is_fixed());
+        let mut overlaps =
+            moving.filter_map(|index| deepest_overlap(world, &sites, index).map(|(_, depth)| (index, depth)));
+        overlaps.next()
+    } else {
+        (0..new).for_each(|index| sites.add(world, index));
+        deepest_overlap(world, &sites, new)
+    };
+    match overlap {
+        None => Ok(()),
+        Some((other, depth)) => {
+            let other = BodyName::new(&world.bodies[other], names);
+            let (first, second) = (other.to_string(), entry.to_owned());
+            Err(SceneError::Overlap { first, second, depth })
+        }
     }
 }

@@ -7,7 +7,8 @@
 //! ties have an order.
 //!
 //! **Nothing is missed.** Call bodies i and j with an image k of j *related* while their cells are adjacent
-//! through k. (1) Contact implies relation, as a cell is at least as long as any two bodies reach. (2) A
+//! through k, and a body and a wall while the wall is listed in the body's cell, which it is in every cell from which it
+//! can be touched. (1) Contact implies relation, as a cell is at least as long as any two bodies reach. (2) A
 //! relation begins when an epoch begins or when one of the two enters a cell; in both cases the pair is
 //! predicted at that moment. (3) When a motion changes, all related pairs of that body are predicted. So for a
 //! related pair with a first contact t under the present motions, the pair was predicted since both motions
@@ -133,6 +134,7 @@ impl Scheduler for Thesis {
                     }
                 }
             }
+            asked.0.extend_from_slice(self.grid.walls(body));
             self.predict(world, detection, body, &asked, 0.0);
             self.schedule_crossing(body, 0.0);
         }
@@ -209,6 +211,7 @@ impl Scheduler for Thesis {
                     }
                 }
             }
+            asked.0.extend_from_slice(self.grid.walls(body));
             self.predict(world, detection, body, &asked, now);
             self.schedule_crossing(body, now);
         }
@@ -244,11 +247,13 @@ impl Asked {
 impl Thesis {
     fn cross<D: Detection>(&mut self, world: &World, detection: &D, body: u32, step: Step, now: f64) {
         self.done.crossings += 1;
+        let mut walls_before: SmallVec<[(u32, [i32; 2]); 4]> = SmallVec::from_slice(self.grid.walls(body));
         let wrapped = self.grid.enter(body, step);
         if wrapped != 0 {
             let side = world.bounds.sides()[step.axis];
             self.motions[body as usize].position[step.axis] -= f64::from(wrapped) * side;
             self.windings[body as usize][step.axis] += i64::from(wrapped);
+            walls_before.iter_mut().for_each(|(_, image)| image[step.axis] -= wrapped);
         }
         let mut asked = Asked::default();
         for cell in self.grid.ahead(body, step) {
@@ -258,6 +263,8 @@ impl Thesis {
                 }
             }
         }
+        let walls = self.grid.walls(body).iter().filter(|wall| !walls_before.contains(wall));
+        asked.0.extend(walls);
         self.predict(world, detection, body, &asked, now);
         self.schedule_crossing(body, now);
     }

@@ -4,7 +4,9 @@ use carom_geometry::PeriodicBox;
 use carom_kinematics::{Instant, Motion, kinetic_energy, momentum};
 use glam::DVec2;
 
-use crate::{Body, BodyKey, Counters, Ledger, OverlapCensus, Tag, TagNames, World, overlap};
+use crate::{
+    Body, BodyKey, Counters, Ledger, OverlapCensus, Tag, TagNames, World, overlap, wall::StandingWall,
+};
 
 /// All bodies at one time. Taking a view, whenever and however often, changes no bit of what follows.
 #[derive(Debug, Clone, Copy)]
@@ -113,7 +115,12 @@ impl BodyView<'_> {
         self.motion.position + bounds.shift(self.winding)
     }
 
-    /// Centre and radius of each atom, in the body's image that is in the box (length).
+    /// The ends of a wall, in the image whose middle is in the box (length); `None` for anything else.
+    pub fn wall(&self) -> Option<[DVec2; 2]> {
+        StandingWall::of(self.body, &self.motion).map(|wall| wall.ends())
+    }
+
+    /// Centre and radius of each atom (of a wall, of its end points), in the body's image that is in the box (length).
     pub fn atoms(&self) -> impl Iterator<Item = (DVec2, f64)> + '_ {
         let rotation = self.motion.orientation.cos_sin();
         let place = move |offset| self.motion.position + rotation.rotate(offset);

@@ -94,7 +94,7 @@ impl World {
     }
 
     /// The largest distance from centre to centre at which two bodies that can collide may touch
-    /// (length); 0 if there are none.
+    /// (length), or from a centre to the line of a wall; 0 if there are none.
     pub fn largest_reach(&self) -> f64 {
         self.farthest_reaching().map_or(0.0, |(reach, _)| reach)
     }
@@ -102,7 +102,7 @@ impl World {
     /// The two bodies that can touch from farthest away, and that distance (length): the largest that moves, and the
     /// largest other. One that moves and is alone reaches itself, with its bounding radius for a distance.
     pub(crate) fn farthest_reaching(&self) -> Option<(f64, [usize; 2])> {
-        let radius = |index: usize| self.bodies[index].molecule.bounding_radius();
+        let radius = |index: usize| self.bodies[index].reach();
         // The first of several as large.
         let largest = |skip: Option<usize>, fixed_too: bool| {
             (0..self.bodies.len())
@@ -114,6 +114,12 @@ impl World {
             Some(second) => (radius(first) + radius(second), [first, second]),
             None => (radius(first), [first; 2]),
         })
+    }
+
+    /// The largest bounding radius of a body that moves (length).
+    pub(crate) fn largest_moving_radius(&self) -> f64 {
+        let moving = self.bodies.iter().filter(|body| !body.is_fixed());
+        moving.map(|body| body.molecule.bounding_radius()).fold(0.0, f64::max)
     }
 
     /// Memory kept on the heap (bytes), shapes not included.

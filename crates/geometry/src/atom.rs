@@ -38,6 +38,11 @@ impl Atom {
         Ok(Self { ball: Ball::new(radius), offset, arm: offset.length(), mass })
     }
 
+    /// The end of a wall: a disc of radius 0 or more, of infinite mass.
+    pub(crate) fn end_of_wall(offset: DVec2, radius: f64) -> Self {
+        Self { ball: Ball::new(radius), offset, arm: offset.length(), mass: f64::INFINITY }
+    }
+
     /// Place of the centre in the molecule's frame (length).
     pub fn offset(&self) -> DVec2 {
         self.offset
@@ -49,7 +54,7 @@ impl Atom {
         self.arm
     }
 
-    /// Radius (length).
+    /// Radius (length); 0 for the end point of a wall.
     pub fn radius(&self) -> f64 {
         self.ball.radius
     }
@@ -66,7 +71,7 @@ impl Atom {
 
     /// This atom alone, taken as a whole body: what detection needs of a disc.
     pub fn outline(&self) -> Outline<'_> {
-        Outline { atoms: std::slice::from_ref(self), bounding_radius: reach(self), tree: None }
+        Outline { atoms: std::slice::from_ref(self), bounding_radius: reach(self), tree: None, face: None }
     }
 
     pub(crate) fn moved_by(self, shift: DVec2) -> Self {

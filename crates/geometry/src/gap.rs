@@ -2,9 +2,11 @@
 
 use glam::DVec2;
 
-use crate::Molecule;
+use crate::{Face, Molecule};
 
 /// Smallest distance between the surfaces of two molecules (length); negative where they overlap.
+///
+/// Of two walls that cross, only the end points are looked at.
 ///
 /// `separation` leads from the centre of `a` to the centre of (the image asked for of) `b`;
 /// each rotation is (cos θ, sin θ) of the molecule's orientation.
@@ -33,5 +35,29 @@ pub fn gap_between(
             least = least.min(d.length() - (atom_a.radius() + atom_b.radius()));
         }
     }
+    if let Some(face) = b.face() {
+        least = least.min(gap_to_face(a, rotation_a, face, rotation_b, -separation));
+    }
+    if let Some(face) = a.face() {
+        least = least.min(gap_to_face(b, rotation_b, face, rotation_a, separation));
+    }
     least
+}
+
+/// The same for the atoms of a molecule and a face, where `place` leads from the centre of the face to that of the
+/// molecule.
+fn gap_to_face(
+    molecule: &Molecule,
+    rotation: DVec2,
+    face: &Face,
+    rotation_of_face: DVec2,
+    place: DVec2,
+) -> f64 {
+    // The inverse of a rotation is its conjugate.
+    let back = DVec2::new(rotation_of_face.x, -rotation_of_face.y);
+    let gap = |atom: &crate::Atom| {
+        let place = back.rotate(place + rotation.rotate(atom.offset()));
+        face.nearest(place).distance - (face.radius() + atom.radius())
+    };
+    molecule.atoms().iter().map(gap).fold(f64::INFINITY, f64::min)
 }

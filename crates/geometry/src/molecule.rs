@@ -7,7 +7,7 @@ use parry2d_f64::{
 };
 use smallvec::SmallVec;
 
-use crate::{Atom, CircleTree, GeometryError, Shape, atom::reach};
+use crate::{Atom, CircleTree, Face, GeometryError, Shape, atom::reach};
 
 /// A rigid union of discs with its mass, moment of inertia and bounding circle.
 ///
@@ -33,6 +33,7 @@ pub struct Molecule {
     moment_of_inertia: f64,
     bounding_radius: f64,
     tree: Option<CircleTree>,
+    face: Option<Face>,
 }
 
 /// What detection needs to know of a shape: its atoms and the circles that hold them.
@@ -43,6 +44,7 @@ pub struct Outline<'a> {
     /// Radius of the smallest circle about the centre of mass that holds all atoms (length).
     pub bounding_radius: f64,
     pub(crate) tree: Option<&'a CircleTree>,
+    pub(crate) face: Option<&'a Face>,
 }
 
 impl<'a> Outline<'a> {
@@ -50,6 +52,11 @@ impl<'a> Outline<'a> {
     /// [`CircleTree::CROSSOVER`] of them.
     pub fn tree(&self) -> Option<&'a CircleTree> {
         self.tree
+    }
+
+    /// The straight face of a wall or a half-plane. A body that has one must not turn.
+    pub fn face(&self) -> Option<&'a Face> {
+        self.face
     }
 }
 
@@ -86,6 +93,48 @@ impl Molecule {
             bounding_radius,
             tree: (atoms.len() > CircleTree::CROSSOVER).then(|| CircleTree::new(&atoms, bounding_radius)),
             atoms,
+            face: None,
+        })
+    }
+
+    /// A wall: a straight face with the given span from end to end (length) about the origin, and its two end points.
+    ///
+    /// What is within `radius` (length, may be 0) of the face belongs to the wall. Its mass is infinite. The end
+    /// points stand as atoms 0 and 1, of this radius, at minus and plus half the span.
+    ///
+    /// ```
+    /// use carom_geometry::{Molecule, gap_between};
+    /// use glam::DVec2;
+    ///
+    /// let wall = Molecule::wall(DVec2::new(2.0, 0.0), 0.0)?;
+    /// let disc = Molecule::disc(0.5, 1.0)?;
+    /// let gap = |x: f64, y: f64| gap_between(&wall, DVec2::X, &disc, DVec2::X, DVec2::new(x, y));
+    /// assert_eq!((gap(0.3, 2.0), gap(0.3, -2.0), gap(4.0, 4.0)), (1.5, 1.5, 4.5));
+    /// # Ok::<(), carom_geometry::GeometryError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`GeometryError`] if the span is zero or no length, or the radius is neither zero nor positive.
+    #[doc(alias = "segment")]
+    pub fn wall(span: DVec2, radius: f64) -> Result<Self, GeometryError> {
+        let mut wall = Self::wall_without_ends(span, radius)?;
+        wall.atoms = [-0.5, 0.5].map(|half| Atom::end_of_wall(half * span, radius)).into_iter().collect();
+        Ok(wall)
+    }
+
+    /// The same wall without end points, for one whose ends are nowhere: it meets its own periodic image.
+    ///
+    /// # Errors
+    /// As [`Self::wall`].
+    pub fn wall_without_ends(span: DVec2, radius: f64) -> Result<Self, GeometryError> {
+        let face = Face::of_wall(span, radius)?;
+        Ok(Self {
+            atoms: SmallVec::new(),
+            mass: f64::INFINITY,
+            moment_of_inertia: f64::INFINITY,
+            bounding_radius: (face.half_length() + radius) * (1.0 + 4.0 * f64::EPSILON),
+            tree: None,
+            face: Some(face),
         })
     }
 
@@ -105,12 +154,17 @@ impl Molecule {
         Self::new(shape.atoms(atom_radius, atom_mass)?)
     }
 
-    /// The atoms about the centre of mass, in the order given.
+    /// The atoms about the centre of mass, in the order given; of a wall, its end points.
     pub fn atoms(&self) -> &[Atom] {
         &self.atoms
     }
 
-    /// Total mass.
+    /// The straight face, if this is a wall.
+    pub fn face(&self) -> Option<&Face> {
+        self.face.as_ref()
+    }
+
+    /// Total mass; infinite for a wall.
     pub fn mass(&self) -> f64 {
         self.mass
     }
@@ -129,7 +183,8 @@ impl Molecule {
         self.bounding_radius
     }
 
-    /// Sum of the areas of the atoms (length²); overlaps of atoms count twice.
+    /// Sum of the areas of the atoms (length²); overlaps of atoms count twice, and what lies between the ends of a wall
+    /// does not count.
     pub fn area(&self) -> f64 {
         self.atoms.iter().map(|atom| std::f64::consts::PI * atom.radius() * atom.radius()).sum()
     }
@@ -141,7 +196,12 @@ impl Molecule {
 
     /// What detection needs of this molecule.
     pub fn outline(&self) -> Outline<'_> {
-        Outline { atoms: &self.atoms, bounding_radius: self.bounding_radius, tree: self.tree.as_ref() }
+        Outline {
+            atoms: &self.atoms,
+            bounding_radius: self.bounding_radius,
+            tree: self.tree.as_ref(),
+            face: self.face.as_ref(),
+        }
     }
 }
 
@@ -151,8 +211,19 @@ impl From<&Molecule> for Compound {
         let parts = molecule
             .atoms()
             .iter()
+            // The end points of a wall are those of its face.
+            .filter(|_| molecule.face().is_none())
             .map(|atom| (Pose::from_translation(atom.offset()), SharedShape::new(*atom.ball())));
-        Compound::new(parts.collect())
+        let face = molecule.face().map(|face| {
+            let half = face.half_length() * face.along();
+            let line = if face.radius() > 0.0 {
+                SharedShape::capsule(-half, half, face.radius())
+            } else {
+                SharedShape::segment(-half, half)
+            };
+            (Pose::identity(), line)
+        });
+        Compound::new(parts.chain(face).collect())
     }
 }
 

@@ -86,7 +86,7 @@ pub struct ContactPoint {
 
 impl ContactDensity {
     /// Contacts of discs of `radius` (length) with a body, in `bins` equal bins of the whole turn around each of its
-    /// atoms; `bins` = 0 is taken as 1.
+    /// atoms; `bins` = 0 is taken as 1. A wall has no such boundary: all its contacts are [others](Self::others).
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if the radius is not positive and finite.
@@ -98,7 +98,8 @@ impl ContactDensity {
             let bin = |angle| Bin { arc: reach * angle, contacts: 0, impulse: 0.0, squares: 0.0 };
             exposed_angles(molecule, index, radius, bins).into_iter().map(bin).collect()
         };
-        let atoms = molecule.atoms().iter().enumerate().map(boundary).collect();
+        let atoms = if body.is_wall() { &[] } else { molecule.atoms() };
+        let atoms = atoms.iter().enumerate().map(boundary).collect();
         Ok(Self { body: body.key(), radius, bins, atoms, others: 0, began: None, duration: 0.0 })
     }
 

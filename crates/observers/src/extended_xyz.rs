@@ -4,7 +4,9 @@
 //! centre, velocity of the material point there, number of the molecule, index of the atom in it, radius, orientation
 //! of the molecule in radians, its angular velocity, mass of the atom, kind of the molecule (0, 1, … as they come up).
 //! Floats are as short as reads back to the same bits. z is 0 in a cell that is one largest diameter thick, periodic in
-//! x and y. Molecules are kept whole: an atom may lie outside the cell that its molecule's centre is in.
+//! x and y. Molecules are kept whole: an atom may lie outside the cell that its molecule's centre is in. Walls have no line of
+//! their own: they stand in the comment line, as `Walls="…"` with five numbers each, x and y of the one end, x and y of the
+//! other, and half the thickness.
 
 use std::io;
 
@@ -36,20 +38,33 @@ const PROPERTIES: &str = "species:S:1:pos:R:3:velo:R:3:molecule_id:I:1:atom:I:1:
 /// ```
 #[doc(alias = "snapshot")]
 pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Result<()> {
-    let count: usize = view.bodies().map(|view| view.body.molecule().atoms().len()).sum();
-    let radii = view.bodies().flat_map(|view| view.body.molecule().atoms().iter().map(Atom::radius));
+    let molecules = || view.bodies().filter(|view| !view.body.is_wall());
+    let count: usize = molecules().map(|view| view.body.molecule().atoms().len()).sum();
+    let radii = molecules().flat_map(|view| view.body.molecule().atoms().iter().map(Atom::radius));
     let largest = radii.fold(0.0, f64::max);
     let sides = view.bounds().sides();
     let thickness = if largest > 0.0 { 2.0 * largest } else { sides.min_element() };
     writeln!(out, "{count}")?;
     writeln!(
         out,
-        "Lattice=\"{:?} 0.0 0.0 0.0 {:?} 0.0 0.0 0.0 {thickness:?}\" Properties={PROPERTIES} pbc=\"T T F\" Time={:?}",
+        "Lattice=\"{:?} 0.0 0.0 0.0 {:?} 0.0 0.0 0.0 {thickness:?}\" Properties={PROPERTIES} pbc=\"T T F\" Time={:?}{}",
         sides.x,
         sides.y,
-        view.time().to_f64()
+        view.time().to_f64(),
+        walls(view)
     )?;
-    view.bodies().zip(kinds(view)).try_for_each(|(body, kind)| write_molecule(&body, kind, out))
+    let mut molecules = view.bodies().zip(kinds(view)).filter(|(view, _)| !view.body.is_wall());
+    molecules.try_for_each(|(body, kind)| write_molecule(&body, kind, out))
+}
+
+/// The entry of the comment line for the walls, if there are any: x and y of both ends and half the thickness of each.
+fn walls(view: &View<'_>) -> String {
+    let wall = |view: BodyView<'_>| {
+        let ([from, to], face) = (view.wall()?, view.body.molecule().face()?);
+        Some(format!("{:?} {:?} {:?} {:?} {:?}", from.x, from.y, to.x, to.y, face.radius()))
+    };
+    let walls: Vec<String> = view.bodies().filter_map(wall).collect();
+    if walls.is_empty() { String::new() } else { format!(" Walls=\"{}\"", walls.join(" ")) }
 }
 
 fn write_molecule(view: &BodyView<'_>, kind: usize, out: &mut impl io::Write) -> io::Result<()> {

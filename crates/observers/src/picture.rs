@@ -1,5 +1,5 @@
-//! A picture of the system at a standby, as SVG: every atom a circle, coloured by kind, also where it reaches across
-//! a border.
+//! A picture of the system at a standby, as SVG: every atom a circle, coloured by kind, every wall a line, also where they
+//! reach across a border.
 
 use std::fmt::Write;
 
@@ -12,6 +12,8 @@ use crate::kinds::kinds;
 /// Colours that colour-blind readers tell apart (Okabe & Ito 2008); fixed bodies are grey.
 const COLOURS: [&str; 7] = ["#56b4e9", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#0072b2", "#f0e442"];
 const FIXED: &str = "#4d4d4d";
+/// Walls without thickness are drawn this wide, in pixels.
+const THINNEST: f64 = 1.5;
 
 /// The system as one SVG document whose longer side is `size` pixels; y points upwards.
 ///
@@ -37,6 +39,21 @@ pub fn picture(view: &View<'_>, size: u32) -> String {
     for (body, kind) in view.bodies().zip(kinds(view)) {
         if kind == groups.len() {
             groups.push(Group { open: open_group(view, body.body, kind), circles: String::new() });
+        }
+        if let (Some(ends), Some(face)) = (body.wall(), body.body.molecule().face()) {
+            for [from, to] in images_of_wall(ends, face.radius(), *view.bounds()) {
+                let [from, to] = [from, to].map(|end| DVec2::new(end.x * scale, height - end.y * scale));
+                let stroke = (2.0 * face.radius() * scale).max(THINNEST);
+                write_to(
+                    &mut groups[kind].circles,
+                    format_args!(
+                        "<line x1=\"{:.3}\" y1=\"{:.3}\" x2=\"{:.3}\" y2=\"{:.3}\" stroke=\"{FIXED}\" \
+                         stroke-width=\"{stroke:.3}\" stroke-linecap=\"round\"/>\n",
+                        from.x, from.y, to.x, to.y
+                    ),
+                );
+            }
+            continue;
         }
         for (centre, radius) in body.atoms() {
             for place in images(centre, radius, *view.bounds()) {
@@ -87,6 +104,28 @@ fn images(centre: DVec2, radius: f64, bounds: PeriodicBox) -> impl Iterator<Item
             let nearest = place.clamp(DVec2::ZERO, sides);
             place == home || (place - nearest).length_squared() < radius * radius
         })
+}
+
+/// The places at which a wall is seen in the box: its own, and those of images that reach into it.
+fn images_of_wall(ends: [DVec2; 2], radius: f64, bounds: PeriodicBox) -> Vec<[DVec2; 2]> {
+    let sides = bounds.sides();
+    let (low, high) = (ends[0].min(ends[1]) - radius, ends[0].max(ends[1]) + radius);
+    let (first, last) = ((-high / sides).ceil(), ((sides - low) / sides).floor());
+    let mut images = Vec::new();
+    for row in first.y as i64..=last.y as i64 {
+        for column in first.x as i64..=last.x as i64 {
+            let shift = bounds.shift([column, row]);
+            // What only ends at the border is not seen on the other side; what runs along it is.
+            let is_seen = (0..2).all(|axis| {
+                let (from, to, side) = (low[axis] + shift[axis], high[axis] + shift[axis], sides[axis]);
+                if from < to { from < side && to > 0.0 } else { (0.0..=side).contains(&from) }
+            });
+            if is_seen {
+                images.push(ends.map(|end| end + shift));
+            }
+        }
+    }
+    images
 }
 
 /// Text that may stand in XML, whatever a tag is called.

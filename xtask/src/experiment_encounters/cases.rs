@@ -90,6 +90,10 @@ fn about(class: Class) -> String {
         Class::Concentric => "one turns inside the other, likewise".to_owned(),
         Class::Rods => "rods of 2 to 256".to_owned(),
         Class::Blobs => "round, 2 to 256 atoms".to_owned(),
+        Class::Wall => "comes at a wall or its end".to_owned(),
+        Class::WallLargeOmega => "the same, spins × 1e2 to 1e4".to_owned(),
+        Class::WallGraze(exponent) => format!("dips into a wall by ±1e-{exponent} sizes"),
+        Class::WallRecontact(exponent) => format!("leaves a wall, back after 1e-{exponent}"),
         other => other.to_string(),
     }
 }

@@ -212,6 +212,11 @@ fn to_line(encounter: &Encounter) -> String {
         encounter.horizon,
     ];
     for molecule in &encounter.molecules {
+        // A wall stands as a molecule of no atoms, with its span and thickness.
+        if let (Some(face), [_, end]) = (molecule.face(), molecule.atoms()) {
+            numbers.extend([0.0, 2.0 * end.offset().x, 2.0 * end.offset().y, face.radius()]);
+            continue;
+        }
         numbers.push(molecule.atoms().len() as f64);
         for atom in molecule.atoms() {
             numbers.extend([atom.offset().x, atom.offset().y, atom.radius(), atom.mass()]);
@@ -233,6 +238,9 @@ fn from_line(line: &str) -> Result<Encounter> {
     let horizon = next()?;
     let mut molecule = || -> Result<Molecule> {
         let count = next()? as usize;
+        if count == 0 {
+            return Ok(Molecule::wall(DVec2::new(next()?, next()?), next()?)?);
+        }
         let mut atoms = Vec::new();
         for _ in 0..count {
             let (offset, radius, mass) = (DVec2::new(next()?, next()?), next()?, next()?);
@@ -253,7 +261,7 @@ mod tests {
 
     #[test]
     fn a_pair_survives_the_way_to_the_other_process() {
-        for class in [Class::Generic, Class::Recontact(6), Class::Rods] {
+        for class in [Class::Generic, Class::Recontact(6), Class::Rods, Class::Wall] {
             for index in 0..8 {
                 let sent = Encounter::draw(class, 1, index);
                 let received = from_line(&to_line(&sent)).unwrap();

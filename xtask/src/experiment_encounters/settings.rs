@@ -52,7 +52,9 @@ impl Detector {
 
     /// The most gaps that it may compute for an encounter; what costs too much is not asked.
     pub fn most_evaluations(&self, encounter: &Encounter) -> f64 {
-        let pairs: usize = encounter.molecules.iter().map(|molecule| molecule.atoms().len()).product();
+        let [a, b] = encounter.molecules.each_ref().map(|molecule| molecule.atoms().len());
+        let has_wall = encounter.molecules.iter().any(|molecule| molecule.face().is_some());
+        let pairs = a * b + if has_wall { a + b } else { 0 };
         let window = skim(&encounter.motion, encounter.size(), encounter.horizon);
         let duration = window.map_or(0.0, |window| window.end - window.begin);
         let looks = match self {

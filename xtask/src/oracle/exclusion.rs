@@ -1,8 +1,8 @@
 //! The search: intervals of time are excluded, or halved, the earlier half first.
 
-use carom_detection::encounters::Encounter;
+use carom_detection::{Part, Touch, encounters::Encounter};
 
-use super::{Number, flight::Pair, sketch::Sketch};
+use super::{Number, face::FacePair, flight::Pair, sketch::Sketch};
 
 /// How far the oracle goes.
 #[derive(Debug, Clone, Copy)]
@@ -35,14 +35,17 @@ pub struct Deep<N> {
     pub time: N,
     /// When the same atoms touched before that.
     pub touch: N,
-    /// Which atom of A and which of B.
-    pub atoms: (u32, u32),
+    /// Which parts: an atom of A and one of B, or one of them and the other's face.
+    pub parts: Touch,
 }
 
-/// How the search for one pair of atoms ended.
-enum Found<N> {
+/// How the search for one pair of parts ended.
+pub enum Found<N> {
+    /// No contact.
     Nothing,
+    /// When it is.
     Zero(N),
+    /// Too many intervals.
     OutOfBudget,
 }
 
@@ -69,7 +72,25 @@ impl Oracle {
                         if best.as_ref().is_none_or(|deep| time.minus(&deep.time).value() < 0.0) {
                             let plain = Pair::new(encounter, (i, j));
                             let touch = touch_before(&plain, &time);
-                            best = Some(Deep { time, touch, atoms: (i as u32, j as u32) });
+                            best = Some(Deep { time, touch, parts: Touch::Atoms(i as u32, j as u32) });
+                        }
+                    }
+                }
+            }
+        }
+        for (body, count) in counts.into_iter().enumerate() {
+            for index in 0..count {
+                let Some(plain) = FacePair::new(encounter, body, index) else { break };
+                let pair = plain.allowing_for_rounding::<N>();
+                let end = best.as_ref().map_or(encounter.horizon, |deep| deep.time.value().next_up());
+                match pair.first_contact::<N>(end.min(encounter.horizon), &mut budget) {
+                    Found::Nothing => {}
+                    Found::OutOfBudget => return Reference::Unresolved,
+                    Found::Zero(time) => {
+                        if best.as_ref().is_none_or(|deep| time.minus(&deep.time).value() < 0.0) {
+                            let part = Part::Atom(index as u32);
+                            let parts = if body == 0 { Touch::FaceOfB(part) } else { Touch::FaceOfA(part) };
+                            best = Some(Deep { touch: plain.touch_before(&time), time, parts });
                         }
                     }
                 }

@@ -90,6 +90,33 @@ impl Pair {
         }
     }
 
+    /// An atom of body number `body`, and the middle of a wall: a point with half the wall's thickness. `error` is E at time
+    /// 0 and at the horizon.
+    pub fn to_middle(encounter: &Encounter, body: usize, index: usize, error: [f64; 2]) -> Self {
+        let (atom, motion) = (&encounter.molecules[body].atoms()[index], &encounter.motion);
+        let of_atom = |values: [f64; 2]| if body == 0 { values } else { [values[1], values[0]] };
+        let (offset, arm) = (atom.offset().to_array(), length(atom.offset().to_array()));
+        let velocity = motion.velocity.to_array();
+        let thickness = encounter.molecules[1 - body].face().map_or(0.0, carom_geometry::Face::radius);
+        let rim = motion.angular_velocity[body].abs() * arm;
+        let [start, end] = error;
+        let growth = if encounter.horizon > 0.0 { (end - start).max(0.0) / encounter.horizon } else { 0.0 };
+        Self {
+            separation: motion.separation.to_array(),
+            velocity,
+            offsets: if body == 0 { [offset, [0.0; 2]] } else { [[0.0; 2], offset] },
+            arms: of_atom([arm, 0.0]),
+            turns: motion.orientation.map(carom_kinematics::Orientation::turns),
+            spins: motion.angular_velocity,
+            radii: of_atom([atom.radius(), thickness]),
+            error: [start, growth],
+            allowed: [0.0; 2],
+            speed: length(velocity),
+            lipschitz: (length(velocity) + rim) * ROUND_UP,
+            curvature: motion.angular_velocity[body].abs() * rim * ROUND_UP,
+        }
+    }
+
     /// The same where an overlap of 2 E is allowed, and one at the start on top of it.
     pub fn allowing_for_rounding<N: Number>(mut self) -> Self {
         let overlap = (-self.gap::<N>(&N::new(0.0)).value()).max(0.0) * ROUND_UP;

@@ -1,8 +1,8 @@
 //! What the answer of a detector is worth.
 
-use carom_detection::{Answer, ErrorBound, Outcome, Touch, encounters::Encounter};
+use carom_detection::{Answer, ErrorBound, Outcome, Part, Touch, encounters::Encounter};
 
-use super::{Number, Reference, exclusion::Deep, flight::Pair};
+use super::{Number, Reference, exclusion::Deep, face::FacePair, flight::Pair};
 
 /// How an answer compares with the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -103,15 +103,51 @@ fn touches<N: Number>(encounter: &Encounter, time: &N, touch: Touch) -> bool {
     match touch {
         Touch::Atoms(i, j) => within(i as usize, j as usize),
         Touch::BoundingCircles => (0..a.atoms().len()).any(|i| (0..b.atoms().len()).any(|j| within(i, j))),
+        Touch::FaceOfA(part) => touches_face(encounter, time, 1, part),
+        Touch::FaceOfB(part) => touches_face(encounter, time, 0, part),
+    }
+}
+
+/// The same for a part of body number `body` and the face of the other one.
+fn touches_face<N: Number>(encounter: &Encounter, time: &N, body: usize, part: Part) -> bool {
+    let within = |index: usize| {
+        FacePair::new(encounter, body, index).is_some_and(|pair| {
+            let error = 2.0 * pair.error_at(time.value());
+            let sight = pair.sight(time);
+            let [gap, rate] = sight.across.map(|number| number.value());
+            let parting = pair.rate_error_at(time.value()) + (2.0 * pair.curvature() * error).sqrt();
+            gap <= error && sight.beyond[0].value() <= error && rate <= parting
+        })
+    };
+    match part {
+        Part::Atom(index) => within(index as usize),
+        Part::BoundingCircle => (0..encounter.molecules[body].atoms().len()).any(within),
     }
 }
 
 /// Whether a time not after the deep contact belongs to it, or to a graze before it: the zeros of g' h + g'' h²/2 = ±2 E
 /// lie within 4 E/max(|g'|, √(4 |g''| E)) of 0.
 fn is_of<N: Number>(encounter: &Encounter, deep: &Deep<N>, time: &N) -> bool {
-    let pair = Pair::new(encounter, (deep.atoms.0 as usize, deep.atoms.1 as usize));
-    let error = 2.0 * pair.error_at(deep.touch.value());
-    let approach = approach(&pair, &deep.touch);
+    let face = |body: usize, part: Part| match part {
+        Part::Atom(index) => FacePair::new(encounter, body, index as usize),
+        Part::BoundingCircle => None,
+    };
+    let of_face = match deep.parts {
+        Touch::FaceOfA(part) => face(1, part),
+        Touch::FaceOfB(part) => face(0, part),
+        Touch::Atoms(..) | Touch::BoundingCircles => None,
+    };
+    let (error, approach) = match (deep.parts, of_face) {
+        (_, Some(pair)) => {
+            let rate = pair.sight(&deep.touch).across[1].value();
+            (2.0 * pair.error_at(deep.touch.value()), Approach { rate, curvature: pair.curvature() })
+        }
+        (Touch::Atoms(i, j), None) => {
+            let pair = Pair::new(encounter, (i as usize, j as usize));
+            (2.0 * pair.error_at(deep.touch.value()), approach(&pair, &deep.touch))
+        }
+        _ => return false,
+    };
     let tolerance = 2.0 * error / approach.rate.abs().max((2.0 * approach.curvature * error).sqrt());
     deep.touch.minus(time).value() <= 2.0 * tolerance
 }

@@ -13,11 +13,14 @@
 //! if not. All other intervals are halved, the earlier half first. Nothing is sampled, so nothing is passed over; a
 //! search that does not end within its budget says so.
 //!
+//! Of a wall the end points are atoms; its face is looked at in a module of its own, by the same exclusion.
+//!
 //! The arithmetic is [`DoubleDouble`], or for a check of that `dashu_float` at 200 bits.
 
 mod big;
 mod double_double;
 mod exclusion;
+mod face;
 mod flight;
 mod judgement;
 mod number;

@@ -80,8 +80,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
 fn refuse_unknown_tags(scene: &Scene) -> Result<()> {
     let molecules = scene.molecule.iter().map(|entry| &entry.tags);
     let bumpers = scene.bumper.iter().map(|entry| &entry.tags);
+    let walls = scene.wall.iter().map(|entry| &entry.tags);
     let gases = scene.gas.iter().map(|entry| &entry.tags);
-    let carried: Vec<&String> = molecules.chain(bumpers).chain(gases).flatten().collect();
+    let carried: Vec<&String> = molecules.chain(bumpers).chain(walls).chain(gases).flatten().collect();
     for (index, rule) in scene.elasticity.pair.iter().enumerate() {
         for name in &rule.between {
             ensure!(

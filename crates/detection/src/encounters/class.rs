@@ -2,7 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
-use super::{Encounter, contacts, fast, flights, grazes, random::Draw};
+use super::{Encounter, contacts, fast, flights, grazes, random::Draw, walls};
 
 /// A kind of encounter.
 ///
@@ -56,11 +56,19 @@ pub enum Class {
     Rods,
     /// Round molecules of 2 to 256 atoms each.
     Blobs,
+    /// A molecule of one to nine atoms comes at a wall: at its face, at an end, or past it.
+    Wall,
+    /// The same, spins a hundred to ten thousand times as large.
+    WallLargeOmega,
+    /// The lowest atom of a turning molecule dips into a wall, or misses it, by ten to the minus so many sizes.
+    WallGraze(u8),
+    /// Leaving a contact with a wall, and back after ten to the minus so many natural times.
+    WallRecontact(u8),
 }
 
 impl Class {
     /// All classes, those with a parameter at the values that are of interest.
-    pub const ALL: [Self; 31] = [
+    pub const ALL: [Self; 41] = [
         Self::DiscT1,
         Self::Generic,
         Self::ZeroOmega,
@@ -92,6 +100,16 @@ impl Class {
         Self::Concentric,
         Self::Rods,
         Self::Blobs,
+        Self::Wall,
+        Self::WallLargeOmega,
+        Self::WallGraze(6),
+        Self::WallGraze(8),
+        Self::WallGraze(10),
+        Self::WallGraze(12),
+        Self::WallGraze(14),
+        Self::WallRecontact(3),
+        Self::WallRecontact(6),
+        Self::WallRecontact(9),
     ];
 
     /// A number of its own, for its stream of random numbers.
@@ -120,6 +138,10 @@ impl Class {
             Self::Concentric => (20, 0),
             Self::Rods => (21, 0),
             Self::Blobs => (22, 0),
+            Self::Wall => (23, 0),
+            Self::WallLargeOmega => (24, 0),
+            Self::WallGraze(exponent) => (25, exponent),
+            Self::WallRecontact(exponent) => (26, exponent),
         };
         256 * kind + u64::from(parameter)
     }
@@ -153,6 +175,10 @@ impl Class {
             Self::Concentric => fast::concentric(draw),
             Self::Rods => flights::rods(draw, atoms),
             Self::Blobs => flights::blobs(draw, atoms),
+            Self::Wall => walls::fly_at(draw, [1.0, 1.0]),
+            Self::WallLargeOmega => walls::fly_at(draw, [1e2, 1e4]),
+            Self::WallGraze(exponent) => walls::graze(draw, exponent),
+            Self::WallRecontact(exponent) => walls::recontact(draw, exponent),
         }
     }
 }
@@ -183,6 +209,10 @@ impl fmt::Display for Class {
             Self::Concentric => "concentric",
             Self::Rods => "rods",
             Self::Blobs => "blobs",
+            Self::Wall => "wall",
+            Self::WallLargeOmega => "wall_large_omega",
+            Self::WallGraze(exponent) => return f.pad(&format!("wall_graze_1e-{exponent}")),
+            Self::WallRecontact(exponent) => return f.pad(&format!("wall_recontact_1e-{exponent}")),
         })
     }
 }

@@ -1,4 +1,4 @@
-//! Pairs of molecules in flight to try a detector on: ordinary ones, and of each kind that is known to be hard.
+//! Pairs of molecules in flight, and molecules and walls, to try a detector on: ordinary ones, and of each kind that is known to be hard.
 //!
 //! Every case is a pure function of its [`Class`], a seed and an index, so a failing one is named by these three.
 //! Available with the cargo feature `encounters`.
@@ -20,6 +20,7 @@ mod flights;
 mod grazes;
 mod random;
 mod shapes;
+mod walls;
 
 pub use class::Class;
 
@@ -27,7 +28,7 @@ use carom_geometry::Molecule;
 use carom_kinematics::{Motion, RelativeMotion};
 use glam::DVec2;
 
-use crate::{Answer, Detection, natural_time, skim};
+use crate::{Answer, Detection, natural_time, strip::window_of_bodies};
 
 /// Two molecules in flight, and how long to look.
 #[derive(Debug, Clone)]
@@ -94,7 +95,8 @@ impl Encounter {
 
     /// The encounter up to the moment when the bounding circles part, or for `otherwise` if they never do.
     fn until_parted(molecules: [Molecule; 2], motion: RelativeMotion, otherwise: f64) -> Self {
-        let window = skim(&motion, size(&molecules), f64::MAX);
+        let [a, b] = molecules.each_ref().map(Molecule::outline);
+        let window = window_of_bodies(a, b, &motion, f64::MAX);
         let horizon = window.map_or(otherwise, |window| window.end);
         let horizon = if horizon < f64::MAX { horizon } else { otherwise };
         Self { molecules, motion, horizon }

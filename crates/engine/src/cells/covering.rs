@@ -5,7 +5,8 @@
 //! that can hold the centre of a small disc it might touch while its own centre is in the shell: every cell within
 //! R + r_largest + h of the shell's centre. Leaving the shell is an event that lists it anew. Two covering bodies keep
 //! each other as neighbours while their shells' centres are within R + R' + h + h'; all with the image through which
-//! they see each other. A fixed body has no shell, is listed once, and has no events.
+//! they see each other. A fixed body has no shell, is listed once, and has no events. Of a wall only the surroundings of
+//! its face count, however long it is: see `walls`.
 
 use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome, disc_contact};
 use carom_geometry::PeriodicBox;
@@ -16,8 +17,9 @@ use smallvec::SmallVec;
 use super::{
     State,
     line::{Kind, Line},
+    walls::near_wall,
 };
-use crate::{Body, ContactEvent, Parts, World, scheduler::ordered};
+use crate::{Body, ContactEvent, Parts, World, scheduler::ordered, wall::StandingWall};
 
 /// Column of a line whose body lives in no cell.
 const NO_CELL: u16 = u16::MAX;
@@ -46,10 +48,10 @@ pub(super) struct Coverings {
 
 /// A body, and how many boxes over something in its frame appears (or it does in another's).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Listed {
-    /// A covering body's place in the list of covering bodies, or a body's index.
-    who: u32,
-    image: [i32; 2],
+pub(super) struct Listed {
+    /// A covering body's place in the list of covering bodies, or a body's index; a cell.
+    pub who: u32,
+    pub image: [i32; 2],
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -60,16 +62,18 @@ struct Pending {
 }
 
 #[derive(Debug, Clone)]
-struct Covering {
+pub(super) struct Covering {
     body: u32,
     fixed: bool,
     is_disc: bool,
+    /// The wall that it is, if it is one.
+    wall: Option<StandingWall>,
     /// Bounding radius (length).
-    radius: f64,
+    pub radius: f64,
     motion: Motion,
     /// Centre and radius of the shell (length).
-    centre: DVec2,
-    shell: f64,
+    pub centre: DVec2,
+    pub shell: f64,
     /// Cells it is listed in, with the image in which their discs appear in its frame.
     cells: Vec<Listed>,
     /// Cells whose neighbourhood lists together hold every disc of `cells`, with the image likewise.
@@ -97,6 +101,7 @@ impl Coverings {
             body: index,
             fixed: body.is_fixed(),
             is_disc: body.molecule.is_disc(),
+            wall: StandingWall::of(body, motion),
             radius: body.molecule.bounding_radius(),
             motion: *motion,
             centre: motion.position,
@@ -252,6 +257,11 @@ impl State {
 
     /// Lists a body in every cell within its radius, the largest small disc's and its shell's of its place.
     fn cover_cells(&mut self, index: usize) {
+        if let Some(wall) = self.coverings.list[index].wall {
+            let cells = self.cells_of_wall(&wall);
+            self.list_in(index, cells);
+            return;
+        }
         let side = self.grid.side();
         let counts = self.grid.counts().map(i64::from);
         let covering = &self.coverings.list[index];
@@ -288,6 +298,12 @@ impl State {
                 }
             }
         }
+        self.coverings.list[index].tiles = tiles;
+        self.list_in(index, cells);
+    }
+
+    /// Lists a body in these cells.
+    fn list_in(&mut self, index: usize, cells: Vec<Listed>) {
         let me = index as u32;
         for &cell in &cells {
             let place = &mut self.coverings.pool_of[cell.who as usize];
@@ -298,8 +314,7 @@ impl State {
             self.coverings.pool[*place as usize].push(Listed { who: me, image: cell.image });
             self.neighbourhoods.set_covered(cell.who, true);
         }
-        let covering = &mut self.coverings.list[index];
-        (covering.cells, covering.tiles) = (cells, tiles);
+        self.coverings.list[index].cells = cells;
     }
 
     /// Finds the covering bodies that this one might touch, among those listed in its cells: two circles of radius R + h
@@ -317,9 +332,16 @@ impl State {
                 if other.who == me || (covering.fixed && there.fixed) || neighbours.contains(&found) {
                     continue;
                 }
-                let reach = (covering.radius + there.radius + covering.shell + there.shell) * MARGIN;
-                let separation = there.centre + bounds.shift(image.map(i64::from)) - covering.centre;
-                if separation.length_squared() <= reach * reach {
+                let shift = bounds.shift(image.map(i64::from));
+                let near = match (&covering.wall, &there.wall) {
+                    (Some(wall), _) => near_wall(wall, there, shift),
+                    (None, Some(wall)) => near_wall(wall, covering, -shift),
+                    (None, None) => {
+                        let reach = (covering.radius + there.radius + covering.shell + there.shell) * MARGIN;
+                        (there.centre + shift - covering.centre).length_squared() <= reach * reach
+                    }
+                };
+                if near {
                     neighbours.push(found);
                 }
             }

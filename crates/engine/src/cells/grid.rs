@@ -120,9 +120,10 @@ fn may_be_small(body: &Body) -> bool {
     body.molecule.is_disc() && !body.is_fixed()
 }
 
-/// Median bounding diameter of the bodies, for a system without small discs (length).
+/// Median bounding diameter of the bodies that are no walls, for a system without small discs (length).
 fn median_reach(world: &World) -> f64 {
-    let mut radii: Vec<f64> = world.bodies().iter().map(|body| body.molecule.bounding_radius()).collect();
+    let bodies = world.bodies().iter().filter(|body| !body.is_wall());
+    let mut radii: Vec<f64> = bodies.map(|body| body.molecule.bounding_radius()).collect();
     radii.sort_by(f64::total_cmp);
     radii.get(radii.len() / 2).map_or(0.0, |median| 2.0 * median)
 }

@@ -38,6 +38,7 @@ mod line;
 mod neighbourhood;
 mod roster;
 mod vector;
+mod walls;
 
 use carom_detection::Detection;
 use carom_kinematics::Motion;

@@ -1,0 +1,179 @@
+//! The rounding bounds E and E' of an atom against a straight face.
+
+use carom_geometry::{Circle, Face};
+use carom_kinematics::{HALF_ULP as U, RelativeMotion};
+
+use crate::error_bound::one_norm;
+
+/// Bounds on the rounding of the gap between an atom and a straight face, and of the rate of the gap.
+///
+/// With u = 2⁻⁵³, |·|₁ = |x| + |y|, X and V the place and velocity of the one body's centre relative to the other's, r
+/// the arm of the atom, ω the angular velocity of its body, s its radius and the face's together, and δ the errors that
+/// place, velocity and angles (α of the atom's body, β of the face's) came with:
+///
+/// E(t) = u (20 |X|₁ + 31 r + 2 s) + δX + r δα + (|X|₁ + r) δβ + (u (22 |V|₁ + 4 |ω| r) + |V|₁ δβ) t
+///
+/// E'(t) = L (18 u + δβ) + |ω| E + δV,  L = |V| + |ω| r
+///
+/// **E**, rounding by rounding, to first order in u, with D = X + V t + r from the centre of the face to the atom's:
+/// * D as in [`ErrorBound`](crate::ErrorBound): u (2 |X| + 4 |V| t + 13 r + 4 |ω| r t);
+/// * the normal n: its length 3 u, cosine and sine of the face's orientation 4 u, the rotation by them 3 u: in all
+///   10 u |D|, where 12 is taken;
+/// * n·D: 2 u |D|; the gap |n·D| − s: u |D| + 2 u s. Past an end the gap is |n'·D| less half the length of the face,
+///   whose own 3 u are no more than those of |D| where it matters. As |D| ≤ |X| + |V| t + r, that is 18 u of each.
+///
+/// **E'**: the normal brings 12 u L, the turned arm |ω| times its share of E, the four operations of d' and the scalar
+/// product 6 u L. The normal of a face does not depend on where the atom is, so nothing is divided by a distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FaceErrorBound {
+    start: f64,
+    rate: f64,
+    /// L
+    speed: f64,
+    /// |ω|
+    spin: f64,
+    /// δV and what the normal brings.
+    velocity: f64,
+}
+
+impl FaceErrorBound {
+    /// The bounds for an atom of body number `body` (0 for A, 1 for B) against a face of the other body.
+    pub fn new(motion: &RelativeMotion, body: usize, atom: &Circle, face: &Face) -> Self {
+        Self::with_spin(motion, body, motion.angular_velocity[body], atom, face)
+    }
+
+    /// The same where the angular velocity that matters is at hand.
+    pub(crate) fn with_spin(
+        motion: &RelativeMotion,
+        body: usize,
+        spin: f64,
+        atom: &Circle,
+        face: &Face,
+    ) -> Self {
+        let spin = spin.abs();
+        let rim_speed = spin * atom.arm;
+        let speed = motion.velocity.length() + rim_speed;
+        let (place, velocity) = (one_norm(motion.separation), one_norm(motion.velocity));
+        let tilt = motion.orientation_error[1 - body];
+        let given =
+            motion.separation_error + atom.arm * motion.orientation_error[body] + (place + atom.arm) * tilt;
+        Self {
+            start: U * (20.0 * place + 31.0 * atom.arm + 2.0 * (atom.radius + face.radius())) + given,
+            rate: U * (22.0 * velocity + 4.0 * rim_speed) + velocity * tilt,
+            speed,
+            spin,
+            velocity: motion.velocity_error + speed * (18.0 * U + tilt),
+        }
+    }
+
+    /// E, the bound on the gap at `time` (length).
+    pub fn at(&self, time: f64) -> f64 {
+        self.start + self.rate * time
+    }
+
+    /// E', the bound on the rate of the gap at `time` (length per time).
+    pub fn of_rate(&self, time: f64) -> f64 {
+        self.velocity + self.spin * self.at(time)
+    }
+
+    /// L, a bound on the speed of the atom at any time (length per time).
+    pub(crate) fn speed(&self) -> f64 {
+        self.speed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        error_bound::tests::{Big, PRECISION, Random, arm, big},
+        face_pair::FacePair,
+        flight::Flight,
+    };
+    use carom_geometry::{Atom, Molecule};
+    use carom_kinematics::Orientation;
+    use glam::DVec2;
+
+    /// Excess across and along, and their rates, to some 40 digits.
+    fn exact(motion: &RelativeMotion, body: usize, atom: &Atom, wall: &Molecule, time: f64) -> [Big; 4] {
+        let pi = Big::pi(PRECISION);
+        let half = wall.atoms()[1].offset();
+        let [half, _] = arm(half, motion.orientation[1 - body], 0.0, 0.0, &pi);
+        let [turned, swing] =
+            arm(atom.offset(), motion.orientation[body], motion.angular_velocity[body], time, &pi);
+        let sign = big(if body == 1 { 1.0 } else { -1.0 });
+        let component = |k: usize| {
+            let centre = big(motion.separation[k]) + big(motion.velocity[k]) * big(time);
+            (&sign * centre + &turned[k], &sign * big(motion.velocity[k]) + &swing[k])
+        };
+        let ((x, vx), (y, vy)) = (component(0), component(1));
+        let length = (&half[0] * &half[0] + &half[1] * &half[1]).sqrt();
+        let along = |x: &Big, y: &Big| (x * &half[0] + y * &half[1]) / &length;
+        let across = |x: &Big, y: &Big| (y * &half[0] - x * &half[1]) / &length;
+        let magnitude = |value: Big, rate: Big| {
+            if value.to_f64().value() < 0.0 { (-value, -rate) } else { (value, rate) }
+        };
+        let (gap, gap_rate) = magnitude(across(&x, &y), across(&vx, &vy));
+        let (beyond, beyond_rate) = magnitude(along(&x, &y), along(&vx, &vy));
+        let s = big(atom.radius()) + big(wall.atoms()[0].radius());
+        [gap - s, gap_rate, beyond - length, beyond_rate]
+    }
+
+    /// Worst |computed − exact| over the bound, of the excesses and of their rates, among `count` random states.
+    fn worst_ratios(count: u32, distance: f64, spin: f64, duration: f64) -> [f64; 2] {
+        let mut random = Random(2026);
+        let mut worst = [0.0f64; 2];
+        for index in 0..count {
+            let body = (index % 2) as usize;
+            let atom = Atom::new(random.vector(), random.next().abs() + 1e-3, 1.0).unwrap();
+            let wall = Molecule::wall(3.0 * random.vector(), (0.1 * random.next()).max(0.0)).unwrap();
+            let mut angular_velocity = [0.0; 2];
+            angular_velocity[body] = spin * random.next();
+            let motion = RelativeMotion {
+                orientation: [0, 1].map(|_| Orientation::from_turns(0.5 * random.next())),
+                angular_velocity,
+                ..RelativeMotion::exactly(distance * random.vector(), random.vector())
+            };
+            let time = duration * random.next().abs();
+            let outlines =
+                if body == 0 { [atom.outline(), wall.outline()] } else { [wall.outline(), atom.outline()] };
+            let flight = Flight::new(outlines[0], outlines[1], &motion);
+            let face = wall.face().unwrap();
+            let now = FacePair::new(&flight, body, (&atom).into(), face).gap(&flight.at(time));
+            let [gap, gap_rate, beyond, beyond_rate] = exact(&motion, body, &atom, &wall, time);
+            let off = |computed: f64, exact: Big| (big(computed) - exact).to_f64().value().abs();
+            let bound = FaceErrorBound::new(&motion, body, &(&atom).into(), face);
+            let place = off(now.across.value, gap).max(off(now.beyond.value, beyond));
+            let rate = off(now.across.rate, gap_rate).max(off(now.beyond.rate, beyond_rate));
+            worst[0] = worst[0].max(place / bound.at(time));
+            worst[1] = worst[1].max(rate / bound.of_rate(time));
+        }
+        worst
+    }
+
+    #[test]
+    fn bounds_hold_for_random_states() {
+        for (distance, spin, duration) in [(3.0, 3.0, 3.0), (2.0, 1.0, 0.0), (3.0, 1e8, 6.0), (1e6, 3.0, 1e6)]
+        {
+            let [gap, rate] = worst_ratios(1_000, distance, spin, duration);
+            eprintln!("distance {distance:e}, spin {spin:e}: worst |error|/E {gap:.2}, |error|/E' {rate:.2}");
+            assert!(gap <= 1.0 && rate <= 1.0, "{gap} {rate}");
+            // Nor are they so wide that they say nothing.
+            assert!(gap > 0.05 && rate > 0.01, "{gap} {rate}");
+        }
+    }
+
+    #[test]
+    fn the_error_of_a_tilted_wall_grows_with_the_distance_from_its_centre() {
+        let wall = Molecule::wall(DVec2::X, 0.0).unwrap();
+        let atom = Circle::from(&Atom::new(DVec2::ZERO, 0.1, 1.0).unwrap());
+        let at = |separation: DVec2| {
+            let motion = RelativeMotion {
+                orientation_error: [0.0, 1e-9],
+                ..RelativeMotion::exactly(separation, DVec2::ZERO)
+            };
+            FaceErrorBound::new(&motion, 0, &atom, wall.face().unwrap()).at(0.0)
+        };
+        assert!((at(DVec2::X) - 1e-9).abs() < 1e-13 && (at(1e3 * DVec2::X) - 1e-6).abs() < 1e-10);
+    }
+}

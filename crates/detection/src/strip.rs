@@ -1,0 +1,145 @@
+//! The window of time in which a body is within reach of a straight face.
+
+use carom_geometry::{Face, Outline};
+use carom_kinematics::{HALF_ULP as U, RelativeMotion};
+
+use crate::{Window, error_bound::one_norm, skim, tolerance::STEP_MARGIN};
+
+/// A strip of the plane on either side of a line, or all of it behind one, and a point that moves straight on.
+#[derive(Clone, Copy)]
+pub(crate) struct Strip {
+    /// How far from the line the point is (length).
+    place: f64,
+    /// How fast that changes, and a bound on its rounding (length per time).
+    rate: f64,
+    rate_error: f64,
+    /// Half the width of the strip, inflated by rounding (length).
+    reach: f64,
+}
+
+impl Strip {
+    /// When the centre of body number `body` is within `room` (length) of a face of the other body, up to `horizon`; never
+    /// too short. `None` when it stays out of reach.
+    pub(crate) fn window(
+        motion: &RelativeMotion,
+        body: usize,
+        face: &Face,
+        room: f64,
+        horizon: f64,
+    ) -> Option<Window> {
+        let wall = 1 - body;
+        let along = motion.orientation[wall].cos_sin().rotate(face.along());
+        let sign = if body == 1 { 1.0 } else { -1.0 };
+        let (place, velocity) = (sign * motion.separation, sign * motion.velocity);
+        // The direction of the face is off by 12 u; see `FaceErrorBound`.
+        let tilt = motion.orientation_error[wall] + 16.0 * U;
+        let strip = |direction: glam::DVec2, reach: f64| Self {
+            place: direction.dot(place),
+            rate: direction.dot(velocity),
+            rate_error: tilt * one_norm(velocity),
+            reach: reach + (motion.separation_error + 2.0 * tilt * (one_norm(place) + reach)),
+        };
+        let whole = Window { begin: 0.0, end: horizon };
+        let room = room + face.radius();
+        let across = strip(along.perp(), room).within(whole, face.is_solid_behind())?;
+        strip(along, face.half_length() + room).within(across, false)
+    }
+
+    /// The part of a window in which the point is in the strip.
+    fn within(self, window: Window, also_behind: bool) -> Option<Window> {
+        let mirrored = !also_behind && self.place < 0.0;
+        let (place, rate) = if mirrored { (-self.place, -self.rate) } else { (self.place, self.rate) };
+        let begin = if place > self.reach {
+            let fastest = self.rate_error - rate;
+            if fastest <= 0.0 {
+                return None;
+            }
+            (place - self.reach) / fastest * (1.0 - STEP_MARGIN)
+        } else {
+            0.0
+        };
+        let slowest = rate.abs() - self.rate_error;
+        let way = match (rate > 0.0, also_behind) {
+            (true, _) => self.reach - place,
+            (false, true) => f64::INFINITY,
+            (false, false) => self.reach + place,
+        };
+        let end = if slowest > 0.0 { (way / slowest).max(0.0) * (1.0 + STEP_MARGIN) } else { f64::INFINITY };
+        let (begin, end) = (begin.max(window.begin), end.min(window.end));
+        (begin <= end).then_some(Window { begin, end })
+    }
+}
+
+/// When two bodies are within reach of each other, up to `horizon`: their bounding circles, or the bounding circle of
+/// one and the face of the other.
+pub(crate) fn window_of_bodies(
+    a: Outline<'_>,
+    b: Outline<'_>,
+    motion: &RelativeMotion,
+    horizon: f64,
+) -> Option<Window> {
+    let mut window = match (a.face(), b.face()) {
+        (None, None) => return skim(motion, a.bounding_radius + b.bounding_radius, horizon),
+        _ => Window { begin: 0.0, end: horizon },
+    };
+    for (body, outline, other) in [(0, a, b), (1, b, a)] {
+        if let Some(face) = other.face() {
+            let near = Strip::window(motion, body, face, outline.bounding_radius, window.end)?;
+            window.begin = window.begin.max(near.begin);
+            window.end = near.end;
+        }
+    }
+    (window.begin <= window.end).then_some(window)
+}
+
+/// Whether a body with a face turns, which no detector can follow.
+pub(crate) fn a_face_turns(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> bool {
+    [a, b].iter().zip(motion.angular_velocity).any(|(body, spin)| body.face().is_some() && spin != 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_geometry::{HalfPlane, Molecule};
+    use glam::DVec2;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_window_holds_every_moment_within_reach(
+            x in -5.0..5.0f64, y in -5.0..5.0f64, vx in -2.0..2.0f64, vy in -2.0..2.0f64,
+            length in 0.1..6.0f64, angle in -3.0..3.0f64, room in 0.1..2.0f64, t in 0.0..10.0f64, parallel in any::<bool>(),
+        ) {
+            let span = length * DVec2::from_angle(angle);
+            let velocity = if parallel { vx * span } else { DVec2::new(vx, vy) };
+            let wall = Molecule::wall(span, 0.05).unwrap();
+            let half_plane = HalfPlane::new(span.perp()).unwrap();
+            for face in [wall.face().unwrap(), half_plane.outline().face().unwrap()] {
+                for body in [0, 1] {
+                    let sign = if body == 1 { 1.0 } else { -1.0 };
+                    let motion = RelativeMotion::exactly(sign * DVec2::new(x, y), sign * velocity);
+                    let place = DVec2::new(x, y) + velocity * t;
+                    let within = face.nearest(place).distance <= face.radius() + room;
+                    let window = Strip::window(&motion, body, face, room, 10.0);
+                    let inside = window.is_some_and(|w| (w.begin..=w.end).contains(&t));
+                    prop_assert!(!within || inside, "{window:?} misses {t}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_body_that_flies_past_is_never_asked_for() {
+        let wall = Molecule::wall(DVec2::new(0.0, 2.0), 0.0).unwrap();
+        let face = wall.face().unwrap();
+        let ask = |place: DVec2, velocity: DVec2| {
+            Strip::window(&RelativeMotion::exactly(place, velocity), 1, face, 0.5, 100.0)
+        };
+        // Away from it, along it, and past its end.
+        assert_eq!(ask(DVec2::new(1.0, 0.0), DVec2::X), None);
+        assert_eq!(ask(DVec2::new(1.0, 0.0), DVec2::Y), None);
+        assert_eq!(ask(DVec2::new(5.0, 0.0), DVec2::new(-1.0, 1.0)), None);
+        let through = ask(DVec2::new(5.5, 0.0), DVec2::NEG_X).unwrap();
+        assert!((through.begin - 5.0).abs() < 1e-13 && (through.end - 6.0).abs() < 1e-13, "{through:?}");
+    }
+}

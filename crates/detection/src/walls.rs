@@ -1,0 +1,263 @@
+//! Bodies with a straight face: each atom of the one against the face of the other, and against its end points.
+
+use carom_geometry::Outline;
+use carom_kinematics::RelativeMotion;
+
+use crate::{
+    Answer, Contact, Exact, Outcome, Part, Touch,
+    atom_pair::PairOutcome,
+    disc_contact,
+    error_bound::ErrorBound,
+    exact::{straight, turning},
+    face_pair::FacePair,
+    flight::{Flight, bounding_circle},
+    search::Search,
+    strip::{a_face_turns, window_of_bodies},
+};
+
+/// What is said of a face that turns: nothing.
+const NOTHING_IS_KNOWN: Answer = Answer { outcome: Outcome::Unresolved(0.0), evaluations: 0 };
+
+/// The certified first contact where A or B has a face.
+///
+/// The atoms of a wall are its end points: they are searched as any atoms are.
+pub(crate) fn first_contact(
+    exact: Exact,
+    a: Outline<'_>,
+    b: Outline<'_>,
+    motion: &RelativeMotion,
+    horizon: f64,
+) -> Answer {
+    if a_face_turns(a, b, motion) {
+        return NOTHING_IS_KNOWN;
+    }
+    let Some(window) = window_of_bodies(a, b, motion, horizon) else {
+        return Answer { outcome: Outcome::Free, evaluations: 0 };
+    };
+    let mut search = Search::new(window.end, exact.most_steps);
+    let flight = Flight::new(a, b, motion);
+    match a.atoms.is_empty() || b.atoms.is_empty() {
+        true => {}
+        false if flight.turns() => turning(a, b, &flight, window, &mut search),
+        false => straight(a, b, &flight, &mut search),
+    }
+    for (body, outline, other) in [(0, a, b), (1, b, a)] {
+        let Some(face) = other.face() else { continue };
+        for (index, atom) in outline.atoms.iter().enumerate() {
+            let pair = FacePair::new(&flight, body, atom.into(), face);
+            let outcome = pair.first_contact(search.limit(), search.most_steps, &mut search.evaluations);
+            search.record_touch(outcome, Touch::face(body, Part::Atom(index as u32)));
+        }
+    }
+    search.answer()
+}
+
+/// The first contact of the bounding circle of the one with the face of the other, or with its end points.
+pub(crate) fn contact_of_circle(
+    a: Outline<'_>,
+    b: Outline<'_>,
+    motion: &RelativeMotion,
+    horizon: f64,
+) -> Answer {
+    let (body, circle, wall) = if b.face().is_some() { (0, a, b) } else { (1, b, a) };
+    let Some(face) = wall.face().filter(|_| circle.face().is_none() && !a_face_turns(a, b, motion)) else {
+        return NOTHING_IS_KNOWN;
+    };
+    let flight = Flight::new(a, b, motion);
+    let pair = FacePair::new(&flight, body, bounding_circle(circle), face);
+    let mut evaluations = 0;
+    let mut soonest = match pair.first_contact(horizon, 1, &mut evaluations) {
+        PairOutcome::Contact(time) => time,
+        PairOutcome::Free | PairOutcome::OutOfBudget(_) | PairOutcome::Paused(_) => f64::INFINITY,
+    };
+    let sign = if body == 1 { 1.0 } else { -1.0 };
+    for end in wall.atoms {
+        let place = sign * motion.separation - flight.at(0.0).arm(1 - body, end.offset());
+        let circles = [bounding_circle(circle), end.into()];
+        let error = ErrorBound::of_circles(motion, flight.speed, [0.0; 2], &circles).at(0.0);
+        let sigma = circle.bounding_radius + end.radius();
+        let time = disc_contact(place, sign * motion.velocity, sigma, (error, motion.velocity_error));
+        soonest = soonest.min(time);
+        evaluations += 1;
+    }
+    let contact = Contact { time: soonest, touch: Touch::face(body, Part::BoundingCircle) };
+    let outcome =
+        if soonest <= horizon && soonest.is_finite() { Outcome::Contact(contact) } else { Outcome::Free };
+    Answer { outcome, evaluations }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{BoundingCircles, Detection, FixedStep, GoldenSecant};
+    use carom_geometry::{Atom, HalfPlane, Molecule, Shape};
+    use carom_kinematics::Orientation;
+    use glam::DVec2;
+    use proptest::prelude::*;
+    use std::f64::consts::PI;
+
+    fn contact(answer: Answer) -> Contact {
+        answer.outcome.contact().unwrap_or_else(|| panic!("{answer:?}"))
+    }
+
+    /// Every detector, and how far off its time may be.
+    fn detectors() -> [(Box<dyn Detection>, f64); 3] {
+        [
+            (Box::new(Exact::default()), 1e-15),
+            (Box::new(GoldenSecant::default()), 1e-14),
+            (Box::new(FixedStep::default()), 1e-14),
+        ]
+    }
+
+    #[test]
+    fn a_disc_meets_face_and_end_point_at_the_planted_times() {
+        let (wall, disc) =
+            (Molecule::wall(DVec2::new(0.0, 2.0), 0.25).unwrap(), Molecule::disc(0.5, 1.0).unwrap());
+        let circles: (Box<dyn Detection>, f64) = (Box::new(BoundingCircles), 1e-15);
+        for (detector, tolerance) in detectors().into_iter().chain([circles]) {
+            let ask = |place: DVec2, velocity: DVec2| {
+                let motion = RelativeMotion::exactly(place, velocity);
+                detector.first_contact(wall.outline(), disc.outline(), &motion, 100.0)
+            };
+            for side in [1.0, -1.0] {
+                let face = contact(ask(DVec2::new(3.0 * side, 0.5), DVec2::new(-side, -0.125)));
+                assert!((face.time - 2.25).abs() <= tolerance, "{face:?}");
+                assert!(matches!(face.touch, Touch::FaceOfA(_)), "{face:?}");
+                let onto_end = contact(ask(DVec2::new(0.0, 3.0 * side), DVec2::new(0.0, -side)));
+                assert!((onto_end.time - 1.25).abs() <= tolerance, "{onto_end:?}");
+                // Centre 0.45 past the end: 0.6 to the side at contact.
+                let corner = contact(ask(DVec2::new(3.0 * side, 1.45), DVec2::new(-side, 0.0)));
+                assert!((corner.time - 2.4).abs() <= 4.0 * tolerance, "{corner:?}");
+                let past = ask(DVec2::new(3.0 * side, 1.7501), DVec2::new(-side, 0.0));
+                assert_eq!(past.outcome, Outcome::Free);
+                let along = ask(DVec2::new(0.7501 * side, 5.0), DVec2::NEG_Y);
+                assert_eq!(along.outcome, Outcome::Free);
+            }
+        }
+    }
+
+    #[test]
+    fn a_turning_dumbbell_strikes_a_wall_where_the_sine_says() {
+        // Centre 1.5 above the ground, arms 1, radii 1, ω = 1: an atom comes down to height 1 when sin θ = 1/2.
+        let dumbbell = Molecule::named(Shape::Dumbbell, 1.0, 1.0).unwrap();
+        let wall = Molecule::wall(DVec2::new(100.0, 0.0), 0.0).unwrap();
+        let ground = HalfPlane::new(DVec2::Y).unwrap();
+        for (detector, tolerance) in detectors() {
+            for below in [ground.outline(), wall.outline()] {
+                let motion = RelativeMotion {
+                    angular_velocity: [0.0, 1.0],
+                    ..RelativeMotion::exactly(DVec2::new(0.25, 1.5), DVec2::ZERO)
+                };
+                let found = contact(detector.first_contact(below, dumbbell.outline(), &motion, 10.0));
+                assert!((found.time - PI / 6.0).abs() <= 4.0 * tolerance, "{found:?}");
+                assert_eq!(found.touch, Touch::FaceOfA(Part::Atom(0)));
+                let seen_from_it =
+                    contact(detector.first_contact(dumbbell.outline(), below, &motion.exchanged(), 10.0));
+                assert_eq!((seen_from_it.time, seen_from_it.touch.exchanged()), (found.time, found.touch));
+            }
+        }
+    }
+
+    #[test]
+    fn touching_bodies_collide_only_if_they_close() {
+        let (wall, disc) = (Molecule::wall(DVec2::X, 0.0).unwrap(), Molecule::disc(0.5, 1.0).unwrap());
+        let dumbbell = Molecule::named(Shape::Dumbbell, 0.5, 1.0).unwrap();
+        for gap in [-1e-3, -1e-16, 0.0, 1e-16] {
+            for (body, spin) in [(&disc, 0.0), (&dumbbell, 1e-3)] {
+                let ask = |velocity: DVec2| {
+                    let upright = Orientation::from_turns(0.25);
+                    let motion = RelativeMotion {
+                        orientation: [Orientation::default(), upright],
+                        angular_velocity: [0.0, spin],
+                        ..RelativeMotion::exactly(DVec2::new(0.1, body.bounding_radius() + gap), velocity)
+                    };
+                    Exact::default().first_contact(wall.outline(), body.outline(), &motion, 0.1)
+                };
+                assert!(contact(ask(DVec2::new(0.2, -1.0))).time <= 1e-15, "gap {gap}");
+                for parting in [DVec2::new(0.2, 1.0), DVec2::X, DVec2::ZERO] {
+                    assert_eq!(ask(parting).outcome, Outcome::Free, "gap {gap}, velocity {parting}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_atom_back_very_soon_is_followed_from_the_contact_it_leaves() {
+        // A heavy rim: the touching atom's centre is farther from the face than the centre of mass, so it is carried
+        // back: height ω-circle, g = V t − A (1 − cos ω t), back at about 2 V / (A ω²).
+        let big = Atom::new(DVec2::ZERO, 1.0, 1e-3).unwrap();
+        let heavy = Atom::new(DVec2::new(0.0, -0.9), 0.05, 1e3).unwrap();
+        let molecule = Molecule::new([big, heavy]).unwrap();
+        let lever = molecule.atoms()[0].arm();
+        let ground = HalfPlane::new(DVec2::Y).unwrap();
+        for exponent in [3, 6, 9] {
+            let back = 10f64.powi(-exponent);
+            let rate = 0.5 * lever * back;
+            let motion = RelativeMotion {
+                angular_velocity: [0.0, 1.0],
+                ..RelativeMotion::exactly(DVec2::new(0.0, 1.0 - lever), DVec2::new(0.0, rate))
+            };
+            let found =
+                contact(Exact::default().first_contact(ground.outline(), molecule.outline(), &motion, 1.0));
+            assert_eq!(found.touch, Touch::FaceOfA(Part::Atom(0)));
+            // cos t = 1 − t²/2 + t⁴/24
+            let expected = back * (1.0 + back * back / 12.0);
+            assert!((found.time / expected - 1.0).abs() < 1e-6, "{} against {expected}", found.time);
+        }
+    }
+
+    #[test]
+    fn a_face_that_turns_is_named_as_what_nobody_follows() {
+        let (wall, disc) = (Molecule::wall(DVec2::X, 0.0).unwrap(), Molecule::disc(0.5, 1.0).unwrap());
+        let motion = RelativeMotion {
+            angular_velocity: [1.0, 0.0],
+            ..RelativeMotion::exactly(DVec2::new(0.0, 1.0), DVec2::ZERO)
+        };
+        let circles: (Box<dyn Detection>, f64) = (Box::new(BoundingCircles), 0.0);
+        for (detector, _) in detectors().into_iter().chain([circles]) {
+            let answer = detector.first_contact(wall.outline(), disc.outline(), &motion, 10.0);
+            assert_eq!(answer.outcome, Outcome::Unresolved(0.0));
+        }
+    }
+
+    proptest! {
+        /// A disc that flies straight on: the first moment at which it is within its radius of the segment.
+        #[test]
+        fn discs_touch_where_the_distance_to_the_segment_says(
+            x in -3.0..3.0f64, y in -3.0..3.0f64, vx in -1.0..1.0f64, vy in -1.0..1.0f64,
+            length in 0.1..4.0f64, angle in -3.0..3.0f64, radius in 0.01..0.5f64,
+        ) {
+            let (wall, disc) = (
+                Molecule::wall(length * DVec2::from_angle(angle), 0.0).unwrap(),
+                Molecule::disc(radius, 1.0).unwrap(),
+            );
+            let (place, velocity) = (DVec2::new(x, y), DVec2::new(vx, vy));
+            let gap = |t: f64| wall.face().unwrap().nearest(place + velocity * t).distance - radius;
+            prop_assume!(gap(0.0) > 1e-9);
+            let motion = RelativeMotion::exactly(place, velocity);
+            let answer = Exact::default().first_contact(wall.outline(), disc.outline(), &motion, 30.0);
+            let until = match answer.outcome {
+                Outcome::Contact(contact) => {
+                    prop_assert!(gap(contact.time).abs() < 1e-13, "{:e}", gap(contact.time));
+                    contact.time
+                }
+                _ => 30.0,
+            };
+            for part in 0..1000 {
+                prop_assert!(gap(until * f64::from(part) / 1000.0) > -1e-13);
+            }
+            // The same for one that turns, which changes nothing about it but the way it is searched.
+            let off_centre = Molecule::new([
+                Atom::new(DVec2::ZERO, radius, 1.0).unwrap(),
+                Atom::new(DVec2::new(1e-3 * radius, 0.0), 0.5 * radius, 1e-30).unwrap(),
+            ]).unwrap();
+            let turning = RelativeMotion { angular_velocity: [0.0, 1.0], ..motion };
+            let other = Exact::default().first_contact(wall.outline(), off_centre.outline(), &turning, 30.0);
+            match (answer.outcome.contact(), other.outcome.contact()) {
+                (Some(_), Some(found)) => prop_assert!(gap(found.time).abs() < 1e-13),
+                (None, None) => {}
+                (one, two) => prop_assert!(false, "{one:?} against {two:?}"),
+            }
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! Walls as they stand in the box: how far a place is from one, which cells one passes, and the frame of a contact.
+
+use carom_detection::Part;
+use carom_geometry::Face;
+use carom_kinematics::Motion;
+use carom_response::ContactFrame;
+use glam::DVec2;
+
+use crate::{Body, ContactEvent, Parts, World, overlap::rounding_bound};
+
+/// Cells are taken to be nearer to a wall than they are by this share of their length, so that no rounding leaves one out.
+const MARGIN: f64 = 1e-9;
+
+/// A wall in its home image.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct StandingWall {
+    centre: DVec2,
+    /// From the centre to the second end.
+    half: DVec2,
+    face: Face,
+    /// (cos, sin) of its orientation.
+    rotation: DVec2,
+}
+
+impl StandingWall {
+    /// The wall that a body is, if it is one.
+    pub fn of(body: &Body, motion: &Motion) -> Option<Self> {
+        let face = *body.molecule().face()?;
+        let rotation = motion.orientation.cos_sin();
+        let half = face.half_length() * rotation.rotate(face.along());
+        Some(Self { centre: motion.position, half, face, rotation })
+    }
+
+    /// Both ends (length).
+    pub fn ends(&self) -> [DVec2; 2] {
+        [self.centre - self.half, self.centre + self.half]
+    }
+
+    /// How far a place is from the surface of the wall (length); negative inside it.
+    pub fn gap(&self, place: DVec2) -> f64 {
+        let back = DVec2::new(self.rotation.x, -self.rotation.y);
+        self.face.nearest(back.rotate(place - self.centre)).distance - self.face.radius()
+    }
+
+    /// Every cell (column and row, those of the box and of its images) of a grid with cells of `side` that has a point
+    /// within `reach` (length) of the wall's surface, and a few more at its corners.
+    pub fn cells_within(&self, reach: f64, side: DVec2) -> Vec<[i64; 2]> {
+        let reach = self.face.radius() + reach + MARGIN * side.max_element();
+        let [first, second] = self.ends();
+        let (low, high) = (first.min(second) - reach, first.max(second) + reach);
+        let index = |x: f64, side: f64| (x / side).floor() as i64;
+        let mut cells = Vec::new();
+        for row in index(low.y, side.y)..=index(high.y, side.y) {
+            let band = [row as f64 * side.y - reach, (row + 1) as f64 * side.y + reach];
+            // The part of the wall within reach of this row of cells.
+            let part = band.map(|y| {
+                if self.half.y == 0.0 { y - self.centre.y } else { (y - self.centre.y) / self.half.y }
+            });
+            let [from, to] = if self.half.y == 0.0 {
+                if part[0] > 0.0 || part[1] < 0.0 {
+                    continue;
+                }
+                [-1.0, 1.0]
+            } else {
+                [part[0].min(part[1]).max(-1.0), part[0].max(part[1]).min(1.0)]
+            };
+            if from > to {
+                continue;
+            }
+            let (one, other) = (self.centre.x + from * self.half.x, self.centre.x + to * self.half.x);
+            for column in index(one.min(other) - reach, side.x)..=index(one.max(other) + reach, side.x) {
+                cells.push([column, row]);
+            }
+        }
+        cells
+    }
+}
+
+/// A cell of an image brought back into the box of so many cells, and how many boxes away it was.
+pub(crate) fn folded(cell: [i64; 2], counts: [i64; 2]) -> ([i64; 2], [i32; 2]) {
+    let here = [0, 1].map(|axis| cell[axis].rem_euclid(counts[axis]));
+    let image = [0, 1].map(|axis| cell[axis].div_euclid(counts[axis]) as i32);
+    (here, image)
+}
+
+/// Lever arms and normal of a contact with a face; none if the contact is of another kind.
+///
+/// The normal is that of the face, whatever the rounding of the atom's place along it.
+pub(crate) fn contact_frame(
+    world: &World,
+    contact: &ContactEvent,
+    motions: &[Motion; 2],
+) -> Option<ContactFrame> {
+    let (wall, part) = match contact.parts {
+        Parts::FaceOfA(part) => (0, part),
+        Parts::FaceOfB(part) => (1, part),
+        Parts::Discs | Parts::Atoms(..) | Parts::BoundingCircles => return None,
+    };
+    let body = |side: usize| &world.bodies[contact.bodies[side] as usize];
+    let face = body(wall).molecule().face()?;
+    let arm = match part {
+        Part::Atom(index) => arm(body(1 - wall), index, &motions[1 - wall]),
+        Part::BoundingCircle => DVec2::ZERO,
+    };
+    // The image of the second body is the one that is touched.
+    let shift = world.bounds.shift(contact.image);
+    let shift = if wall == 1 { -shift } else { shift };
+    let place = ((motions[1 - wall].position - motions[wall].position) + shift) + arm;
+    let rotation = motions[wall].orientation.cos_sin();
+    let rounding = rounding_bound(world.bounds.sides(), body(1 - wall).reach());
+    let nearest = face.nearest_to_rounding(DVec2::new(rotation.x, -rotation.y).rotate(place), rounding);
+    let outwards = rotation.rotate(nearest.direction);
+    let outwards = if nearest.distance > 0.0 { nearest.distance * outwards } else { outwards };
+    let foot = place - nearest.distance * rotation.rotate(nearest.direction);
+    Some(if wall == 1 {
+        ContactFrame { line_of_centres: -outwards, arms: [arm, foot] }
+    } else {
+        ContactFrame { line_of_centres: outwards, arms: [foot, arm] }
+    })
+}
+
+/// Arm from the centre of mass to an atom's centre (length).
+pub(crate) fn arm(body: &Body, atom: u32, motion: &Motion) -> DVec2 {
+    let atom = &body.molecule.atoms()[atom as usize];
+    if atom.arm() == 0.0 { DVec2::ZERO } else { motion.orientation.cos_sin().rotate(atom.offset()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_geometry::Molecule;
+    use proptest::prelude::*;
+
+    fn standing(from: DVec2, to: DVec2, radius: f64) -> StandingWall {
+        let wall = Molecule::wall(to - from, radius).unwrap();
+        let face = *wall.face().unwrap();
+        StandingWall { centre: 0.5 * (from + to), half: 0.5 * (to - from), face, rotation: DVec2::X }
+    }
+
+    proptest! {
+        #[test]
+        fn every_place_within_reach_is_in_a_cell_that_is_named(
+            x in -2.0..2.0f64, y in -2.0..2.0f64, u in -2.0..2.0f64, v in -2.0..2.0f64,
+            reach in 0.0..0.5f64, radius in 0.0..0.1f64, straight in 0..3u8, t in -1.2..1.2f64, off in -0.7..0.7f64,
+        ) {
+            let from = DVec2::new(x, y);
+            let to = match straight {
+                0 => DVec2::new(x, v + 4.1),
+                1 => DVec2::new(u + 4.1, y),
+                _ => DVec2::new(u + 4.1, v),
+            };
+            let wall = standing(from, to, radius);
+            let side = DVec2::new(0.13, 0.21);
+            let cells = wall.cells_within(reach, side);
+            let place = wall.centre + t * wall.half + off * wall.half.perp().normalize();
+            if wall.gap(place) <= reach {
+                let cell = (place / side).floor();
+                prop_assert!(cells.contains(&[cell.x as i64, cell.y as i64]));
+            }
+            // Not many more than those: none farther than a few cells.
+            for cell in cells {
+                let middle = (DVec2::new(cell[0] as f64, cell[1] as f64) + 0.5) * side;
+                prop_assert!(wall.gap(middle) <= 2.0 * (reach + side.x + side.y));
+            }
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! An atom and the face of a wall: how far the atom is from the face's line and beyond its ends, and when it is first near
+//! the one and between the others.
+//!
+//! Both distances are the sum of a motion on a line and one on a circle, seen along a fixed direction: their second
+//! derivatives are at most K. An interval in which either stays positive is excluded; all others are halved, the
+//! earlier half first, until nothing of them is left but the moment.
+
+use carom_detection::{FaceErrorBound, encounters::Encounter};
+use carom_geometry::{Circle, Face};
+
+use super::{Number, exclusion::Found, flight::Pair};
+
+/// An atom of one body and the face of the other.
+#[derive(Debug, Clone, Copy)]
+pub struct FacePair<'a> {
+    /// The atom, and the middle of the face as if it were another.
+    pair: Pair,
+    /// From the middle of the face to its second end, in the frame of its body.
+    half: [f64; 2],
+    face: &'a Face,
+    /// Orientation of the face, in turns.
+    turns: f64,
+    bound: FaceErrorBound,
+}
+
+/// Distances at one moment, and their rates.
+pub struct Sight<N> {
+    /// Across the face, less the radii and plus what is allowed.
+    pub across: [N; 2],
+    /// Along it, beyond the nearer end.
+    pub beyond: [N; 2],
+}
+
+/// Bounds on rates and curvatures are rounded up by this.
+const ROUND_UP: f64 = 1.0 + 8.0 * f64::EPSILON;
+
+/// Intervals shorter than this share of the horizon are moments.
+const SHORTEST: f64 = 1e-26;
+
+impl<'a> FacePair<'a> {
+    /// The atom `index` of body `body` (0 for A, 1 for B), with no overlap allowed; `None` if the other is no wall.
+    pub fn new(encounter: &'a Encounter, body: usize, index: usize) -> Option<Self> {
+        let wall = &encounter.molecules[1 - body];
+        let (face, [_, end]) = (wall.face()?, wall.atoms()) else { return None };
+        let atom = &encounter.molecules[body].atoms()[index];
+        let bound = FaceErrorBound::new(&encounter.motion, body, &Circle::from(atom), face);
+        Some(Self {
+            pair: Pair::to_middle(encounter, body, index, [bound.at(0.0), bound.at(encounter.horizon)]),
+            half: end.offset().to_array(),
+            face,
+            turns: encounter.motion.orientation[1 - body].turns(),
+            bound,
+        })
+    }
+
+    /// The same where an overlap of 2 E is allowed, and one at the start on top of it.
+    pub fn allowing_for_rounding<N: Number>(mut self) -> Self {
+        let now = self.sight(&N::new(0.0));
+        let beside = now.beyond[0].value() <= 0.0;
+        let overlap = if beside { (-now.across[0].value()).max(0.0) * ROUND_UP } else { 0.0 };
+        let [error, growth] = self.pair.error;
+        self.pair.allowed = [2.0 * error * ROUND_UP + overlap, 2.0 * growth * ROUND_UP];
+        self
+    }
+
+    /// E at a time.
+    pub fn error_at(&self, time: f64) -> f64 {
+        self.bound.at(time)
+    }
+
+    /// E' at a time.
+    pub fn rate_error_at(&self, time: f64) -> f64 {
+        self.bound.of_rate(time)
+    }
+
+    /// K.
+    pub fn curvature(&self) -> f64 {
+        self.pair.curvature
+    }
+
+    /// The two distances.
+    pub fn sight<N: Number>(&self, time: &N) -> Sight<N> {
+        let moment = self.pair.moment(time);
+        let [x, y] = self.half.map(N::new);
+        let [cos, sin] = N::cos_sin(self.turns, 0.0, &N::new(0.0));
+        let half = [x.times(&cos).minus(&y.times(&sin)), x.times(&sin).plus(&y.times(&cos))];
+        let length = x.times(&x).plus(&y.times(&y)).root();
+        let along = |v: &[N; 2]| v[0].times(&half[0]).plus(&v[1].times(&half[1])).over(&length);
+        let across = |v: &[N; 2]| v[1].times(&half[0]).minus(&v[0].times(&half[1])).over(&length);
+        // Which way from one to the other does not matter: the face looks the same from both sides.
+        let upright = |value: N, rate: N| {
+            let zero = N::new(0.0);
+            if value.value() < 0.0 { [zero.minus(&value), zero.minus(&rate)] } else { [value, rate] }
+        };
+        let [distance, closing] = upright(across(&moment.d), across(&moment.rate));
+        let [way, leaving] = upright(along(&moment.d), along(&moment.rate));
+        let [radius, thickness] = self.pair.radii.map(N::new);
+        let growth = N::new(self.pair.allowed[1]);
+        let allowed = N::new(self.pair.allowed[0]).plus(&growth.times(time));
+        let gap = distance.minus(&radius.plus(&thickness)).plus(&allowed);
+        Sight { across: [gap, closing.plus(&growth)], beyond: [way.minus(&length), leaving] }
+    }
+
+    /// The first moment up to `end` at which the atom is near the line and between the ends.
+    pub fn first_contact<N: Number>(&self, end: f64, budget: &mut u64) -> Found<N> {
+        debug_assert!(!self.face.is_solid_behind());
+        let shortest = SHORTEST * end;
+        let mut rest = vec![(N::new(0.0), end)];
+        while let Some((begin, width)) = rest.pop() {
+            if *budget == 0 {
+                return Found::OutOfBudget;
+            }
+            *budget -= 1;
+            let half = 0.5 * width;
+            let middle = begin.plus(&N::new(half));
+            let now = self.sight(&middle);
+            let stays_out = |[value, rate]: &[N; 2]| {
+                let bend = 0.5 * self.pair.curvature * half * half;
+                value.value() > (rate.value().abs() * half + bend) * ROUND_UP
+            };
+            if stays_out(&now.across) || stays_out(&now.beyond) {
+                continue;
+            }
+            if half <= shortest {
+                return Found::Zero(begin);
+            }
+            rest.push((middle, half));
+            rest.push((begin, half));
+        }
+        Found::Nothing
+    }
+
+    /// When an atom in deep contact at `time` last began to touch before it; 0 if it always did.
+    pub fn touch_before<N: Number>(&self, time: &N) -> N {
+        let mut back = 2.0 * self.error_at(time.value()) / self.pair.lipschitz;
+        let (mut above, mut below) = (N::new(0.0), time.clone());
+        for _ in 0..200 {
+            let before = time.minus(&N::new(back));
+            if before.value() <= 0.0 {
+                break;
+            }
+            if self.sight(&before).across[0].value() > 0.0 {
+                above = before;
+                break;
+            }
+            below = before;
+            back *= 2.0;
+        }
+        if above.value() == 0.0 && self.sight(&above).across[0].value() <= 0.0 {
+            return above;
+        }
+        for _ in 0..110 {
+            let middle = above.plus(&below).times(&N::new(0.5));
+            if self.sight(&middle).across[0].value() > 0.0 {
+                above = middle;
+            } else {
+                below = middle;
+            }
+        }
+        below
+    }
+}
