@@ -2,11 +2,14 @@
 
 pub mod bench;
 pub mod brownian;
+pub mod checkpoint_file;
 pub mod cli;
 pub mod detect;
 pub mod encounters;
 pub mod experiment_encounters;
 pub mod exposed;
+pub mod growing;
+pub mod interruption;
 pub mod manifest;
 pub mod molecule_picture;
 pub mod oracle;
@@ -16,6 +19,7 @@ pub mod page;
 pub mod plot;
 pub mod polar;
 pub mod progress;
+pub mod resumable;
 pub mod run;
 pub mod series;
 pub mod standbys;

@@ -10,7 +10,7 @@ use glam::DVec2;
 
 use crate::{
     AtomSpec, Body, Cells, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError,
-    Scheduler, Simulation, TagNames, Tags, World,
+    Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
     overlap::rounding_bound,
     placement::{self, Sites},
     simulation::{AtOnce, Epoch},
@@ -82,6 +82,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             names,
             counters: Counters::default(),
             ledger,
+            work_before: SchedulerCounters::default(),
             offset: 0.0,
             epoch: Epoch::ToBegin,
         })
@@ -148,7 +149,7 @@ pub(crate) fn insert(
     tags: Tags,
     motion: Motion,
 ) -> crate::BodyKey {
-    let body = |key, id| Body { key, id, molecule, inertia, tags, elasticity_class: 0 };
+    let body = |key| Body { key, molecule, inertia, tags, elasticity_class: 0 };
     world.insert(body, motion)
 }
 

@@ -1,7 +1,11 @@
 //! What has happened so far: counts of events, and the books of energy.
 
+use std::ops::Add;
+
+use serde::{Deserialize, Serialize};
+
 /// Counts of events since the system was built.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Counters {
     /// Contacts between two bodies, fixed ones included.
     pub collisions: u64,
@@ -14,7 +18,7 @@ pub struct Counters {
 }
 
 /// What a scheduler did to find the contacts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct SchedulerCounters {
     /// Bodies that entered another cell.
     pub crossings: u64,
@@ -28,10 +32,24 @@ pub struct SchedulerCounters {
     pub pairs: u64,
 }
 
+impl Add for SchedulerCounters {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            crossings: self.crossings + other.crossings,
+            stale: self.stale + other.stale,
+            rechecks: self.rechecks + other.rechecks,
+            unresolved: self.unresolved + other.unresolved,
+            pairs: self.pairs + other.pairs,
+        }
+    }
+}
+
 /// Energy taken out and put in since the system was built (mass × length² / time²).
 ///
 /// At any time the kinetic energy is `initial − lost + put_in`, to rounding.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Ledger {
     /// Energy at the start.
     pub initial: f64,

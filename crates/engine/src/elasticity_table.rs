@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use carom_response::Elasticity;
 
-use crate::{Body, ElasticitySpec, SceneError, Tag, TagNames, Tags, World};
+use crate::{Body, ElasticityRule, ElasticitySpec, SceneError, Tag, TagNames, Tags, World};
 
 /// Elasticity of each kind of contact. A rule for a pair of tags goes before a rule for one tag, and that
 /// before the default; two rules of equal rank that both apply and disagree are an error.
@@ -53,6 +53,15 @@ impl ElasticityTable {
         }
         let default = coefficient("elasticity.default".to_owned(), spec.default)?;
         Ok(Self { default, rules, classes: 0, by_class: Vec::new() })
+    }
+
+    /// The rules as a scene would give them.
+    pub(crate) fn spec(&self) -> ElasticitySpec {
+        let rule = |rule: &Rule| ElasticityRule {
+            between: rule.names.clone(),
+            coefficient: rule.elasticity.coefficient(),
+        };
+        ElasticitySpec { default: self.default.coefficient(), pair: self.rules.iter().map(rule).collect() }
     }
 
     /// Sorts the bodies into classes and looks up each pair of classes once.

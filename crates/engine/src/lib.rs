@@ -41,6 +41,7 @@
 mod body;
 mod build;
 mod cells;
+mod checkpoint;
 mod counters;
 mod elasticity_table;
 mod error;
@@ -61,6 +62,7 @@ mod world;
 
 pub use body::{Body, BodyKey, Rotation, Tag, Tags};
 pub use cells::{Cells, Instructions};
+pub use checkpoint::{Checkpoint, CheckpointError};
 pub use counters::{Counters, Ledger, SchedulerCounters};
 pub use elasticity_table::ElasticityTable;
 pub use error::{EditError, GridError, RunError, SceneError};

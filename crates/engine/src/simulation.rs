@@ -6,10 +6,11 @@ use carom_detection::{Detection, Exact};
 use carom_kinematics::{Instant, Motion, kinetic_energy};
 use carom_response::{ContactFrame, Impact, Response, struck};
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     Body, Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts, RunError,
-    Scheduler, Side, TagNames, View, World,
+    Scheduler, SchedulerCounters, Side, TagNames, View, World,
 };
 
 /// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose digits.
@@ -37,6 +38,8 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = Cells> {
     pub(crate) elasticity: ElasticityTable,
     pub(crate) names: TagNames,
     pub(crate) counters: Counters,
+    /// Work of the schedulers before the present one.
+    pub(crate) work_before: SchedulerCounters,
     pub(crate) ledger: Ledger,
     /// How far the present epoch has been run (time).
     pub(crate) offset: f64,
@@ -61,11 +64,11 @@ pub(crate) enum Epoch {
 }
 
 /// Contacts at one instant, for each body that has had one since time last moved on.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct AtOnce {
     /// The instant, as an offset in the epoch.
-    time: f64,
-    counts: BTreeMap<u32, u32>,
+    pub time: f64,
+    pub counts: BTreeMap<u32, u32>,
 }
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
@@ -136,23 +139,43 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Runs to `until` or through so many contacts, whichever is first; tells how many there were.
     fn advance<O: Observer>(&mut self, until: Instant, most: u64, observer: &mut O) -> Result<u64, RunError> {
         let mut contacts = 0;
-        let ended = loop {
-            // A time that has passed, whether before the call or by a rounding of the epoch's start.
-            if contacts == most || until.since(self.world.epoch) < self.offset {
-                break Ok(());
-            }
-            match self.advance_in_epoch(until, most, &mut contacts, observer) {
-                Ok(true) => break Ok(()),
-                Ok(false) => {}
-                Err(error) => {
-                    // Its contact has left the calendar: predicted anew, it is there again for whoever goes on.
-                    self.end_epoch(self.offset);
-                    break Err(error);
-                }
-            }
+        while !self.advance_one_epoch(until, most, &mut contacts, observer)? {}
+        Ok(contacts)
+    }
+
+    /// Runs to `until`, but not beyond the end of the present epoch; tells whether `until` has been reached.
+    ///
+    /// At the end of an epoch the state is all there is to know of a run, so that [`Self::checkpoint`] can be asked for.
+    /// To run to `until` in such pieces changes no bit.
+    ///
+    /// # Errors
+    /// As [`Self::run_until`].
+    pub fn observe_epoch<O: Observer>(&mut self, until: Instant, observer: &mut O) -> Result<bool, RunError> {
+        self.advance_one_epoch(until, u64::MAX, &mut 0, observer)
+    }
+
+    /// Runs to the end of the epoch at most; tells whether `until`, or the last contact asked for, has been reached.
+    fn advance_one_epoch<O: Observer>(
+        &mut self,
+        until: Instant,
+        most: u64,
+        contacts: &mut u64,
+        observer: &mut O,
+    ) -> Result<bool, RunError> {
+        if !until.to_f64().is_finite() {
+            return Err(RunError::Time(until.to_f64()));
+        }
+        // A time that has passed, whether before the call or by a rounding of the epoch's start.
+        let reached = if *contacts == most || until.since(self.world.epoch) < self.offset {
+            Ok(true)
+        } else {
+            self.advance_in_epoch(until, most, contacts, observer).inspect_err(|_| {
+                // Its contact has left the calendar: predicted anew, it is there again for whoever goes on.
+                self.end_epoch(self.offset);
+            })
         };
         self.stand_by();
-        ended.map(|()| contacts)
+        reached
     }
 
     /// Runs within one epoch; tells whether `until`, or the last contact asked for, has been reached.
@@ -195,7 +218,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if let Epoch::Running { .. } = self.epoch {
             self.scheduler.store(&mut self.world);
         }
-        self.counters.scheduler = self.scheduler.counters();
+        self.counters.scheduler = self.work_before + self.scheduler.counters();
     }
 
     /// Begins the epoch if it has not begun.

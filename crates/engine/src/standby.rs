@@ -151,6 +151,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     pub fn set_scheduler_options(&mut self, options: &S::Options) -> Result<(), EditError> {
         let scheduler = S::new(options, &self.world).map_err(SceneError::from)?;
         self.end_epoch(self.offset);
+        self.work_before = self.counters.scheduler;
         self.scheduler = scheduler;
         self.scheduler_options = options.clone();
         Ok(())
@@ -207,6 +208,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         elasticity.classify(&mut world)?;
         let scheduler = S::new(&self.scheduler_options, &world).map_err(SceneError::from)?;
         self.ledger.put_in += world.energy() - self.world.energy();
+        self.work_before = self.counters.scheduler;
         (self.offset, self.epoch, self.at_once) = (0.0, Epoch::ToBegin, AtOnce::default());
         (self.world, self.names, self.elasticity, self.scheduler) = (world, names, elasticity, scheduler);
         Ok(())

@@ -2,7 +2,6 @@
 
 use carom_geometry::PeriodicBox;
 use carom_kinematics::{Instant, Motion, kinetic_energy};
-use slotmap::SlotMap;
 
 use crate::{Body, BodyKey};
 
@@ -15,7 +14,6 @@ pub struct World {
     pub(crate) motions: Vec<Motion>,
     /// How many boxes each body has left behind, per axis.
     pub(crate) windings: Vec<[i64; 2]>,
-    pub(crate) index_of: SlotMap<BodyKey, u32>,
     /// Start of the epoch.
     pub(crate) epoch: Instant,
     pub(crate) next_id: u64,
@@ -28,7 +26,6 @@ impl World {
             bodies: Vec::new(),
             motions: Vec::new(),
             windings: Vec::new(),
-            index_of: SlotMap::with_key(),
             epoch: Instant::ZERO,
             next_id: 0,
         }
@@ -62,7 +59,7 @@ impl World {
 
     /// Place of a body in the order of [`Self::bodies`].
     pub fn index(&self, key: BodyKey) -> Option<usize> {
-        self.index_of.get(key).map(|&index| index as usize)
+        self.bodies.binary_search_by_key(&key, Body::key).ok()
     }
 
     /// Kinetic energy of all bodies (mass × length² / time²).
@@ -107,13 +104,12 @@ impl World {
         self.bodies.capacity() * size_of::<Body>()
             + self.motions.capacity() * size_of::<Motion>()
             + self.windings.capacity() * size_of::<[i64; 2]>()
-            + self.index_of.capacity() * size_of::<(BodyKey, u32)>()
     }
 
-    pub(crate) fn insert(&mut self, body: impl FnOnce(BodyKey, u64) -> Body, motion: Motion) -> BodyKey {
-        let index = self.bodies.len() as u32;
-        let key = self.index_of.insert(index);
-        self.bodies.push(body(key, self.next_id));
+    pub(crate) fn insert(&mut self, body: impl FnOnce(BodyKey) -> Body, motion: Motion) -> BodyKey {
+        // Keys ascend in order of insertion: that is how a body is found again.
+        let key = BodyKey(self.next_id);
+        self.bodies.push(body(key));
         let (position, winding) = self.bounds.wrap(motion.position);
         self.motions.push(Motion { position, ..motion });
         self.windings.push(winding);
@@ -123,14 +119,10 @@ impl World {
 
     /// Takes a body out. The others keep their order, so that order stays that of insertion.
     pub(crate) fn remove(&mut self, key: BodyKey) -> Option<Body> {
-        let index = self.index_of.remove(key)? as usize;
+        let index = self.index(key)?;
         self.motions.remove(index);
         self.windings.remove(index);
-        let body = self.bodies.remove(index);
-        for later in &self.bodies[index..] {
-            self.index_of[later.key] -= 1;
-        }
-        Some(body)
+        Some(self.bodies.remove(index))
     }
 
     /// Brings every moving body to `offset` in the epoch and begins a new epoch there.
