@@ -148,7 +148,9 @@ pub fn write(path: &Path, values: &[&[u8]]) -> Result<()> {
 
 fn checksum_of(pieces: &[&[u8]]) -> u32 {
     let mut hasher = crc32fast::Hasher::new();
-    pieces.iter().for_each(|piece| hasher.update(piece));
+    for piece in pieces {
+        hasher.update(piece);
+    }
     hasher.finalize()
 }
 

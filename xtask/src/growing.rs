@@ -109,19 +109,17 @@ impl Growing {
         name: &str,
         begin: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
     ) -> Result<&mut GrowingFile> {
-        let place = match self.files.iter().position(|file| file.name == name) {
-            Some(place) => place,
-            None => {
-                let path = self.folder.path().join(name);
-                let made = File::create(&path).map(BufWriter::new).and_then(|mut out| {
-                    begin(&mut out)?;
-                    Ok(out)
-                });
-                let out = made.with_context(|| format!("cannot write {}", path.display()))?;
-                self.files.push(GrowingFile { name: name.to_owned(), out, records: 0 });
-                self.files.len() - 1
-            }
-        };
+        let place = self.files.iter().position(|file| file.name == name);
+        let place = place.unwrap_or(self.files.len());
+        if place == self.files.len() {
+            let path = self.folder.path().join(name);
+            let made = File::create(&path).map(BufWriter::new).and_then(|mut out| {
+                begin(&mut out)?;
+                Ok(out)
+            });
+            let out = made.with_context(|| format!("cannot write {}", path.display()))?;
+            self.files.push(GrowingFile { name: name.to_owned(), out, records: 0 });
+        }
         Ok(&mut self.files[place])
     }
 }

@@ -89,7 +89,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let folder = Folder::create(&options.folder(), options.choices.existing())?;
     let _alone = folder.lock()?;
     let jobs = jobs(options, &plan);
-    refuse_other_layout(&jobs, &folder)?;
+    if options.choices.resume {
+        refuse_other_layout(&jobs, &folder)?;
+    }
     let folders = match jobs.as_slice() {
         [_] => vec![folder.clone()],
         jobs => jobs.iter().map(|job| folder.inner(&job.name())).collect::<Result<_>>()?,

@@ -135,7 +135,7 @@ fn write_on<O: Observer + Serialize>(
             "energy" => files.append(&series::ENERGY, energy.series())?,
             "collision-rate" => files.append(&series::RATES, rate.series())?,
             "pressure" => {
-                files.append(&series::PRESSURE, pressure(contacts).map_or(&[], Pressure::series))?
+                files.append(&series::PRESSURE, pressure(contacts).map_or(&[], Pressure::series))?;
             }
             // Its two figures stand in the summary.
             _ => (),
