@@ -102,6 +102,14 @@ impl Folder {
         write_whole(&self.path.join(name), content.as_ref())
     }
 
+    /// Writes a whole file that resuming a run relies on.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write_lasting(&self, name: &str, content: impl AsRef<[u8]>) -> Result<()> {
+        write_lasting(&self.path.join(name), &[content.as_ref()])
+    }
+
     /// Writes a whole file of JSON.
     ///
     /// # Errors

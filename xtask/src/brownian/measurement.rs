@@ -107,6 +107,8 @@ pub fn measure(
             return Ok(measured);
         }
         Start::From(going) => {
+            // Needed at the end: that it is gone must not come out then.
+            task.folder.read("start.svg")?;
             progress.skip(going.simulation.time().to_f64());
             *going
         }
@@ -148,8 +150,8 @@ pub fn measure(
 fn snapshot(view: &View<'_>, name: &str, folder: &Folder) -> Result<()> {
     let mut frame = Vec::new();
     write_extended_xyz(view, &mut frame)?;
-    folder.write(&format!("{name}.extxyz"), frame)?;
-    folder.write(&format!("{name}.svg"), picture(view, PICTURE))
+    folder.write_lasting(&format!("{name}.extxyz"), frame)?;
+    folder.write_lasting(&format!("{name}.svg"), picture(view, PICTURE))
 }
 
 /// Writes what the last standby has brought.

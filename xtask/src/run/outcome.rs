@@ -76,11 +76,13 @@ fn simulate_with<O: Observer + Default + Serialize + DeserializeOwned>(
     let mut going = match task.start::<Watched<O>, Outcome>(found)? {
         Start::Ended(outcome) => return Ok(outcome),
         Start::From(going) => {
+            // Needed at the end: that it is gone must not come out then.
+            task.folder.read(PICTURES[0])?;
             progress.skip(going.simulation.time().to_f64());
             *going
         }
         Start::Anew => {
-            task.folder.write(PICTURES[0], picture(&simulation.view(), PICTURE))?;
+            task.folder.write_lasting(PICTURES[0], picture(&simulation.view(), PICTURE))?;
             let mut going = Resumable::begin(task, simulation, Watched::<O>::default());
             going.observers.start(&going.simulation.view());
             going.observers.standby(&going.simulation.view());
@@ -97,7 +99,7 @@ fn simulate_with<O: Observer + Default + Serialize + DeserializeOwned>(
     }
     drop(progress);
     let view = going.simulation.view();
-    task.folder.write(PICTURES[1], picture(&view, PICTURE))?;
+    task.folder.write_lasting(PICTURES[1], picture(&view, PICTURE))?;
     let (energy, rate, overlaps, contacts) = &going.observers;
     let (collisions, freedom) = (view.counters().collisions, view.degrees_of_freedom());
     let outcome = Outcome {
