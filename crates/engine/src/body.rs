@@ -11,6 +11,13 @@ use smallvec::SmallVec;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct BodyKey(pub(crate) u64);
 
+/// The handle of no body.
+impl Default for BodyKey {
+    fn default() -> Self {
+        Self(u64::MAX)
+    }
+}
+
 /// A tag: a name that groups bodies, as a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Tag(pub(crate) u32);
