@@ -62,8 +62,8 @@ pub use carom_observers as observers;
 
 pub use carom_detection::{BoundingCircles, Detection, Exact, FixedStep, GoldenSecant};
 pub use carom_engine::{
-    BodyKey, Cells, CollisionReport, EditError, Fineness, Instructions, Observer, RunError, Scene,
-    SceneError, Scheduler, Simulation, Thesis, View,
+    BodyKey, Cells, Checkpoint, CollisionReport, EditError, Fineness, Instructions, Observer, RunError,
+    Scene, SceneError, Scheduler, Simulation, Thesis, View,
 };
 pub use carom_geometry::{Atom, Molecule, PeriodicBox, Shape};
 pub use carom_kinematics::{Instant, Motion, Orientation};

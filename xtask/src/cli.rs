@@ -13,7 +13,8 @@ use crate::{
     tidy,
 };
 
-/// Runners on top of carom. Exit codes: 0 done, 1 a check failed, 2 bad input.
+/// Runners on top of carom. Exit codes: 0 done, 1 a check failed, 2 bad input, 130 or 143 interrupted by a
+/// signal.
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 pub struct Cli {

@@ -6,7 +6,7 @@ use anyhow::Result;
 use carom::Scene;
 use serde::Serialize;
 
-use crate::output::Folder;
+use crate::output::{Folder, MANIFEST};
 
 /// `manifest.json`.
 #[derive(Debug, Clone, Serialize)]
@@ -23,7 +23,9 @@ pub struct Manifest {
     /// The command with every choice written out.
     again: String,
     streams: Vec<Stream>,
+    /// Since the run was begun, or last resumed.
     wall_seconds: Option<f64>,
+    /// Of the whole run.
     cpu_seconds: Option<f64>,
     /// Whether the run came to its end; if not, the folder holds what was there until then.
     complete: bool,
@@ -62,8 +64,14 @@ impl Manifest {
             complete: false,
             begun: Instant::now(),
         };
-        folder.write_json(NAME, &manifest)?;
+        folder.write_json(MANIFEST, &manifest)?;
         Ok(manifest)
+    }
+
+    /// Whether the folder holds a run that has come to its end.
+    pub fn is_complete(folder: &Folder) -> bool {
+        let manifest = folder.read(MANIFEST).ok().and_then(|text| serde_json::from_str(&text).ok());
+        manifest.is_some_and(|manifest: serde_json::Value| manifest["complete"] == true)
     }
 
     /// Notes that the run has come to its end, after so many seconds of processor time in its run phase, all threads
@@ -75,11 +83,9 @@ impl Manifest {
         self.wall_seconds = Some(self.begun.elapsed().as_secs_f64());
         self.cpu_seconds = Some(cpu_seconds);
         self.complete = true;
-        folder.write_json(NAME, &self)
+        folder.write_json(MANIFEST, &self)
     }
 }
-
-const NAME: &str = "manifest.json";
 
 /// The streams that a scene draws from: number 16 × replica + purpose, see [`carom::engine::random_stream`].
 fn streams(scene: &Scene) -> [Stream; 2] {
@@ -122,11 +128,13 @@ mod tests {
         let mut scene = Scene::default();
         (scene.bounds.seed, scene.bounds.replica) = (u64::MAX, 3);
         let read = || -> serde_json::Value {
-            serde_json::from_str(&fs::read_to_string(root.path().join(NAME)).unwrap()).unwrap()
+            serde_json::from_str(&fs::read_to_string(root.path().join(MANIFEST)).unwrap()).unwrap()
         };
         let manifest = Manifest::begin(&folder, "cargo xtask run", &[&scene]).unwrap();
         assert_eq!(read()["complete"], false);
+        assert!(!Manifest::is_complete(&folder));
         manifest.complete(&folder, 1.5).unwrap();
+        assert!(Manifest::is_complete(&folder));
         let written = read();
         assert_eq!(written["complete"], true);
         assert_eq!(written["streams"][0]["seed"], u64::MAX);

@@ -1,13 +1,16 @@
 //! The folder that a run writes into: never over an earlier run by accident, and no file half written.
 
 use std::{
-    fs::{self, File},
-    io::BufWriter,
+    fs::{self, File, TryLockError},
+    io::{self, Write as _},
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use serde::Serialize;
+
+/// The file that every run writes first.
+pub const MANIFEST: &str = "manifest.json";
 
 /// What is done about a folder that has files in it already.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +19,8 @@ pub enum Existing {
     Refuse,
     /// Files of the same names are replaced, others stay.
     Replace,
+    /// They are gone on with; they must be those of a run.
+    Resume,
 }
 
 /// An output folder.
@@ -31,16 +36,40 @@ impl Folder {
     /// There are files in it and `existing` says refuse, or it cannot be made.
     pub fn create(path: &Path, existing: Existing) -> Result<Self> {
         fs::create_dir_all(path).with_context(|| format!("cannot make the folder {}", path.display()))?;
-        let occupied = fs::read_dir(path)
-            .with_context(|| format!("cannot look into the folder {}", path.display()))?
-            .next()
-            .is_some();
-        ensure!(
-            !occupied || existing == Existing::Replace,
-            "{} is not empty: choose another folder with --out, or replace its files with --force",
-            path.display()
-        );
+        let look = || format!("cannot look into the folder {}", path.display());
+        let names: Vec<_> = fs::read_dir(path)
+            .and_then(|entries| entries.map(|entry| entry.map(|file| file.file_name())).collect())
+            .with_context(look)?;
+        match existing {
+            Existing::Replace => {}
+            Existing::Refuse => ensure!(
+                names.is_empty(),
+                "{} is not empty: choose another folder with --out, replace its files with --force, or go on with the \
+                 run in it with --resume",
+                path.display()
+            ),
+            Existing::Resume => ensure!(
+                names.is_empty() || names.iter().any(|name| name.to_string_lossy().starts_with(MANIFEST)),
+                "{} holds no run that could be resumed: there is no {MANIFEST}",
+                path.display()
+            ),
+        }
         Ok(Self { path: path.to_owned() })
+    }
+
+    /// Keeps other processes from writing into the folder as long as what is given lives; `None` where the system cannot.
+    ///
+    /// # Errors
+    /// Another process writes into it.
+    pub fn lock(&self) -> Result<Option<File>> {
+        let Ok(folder) = File::open(&self.path) else { return Ok(None) };
+        match folder.try_lock() {
+            Ok(()) => Ok(Some(folder)),
+            Err(TryLockError::WouldBlock) => {
+                bail!("another process writes into {}: wait until it has ended", self.path.display())
+            }
+            Err(TryLockError::Error(_)) => Ok(None),
+        }
     }
 
     /// A folder inside this one, new or not.
@@ -56,12 +85,29 @@ impl Folder {
         &self.path
     }
 
+    /// Reads a whole file of text.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn read(&self, name: &str) -> Result<String> {
+        let path = self.path.join(name);
+        fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))
+    }
+
     /// Writes a whole file.
     ///
     /// # Errors
     /// It cannot be written.
     pub fn write(&self, name: &str, content: impl AsRef<[u8]>) -> Result<()> {
         write_whole(&self.path.join(name), content.as_ref())
+    }
+
+    /// Writes a whole file that resuming a run relies on.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write_lasting(&self, name: &str, content: impl AsRef<[u8]>) -> Result<()> {
+        write_lasting(&self.path.join(name), &[content.as_ref()])
     }
 
     /// Writes a whole file of JSON.
@@ -89,16 +135,6 @@ impl Folder {
         rows.into_iter().try_for_each(|row| table.serialize(row))?;
         self.write(name, table.into_inner()?)
     }
-
-    /// Opens a file that grows while the run goes on.
-    ///
-    /// # Errors
-    /// It cannot be made.
-    pub fn growing(&self, name: &str) -> Result<BufWriter<File>> {
-        let path = self.path.join(name);
-        let file = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
-        Ok(BufWriter::new(file))
-    }
 }
 
 /// Writes a file aside and renames it, so that nobody ever sees half of it.
@@ -106,15 +142,38 @@ impl Folder {
 /// # Errors
 /// It cannot be written.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
-    let cannot = || format!("cannot write {}", path.display());
+    aside(path, |aside| fs::write(aside, content))
+}
+
+/// The same, and the new file is on the disk before it takes the place of an older one: not even a loss of power leaves
+/// neither.
+///
+/// # Errors
+/// It cannot be written.
+pub fn write_lasting(path: &Path, pieces: &[&[u8]]) -> Result<()> {
+    aside(path, |aside| {
+        let mut file = File::create(aside)?;
+        pieces.iter().try_for_each(|piece| file.write_all(piece))?;
+        file.sync_all()
+    })?;
+    // The name, too, where folders can be opened; elsewhere the system sees to it.
+    if let Some(Ok(folder)) = path.parent().map(File::open) {
+        folder.sync_all().with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(())
+}
+
+/// Writes a file under another name, then renames it.
+fn aside(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<()> {
     let mut aside = path.as_os_str().to_owned();
     aside.push(".part");
-    let written = fs::write(&aside, content).and_then(|()| fs::rename(&aside, path));
+    let aside = PathBuf::from(aside);
+    let written = write(&aside).and_then(|()| fs::rename(&aside, path));
     if written.is_err() {
         // Half a file helps nobody; that it cannot be removed either is no news.
         let _ = fs::remove_file(&aside);
     }
-    written.with_context(cannot)
+    written.with_context(|| format!("cannot write {}", path.display()))
 }
 
 #[cfg(test)]
@@ -129,10 +188,24 @@ mod tests {
         assert!(Folder::create(&path, Existing::Refuse).is_ok(), "an empty folder is fine");
         folder.write("a.txt", "first").unwrap();
         let refused = Folder::create(&path, Existing::Refuse).unwrap_err().to_string();
-        assert!(refused.contains("--force"), "{refused}");
+        assert!(refused.contains("--force") && refused.contains("--resume"), "{refused}");
+        let refused = Folder::create(&path, Existing::Resume).unwrap_err().to_string();
+        assert!(refused.contains("manifest.json"), "{refused}");
         Folder::create(&path, Existing::Replace).unwrap().write("a.txt", "second").unwrap();
         assert_eq!(fs::read_to_string(path.join("a.txt")).unwrap(), "second");
         assert_eq!(fs::read_dir(&path).unwrap().count(), 1, "nothing is left aside");
+    }
+
+    #[test]
+    fn one_process_at_a_time_writes_into_a_folder() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
+        let first = folder.lock().unwrap();
+        if first.is_some() {
+            assert!(folder.lock().unwrap_err().to_string().contains("another process"));
+        }
+        drop(first);
+        assert!(folder.lock().is_ok());
     }
 
     #[test]

@@ -26,6 +26,8 @@ pub struct Progress {
 #[derive(Debug)]
 struct State {
     time: f64,
+    /// Of this, what was done before: it says nothing about how fast it goes now.
+    skipped: f64,
     collisions: u64,
     line: Instant,
 }
@@ -39,7 +41,19 @@ impl Progress {
             ProgressBar::new(STEPS).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
         let now = Instant::now();
-        Self { total, begun: now, bar, state: Mutex::new(State { time: 0.0, collisions: 0, line: now }) }
+        Self {
+            total,
+            begun: now,
+            bar,
+            state: Mutex::new(State { time: 0.0, skipped: 0.0, collisions: 0, line: now }),
+        }
+    }
+
+    /// Some run resumes at `time`.
+    pub fn skip(&self, time: f64) {
+        let mut state = self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        state.time += time;
+        state.skipped += time;
     }
 
     /// Some run has gone on by `time` with so many collisions.
@@ -55,7 +69,8 @@ impl Progress {
             bar.set_position((share * STEPS as f64) as u64);
         } else if state.line.elapsed() >= INTERVAL {
             state.line = Instant::now();
-            let left = elapsed * (1.0 - share) / share.max(1e-9);
+            let done = (state.time - state.skipped).max(1e-9 * self.total);
+            let left = elapsed * (self.total - state.time).max(0.0) / done;
             eprintln!("{:5.1} %  {} collisions/s  {left:.0} s left", 100.0 * share, rounded(rate));
         }
     }

@@ -1,35 +1,38 @@
 //! Series over the standbys of a run, as tables.
 
-use anyhow::Result;
-use carom::observers::{LedgerPoint, PressurePoint, RatePoint};
+use carom::observers::{LedgerPoint, PressurePoint, RatePoint, RunningPoint};
 
-use crate::output::Folder;
+use crate::growing::Table;
 
-/// Writes `energy.csv`.
-///
-/// # Errors
-/// It cannot be written.
-pub fn write_energy(folder: &Folder, series: &[LedgerPoint]) -> Result<()> {
-    let row =
-        |point: &LedgerPoint| (point.time, point.energy, point.booked, point.momentum.x, point.momentum.y);
-    let header = ["time", "energy", "booked_energy", "momentum_x", "momentum_y"];
-    folder.write_table("energy.csv", &header, series.iter().map(row))
-}
+/// `energy.csv`.
+pub const ENERGY: Table<LedgerPoint> = Table {
+    name: "energy.csv",
+    header: &["time", "energy", "booked_energy", "momentum_x", "momentum_y"],
+    row: |csv, point| {
+        csv.serialize((point.time, point.energy, point.booked, point.momentum.x, point.momentum.y))
+    },
+};
 
-/// Writes `collision-rate.csv`.
-///
-/// # Errors
-/// It cannot be written.
-pub fn write_rates(folder: &Folder, series: &[RatePoint]) -> Result<()> {
-    let row = |point: &RatePoint| (point.time, point.collisions, point.rate);
-    folder.write_table("collision-rate.csv", &["time", "collisions", "rate_per_body"], series.iter().map(row))
-}
+/// `collision-rate.csv`.
+pub const RATES: Table<RatePoint> = Table {
+    name: "collision-rate.csv",
+    header: &["time", "collisions", "rate_per_body"],
+    row: |csv, point| csv.serialize((point.time, point.collisions, point.rate)),
+};
 
-/// Writes `pressure.csv`.
-///
-/// # Errors
-/// It cannot be written.
-pub fn write_pressure(folder: &Folder, series: &[PressurePoint]) -> Result<()> {
-    let row = |point: &PressurePoint| (point.time, point.pressure(), point.kinetic, point.virial);
-    folder.write_table("pressure.csv", &["time", "pressure", "kinetic", "virial"], series.iter().map(row))
-}
+/// `pressure.csv`.
+pub const PRESSURE: Table<PressurePoint> = Table {
+    name: "pressure.csv",
+    header: &["time", "pressure", "kinetic", "virial"],
+    row: |csv, point| csv.serialize((point.time, point.pressure(), point.kinetic, point.virial)),
+};
+
+/// `running-average.csv`.
+pub const AVERAGES: Table<RunningPoint> = Table {
+    name: "running-average.csv",
+    header: &["time", "force_x", "force_y", "velocity_x", "velocity_y"],
+    row: |csv, point| {
+        let (force, velocity) = (point.momentum, point.velocity);
+        csv.serialize((point.time, force.x, force.y, velocity.x, velocity.y))
+    },
+};

@@ -1,6 +1,6 @@
 //! What a run says in numbers: figures with their errors and predictions, and checks that it passed or not.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A measured figure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -66,7 +66,7 @@ impl Check {
 }
 
 /// Totals that every run has.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Totals {
     /// Contacts.
     pub collisions: u64,

@@ -33,7 +33,7 @@ fn data(folder: &Path) -> Vec<(String, Vec<u8>)> {
             let name = path.strip_prefix(folder).unwrap().display().to_string();
             if path.is_dir() {
                 folders.push(path);
-            } else if !["manifest.json", "summary.json", "report.html"]
+            } else if !["checkpoint", "manifest.json", "summary.json", "report.html"]
                 .iter()
                 .any(|clock| name.ends_with(clock))
             {

@@ -4,24 +4,31 @@ use std::{fmt, sync::Arc};
 
 use carom_geometry::Molecule;
 use carom_kinematics::Inertia;
+use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use crate::TagNames;
 
-slotmap::new_key_type! {
-    /// Handle of a body; stays valid until the body is removed and is never used again.
-    pub struct BodyKey;
+/// Handle of a body; stays valid until the body is removed and is never used again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct BodyKey(pub(crate) u64);
+
+/// The handle of no body.
+impl Default for BodyKey {
+    fn default() -> Self {
+        Self(u64::MAX)
+    }
 }
 
 /// A tag: a name that groups bodies, as a number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Tag(pub(crate) u32);
 
 /// The tags of one body, in ascending order.
 pub type Tags = SmallVec<[Tag; 2]>;
 
 /// Whether a body can turn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Rotation {
     /// It turns as impulses make it turn.
@@ -35,7 +42,6 @@ pub enum Rotation {
 #[derive(Debug, Clone)]
 pub struct Body {
     pub(crate) key: BodyKey,
-    pub(crate) id: u64,
     pub(crate) molecule: Arc<Molecule>,
     pub(crate) inertia: Inertia,
     pub(crate) tags: Tags,
@@ -51,7 +57,7 @@ impl Body {
 
     /// Number of the body in order of insertion, from 0; never reused.
     pub fn id(&self) -> u64 {
-        self.id
+        self.key.0
     }
 
     /// Shape and mass.

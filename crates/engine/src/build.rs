@@ -209,7 +209,7 @@ pub(crate) fn insert(
     tags: Tags,
     motion: Motion,
 ) -> crate::BodyKey {
-    let body = |key, id| Body { key, id, molecule, inertia, tags, elasticity_class: 0 };
+    let body = |key| Body { key, molecule, inertia, tags, elasticity_class: 0 };
     world.insert(body, motion)
 }
 

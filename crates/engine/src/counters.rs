@@ -2,8 +2,10 @@
 
 use std::ops::Add;
 
+use serde::{Deserialize, Serialize};
+
 /// Counts of events since the system was built; an edit at a standby resets none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Counters {
     /// Contacts between two bodies, fixed ones included.
     pub collisions: u64,
@@ -24,7 +26,7 @@ pub struct Counters {
 /// These are counts of work: they depend on the scheduler, not on the trajectory alone. How it is told apart what costs
 /// time: many crossings, and the cells are too small; many stale predictions, and the gas is dense; many re-checks, and
 /// molecules fly long at a small gap.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct SchedulerCounters {
     /// Bodies that entered another cell. Those that cover several cells of [`Cells`](crate::Cells) are not among them.
     pub crossings: u64,
@@ -58,7 +60,7 @@ impl Add for SchedulerCounters {
 /// Energy taken out and put in since the system was built (mass × length² / time²).
 ///
 /// At any time the kinetic energy is `initial − lost + put_in`, to rounding.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Ledger {
     /// Energy at the start.
     pub initial: f64,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use carom_response::Elasticity;
 
-use crate::{Body, ElasticitySpec, SceneError, Tag, TagNames, Tags, World, guard::Guard};
+use crate::{Body, ElasticityRule, ElasticitySpec, SceneError, Tag, TagNames, Tags, World, guard::Guard};
 
 /// Elasticity of each kind of contact. A rule for a pair of tags goes before a rule for one tag, and that
 /// before the default; two rules of equal rank that both apply and disagree are an error.
@@ -82,6 +82,19 @@ impl ElasticityTable {
         let loses = |elasticity: Elasticity| elasticity.coefficient() < 1.0;
         let any = loses(self.default) || self.rules.iter().any(|rule| loses(rule.elasticity));
         any && self.guard.contact_time > 0.0
+    }
+
+    /// The rules as a scene would give them.
+    pub(crate) fn spec(&self) -> ElasticitySpec {
+        let rule = |rule: &Rule| ElasticityRule {
+            between: rule.names.clone(),
+            coefficient: rule.elasticity.coefficient(),
+        };
+        ElasticitySpec {
+            default: self.default.coefficient(),
+            contact_time: self.guard.contact_time,
+            pair: self.rules.iter().map(rule).collect(),
+        }
     }
 
     /// Sorts the bodies into classes and looks up each pair of classes once.

@@ -41,6 +41,7 @@
 mod body;
 mod build;
 mod cells;
+mod checkpoint;
 mod counters;
 mod elasticity_table;
 mod error;
@@ -63,6 +64,7 @@ mod world;
 
 pub use body::{Body, BodyKey, BodyName, Rotation, Tag, Tags};
 pub use cells::{Cells, Instructions};
+pub use checkpoint::{Checkpoint, CheckpointError};
 pub use counters::{Counters, Ledger, SchedulerCounters};
 pub use elasticity_table::ElasticityTable;
 pub use error::{EditError, GridError, RunError, SceneError};

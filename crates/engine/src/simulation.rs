@@ -6,6 +6,7 @@ use carom_detection::{Detection, Exact};
 use carom_kinematics::{Instant, Motion, kinetic_energy};
 use carom_response::{ContactFrame, Elasticity, Impact, Response, struck};
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     BodyName, Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts,
@@ -65,11 +66,11 @@ pub(crate) enum Epoch {
 }
 
 /// Contacts at one instant, for each body that has had one since time last moved on.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct AtOnce {
     /// The instant, as an offset in the epoch.
-    time: f64,
-    counts: BTreeMap<u32, u32>,
+    pub time: f64,
+    pub counts: BTreeMap<u32, u32>,
 }
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
@@ -140,23 +141,43 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Runs to `until` or through so many contacts, whichever is first; tells how many there were.
     fn advance<O: Observer>(&mut self, until: Instant, most: u64, observer: &mut O) -> Result<u64, RunError> {
         let mut contacts = 0;
-        let ended = loop {
-            // A time that has passed, whether before the call or by a rounding of the epoch's start.
-            if contacts == most || until.since(self.world.epoch) < self.offset {
-                break Ok(());
-            }
-            match self.advance_in_epoch(until, most, &mut contacts, observer) {
-                Ok(true) => break Ok(()),
-                Ok(false) => {}
-                Err(error) => {
-                    // Its contact has left the calendar: predicted anew, it is there again for whoever goes on.
-                    self.end_epoch(self.offset);
-                    break Err(error);
-                }
-            }
+        while !self.advance_one_epoch(until, most, &mut contacts, observer)? {}
+        Ok(contacts)
+    }
+
+    /// Runs to `until`, but not beyond the end of the present epoch; tells whether `until` has been reached.
+    ///
+    /// At the end of an epoch the state is all there is to know of a run, so that [`Self::checkpoint`] can be asked for.
+    /// To run to `until` in such pieces changes no bit.
+    ///
+    /// # Errors
+    /// As [`Self::run_until`].
+    pub fn observe_epoch<O: Observer>(&mut self, until: Instant, observer: &mut O) -> Result<bool, RunError> {
+        self.advance_one_epoch(until, u64::MAX, &mut 0, observer)
+    }
+
+    /// Runs to the end of the epoch at most; tells whether `until`, or the last contact asked for, has been reached.
+    fn advance_one_epoch<O: Observer>(
+        &mut self,
+        until: Instant,
+        most: u64,
+        contacts: &mut u64,
+        observer: &mut O,
+    ) -> Result<bool, RunError> {
+        if !until.to_f64().is_finite() {
+            return Err(RunError::Time(until.to_f64()));
+        }
+        // A time that has passed, whether before the call or by a rounding of the epoch's start.
+        let reached = if *contacts == most || until.since(self.world.epoch) < self.offset {
+            Ok(true)
+        } else {
+            self.advance_in_epoch(until, most, contacts, observer).inspect_err(|_| {
+                // Its contact has left the calendar: predicted anew, it is there again for whoever goes on.
+                self.end_epoch(self.offset);
+            })
         };
         self.stand_by();
-        ended.map(|()| contacts)
+        reached
     }
 
     /// Runs within one epoch; tells whether `until`, or the last contact asked for, has been reached.

@@ -1,5 +1,7 @@
 //! Tags: names that group bodies, kept once and referred to by number.
 
+use serde::{Deserialize, Serialize};
+
 use crate::Tag;
 
 /// The names of all tags ever used in a system.
@@ -11,7 +13,7 @@ use crate::Tag;
 /// assert_eq!(names.name(gas), "gas");
 /// assert_eq!(names.find("tee"), None);
 /// ```
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct TagNames {
     names: Vec<String>,
 }
@@ -28,6 +30,11 @@ impl TagNames {
     /// The tag of this name, if there is one.
     pub fn find(&self, name: &str) -> Option<Tag> {
         self.names.iter().position(|known| known == name).map(|index| Tag(index as u32))
+    }
+
+    /// Whether this tag has a name here.
+    pub(crate) fn knows(&self, tag: Tag) -> bool {
+        (tag.0 as usize) < self.names.len()
     }
 
     /// The name of a tag of this system.

@@ -2,7 +2,6 @@
 
 use carom_geometry::PeriodicBox;
 use carom_kinematics::{Instant, Motion, kinetic_energy};
-use slotmap::SlotMap;
 
 use crate::{Body, BodyKey};
 
@@ -17,7 +16,6 @@ pub struct World {
     pub(crate) windings: Vec<[i64; 2]>,
     /// When each body last had a contact, as an offset in the epoch, −∞ if never; empty where no guard asks for it.
     pub(crate) last_contacts: Vec<f64>,
-    pub(crate) index_of: SlotMap<BodyKey, u32>,
     /// Start of the epoch.
     pub(crate) epoch: Instant,
     pub(crate) next_id: u64,
@@ -31,7 +29,6 @@ impl World {
             motions: Vec::new(),
             windings: Vec::new(),
             last_contacts: Vec::new(),
-            index_of: SlotMap::with_key(),
             epoch: Instant::ZERO,
             next_id: 0,
         }
@@ -71,7 +68,7 @@ impl World {
 
     /// Place of a body in the order of [`Self::bodies`].
     pub fn index(&self, key: BodyKey) -> Option<usize> {
-        self.index_of.get(key).map(|&index| index as usize)
+        self.bodies.binary_search_by_key(&key, Body::key).ok()
     }
 
     /// Kinetic energy of all bodies (mass × length² / time²).
@@ -128,13 +125,12 @@ impl World {
             + self.motions.capacity() * size_of::<Motion>()
             + self.windings.capacity() * size_of::<[i64; 2]>()
             + self.last_contacts.capacity() * size_of::<f64>()
-            + self.index_of.capacity() * size_of::<(BodyKey, u32)>()
     }
 
-    pub(crate) fn insert(&mut self, body: impl FnOnce(BodyKey, u64) -> Body, motion: Motion) -> BodyKey {
-        let index = self.bodies.len() as u32;
-        let key = self.index_of.insert(index);
-        self.bodies.push(body(key, self.next_id));
+    pub(crate) fn insert(&mut self, body: impl FnOnce(BodyKey) -> Body, motion: Motion) -> BodyKey {
+        // Keys ascend in order of insertion: that is how a body is found again.
+        let key = BodyKey(self.next_id);
+        self.bodies.push(body(key));
         let (position, winding) = self.bounds.wrap(motion.position);
         self.motions.push(Motion { position, ..motion });
         self.windings.push(winding);
@@ -144,17 +140,13 @@ impl World {
 
     /// Takes a body out. The others keep their order, so that order stays that of insertion.
     pub(crate) fn remove(&mut self, key: BodyKey) -> Option<Body> {
-        let index = self.index_of.remove(key)? as usize;
+        let index = self.index(key)?;
         self.motions.remove(index);
         self.windings.remove(index);
         if index < self.last_contacts.len() {
             self.last_contacts.remove(index);
         }
-        let body = self.bodies.remove(index);
-        for later in &self.bodies[index..] {
-            self.index_of[later.key] -= 1;
-        }
-        Some(body)
+        Some(self.bodies.remove(index))
     }
 
     /// Keeps the times of last contacts from now on, or no longer; bodies that are new have had none.

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 use parry2d_f64::shape::Ball;
+use serde::{Deserialize, Serialize};
 
 use crate::{GeometryError, Outline, check_length, check_positive};
 
@@ -15,13 +16,36 @@ use crate::{GeometryError, Outline, check_length, check_positive};
 /// assert_eq!(atom.arm(), 0.5);
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[serde(into = "PlainAtom", try_from = "PlainAtom")]
 #[doc(alias = "disc")]
 pub struct Atom {
     ball: Ball,
     offset: DVec2,
     arm: f64,
     mass: f64,
+}
+
+/// An atom as it is written down: all else follows from these.
+#[derive(Serialize, Deserialize)]
+struct PlainAtom {
+    offset: DVec2,
+    radius: f64,
+    mass: f64,
+}
+
+impl From<Atom> for PlainAtom {
+    fn from(atom: Atom) -> Self {
+        Self { offset: atom.offset, radius: atom.radius(), mass: atom.mass }
+    }
+}
+
+impl TryFrom<PlainAtom> for Atom {
+    type Error = GeometryError;
+
+    fn try_from(plain: PlainAtom) -> Result<Self, GeometryError> {
+        Self::new(plain.offset, plain.radius, plain.mass)
+    }
 }
 
 impl Atom {

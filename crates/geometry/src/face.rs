@@ -10,6 +10,8 @@ use crate::{GeometryError, Outline, check_length, check_positive};
 /// [`Self::radius`] of the face belongs to it, so that a wall may have a thickness, with rounded ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Face {
+    /// From end to end; all else follows from it.
+    span: DVec2,
     along: DVec2,
     half_length: f64,
     radius: f64,
@@ -34,7 +36,12 @@ impl Face {
         if radius != 0.0 {
             check_positive("the radius of a wall", radius)?;
         }
-        Ok(Self { along: span / length, half_length: 0.5 * length, radius, solid_behind: false })
+        Ok(Self { span, along: span / length, half_length: 0.5 * length, radius, solid_behind: false })
+    }
+
+    /// What [`Self::of_wall`] was given.
+    pub(crate) fn span(&self) -> DVec2 {
+        self.span
     }
 
     /// Unit vector along the face.

@@ -5,6 +5,7 @@ use parry2d_f64::{
     math::Pose,
     shape::{Compound, SharedShape},
 };
+use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use crate::{Atom, CircleTree, Face, GeometryError, Shape, atom::reach};
@@ -26,7 +27,8 @@ use crate::{Atom, CircleTree, Face, GeometryError, Shape, atom::reach};
 /// assert_eq!(dumbbell.moment_of_inertia(), 0.75);
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(into = "Written", try_from = "Written")]
 pub struct Molecule {
     atoms: SmallVec<[Atom; 1]>,
     mass: f64,
@@ -67,16 +69,7 @@ impl Molecule {
     /// [`GeometryError::NoAtoms`] or [`GeometryError::CoincidentAtoms`].
     pub fn new(atoms: impl IntoIterator<Item = Atom>) -> Result<Self, GeometryError> {
         let mut atoms: SmallVec<[Atom; 1]> = atoms.into_iter().collect();
-        if atoms.is_empty() {
-            return Err(GeometryError::NoAtoms);
-        }
-        for second in 0..atoms.len() {
-            for first in 0..second {
-                if atoms[first].offset() == atoms[second].offset() {
-                    return Err(GeometryError::CoincidentAtoms { first, second });
-                }
-            }
-        }
+        refuse_coincident(&atoms)?;
         let mass: f64 = atoms.iter().map(Atom::mass).sum();
         let centre = if atoms.len() == 1 {
             atoms[0].offset()
@@ -86,15 +79,20 @@ impl Molecule {
         for atom in &mut atoms {
             *atom = atom.moved_by(-centre);
         }
+        Ok(Self::of_centred(atoms))
+    }
+
+    /// A molecule of atoms that stand about their centre of mass already.
+    fn of_centred(atoms: SmallVec<[Atom; 1]>) -> Self {
         let bounding_radius = atoms.iter().map(reach).fold(0.0, f64::max);
-        Ok(Self {
-            mass,
+        Self {
+            mass: atoms.iter().map(Atom::mass).sum(),
             moment_of_inertia: atoms.iter().map(inertia_about_origin).sum(),
             bounding_radius,
             tree: (atoms.len() > CircleTree::CROSSOVER).then(|| CircleTree::new(&atoms, bounding_radius)),
             atoms,
             face: None,
-        })
+        }
     }
 
     /// A wall: a straight face with the given span from end to end (length) about the origin, and its two end points.
@@ -205,6 +203,59 @@ impl Molecule {
     }
 }
 
+/// A molecule as it is written down: what all else follows from, to the bit.
+#[derive(Serialize, Deserialize)]
+enum Written {
+    /// Atoms about their centre of mass. They are taken back as they stand: to centre them anew would move them by a
+    /// rounding.
+    Atoms(SmallVec<[Atom; 1]>),
+    Wall {
+        span: DVec2,
+        radius: f64,
+        has_ends: bool,
+    },
+}
+
+impl From<Molecule> for Written {
+    fn from(molecule: Molecule) -> Self {
+        match molecule.face {
+            None => Self::Atoms(molecule.atoms),
+            Some(face) => {
+                Self::Wall { span: face.span(), radius: face.radius(), has_ends: !molecule.atoms.is_empty() }
+            }
+        }
+    }
+}
+
+impl TryFrom<Written> for Molecule {
+    type Error = GeometryError;
+
+    fn try_from(written: Written) -> Result<Self, GeometryError> {
+        match written {
+            Written::Atoms(atoms) => {
+                refuse_coincident(&atoms)?;
+                Ok(Self::of_centred(atoms))
+            }
+            Written::Wall { span, radius, has_ends: true } => Self::wall(span, radius),
+            Written::Wall { span, radius, has_ends: false } => Self::wall_without_ends(span, radius),
+        }
+    }
+}
+
+fn refuse_coincident(atoms: &[Atom]) -> Result<(), GeometryError> {
+    if atoms.is_empty() {
+        return Err(GeometryError::NoAtoms);
+    }
+    for second in 0..atoms.len() {
+        for first in 0..second {
+            if atoms[first].offset() == atoms[second].offset() {
+                return Err(GeometryError::CoincidentAtoms { first, second });
+            }
+        }
+    }
+    Ok(())
+}
+
 /// The molecule as a parry shape, for queries that parry answers.
 impl From<&Molecule> for Compound {
     fn from(molecule: &Molecule) -> Self {
@@ -285,6 +336,25 @@ mod tests {
                 prop_assert_eq!(pose.translation, atom.offset());
                 prop_assert_eq!(ball.as_ball().unwrap().radius, atom.radius());
             }
+        }
+    }
+
+    proptest! {
+        /// Atoms centred once and centred again differ by a rounding; what was written down must not.
+        #[test]
+        fn written_down_and_read_again_it_is_the_same_to_the_bit(atoms in molecules()) {
+            let molecule = Molecule::new(atoms).unwrap();
+            let again = Molecule::try_from(Written::from(molecule.clone())).unwrap();
+            prop_assert_eq!(format!("{:?}", again), format!("{:?}", molecule));
+        }
+
+        #[test]
+        fn walls_too(x in -1.0..1.0f64, y in 0.1..1.0f64, radius in 0.01..0.1f64, has_ends in any::<bool>()) {
+            let span = DVec2::new(x, y);
+            let wall = if has_ends { Molecule::wall(span, radius) } else { Molecule::wall_without_ends(span, radius) };
+            let wall = wall.unwrap();
+            let again = Molecule::try_from(Written::from(wall.clone())).unwrap();
+            prop_assert_eq!(format!("{:?}", again), format!("{:?}", wall));
         }
     }
 

@@ -1,6 +1,7 @@
 //! The periodic box: a rectangle whose opposite sides are one and the same.
 
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use crate::{GeometryError, check_positive};
 
@@ -14,7 +15,7 @@ use crate::{GeometryError, check_positive};
 /// let (place, image) = unit.wrap(DVec2::new(1.25, -0.25));
 /// assert_eq!((place, image), (DVec2::new(0.25, 0.75), [1, -1]));
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[doc(alias = "torus")]
 pub struct PeriodicBox {
     sides: DVec2,

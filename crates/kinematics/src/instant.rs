@@ -2,6 +2,8 @@
 
 use std::{cmp::Ordering, fmt};
 
+use serde::{Deserialize, Serialize};
+
 /// A point in time, as the start of an epoch (a double-double: two floats whose exact sum is meant)
 /// and an offset from it.
 ///
@@ -14,7 +16,7 @@ use std::{cmp::Ordering, fmt};
 /// assert_eq!(old.since(Instant::from(1e12)), 1e-9);
 /// assert_eq!(old.to_f64(), 1e12);
 /// ```
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Instant {
     epoch: f64,
     epoch_low: f64,

@@ -1,13 +1,14 @@
 //! The motion of one body: a straight line and a constant spin since its subjective time.
 
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use crate::Orientation;
 
 /// Roto-translation of a body, valid from its subjective time until something happens to it.
 ///
 /// Times are offsets from an origin that all bodies of a system share.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[doc(alias = "roto-translation")]
 pub struct Motion {
     /// Place of the centre of mass at the subjective time (length).

@@ -1,6 +1,7 @@
 //! An orientation, kept as a fraction of a full turn, and its cosine and sine.
 
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// How far a body is turned, counter-clockwise.
@@ -15,7 +16,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 /// assert_eq!(quarter.turns(), 0.25);
 /// assert_eq!(quarter.cos_sin(), glam::DVec2::new(0.0, 1.0));
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[doc(alias = "angle")]
 pub struct Orientation(f64);
 

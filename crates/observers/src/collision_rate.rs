@@ -6,6 +6,7 @@
 
 use carom_engine::{Counters, Observer, View};
 use carom_kinematics::Instant;
+use serde::{Deserialize, Serialize};
 
 use crate::mean::mean_and_standard_error;
 
@@ -27,7 +28,7 @@ use crate::mean::mean_and_standard_error;
 /// assert!(mean > 0.0 && standard_error < 0.1 * mean);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct CollisionRate {
     /// When the present interval began, and the counts then.
     began: Option<(Instant, Counters)>,
@@ -35,7 +36,7 @@ pub struct CollisionRate {
 }
 
 /// Collisions in the interval that ends at one standby.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RatePoint {
     /// Time of the standby.
     pub time: f64,

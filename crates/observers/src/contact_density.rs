@@ -11,6 +11,7 @@ use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
 use carom_geometry::{GeometryError, check_positive};
 use carom_kinematics::Instant;
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use crate::{body_frame::in_body_frame, direction_histogram::bin_of, exposed_arc::exposed_angles};
 
@@ -44,7 +45,7 @@ use crate::{body_frame::in_body_frame, direction_histogram::bin_of, exposed_arc:
 /// assert!((pressure / (0.5 * density) - 1.0).abs() < 0.05);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ContactDensity {
     body: BodyKey,
     radius: f64,
@@ -56,7 +57,7 @@ pub struct ContactDensity {
     duration: f64,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Bin {
     /// Length of the exposed arc.
     arc: f64,
@@ -68,7 +69,7 @@ struct Bin {
 }
 
 /// The contacts on one piece of the boundary.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ContactPoint {
     /// Index of the atom touched.
     pub atom: usize,

@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 
 use carom_engine::{BodyKey, CollisionReport, Observer, View};
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use crate::body_frame::in_body_frame;
 
@@ -39,7 +40,7 @@ use crate::body_frame::in_body_frame;
 /// assert!((directions.total_impulse() - 1.0).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DirectionHistogram {
     body: BodyKey,
     counts: Vec<u64>,

@@ -5,6 +5,7 @@
 
 use carom_engine::{Observer, View};
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 /// Energy, booked energy and momentum over the standbys.
 ///
@@ -22,14 +23,14 @@ use glam::DVec2;
 /// assert!(ledger.drift() < 1e-13);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[doc(alias = "energy drift")]
 pub struct EnergyLedger {
     series: Vec<LedgerPoint>,
 }
 
 /// Energy and momentum at one standby.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LedgerPoint {
     /// Time of the standby.
     pub time: f64,

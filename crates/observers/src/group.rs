@@ -1,6 +1,7 @@
 //! Which bodies are measured: all, or those that carry one tag.
 
 use carom_engine::{Body, Tag};
+use serde::{Deserialize, Serialize};
 
 /// Which bodies are measured.
 ///
@@ -17,7 +18,7 @@ use carom_engine::{Body, Tag};
 /// assert_eq!((count(hot), count(Group::All)), (9, 10));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Group {
     /// Every body.
     #[default]

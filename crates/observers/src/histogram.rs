@@ -1,7 +1,9 @@
 //! A histogram of equal bins, which also counts what no bin holds.
 
+use serde::{Deserialize, Serialize};
+
 /// Counts in n equal bins of width w: bin k holds [low + k w, low + (k + 1) w).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Histogram {
     low: f64,
     width: f64,

@@ -16,6 +16,9 @@
 //! | overlapping pairs | [`OverlapCheck`] | standbys |
 //! | anything: closures, by event and by tag | [`Subscriptions`] | contacts, standbys |
 //!
+//! All but the last are plain data, which serde writes down to the bit: a run that is resumed from a checkpoint goes on with
+//! what it had seen.
+//!
 //! What an observer is told of standbys only costs a run nothing between them. Two functions turn a standby
 //! view into text: [`write_extended_xyz`] and [`picture`]. Observers are put together as a tuple:
 //!

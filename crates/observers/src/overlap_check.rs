@@ -4,6 +4,7 @@
 //! the smaller diameter. What counts as rounding: [`carom_engine::rounding_bound`].
 
 use carom_engine::{Observer, View};
+use serde::{Deserialize, Serialize};
 
 /// The worst overlaps seen at any standby.
 ///
@@ -19,7 +20,7 @@ use carom_engine::{Observer, View};
 /// assert_eq!((overlaps.checks(), overlaps.worst_pairs()), (1, 0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct OverlapCheck {
     checks: u64,
     worst_pairs: usize,

@@ -8,6 +8,7 @@
 use carom_engine::{Observer, View};
 use carom_geometry::{GeometryError, PeriodicBox, check_positive};
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{Group, Histogram};
@@ -31,7 +32,7 @@ use crate::{Group, Histogram};
 /// assert!(points[4].g > 1.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[doc(alias = "radial distribution function")]
 pub struct PairDistribution {
     groups: [Group; 2],
@@ -44,7 +45,7 @@ pub struct PairDistribution {
 }
 
 /// The pair distribution in one bin.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PairPoint {
     /// Middle of the bin (length).
     pub distance: f64,
@@ -148,7 +149,7 @@ impl Observer for PairDistribution {
 }
 
 /// A body of either group.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Member {
     place: DVec2,
     is_in: [bool; 2],

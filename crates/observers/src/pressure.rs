@@ -7,6 +7,7 @@
 use carom_engine::{CollisionReport, Observer, View};
 use carom_geometry::PeriodicBox;
 use carom_kinematics::Instant;
+use serde::{Deserialize, Serialize};
 
 use crate::mean::mean_and_standard_error;
 
@@ -32,14 +33,14 @@ use crate::mean::mean_and_standard_error;
 /// assert!(mean > 100.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Pressure {
     interval: Option<Interval>,
     series: Vec<PressurePoint>,
 }
 
 /// The interval that is still open.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Interval {
     began: Instant,
     bounds: PeriodicBox,
@@ -49,7 +50,7 @@ struct Interval {
 }
 
 /// Pressure in the interval that ends at one standby.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PressurePoint {
     /// Time of the standby.
     pub time: f64,

@@ -5,11 +5,12 @@
 
 use carom_engine::{BodyKey, CollisionReport, Observer};
 use carom_geometry::{GeometryError, check_positive};
+use serde::{Deserialize, Serialize};
 
 use crate::{Histogram, body_frame::in_body_frame};
 
 /// An axis of a body's own frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Axis {
     /// x′.
     X,
@@ -28,7 +29,7 @@ pub enum Axis {
 /// assert!(ProjectionHistogram::new(BodyKey::default(), Axis::X, 0.0, 100).is_err());
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ProjectionHistogram {
     body: BodyKey,
     axis: Axis,

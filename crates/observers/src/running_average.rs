@@ -7,6 +7,7 @@
 use carom_engine::{BodyKey, CollisionReport, Observer, View};
 use carom_kinematics::Instant;
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use crate::body_frame::in_body_frame;
 
@@ -30,7 +31,7 @@ use crate::body_frame::in_body_frame;
 /// assert_eq!(average.series().len(), 3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[doc(alias = "progressive sum")]
 pub struct RunningAverage {
     body: BodyKey,
@@ -41,7 +42,7 @@ pub struct RunningAverage {
 }
 
 /// The averages at one standby.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RunningPoint {
     /// Time of the standby.
     pub time: f64,

@@ -1,9 +1,10 @@
 //! Which collisions are wanted, by the tags of the two bodies.
 
 use carom_engine::{CollisionReport, Tag};
+use serde::{Deserialize, Serialize};
 
 /// Which collisions are wanted. A body with several tags counts for each of them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum TagFilter {
     /// All.
     #[default]

@@ -5,6 +5,7 @@
 
 use carom_engine::{Observer, View};
 use carom_kinematics::Instant;
+use serde::{Deserialize, Serialize};
 
 /// Energy put in and lost in each interval between standbys, and in all.
 ///
@@ -34,7 +35,7 @@ use carom_kinematics::Instant;
 /// assert!(ledger.imbalance() < 1e-13);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[doc(alias = "heat")]
 pub struct ThermostatLedger {
     /// The books at the first standby and at the last one.
@@ -43,7 +44,7 @@ pub struct ThermostatLedger {
 }
 
 /// The interval that ends at one standby.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ThermostatPoint {
     /// Time of the standby.
     pub time: f64,
@@ -70,7 +71,7 @@ impl ThermostatPoint {
 }
 
 /// What the books say at a standby: totals since the system was built.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Books {
     time: Instant,
     put_in: f64,

@@ -12,6 +12,7 @@ use carom_engine::{Observer, View};
 use carom_geometry::{GeometryError, check_positive};
 use carom_kinematics::Instant;
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use crate::Group;
 
@@ -52,7 +53,7 @@ const EVENNESS: f64 = 1e-6;
 /// assert_eq!(last.autocorrelation, 4.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[doc(alias = "MSD")]
 #[doc(alias = "VACF")]
 pub struct TimeCorrelation {
@@ -68,7 +69,7 @@ pub struct TimeCorrelation {
 }
 
 /// The averages at one lag.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CorrelationPoint {
     /// The lag t (time).
     pub lag: f64,
@@ -83,7 +84,7 @@ pub struct CorrelationPoint {
 }
 
 /// One body at one time.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Sample {
     id: u64,
     place: DVec2,
@@ -91,14 +92,14 @@ struct Sample {
 }
 
 /// Samples every `stride` standbys, the latest first, and the sums for the lags 1, 2, … strides.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Level {
     stride: u64,
     past: VecDeque<Vec<Sample>>,
     sums: Vec<LagSum>,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct LagSum {
     pairs: u64,
     squares: f64,

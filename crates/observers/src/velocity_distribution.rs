@@ -9,6 +9,7 @@ use std::f64::consts::{E, PI};
 use carom_engine::{Observer, View};
 use carom_geometry::{GeometryError, check_positive};
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use crate::{Group, Histogram, mean::mean_and_standard_error};
 
@@ -36,7 +37,7 @@ const THERMAL_SPEEDS: f64 = 6.0;
 /// assert!((velocities.series()[1].kurtosis - 2.0).abs() < 0.4);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[doc(alias = "maxwell")]
 pub struct VelocityDistribution {
     group: Group,
@@ -46,14 +47,14 @@ pub struct VelocityDistribution {
 }
 
 /// Histograms with bins of one and the same width.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Histograms {
     components: [Histogram; 2],
     speeds: Histogram,
 }
 
 /// The velocities at one standby.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct VelocityPoint {
     /// Time of the standby.
     pub time: f64,

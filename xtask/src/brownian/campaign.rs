@@ -1,6 +1,6 @@
 //! All runs that were asked for, side by side, and what is written of them.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use carom::Scene;
 use rayon::{ThreadPoolBuilder, prelude::*};
 use serde::Serialize;
@@ -13,10 +13,12 @@ use super::{
     setup::scene,
 };
 use crate::{
+    interruption::Signals,
     manifest::Manifest,
     output::Folder,
     page::{Layout, Page},
     progress::Progress,
+    resumable::{CHECKPOINT, Found, Task, without_end},
     say,
     summary::{Check, Figure, Summary, Totals, Verdict},
 };
@@ -30,7 +32,40 @@ struct Job {
     scene: Scene,
 }
 
+/// A job with what there is of it already.
+struct Run<'a> {
+    job: &'a Job,
+    task: &'a Task<'a>,
+    found: Option<Found>,
+}
+
+impl Run<'_> {
+    /// Whether it has come to its end, and all is written.
+    fn is_complete(&self) -> bool {
+        let ended = self.found.as_ref().is_some_and(|found| found.has_ended(self.task.until));
+        ended && Manifest::is_complete(self.task.folder)
+    }
+}
+
 impl Job {
+    fn task<'a>(
+        &self,
+        plan: &Plan,
+        options: &'a Options,
+        folder: &'a Folder,
+        signals: &'a Signals,
+    ) -> Task<'a> {
+        let command = format!("cargo xtask experiment brownian --from {}", plan.from);
+        Task {
+            folder,
+            what: without_end(&command, &self.scene),
+            until: plan.until,
+            standbys: plan.settling().chain(plan.measuring()).count(),
+            choices: &options.choices,
+            signals,
+        }
+    }
+
     fn name(&self) -> String {
         format!("{}-{}-{}", self.case.name(), self.size.name(), self.replica)
     }
@@ -50,25 +85,58 @@ fn title(case: Case, size: Size) -> String {
 /// Choices that make no sense, a folder that is not empty, a run that cannot go on.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan()?;
-    let folder = Folder::create(&options.folder(), options.existing())?;
+    let signals = Signals::watch()?;
+    let folder = Folder::create(&options.folder(), options.choices.existing())?;
+    let _alone = folder.lock()?;
     let jobs = jobs(options, &plan);
+    if options.choices.resume {
+        refuse_other_layout(&jobs, &folder)?;
+    }
+    let folders = match jobs.as_slice() {
+        [_] => vec![folder.clone()],
+        jobs => jobs.iter().map(|job| folder.inner(&job.name())).collect::<Result<_>>()?,
+    };
+    let tasks: Vec<Task<'_>> =
+        jobs.iter().zip(&folders).map(|(job, folder)| job.task(&plan, options, folder, &signals)).collect();
+    // All of them before anything is written: a folder of another campaign stays as it is.
+    let found = tasks.iter().map(Task::find).collect::<Result<Vec<_>>>()?;
+    let runs: Vec<Run<'_>> =
+        jobs.iter().zip(&tasks).zip(found).map(|((job, task), found)| Run { job, task, found }).collect();
     let command = options.command(&plan);
     if !options.note().is_empty() {
         say(&options.note());
     }
     let scenes: Vec<&Scene> = jobs.iter().map(|job| &job.scene).collect();
     let manifest = Manifest::begin(&folder, &command, &scenes)?;
-    let summary = match jobs.as_slice() {
-        [job] => {
+    let summary = match <[Run<'_>; 1]>::try_from(runs) {
+        Ok([run]) => {
             let progress = Progress::new(plan.until);
-            one(job, &plan, options, &folder, &progress)?.1
+            one(run, &plan, options, &progress)?.1
         }
-        _ => several(&jobs, &plan, options, &folder)?,
+        Err(runs) => several(&jobs, runs, &plan, options, &folder)?,
     };
     folder.write_json("summary.json", &summary)?;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
+}
+
+/// One run stands in the folder itself, several in folders inside it: refuses to make one out of the other.
+fn refuse_other_layout(jobs: &[Job], folder: &Folder) -> Result<()> {
+    let path = folder.path();
+    match jobs {
+        [job] => ensure!(
+            !path.join(job.name()).join(CHECKPOINT).exists(),
+            "{} holds a campaign of several runs: it cannot be gone on with as one run",
+            path.display()
+        ),
+        _ => ensure!(
+            !path.join(CHECKPOINT).exists(),
+            "{} holds one run: it cannot be gone on with as a campaign of several",
+            path.display()
+        ),
+    }
+    Ok(())
 }
 
 fn jobs(options: &Options, plan: &Plan) -> Vec<Job> {
@@ -86,20 +154,21 @@ fn jobs(options: &Options, plan: &Plan) -> Vec<Job> {
 
 /// One run, written to its folder; the manifest and the summary are left to the caller.
 fn one(
-    job: &Job,
+    Run { job, task, found }: Run<'_>,
     plan: &Plan,
     options: &Options,
-    folder: &Folder,
     progress: &Progress,
 ) -> Result<(Measurement, Summary)> {
+    let folder = task.folder;
     let command = options.command(plan);
     let head = format!(
         "# Written by `{command}`, replica {}.\n# The scene in full; measuring began at t = {}.\n\n",
         job.replica, plan.from
     );
     folder.write("config.toml", head + &job.scene.to_toml())?;
-    let measured = measure(&job.scene, plan, progress).with_context(|| format!("run {}", job.name()))?;
-    write_series(folder, &measured)?;
+    let measured =
+        measure(task, found, &job.scene, plan, progress).with_context(|| format!("run {}", job.name()))?;
+    folder.write_table("atoms.csv", &["atom", "kicks"], measured.kicks.by_atom.iter().enumerate())?;
     let runs = std::slice::from_ref(&measured);
     let group = Group::new(job.case, runs, plan.from).context("a run without kicks to sum")?;
     let charts = Charts::draw(&group)?;
@@ -129,9 +198,9 @@ fn one(
     page.figures(&summary.figures);
     report::charts(&mut page, &group, &charts);
     page.heading("The gas");
-    let [start, end] = &measured.snapshots;
+    let [start, end] = [folder.read("start.svg")?, folder.read("end.svg")?];
     let (until, caption) = (plan.until, "At the start: a lattice, shaken.");
-    page.pictures(Layout::Beside, &[(&start.picture, caption), (&end.picture, &format!("At t = {until}."))]);
+    page.pictures(Layout::Beside, &[(&start, caption), (&end, &format!("At t = {until}."))]);
     again(&mut page, &command);
     page.links(["directions.csv", "running-average.csv", "energy.csv", "collision-rate.csv", "atoms.csv"]);
     page.links(["start.extxyz", "end.extxyz", "summary.json", "manifest.json", "config.toml"]);
@@ -139,43 +208,33 @@ fn one(
     Ok((measured, summary))
 }
 
-/// Everything that is a series or a snapshot.
-fn write_series(folder: &Folder, measured: &Measurement) -> Result<()> {
-    let averages = measured.averages.iter();
-    folder.write_table(
-        "running-average.csv",
-        &["time", "force_x", "force_y", "velocity_x", "velocity_y"],
-        averages.map(|point| {
-            (point.time, point.momentum.x, point.momentum.y, point.velocity.x, point.velocity.y)
-        }),
-    )?;
-    crate::series::write_energy(folder, &measured.energy)?;
-    crate::series::write_rates(folder, &measured.rates)?;
-    folder.write_table("atoms.csv", &["atom", "kicks"], measured.kicks.by_atom.iter().enumerate())?;
-    for (name, snapshot) in ["start", "end"].iter().zip(&measured.snapshots) {
-        folder.write(&format!("{name}.extxyz"), &snapshot.frame)?;
-        folder.write(&format!("{name}.svg"), &snapshot.picture)?;
-    }
-    Ok(())
-}
-
 /// All runs, each in a folder of its own, and a page about all.
-fn several(jobs: &[Job], plan: &Plan, options: &Options, folder: &Folder) -> Result<Summary> {
+fn several(
+    jobs: &[Job],
+    runs: Vec<Run<'_>>,
+    plan: &Plan,
+    options: &Options,
+    folder: &Folder,
+) -> Result<Summary> {
     folder.write("config.toml", campaign_config(options, plan)?)?;
     let progress = Progress::new(plan.until * jobs.len() as f64);
     let threads = options.threads.map_or(0, usize::from);
     let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
     let command = options.command(plan);
-    let run_one = |job: &Job| -> Result<Measurement> {
-        let inner = folder.inner(&job.name())?;
-        let manifest = Manifest::begin(&inner, &command, &[&job.scene])?;
-        let (measured, summary) = one(job, plan, options, &inner, &progress)?;
+    let run_one = |run: Run<'_>| -> Result<Measurement> {
+        let inner = run.task.folder;
+        if run.is_complete() {
+            return measure(run.task, run.found, &run.job.scene, plan, &progress);
+        }
+        let manifest = Manifest::begin(inner, &command, &[&run.job.scene])?;
+        let (measured, summary) = one(run, plan, options, &progress)?;
         inner.write_json("summary.json", &summary)?;
-        manifest.complete(&inner, summary.totals.cpu_seconds())?;
+        manifest.complete(inner, summary.totals.cpu_seconds())?;
         Ok(measured)
     };
     // In the order of the jobs, whichever ends first: what is written does not depend on the threads.
-    let measured: Vec<Measurement> = pool.install(|| jobs.par_iter().map(run_one).collect::<Result<_>>())?;
+    let measured: Vec<Measurement> =
+        pool.install(|| runs.into_par_iter().map(run_one).collect::<Result<_>>())?;
     drop(progress);
 
     let all: Vec<Totals> = measured.iter().map(|run| run.totals).collect();

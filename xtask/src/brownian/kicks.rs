@@ -1,12 +1,13 @@
 //! Contacts of the molecule with the gas alone: those with the fixed bumper are left out.
 
 use carom::{CollisionReport, Observer, View};
+use serde::{Deserialize, Serialize};
 
 /// Passes on only collisions between bodies that move.
 ///
 /// The bumper is smaller than a gas disc, so it reaches corners of the molecule that the gas cannot; predictions
 /// are about the gas.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct FromGas<O>(pub O);
 
 impl<O: Observer> Observer for FromGas<O> {

@@ -2,15 +2,21 @@
 
 use anyhow::{Context, Result};
 use carom::{
-    CollisionRate, DirectionHistogram, EnergyLedger, Molecule, Observer, OverlapCheck, RunningAverage, Scene,
-    Simulation, View,
+    BodyKey, CollisionRate, DirectionHistogram, EnergyLedger, Molecule, Observer, OverlapCheck,
+    RunningAverage, Scene, Simulation, View,
     observers::{LedgerPoint, RatePoint, RunningPoint, picture, write_extended_xyz},
 };
-use cpu_time::ThreadTime;
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use super::{Plan, kicks::FromGas};
-use crate::{progress::Progress, standbys::standbys, summary::Totals};
+use crate::{
+    output::Folder,
+    progress::Progress,
+    resumable::{Found, Resumable, Start, Task},
+    series,
+    summary::Totals,
+};
 
 /// Sectors of the histogram of directions: one a degree.
 pub const SECTORS: usize = 360;
@@ -19,7 +25,7 @@ pub const SECTORS: usize = 360;
 const PICTURE: u32 = 720;
 
 /// What one run has shown.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Measurement {
     /// The molecule.
     pub molecule: Molecule,
@@ -43,12 +49,10 @@ pub struct Measurement {
     pub duration: f64,
     /// Totals of the whole run.
     pub totals: Totals,
-    /// Before the first contact, and at the end.
-    pub snapshots: [Snapshot; 2],
 }
 
 /// Kicks of the molecule, by direction in its own frame and by atom.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Kicks {
     /// How many, by direction of the impulse.
     pub counts: Vec<u64>,
@@ -56,15 +60,6 @@ pub struct Kicks {
     pub impulse: Vec<f64>,
     /// How many on each atom.
     pub by_atom: Vec<u64>,
-}
-
-/// The system at one time.
-#[derive(Debug, Clone)]
-pub struct Snapshot {
-    /// One frame of extended XYZ.
-    pub frame: Vec<u8>,
-    /// A picture, as SVG.
-    pub picture: String,
 }
 
 impl Kicks {
@@ -89,85 +84,124 @@ impl Kicks {
     }
 }
 
-impl Snapshot {
-    fn of(view: &View<'_>) -> Result<Self> {
-        let mut frame = Vec::new();
-        write_extended_xyz(view, &mut frame)?;
-        Ok(Self { frame, picture: picture(view, PICTURE) })
-    }
-}
+/// What watches a run: its books all the time, the molecule and the collisions while measuring.
+type Watched = (EnergyLedger, OverlapCheck, Option<Measuring>);
 
-/// Runs a scene by the plan.
+type Measuring = (FromGas<DirectionHistogram>, RunningAverage, CollisionRate);
+
+/// Runs a scene by the plan, from its beginning or from a checkpoint, and writes series and snapshots.
 ///
 /// # Errors
-/// A scene that cannot be built, or a run that cannot go on.
-pub fn measure(scene: &Scene, plan: &Plan, progress: &Progress) -> Result<Measurement> {
-    let mut simulation = Simulation::new(scene)?;
-    let first = simulation.view().bodies().next().context("a scene without bodies")?;
+/// A scene that cannot be built, a run that cannot go on, a file that cannot be written, or the program has been asked to
+/// end.
+pub fn measure(
+    task: &Task<'_>,
+    found: Option<Found>,
+    scene: &Scene,
+    plan: &Plan,
+    progress: &Progress,
+) -> Result<Measurement> {
+    let mut going = match task.start::<Watched, Measurement>(found)? {
+        Start::Ended(measured) => {
+            progress.skip(plan.until);
+            return Ok(measured);
+        }
+        Start::From(going) => {
+            // Needed at the end: that it is gone must not come out then.
+            task.folder.read("start.svg")?;
+            progress.skip(going.simulation.time().to_f64());
+            *going
+        }
+        Start::Anew => {
+            let simulation = Simulation::new(scene)?;
+            snapshot(&simulation.view(), "start", task.folder)?;
+            let mut going = Resumable::begin(task, simulation, Watched::default());
+            going.observers.standby(&going.simulation.view());
+            write_on(&mut going)?;
+            going
+        }
+    };
+    let first = going.simulation.view().bodies().next().context("a scene without bodies")?;
     let (key, molecule) = (first.body.key(), first.body.molecule().clone());
-    let start = Snapshot::of(&simulation.view())?;
-    let clock = ThreadTime::now();
-
-    let mut books = (EnergyLedger::default(), OverlapCheck::default());
-    books.standby(&simulation.view());
-    for time in standbys(0.0, plan.from, plan.standby) {
-        step(&mut simulation, time, &mut (), progress)?;
-        books.standby(&simulation.view());
+    let settled = plan.settling().count();
+    let times = plan.settling().chain(plan.measuring()).enumerate().skip(going.standbys());
+    for (index, time) in times {
+        if index == settled && going.observers.2.is_none() {
+            let measuring = going.observers.2.insert((
+                FromGas(DirectionHistogram::new(key, SECTORS)),
+                RunningAverage::new(key),
+                CollisionRate::default(),
+            ));
+            measuring.start(&going.simulation.view());
+        }
+        let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
+        going.run_to(time, task)?;
+        going.stand_by();
+        write_on(&mut going)?;
+        progress.advance(time - before.0, going.simulation.view().counters().collisions - before.1);
     }
-    let mut watched =
-        (FromGas(DirectionHistogram::new(key, SECTORS)), RunningAverage::new(key), CollisionRate::default());
-    watched.start(&simulation.view());
-    for time in standbys(plan.from, plan.until, plan.standby) {
-        step(&mut simulation, time, &mut watched, progress)?;
-        watched.standby(&simulation.view());
-        books.standby(&simulation.view());
-    }
-
-    let seconds = clock.elapsed().as_secs_f64();
-    let view = simulation.view();
-    let (FromGas(histogram), average, rate) = watched;
-    let (energy, overlaps) = books;
-    let collisions = view.counters().collisions;
-    let freedom = view.degrees_of_freedom() as f64;
-    let mut by_atom = histogram.atom_counts().to_vec();
-    by_atom.resize(molecule.atoms().len(), 0);
-    // All bodies but the molecule and what is fixed are gas.
-    let gas = view.bodies().filter(|view| !view.body.is_fixed() && view.body.key() != key).count();
-    Ok(Measurement {
-        kicks: Kicks { counts: histogram.counts().to_vec(), impulse: histogram.impulse().to_vec(), by_atom },
-        averages: average.series().to_vec(),
-        rates: rate.series().to_vec(),
-        rate: rate.mean(),
-        temperature: 2.0 * view.energy() / freedom,
-        booked_temperature: 2.0 * view.ledger().booked() / freedom,
-        density: gas as f64 / view.bounds().area(),
-        duration: plan.until - plan.from,
-        totals: Totals {
-            collisions,
-            simulated_time: plan.until,
-            collisions_per_second: collisions as f64 / seconds.max(1e-9),
-            energy_drift: energy.drift(),
-            overlapping_pairs: overlaps.worst_pairs(),
-            max_overlap: overlaps.deepest(),
-        },
-        energy: energy.series().to_vec(),
-        snapshots: [start, Snapshot::of(&view)?],
-        molecule,
-    })
+    let measured = Measurement::of(&going, key, molecule, plan)?;
+    snapshot(&going.simulation.view(), "end", task.folder)?;
+    going.end(task, &measured)?;
+    Ok(measured)
 }
 
-/// Runs to the next standby.
-fn step<O: Observer>(
-    simulation: &mut Simulation,
-    time: f64,
-    observer: &mut O,
-    progress: &Progress,
-) -> Result<()> {
-    let before = (simulation.time().to_f64(), simulation.view().counters().collisions);
-    simulation.observe_until(time, observer)?;
-    let after = simulation.view().counters().collisions;
-    progress.advance(time - before.0, after - before.1);
-    Ok(())
+/// Writes the system as it is: a frame of extended XYZ, and a picture.
+fn snapshot(view: &View<'_>, name: &str, folder: &Folder) -> Result<()> {
+    let mut frame = Vec::new();
+    write_extended_xyz(view, &mut frame)?;
+    folder.write_lasting(&format!("{name}.extxyz"), frame)?;
+    folder.write_lasting(&format!("{name}.svg"), picture(view, PICTURE))
+}
+
+/// Writes what the last standby has brought.
+fn write_on(going: &mut Resumable<Watched>) -> Result<()> {
+    let Resumable { observers: (energy, _, measuring), files, .. } = going;
+    files.append(&series::ENERGY, energy.series())?;
+    let (averages, rates) = match measuring {
+        Some((_, average, rate)) => (average.series(), rate.series()),
+        None => (&[][..], &[][..]),
+    };
+    files.append(&series::AVERAGES, averages)?;
+    files.append(&series::RATES, rates)
+}
+
+impl Measurement {
+    fn of(going: &Resumable<Watched>, key: BodyKey, molecule: Molecule, plan: &Plan) -> Result<Self> {
+        let (energy, overlaps, measuring) = &going.observers;
+        let (FromGas(histogram), average, rate) = measuring.as_ref().context("nothing was measured")?;
+        let view = going.simulation.view();
+        let collisions = view.counters().collisions;
+        let freedom = view.degrees_of_freedom() as f64;
+        let mut by_atom = histogram.atom_counts().to_vec();
+        by_atom.resize(molecule.atoms().len(), 0);
+        // All bodies but the molecule and what is fixed are gas.
+        let gas = view.bodies().filter(|view| !view.body.is_fixed() && view.body.key() != key).count();
+        Ok(Self {
+            kicks: Kicks {
+                counts: histogram.counts().to_vec(),
+                impulse: histogram.impulse().to_vec(),
+                by_atom,
+            },
+            averages: average.series().to_vec(),
+            rates: rate.series().to_vec(),
+            rate: rate.mean(),
+            temperature: 2.0 * view.energy() / freedom,
+            booked_temperature: 2.0 * view.ledger().booked() / freedom,
+            density: gas as f64 / view.bounds().area(),
+            duration: plan.until - plan.from,
+            totals: Totals {
+                collisions,
+                simulated_time: plan.until,
+                collisions_per_second: collisions as f64 / going.seconds().max(1e-9),
+                energy_drift: energy.drift(),
+                overlapping_pairs: overlaps.worst_pairs(),
+                max_overlap: overlaps.deepest(),
+            },
+            energy: energy.series().to_vec(),
+            molecule,
+        })
+    }
 }
 
 /// Sums of the kicks between one standby and the next, in the molecule's frame (mass × length / time).

@@ -5,7 +5,7 @@ use std::{path::PathBuf, str::FromStr};
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 
-use crate::output::Existing;
+use crate::{resumable::Choices, standbys::standbys};
 
 /// Choices of `cargo xtask experiment brownian`.
 #[derive(Debug, Clone, Args)]
@@ -41,9 +41,9 @@ pub struct Options {
     /// Where to write; out/brownian-CASE-SIZE if not given
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// Replace files of an earlier run in that folder
-    #[arg(long)]
-    pub force: bool,
+    /// Folders that are there already, and checkpoints
+    #[command(flatten)]
+    pub choices: Choices,
 }
 
 /// One of some choices, or all of them.
@@ -162,6 +162,18 @@ pub struct Plan {
     pub standby: f64,
 }
 
+impl Plan {
+    /// The standbys while the gas settles.
+    pub fn settling(&self) -> impl Iterator<Item = f64> + use<> {
+        standbys(0.0, self.from, self.standby)
+    }
+
+    /// The standbys while measuring.
+    pub fn measuring(&self) -> impl Iterator<Item = f64> + use<> {
+        standbys(self.from, self.until, self.standby)
+    }
+}
+
 impl Options {
     /// When what happens.
     ///
@@ -203,11 +215,6 @@ impl Options {
     pub fn folder(&self) -> PathBuf {
         let named = || format!("out/brownian-{}-{}", self.case.name(), self.size.name()).into();
         self.out.clone().unwrap_or_else(named)
-    }
-
-    /// What is done about files that are there already.
-    pub fn existing(&self) -> Existing {
-        if self.force { Existing::Replace } else { Existing::Refuse }
     }
 
     /// The command with every choice written out that the results depend on.

@@ -9,6 +9,8 @@ use carom::{
     engine::{BodyView, RunSpec},
 };
 
+use serde::{Deserialize, Serialize};
+
 use crate::output::Folder;
 
 /// What `run.observe` may name, with a tag or without, unless said.
@@ -32,9 +34,9 @@ const BINS_PER_DIAMETER: f64 = 50.0;
 const TURN_BINS: usize = 72;
 
 /// A name of `run.observe` that stands here, taken apart.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 struct Asked {
-    kind: &'static str,
+    kind: String,
     tag: Option<String>,
 }
 
@@ -43,7 +45,7 @@ impl Asked {
     fn parse(name: &str) -> Option<Self> {
         let (kind, tag) = name.split_once(':').map_or((name, None), |(kind, tag)| (kind, Some(tag)));
         let kind = OBSERVERS.into_iter().find(|&known| known == kind)?;
-        Some(Self { kind, tag: tag.map(str::to_owned) })
+        Some(Self { kind: kind.to_owned(), tag: tag.map(str::to_owned) })
     }
 
     fn group(&self, view: &View<'_>) -> Result<Group> {
@@ -65,7 +67,7 @@ impl Asked {
 /// What is wrong; a name that does not stand here is not known.
 pub fn check(name: &str) -> Result<()> {
     let Some(Asked { kind, tag }) = Asked::parse(name) else { bail!("'{name}' is not known") };
-    match (kind, tag.as_deref()) {
+    match (kind.as_str(), tag.as_deref()) {
         (CONTACT_DENSITY, None) => bail!("'{name}' needs the tag of a body: {name}:TAG"),
         (THERMOSTAT, Some(_)) => bail!("'{name}': the books of energy are kept for the whole system only"),
         // It becomes part of the name of a file.
@@ -79,10 +81,10 @@ pub fn check(name: &str) -> Result<()> {
 }
 
 /// Observers that are told of standbys only.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct AtStandbys(Vec<(Asked, Looker)>);
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 enum Looker {
     Velocities(VelocityDistribution),
     Correlation(TimeCorrelation),
@@ -91,7 +93,7 @@ enum Looker {
 }
 
 /// Observers that are told of contacts.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct AtContacts(Vec<(Asked, ContactDensity)>);
 
 /// The observers that a run asks for.
@@ -116,7 +118,7 @@ pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<(AtStandbys, AtContac
 
 fn looker(asked: &Asked, run: &RunSpec, view: &View<'_>) -> Result<Looker> {
     let group = asked.group(view)?;
-    Ok(match asked.kind {
+    Ok(match asked.kind.as_str() {
         "velocities" => Looker::Velocities(VelocityDistribution::adaptive(group, SPEED_BINS)),
         "correlation" => Looker::Correlation(TimeCorrelation::new(group, run.standby, run.until)?),
         "pair-distribution" => {

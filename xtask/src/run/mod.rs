@@ -14,9 +14,12 @@ use clap::Args;
 use outcome::{OBSERVERS, simulate};
 
 use crate::{
+    interruption::Signals,
     manifest::Manifest,
-    output::{Existing, Folder},
+    output::Folder,
     overrides::Override,
+    resumable::{Choices, Task, without_end},
+    standbys::standbys,
     summary::Verdict,
 };
 
@@ -38,9 +41,9 @@ pub struct Options {
     /// Where to write; out/run-SCENE if not given
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// Replace files of an earlier run in that folder
-    #[arg(long)]
-    pub force: bool,
+    /// Folders that are there already, and checkpoints
+    #[command(flatten)]
+    pub choices: Choices,
 }
 
 /// The only format of snapshots.
@@ -57,18 +60,27 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let scene = scene(options)?;
     check(&scene.run)?;
     refuse_unknown_tags(&scene)?;
-    let mut simulation =
-        Simulation::new(&scene).with_context(|| format!("scene {}", options.scene.display()))?;
+    // Built before anything is written: a scene that cannot be leaves no folder.
+    let simulation = Simulation::new(&scene).with_context(|| format!("scene {}", options.scene.display()))?;
     let asked = gas::observers(&scene.run, &simulation.view())?;
-    let existing = if options.force { Existing::Replace } else { Existing::Refuse };
-    let folder = Folder::create(&folder_path(options), existing)?;
-    folder.write("config.toml", scene.to_toml())?;
+    let signals = Signals::watch()?;
+    let folder = Folder::create(&folder_path(options), options.choices.existing())?;
+    let _alone = folder.lock()?;
     let command = format!("cargo xtask run {}", folder.path().join("config.toml").display());
+    let task = Task {
+        folder: &folder,
+        what: without_end("cargo xtask run", &scene),
+        until: scene.run.until,
+        standbys: standbys(0.0, scene.run.until, scene.run.standby).count(),
+        choices: &options.choices,
+        signals: &signals,
+    };
+    let found = task.find()?;
     let manifest = Manifest::begin(&folder, &command, &[&scene])?;
-    let outcome = simulate(&mut simulation, &scene.run, asked, &folder)?;
-    let summary = outcome.summary(options, &simulation.view());
-    outcome.write_series(&folder, &scene.run)?;
-    folder.write("report.html", outcome.page(&summary, &scene, &command)?)?;
+    folder.write("config.toml", scene.to_toml())?;
+    let outcome = simulate(&task, found, simulation, &scene.run, asked)?;
+    let summary = outcome.summary(options);
+    folder.write("report.html", outcome.page(&folder, &summary, &scene, &command)?)?;
     folder.write_json("summary.json", &summary)?;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);

@@ -1,14 +1,14 @@
 //! What a run of any scene has shown: its series, its figures, its page.
 
-use std::{fmt::Write as _, io::Write as _};
+use std::fmt::Write as _;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use carom::{
-    CollisionRate, EnergyLedger, Observer, OverlapCheck, Scene, Simulation, View,
+    CollisionRate, EnergyLedger, Observer, OverlapCheck, Scene, Simulation,
     engine::RunSpec,
     observers::{Pressure, PressurePoint, picture, write_extended_xyz},
 };
-use cpu_time::ThreadTime;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::{Options, gas};
 use crate::{
@@ -16,6 +16,7 @@ use crate::{
     page::{Layout, Page},
     plot::{Axis, Chart, Layer, Shape, colour},
     progress::Progress,
+    resumable::{Found, Resumable, Start, Task},
     series,
     standbys::standbys,
     summary::{Figure, Summary, Totals},
@@ -27,7 +28,11 @@ pub const OBSERVERS: [&str; 4] = ["energy", "collision-rate", "pressure", "overl
 /// Longer side of a picture of the system (pixels).
 const PICTURE: u32 = 720;
 
+/// Files of the pictures at the start and at the end.
+const PICTURES: [&str; 2] = ["start.svg", "end.svg"];
+
 /// What a run has shown.
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Outcome {
     energy: EnergyLedger,
     rate: CollisionRate,
@@ -35,98 +40,159 @@ pub struct Outcome {
     pressure: Option<Pressure>,
     overlaps: OverlapCheck,
     totals: Totals,
-    pictures: [String; 2],
+    bodies: usize,
+    /// kT at the end (mass × length² / time²); `None` if nothing can move.
+    temperature: Option<f64>,
+    /// Contacts that the guard against inelastic collapse raised, and the energy that it spared by what was lost; `None` if
+    /// there was none.
+    guarded: Option<(u64, f64)>,
 }
 
-/// Runs to the end, and writes snapshots on the way.
+/// What watches a run: the last member only where it was asked for.
+type Watched<O> = (EnergyLedger, CollisionRate, OverlapCheck, O);
+
+/// Runs to the end, from the beginning or from a checkpoint, and writes series and snapshots on the way.
 ///
 /// # Errors
-/// A run that cannot go on, or a snapshot that cannot be written.
+/// A run that cannot go on, a file that cannot be written, or the program has been asked to end.
 pub fn simulate(
-    simulation: &mut Simulation,
+    task: &Task<'_>,
+    found: Option<Found>,
+    simulation: Simulation,
     run: &RunSpec,
-    (mut lookers, densities): (gas::AtStandbys, gas::AtContacts),
-    folder: &Folder,
+    (lookers, densities): (gas::AtStandbys, gas::AtContacts),
 ) -> Result<Outcome> {
     let asks_for_pressure = run.observe.iter().any(|name| name == "pressure");
-    let outcome = if asks_for_pressure || !densities.is_empty() {
-        let mut contacts = (asks_for_pressure.then(Pressure::default), densities);
-        let outcome = simulate_with(simulation, run, folder, &mut (&mut lookers, &mut contacts))?;
-        let (pressure, densities) = contacts;
-        densities.write(folder)?;
-        Outcome { pressure, ..outcome }
+    if asks_for_pressure || !densities.is_empty() {
+        let watchers = (lookers, asks_for_pressure.then(Pressure::default), densities);
+        simulate_with(task, found, simulation, run, watchers)
     } else {
-        simulate_with(simulation, run, folder, &mut lookers)?
+        simulate_with(task, found, simulation, run, lookers)
+    }
+}
+
+/// What a scene asks for beyond what every run shows.
+trait Watchers: Observer + Serialize + DeserializeOwned {
+    fn pressure(&self) -> Option<&Pressure>;
+
+    /// Writes the tables that are there at the end only.
+    fn write(&self, folder: &Folder) -> Result<()>;
+}
+
+/// Where no report of a contact is needed.
+impl Watchers for gas::AtStandbys {
+    fn pressure(&self) -> Option<&Pressure> {
+        None
+    }
+
+    fn write(&self, folder: &Folder) -> Result<()> {
+        self.write(folder)
+    }
+}
+
+impl Watchers for (gas::AtStandbys, Option<Pressure>, gas::AtContacts) {
+    fn pressure(&self) -> Option<&Pressure> {
+        self.1.as_ref()
+    }
+
+    fn write(&self, folder: &Folder) -> Result<()> {
+        self.0.write(folder)?;
+        self.2.write(folder)
+    }
+}
+
+fn simulate_with<O: Watchers>(
+    task: &Task<'_>,
+    found: Option<Found>,
+    simulation: Simulation,
+    run: &RunSpec,
+    watchers: O,
+) -> Result<Outcome> {
+    let progress = Progress::new(run.until);
+    let mut going = match task.start::<Watched<O>, Outcome>(found)? {
+        Start::Ended(outcome) => return Ok(outcome),
+        Start::From(going) => {
+            // Needed at the end: that it is gone must not come out then.
+            task.folder.read(PICTURES[0])?;
+            progress.skip(going.simulation.time().to_f64());
+            *going
+        }
+        Start::Anew => {
+            task.folder.write_lasting(PICTURES[0], picture(&simulation.view(), PICTURE))?;
+            let mut going = Resumable::begin(
+                task,
+                simulation,
+                (EnergyLedger::default(), CollisionRate::default(), OverlapCheck::default(), watchers),
+            );
+            going.observers.start(&going.simulation.view());
+            going.observers.standby(&going.simulation.view());
+            write_on(&mut going, run)?;
+            going
+        }
     };
-    lookers.write(folder)?;
+    for time in standbys(0.0, run.until, run.standby).skip(going.standbys()) {
+        let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
+        going.run_to(time, task)?;
+        going.stand_by();
+        write_on(&mut going, run)?;
+        progress.advance(time - before.0, going.simulation.view().counters().collisions - before.1);
+    }
+    drop(progress);
+    let view = going.simulation.view();
+    task.folder.write_lasting(PICTURES[1], picture(&view, PICTURE))?;
+    let (energy, rate, overlaps, watchers) = &going.observers;
+    watchers.write(task.folder)?;
+    let (collisions, freedom) = (view.counters().collisions, view.degrees_of_freedom());
+    let outcome = Outcome {
+        energy: energy.clone(),
+        rate: rate.clone(),
+        pressure: watchers.pressure().cloned(),
+        overlaps: overlaps.clone(),
+        totals: Totals {
+            collisions,
+            simulated_time: run.until,
+            collisions_per_second: collisions as f64 / going.seconds().max(1e-9),
+            energy_drift: energy.drift(),
+            overlapping_pairs: overlaps.worst_pairs(),
+            max_overlap: overlaps.deepest(),
+        },
+        bodies: view.len(),
+        temperature: (freedom > 0).then(|| 2.0 * view.energy() / freedom as f64),
+        guarded: (view.ledger().spared > 0.0).then(|| {
+            let ledger = view.ledger();
+            (view.counters().guarded_collisions, ledger.spared / ledger.lost.max(ledger.spared))
+        }),
+    };
+    going.end(task, &outcome)?;
     Ok(outcome)
 }
 
-fn simulate_with<O: Observer>(
-    simulation: &mut Simulation,
-    run: &RunSpec,
-    folder: &Folder,
-    asked: &mut O,
-) -> Result<Outcome> {
-    let mut observers = (EnergyLedger::default(), CollisionRate::default(), OverlapCheck::default(), asked);
-    let mut trajectory = match run.snapshots {
-        Some(_) => Some(folder.growing("trajectory.extxyz")?),
-        None => None,
-    };
-    let mut snapshot = |view: &View<'_>| -> Result<()> {
-        if let Some(file) = &mut trajectory {
-            write_extended_xyz(view, file).context("cannot write a snapshot")?;
-            file.flush().context("cannot write a snapshot")?;
-        }
-        Ok(())
-    };
-    let before = picture(&simulation.view(), PICTURE);
-    let progress = Progress::new(run.until);
-    let clock = ThreadTime::now();
-    observers.start(&simulation.view());
-    observers.standby(&simulation.view());
-    snapshot(&simulation.view())?;
-    let mut last = (0.0, 0);
-    for time in standbys(0.0, run.until, run.standby) {
-        simulation.observe_until(time, &mut observers)?;
-        observers.standby(&simulation.view());
-        snapshot(&simulation.view())?;
-        let collisions = simulation.view().counters().collisions;
-        progress.advance(time - last.0, collisions - last.1);
-        last = (time, collisions);
+/// Writes what the last standby has brought: a frame, and a row of each series that was asked for.
+fn write_on<O: Watchers>(going: &mut Resumable<Watched<O>>, run: &RunSpec) -> Result<()> {
+    let Resumable { simulation, observers: (energy, rate, _, watchers), files, .. } = going;
+    if run.snapshots.is_some() {
+        files.append_frame("trajectory.extxyz", |out| write_extended_xyz(&simulation.view(), out))?;
     }
-    let seconds = clock.elapsed().as_secs_f64();
-    let (energy, rate, overlaps, _) = observers;
-    let collisions = simulation.view().counters().collisions;
-    let totals = Totals {
-        collisions,
-        simulated_time: run.until,
-        collisions_per_second: collisions as f64 / seconds.max(1e-9),
-        energy_drift: energy.drift(),
-        overlapping_pairs: overlaps.worst_pairs(),
-        max_overlap: overlaps.deepest(),
-    };
-    Ok(Outcome {
-        energy,
-        rate,
-        pressure: None,
-        overlaps,
-        totals,
-        pictures: [before, picture(&simulation.view(), PICTURE)],
-    })
+    for name in &run.observe {
+        match name.as_str() {
+            "energy" => files.append(&series::ENERGY, energy.series())?,
+            "collision-rate" => files.append(&series::RATES, rate.series())?,
+            "pressure" => {
+                files.append(&series::PRESSURE, watchers.pressure().map_or(&[], Pressure::series))?;
+            }
+            // Its two figures stand in the summary.
+            _ => (),
+        }
+    }
+    Ok(())
 }
 
 impl Outcome {
     /// Figures and checks.
-    pub fn summary(&self, options: &Options, view: &View<'_>) -> Summary {
-        let freedom = view.degrees_of_freedom() as f64;
-        let mut figures = vec![Figure::new("bodies", view.len() as f64, "1")];
-        if freedom > 0.0 {
-            figures.push(Figure::new(
-                "temperature kT at the end",
-                2.0 * view.energy() / freedom,
-                "mass·length²/time²",
-            ));
+    pub fn summary(&self, options: &Options) -> Summary {
+        let mut figures = vec![Figure::new("bodies", self.bodies as f64, "1")];
+        if let Some(temperature) = self.temperature {
+            figures.push(Figure::new("temperature kT at the end", temperature, "mass·length²/time²"));
         }
         if let Some((mean, error)) = self.rate.mean() {
             figures.push(Figure::new("collisions per body that moves", mean, "1/time").error(error));
@@ -134,11 +200,8 @@ impl Outcome {
         if let Some((mean, error)) = self.pressure.as_ref().and_then(Pressure::mean) {
             figures.push(Figure::new("pressure", mean, "mass/time²").error(error));
         }
-        let (counters, ledger) = (view.counters(), view.ledger());
-        if ledger.spared > 0.0 {
-            let guarded = counters.guarded_collisions as f64;
-            figures.push(Figure::new("contacts that the guard against collapse raised", guarded, "1"));
-            let share = ledger.spared / ledger.lost.max(ledger.spared);
+        if let Some((guarded, share)) = self.guarded {
+            figures.push(Figure::new("contacts that the guard against collapse raised", guarded as f64, "1"));
             figures.push(Figure::new("energy that it spared, by energy lost", share, "1"));
         }
         let checks = self.totals.checks();
@@ -146,31 +209,11 @@ impl Outcome {
         Summary { title, note: String::new(), totals: self.totals, checks, figures, runs: Vec::new() }
     }
 
-    /// Writes the series that were asked for, and the pictures.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn write_series(&self, folder: &Folder, run: &RunSpec) -> Result<()> {
-        for name in &run.observe {
-            match name.as_str() {
-                "energy" => series::write_energy(folder, self.energy.series())?,
-                "collision-rate" => series::write_rates(folder, self.rate.series())?,
-                "pressure" => series::write_pressure(folder, self.pressure_series())?,
-                // Its two figures stand in the summary.
-                _ => (),
-            }
-        }
-        for (name, picture) in ["start.svg", "end.svg"].iter().zip(&self.pictures) {
-            folder.write(name, picture)?;
-        }
-        Ok(())
-    }
-
     /// The page about the run.
     ///
     /// # Errors
-    /// A series that cannot be drawn.
-    pub fn page(&self, summary: &Summary, scene: &Scene, command: &str) -> Result<String> {
+    /// A series that cannot be drawn, or a picture that is no longer there.
+    pub fn page(&self, folder: &Folder, summary: &Summary, scene: &Scene, command: &str) -> Result<String> {
         let run = &scene.run;
         let mut lead = format!("Run from t = 0 to {}, standby every {}.", run.until, run.standby);
         if !run.observe.is_empty() {
@@ -189,8 +232,8 @@ impl Outcome {
         page.pictures(Layout::Full, &charts);
         page.heading("The system");
         let end = format!("At t = {}.", run.until);
-        let [start_picture, end_picture] = &self.pictures;
-        page.pictures(Layout::Beside, &[(start_picture, "At the start."), (end_picture, &end)]);
+        let [start_picture, end_picture] = PICTURES.map(|name| folder.read(name));
+        page.pictures(Layout::Beside, &[(&start_picture?, "At the start."), (&end_picture?, &end)]);
         page.heading("How to run it again");
         page.code(command);
         page.paragraph("The scene with every choice written out:");

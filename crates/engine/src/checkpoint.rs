@@ -1,0 +1,341 @@
+//! A checkpoint: all that a run depends on from the end of an epoch on, as plain data.
+//!
+//! An epoch begins anew from places and velocities alone, so at its end no prediction, list or calendar is left that
+//! would have to be kept. What is kept: each body with its motion, the clock, the books, and the rules. The random
+//! numbers of a scene are used up when it is built.
+
+use std::sync::Arc;
+
+use carom_detection::{Detection, Exact};
+use carom_geometry::{Molecule, PeriodicBox};
+use carom_kinematics::{Inertia, Instant, Motion};
+use carom_response::{Impact, Response};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::{
+    Body, BodyKey, BodyName, Cells, Counters, ElasticitySpec, ElasticityTable, Ledger, Rotation, SceneError,
+    Scheduler, Simulation, TagNames, Tags, World,
+    build::inertia,
+    simulation::{AtOnce, Epoch},
+};
+
+/// The state of a simulation at the end of an epoch, to be written down and resumed from.
+///
+/// Numbers keep every bit in any format that keeps those of an `f64`. How contacts are found, what they change and how
+/// events are ordered is not in it: whoever resumes chooses them again, and only with the same choice are the bits those
+/// of a run that was never interrupted.
+///
+/// ```
+/// use carom_engine::{Scene, Simulation};
+/// use carom_kinematics::Instant;
+///
+/// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 50")?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// simulation.observe_epoch(Instant::from(10.0), &mut ())?;
+/// let checkpoint = simulation.checkpoint().expect("the epoch has ended before that");
+/// let mut resumed = Simulation::resume(&checkpoint)?;
+/// simulation.run_until(10.0)?;
+/// resumed.run_until(10.0)?;
+/// assert_eq!(simulation.view().counters(), resumed.view().counters());
+/// assert_eq!(simulation.view().momentum(), resumed.view().momentum());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Checkpoint {
+    epoch: Instant,
+    bounds: PeriodicBox,
+    next_key: BodyKey,
+    /// Shapes, each once for all bodies that share it.
+    molecules: Vec<Molecule>,
+    bodies: Vec<BodyRecord>,
+    /// As the guard against inelastic collapse needs them; −∞ for a body that has had none.
+    last_contacts: Vec<f64>,
+    names: TagNames,
+    elasticity: ElasticitySpec,
+    counters: Counters,
+    ledger: Ledger,
+    at_once: AtOnce,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct BodyRecord {
+    key: BodyKey,
+    molecule: u32,
+    /// How it takes impulses; its inertia follows from that and its shape. None: it is fixed.
+    rotation: Option<Rotation>,
+    tags: Tags,
+    motion: Motion,
+    winding: [i64; 2],
+}
+
+/// A checkpoint that no simulation can have written.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum CheckpointError {
+    /// A body cannot be as it is described.
+    #[error("body {index} of the checkpoint {problem}")]
+    Body {
+        /// Place of the body in the order of insertion.
+        index: usize,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// The clock or the books hold a number that is not finite.
+    #[error("the checkpoint's {0} is not finite")]
+    NotFinite(&'static str),
+    /// There must be a time of last contact for each body where contacts lose energy, and none elsewhere.
+    #[error("the checkpoint has {0} times of last contacts, which does not suit its bodies and rules")]
+    LastContacts(usize),
+    /// Bodies, box and rules do not go together.
+    #[error("the checkpoint cannot be resumed: {0}")]
+    Scene(#[from] SceneError),
+}
+
+impl Simulation {
+    /// Goes on from a checkpoint with the exact detector and the default scheduler.
+    ///
+    /// # Errors
+    /// [`CheckpointError`] if no simulation can have written it.
+    pub fn resume(checkpoint: &Checkpoint) -> Result<Self, CheckpointError> {
+        Self::resume_with(checkpoint, Exact::default(), Impact, <Cells as Scheduler>::Options::default())
+    }
+}
+
+impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
+    /// The state, if an epoch has ended and the next has not begun: after [`Self::observe_epoch`] has stopped before its
+    /// time, and before the first run. `None` while an epoch runs.
+    ///
+    /// To take one changes nothing.
+    pub fn checkpoint(&self) -> Option<Checkpoint> {
+        // Field by field: one that is added must be thought of here.
+        let Self {
+            world,
+            detection: _,
+            response: _,
+            scheduler: _,
+            scheduler_options: _,
+            elasticity,
+            names,
+            counters,
+            // Part of the counters, by now.
+            work_before: _,
+            ledger,
+            offset,
+            epoch,
+            at_once,
+        } = self;
+        if !matches!(epoch, Epoch::ToBegin) {
+            return None;
+        }
+        debug_assert_eq!(*offset, 0.0, "an epoch that has not begun has not been run");
+        let World { bounds, bodies: _, motions: _, windings: _, last_contacts, epoch, next_id } = world;
+        let (molecules, bodies) = records(world);
+        Some(Checkpoint {
+            epoch: *epoch,
+            bounds: *bounds,
+            next_key: BodyKey(*next_id),
+            molecules,
+            bodies,
+            last_contacts: last_contacts.clone(),
+            names: names.clone(),
+            elasticity: elasticity.spec(),
+            counters: *counters,
+            ledger: *ledger,
+            at_once: at_once.clone(),
+        })
+    }
+
+    /// Goes on from a checkpoint with a detector, a response and options of the scheduler of one's own.
+    ///
+    /// # Errors
+    /// [`CheckpointError`] if no simulation can have written it, or the options do not suit its bodies.
+    pub fn resume_with(
+        checkpoint: &Checkpoint,
+        detection: D,
+        response: R,
+        options: S::Options,
+    ) -> Result<Self, CheckpointError> {
+        checkpoint.refuse_infinite()?;
+        let mut world = checkpoint.world()?;
+        let mut names = checkpoint.names.clone();
+        let mut elasticity = ElasticityTable::new(&checkpoint.elasticity, &mut names)?;
+        elasticity.classify(&mut world)?;
+        if checkpoint.last_contacts.len() != world.last_contacts.len() {
+            return Err(CheckpointError::LastContacts(checkpoint.last_contacts.len()));
+        }
+        world.last_contacts.clone_from(&checkpoint.last_contacts);
+        let scheduler = S::new(&options, &world)
+            .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
+        Ok(Self {
+            world,
+            detection,
+            response,
+            scheduler,
+            scheduler_options: options,
+            elasticity,
+            names,
+            counters: checkpoint.counters,
+            work_before: checkpoint.counters.scheduler,
+            ledger: checkpoint.ledger,
+            offset: 0.0,
+            epoch: Epoch::ToBegin,
+            at_once: checkpoint.at_once.clone(),
+        })
+    }
+}
+
+impl Checkpoint {
+    /// The time at which it was taken.
+    pub fn time(&self) -> Instant {
+        self.epoch
+    }
+
+    fn refuse_infinite(&self) -> Result<(), CheckpointError> {
+        let Ledger { initial, lost, spared, put_in } = self.ledger;
+        let finite = |what, numbers: &[f64]| {
+            let all = numbers.iter().all(|number| number.is_finite());
+            if all { Ok(()) } else { Err(CheckpointError::NotFinite(what)) }
+        };
+        finite("time", &[self.epoch.epoch(), self.epoch.epoch_low(), self.epoch.offset()])?;
+        finite("time of the last contact", &[self.at_once.time])?;
+        finite("ledger", &[initial, lost, spared, put_in])?;
+        if self.last_contacts.iter().any(|&time| time.is_nan() || time == f64::INFINITY) {
+            return Err(CheckpointError::NotFinite("time of a last contact"));
+        }
+        Ok(())
+    }
+
+    /// The world as it was.
+    fn world(&self) -> Result<World, CheckpointError> {
+        let bounds = PeriodicBox::new(self.bounds.sides())
+            .map_err(|reason| SceneError::Geometry { entry: "box".to_owned(), reason })?;
+        let mut world = World { epoch: self.epoch, next_id: self.next_key.0, ..World::new(bounds) };
+        let molecules: Vec<Arc<Molecule>> = self.molecules.iter().cloned().map(Arc::new).collect();
+        for (index, record) in self.bodies.iter().enumerate() {
+            let wrong = |problem| CheckpointError::Body { index, problem };
+            let molecule = molecules
+                .get(record.molecule as usize)
+                .ok_or_else(|| wrong("has a shape that is not there"))?;
+            if world.bodies.last().is_some_and(|before| before.key >= record.key) {
+                return Err(wrong("is out of order"));
+            }
+            if record.key >= self.next_key {
+                return Err(wrong("has a number that has not been given yet"));
+            }
+            if record.tags.iter().any(|&tag| !self.names.knows(tag)) {
+                return Err(wrong("has a tag without a name"));
+            }
+            let Motion { position, velocity, orientation, angular_velocity, time } = record.motion;
+            if !(position.is_finite() && velocity.is_finite() && angular_velocity.is_finite() && time == 0.0)
+            {
+                return Err(wrong("moves in a way that is not finite"));
+            }
+            if bounds.wrap(position).0 != position || orientation.turns().abs() > 0.5 {
+                return Err(wrong("is out of the box, or turned by more than a turn"));
+            }
+            world.bodies.push(Body {
+                key: record.key,
+                molecule: Arc::clone(molecule),
+                inertia: record.rotation.map_or(Inertia::FIXED, |rotation| inertia(molecule, rotation)),
+                tags: record.tags.clone(),
+                elasticity_class: 0,
+            });
+            world.motions.push(record.motion);
+            world.windings.push(record.winding);
+        }
+        Ok(world)
+    }
+}
+
+/// The shapes, and the bodies with their places in the list of shapes.
+fn records(world: &World) -> (Vec<Molecule>, Vec<BodyRecord>) {
+    let mut shapes: Vec<&Arc<Molecule>> = world.bodies.iter().map(|body| &body.molecule).collect();
+    let address = |shape: &Arc<Molecule>| Arc::as_ptr(shape);
+    shapes.sort_by_key(|shape| address(shape));
+    shapes.dedup_by_key(|shape| address(shape));
+    // Addresses differ from run to run: in the list shapes stand in the order in which bodies have them.
+    let mut places = vec![u32::MAX; shapes.len()];
+    let mut molecules = Vec::with_capacity(shapes.len());
+    let mut bodies = Vec::with_capacity(world.bodies.len());
+    for ((body, &motion), &winding) in world.bodies.iter().zip(&world.motions).zip(&world.windings) {
+        let found = shapes.partition_point(|shape| address(shape) < address(&body.molecule));
+        let place = &mut places[found];
+        if *place == u32::MAX {
+            *place = molecules.len() as u32;
+            molecules.push(body.molecule().clone());
+        }
+        let rotation = if body.is_locked() { Rotation::Locked } else { Rotation::Free };
+        bodies.push(BodyRecord {
+            key: body.key,
+            molecule: *place,
+            rotation: (!body.is_fixed()).then_some(rotation),
+            tags: body.tags.clone(),
+            motion,
+            winding,
+        });
+    }
+    (molecules, bodies)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{GasSpec, Scene, Tag};
+    use glam::DVec2;
+
+    fn sound() -> Checkpoint {
+        let gas = GasSpec {
+            tags: vec!["gas".to_owned()],
+            radius: Some(0.02),
+            mass: Some(1.0),
+            energy: 1.0,
+            count: Some(3),
+            ..GasSpec::default()
+        };
+        Simulation::new(&Scene { gas: vec![gas], ..Scene::default() }).unwrap().checkpoint().unwrap()
+    }
+
+    /// What is said when a sound checkpoint is spoilt.
+    fn refusal(spoil: impl FnOnce(&mut Checkpoint)) -> String {
+        let mut checkpoint = sound();
+        spoil(&mut checkpoint);
+        Simulation::resume(&checkpoint).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn bodies_of_one_kind_share_their_shape() {
+        let checkpoint = sound();
+        assert_eq!(checkpoint.molecules.len(), 1);
+        let resumed = Simulation::resume(&checkpoint).unwrap();
+        let shapes: Vec<_> = resumed.world.bodies.iter().map(|body| Arc::as_ptr(&body.molecule)).collect();
+        assert!(shapes.iter().all(|shape| *shape == shapes[0]));
+    }
+
+    #[test]
+    fn what_no_simulation_can_have_written_is_refused_and_named() {
+        for (said, refused) in [
+            ("body 1 of the checkpoint has a shape", refusal(|c| c.bodies[1].molecule = 7)),
+            ("body 2 of the checkpoint is out of order", refusal(|c| c.bodies[2].key = c.bodies[1].key)),
+            ("not been given", refusal(|c| c.next_key = BodyKey(2))),
+            ("tag without a name", refusal(|c| c.bodies[0].tags.push(Tag(9)))),
+            ("not finite", refusal(|c| c.bodies[0].motion.velocity.x = f64::NAN)),
+            ("out of the box", refusal(|c| c.bodies[0].motion.position.y = 1.5)),
+            ("time is not finite", refusal(|c| c.epoch = Instant::from(f64::INFINITY))),
+            ("ledger is not finite", refusal(|c| c.ledger.lost = f64::NAN)),
+            ("last contact is not finite", refusal(|c| c.at_once.time = f64::NAN)),
+            ("elasticity.default", refusal(|c| c.elasticity.default = -1.0)),
+            ("last contact is not finite", refusal(|c| c.last_contacts.push(f64::NAN))),
+            ("3 times of last contacts", refusal(|c| c.last_contacts = vec![0.0; 3])),
+            (
+                "box is too small",
+                refusal(|c| {
+                    c.bounds = PeriodicBox::new(DVec2::splat(1e-3)).unwrap();
+                    c.bodies.iter_mut().for_each(|body| body.motion.position = DVec2::ZERO);
+                }),
+            ),
+        ] {
+            assert!(refused.contains(said), "{said}: {refused}");
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! Written down at the end of an epoch and resumed from what was written, a run is to the bit the one that went on.
+
+#[path = "support/engine.rs"]
+mod support;
+
+use carom::{
+    BodyKey, Checkpoint, CollisionRate, DirectionHistogram, EnergyLedger, Exact, Impact, Instant, Observer,
+    OverlapCheck, Pressure, ProjectionHistogram, RunningAverage, Scene, Scheduler, Simulation,
+    engine::{ElasticitySpec, GasSpec, Rotation},
+    observers::{
+        Axis, ContactDensity, Group, PairDistribution, ThermostatLedger, TimeCorrelation,
+        VelocityDistribution,
+    },
+};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use support::{bits, disc, gas, menagerie, named, rule, scene, simulate, with_each_scheduler};
+
+type Run<S> = Simulation<Exact, Impact, S>;
+
+/// Between two standbys (time).
+const STANDBY: f64 = 0.125;
+
+/// Long enough for some eighty collisions of each body: a last bit that differs has become the first by then.
+const STANDBYS: u32 = 64;
+
+/// Everything that observers can be, about the first body and the whole.
+type Watched = (
+    (EnergyLedger, CollisionRate, OverlapCheck, Pressure),
+    (DirectionHistogram, RunningAverage, ProjectionHistogram, ContactDensity),
+    (VelocityDistribution, TimeCorrelation, PairDistribution, ThermostatLedger),
+);
+
+fn watched<S: Scheduler>(simulation: &Run<S>) -> Watched {
+    let view = simulation.view();
+    let first = view.bodies().next().expect("there are bodies").body;
+    (
+        Default::default(),
+        (
+            DirectionHistogram::new(first.key(), 36),
+            RunningAverage::new(first.key()),
+            ProjectionHistogram::new(first.key(), Axis::X, 3.0, 20).unwrap(),
+            ContactDensity::new(first, 0.02, 12).unwrap(),
+        ),
+        (
+            VelocityDistribution::adaptive(Group::All, 10),
+            TimeCorrelation::new(Group::All, STANDBY, 1.0).unwrap(),
+            PairDistribution::new([Group::All; 2], view.bounds(), 0.2, 20).unwrap(),
+            ThermostatLedger::default(),
+        ),
+    )
+}
+
+/// What is done between two standbys, and at one of them.
+trait Going<S: Scheduler> {
+    fn to(&mut self, time: f64, simulation: &mut Run<S>, watched: &mut Watched);
+}
+
+/// Goes on without a break.
+struct Straight;
+
+impl<S: Scheduler> Going<S> for Straight {
+    fn to(&mut self, time: f64, simulation: &mut Run<S>, watched: &mut Watched) {
+        simulation.observe_until(time, watched).unwrap();
+    }
+}
+
+/// At one epoch's end in `every`, at random, writes everything down, throws it away, and reads it again.
+struct Interrupted<'a, S: Scheduler> {
+    random: Pcg64,
+    every: u32,
+    options: &'a S::Options,
+    epochs: u32,
+    resumed: u32,
+}
+
+impl<S: Scheduler> Interrupted<'_, S> {
+    fn die_and_resume(&mut self, simulation: &mut Run<S>, watched: &mut Watched) {
+        let checkpoint = simulation.checkpoint().expect("the epoch has ended");
+        let written = postcard::to_stdvec(&(&checkpoint, &*watched)).unwrap();
+        let (read, observers): (Checkpoint, Watched) = postcard::from_bytes(&written).unwrap();
+        let options = self.options.clone();
+        *simulation = Simulation::resume_with(&read, Exact::default(), Impact, options).unwrap();
+        *watched = observers;
+        let again = (simulation.checkpoint().unwrap(), &*watched);
+        assert_eq!(postcard::to_stdvec(&again).unwrap(), written, "what was read is what was written");
+        self.resumed += 1;
+    }
+}
+
+impl<S: Scheduler> Going<S> for Interrupted<'_, S> {
+    fn to(&mut self, time: f64, simulation: &mut Run<S>, watched: &mut Watched) {
+        while !simulation.observe_epoch(Instant::from(time), watched).unwrap() {
+            self.epochs += 1;
+            if self.random.random_range(0..self.every) == 0 {
+                self.die_and_resume(simulation, watched);
+            }
+        }
+    }
+}
+
+type Edit<S> = fn(u32, &mut Run<S>, &[BodyKey]);
+
+/// Runs from standby to standby with edits at them; gives every bit of the end, and of one more epoch's end.
+fn run<S: Scheduler>(scene: &Scene, options: &S::Options, edit: Edit<S>, going: &mut impl Going<S>) -> End {
+    let mut simulation = simulate::<S>(scene, options);
+    let keys: Vec<BodyKey> = simulation.view().bodies().map(|view| view.body.key()).collect();
+    let mut watched = watched(&simulation);
+    watched.start(&simulation.view());
+    for standby in 1..=STANDBYS {
+        going.to(STANDBY * f64::from(standby), &mut simulation, &mut watched);
+        watched.standby(&simulation.view());
+        edit(standby, &mut simulation, &keys);
+    }
+    let bits = bits(&simulation.view());
+    let collisions = simulation.view().counters().collisions;
+    let counters = format!("{:?} {:?}", simulation.view().counters(), simulation.view().ledger());
+    let reached = simulation.observe_epoch(Instant::from(1e6), &mut watched).unwrap();
+    assert!(!reached, "an epoch ends before a million");
+    let state = postcard::to_stdvec(&(simulation.checkpoint().unwrap(), watched)).unwrap();
+    End { bits, collisions, counters, state }
+}
+
+struct End {
+    bits: Vec<[u64; 6]>,
+    collisions: u64,
+    counters: String,
+    /// Simulation and observers, written down.
+    state: Vec<u8>,
+}
+
+/// Resumed at random ends of epochs, and at each, a run must end as if it had never stopped.
+fn check<S: Scheduler>(scene: &Scene, options: &S::Options, edit: Edit<S>) {
+    let expected = run(scene, options, edit, &mut Straight);
+    assert!(expected.collisions > 500, "{}", expected.collisions);
+    for (seed, every) in [(1, 1), (2, 2), (3, 3)] {
+        let random = Pcg64::seed_from_u64(seed);
+        let mut going = Interrupted { random, every, options, epochs: 0, resumed: 0 };
+        let found = run(scene, options, edit, &mut going);
+        assert!(going.resumed > 0, "{} epochs", going.epochs);
+        assert_eq!(found.counters, expected.counters);
+        assert_eq!(found.bits, expected.bits);
+        assert!(found.state == expected.state, "bodies, books or observers differ");
+    }
+}
+
+fn no_edit<S: Scheduler>(_: u32, _: &mut Run<S>, _: &[BodyKey]) {}
+
+#[test]
+fn discs_resume_to_the_bit() {
+    with_each_scheduler!(check_discs);
+}
+
+fn check_discs<S: Scheduler>(options: &S::Options) {
+    let discs = Scene { gas: vec![gas("disc", 0.02, 150)], ..Scene::default() };
+    check(&discs, options, no_edit::<S>);
+}
+
+#[test]
+fn molecules_that_turn_or_are_locked_or_fixed_resume_to_the_bit() {
+    with_each_scheduler!(check_menagerie);
+}
+
+fn check_menagerie<S: Scheduler>(options: &S::Options) {
+    check(&menagerie(21), options, no_edit::<S>);
+}
+
+/// Rings have enough atoms for a tree of circles.
+#[test]
+fn lossy_contacts_by_tags_resume_to_the_bit() {
+    with_each_scheduler!(check_lossy);
+}
+
+fn check_lossy<S: Scheduler>(options: &S::Options) {
+    let mut lossy = menagerie(22);
+    lossy.molecule.push(named("ring:12", 0.01, 0.1, [0.5, 0.5]));
+    lossy.molecule[0].tags = vec!["tee".to_owned(), "watched".to_owned()];
+    lossy.gas[0].tags = vec!["small".to_owned()];
+    lossy.gas[2].tags = vec!["dumbbells".to_owned()];
+    lossy.elasticity.default = 0.999;
+    lossy.elasticity.pair = vec![rule(&["small", "tee"], 0.9), rule(&["dumbbells"], 1.05)];
+    check(&lossy, options, no_edit::<S>);
+}
+
+#[test]
+fn edits_at_standbys_resume_to_the_bit() {
+    with_each_scheduler!(check_edits);
+}
+
+fn check_edits<S: Scheduler>(options: &S::Options) {
+    let edit = |standby: u32, simulation: &mut Run<S>, keys: &[BodyKey]| match standby {
+        2 => simulation.remove(keys[20]).unwrap(),
+        3 => simulation.remove(keys[9]).unwrap(),
+        4 => {
+            simulation.tag(keys[0], "hot").unwrap();
+            let pair = vec![rule(&["hot"], 0.95)];
+            simulation.set_elasticity(&ElasticitySpec { pair, ..ElasticitySpec::default() }).unwrap();
+        }
+        6 => simulation.reset_energy(keys[0], 3.0).unwrap(),
+        8 => simulation.set_rotation(keys[0], Rotation::Locked).unwrap(),
+        10 => {
+            // Somewhere there is room; where does not depend on when the run was interrupted.
+            let place = |step: u32| [f64::from(step % 32) / 32.0, f64::from(step / 32) / 32.0];
+            let added = (0..1024).find_map(|step| {
+                let one = disc(0.015, 1.0, place(step), [1.0, -0.5]);
+                simulation.add(&one).ok()
+            });
+            assert!(added.is_some_and(|key| !keys.contains(&key)));
+        }
+        12 => simulation.set_rotation(keys[0], Rotation::Free).unwrap(),
+        14 => simulation.untag(keys[0], "hot").unwrap(),
+        16 => simulation.set_scheduler_options(&S::Options::default()).unwrap(),
+        18 => assert!(simulation.remove(keys[9]).is_err(), "a key is never used again"),
+        _ => {}
+    };
+    check(&menagerie(23), options, edit);
+}
+
+#[test]
+fn a_checkpoint_is_there_at_the_end_of_an_epoch_only() {
+    let dilute = Scene {
+        gas: vec![GasSpec { tags: vec!["gas".to_owned()], ..gas("disc", 0.01, 50) }],
+        ..scene(vec![])
+    };
+    let mut simulation = Simulation::new(&dilute).unwrap();
+    assert_eq!(simulation.checkpoint().unwrap().time(), Instant::ZERO, "before the first");
+    simulation.run_until(0.01).unwrap();
+    assert!(simulation.checkpoint().is_none(), "within one");
+    assert!(!simulation.observe_epoch(Instant::from(1e9), &mut ()).unwrap());
+    let ended = simulation.time();
+    assert_eq!(simulation.checkpoint().unwrap().time(), ended);
+    assert!(simulation.observe_epoch(Instant::from(0.0), &mut ()).unwrap(), "a time that has passed");
+    assert_eq!(simulation.time(), ended);
+    for never in [f64::NAN, f64::INFINITY] {
+        assert!(simulation.observe_epoch(Instant::from(never), &mut ()).is_err());
+    }
+    // A tag is found again, and its bodies.
+    let resumed = Simulation::resume(&simulation.checkpoint().unwrap()).unwrap();
+    let tag = resumed.find_tag("gas").unwrap();
+    assert_eq!(resumed.view().tagged(tag).count(), 50);
+}

@@ -1,0 +1,219 @@
+//! The file of a checkpoint: a header that says what it is and whether it is whole, and a body of plain data.
+//!
+//! | bytes | what |
+//! | --- | --- |
+//! | 0 to 15 | `carom checkpoint` |
+//! | 16 to 19 | version of the format, [`FORMAT`] |
+//! | 20 to 27 | length of the body |
+//! | 28 to 31 | CRC-32 (that of IEEE 802.3) of the bytes 0 to 27 and the body |
+//! | from 32 on | the body: values one after another in postcard's encoding, which keeps every bit of an `f64` |
+//!
+//! Numbers of the header are little-endian. What the body holds is told by [`crate::resumable`]. The file is written
+//! aside, brought to the disk, and renamed: there is always a whole one.
+
+use std::{fs, io, path::Path};
+
+use anyhow::Result;
+use serde::{Serialize, de::DeserializeOwned};
+use thiserror::Error;
+
+use crate::output::write_lasting;
+
+/// Version of the format. It goes up with every change of what is in the body: of the engine's checkpoint, of an
+/// observer, of what a command keeps.
+pub const FORMAT: u32 = 1;
+
+const MAGIC: [u8; 16] = *b"carom checkpoint";
+
+const HEADER: usize = 32;
+
+/// A file that no run can go on from.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FileError {
+    /// It cannot be read at all.
+    #[error("it cannot be read: {0}")]
+    Unreadable(#[from] io::Error),
+    /// It does not begin as a checkpoint does.
+    #[error("it is no checkpoint of carom")]
+    Foreign,
+    /// It was written by a later program.
+    #[error("it was written by a newer program: its format is {found}, the newest known here is {FORMAT}")]
+    Newer {
+        /// Version of its format.
+        found: u32,
+    },
+    /// It was written by an earlier program.
+    #[error("it was written by an older program: its format is {found}, and {FORMAT} alone is read here")]
+    Older {
+        /// Version of its format.
+        found: u32,
+    },
+    /// Its end is missing.
+    #[error("it is cut short: {found} of {expected} bytes are left")]
+    Truncated {
+        /// Bytes there are.
+        found: u64,
+        /// Bytes there should be.
+        expected: u64,
+    },
+    /// Some of it has been changed since it was written.
+    #[error("it is damaged: its checksum is wrong")]
+    Damaged,
+    /// The checksum is right, but what it holds is not what is looked for.
+    #[error("it does not hold what this program keeps of such a run: {0}")]
+    Content(#[from] postcard::Error),
+}
+
+/// What is in a file, to be taken value by value in the order in which it was put there.
+#[derive(Debug)]
+pub struct Body {
+    bytes: Vec<u8>,
+    taken: usize,
+}
+
+impl Body {
+    /// Reads a file and makes sure that it is whole.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let bytes = fs::read(path)?;
+        let known = MAGIC.len().min(bytes.len());
+        if bytes.is_empty() || bytes[..known] != MAGIC[..known] {
+            return Err(FileError::Foreign);
+        }
+        let found = bytes.len() as u64;
+        let Some((header, body)) = bytes.split_first_chunk::<HEADER>() else {
+            return Err(FileError::Truncated { found, expected: HEADER as u64 });
+        };
+        let (told, checksum) = (&header[..28], u32::from_le_bytes([28, 29, 30, 31].map(|at| header[at])));
+        let format = u32::from_le_bytes([16, 17, 18, 19].map(|at| header[at]));
+        match format {
+            FORMAT => {}
+            found if found > FORMAT => return Err(FileError::Newer { found }),
+            found => return Err(FileError::Older { found }),
+        }
+        let length = u64::from_le_bytes([20, 21, 22, 23, 24, 25, 26, 27].map(|at| header[at]));
+        let expected = length.saturating_add(HEADER as u64);
+        if found < expected {
+            return Err(FileError::Truncated { found, expected });
+        }
+        if checksum_of(&[told, body]) != checksum || found > expected {
+            return Err(FileError::Damaged);
+        }
+        Ok(Self { bytes, taken: HEADER })
+    }
+
+    /// The next value.
+    ///
+    /// # Errors
+    /// [`FileError::Content`] if there is no such value next.
+    pub fn take<T: DeserializeOwned>(&mut self) -> Result<T, FileError> {
+        let (value, rest) = postcard::take_from_bytes(self.rest())?;
+        self.taken = self.bytes.len() - rest.len();
+        Ok(value)
+    }
+
+    /// What has not been taken yet.
+    pub fn rest(&self) -> &[u8] {
+        &self.bytes[self.taken..]
+    }
+}
+
+/// One value as it stands in a body.
+///
+/// # Errors
+/// [`FileError::Content`] if it cannot be written down.
+pub fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, FileError> {
+    Ok(postcard::to_stdvec(value)?)
+}
+
+/// Writes a file of encoded values.
+///
+/// # Errors
+/// It cannot be written.
+pub fn write(path: &Path, values: &[&[u8]]) -> Result<()> {
+    let length: u64 = values.iter().map(|value| value.len() as u64).sum();
+    let mut header = Vec::with_capacity(HEADER);
+    header.extend(MAGIC);
+    header.extend(FORMAT.to_le_bytes());
+    header.extend(length.to_le_bytes());
+    let pieces: Vec<&[u8]> = std::iter::once(&header[..]).chain(values.iter().copied()).collect();
+    let checksum = checksum_of(&pieces);
+    header.extend(checksum.to_le_bytes());
+    let pieces: Vec<&[u8]> = std::iter::once(&header[..]).chain(values.iter().copied()).collect();
+    write_lasting(path, &pieces)
+}
+
+fn checksum_of(pieces: &[&[u8]]) -> u32 {
+    let mut hasher = crc32fast::Hasher::new();
+    for piece in pieces {
+        hasher.update(piece);
+    }
+    hasher.finalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file of a text and some numbers, spoilt; what is said of it.
+    fn refusal(spoil: impl FnOnce(&mut Vec<u8>)) -> String {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("checkpoint");
+        write(&path, &[&encode(&"text").unwrap(), &encode(&[0.1, -0.0, f64::MIN_POSITIVE]).unwrap()])
+            .unwrap();
+        let mut bytes = fs::read(&path).unwrap();
+        spoil(&mut bytes);
+        fs::write(&path, bytes).unwrap();
+        Body::read(&path).map(|_| ()).map_or_else(|error| error.to_string(), |()| "sound".to_owned())
+    }
+
+    #[test]
+    fn values_come_back_in_order_and_to_the_bit() {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("checkpoint");
+        let numbers = [0.1 + 0.2, -0.0, 5e-324, f64::MAX];
+        write(&path, &[&encode(&"text").unwrap(), &encode(&numbers).unwrap()]).unwrap();
+        let mut body = Body::read(&path).unwrap();
+        assert_eq!(body.take::<String>().unwrap(), "text");
+        assert_eq!(body.take::<[f64; 4]>().unwrap().map(f64::to_bits), numbers.map(f64::to_bits));
+        assert!(body.rest().is_empty());
+        assert!(body.take::<u8>().is_err(), "nothing is left");
+    }
+
+    #[test]
+    fn a_file_cut_anywhere_is_refused() {
+        assert_eq!(refusal(|_| ()), "sound");
+        assert!(refusal(Vec::clear).contains("no checkpoint"));
+        let whole = HEADER + 5 + 24;
+        for length in 1..whole {
+            let said = refusal(|bytes| bytes.truncate(length));
+            assert!(said.contains("cut short"), "{length}: {said}");
+        }
+    }
+
+    #[test]
+    fn a_changed_byte_anywhere_is_noticed() {
+        for place in 0..HEADER + 5 + 24 {
+            let said = refusal(|bytes| bytes[place] ^= 1 << (place % 8));
+            let expected: &[&str] = match place {
+                0..16 => &["no checkpoint"],
+                16..20 => &["newer", "older"],
+                20..28 => &["cut short", "damaged"],
+                _ => &["damaged"],
+            };
+            assert!(expected.iter().any(|words| said.contains(words)), "{place}: {said}");
+        }
+        assert!(refusal(|bytes| bytes.push(0)).contains("damaged"));
+    }
+
+    #[test]
+    fn other_formats_and_other_files_are_refused_by_name() {
+        assert!(refusal(|bytes| bytes[16] += 1).contains("newer program: its format is 2"));
+        assert!(refusal(|bytes| bytes[16] -= 1).contains("older program: its format is 0"));
+        assert!(refusal(|bytes| *bytes = b"time,energy\n0.0,1.0\n".to_vec()).contains("no checkpoint"));
+        assert!(Body::read(Path::new("no/such/file")).unwrap_err().to_string().contains("cannot be read"));
+    }
+}

@@ -1,0 +1,334 @@
+//! Runs that are killed, interrupted, extended: what they leave behind is what they would have left in one go.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Child, Command, Output, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use tempfile::TempDir;
+
+/// Discs, a tee that turns, a locked cross, a bumper, lossy contacts by tags; the last standby is off the others' grid.
+const SCENE: &str = r#"
+[box]
+seed = 3
+[[molecule]]
+tags = ["tee"]
+shape = "tee"
+atom_radius = 0.01
+atom_mass = 1.0
+at = [0.5, 0.5]
+[[molecule]]
+shape = "cross"
+atom_radius = 0.01
+atom_mass = 1.0
+at = [0.25, 0.5]
+rotation = "locked"
+[[bumper]]
+radius = 0.03
+at = [0.1, 0.1]
+[[gas]]
+tags = ["gas"]
+radius = 0.01
+mass = 1.0
+energy = 1.0
+count = 300
+[[elasticity.pair]]
+between = ["tee", "gas"]
+coefficient = 0.99
+[run]
+until = 60.05
+standby = 0.1
+observe = ["energy", "collision-rate", "pressure", "overlap"]
+snapshots = "extxyz"
+"#;
+
+/// `cargo xtask run` of that scene, with checkpoints so often that most kills leave one.
+const RUN: &[&str] = &["run", "scene.toml", "--out", "out", "--checkpoint-every", "0.02"];
+
+/// The thesis's experiment in miniature: two replicas at once.
+const CAMPAIGN: &[&str] = &[
+    "experiment",
+    "brownian",
+    "--from",
+    "0.7",
+    "--replicas",
+    "2",
+    "--threads",
+    "2",
+    "--out",
+    "out",
+    "--checkpoint-every",
+    "0.05",
+];
+
+/// One run of it.
+const SINGLE: &[&str] = &["experiment", "brownian", "--from", "0.7", "--out", "out"];
+
+const LONG: [&str; 2] = ["--until", "6"];
+
+/// A folder to work in, with the scene in it. Paths are relative to it, so that they do not differ between folders.
+struct Place(TempDir);
+
+impl Place {
+    fn new() -> Self {
+        let place = Self(tempfile::tempdir().unwrap());
+        place.write("scene.toml", SCENE);
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+        fs::write(self.path(name), text).unwrap();
+    }
+
+    fn command(&self, words: &[&[&str]]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
+        command.current_dir(self.0.path()).args(words.concat()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    }
+
+    fn start(&self, words: &[&[&str]]) -> Child {
+        self.command(words).spawn().expect("the program starts")
+    }
+
+    /// Exit code, and what was said to the terminal.
+    fn finish(&self, words: &[&[&str]]) -> (Option<i32>, String) {
+        said(&self.command(words).output().expect("the program starts"))
+    }
+
+    /// Runs to the end in one go.
+    fn complete(self, words: &[&[&str]]) -> Self {
+        let (code, said) = self.finish(words);
+        assert_eq!(code, Some(0), "{said}");
+        self
+    }
+
+    /// All files that were written but the manifests, which tell of processes, and the checkpoints; without the speeds.
+    fn results(&self) -> Vec<(String, String)> {
+        let mut files = Vec::new();
+        let mut folders = vec![self.path("out")];
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(&folder).unwrap() {
+                let path = entry.unwrap().path();
+                let name = path.file_name().unwrap().to_string_lossy().into_owned();
+                if path.is_dir() {
+                    folders.push(path);
+                } else if !["manifest.json", "checkpoint"].contains(&name.as_str()) {
+                    let text = fs::read_to_string(&path).unwrap();
+                    let speed = |line: &&str| {
+                        !line.contains("collisions_per_second") && !line.contains("per processor second")
+                    };
+                    let text: Vec<&str> = text.lines().filter(speed).collect();
+                    files.push((
+                        path.display().to_string().replace(&*self.0.path().to_string_lossy(), ""),
+                        text.join("\n"),
+                    ));
+                }
+            }
+        }
+        files.sort();
+        files
+    }
+}
+
+fn said(output: &Output) -> (Option<i32>, String) {
+    let said = [output.stdout.as_slice(), &output.stderr].concat();
+    (output.status.code(), String::from_utf8_lossy(&said).into_owned())
+}
+
+fn assert_same(found: &Place, expected: &Place) {
+    let (found, expected) = (found.results(), expected.results());
+    let names = |files: &[(String, String)]| files.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&found), names(&expected));
+    for ((name, found), (_, expected)) in found.iter().zip(&expected) {
+        assert!(found == expected, "{name} differs");
+    }
+}
+
+/// Ends the program again and again, each time after a random part of a tenth of what the whole run takes; resumes it, and
+/// lets the last one end by itself. What it leaves must be what it leaves in one go.
+fn check_interrupted(words: &[&str], seed: u64, end: fn(&mut Child)) {
+    let begun = Instant::now();
+    let straight = Place::new().complete(&[words]);
+    let longest = begun.elapsed() / 10;
+    let mut random = Pcg64::seed_from_u64(seed);
+    let place = Place::new();
+    let mut ended = 0;
+    for attempt in 0..18 {
+        let resume: &[&str] = if attempt == 0 { &[] } else { &["--resume"] };
+        let mut child = place.start(&[words, resume]);
+        sleep(longest.mul_f64(random.random()));
+        if child.try_wait().unwrap().is_none() {
+            ended += 1;
+        }
+        end(&mut child);
+        let (code, said) = said(&child.wait_with_output().unwrap());
+        assert_ne!(code, Some(2), "{said}");
+    }
+    assert!(ended > 5, "the run is long enough to be ended often, but was only {ended} times");
+    assert_same(&place.complete(&[words, &["--resume"]]), &straight);
+}
+
+fn kill(child: &mut Child) {
+    // One that has just ended cannot be killed.
+    let _ = child.kill();
+}
+
+#[test]
+fn a_scene_killed_at_any_moment_resumes_to_the_bit() {
+    check_interrupted(RUN, 1, kill);
+}
+
+#[test]
+fn a_campaign_killed_at_any_moment_resumes_to_the_bit() {
+    check_interrupted(&[CAMPAIGN, &LONG].concat(), 2, kill);
+}
+
+#[cfg(unix)]
+#[test]
+fn asked_to_end_a_run_leaves_a_checkpoint_and_says_how_to_go_on() {
+    let straight = Place::new().complete(&[RUN]);
+    for (signal, code) in [("TERM", 143), ("INT", 130)] {
+        let place = Place::new();
+        // So seldom that none is taken but for the first and that of the signal.
+        let seldom: &[&[&str]] = &[&["run", "scene.toml", "--out", "out", "--checkpoint-every", "1000"]];
+        let child = place.start(seldom);
+        let grown = || fs::metadata(place.path("out/energy.csv")).is_ok_and(|file| file.len() > 2000);
+        while !grown() {
+            sleep(Duration::from_millis(2));
+        }
+        let told = Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().unwrap();
+        assert!(told.success());
+        let (found, said) = said(&child.wait_with_output().unwrap());
+        assert_eq!(found, Some(code), "{said}");
+        assert!(said.contains(&format!("SIG{signal}")), "{said}");
+        assert!(
+            said.contains("cargo xtask run scene.toml --out out --checkpoint-every 1000 --resume"),
+            "{said}"
+        );
+        // It was taken after the signal, not at the beginning.
+        let (code, said) = place.finish(&[RUN, &["--until", "0.1", "--resume"]]);
+        assert!(code == Some(2) && said.contains("has come to"), "{said}");
+        let place = place.complete(&[RUN, &["--resume"]]);
+        assert_same(&place, &straight);
+    }
+}
+
+#[test]
+fn a_run_that_has_ended_can_be_extended_and_is_then_as_if_it_had_been_run_so_far_at_once() {
+    for words in [RUN, CAMPAIGN] {
+        let until = |time| [words, &["--until", time]].concat();
+        let straight = Place::new().complete(&[&until("4.25")]);
+        let place = Place::new().complete(&[&until("2.03")]);
+        let short = place.results();
+        // Again to the same end: nothing is run.
+        let place = place.complete(&[&until("2.03"), &["--resume"]]);
+        assert!(place.results() == short);
+        assert_same(&place.complete(&[&until("4.25"), &["--resume"]]), &straight);
+    }
+}
+
+#[test]
+fn runs_of_a_campaign_that_have_ended_are_kept() {
+    let words = [CAMPAIGN, &["--until", "1.5"]].concat();
+    let place = Place::new().complete(&[&words]);
+    let (done, open) = (place.path("out/standard-0.5-0"), place.path("out/standard-0.5-1"));
+    let files = |folder: &Path| -> Vec<_> {
+        let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+        files.sort();
+        files.iter().map(|path| (path.clone(), fs::metadata(path).unwrap().modified().unwrap())).collect()
+    };
+    let (before, results) = (files(&done), place.results());
+    fs::remove_dir_all(open).unwrap();
+    let place = place.complete(&[&words, &["--resume"]]);
+    assert_eq!(files(&done), before);
+    assert!(place.results() == results);
+}
+
+#[test]
+fn what_cannot_be_resumed_is_refused_by_name_and_left_alone() {
+    let short = [RUN, &["--until", "0.5"]].concat();
+    let place = Place::new().complete(&[&short]);
+    let (path, resume) = (place.path("out/checkpoint"), ["--resume"]);
+    let sound = fs::read(&path).unwrap();
+    let spoilt = |spoil: fn(&mut Vec<u8>)| {
+        let mut bytes = sound.clone();
+        spoil(&mut bytes);
+        bytes
+    };
+    let results = place.results();
+    for (bytes, why) in [
+        (spoilt(|bytes| bytes.truncate(bytes.len() / 2)), "cut short"),
+        (spoilt(|bytes| bytes.truncate(20)), "cut short"),
+        (spoilt(|bytes| *bytes.last_mut().unwrap() ^= 1), "damaged"),
+        (spoilt(|bytes| bytes[100] ^= 64), "damaged"),
+        (spoilt(|bytes| bytes[16] = 200), "newer program"),
+        (spoilt(|bytes| bytes[16] = 0), "older program"),
+        (b"{ \"time\": 1.0 }".to_vec(), "no checkpoint of carom"),
+        (Vec::new(), "no checkpoint of carom"),
+    ] {
+        fs::write(&path, &bytes).unwrap();
+        let (code, said) = place.finish(&[&short, &resume]);
+        assert_eq!(code, Some(2), "{why}: {said}");
+        assert!(said.contains(why) && said.contains("out/checkpoint"), "{why}: {said}");
+        assert!(fs::read(&path).unwrap() == bytes, "{why}: it is left alone");
+    }
+    fs::write(&path, &sound).unwrap();
+    for (words, why) in [
+        ([RUN, &["--until", "0.4"]].concat(), "--until 0.5"),
+        ([RUN, &["--until", "0.5", "--seed", "4"]].concat(), "`seed = 3`, here `seed = 4`"),
+        (
+            [RUN, &["--until", "0.5", "--set", "gas.0.count=299"]].concat(),
+            "`count = 300`, here `count = 299`",
+        ),
+        ([SINGLE, &LONG].concat(), "of another run"),
+        ([CAMPAIGN, &LONG].concat(), "holds one run"),
+        ([&short[..], &["--force"]].concat(), "cannot be used with"),
+    ] {
+        let (code, said) = place.finish(&[&words, &resume]);
+        assert_eq!(code, Some(2), "{why}: {said}");
+        assert!(said.contains(why), "{why}: {said}");
+    }
+    assert!(place.results() == results, "nothing was changed");
+
+    // Without a word about it, nothing is written over.
+    let (code, said) = place.finish(&[&short]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("--resume") && said.contains("--force"), "{said}");
+    assert!(place.results() == results);
+
+    // A series that has lost what its checkpoint counts on.
+    place.write("out/energy.csv", "time\n");
+    let (code, said) = place.finish(&[RUN, &["--until", "0.7"], &resume]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("energy.csv"), "{said}");
+
+    // A folder of something else.
+    let foreign = Place::new();
+    fs::create_dir(foreign.path("out")).unwrap();
+    foreign.write("out/letter.txt", "Dear Maxwell");
+    let (code, said) = foreign.finish(&[RUN, &resume]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("holds no run"), "{said}");
+    assert_eq!(fs::read_dir(foreign.path("out")).unwrap().count(), 1);
+
+    // A folder that another process writes into.
+    let endless = ["run", "scene.toml", "--out", "busy", "--until", "1e6", "--set", "run.standby=1e3"];
+    let mut child = foreign.start(&[&endless]);
+    while !foreign.path("busy/checkpoint").exists() {
+        sleep(Duration::from_millis(2));
+    }
+    let (code, said) = foreign.finish(&[&endless, &resume]);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("another process"), "{said}");
+}
