@@ -116,8 +116,10 @@ fn velocities_at_equilibrium_are_gaussian_and_speeds_rayleigh() {
     // 2N′/(N′ + 1) with N′ = N − 1 at total momentum 0; and H of a Gaussian, its bins too high by 80 / 2N.
     let (kurtosis, error) = velocities.kurtosis().unwrap();
     assert!(error < 0.01 && (kurtosis - 1.998).abs() < 4.0 * error, "{kurtosis} ± {error}");
+    // ⟨ln f⟩ of N = 1000 Gaussian numbers scatters by √(1/2N) = 0.022.
     let last = velocities.series().last().unwrap();
-    assert!((last.h.unwrap() - last.h_at_equilibrium()).abs().max_element() < 0.06, "{last:?}");
+    let excess = last.h.unwrap() - last.h_at_equilibrium();
+    assert!((excess - 0.04).abs().max_element() < 4.0 * 0.0224, "{last:?}");
 }
 
 #[test]

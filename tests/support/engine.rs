@@ -163,10 +163,11 @@ pub fn rule(between: &[&str], coefficient: f64) -> ElasticityRule {
     ElasticityRule { between: between.iter().map(|&tag| tag.to_owned()).collect(), coefficient }
 }
 
-/// The bodies of a view as a scene of single molecules that begins where the view stands.
+/// The bodies of a view as a scene of single molecules that begins where the view stands; its walls are to be added.
 pub fn frozen(view: &View<'_>) -> Scene {
     let molecule = view
         .bodies()
+        .filter(|view| view.body.molecule().face().is_none())
         .map(|view| MoleculeSpec {
             atoms: view
                 .body

@@ -57,8 +57,8 @@ pub(super) struct Listed {
 #[derive(Debug, Clone, Copy)]
 struct Pending {
     parts: Parts,
-    /// Image of the second body relative to the first along their paths without periodic jumps.
-    image: [i64; 2],
+    /// Image of the second body relative to the first along their paths without periodic jumps, as far as 16 bits go.
+    image: [i16; 2],
 }
 
 #[derive(Debug, Clone)]
@@ -226,8 +226,8 @@ impl State {
         if image != [0, 0] && !covering.fixed {
             covering.motion.position -= bounds.shift(image);
             self.lines[body].set_motion(&covering.motion);
-            self.windings[body][0] += image[0];
-            self.windings[body][1] += image[1];
+            let winding = &mut self.windings[body];
+            *winding = [0, 1].map(|axis| winding[axis].wrapping_add(image[axis] as i16));
         }
         covering.centre = place;
         let small = self.grid.largest_small();
@@ -502,16 +502,18 @@ impl State {
     pub(super) fn contact_of_covering(&self, owner: u32, bodies: [u32; 2], time: f64) -> ContactEvent {
         let pending = self.coverings.pending[owner as usize];
         let [a, b] = bodies.map(|body| self.windings[body as usize]);
-        let image = [0, 1].map(|axis| pending.image[axis] + (b[axis] - a[axis]));
+        let image =
+            [0, 1].map(|axis| i64::from(pending.image[axis].wrapping_add(b[axis].wrapping_sub(a[axis]))));
         ContactEvent { time, bodies, image, parts: pending.parts }
     }
 
     /// The image of the pair's second body along their paths without periodic jumps, as seen from the one inserted
     /// first.
-    fn path_image(&self, pair: [u32; 2], image: [i32; 2]) -> [i64; 2] {
+    fn path_image(&self, pair: [u32; 2], image: [i32; 2]) -> [i16; 2] {
         let [asking, other] = pair.map(|body| self.windings[body as usize]);
-        let seen = [0, 1].map(|axis| i64::from(image[axis]) - (other[axis] - asking[axis]));
-        if pair[0] < pair[1] { seen } else { seen.map(|boxes| -boxes) }
+        let seen =
+            [0, 1].map(|axis| (image[axis] as i16).wrapping_sub(other[axis].wrapping_sub(asking[axis])));
+        if pair[0] < pair[1] { seen } else { seen.map(i16::wrapping_neg) }
     }
 
     fn relative_motion(&self, world: &World, pair: [u32; 2], image: [i32; 2], now: f64) -> RelativeMotion {

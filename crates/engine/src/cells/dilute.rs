@@ -55,7 +55,8 @@ impl State {
         } else {
             to[axis] = if direction > 0 { 0 } else { (count - 1) as u16 };
             line.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
-            self.windings[disc as usize][axis] += i64::from(direction);
+            let winding = &mut self.windings[disc as usize][axis];
+            *winding = winding.wrapping_add(direction as i16);
         }
         line.set_cell(to);
         self.rosters.leave::<K>(disc, from);

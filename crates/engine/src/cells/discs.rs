@@ -7,7 +7,7 @@ use carom_detection::{DISC_LANES, Detection};
 use super::{
     State,
     line::{INDEX_MASK, Kind, Line},
-    vector::{Kernel, Question, Soonest},
+    vector::{Kernel, Question},
 };
 use crate::{ContactEvent, Parts, World};
 
@@ -20,8 +20,19 @@ impl State {
         let list = self.neighbourhoods.list(question.from.cell());
         let soonest =
             if list.at_border { K::at_border(&question, &list) } else { K::inside(&question, &list) };
+        let several = soonest.slots & (soonest.slots.wrapping_sub(1)) != 0;
         let (crossing_time, crossing) = self.crossing(question.from, now);
-        Asked { soonest, crossing_time, crossing }
+        Asked {
+            contact_time: now + soonest.time,
+            partner: list.slots[(soonest.slots.trailing_zeros() & 15) as usize] & INDEX_MASK,
+            // No branch before it is known: this hangs on the end of the chain.
+            is_doubtful: (several & (soonest.time < f64::INFINITY))
+                | soonest.in_contact
+                | list.has_overflowed(),
+            covered: list.is_covered().then_some(list.cell),
+            crossing_time,
+            crossing,
+        }
     }
 
     #[inline(always)]
@@ -53,26 +64,19 @@ impl State {
         now: f64,
         asked: &Asked,
     ) -> f64 {
-        let Asked { mut soonest, crossing_time, crossing } = *asked;
-        let list = self.neighbourhoods.list(self.lines[disc as usize].cell());
-        let several = soonest.slots & (soonest.slots.wrapping_sub(1)) != 0;
-        let mut partner = list.slots[(soonest.slots.trailing_zeros() & 15) as usize] & INDEX_MASK;
-        if (several & (soonest.time < f64::INFINITY))
-            | soonest.in_contact
-            | list.has_overflowed()
-            | !detection.decides_discs_in_closed_form()
-        {
-            (soonest.time, partner) = self.look_closer(detection, disc, now);
+        let Asked { mut contact_time, mut partner, is_doubtful, covered, crossing_time, crossing } = *asked;
+        if is_doubtful | !detection.decides_discs_in_closed_form() {
+            let soonest;
+            (soonest, partner) = self.look_closer(detection, disc, now);
+            contact_time = now + soonest;
         }
-        let (is_covered, cell) = (list.is_covered(), list.cell);
-        let contact_time = now + soonest.time;
         let meets = contact_time <= crossing_time;
         let time = if crossing_time < contact_time { crossing_time } else { contact_time };
         let kind = select(meets, Kind::Discs, crossing);
         let partner = select(meets, partner, 0);
         let version = self.lines[partner as usize].version;
         self.lines[disc as usize].set_event(time, kind, partner, version);
-        if is_covered {
+        if let Some(cell) = covered {
             self.meet_coverings(world, detection, disc, cell, now);
             return self.lines[disc as usize].time;
         }
@@ -106,15 +110,16 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn crossing(&self, me: &Line, now: f64) -> (f64, Kind) {
         let (side, cell) = (self.grid.side(), me.cell());
+        let goes_down = [me.flight[2], me.flight[3]].map(|velocity| (velocity.to_bits() >> 63) as u32);
         let along = |axis: usize| {
             let (velocity, origin) = (me.flight[axis + 2], me.flight[axis]);
-            let border = f64::from(u32::from(cell[axis]) + u32::from(velocity > 0.0)) * side[axis];
+            let border = f64::from(u32::from(cell[axis]) + 1 - goes_down[axis]) * side[axis];
             let time = (border - origin) / velocity;
             select(velocity == 0.0, f64::INFINITY, time)
         };
         let (x, y) = (along(0), along(1));
-        let kind_x = select(me.flight[2] > 0.0, Kind::Right, Kind::Left);
-        let kind_y = select(me.flight[3] > 0.0, Kind::Up, Kind::Down);
+        let kind_x = select(goes_down[0] == 0, Kind::Right, Kind::Left);
+        let kind_y = select(goes_down[1] == 0, Kind::Up, Kind::Down);
         let kind = select(x <= y, kind_x, kind_y);
         let time = if y < x { y } else { x };
         (if time > now { time } else { now }, kind)
@@ -149,7 +154,8 @@ impl State {
         cell[axis] = if direction > 0 { 0 } else { (count - 1) as u16 };
         line.set_cell(cell);
         line.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
-        self.windings[disc as usize][axis] += i64::from(direction);
+        let winding = &mut self.windings[disc as usize][axis];
+        *winding = winding.wrapping_add(direction as i16);
         self.neighbourhoods.enter(disc, cell);
     }
 
@@ -170,7 +176,13 @@ impl State {
 /// What a disc was told about its neighbours and its cell.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Asked {
-    soonest: Soonest,
+    /// When it meets the first of them, infinite for never, and which.
+    contact_time: f64,
+    partner: u32,
+    /// Whether that needs a closer look.
+    is_doubtful: bool,
+    /// Its cell, if a covering body is listed there.
+    covered: Option<u32>,
     crossing_time: f64,
     crossing: Kind,
 }

@@ -87,7 +87,8 @@ struct State {
     grid: CellGrid,
     /// One for each body, and the dummy.
     lines: Vec<Line>,
-    windings: Vec<[i64; 2]>,
+    /// Boxes left behind, as far as 16 bits go: within an epoch a body leaves one or two behind.
+    windings: Vec<[i16; 2]>,
     calendar: Calendar,
     neighbourhoods: Neighbourhoods,
     /// In place of the neighbourhoods where the gas is dilute.
@@ -209,7 +210,11 @@ impl Scheduler for Cells {
                         world.motions[body] = state.motion(body as u32);
                     }
                 }
-                world.windings.clone_from(&state.windings);
+                for (winding, now) in world.windings.iter_mut().zip(&state.windings) {
+                    for axis in 0..2 {
+                        winding[axis] += i64::from(now[axis].wrapping_sub(winding[axis] as i16));
+                    }
+                }
             }
             Layout::AllPairs(thesis) => thesis.store(world),
         }
@@ -234,8 +239,10 @@ impl State {
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
         self.limit = limit;
         self.separation_error = separation_error(world);
-        self.windings.clone_from(&world.windings);
+        self.windings.clear();
+        self.windings.extend(world.windings().iter().map(|winding| winding.map(|boxes| boxes as i16)));
         self.lines.clear();
+        self.lines.reserve_exact(world.bodies().len() + 1);
         for (body, motion) in world.bodies().iter().zip(world.motions()) {
             let mut line = Line::new(motion, body.molecule.bounding_radius());
             line.set_cell(self.grid.cell_of(motion.position));
@@ -273,7 +280,7 @@ impl State {
 
     fn heap_bytes(&self) -> usize {
         self.lines.capacity() * size_of::<Line>()
-            + self.windings.capacity() * size_of::<[i64; 2]>()
+            + self.windings.capacity() * size_of::<[i16; 2]>()
             + self.calendar.heap_bytes()
             + self.neighbourhoods.heap_bytes()
             + self.rosters.heap_bytes()
