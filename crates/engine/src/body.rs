@@ -42,11 +42,28 @@ pub enum Rotation {
 #[derive(Debug, Clone)]
 pub struct Body {
     pub(crate) key: BodyKey,
+    /// Shared by like bodies: a gas of a million discs has one.
+    pub(crate) kind: Arc<BodyKind>,
+}
+
+/// What bodies of one kind have in common.
+#[derive(Debug, Clone)]
+pub(crate) struct BodyKind {
     pub(crate) molecule: Arc<Molecule>,
     pub(crate) inertia: Inertia,
     pub(crate) tags: Tags,
     /// Which row and column of the table of elasticities.
     pub(crate) elasticity_class: u32,
+}
+
+impl BodyKind {
+    /// Whether nothing tells the two apart.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.molecule, &other.molecule)
+            && self.inertia == other.inertia
+            && self.tags == other.tags
+            && self.elasticity_class == other.elasticity_class
+    }
 }
 
 impl Body {
@@ -62,44 +79,44 @@ impl Body {
 
     /// Shape and mass.
     pub fn molecule(&self) -> &Molecule {
-        &self.molecule
+        &self.kind.molecule
     }
 
     /// Whether this is a straight wall.
     pub fn is_wall(&self) -> bool {
-        self.molecule.face().is_some()
+        self.kind.molecule.face().is_some()
     }
 
     /// How far from the centre of mass something can be touched (length): the bounding radius; of a wall, how far from its
     /// face.
     pub(crate) fn reach(&self) -> f64 {
-        self.molecule.face().map_or(self.molecule.bounding_radius(), carom_geometry::Face::radius)
+        self.kind.molecule.face().map_or(self.kind.molecule.bounding_radius(), carom_geometry::Face::radius)
     }
 
     /// Inverse mass and inverse moment, 0 where fixed or locked.
     pub fn inertia(&self) -> &Inertia {
-        &self.inertia
+        &self.kind.inertia
     }
 
     /// Tags in ascending order.
     pub fn tags(&self) -> &[Tag] {
-        &self.tags
+        &self.kind.tags
     }
 
     /// Whether the body carries `tag`.
     pub fn has_tag(&self, tag: Tag) -> bool {
-        self.tags.binary_search(&tag).is_ok()
+        self.kind.tags.binary_search(&tag).is_ok()
     }
 
     /// Whether nothing moves this body.
     #[doc(alias = "bumper")]
     pub fn is_fixed(&self) -> bool {
-        self.inertia.is_fixed()
+        self.kind.inertia.is_fixed()
     }
 
     /// Whether the body's orientation is locked, or it is fixed.
     pub fn is_locked(&self) -> bool {
-        self.inertia.inverse_moment == 0.0
+        self.kind.inertia.inverse_moment == 0.0
     }
 }
 
@@ -117,7 +134,7 @@ pub struct BodyName {
 impl BodyName {
     #[cold]
     pub(crate) fn new(body: &Body, names: &TagNames) -> Self {
-        let tags = body.tags.iter().map(|&tag| names.name(tag).to_owned()).collect();
+        let tags = body.kind.tags.iter().map(|&tag| names.name(tag).to_owned()).collect();
         Self { key: body.key(), id: body.id(), tags }
     }
 }

@@ -9,8 +9,9 @@ use carom_response::{Impact, Response};
 use glam::DVec2;
 
 use crate::{
-    AtomSpec, Body, Cells, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError,
-    Scheduler, SchedulerCounters, Simulation, TagNames, Tags, WallSpec, World,
+    AtomSpec, Cells, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError, Scheduler,
+    SchedulerCounters, Simulation, TagNames, Tags, WallSpec, World,
+    body::BodyKind,
     overlap::rounding_bound,
     placement::{self, Sites},
     simulation::{AtOnce, Epoch},
@@ -74,6 +75,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let gases = placement::fill(&mut world, &mut names, scene)?;
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut names)?;
         elasticity.classify(&mut world)?;
+        world.shrink();
         let scheduler = S::new(&options, &world)
             .map_err(|reason| reason.named(|body| entry_of(body, &entries, &gases)))?;
         let ledger = Ledger { initial: world.energy(), ..Ledger::default() };
@@ -209,8 +211,7 @@ pub(crate) fn insert(
     tags: Tags,
     motion: Motion,
 ) -> crate::BodyKey {
-    let body = |key| Body { key, molecule, inertia, tags, elasticity_class: 0 };
-    world.insert(body, motion)
+    world.insert(BodyKind { molecule, inertia, tags, elasticity_class: 0 }, motion)
 }
 
 pub(crate) fn inertia(molecule: &Molecule, rotation: Rotation) -> Inertia {
@@ -279,7 +280,7 @@ fn refuse_overlaps(world: &World, entries: &[String]) -> Result<(), SceneError> 
 /// The body that overlaps one that moves the most, by more than rounding, and how deep (length).
 pub(crate) fn deepest_overlap(world: &World, sites: &Sites, index: usize) -> Option<(usize, f64)> {
     let body = &world.bodies[index];
-    let (other, gap) = sites.nearest(world, &body.molecule, &world.motions[index])?;
+    let (other, gap) = sites.nearest(world, &body.kind.molecule, &world.motions[index])?;
     let reach = body.reach() + world.bodies[other].reach();
     (gap < -rounding_bound(world.bounds.sides(), reach)).then_some((other, -gap))
 }

@@ -14,8 +14,9 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    Body, BodyKey, BodyName, Cells, Counters, ElasticitySpec, ElasticityTable, Ledger, Rotation, SceneError,
+    BodyKey, BodyName, Cells, Counters, ElasticitySpec, ElasticityTable, Ledger, Rotation, SceneError,
     Scheduler, Simulation, TagNames, Tags, World,
+    body::BodyKind,
     build::inertia,
     simulation::{AtOnce, Epoch},
 };
@@ -234,13 +235,13 @@ impl Checkpoint {
             if bounds.wrap(position).0 != position || orientation.turns().abs() > 0.5 {
                 return Err(wrong("is out of the box, or turned by more than a turn"));
             }
-            world.bodies.push(Body {
-                key: record.key,
+            let kind = BodyKind {
                 molecule: Arc::clone(molecule),
                 inertia: record.rotation.map_or(Inertia::FIXED, |rotation| inertia(molecule, rotation)),
                 tags: record.tags.clone(),
                 elasticity_class: 0,
-            });
+            };
+            world.push_body(record.key, kind);
             world.motions.push(record.motion);
             world.windings.push(record.winding);
         }
@@ -250,7 +251,7 @@ impl Checkpoint {
 
 /// The shapes, and the bodies with their places in the list of shapes.
 fn records(world: &World) -> (Vec<Molecule>, Vec<BodyRecord>) {
-    let mut shapes: Vec<&Arc<Molecule>> = world.bodies.iter().map(|body| &body.molecule).collect();
+    let mut shapes: Vec<&Arc<Molecule>> = world.bodies.iter().map(|body| &body.kind.molecule).collect();
     let address = |shape: &Arc<Molecule>| Arc::as_ptr(shape);
     shapes.sort_by_key(|shape| address(shape));
     shapes.dedup_by_key(|shape| address(shape));
@@ -259,7 +260,7 @@ fn records(world: &World) -> (Vec<Molecule>, Vec<BodyRecord>) {
     let mut molecules = Vec::with_capacity(shapes.len());
     let mut bodies = Vec::with_capacity(world.bodies.len());
     for ((body, &motion), &winding) in world.bodies.iter().zip(&world.motions).zip(&world.windings) {
-        let found = shapes.partition_point(|shape| address(shape) < address(&body.molecule));
+        let found = shapes.partition_point(|shape| address(shape) < address(&body.kind.molecule));
         let place = &mut places[found];
         if *place == u32::MAX {
             *place = molecules.len() as u32;
@@ -270,7 +271,7 @@ fn records(world: &World) -> (Vec<Molecule>, Vec<BodyRecord>) {
             key: body.key,
             molecule: *place,
             rotation: (!body.is_fixed()).then_some(rotation),
-            tags: body.tags.clone(),
+            tags: body.kind.tags.clone(),
             motion,
             winding,
         });
@@ -308,7 +309,8 @@ mod tests {
         let checkpoint = sound();
         assert_eq!(checkpoint.molecules.len(), 1);
         let resumed = Simulation::resume(&checkpoint).unwrap();
-        let shapes: Vec<_> = resumed.world.bodies.iter().map(|body| Arc::as_ptr(&body.molecule)).collect();
+        let shapes: Vec<_> =
+            resumed.world.bodies.iter().map(|body| Arc::as_ptr(&body.kind.molecule)).collect();
         assert!(shapes.iter().all(|shape| *shape == shapes[0]));
     }
 

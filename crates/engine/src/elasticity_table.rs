@@ -1,10 +1,13 @@
 //! Which elasticity holds between two bodies: the most specific rule of the scene, by tags.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use carom_response::Elasticity;
 
-use crate::{Body, ElasticityRule, ElasticitySpec, SceneError, Tag, TagNames, Tags, World, guard::Guard};
+use crate::{
+    Body, ElasticityRule, ElasticitySpec, SceneError, Tag, TagNames, Tags, World, body::BodyKind,
+    guard::Guard,
+};
 
 /// Elasticity of each kind of contact. A rule for a pair of tags goes before a rule for one tag, and that
 /// before the default; two rules of equal rank that both apply and disagree are an error.
@@ -38,7 +41,7 @@ impl ElasticityTable {
         if self.by_class.is_empty() {
             return self.default;
         }
-        self.by_class[a.elasticity_class as usize * self.classes + b.elasticity_class as usize]
+        self.by_class[a.kind.elasticity_class as usize * self.classes + b.kind.elasticity_class as usize]
     }
 
     pub(crate) fn new(spec: &ElasticitySpec, names: &mut TagNames) -> Result<Self, SceneError> {
@@ -100,9 +103,20 @@ impl ElasticityTable {
     /// Sorts the bodies into classes and looks up each pair of classes once.
     fn look_up(&mut self, world: &mut World) -> Result<(), SceneError> {
         let mut classes: BTreeMap<Tags, u32> = BTreeMap::new();
+        // Bodies that share a kind go on sharing it.
+        let mut done: Option<[Arc<BodyKind>; 2]> = None;
         for body in &mut world.bodies {
+            if let Some([before, after]) = &done
+                && Arc::ptr_eq(&body.kind, before)
+            {
+                body.kind = Arc::clone(after);
+                continue;
+            }
             let next = classes.len() as u32;
-            body.elasticity_class = *classes.entry(body.tags.clone()).or_insert(next);
+            let class = *classes.entry(body.kind.tags.clone()).or_insert(next);
+            let before = Arc::clone(&body.kind);
+            Arc::make_mut(&mut body.kind).elasticity_class = class;
+            done = Some([before, Arc::clone(&body.kind)]);
         }
         let mut tags: Vec<(&Tags, u32)> = classes.iter().map(|(tags, &class)| (tags, class)).collect();
         tags.sort_by_key(|&(_, class)| class);

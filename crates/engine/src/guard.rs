@@ -56,13 +56,14 @@ impl Guard {
         [a, b]: [Partner<'_>; 2],
     ) -> (Elasticity, f64) {
         let approach = approach_speed(frame, [a.motion, b.motion]);
-        let radii = [&a, &b].map(|partner| partner.body.molecule.bounding_radius());
+        let radii = [&a, &b].map(|partner| partner.body.kind.molecule.bounding_radius());
         let rims = a.motion.angular_velocity.abs() * radii[0] + b.motion.angular_velocity.abs() * radii[1];
         let speed = (b.motion.velocity - a.motion.velocity).length() + rims;
         let way = self.contact_time * (2.0 * radii[0].min(radii[1]));
         // An infinite time at no speed is no number, and is not soon.
         let soon = |partner: &Partner<'_>| partner.body.is_fixed() || partner.since * speed < way;
-        let turns = |partner: &Partner<'_>| !partner.body.is_locked() && !partner.body.molecule.is_disc();
+        let turns =
+            |partner: &Partner<'_>| !partner.body.is_locked() && !partner.body.kind.molecule.is_disc();
         let e = elasticity.coefficient();
         let raised = if soon(&a) && soon(&b) {
             1.0
@@ -74,7 +75,7 @@ impl Guard {
         // Bodies that do not approach have no impulse, whatever the elasticity.
         match Elasticity::new(raised) {
             Ok(higher) if raised > e && approach > 0.0 => {
-                let mass = reduced_mass(frame, [&a.body.inertia, &b.body.inertia]);
+                let mass = reduced_mass(frame, [&a.body.kind.inertia, &b.body.kind.inertia]);
                 (higher, 0.5 * (raised * raised - e * e) * mass * (approach * approach))
             }
             _ => (elasticity, 0.0),

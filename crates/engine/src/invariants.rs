@@ -91,7 +91,8 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
                     let shift = world.bounds.shift([step % 5 - 2, step / 5 - 2]);
                     let pair =
                         RelativeMotion::between(&world.motions[i], &world.motions[j], shift, self.offset);
-                    let (a, b) = (world.bodies[i].molecule.outline(), world.bodies[j].molecule.outline());
+                    let (a, b) =
+                        (world.bodies[i].kind.molecule.outline(), world.bodies[j].kind.molecule.outline());
                     let limit = soonest.map_or(horizon, |(_, _, time)| time);
                     if let Some(contact) = exact.first_contact(a, b, &pair, limit).outcome.contact() {
                         soonest = Some((i, j, contact.time));

@@ -358,7 +358,7 @@ impl Sites {
             }
             return;
         }
-        let radius = body.molecule.bounding_radius();
+        let radius = body.kind.molecule.bounding_radius();
         self.put(world.bounds(), world.motions()[index].position, radius, Standing::Body(index));
     }
 
@@ -410,12 +410,12 @@ impl Sites {
                             let there = &world.motions()[index];
                             let shift = shift - bounds.shift(away.map(i64::from));
                             let turned = there.orientation.cos_sin();
-                            let wall = &world.bodies()[index].molecule;
+                            let wall = &world.bodies()[index].kind.molecule;
                             let separation = there.position - place + shift;
                             (index, gap_between(molecule, rotation, wall, turned, separation))
                         }
                         Standing::Body(index) => {
-                            let other = &world.bodies()[index].molecule;
+                            let other = &world.bodies()[index].kind.molecule;
                             let there = &world.motions()[index];
                             let separation = there.position - place + shift;
                             let reach = molecule.bounding_radius() + other.bounding_radius();

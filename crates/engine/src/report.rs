@@ -30,7 +30,7 @@ impl Side<'_> {
 
     /// Change of momentum Δp (mass × length / time); 0 for a fixed body.
     pub fn momentum_change(&self) -> DVec2 {
-        momentum(&self.after, &self.body.inertia) - momentum(&self.before, &self.body.inertia)
+        momentum(&self.after, &self.body.kind.inertia) - momentum(&self.before, &self.body.kind.inertia)
     }
 
     /// Change of angular velocity (radians / time).
@@ -40,13 +40,14 @@ impl Side<'_> {
 
     /// Change of the angular momentum about the body's own centre (mass × length² / time).
     pub fn angular_momentum_change(&self) -> f64 {
-        let own = |motion: &Motion| angular_momentum(motion, &self.body.inertia, motion.position);
+        let own = |motion: &Motion| angular_momentum(motion, &self.body.kind.inertia, motion.position);
         own(&self.after) - own(&self.before)
     }
 
     /// Change of kinetic energy (mass × length² / time²).
     pub fn energy_change(&self) -> f64 {
-        kinetic_energy(&self.after, &self.body.inertia) - kinetic_energy(&self.before, &self.body.inertia)
+        kinetic_energy(&self.after, &self.body.kind.inertia)
+            - kinetic_energy(&self.before, &self.body.kind.inertia)
     }
 }
 

@@ -274,7 +274,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if image != [0, 0] {
             d += self.world.bounds.shift(image);
         }
-        let inverse_masses = [body_a.inertia.inverse_mass, body_b.inertia.inverse_mass];
+        let inverse_masses = [body_a.kind.inertia.inverse_mass, body_b.kind.inertia.inverse_mass];
         let elasticity = Elasticity::ELASTIC;
         let impulse = self.response.impulse_of_discs(d, [velocity_a, velocity_b], inverse_masses, elasticity);
         let after = [velocity_a - impulse * inverse_masses[0], velocity_b + impulse * inverse_masses[1]];
@@ -294,7 +294,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                     side(body_a, place_a, velocity_a, after[0]),
                     side(body_b, place_b, velocity_b, after[1]),
                 ],
-                point: place_a + body_a.molecule.bounding_radius() * normal,
+                point: place_a + body_a.kind.molecule.bounding_radius() * normal,
                 normal,
                 impulse,
                 elasticity,
@@ -340,7 +340,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 elasticity = raised;
             }
         }
-        let (inertia_a, inertia_b) = (&body_a.inertia, &body_b.inertia);
+        let (inertia_a, inertia_b) = (&body_a.kind.inertia, &body_b.kind.inertia);
         let impulse =
             self.response.impulse(&frame, [(&before[0], inertia_a), (&before[1], inertia_b)], elasticity);
         let after = [
@@ -480,7 +480,7 @@ fn refuse_blow_up(
 ) -> Result<(), RunError> {
     for (body, velocity) in bodies.into_iter().zip(velocities) {
         let body = &world.bodies[body as usize];
-        let speed = velocity.length() + spin * body.molecule.bounding_radius();
+        let speed = velocity.length() + spin * body.kind.molecule.bounding_radius();
         if !(speed <= carom_geometry::LARGEST && spin.is_finite()) {
             let (time, body) = (world.epoch.after(now), BodyName::new(body, names));
             return Err(RunError::BlowUp { time, body, speed });

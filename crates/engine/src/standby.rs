@@ -1,6 +1,8 @@
 //! Edits at a standby: bodies come, go, change tags, energy or rotation, and elasticity changes; each from
 //! that instant on.
 
+use std::sync::Arc;
+
 use carom_detection::Detection;
 use carom_geometry::LARGEST;
 use carom_kinematics::{Motion, kinetic_energy};
@@ -63,8 +65,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let index = self.index(key)?;
         let (mut world, mut names) = (self.world.clone(), self.names.clone());
         let tag = names.intern(name);
-        if let Err(place) = world.bodies[index].tags.binary_search(&tag) {
-            world.bodies[index].tags.insert(place, tag);
+        if let Err(place) = world.bodies[index].kind.tags.binary_search(&tag) {
+            Arc::make_mut(&mut world.bodies[index].kind).tags.insert(place, tag);
         }
         self.accept_tags(world, names)?;
         Ok(tag)
@@ -78,7 +80,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let index = self.index(key)?;
         let mut world = self.world.clone();
         if let Some(tag) = self.names.find(name) {
-            world.bodies[index].tags.retain(|carried| *carried != tag);
+            Arc::make_mut(&mut world.bodies[index].kind).tags.retain(|carried| *carried != tag);
         }
         self.accept_tags(world, self.names.clone())
     }
@@ -138,8 +140,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 motion.angular_velocity = 0.0;
             }
         });
-        let body = &mut self.world.bodies[index];
-        body.inertia = inertia(&body.molecule, rotation);
+        let kind = Arc::make_mut(&mut self.world.bodies[index].kind);
+        kind.inertia = inertia(&kind.molecule, rotation);
         // `change` has booked with the old inertia, under which a spin of 0 has the same energy.
         debug_assert!(self.world.energy() <= before);
         Ok(())
@@ -183,7 +185,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if body.is_fixed() {
             return Err(EditError::Fixed(self.name(index)));
         }
-        let factor = (energy / kinetic_energy(motion, &body.inertia)).sqrt();
+        let factor = (energy / kinetic_energy(motion, &body.kind.inertia)).sqrt();
         if !factor.is_finite() || factor == 0.0 {
             return Err(EditError::NoEnergy(self.name(index)));
         }
@@ -196,7 +198,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Changes the motion of one body now, and books the energy.
     fn change(&mut self, index: usize, change: impl FnOnce(&mut Motion)) {
         self.end_epoch(self.offset);
-        let inertia = self.world.bodies[index].inertia;
+        let inertia = self.world.bodies[index].kind.inertia;
         let before = kinetic_energy(&self.world.motions[index], &inertia);
         change(&mut self.world.motions[index]);
         self.ledger.put_in += kinetic_energy(&self.world.motions[index], &inertia) - before;

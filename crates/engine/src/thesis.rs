@@ -271,7 +271,7 @@ impl Thesis {
 
     /// Asks for the contacts of one body with others: discs in batches, the rest one by one.
     fn predict<D: Detection>(&mut self, world: &World, detection: &D, body: u32, asked: &Asked, now: f64) {
-        let shape = &world.bodies()[body as usize].molecule;
+        let shape = &world.bodies()[body as usize].kind.molecule;
         if !shape.is_disc() {
             for &(other, image) in &asked.0 {
                 self.predict_pair(world, detection, [body, other], image, now);
@@ -283,7 +283,7 @@ impl Thesis {
         let empty = DiscLanes::empty(separation_error(world), speed);
         let (mut lanes, mut partners) = (empty, SmallVec::<[(u32, [i32; 2]); DISC_LANES]>::new());
         for &(other, image) in &asked.0 {
-            let partner = &world.bodies()[other as usize].molecule;
+            let partner = &world.bodies()[other as usize].kind.molecule;
             if !partner.is_disc() {
                 self.predict_pair(world, detection, [body, other], image, now);
                 continue;
@@ -330,7 +330,7 @@ impl Thesis {
         // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
         let (pair, image) = ordered(pair, image);
         let relative = self.relative_motion(world, pair, image, now);
-        let [a, b] = pair.map(|body| world.bodies()[body as usize].molecule.outline());
+        let [a, b] = pair.map(|body| world.bodies()[body as usize].kind.molecule.outline());
         let answer = detection.first_contact(a, b, &relative, self.limit - now);
         let (later, kind) = match answer.outcome {
             Outcome::Free => return,

@@ -121,7 +121,7 @@ pub(crate) fn contact_frame(
 
 /// Arm from the centre of mass to an atom's centre (length).
 pub(crate) fn arm(body: &Body, atom: u32, motion: &Motion) -> DVec2 {
-    let atom = &body.molecule.atoms()[atom as usize];
+    let atom = &body.kind.molecule.atoms()[atom as usize];
     if atom.arm() == 0.0 { DVec2::ZERO } else { motion.orientation.cos_sin().rotate(atom.offset()) }
 }
 

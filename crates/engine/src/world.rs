@@ -1,9 +1,11 @@
 //! The state of the system: every body, its motion, and which periodic image of it is in the box.
 
+use std::sync::Arc;
+
 use carom_geometry::PeriodicBox;
 use carom_kinematics::{Instant, Motion, kinetic_energy};
 
-use crate::{Body, BodyKey};
+use crate::{Body, BodyKey, body::BodyKind};
 
 /// All bodies and their motions. Bodies stand in order of insertion; their times are offsets from the
 /// start of the epoch.
@@ -76,7 +78,7 @@ impl World {
         self.motions
             .iter()
             .zip(&self.bodies)
-            .map(|(motion, body)| kinetic_energy(motion, &body.inertia))
+            .map(|(motion, body)| kinetic_energy(motion, &body.kind.inertia))
             .sum()
     }
 
@@ -84,7 +86,7 @@ impl World {
     /// spin of a single disc never changes and does not count.
     pub fn degrees_of_freedom(&self) -> usize {
         let of = |body: &Body| {
-            let turning = !body.is_locked() && !body.molecule.is_disc();
+            let turning = !body.is_locked() && !body.kind.molecule.is_disc();
             if body.is_fixed() { 0 } else { 2 + usize::from(turning) }
         };
         self.bodies.iter().map(of).sum()
@@ -116,7 +118,7 @@ impl World {
     /// The largest bounding radius of a body that moves (length).
     pub(crate) fn largest_moving_radius(&self) -> f64 {
         let moving = self.bodies.iter().filter(|body| !body.is_fixed());
-        moving.map(|body| body.molecule.bounding_radius()).fold(0.0, f64::max)
+        moving.map(|body| body.kind.molecule.bounding_radius()).fold(0.0, f64::max)
     }
 
     /// Memory kept on the heap (bytes), shapes not included.
@@ -127,15 +129,29 @@ impl World {
             + self.last_contacts.capacity() * size_of::<f64>()
     }
 
-    pub(crate) fn insert(&mut self, body: impl FnOnce(BodyKey) -> Body, motion: Motion) -> BodyKey {
+    pub(crate) fn insert(&mut self, kind: BodyKind, motion: Motion) -> BodyKey {
         // Keys ascend in order of insertion: that is how a body is found again.
         let key = BodyKey(self.next_id);
-        self.bodies.push(body(key));
+        self.push_body(key, kind);
         let (position, winding) = self.bounds.wrap(motion.position);
         self.motions.push(Motion { position, ..motion });
         self.windings.push(winding);
         self.next_id += 1;
         key
+    }
+
+    /// Adds a body, which shares its kind with the one before if they are alike.
+    pub(crate) fn push_body(&mut self, key: BodyKey, kind: BodyKind) {
+        let shared = self.bodies.last().filter(|before| before.kind.is_like(&kind));
+        let kind = shared.map_or_else(|| Arc::new(kind), |before| Arc::clone(&before.kind));
+        self.bodies.push(Body { key, kind });
+    }
+
+    /// Gives back the memory that growing has left over.
+    pub(crate) fn shrink(&mut self) {
+        self.bodies.shrink_to_fit();
+        self.motions.shrink_to_fit();
+        self.windings.shrink_to_fit();
     }
 
     /// Takes a body out. The others keep their order, so that order stays that of insertion.

@@ -100,9 +100,9 @@ impl Coverings {
         self.list.push(Covering {
             body: index,
             fixed: body.is_fixed(),
-            is_disc: body.molecule.is_disc(),
+            is_disc: body.kind.molecule.is_disc(),
             wall: StandingWall::of(body, motion),
-            radius: body.molecule.bounding_radius(),
+            radius: body.kind.molecule.bounding_radius(),
             motion: *motion,
             centre: motion.position,
             shell: 0.0,
@@ -476,7 +476,7 @@ impl State {
         // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
         let (pair, image) = ordered(pair, image);
         let relative = self.relative_motion(world, pair, image, now);
-        let [a, b] = pair.map(|body| world.bodies()[body as usize].molecule.outline());
+        let [a, b] = pair.map(|body| world.bodies()[body as usize].kind.molecule.outline());
         let horizon = best.time.min(self.limit) - now;
         match detection.first_contact(a, b, &relative, horizon).outcome {
             Outcome::Free => {}

@@ -44,7 +44,7 @@ impl CellGrid {
             .bodies()
             .iter()
             .filter(|body| may_be_small(body))
-            .map(|b| b.molecule.bounding_radius())
+            .map(|b| b.molecule().bounding_radius())
             .collect();
         radii.sort_by(f64::total_cmp);
         let largest_small = radii.get(radii.len() / 2).map_or(0.0, |median| {
@@ -99,13 +99,13 @@ impl CellGrid {
 
     /// Whether a body covers cells instead of living in one.
     pub fn covers(&self, body: &Body) -> bool {
-        !may_be_small(body) || body.molecule.bounding_radius() > self.largest_small
+        !may_be_small(body) || body.kind.molecule.bounding_radius() > self.largest_small
     }
 
     /// Radius of the small discs, if they are all alike (length).
     pub fn like(&self, world: &World) -> Option<f64> {
         let mut radii =
-            world.bodies().iter().filter(|body| !self.covers(body)).map(|b| b.molecule.bounding_radius());
+            world.bodies().iter().filter(|body| !self.covers(body)).map(|b| b.molecule().bounding_radius());
         let first = radii.next()?;
         radii.all(|radius| radius == first).then_some(first)
     }
@@ -117,13 +117,13 @@ impl CellGrid {
 }
 
 fn may_be_small(body: &Body) -> bool {
-    body.molecule.is_disc() && !body.is_fixed()
+    body.kind.molecule.is_disc() && !body.is_fixed()
 }
 
 /// Median bounding diameter of the bodies that are no walls, for a system without small discs (length).
 fn median_reach(world: &World) -> f64 {
     let bodies = world.bodies().iter().filter(|body| !body.is_wall());
-    let mut radii: Vec<f64> = bodies.map(|body| body.molecule.bounding_radius()).collect();
+    let mut radii: Vec<f64> = bodies.map(|body| body.kind.molecule.bounding_radius()).collect();
     radii.sort_by(f64::total_cmp);
     radii.get(radii.len() / 2).map_or(0.0, |median| 2.0 * median)
 }

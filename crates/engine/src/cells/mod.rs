@@ -244,7 +244,7 @@ impl State {
         self.lines.clear();
         self.lines.reserve_exact(world.bodies().len() + 1);
         for (body, motion) in world.bodies().iter().zip(world.motions()) {
-            let mut line = Line::new(motion, body.molecule.bounding_radius());
+            let mut line = Line::new(motion, body.kind.molecule.bounding_radius());
             line.set_cell(self.grid.cell_of(motion.position));
             self.lines.push(line);
         }
