@@ -8,7 +8,6 @@ pub mod cli;
 pub mod detect;
 pub mod encounters;
 pub mod experiment_encounters;
-pub mod exposed;
 pub mod growing;
 pub mod interruption;
 pub mod manifest;

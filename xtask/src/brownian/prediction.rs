@@ -2,14 +2,16 @@
 
 use std::f64::consts::{PI, TAU};
 
-use carom::Molecule;
+use carom::{
+    Molecule,
+    geometry::{ExcludedRegion, ExposedArc},
+};
 use glam::DVec2;
 
 use super::{
     Case,
     setup::{AREA_FRACTION, GAS_MASS, GAS_RADIUS},
 };
-use crate::exposed::{Arc, Boundary};
 
 /// Contact value χ = g(σ⁺) of hard discs of area fraction 0.5, from the [5/4] Padé approximant of the virial series
 /// of Clisby and `McCoy`, J. Stat. Phys. 122 (2006) 15.
@@ -19,16 +21,19 @@ const CONTACT_VALUE: f64 = 3.106;
 #[derive(Debug, Clone)]
 pub struct Prediction {
     /// From where the gas can touch it.
-    pub boundary: Boundary,
+    pub boundary: ExcludedRegion,
     inverse_mass: f64,
     inverse_moment: f64,
 }
 
 impl Prediction {
     /// Predictions for the molecule of a case.
+    ///
+    /// # Panics
+    /// Never: none of the cases is a wall.
     pub fn new(case: Case, molecule: &Molecule) -> Self {
         Self {
-            boundary: Boundary::of(molecule, GAS_RADIUS),
+            boundary: ExcludedRegion::of(molecule, GAS_RADIUS).expect("it is made of discs"),
             inverse_mass: 1.0 / molecule.mass(),
             inverse_moment: if case.turns() { 1.0 / molecule.moment_of_inertia() } else { 0.0 },
         }
@@ -36,8 +41,7 @@ impl Prediction {
 
     /// Share of the impulse by direction, in a dilute gas: N(φ) of the opposite direction, normalised.
     pub fn impulse_shares(&self, sectors: usize) -> Vec<f64> {
-        let perimeter = self.boundary.perimeter();
-        self.boundary.by_impulse_direction(sectors, |_, _| 1.0).iter().map(|part| part / perimeter).collect()
+        self.boundary.direction_shares(sectors)
     }
 
     /// Share of the contacts by direction, in a dilute gas.
@@ -66,7 +70,7 @@ impl Prediction {
     }
 
     /// μ^(−1/2), to which the number of contacts on a piece of the boundary is proportional.
-    fn frequency(&self, arc: &Arc, normal: f64) -> f64 {
+    fn frequency(&self, arc: &ExposedArc, normal: f64) -> f64 {
         // The point of contact lies along the normal from the atom's centre, so both have one lever.
         let lever = arc.centre.perp_dot(DVec2::from_angle(normal));
         (1.0 / GAS_MASS + self.inverse_mass + lever * lever * self.inverse_moment).sqrt()
