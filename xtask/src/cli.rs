@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 
 use crate::{
-    bench, brownian,
+    bench, billiard, brownian,
     detect::{self, Detector},
     experiment_encounters, run, say,
     summary::Verdict,
@@ -58,6 +58,8 @@ pub enum Command {
 pub enum Experiment {
     /// A T-shaped molecule in a dense gas, and from where it is kicked (Montanari 2017, chapter 3)
     Brownian(brownian::Options),
+    /// One disc around one fixed molecule: mean free path and directions of hits against integral geometry
+    Billiard(billiard::Options),
     /// All detectors on all kinds of encounters: what accuracy costs, and inaccuracy misses
     Encounters(experiment_encounters::Options),
 }
@@ -70,6 +72,7 @@ impl Cli {
     pub fn run(&self) -> Result<Verdict> {
         match &self.command {
             Command::Experiment(Experiment::Brownian(options)) => brownian::run(options),
+            Command::Experiment(Experiment::Billiard(options)) => billiard::run(options),
             Command::Experiment(Experiment::Encounters(options)) => experiment_encounters::run(options),
             Command::Run(options) => run::run(options),
             Command::Detect { cases, detector, out } => {

@@ -1,9 +1,11 @@
 //! Runners on top of carom: experiments, scenes, encounter files, and checks of the repository itself.
 
 pub mod bench;
+pub mod billiard;
 pub mod brownian;
 pub mod canvas;
 pub mod checkpoint_file;
+pub mod chi_square;
 pub mod cli;
 pub mod detect;
 pub mod encounters;
