@@ -10,7 +10,7 @@ use crate::{
     detect::{self, Detector},
     experiment_encounters, run, say,
     summary::Verdict,
-    tidy,
+    thesis_tests, tidy,
 };
 
 /// Runners on top of carom. Exit codes: 0 done, 1 a check failed, 2 bad input, 130 or 143 interrupted by a
@@ -60,6 +60,10 @@ pub enum Experiment {
     Brownian(brownian::Options),
     /// One disc around one fixed molecule: mean free path and directions of hits against integral geometry
     Billiard(billiard::Options),
+    /// A thin gas of 50 to 2000 discs, with and without a grid (Montanari 2017, test 1: table 2.1 and figure 2.3)
+    Spheres(thesis_tests::Options),
+    /// Two rods of 1 to 256 atoms each (Montanari 2017, test 2: figure 2.4)
+    Pair(thesis_tests::Options),
     /// All detectors on all kinds of encounters: what accuracy costs, and inaccuracy misses
     Encounters(experiment_encounters::Options),
 }
@@ -73,6 +77,8 @@ impl Cli {
         match &self.command {
             Command::Experiment(Experiment::Brownian(options)) => brownian::run(options),
             Command::Experiment(Experiment::Billiard(options)) => billiard::run(options),
+            Command::Experiment(Experiment::Spheres(options)) => thesis_tests::spheres(options),
+            Command::Experiment(Experiment::Pair(options)) => thesis_tests::pair(options),
             Command::Experiment(Experiment::Encounters(options)) => experiment_encounters::run(options),
             Command::Run(options) => run::run(options),
             Command::Detect { cases, detector, out } => {

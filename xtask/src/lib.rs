@@ -20,12 +20,15 @@ pub mod overrides;
 pub mod page;
 pub mod plot;
 pub mod polar;
+pub mod power_law;
 pub mod progress;
 pub mod resumable;
 pub mod run;
+pub mod scatter;
 pub mod series;
 pub mod standbys;
 pub mod summary;
+pub mod thesis_tests;
 pub mod tidy;
 
 use std::io::Write as _;

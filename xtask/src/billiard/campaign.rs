@@ -111,7 +111,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         say(&options.note());
     }
     let command = options.command(&setup);
-    let scenes = (0..super::options::REPLICAS).map(|replica| setup.scene(replica)).collect::<Result<Vec<_>>>()?;
+    let scenes = (0..setup.flights()).map(|replica| setup.scene(replica)).collect::<Result<Vec<_>>>()?;
     let head = format!("# Written by `{command}`: the first of {} flights.\n\n", scenes.len());
     folder.write("config.toml", head + &scenes[0].to_toml())?;
     let manifest = Manifest::begin(&folder, &command, &scenes.iter().collect::<Vec<_>>())?;

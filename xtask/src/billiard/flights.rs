@@ -6,14 +6,14 @@ use carom::{DirectionHistogram, EnergyLedger, Observer as _, OverlapCheck, Simul
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
 
-use super::{Setup, options::REPLICAS};
+use super::Setup;
 use crate::{progress::Progress, summary::Totals};
 
 /// Sectors of the histogram of directions: one a degree.
 pub const SECTORS: usize = 360;
 
 /// Blocks of each flight, all equally long; between them hits are as good as independent.
-pub const BLOCKS: usize = 64;
+pub const BLOCKS: usize = 16;
 
 /// The hits of all discs together.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,10 +63,10 @@ impl Hits {
 /// # Errors
 /// A scene that cannot be built, or a run that cannot go on.
 pub fn fly(setup: &Setup) -> Result<Hits> {
-    let progress = Progress::new(setup.duration() * REPLICAS as f64);
+    let progress = Progress::new(setup.duration() * setup.flights() as f64);
     let one = |replica| flight(setup, replica, &progress).with_context(|| format!("flight {replica}"));
     // In the order of the replicas, whichever ends first.
-    let flights: Vec<Hits> = (0..REPLICAS).into_par_iter().map(one).collect::<Result<_>>()?;
+    let flights: Vec<Hits> = (0..setup.flights()).into_par_iter().map(one).collect::<Result<_>>()?;
     let totals: Vec<Totals> = flights.iter().map(|flight| flight.totals).collect();
     let all = flights.into_iter().reduce(Hits::add).context("no flight")?;
     Ok(Hits { totals: Totals::of(&totals), ..all })

@@ -3,8 +3,11 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
-use carom::{Molecule, Scene, Shape, geometry::ExcludedRegion};
-use carom::engine::{AtomSpec, BoxSpec, MoleculeSpec, Purpose, RunSpec, random_stream};
+use carom::{
+    Molecule, Scene, Shape,
+    engine::{AtomSpec, BoxSpec, MoleculeSpec, Purpose, RunSpec, random_stream},
+    geometry::ExcludedRegion,
+};
 use clap::Args;
 use glam::DVec2;
 use rand::RngExt as _;
@@ -33,7 +36,7 @@ pub struct Options {
     #[arg(long)]
     pub paper: bool,
     /// About so many hits instead
-    #[arg(long, value_parser = clap::value_parser!(u64).range(100_000..=1_000_000_000_000))]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(10_000..=1_000_000_000_000))]
     pub hits: Option<u64>,
     /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
@@ -71,8 +74,9 @@ pub struct Setup {
     pub seed: u64,
 }
 
-/// Discs that fly independently. A fixed number: what comes out must not depend on the machine.
-pub const REPLICAS: u64 = 16;
+/// Hits of one flight, about. Fewer: the discs have no time to forget where they began. More: rounding adds up, by chance,
+/// to more than the drift of the energy that is allowed.
+const HITS_OF_FLIGHT: f64 = 250_000.0;
 
 /// Tries to find a place for the disc outside the molecule; more than half of the box is always free.
 const MOST_TRIES: usize = 1000;
@@ -83,9 +87,14 @@ impl Setup {
         self.region.mean_free_path(self.side * self.side)
     }
 
+    /// Discs that fly independently: what comes out must not depend on the machine.
+    pub fn flights(&self) -> u64 {
+        (self.hits / HITS_OF_FLIGHT).ceil().max(2.0) as u64
+    }
+
     /// How long each disc flies at speed 1 (time).
     pub fn duration(&self) -> f64 {
-        self.hits * self.mean_free_path() / REPLICAS as f64
+        self.hits * self.mean_free_path() / self.flights() as f64
     }
 
     /// The scene of one replica: the molecule in the middle, and a disc of speed 1 from a random place in a random
