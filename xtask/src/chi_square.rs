@@ -32,8 +32,8 @@ const MOST_TERMS: u32 = 100_000;
 
 /// The regularised incomplete gamma function Q(a, x) = Γ(a, x) / Γ(a), for a > 0; NaN for x < 0 or NaN.
 ///
-/// By its series for x < a + 1 (DLMF 8.11.4 for P = 1 − Q), else by its continued fraction (DLMF 8.9.2), evaluated from
-/// above by the method of Lentz.
+/// By the series of P = 1 − Q for x < a + 1, else by its continued fraction (Press et al., Numerical Recipes, section 6.2),
+/// evaluated from above by the method of Lentz.
 fn upper_gamma(a: f64, x: f64) -> f64 {
     if x.is_nan() || x < 0.0 {
         return f64::NAN;
@@ -94,7 +94,7 @@ mod tests {
     /// 359 degrees: by the cube root of χ²/k, nearly Gaussian with variance 2/9k (Wilson and Hilferty, PNAS 17 (1931) 684).
     #[test]
     fn many_degrees_of_freedom_approach_a_gaussian() {
-        let k = 359.0;
+        let k = 359.0f64;
         for sigma in [-3.0, 0.0, 2.0, 4.0f64] {
             let value = k * (1.0 - 2.0 / (9.0 * k) + sigma * (2.0 / (9.0 * k)).sqrt()).powi(3);
             let gaussian = 0.5 * libm::erfc(sigma / 2f64.sqrt());

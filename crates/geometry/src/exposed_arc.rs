@@ -79,8 +79,7 @@ impl ExposedArc {
     /// ½ ∮ (x dy − y dx) along it: its share of the area inside a closed line of arcs (Green).
     pub(crate) fn swept_area(&self) -> f64 {
         let chord = direction(self.end) - direction(self.start);
-        0.5 * self.radius
-            * (self.radius * self.angle() + self.centre.x * chord.y - self.centre.y * chord.x)
+        0.5 * self.radius * (self.radius * self.angle() + self.centre.x * chord.y - self.centre.y * chord.x)
     }
 
     /// By how much the direction to the arc turns, going along it, as seen from a point that is not inside the circle

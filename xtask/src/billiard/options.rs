@@ -106,7 +106,8 @@ impl Setup {
         let mut places = random_stream(self.seed, replica, Purpose::Placement);
         let mut place = || self.side * DVec2::new(places.random::<f64>(), places.random::<f64>());
         let middle = DVec2::splat(0.5 * self.side);
-        let at = std::iter::repeat_with(&mut place).take(MOST_TRIES).find(|at| !self.region.contains(at - middle));
+        let at =
+            std::iter::repeat_with(&mut place).take(MOST_TRIES).find(|at| !self.region.contains(at - middle));
         let angle =
             std::f64::consts::TAU * random_stream(self.seed, replica, Purpose::Velocities).random::<f64>();
         let target = MoleculeSpec {
@@ -146,7 +147,8 @@ impl Options {
             "--gas-radius {}: it must be positive and finite",
             self.gas_radius
         );
-        let molecule = Molecule::named(self.shape, self.atom_radius, 1.0).context("--shape, --atom-radius")?;
+        let molecule =
+            Molecule::named(self.shape, self.atom_radius, 1.0).context("--shape, --atom-radius")?;
         let region = ExcludedRegion::of(&molecule, self.gas_radius).context("--gas-radius")?;
         let reach = molecule.bounding_radius() + self.gas_radius;
         let side = self.side.unwrap_or(4.0 * reach);

@@ -40,8 +40,11 @@ pub fn write(
     let atoms = hits.atoms.iter().zip(&comparison.atoms).enumerate();
     let rows = atoms.map(|(atom, (&count, &share))| (atom, count, total * share));
     folder.write_table("atoms.csv", &["atom", "hits", "predicted"], rows)?;
-    let rows =
-        hits.blocks.iter().enumerate().map(|(index, &count)| (index / BLOCKS, index % BLOCKS, hits.path, count));
+    let rows = hits
+        .blocks
+        .iter()
+        .enumerate()
+        .map(|(index, &count)| (index / BLOCKS, index % BLOCKS, hits.path, count));
     folder.write_table("blocks.csv", &["flight", "block", "path", "hits"], rows)?;
     let chart = chart(setup, hits, comparison)?;
     folder.write("directions.svg", &chart)?;
@@ -65,8 +68,7 @@ fn chart(setup: &Setup, hits: &Hits, comparison: &Comparison) -> Result<String> 
     let band = staircase(0.0, 360.0, &edge(-1.0)).into_iter().zip(staircase(0.0, 360.0, &edge(1.0)));
     let band = band.map(|((x, low), (_, high))| (x, low, high)).collect();
     let top = predicted.iter().copied().fold(1.0, f64::max);
-    let layer =
-        |name: &str, colour, shape| Layer { name: name.to_owned(), colour, shape };
+    let layer = |name: &str, colour, shape| Layer { name: name.to_owned(), colour, shape };
     Chart {
         title: "Hits by direction".to_owned(),
         x: Axis { label: "direction of the impulse on the molecule [°]".to_owned(), range: (0.0, 360.0) },
@@ -91,7 +93,15 @@ fn page(setup: &Setup, hits: &Hits, summary: &Summary, command: &str, [chart, mo
     }
     page.heading("What was run");
     page.facts(&[
-        ("molecule", format!("{}, {} atoms of radius {}", setup.shape, setup.molecule.atoms().len(), setup.atom_radius)),
+        (
+            "molecule",
+            format!(
+                "{}, {} atoms of radius {}",
+                setup.shape,
+                setup.molecule.atoms().len(),
+                setup.atom_radius
+            ),
+        ),
         ("radius of the disc", setup.gas_radius.to_string()),
         ("side of the box", setup.side.to_string()),
         ("flights", (hits.blocks.len() / BLOCKS).to_string()),
@@ -112,7 +122,10 @@ fn page(setup: &Setup, hits: &Hits, summary: &Summary, command: &str, [chart, mo
     );
     page.pictures(
         Layout::Beside,
-        &[(molecule, "The molecule, and the boundary of the region that the disc's centre cannot enter, arc by arc.")],
+        &[(
+            molecule,
+            "The molecule, and the boundary of the region that the disc's centre cannot enter, arc by arc.",
+        )],
     );
     page.paragraph(
         "The error of the mean free path comes from the scatter of blocks: the box has straight corridors without end, along \

@@ -17,6 +17,19 @@ use super::{
 /// of Clisby and `McCoy`, J. Stat. Phys. 122 (2006) 15.
 const CONTACT_VALUE: f64 = 3.106;
 
+/// Contact value of hard discs: (1 − 7η/16)/(1 − η)² (Henderson 1975), with a correction in proportion to η⁴ that makes it
+/// exact at area fraction η = 0.5; the Padé values at 0.4 and 0.6 are then met within 0.1 %.
+fn contact_value(fraction: f64) -> f64 {
+    let henderson = |fraction: f64| (1.0 - 7.0 / 16.0 * fraction) / (1.0 - fraction).powi(2);
+    let excess = CONTACT_VALUE / henderson(AREA_FRACTION) - 1.0;
+    henderson(fraction) * (1.0 + excess * (fraction / AREA_FRACTION).powi(4))
+}
+
+/// Share of the area that so many gas discs per area cover.
+fn area_fraction(density: f64) -> f64 {
+    density * PI * GAS_RADIUS * GAS_RADIUS
+}
+
 /// Predictions for a molecule in the gas.
 #[derive(Debug, Clone)]
 pub struct Prediction {
@@ -80,15 +93,19 @@ impl Prediction {
 /// Collisions per disc and time in the gas: Γ = 2 n σ χ √(π kT / m) (Enskog; Chapman and Cowling 1970, chapter 16, in
 /// two dimensions).
 pub fn collision_rate(density: f64, temperature: f64) -> f64 {
-    2.0 * density * (2.0 * GAS_RADIUS) * CONTACT_VALUE * (PI * temperature / GAS_MASS).sqrt()
+    2.0 * density
+        * (2.0 * GAS_RADIUS)
+        * contact_value(area_fraction(density))
+        * (PI * temperature / GAS_MASS).sqrt()
 }
 
 /// Density of gas centres at the rim of a single disc of radius R, relative to the mean:
 /// χ = 1/(1 − η) + (9/16) (2Rr/(R + r)) (η/r)/(1 − η)² (Jenkins and Mancini, J. Appl. Mech. 54 (1987) 27).
-pub fn contact_density_of_disc(radius: f64) -> f64 {
-    let free = 1.0 - AREA_FRACTION;
+pub fn contact_density_of_disc(radius: f64, density: f64) -> f64 {
+    let fraction = area_fraction(density);
+    let free = 1.0 - fraction;
     let harmonic = 2.0 * radius / (radius + GAS_RADIUS);
-    1.0 / free + 9.0 / 16.0 * harmonic * AREA_FRACTION / (free * free)
+    1.0 / free + 9.0 / 16.0 * harmonic * fraction / (free * free)
 }
 
 #[cfg(test)]
@@ -132,7 +149,8 @@ mod tests {
     /// For equal discs the formula is Henderson's χ = (1 − 7η/16)/(1 − η)², here 3.125.
     #[test]
     fn contact_density_of_a_gas_disc() {
-        assert!((contact_density_of_disc(GAS_RADIUS) - 3.125).abs() < 1e-12);
+        let half = AREA_FRACTION / (PI * GAS_RADIUS * GAS_RADIUS);
+        assert!((contact_density_of_disc(GAS_RADIUS, half) - 3.125).abs() < 1e-12);
         assert!((collision_rate(1591.5, 1.0) - 350.5).abs() < 0.1);
     }
 }

@@ -51,10 +51,7 @@ fn scene(atoms: usize, seed: u64) -> Scene {
     let height = 2.0 * RADIUS + 0.5 * RADIUS + RADIUS * (atoms as f64 - 1.0);
     Scene {
         bounds: BoxSpec { seed, ..BoxSpec::default() },
-        molecule: vec![
-            rod([0.5, 0.4], 0.0, speed),
-            rod([0.5 + 0.5 * RADIUS, 0.4 + height], 0.25, -speed),
-        ],
+        molecule: vec![rod([0.5, 0.4], 0.0, speed), rod([0.5 + 0.5 * RADIUS, 0.4 + height], 0.25, -speed)],
         ..Scene::default()
     }
 }
@@ -124,7 +121,8 @@ fn figures(timings: &[Timing]) -> Vec<Figure> {
         let points: Vec<(f64, f64)> =
             of.filter_map(|timing| Some((timing.size as f64, timing.per_query()?))).collect();
         PowerLaw::through(&points).map(|law| {
-            let name = format!("{detector}: exponent of the time per query against the atoms, from {FIT_FROM} on");
+            let name =
+                format!("{detector}: exponent of the time per query against the atoms, from {FIT_FROM} on");
             Figure::new(name, law.exponent, "1").error(law.error)
         })
     };

@@ -46,7 +46,11 @@ pub struct Results {
 
 /// A figure to three digits.
 pub fn number(value: f64) -> String {
-    if value != 0.0 && (value < 1e-2 || value >= 1e5) { format!("{value:.2e}") } else { format!("{value:.2}") }
+    if value != 0.0 && (value < 1e-2 || value >= 1e5) {
+        format!("{value:.2e}")
+    } else {
+        format!("{value:.2}")
+    }
 }
 
 impl Test {
@@ -78,10 +82,25 @@ impl Test {
         folder.write("cost.svg", &chart)?;
         let rows = results.timings.iter().map(|timing| {
             let Timing { engine, size, queries, seconds, totals } = timing;
-            (engine, size, totals.simulated_time, totals.collisions, queries, seconds, timing.for_thesis_time())
+            (
+                engine,
+                size,
+                totals.simulated_time,
+                totals.collisions,
+                queries,
+                seconds,
+                timing.for_thesis_time(),
+            )
         });
-        let header =
-            ["engine", "size", "simulated_time", "collisions", "queries", "cpu_seconds", "cpu_seconds_for_100"];
+        let header = [
+            "engine",
+            "size",
+            "simulated_time",
+            "collisions",
+            "queries",
+            "cpu_seconds",
+            "cpu_seconds_for_100",
+        ];
         folder.write_table("times.csv", &header, rows)?;
         folder.write("report.html", self.page(&results, &summary, &chart, &command).html())?;
         folder.write_json("summary.json", &summary)?;
@@ -98,10 +117,17 @@ impl Test {
                 families.push(name.to_owned());
                 families.len() - 1
             });
-            points.push(Point { family, label: String::new(), x: size as f64, y: cost, mark: Mark::Measured });
+            points.push(Point {
+                family,
+                label: String::new(),
+                x: size as f64,
+                y: cost,
+                mark: Mark::Measured,
+            });
         }
         let title = self.title.to_owned();
-        Scatter { title, x_label: self.size.to_owned(), y_label: self.cost.to_owned(), families, points }.svg()
+        Scatter { title, x_label: self.size.to_owned(), y_label: self.cost.to_owned(), families, points }
+            .svg()
     }
 
     fn page(&self, results: &Results, summary: &Summary, chart: &str, command: &str) -> Page {
@@ -112,7 +138,10 @@ impl Test {
         page.checks(&summary.checks);
         page.heading("What it takes");
         page.table(&results.header, &results.rows);
-        page.pictures(Layout::Full, &[(chart, "Both axes are logarithmic: a power of the size is a straight line.")]);
+        page.pictures(
+            Layout::Full,
+            &[(chart, "Both axes are logarithmic: a power of the size is a straight line.")],
+        );
         let broken = results.timings.iter().filter(|timing| !timing.is_whole()).count();
         page.paragraph(&format!(
             "Processor time of the thread, without building the scene. {broken} of {} cases were broken off when their \

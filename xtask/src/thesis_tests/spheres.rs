@@ -73,12 +73,27 @@ pub fn run(options: &Options) -> Result<Verdict> {
             // The thesis takes the integer closest to √N.
             let fine = Fineness::Given((count as f64).sqrt().round() as u32);
             let exact = Exact::default;
-            timings.push(time::<_, Thesis>(ENGINES[0], count, &scene, (exact(), Fineness::Given(1)), budget)?);
+            timings.push(time::<_, Thesis>(
+                ENGINES[0],
+                count,
+                &scene,
+                (exact(), Fineness::Given(1)),
+                budget,
+            )?);
             timings.push(time::<_, Thesis>(ENGINES[1], count, &scene, (exact(), fine), budget)?);
-            timings.push(time::<_, Cells>(ENGINES[2], count, &scene, (exact(), Instructions::Widest), budget)?);
+            timings.push(time::<_, Cells>(
+                ENGINES[2],
+                count,
+                &scene,
+                (exact(), Instructions::Widest),
+                budget,
+            )?);
         }
         Ok(report::Results {
-            points: timings.iter().map(|timing| (timing.engine, timing.size, timing.for_thesis_time())).collect(),
+            points: timings
+                .iter()
+                .map(|timing| (timing.engine, timing.size, timing.for_thesis_time()))
+                .collect(),
             published: published(),
             figures: figures(&timings),
             header: [
@@ -99,7 +114,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
 }
 
 fn published() -> Vec<(&'static str, usize, f64)> {
-    let without = TABLE_2_1.iter().filter_map(|&(count, seconds, _)| Some(("thesis, no grid", count, seconds?)));
+    let without =
+        TABLE_2_1.iter().filter_map(|&(count, seconds, _)| Some(("thesis, no grid", count, seconds?)));
     let with = TABLE_2_1.iter().map(|&(count, _, seconds)| ("thesis, grid", count, seconds));
     without.chain(with).collect()
 }
@@ -130,11 +146,11 @@ fn figures(timings: &[Timing]) -> Vec<Figure> {
     for engine in ENGINES {
         let of = || timings.iter().filter(move |timing| timing.engine == engine);
         let all: Vec<(f64, f64)> = of().map(|t| (t.size as f64, t.for_thesis_time())).collect();
-        let each: Vec<(f64, f64)> =
-            of().filter_map(|t| Some((t.size as f64, t.per_collision()?))).collect();
+        let each: Vec<(f64, f64)> = of().filter_map(|t| Some((t.size as f64, t.per_collision()?))).collect();
         for (what, points) in [("time for 100 time units", all), ("time per collision", each)] {
             figures.extend(PowerLaw::through(&points).map(|law| {
-                Figure::new(format!("{engine}: exponent of the {what} against N"), law.exponent, "1").error(law.error)
+                Figure::new(format!("{engine}: exponent of the {what} against N"), law.exponent, "1")
+                    .error(law.error)
             }));
         }
         figures.extend(of().filter(|timing| timing.totals.collisions > 0).map(|timing| {
@@ -151,7 +167,8 @@ fn figures(timings: &[Timing]) -> Vec<Figure> {
             .filter_map(|&(count, without, grid)| Some((count as f64, if with { grid } else { without? })))
             .collect();
         figures.extend(PowerLaw::through(&points).map(|law| {
-            Figure::new(format!("the thesis's own table 2.1, {name} grid: exponent"), law.exponent, "1").error(law.error)
+            Figure::new(format!("the thesis's own table 2.1, {name} grid: exponent"), law.exponent, "1")
+                .error(law.error)
         }));
     }
     figures
@@ -178,7 +195,10 @@ mod tests {
         for timing in [thesis, cells] {
             let expected = collisions(500) * timing.totals.simulated_time / THESIS_TIME;
             let found = timing.totals.collisions as f64;
-            assert!((found - expected).abs() < 6.0 * expected.sqrt() + 0.02 * expected, "{found}, {expected}");
+            assert!(
+                (found - expected).abs() < 6.0 * expected.sqrt() + 0.02 * expected,
+                "{found}, {expected}"
+            );
         }
     }
 }

@@ -56,8 +56,7 @@ impl ExcludedRegion {
             return Err(GeometryError::Wall);
         }
         let atoms = molecule.atoms().iter();
-        let circles: Vec<(DVec2, f64)> =
-            atoms.map(|atom| (atom.offset(), atom.radius() + radius)).collect();
+        let circles: Vec<(DVec2, f64)> = atoms.map(|atom| (atom.offset(), atom.radius() + radius)).collect();
         let (arcs, hidden) = outline::outline(&circles);
         Ok(Self { circles, arcs, hidden })
     }
@@ -136,11 +135,7 @@ impl ExcludedRegion {
 
     /// ∫ weight ds over each of equal sectors of the direction of the impulse on the molecule, which is opposite to the
     /// normal; from direction 0 counter-clockwise.
-    pub fn by_impulse_direction(
-        &self,
-        sectors: usize,
-        weight: impl Fn(&ExposedArc, f64) -> f64,
-    ) -> Vec<f64> {
+    pub fn by_impulse_direction(&self, sectors: usize, weight: impl Fn(&ExposedArc, f64) -> f64) -> Vec<f64> {
         let mut sums = vec![0.0; sectors];
         for arc in &self.arcs {
             for (sector, from, to) in arc.sectors(sectors, -PI) {

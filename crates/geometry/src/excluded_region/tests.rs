@@ -147,7 +147,8 @@ fn an_atom_inside_another_is_unreachable() {
 /// Of a circle, what one neighbour covers across direction 0 hides all of what another covers just behind it.
 #[test]
 fn a_cover_that_goes_round_counts_at_the_beginning_too() {
-    let region = ExcludedRegion::of(&discs(&[(0.0, 0.0, 1.0), (1.0, 0.0, 1.5), (0.9, 0.2, 0.2)]).unwrap(), 0.0);
+    let region =
+        ExcludedRegion::of(&discs(&[(0.0, 0.0, 1.0), (1.0, 0.0, 1.5), (0.9, 0.2, 0.2)]).unwrap(), 0.0);
     let alone = ExcludedRegion::of(&discs(&[(0.0, 0.0, 1.0), (1.0, 0.0, 1.5)]).unwrap(), 0.0);
     close(region.unwrap().perimeter(), alone.unwrap().perimeter());
 }
@@ -191,8 +192,7 @@ fn sectors_add_up_and_lie_opposite_to_the_normal() {
     close(sectors[90] / level, 1.0);
     close(sectors[0] / level, 2.0);
     // Sectors without a step have a whole number of atoms.
-    let whole =
-        sectors.iter().filter(|part| ((*part / level).round() - *part / level).abs() < 1e-9).count();
+    let whole = sectors.iter().filter(|part| ((*part / level).round() - *part / level).abs() < 1e-9).count();
     assert_eq!(whole, 360 - 10);
 }
 
