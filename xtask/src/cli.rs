@@ -6,11 +6,11 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 
 use crate::{
-    bench, brownian,
+    bench, billiard, brownian,
     detect::{self, Detector},
     experiment_encounters, run, say,
     summary::Verdict,
-    tidy,
+    thesis_tests, tidy,
 };
 
 /// Runners on top of carom. Exit codes: 0 done, 1 a check failed, 2 bad input, 130 or 143 interrupted by a
@@ -58,6 +58,12 @@ pub enum Command {
 pub enum Experiment {
     /// A T-shaped molecule in a dense gas, and from where it is kicked (Montanari 2017, chapter 3)
     Brownian(brownian::Options),
+    /// One disc around one fixed molecule: mean free path and directions of hits against integral geometry
+    Billiard(billiard::Options),
+    /// A thin gas of 50 to 2000 discs, with and without a grid (Montanari 2017, test 1: table 2.1 and figure 2.3)
+    Spheres(thesis_tests::Options),
+    /// Two rods of 1 to 256 atoms each (Montanari 2017, test 2: figure 2.4)
+    Pair(thesis_tests::Options),
     /// All detectors on all kinds of encounters: what accuracy costs, and inaccuracy misses
     Encounters(experiment_encounters::Options),
 }
@@ -70,6 +76,9 @@ impl Cli {
     pub fn run(&self) -> Result<Verdict> {
         match &self.command {
             Command::Experiment(Experiment::Brownian(options)) => brownian::run(options),
+            Command::Experiment(Experiment::Billiard(options)) => billiard::run(options),
+            Command::Experiment(Experiment::Spheres(options)) => thesis_tests::spheres(options),
+            Command::Experiment(Experiment::Pair(options)) => thesis_tests::pair(options),
             Command::Experiment(Experiment::Encounters(options)) => experiment_encounters::run(options),
             Command::Run(options) => run::run(options),
             Command::Detect { cases, detector, out } => {

@@ -1,14 +1,15 @@
 //! Runners on top of carom: experiments, scenes, encounter files, and checks of the repository itself.
 
 pub mod bench;
+pub mod billiard;
 pub mod brownian;
 pub mod canvas;
 pub mod checkpoint_file;
+pub mod chi_square;
 pub mod cli;
 pub mod detect;
 pub mod encounters;
 pub mod experiment_encounters;
-pub mod exposed;
 pub mod growing;
 pub mod interruption;
 pub mod manifest;
@@ -19,12 +20,15 @@ pub mod overrides;
 pub mod page;
 pub mod plot;
 pub mod polar;
+pub mod power_law;
 pub mod progress;
 pub mod resumable;
 pub mod run;
+pub mod scatter;
 pub mod series;
 pub mod standbys;
 pub mod summary;
+pub mod thesis_tests;
 pub mod tidy;
 
 use std::io::Write as _;

@@ -2,17 +2,17 @@
 
 use std::fmt::Write as _;
 
-use carom::Molecule;
+use carom::{Molecule, geometry::ExcludedRegion};
 use glam::DVec2;
 
-use crate::{exposed::Boundary, plot::colour};
+use crate::plot::colour;
 
 /// Side of the picture (pixels).
 const SIDE: f64 = 560.0;
 
 /// The picture as SVG: atoms with their letters, the boundary for a probe of `probe` radius (length), and the probe in
 /// touch with the molecule from the right.
-pub fn svg(molecule: &Molecule, boundary: &Boundary, probe: f64) -> String {
+pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
     let reach = molecule.bounding_radius() + 2.0 * probe;
     let scale = 0.5 * SIDE / (1.06 * reach);
     let place = |point: DVec2| DVec2::new(0.5 * SIDE + point.x * scale, 0.5 * SIDE - point.y * scale);
@@ -33,10 +33,10 @@ pub fn svg(molecule: &Molecule, boundary: &Boundary, probe: f64) -> String {
     }
     let hex =
         |colour: plotters::style::RGBColor| format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2);
-    for arc in boundary.arcs() {
+    for arc in region.arcs() {
         // Two halves, since an arc of a whole turn has no direction.
         let ends = [arc.start, arc.start + 0.5 * arc.angle(), arc.end];
-        let points = ends.map(|angle| place(arc.centre + arc.radius * DVec2::from_angle(angle)));
+        let points = ends.map(|angle| place(arc.point(angle)));
         let radius = arc.radius * scale;
         let large = i32::from(0.5 * arc.angle() > std::f64::consts::PI);
         let _ = write!(svg, "<path d=\"M{:.2} {:.2}", points[0].x, points[0].y);
@@ -67,10 +67,10 @@ mod tests {
     #[test]
     fn every_atom_and_every_arc_is_drawn() {
         let tee = Molecule::named(Shape::Tee, 0.005, 2.0).unwrap();
-        let boundary = Boundary::of(&tee, 0.01);
-        let picture = svg(&tee, &boundary, 0.01);
+        let region = ExcludedRegion::of(&tee, 0.01).unwrap();
+        let picture = svg(&tee, &region, 0.01);
         assert_eq!(picture.matches("<circle").count(), 6);
-        assert_eq!(picture.matches("<path").count(), boundary.arcs().len());
+        assert_eq!(picture.matches("<path").count(), region.arcs().len());
         assert!(picture.contains(">E</text>") && !picture.contains("NaN"));
     }
 }

@@ -22,6 +22,9 @@ pub enum GeometryError {
         /// The value given.
         value: f64,
     },
+    /// A wall where a molecule of discs is needed.
+    #[error("a wall is not made of discs: the region it excludes is not bounded by their arcs alone")]
+    Wall,
     /// A molecule without atoms.
     #[error("a molecule needs at least one atom")]
     NoAtoms,

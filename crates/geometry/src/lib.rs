@@ -1,4 +1,5 @@
-//! Shapes in the plane: rigid unions of discs, the circles that hold them, straight walls, and the periodic box.
+//! Shapes in the plane: rigid unions of discs, the circles that hold them, what they deny to a round probe, straight
+//! walls, and the periodic box.
 //!
 //! A molecule is a rigid union of *atoms* (discs with a mass), written in the frame of its centre
 //! of mass. Nothing here knows of time or motion. Angles are counter-clockwise; mass, length and
@@ -17,6 +18,8 @@
 mod atom;
 mod circle_tree;
 mod error;
+mod excluded_region;
+mod exposed_arc;
 mod face;
 mod gap;
 mod limits;
@@ -27,6 +30,8 @@ mod shape;
 pub use atom::Atom;
 pub use circle_tree::{Circle, CircleTree, Node};
 pub use error::GeometryError;
+pub use excluded_region::ExcludedRegion;
+pub use exposed_arc::ExposedArc;
 pub use face::{Face, HalfPlane, Nearest};
 pub use gap::gap_between;
 pub use limits::{LARGEST, SMALLEST, check_length, check_positive};

@@ -8,12 +8,12 @@
 use std::f64::consts::TAU;
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
-use carom_geometry::{GeometryError, check_positive};
+use carom_geometry::{ExcludedRegion, GeometryError, check_positive};
 use carom_kinematics::Instant;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::{body_frame::in_body_frame, direction_histogram::bin_of, exposed_arc::exposed_angles};
+use crate::{body_frame::in_body_frame, direction_histogram::bin_of};
 
 /// Contacts of discs of one radius with one body, by the atom touched and the direction of the normal from it.
 ///
@@ -94,13 +94,18 @@ impl ContactDensity {
     pub fn new(body: &Body, radius: f64, bins: usize) -> Result<Self, GeometryError> {
         let radius = check_positive("the radius of the discs of a gas", radius)?;
         let (bins, molecule) = (bins.max(1), body.molecule());
-        let boundary = |(index, atom): (usize, &carom_geometry::Atom)| {
-            let reach = atom.radius() + radius;
-            let bin = |angle| Bin { arc: reach * angle, contacts: 0, impulse: 0.0, squares: 0.0 };
-            exposed_angles(molecule, index, radius, bins).into_iter().map(bin).collect()
-        };
-        let atoms = if body.is_wall() { &[] } else { molecule.atoms() };
-        let atoms = atoms.iter().enumerate().map(boundary).collect();
+        let bare = Bin { arc: 0.0, contacts: 0, impulse: 0.0, squares: 0.0 };
+        let mut atoms = Vec::new();
+        if !body.is_wall() {
+            let region = ExcludedRegion::of(molecule, radius)?;
+            atoms.resize(molecule.atoms().len(), vec![bare; bins]);
+            // A disc may have been put into a pocket, and touches the boundary there.
+            for arc in region.arcs().iter().chain(region.hidden_arcs()) {
+                for (bin, from, to) in arc.sectors(bins, 0.0) {
+                    atoms[arc.atom][bin].arc += arc.radius * (to - from);
+                }
+            }
+        }
         Ok(Self { body: body.key(), radius, bins, atoms, others: 0, began: None, duration: 0.0 })
     }
 

@@ -47,7 +47,6 @@ mod collision_rate;
 mod contact_density;
 mod direction_histogram;
 mod energy_ledger;
-mod exposed_arc;
 mod extended_xyz;
 mod group;
 mod histogram;

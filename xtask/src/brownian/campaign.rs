@@ -144,7 +144,10 @@ fn jobs(options: &Options, plan: &Plan) -> Vec<Job> {
     for case in options.case.list() {
         for size in options.size.list() {
             for replica in 0..options.replicas {
-                let scene = scene(case, size, options.seed, replica, plan);
+                let mut scene = scene(case, size, options.seed, replica, plan);
+                for gas in &mut scene.gas {
+                    gas.area_fraction = Some(options.area_fraction);
+                }
                 jobs.push(Job { case, size, replica, scene });
             }
         }
@@ -313,6 +316,7 @@ fn campaign_config(options: &Options, plan: &Plan) -> Result<String> {
         size: String,
         seed: u64,
         replicas: u64,
+        area_fraction: f64,
         from: f64,
         until: f64,
         standby: f64,
@@ -324,6 +328,7 @@ fn campaign_config(options: &Options, plan: &Plan) -> Result<String> {
         size: options.size.name(),
         seed: options.seed,
         replicas: options.replicas,
+        area_fraction: options.area_fraction,
         from: plan.from,
         until: plan.until,
         standby: plan.standby,

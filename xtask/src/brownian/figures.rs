@@ -4,7 +4,7 @@ use carom::observers::RunningPoint;
 use glam::DVec2;
 
 use super::{
-    Case,
+    Case, dilute,
     measurement::{Kicks, Measurement, SECTORS, increments},
     prediction::{Prediction, collision_rate, contact_density_of_disc},
 };
@@ -48,7 +48,8 @@ impl<'a> Group<'a> {
         self.runs.iter().map(|run| run.temperature).sum::<f64>() / self.runs.len() as f64
     }
 
-    fn density(&self) -> f64 {
+    /// Gas discs per area of the box (1 / length²).
+    pub fn density(&self) -> f64 {
         self.runs.iter().map(|run| run.density).sum::<f64>() / self.runs.len() as f64
     }
 
@@ -57,11 +58,13 @@ impl<'a> Group<'a> {
         self.kicks.hits() as f64 / self.duration()
     }
 
-    /// No atom is hit that the gas cannot reach.
+    /// No atom is hit that the gas cannot reach; and a thin gas shows the exposed arcs.
     pub fn checks(&self) -> Vec<Check> {
         let hits = |atom: &usize| self.kicks.by_atom[*atom];
         let unreachable: u64 = self.prediction.boundary.unreachable().iter().map(hits).sum();
-        vec![Check::at_most("hits on unreachable atoms", unreachable as f64, 0.0)]
+        let mut checks = vec![Check::at_most("hits on unreachable atoms", unreachable as f64, 0.0)];
+        checks.extend(dilute::checks(self));
+        checks
     }
 
     /// All figures.
@@ -89,7 +92,7 @@ impl<'a> Group<'a> {
         (!rates.is_empty()).then(|| {
             Figure::new("collisions per body", value, "1/time").error(error).predicted(
                 collision_rate(self.density(), self.temperature()),
-                "Enskog with the contact value 3.106 of hard discs (virial series of Clisby and McCoy 2006), \
+                "Enskog with the contact value of hard discs (virial series of Clisby and McCoy 2006; Henderson 1975), \
                  good to 0.3 %: the room that the molecule takes is neglected",
             )
         })
@@ -105,11 +108,16 @@ impl<'a> Group<'a> {
         let contact =
             Figure::new("gas density at the molecule's rim", impulse / duration / ideal, "mean density")
                 .error(impulse_error(impulse, hits) / duration / ideal);
+        if dilute::is_dilute(self) {
+            let source = "ideal gas: n √(kT / 2π) ∮ μ^(−1/2) ds and n kT P";
+            let ideal = self.prediction.ideal_rate(density, temperature);
+            return vec![rate.predicted(ideal, source), contact.predicted(1.0, source)];
+        }
         if self.case != Case::Control {
             return vec![rate, contact];
         }
         let radius = self.runs[0].molecule.bounding_radius();
-        let value = contact_density_of_disc(radius);
+        let value = contact_density_of_disc(radius, density);
         let source = "Jenkins and Mancini (1987), for hard discs of two sizes; an approximation, good to 1 %";
         let rate_value = value * self.prediction.ideal_rate(density, temperature);
         vec![rate.predicted(rate_value, source), contact.predicted(value, source)]
@@ -190,6 +198,8 @@ impl<'a> Group<'a> {
                 let share = count as f64 / hits;
                 let source = if predicted == 0.0 {
                     "geometry: the gas discs cannot reach it"
+                } else if dilute::is_dilute(self) {
+                    "exposed arcs, with weight μ^(−1/2)"
                 } else {
                     "dilute gas: exposed arcs; here the gas is dense and crowds into the corners"
                 };

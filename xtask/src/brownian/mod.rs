@@ -2,6 +2,7 @@
 //! (Montanari 2017, chapter 3).
 
 mod campaign;
+mod dilute;
 mod figures;
 mod kicks;
 mod measurement;

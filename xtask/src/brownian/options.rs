@@ -5,6 +5,7 @@ use std::{path::PathBuf, str::FromStr};
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 
+use super::{dilute::DILUTE, setup::AREA_FRACTION};
 use crate::{resumable::Choices, standbys::standbys};
 
 /// Choices of `cargo xtask experiment brownian`.
@@ -38,6 +39,10 @@ pub struct Options {
     /// When to end (time)
     #[arg(long)]
     pub until: Option<f64>,
+    /// Share of the box that the gas covers. Where it is small, as 0.005, the shares of kicks by direction and by atom
+    /// follow from the exposed arcs, and are checked; below 0.01 runs are longer: to t = 20000, and 500000 with --paper
+    #[arg(long, default_value_t = AREA_FRACTION)]
+    pub area_fraction: f64,
     /// Where to write; out/brownian-CASE-SIZE if not given
     #[arg(long)]
     pub out: Option<PathBuf>,
@@ -180,13 +185,22 @@ impl Options {
     /// # Errors
     /// Times that are not finite, or measuring would not begin after 0 and before the end.
     pub fn plan(&self) -> Result<Plan> {
-        let ready = if self.paper {
+        let ready = if self.area_fraction < DILUTE {
+            // Kicks are rare, and cost little.
+            let until = if self.paper { 500_000.0 } else { 20_000.0 };
+            Plan { from: 100.0, until, standby: 0.001 * until }
+        } else if self.paper {
             Plan { from: 100.0, until: 5000.0, standby: 1.0 }
         } else {
             Plan { from: 5.0, until: 200.0, standby: 0.5 }
         };
         let plan =
             Plan { from: self.from.unwrap_or(ready.from), until: self.until.unwrap_or(ready.until), ..ready };
+        ensure!(
+            self.area_fraction > 0.0 && self.area_fraction <= 0.7,
+            "--area-fraction {}: it must be above 0 and at most 0.7, where discs begin to freeze",
+            self.area_fraction
+        );
         ensure!(
             plan.until.is_finite() && plan.until > 0.0,
             "--until {}: it must be positive and finite",
@@ -220,12 +234,14 @@ impl Options {
     /// The command with every choice written out that the results depend on.
     pub fn command(&self, plan: &Plan) -> String {
         format!(
-            "cargo xtask experiment brownian --case {} --size {} {} --seed {} --replicas {} --from {} --until {}",
+            "cargo xtask experiment brownian --case {} --size {} {} --seed {} --replicas {} \
+             --area-fraction {} --from {} --until {}",
             self.case.name(),
             self.size.name(),
             if self.paper { "--paper" } else { "--quick" },
             self.seed,
             self.replicas,
+            self.area_fraction,
             plan.from,
             plan.until,
         )

@@ -5,9 +5,11 @@ use anyhow::Result;
 use super::{
     campaign::Results,
     overall::{FAMILIES, Overall, overall},
+};
+use crate::{
+    oracle::Verdict,
     scatter::{Mark, Point, Scatter},
 };
-use crate::oracle::Verdict;
 
 /// The two charts.
 #[derive(Debug)]

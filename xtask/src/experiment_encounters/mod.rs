@@ -8,7 +8,6 @@ mod overall;
 pub mod parry;
 mod recorder;
 mod report;
-mod scatter;
 mod settings;
 mod tally;
 mod timing;

@@ -1,0 +1,162 @@
+//! The directions from which a round probe can touch one atom of a molecule, where no other atom is in the way.
+//!
+//! A probe of radius r touches an atom of radius ρ with its centre on the circle of radius s = ρ + r about the atom.
+//! Another atom, whose own such circle has radius s′, at distance d in direction φ, covers all of it (s + d ≤ s′),
+//! nothing of it (d ≥ s + s′, or s′ + d ≤ s), or the angles within acos((d² + s² − s′²) / (2 s d)) of φ (law of
+//! cosines).
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec2;
+
+/// An arc of directions of the contact normal from which a probe can touch one atom.
+///
+/// It is a piece of the circle on which the probe's centre lies at contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExposedArc {
+    /// Index of the atom.
+    pub atom: usize,
+    /// Where it begins (radians, from 0 to 2π, counter-clockwise from +x of the molecule's frame).
+    pub start: f64,
+    /// Where it ends, counter-clockwise from the start (radians, up to 4π).
+    pub end: f64,
+    /// Radius of the circle: atom and probe together (length).
+    pub radius: f64,
+    /// Centre of the atom from the centre of mass (length).
+    pub centre: DVec2,
+}
+
+impl ExposedArc {
+    /// How far it goes round (radians).
+    pub fn angle(&self) -> f64 {
+        self.end - self.start
+    }
+
+    /// How long it is (length).
+    pub fn length(&self) -> f64 {
+        self.radius * self.angle()
+    }
+
+    /// The place of the probe's centre that touches the atom with the normal in direction `normal` (radians).
+    pub fn point(&self, normal: f64) -> DVec2 {
+        self.centre + self.radius * direction(normal)
+    }
+
+    /// ∫ weight ds from one direction of the normal to another (radians), within the arc.
+    ///
+    /// Three-point Gauss rule on pieces of at most one degree: exact to rounding for what varies with a molecule's
+    /// shape.
+    pub fn integral(&self, from: f64, to: f64, weight: &impl Fn(&Self, f64) -> f64) -> f64 {
+        let pieces = ((to - from) / (PI / 180.0)).ceil().max(1.0) as usize;
+        let step = (to - from) / pieces as f64;
+        let offset = 0.6f64.sqrt();
+        let piece = |index: usize| {
+            let middle = from + (index as f64 + 0.5) * step;
+            let at = |node: f64| weight(self, middle + 0.5 * step * node);
+            (5.0 * (at(-offset) + at(offset)) + 8.0 * at(0.0)) / 18.0
+        };
+        self.radius * step * (0..pieces).map(piece).sum::<f64>()
+    }
+
+    /// The pieces of the arc in each of `count` equal sectors of the whole turn, which begin at `origin` (radians): the
+    /// sector, and the first and last direction of the normal in it.
+    pub fn sectors(&self, count: usize, origin: f64) -> Vec<(usize, f64, f64)> {
+        let width = TAU / count.max(1) as f64;
+        let first = ((self.start - origin) / width).floor();
+        let most = (self.angle() / width).ceil() as usize + 2;
+        let mut from = self.start;
+        let mut pieces = Vec::new();
+        for sector in (0..most).map(|index| first + index as f64) {
+            let to = (origin + (sector + 1.0) * width).min(self.end);
+            if to > from {
+                pieces.push(((sector as i64).rem_euclid(count.max(1) as i64) as usize, from, to));
+                from = to;
+            }
+        }
+        pieces
+    }
+
+    /// ½ ∮ (x dy − y dx) along it: its share of the area inside a closed line of arcs (Green).
+    pub(crate) fn swept_area(&self) -> f64 {
+        let chord = direction(self.end) - direction(self.start);
+        0.5 * self.radius * (self.radius * self.angle() + self.centre.x * chord.y - self.centre.y * chord.x)
+    }
+
+    /// By how much the direction to the arc turns, going along it, as seen from a point that is not inside the circle
+    /// (radians, less than half a turn).
+    pub(crate) fn turn_about(&self, point: DVec2) -> f64 {
+        if self.angle() >= TAU {
+            return 0.0;
+        }
+        let (from, to) = (self.point(self.start) - point, self.point(self.end) - point);
+        libm::atan2(from.perp_dot(to), from.dot(to))
+    }
+}
+
+/// The unit vector at an angle (radians).
+fn direction(angle: f64) -> DVec2 {
+    let (sin, cos) = libm::sincos(angle);
+    DVec2::new(cos, sin)
+}
+
+/// An exposed arc, and the atoms whose circles end it on both sides; none for a whole circle.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Piece {
+    pub arc: ExposedArc,
+    pub before: Option<usize>,
+    pub after: Option<usize>,
+}
+
+/// Exposed arcs shorter than this are roundings of circles that meet in one point (radians). Smaller: atoms that only
+/// touch a corner of the boundary would count as reachable. Larger: arcs are lost that a gas can hit.
+const SHORTEST: f64 = 1e-12;
+
+/// The exposed arcs of one circle of a union, given as centres and radii.
+pub(crate) fn exposed(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
+    let (centre, radius) = circles[atom];
+    let arc = |start: f64, angle: f64| ExposedArc { atom, start, end: start + angle, radius, centre };
+    // Start, end, and by which circle.
+    let mut covered: Vec<(f64, f64, usize)> = Vec::new();
+    for (other, &(other_centre, other_radius)) in circles.iter().enumerate() {
+        if other == atom {
+            continue;
+        }
+        let to_other = other_centre - centre;
+        let distance = to_other.length();
+        // s² − s′² as a product, which does not cancel.
+        let cosine = (distance * distance + (radius - other_radius) * (radius + other_radius))
+            / (2.0 * radius * distance);
+        if cosine >= 1.0 {
+            continue;
+        }
+        if cosine <= -1.0 {
+            return Vec::new();
+        }
+        let half = libm::acos(cosine);
+        let start = (libm::atan2(to_other.y, to_other.x) - half).rem_euclid(TAU);
+        covered.push((start, start + 2.0 * half, other));
+    }
+    covered.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let Some(&(first, _, opener)) = covered.first() else {
+        return vec![Piece { arc: arc(0.0, TAU), before: None, after: None }];
+    };
+    // Once round from the first covered piece's start: the gaps between pieces are exposed. What begins late may cover
+    // more than the first piece on its way round.
+    let (mut reached, mut last) = (first, opener);
+    for &(_, end, other) in &covered {
+        if end - TAU > reached {
+            (reached, last) = (end - TAU, other);
+        }
+    }
+    let mut pieces = Vec::new();
+    for &(start, end, other) in covered.iter().chain([&(first + TAU, first + TAU, opener)]) {
+        if start - reached > SHORTEST {
+            let from = reached.rem_euclid(TAU);
+            pieces.push(Piece { arc: arc(from, start - reached), before: Some(last), after: Some(other) });
+        }
+        if end > reached {
+            (reached, last) = (end, other);
+        }
+    }
+    pieces
+}

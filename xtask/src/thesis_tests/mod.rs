@@ -1,0 +1,11 @@
+//! The two performance tests of Montanari (2017), section 2.3, run again: `experiment spheres` and `experiment pair`.
+
+mod options;
+mod pair;
+mod report;
+mod spheres;
+mod timing;
+
+pub use options::Options;
+pub use pair::run as pair;
+pub use spheres::run as spheres;

@@ -1,0 +1,64 @@
+//! What can be chosen about the two tests.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::output::Existing;
+
+/// Choices of `cargo xtask experiment spheres` and `pair`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// A short run to look at, under two minutes: each case for a second of processor time at most (the default)
+    #[arg(long, conflicts_with = "paper")]
+    pub quick: bool,
+    /// The run of the thesis: each case to 100 time units, or for ten minutes of processor time at most
+    #[arg(long)]
+    pub paper: bool,
+    /// Processor time of each case at most (seconds) instead
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub seconds: Option<u32>,
+    /// Seed of all random numbers
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Where to write; out/spheres or out/pair if not given
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Replace files of an earlier run in that folder
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl Options {
+    /// Processor time of each case at most (seconds).
+    pub fn budget(&self) -> f64 {
+        self.seconds.map_or(if self.paper { 600.0 } else { 1.0 }, f64::from)
+    }
+
+    /// What is to be known of the run before anything else.
+    pub fn note(&self) -> String {
+        if self.paper {
+            String::new()
+        } else {
+            "This is a short run, to look at: cases that take long are broken off, and times for 100 time units reckoned \
+             from what was done. The run of the thesis is --paper."
+                .to_owned()
+        }
+    }
+
+    /// Folder to write to.
+    pub fn folder(&self, test: &str) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| format!("out/{test}").into())
+    }
+
+    /// What is done about files that are there already.
+    pub fn existing(&self) -> Existing {
+        if self.force { Existing::Replace } else { Existing::Refuse }
+    }
+
+    /// The command with every choice written out that the results depend on.
+    pub fn command(&self, test: &str) -> String {
+        let size = if self.paper { "--paper" } else { "--quick" };
+        format!("cargo xtask experiment {test} {size} --seconds {} --seed {}", self.budget(), self.seed)
+    }
+}
