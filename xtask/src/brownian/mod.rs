@@ -6,9 +6,11 @@ mod figures;
 mod kicks;
 mod measurement;
 mod options;
+mod pooled;
 mod prediction;
 mod report;
 mod setup;
+mod verdict;
 
 pub use campaign::run;
 pub use options::{Case, OneOrAll, Options, Plan, Size};

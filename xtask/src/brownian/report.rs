@@ -1,6 +1,7 @@
 //! The pictures and the page of the experiment.
 
 use anyhow::Result;
+use carom::{DirectionHistogram, observers::Block};
 use glam::DVec2;
 
 use super::{
@@ -56,16 +57,20 @@ pub fn direction_rows(group: &Group<'_>) -> Vec<DirectionRow> {
     let (counts, impulses) =
         (group.prediction.count_shares(SECTORS), group.prediction.impulse_shares(SECTORS));
     let width = 360.0 / SECTORS as f64;
+    let time = group.duration();
+    let error = |sum: &dyn Fn(&Block<DirectionHistogram>) -> f64, independent: f64| {
+        time * group.kick_error(|block| (sum(block), block.duration), independent / time)
+    };
     let row = |sector: usize| {
         let (count, impulse) = (kicks.counts[sector], kicks.impulse[sector]);
         (
             width * sector as f64,
             width * (sector + 1) as f64,
             count,
-            (count as f64).sqrt(),
+            error(&|block| block.observed.counts()[sector] as f64, (count as f64).sqrt()),
             hits * counts[sector],
             impulse,
-            impulse_error(impulse, count),
+            error(&|block| block.observed.impulse()[sector], impulse_error(impulse, count)),
             total * impulses[sector],
         )
     };
