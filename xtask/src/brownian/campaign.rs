@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::{
     Case, Options, Plan, Size,
+    distributions::{CONTACT_HEADER, Distributions, PROJECTION_HEADER, contact_rows, projection_rows},
     figures::Group,
     measurement::{Measurement, measure},
     report::{self, Charts, DIRECTION_HEADER, direction_rows},
@@ -197,11 +198,8 @@ fn one(
     folder.write_table("atoms.csv", &["atom", "kicks"], measured.kicks.by_atom.iter().enumerate())?;
     let runs = std::slice::from_ref(&measured);
     let group = Group::new(job.case, runs, plan.from).context("a run without kicks to sum")?;
-    let charts = Charts::draw(&group)?;
-    for (name, picture) in charts.files() {
-        folder.write(name, picture)?;
-    }
-    folder.write_table("directions.csv", &DIRECTION_HEADER, direction_rows(&group))?;
+    let (charts, more) = (Charts::draw(&group)?, Distributions::draw(&group)?);
+    write_group(folder, "", &group, &charts, &more)?;
     let mut checks = measured.totals.checks();
     checks.extend(group.checks());
     let summary = Summary {
@@ -226,12 +224,21 @@ fn one(
     page.subheading("Figures");
     page.figures(&summary.figures);
     report::charts(&mut page, &group, &charts);
+    more.show(&mut page, job.case);
     page.heading("The gas");
     let [start, end] = [folder.read("start.svg")?, folder.read("end.svg")?];
     let (until, caption) = (plan.until, "At the start: a lattice, shaken.");
     page.pictures(Layout::Beside, &[(&start, caption), (&end, &format!("At t = {until}."))]);
     again(&mut page, &command);
-    page.links(["directions.csv", "running-average.csv", "energy.csv", "collision-rate.csv", "atoms.csv"]);
+    page.links([
+        "directions.csv",
+        "kicks-along-axes.csv",
+        "contact-density.csv",
+        "running-average.csv",
+        "energy.csv",
+        "collision-rate.csv",
+        "atoms.csv",
+    ]);
     page.links(["start.extxyz", "end.extxyz", "summary.json", "manifest.json", "config.toml"]);
     folder.write("report.html", page.html())?;
     let verdicts = vec![judged];
@@ -290,11 +297,8 @@ fn several(
         let (case, size) = (jobs[0].case, jobs[0].size);
         let group = Group::new(case, runs, plan.from).context("a run without kicks to sum")?;
         let name = format!("{}-{}", case.name(), size.name());
-        let charts = Charts::draw(&group)?;
-        for (file, picture) in charts.files() {
-            folder.write(&format!("{name}-{file}"), picture)?;
-        }
-        folder.write_table(&format!("{name}-directions.csv"), &DIRECTION_HEADER, direction_rows(&group))?;
+        let (charts, more) = (Charts::draw(&group)?, Distributions::draw(&group)?);
+        write_group(folder, &format!("{name}-"), &group, &charts, &more)?;
         let named = |text: &str| format!("{name}: {text}");
         summary
             .checks
@@ -308,6 +312,7 @@ fn several(
         sections.subheading("Figures");
         sections.figures(&figures);
         report::charts(&mut sections, &group, &charts);
+        more.show(&mut sections, case);
         let reports: Vec<String> = jobs.iter().map(|job| format!("{}/report.html", job.name())).collect();
         sections.links(reports.iter().map(String::as_str));
         summary
@@ -326,6 +331,23 @@ fn several(
     page.links(["summary.json", "manifest.json", "config.toml"]);
     folder.write("report.html", page.html())?;
     Ok(Whole { summary, verdicts })
+}
+
+/// The charts of a group and the numbers in them.
+fn write_group(
+    folder: &Folder,
+    prefix: &str,
+    group: &Group<'_>,
+    charts: &Charts,
+    more: &Distributions,
+) -> Result<()> {
+    for (file, picture) in charts.files().into_iter().chain(more.files()) {
+        folder.write(&format!("{prefix}{file}"), picture)?;
+    }
+    let name = |table: &str| format!("{prefix}{table}.csv");
+    folder.write_table(&name("directions"), &DIRECTION_HEADER, direction_rows(group))?;
+    folder.write_table(&name("kicks-along-axes"), &PROJECTION_HEADER, projection_rows(group))?;
+    folder.write_table(&name("contact-density"), &CONTACT_HEADER, contact_rows(group))
 }
 
 /// What the whole took, and whether it can be trusted.

@@ -2,6 +2,7 @@
 //! (Montanari 2017, chapter 3).
 
 mod campaign;
+mod distributions;
 mod figures;
 mod kicks;
 mod measurement;
