@@ -4,6 +4,8 @@
 mod boundary;
 #[path = "observers/correlations.rs"]
 mod correlations;
+#[path = "observers/drift.rs"]
+mod drift;
 #[path = "observers/heat.rs"]
 mod heat;
 #[path = "observers/one_body.rs"]

@@ -20,19 +20,26 @@ pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {SIDE} {SIDE}\" font-family=\"sans-serif\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
     );
-    for (letter, atom) in ('A'..='Z').chain('a'..='z').cycle().zip(molecule.atoms()) {
+    let hex =
+        |colour: plotters::style::RGBColor| format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2);
+    let hidden = region.unreachable();
+    for (index, (letter, atom)) in ('A'..='Z').chain('a'..='z').cycle().zip(molecule.atoms()).enumerate() {
+        // An atom that the probe never touches.
+        let stroke = if hidden.contains(&index) {
+            format!("{}\" stroke-width=\"3\" stroke-dasharray=\"6 4", hex(colour::PURPLE))
+        } else {
+            "#5b636d".to_owned()
+        };
         let (centre, radius) = (place(atom.offset()), atom.radius() * scale);
         let size = 0.9 * radius;
         let _ = writeln!(
             svg,
-            "<circle cx=\"{0:.2}\" cy=\"{1:.2}\" r=\"{radius:.2}\" fill=\"#d9dce0\" stroke=\"#5b636d\"/>\n\
+            "<circle cx=\"{0:.2}\" cy=\"{1:.2}\" r=\"{radius:.2}\" fill=\"#d9dce0\" stroke=\"{stroke}\"/>\n\
              <text x=\"{0:.2}\" y=\"{1:.2}\" font-size=\"{size:.1}\" text-anchor=\"middle\" dy=\".35em\" \
              fill=\"#1d2126\">{letter}</text>",
             centre.x, centre.y
         );
     }
-    let hex =
-        |colour: plotters::style::RGBColor| format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2);
     for arc in region.arcs() {
         // Two halves, since an arc of a whole turn has no direction.
         let ends = [arc.start, arc.start + 0.5 * arc.angle(), arc.end];
@@ -72,5 +79,10 @@ mod tests {
         assert_eq!(picture.matches("<circle").count(), 6);
         assert_eq!(picture.matches("<path").count(), region.arcs().len());
         assert!(picture.contains(">E</text>") && !picture.contains("NaN"));
+        // All atoms can be touched, by a larger probe not that in the middle of the stem; the probe is drawn with a broken line.
+        assert_eq!(picture.matches("dasharray").count(), 1);
+        let small = Molecule::named(Shape::Tee, 0.0025, 2.0).unwrap();
+        let picture = svg(&small, &ExcludedRegion::of(&small, 0.01).unwrap(), 0.01);
+        assert_eq!(picture.matches("dasharray").count(), 2);
     }
 }

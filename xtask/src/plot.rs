@@ -24,6 +24,8 @@ pub mod colour {
     pub const GREEN: RGBColor = RGBColor(0, 158, 115);
     /// For a third thing measured.
     pub const ORANGE: RGBColor = RGBColor(230, 159, 0);
+    /// For a fourth thing measured.
+    pub const PURPLE: RGBColor = RGBColor(204, 121, 167);
 }
 
 /// An axis: what it shows, with its unit, and from where to where.

@@ -21,6 +21,8 @@ pub struct Polar {
     pub label: String,
     /// Curves: a value for each of equal sectors, counter-clockwise from +x.
     pub curves: Vec<(String, RGBColor, Vec<f64>)>,
+    /// Error of the first curve on either side, sector by sector; none if empty.
+    pub errors: Vec<f64>,
 }
 
 impl Polar {
@@ -31,9 +33,20 @@ impl Polar {
     pub fn svg(&self) -> Result<String> {
         let values = || self.curves.iter().flat_map(|(_, _, values)| values.iter().copied());
         ensure!(values().all(f64::is_finite), "polar chart '{}': a value is not finite", self.title);
-        let largest = values().fold(0.0, f64::max);
+        ensure!(
+            self.errors.iter().all(|error| error.is_finite()),
+            "polar chart '{}': an error is not finite",
+            self.title
+        );
+        let largest = values().chain(self.band(1.0)).fold(0.0, f64::max);
         let rim = if largest > 0.0 { 1.05 * largest } else { 1.0 };
         canvas::svg(&self.title, (560, 600), |root| self.draw(root, rim))
+    }
+
+    /// The first curve moved by its error; no value is negative.
+    fn band(&self, sign: f64) -> Vec<f64> {
+        let first = self.curves.first().map_or(&[][..], |(_, _, values)| values);
+        first.iter().zip(&self.errors).map(|(value, error)| (value + sign * error).max(0.0)).collect()
     }
 
     fn draw(&self, root: &DrawingArea<SVGBackend<'_>, Shift>, rim: f64) -> Result<()> {
@@ -61,6 +74,15 @@ impl Polar {
             let centred = Pos::new(HPos::Center, VPos::Center);
             let style = (FONT, 12).into_font().color(&BLACK.mix(0.7)).pos(centred);
             chart.draw_series([Text::new(format!("{}°", 30 * spoke), on_circle(1.09 * rim, turn), style)])?;
+        }
+        if let Some((_, colour, _)) = self.curves.first().filter(|_| !self.errors.is_empty()) {
+            // Out along the upper edge, back along the lower one.
+            let edge = |sign: f64| {
+                let stairs = staircase(0.0, 1.0, &self.band(sign));
+                stairs.into_iter().map(|(turn, value)| on_circle(value, turn))
+            };
+            let ring: Vec<(f64, f64)> = edge(1.0).chain(edge(-1.0).rev()).collect();
+            chart.draw_series([Polygon::new(ring, colour.mix(0.35))])?;
         }
         for (name, colour, values) in &self.curves {
             let mut curve: Vec<(f64, f64)> =
@@ -96,6 +118,7 @@ mod tests {
             title: String::new(),
             label: String::new(),
             curves: vec![("none".to_owned(), colour::BLUE, vec![0.0; 12])],
+            errors: vec![0.0; 12],
         };
         assert!(polar.svg().unwrap().contains("330°"));
     }

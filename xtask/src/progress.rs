@@ -1,4 +1,4 @@
-//! How far a run is: a bar on a terminal, a line now and then where there is none.
+//! How far runs are: a line with a bar for each on a terminal, a line of text now and then where there is none.
 
 use std::{
     io::{IsTerminal, stderr},
@@ -6,85 +6,137 @@ use std::{
     time::{Duration, Instant},
 };
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 
-/// Between two lines where there is no terminal.
+/// Between two lines of text of one run.
 const INTERVAL: Duration = Duration::from_secs(15);
 
 /// Steps of the bar; it counts simulated time in these.
 const STEPS: u64 = 10_000;
 
-/// Progress of one run, or of several at once, in simulated time.
+/// Progress of runs side by side.
+#[derive(Debug, Default)]
+pub struct Lines {
+    bars: MultiProgress,
+}
+
+/// Progress of one run, in simulated time.
 #[derive(Debug)]
 pub struct Progress {
-    total: f64,
-    begun: Instant,
+    name: String,
+    until: f64,
     bar: Option<ProgressBar>,
     state: Mutex<State>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct State {
     time: f64,
     /// Of this, what was done before: it says nothing about how fast it goes now.
     skipped: f64,
     collisions: u64,
-    line: Instant,
+    /// When it began, and when it was last told of in text.
+    begun: Option<Instant>,
+    told: Option<Instant>,
+}
+
+impl Lines {
+    /// The line of a run that waits for its turn.
+    pub fn add(&self, name: &str, until: f64) -> Progress {
+        let bar = ProgressBar::new(STEPS).with_style(style()).with_prefix(format!("{name:<16}"));
+        let bar = stderr().is_terminal().then(|| self.bars.add(bar).with_message("waits"));
+        if let Some(bar) = &bar {
+            bar.tick();
+        }
+        Progress { name: name.to_owned(), until, bar, state: Mutex::default() }
+    }
+}
+
+fn style() -> ProgressStyle {
+    let template = "{prefix} {bar:24} {percent:>3} %  {msg}";
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 impl Progress {
-    /// Progress towards `total` of simulated time, all runs together.
-    pub fn new(total: f64) -> Self {
-        let bar = stderr().is_terminal().then(|| {
-            let template = "{bar:32} {percent:>3} %  {msg}  {eta} left";
-            let style = ProgressStyle::with_template(template);
-            ProgressBar::new(STEPS).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        });
-        let now = Instant::now();
-        Self {
-            total,
-            begun: now,
-            bar,
-            state: Mutex::new(State { time: 0.0, skipped: 0.0, collisions: 0, line: now }),
-        }
+    /// Progress of a run alone, until this time.
+    pub fn new(until: f64) -> Self {
+        Lines::default().add("", until)
     }
 
-    /// Some run resumes at `time`.
+    /// The run resumes at `time`.
     pub fn skip(&self, time: f64) {
         let mut state = self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         state.time += time;
         state.skipped += time;
+        self.show(&mut state);
     }
 
-    /// Some run has gone on by `time` with so many collisions.
+    /// The run has gone on by `time` with so many collisions.
     pub fn advance(&self, time: f64, collisions: u64) {
         let mut state = self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         state.time += time;
         state.collisions += collisions;
-        let elapsed = self.begun.elapsed().as_secs_f64();
-        let share = (state.time / self.total).clamp(0.0, 1.0);
-        let rate = state.collisions as f64 / elapsed.max(1e-9);
+        self.show(&mut state);
+    }
+
+    fn show(&self, state: &mut State) {
+        let now = Instant::now();
+        let begun = *state.begun.get_or_insert(now);
+        let told = *state.told.get_or_insert(now);
+        let share = (state.time / self.until).clamp(0.0, 1.0);
+        let words = state.words(self.until, now.duration_since(begun).as_secs_f64());
         if let Some(bar) = &self.bar {
-            bar.set_message(format!("{} collisions/s", rounded(rate)));
+            bar.set_message(words);
             bar.set_position((share * STEPS as f64) as u64);
-        } else if state.line.elapsed() >= INTERVAL {
-            state.line = Instant::now();
-            let done = (state.time - state.skipped).max(1e-9 * self.total);
-            let left = elapsed * (self.total - state.time).max(0.0) / done;
-            eprintln!("{:5.1} %  {} collisions/s  {left:.0} s left", 100.0 * share, rounded(rate));
+        } else if now.duration_since(told) >= INTERVAL {
+            state.told = Some(now);
+            let name = if self.name.is_empty() { String::new() } else { format!("{}  ", self.name) };
+            eprintln!("{name}{:5.1} %  {words}", 100.0 * share);
         }
+    }
+}
+
+impl State {
+    /// Collisions, rate and time left, after so many seconds.
+    fn words(&self, until: f64, elapsed: f64) -> String {
+        let collisions = rounded(self.collisions as f64);
+        let (done, left) = (self.time - self.skipped, (until - self.time).max(0.0));
+        if left == 0.0 {
+            return format!("{collisions} collisions  done");
+        }
+        if done <= 0.0 || elapsed <= 0.0 {
+            return "begins".to_owned();
+        }
+        let rate = rounded(self.collisions as f64 / elapsed);
+        // A run that has hardly begun may seem to last for ever.
+        let left = HumanDuration(Duration::from_secs_f64((elapsed * left / done).min(1e9)));
+        format!("{collisions} collisions  {rate}/s  {left} left")
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
+            bar.abandon();
         }
     }
 }
 
-/// A rate in words that do not dance.
-fn rounded(rate: f64) -> String {
-    if rate >= 1e6 { format!("{:.2} M", rate * 1e-6) } else { format!("{:.0} k", rate * 1e-3) }
+/// A number in words that do not dance.
+fn rounded(number: f64) -> String {
+    if number >= 1e6 { format!("{:.2} M", number * 1e-6) } else { format!("{:.0} k", number * 1e-3) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_done_before_does_not_count_as_speed() {
+        let state = State { time: 60.0, skipped: 50.0, collisions: 3_000_000, ..State::default() };
+        // Ten units in five seconds, so that the remaining forty take twenty.
+        assert_eq!(state.words(100.0, 5.0), "3.00 M collisions  600 k/s  20 seconds left");
+        assert_eq!(State { time: 100.0, ..state }.words(100.0, 5.0), "3.00 M collisions  done");
+        assert_eq!(State { time: 5.0, skipped: 5.0, ..State::default() }.words(100.0, 0.0), "begins");
+    }
 }

@@ -10,7 +10,7 @@ use carom_engine::{BodyKey, CollisionReport, Observer, View};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::body_frame::in_body_frame;
+use crate::{Additive, body_frame::in_body_frame};
 
 /// Counts the directions of the impulses on one body, in its frame (x′, y′) at the instant of contact.
 ///
@@ -108,6 +108,20 @@ impl Observer for DirectionHistogram {
             self.atom_counts.resize(side.body.molecule().atoms().len(), 0);
             self.atom_counts[atom as usize] += 1;
         }
+    }
+}
+
+impl Additive for DirectionHistogram {
+    fn emptied(&self) -> Self {
+        let atom_counts = vec![0; self.atom_counts.len()];
+        Self { atom_counts, ..Self::new(self.body, self.counts.len()) }
+    }
+
+    fn absorb(&mut self, later: &Self) {
+        self.counts.iter_mut().zip(&later.counts).for_each(|(sum, part)| *sum += part);
+        self.impulse.iter_mut().zip(&later.impulse).for_each(|(sum, part)| *sum += part);
+        self.atom_counts.resize(self.atom_counts.len().max(later.atom_counts.len()), 0);
+        self.atom_counts.iter_mut().zip(&later.atom_counts).for_each(|(sum, part)| *sum += part);
     }
 }
 

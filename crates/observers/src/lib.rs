@@ -5,6 +5,8 @@
 //! | from which side a body is hit, in its own frame | [`DirectionHistogram`] | contacts |
 //! | how hard it is hit along one of its axes | [`ProjectionHistogram`] | contacts |
 //! | mean force on a body and its mean velocity, in its own frame | [`RunningAverage`] | contacts, standbys |
+//! | impulses and torques on a body, how far it goes and turns, in its own frame | [`Drift`] | contacts, standbys |
+//! | any of the first two and the fourth, block by block of time | [`Blocks`] | contacts, standbys |
 //! | energy against the books, momentum | [`EnergyLedger`] | standbys |
 //! | collisions per body and time | [`CollisionRate`] | standbys |
 //! | pressure from the virial of the contacts | [`Pressure`] | contacts, standbys |
@@ -18,6 +20,8 @@
 //!
 //! All but the last are plain data, which serde writes down to the bit: a run that is resumed from a checkpoint goes on with
 //! what it had seen.
+//!
+//! What blocks scatter is the statistical error: [`Estimate`] of a mean, [`Isotropy`] of a histogram of directions.
 //!
 //! What an observer is told of standbys only costs a run nothing between them. Two functions turn a standby
 //! view into text: [`write_extended_xyz`] and [`picture`]. Observers are put together as a tuple:
@@ -42,14 +46,18 @@
 //!
 //! [`Observer`]: carom_engine::Observer
 
+mod blocks;
 mod body_frame;
 mod collision_rate;
 mod contact_density;
 mod direction_histogram;
+mod drift;
 mod energy_ledger;
+mod estimate;
 mod extended_xyz;
 mod group;
 mod histogram;
+mod isotropy;
 mod kinds;
 mod mean;
 mod overlap_check;
@@ -64,13 +72,17 @@ mod thermostat_ledger;
 mod time_correlation;
 mod velocity_distribution;
 
+pub use blocks::{Additive, Block, Blocks};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
 pub use direction_histogram::DirectionHistogram;
+pub use drift::Drift;
 pub use energy_ledger::{EnergyLedger, LedgerPoint};
+pub use estimate::Estimate;
 pub use extended_xyz::write_extended_xyz;
 pub use group::Group;
 pub use histogram::Histogram;
+pub use isotropy::Isotropy;
 pub use overlap_check::OverlapCheck;
 pub use pair_distribution::{CutoffError, PairDistribution, PairPoint};
 pub use picture::picture;

@@ -7,17 +7,19 @@ use serde::Serialize;
 
 use super::{
     Case, Options, Plan, Size,
+    distributions::{CONTACT_HEADER, Distributions, PROJECTION_HEADER, contact_rows, projection_rows},
     figures::Group,
     measurement::{Measurement, measure},
     report::{self, Charts, DIRECTION_HEADER, direction_rows},
     setup::scene,
+    verdict::Verdict as Equilibrium,
 };
 use crate::{
     interruption::Signals,
     manifest::Manifest,
     output::Folder,
     page::{Layout, Page},
-    progress::Progress,
+    progress::{Lines, Progress},
     resumable::{CHECKPOINT, Found, Task, without_end},
     say,
     summary::{Check, Figure, Summary, Totals, Verdict},
@@ -30,6 +32,30 @@ struct Job {
     size: Size,
     replica: u64,
     scene: Scene,
+}
+
+/// `summary.json`: what every experiment has, and the verdicts.
+#[derive(Debug, Serialize)]
+struct Whole {
+    #[serde(flatten)]
+    summary: Summary,
+    /// One for each case and size.
+    verdicts: Vec<Judged>,
+}
+
+/// What the runs of one case and size say of equilibrium.
+#[derive(Debug, Serialize)]
+struct Judged {
+    case: String,
+    size: String,
+    #[serde(flatten)]
+    verdict: Equilibrium,
+}
+
+impl Judged {
+    fn new(group: &Group<'_>, size: Size) -> Self {
+        Self { case: group.case.name(), size: size.name(), verdict: Equilibrium::of(group) }
+    }
 }
 
 /// A job with what there is of it already.
@@ -108,16 +134,17 @@ pub fn run(options: &Options) -> Result<Verdict> {
     }
     let scenes: Vec<&Scene> = jobs.iter().map(|job| &job.scene).collect();
     let manifest = Manifest::begin(&folder, &command, &scenes)?;
-    let summary = match <[Run<'_>; 1]>::try_from(runs) {
+    let whole = match <[Run<'_>; 1]>::try_from(runs) {
         Ok([run]) => {
             let progress = Progress::new(plan.until);
             one(run, &plan, options, &progress)?.1
         }
         Err(runs) => several(&jobs, runs, &plan, options, &folder)?,
     };
-    folder.write_json("summary.json", &summary)?;
+    folder.write_json("summary.json", &whole)?;
+    let summary = &whole.summary;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
-    crate::conclude(&folder, &summary);
+    crate::conclude(&folder, summary);
     Ok(summary.verdict())
 }
 
@@ -141,8 +168,8 @@ fn refuse_other_layout(jobs: &[Job], folder: &Folder) -> Result<()> {
 
 fn jobs(options: &Options, plan: &Plan) -> Vec<Job> {
     let mut jobs = Vec::new();
-    for case in options.case.list() {
-        for size in options.size.list() {
+    for case in options.case().list() {
+        for size in options.size().list() {
             for replica in 0..options.replicas {
                 let mut scene = scene(case, size, options.seed, replica, plan);
                 for gas in &mut scene.gas {
@@ -161,7 +188,7 @@ fn one(
     plan: &Plan,
     options: &Options,
     progress: &Progress,
-) -> Result<(Measurement, Summary)> {
+) -> Result<(Measurement, Whole)> {
     let folder = task.folder;
     let command = options.command(plan);
     let head = format!(
@@ -174,11 +201,8 @@ fn one(
     folder.write_table("atoms.csv", &["atom", "kicks"], measured.kicks.by_atom.iter().enumerate())?;
     let runs = std::slice::from_ref(&measured);
     let group = Group::new(job.case, runs, plan.from).context("a run without kicks to sum")?;
-    let charts = Charts::draw(&group)?;
-    for (name, picture) in charts.files() {
-        folder.write(name, picture)?;
-    }
-    folder.write_table("directions.csv", &DIRECTION_HEADER, direction_rows(&group))?;
+    let (charts, more) = (Charts::draw(&group)?, Distributions::draw(&group)?);
+    write_group(folder, "", &group, &charts, &more)?;
     let mut checks = measured.totals.checks();
     checks.extend(group.checks());
     let summary = Summary {
@@ -198,17 +222,30 @@ fn one(
     report::setting(&mut page, &group, job.size, plan);
     totals(&mut page, &summary);
     page.heading("What was found");
+    let judged = Judged::new(&group, job.size);
+    judged.verdict.show(&mut page);
+    page.subheading("Figures");
     page.figures(&summary.figures);
     report::charts(&mut page, &group, &charts);
+    more.show(&mut page, job.case);
     page.heading("The gas");
     let [start, end] = [folder.read("start.svg")?, folder.read("end.svg")?];
     let (until, caption) = (plan.until, "At the start: a lattice, shaken.");
     page.pictures(Layout::Beside, &[(&start, caption), (&end, &format!("At t = {until}."))]);
     again(&mut page, &command);
-    page.links(["directions.csv", "running-average.csv", "energy.csv", "collision-rate.csv", "atoms.csv"]);
+    page.links([
+        "directions.csv",
+        "kicks-along-axes.csv",
+        "contact-density.csv",
+        "running-average.csv",
+        "energy.csv",
+        "collision-rate.csv",
+        "atoms.csv",
+    ]);
     page.links(["start.extxyz", "end.extxyz", "summary.json", "manifest.json", "config.toml"]);
     folder.write("report.html", page.html())?;
-    Ok((measured, summary))
+    let verdicts = vec![judged];
+    Ok((measured, Whole { summary, verdicts }))
 }
 
 /// All runs, each in a folder of its own, and a page about all.
@@ -218,27 +255,33 @@ fn several(
     plan: &Plan,
     options: &Options,
     folder: &Folder,
-) -> Result<Summary> {
+) -> Result<Whole> {
     folder.write("config.toml", campaign_config(options, plan)?)?;
-    let progress = Progress::new(plan.until * jobs.len() as f64);
+    let lines = Lines::default();
+    let runs: Vec<(Run<'_>, Progress)> = runs
+        .into_iter()
+        .map(|run| {
+            let line = lines.add(&run.job.name(), plan.until);
+            (run, line)
+        })
+        .collect();
     let threads = options.threads.map_or(0, usize::from);
     let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
     let command = options.command(plan);
-    let run_one = |run: Run<'_>| -> Result<Measurement> {
+    let run_one = |(run, progress): (Run<'_>, Progress)| -> Result<Measurement> {
         let inner = run.task.folder;
         if run.is_complete() {
             return measure(run.task, run.found, &run.job.scene, plan, &progress);
         }
         let manifest = Manifest::begin(inner, &command, &[&run.job.scene])?;
-        let (measured, summary) = one(run, plan, options, &progress)?;
-        inner.write_json("summary.json", &summary)?;
-        manifest.complete(inner, summary.totals.cpu_seconds())?;
+        let (measured, whole) = one(run, plan, options, &progress)?;
+        inner.write_json("summary.json", &whole)?;
+        manifest.complete(inner, whole.summary.totals.cpu_seconds())?;
         Ok(measured)
     };
     // In the order of the jobs, whichever ends first: what is written does not depend on the threads.
     let measured: Vec<Measurement> =
         pool.install(|| runs.into_par_iter().map(run_one).collect::<Result<_>>())?;
-    drop(progress);
 
     let all: Vec<Totals> = measured.iter().map(|run| run.totals).collect();
     let totals_of_all = Totals::of(&all);
@@ -251,16 +294,14 @@ fn several(
         runs: jobs.iter().map(Job::name).collect(),
     };
     let mut sections = Page::section();
+    let mut verdicts = Vec::new();
     let per_group = usize::try_from(options.replicas)?;
     for (jobs, runs) in jobs.chunks(per_group).zip(measured.chunks(per_group)) {
         let (case, size) = (jobs[0].case, jobs[0].size);
         let group = Group::new(case, runs, plan.from).context("a run without kicks to sum")?;
         let name = format!("{}-{}", case.name(), size.name());
-        let charts = Charts::draw(&group)?;
-        for (file, picture) in charts.files() {
-            folder.write(&format!("{name}-{file}"), picture)?;
-        }
-        folder.write_table(&format!("{name}-directions.csv"), &DIRECTION_HEADER, direction_rows(&group))?;
+        let (charts, more) = (Charts::draw(&group)?, Distributions::draw(&group)?);
+        write_group(folder, &format!("{name}-"), &group, &charts, &more)?;
         let named = |text: &str| format!("{name}: {text}");
         summary
             .checks
@@ -268,8 +309,13 @@ fn several(
         let figures = group.figures();
         sections.heading(&title(case, size));
         report::setting(&mut sections, &group, size, plan);
+        let judged = Judged::new(&group, size);
+        judged.verdict.show(&mut sections);
+        verdicts.push(judged);
+        sections.subheading("Figures");
         sections.figures(&figures);
         report::charts(&mut sections, &group, &charts);
+        more.show(&mut sections, case);
         let reports: Vec<String> = jobs.iter().map(|job| format!("{}/report.html", job.name())).collect();
         sections.links(reports.iter().map(String::as_str));
         summary
@@ -287,7 +333,24 @@ fn several(
     again(&mut page, &command);
     page.links(["summary.json", "manifest.json", "config.toml"]);
     folder.write("report.html", page.html())?;
-    Ok(summary)
+    Ok(Whole { summary, verdicts })
+}
+
+/// The charts of a group and the numbers in them.
+fn write_group(
+    folder: &Folder,
+    prefix: &str,
+    group: &Group<'_>,
+    charts: &Charts,
+    more: &Distributions,
+) -> Result<()> {
+    for (file, picture) in charts.files().into_iter().chain(more.files()) {
+        folder.write(&format!("{prefix}{file}"), picture)?;
+    }
+    let name = |table: &str| format!("{prefix}{table}.csv");
+    folder.write_table(&name("directions"), &DIRECTION_HEADER, direction_rows(group))?;
+    folder.write_table(&name("kicks-along-axes"), &PROJECTION_HEADER, projection_rows(group))?;
+    folder.write_table(&name("contact-density"), &CONTACT_HEADER, contact_rows(group))
 }
 
 /// What the whole took, and whether it can be trusted.
@@ -324,8 +387,8 @@ fn campaign_config(options: &Options, plan: &Plan) -> Result<String> {
     }
     let experiment = Experiment {
         name: "brownian",
-        case: options.case.name(),
-        size: options.size.name(),
+        case: options.case().name(),
+        size: options.size().name(),
         seed: options.seed,
         replicas: options.replicas,
         area_fraction: options.area_fraction,

@@ -1,11 +1,15 @@
 //! The figures of the experiment, each with its error and with what it should be.
 
-use carom::observers::RunningPoint;
+use carom::{
+    DirectionHistogram,
+    observers::{Block, Drift, RunningPoint},
+};
 use glam::DVec2;
 
 use super::{
     Case, dilute,
     measurement::{Kicks, Measurement, SECTORS, increments},
+    pooled::Pooled,
     prediction::{Prediction, collision_rate, contact_density_of_disc},
 };
 use crate::summary::{Check, Figure};
@@ -53,6 +57,11 @@ impl<'a> Group<'a> {
         self.runs.iter().map(|run| run.density).sum::<f64>() / self.runs.len() as f64
     }
 
+    /// Impulse per time and length of the boundary in an ideal gas of this density, nkT (mass / time²).
+    pub fn ideal_pressure(&self) -> f64 {
+        self.density() * self.temperature()
+    }
+
     /// Kicks by the gas per time (1 / time).
     pub fn hit_rate(&self) -> f64 {
         self.kicks.hits() as f64 / self.duration()
@@ -72,7 +81,7 @@ impl<'a> Group<'a> {
         let mut figures = vec![self.temperature_figure()];
         figures.extend(self.rate_figure());
         figures.extend(self.hit_figures());
-        figures.extend(self.mean_force_figures());
+        figures.extend(self.equipartition_figures());
         figures.push(self.symmetry_figure());
         figures.extend(self.atom_figures());
         figures
@@ -101,13 +110,19 @@ impl<'a> Group<'a> {
     fn hit_figures(&self) -> Vec<Figure> {
         let (hits, duration) = (self.kicks.hits(), self.duration());
         let (density, temperature) = (self.density(), self.temperature());
-        let rate = Figure::new("kicks of the molecule", self.hit_rate(), "1/time")
-            .error((hits as f64).sqrt() / duration);
+        let rate = Figure::new("kicks of the molecule", self.hit_rate(), "1/time").error(self.kick_error(
+            |block| (block.observed.hits() as f64, block.duration),
+            (hits as f64).sqrt() / duration,
+        ));
         let impulse = self.kicks.total_impulse();
+        let force_error = self.kick_error(
+            |block| (block.observed.total_impulse(), block.duration),
+            impulse_error(impulse, hits) / duration,
+        );
         let ideal = self.prediction.ideal_impulse(density, temperature);
         let contact =
             Figure::new("gas density at the molecule's rim", impulse / duration / ideal, "mean density")
-                .error(impulse_error(impulse, hits) / duration / ideal);
+                .error(force_error / ideal);
         if dilute::is_dilute(self) {
             let source = "ideal gas: n √(kT / 2π) ∮ μ^(−1/2) ds and n kT P";
             let ideal = self.prediction.ideal_rate(density, temperature);
@@ -123,24 +138,37 @@ impl<'a> Group<'a> {
         vec![rate.predicted(rate_value, source), contact.predicted(value, source)]
     }
 
-    /// Mean force along x′ and y′, which vanishes at equilibrium at any density, locked or free: the free energy does
-    /// not depend on where the molecule is.
-    fn mean_force_figures(&self) -> Vec<Figure> {
-        let duration = self.duration();
-        let sum: DVec2 =
-            self.runs.iter().filter_map(|run| Some(run.averages.last()?.momentum * run.duration)).sum();
-        let mean = sum / duration;
-        let error = self.force_errors(duration);
-        let source = "equilibrium: the mean force vanishes in any frame fixed to the body, at any density";
-        ["x′", "y′"]
-            .iter()
-            .enumerate()
-            .map(|(axis, name)| {
-                Figure::new(format!("mean force along {name}"), mean[axis], "mass·length/time²")
-                    .error(error.map(|error| error[axis]))
-                    .predicted(0.0, source)
-            })
-            .collect()
+    /// Twice the mean energy in each of the molecule's degrees of freedom: kT, whatever its mass and the density.
+    fn equipartition_figures(&self) -> Vec<Figure> {
+        let molecule = &self.runs[0].molecule;
+        let mean = |energy: &dyn Fn(&Drift) -> f64| {
+            let pair = |block: &Block<Drift>| (energy(&block.observed), block.observed.samples() as f64);
+            Pooled::of(self.runs, |run| &run.drift, pair)
+        };
+        let mut energies = vec![
+            ("along x′", mean(&|drift| molecule.mass() * drift.velocity_squares().x)),
+            ("along y′", mean(&|drift| molecule.mass() * drift.velocity_squares().y)),
+        ];
+        if self.case.turns() {
+            energies.push(("turning", mean(&|drift| molecule.moment_of_inertia() * drift.spin_squares())));
+        }
+        let source = "equipartition: kT is twice the energy over the degrees of freedom of the whole";
+        let figure = |(name, energy): (&str, Pooled)| {
+            Figure::new(format!("kT of the molecule {name}"), energy.mean(), "mass·length²/time²")
+                .error(energy.standard_error())
+                .predicted(self.temperature(), source)
+        };
+        energies.into_iter().map(figure).collect()
+    }
+
+    /// Standard error of a ratio of two sums over the kicks, from the scatter of the blocks; where there are too few of
+    /// them, what it is if kicks are independent of each other.
+    pub fn kick_error(
+        &self,
+        pair: impl Fn(&Block<DirectionHistogram>) -> (f64, f64),
+        independent: f64,
+    ) -> f64 {
+        Pooled::of(self.runs, |run| &run.directions, pair).standard_error().unwrap_or(independent)
     }
 
     /// Standard errors of the mean force along x′ and y′ after measuring for `duration`, in one run or in all together.
@@ -194,7 +222,8 @@ impl<'a> Group<'a> {
             .iter()
             .zip(names)
             .zip(shares)
-            .map(|((&count, name), predicted)| {
+            .enumerate()
+            .map(|(atom, ((&count, name), predicted))| {
                 let share = count as f64 / hits;
                 let source = if predicted == 0.0 {
                     "geometry: the gas discs cannot reach it"
@@ -204,7 +233,13 @@ impl<'a> Group<'a> {
                     "dilute gas: exposed arcs; here the gas is dense and crowds into the corners"
                 };
                 Figure::new(format!("share of kicks on atom {name}"), share, "1")
-                    .error((share * (1.0 - share) / hits).sqrt())
+                    .error(self.kick_error(
+                        |block| {
+                            let on_atom = block.observed.atom_counts().get(atom).copied().unwrap_or(0);
+                            (on_atom as f64, block.observed.hits() as f64)
+                        },
+                        (share * (1.0 - share) / hits).sqrt(),
+                    ))
                     .predicted(predicted, source)
             })
             .collect()

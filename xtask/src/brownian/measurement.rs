@@ -2,14 +2,16 @@
 
 use anyhow::{Context, Result};
 use carom::{
-    BodyKey, CollisionRate, DirectionHistogram, EnergyLedger, Molecule, Observer, OverlapCheck,
-    RunningAverage, Scene, Simulation, View,
-    observers::{LedgerPoint, RatePoint, RunningPoint, picture, write_extended_xyz},
+    BodyKey, CollisionRate, ContactDensity, DirectionHistogram, EnergyLedger, Molecule, Observer,
+    OverlapCheck, ProjectionHistogram, RunningAverage, Scene, Simulation, View,
+    observers::{
+        Axis, Blocks, ContactPoint, Drift, LedgerPoint, RatePoint, RunningPoint, picture, write_extended_xyz,
+    },
 };
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use super::{Plan, kicks::FromGas};
+use super::{Plan, kicks::FromGas, setup::GAS_RADIUS};
 use crate::{
     output::Folder,
     progress::Progress,
@@ -21,6 +23,13 @@ use crate::{
 /// Sectors of the histogram of directions: one a degree.
 pub const SECTORS: usize = 360;
 
+/// Bins of the distribution of Δp along an axis, and the largest Δp in them (mass × length / time): six standard deviations
+/// of the control.
+pub const PROJECTION: (usize, f64) = (96, 12.0);
+
+/// Bins of the contact density round each atom: one for three degrees.
+const CONTACT_BINS: usize = 120;
+
 /// Longer side of a picture of the system (pixels).
 const PICTURE: u32 = 720;
 
@@ -31,6 +40,14 @@ pub struct Measurement {
     pub molecule: Molecule,
     /// Kicks from the gas.
     pub kicks: Kicks,
+    /// Directions of the kicks from the gas, block by block of time.
+    pub directions: Blocks<DirectionHistogram>,
+    /// Components of the kicks from the gas along x′ and y′, block by block.
+    pub projections: [Blocks<ProjectionHistogram>; 2],
+    /// Density of the gas at contact, times kT, along the boundary of the excluded region.
+    pub contacts: Vec<ContactPoint>,
+    /// What drives the molecule, bumper included, block by block.
+    pub drift: Blocks<Drift>,
     /// Running averages of what pushes the molecule, bumper included.
     pub averages: Vec<RunningPoint>,
     /// Energy over the whole run.
@@ -87,7 +104,11 @@ impl Kicks {
 /// What watches a run: its books all the time, the molecule and the collisions while measuring.
 type Watched = (EnergyLedger, OverlapCheck, Option<Measuring>);
 
-type Measuring = (FromGas<DirectionHistogram>, RunningAverage, CollisionRate);
+type Measuring = (FromGas<Kicked>, RunningAverage, Blocks<Drift>, CollisionRate);
+
+/// The kicks of the gas: by direction, along x′ and y′, and along the boundary of the excluded region.
+type Kicked =
+    (Blocks<DirectionHistogram>, Blocks<ProjectionHistogram>, Blocks<ProjectionHistogram>, ContactDensity);
 
 /// Runs a scene by the plan, from its beginning or from a checkpoint, and writes series and snapshots.
 ///
@@ -122,16 +143,22 @@ pub fn measure(
         }
     };
     let first = going.simulation.view().bodies().next().context("a scene without bodies")?;
-    let (key, molecule) = (first.body.key(), first.body.molecule().clone());
+    let (body, key, molecule) = (first.body.clone(), first.body.key(), first.body.molecule().clone());
     let settled = plan.settling().count();
     let times = plan.settling().chain(plan.measuring()).enumerate().skip(going.standbys());
     for (index, time) in times {
         if index == settled && going.observers.2.is_none() {
-            let measuring = going.observers.2.insert((
-                FromGas(DirectionHistogram::new(key, SECTORS)),
-                RunningAverage::new(key),
-                CollisionRate::default(),
-            ));
+            let along =
+                |axis| ProjectionHistogram::new(key, axis, PROJECTION.1, PROJECTION.0).map(Blocks::new);
+            let kicked = (
+                Blocks::new(DirectionHistogram::new(key, SECTORS)),
+                along(Axis::X)?,
+                along(Axis::Y)?,
+                ContactDensity::new(&body, GAS_RADIUS, CONTACT_BINS)?,
+            );
+            let drift = Blocks::new(Drift::new(key));
+            let (average, rate) = (RunningAverage::new(key), CollisionRate::default());
+            let measuring = going.observers.2.insert((FromGas(kicked), average, drift, rate));
             measuring.start(&going.simulation.view());
         }
         let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
@@ -159,7 +186,7 @@ fn write_on(going: &mut Resumable<Watched>) -> Result<()> {
     let Resumable { observers: (energy, _, measuring), files, .. } = going;
     files.append(&series::ENERGY, energy.series())?;
     let (averages, rates) = match measuring {
-        Some((_, average, rate)) => (average.series(), rate.series()),
+        Some((_, average, _, rate)) => (average.series(), rate.series()),
         None => (&[][..], &[][..]),
     };
     files.append(&series::AVERAGES, averages)?;
@@ -169,7 +196,9 @@ fn write_on(going: &mut Resumable<Watched>) -> Result<()> {
 impl Measurement {
     fn of(going: &Resumable<Watched>, key: BodyKey, molecule: Molecule, plan: &Plan) -> Result<Self> {
         let (energy, overlaps, measuring) = &going.observers;
-        let (FromGas(histogram), average, rate) = measuring.as_ref().context("nothing was measured")?;
+        let (FromGas((directions, along_x, along_y, contacts)), average, drift, rate) =
+            measuring.as_ref().context("nothing was measured")?;
+        let histogram = directions.total().observed;
         let view = going.simulation.view();
         let collisions = view.counters().collisions;
         let freedom = view.degrees_of_freedom() as f64;
@@ -183,6 +212,10 @@ impl Measurement {
                 impulse: histogram.impulse().to_vec(),
                 by_atom,
             },
+            directions: directions.clone(),
+            projections: [along_x.clone(), along_y.clone()],
+            contacts: contacts.points(),
+            drift: drift.clone(),
             averages: average.series().to_vec(),
             rates: rate.series().to_vec(),
             rate: rate.mean(),

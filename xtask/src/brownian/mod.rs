@@ -3,13 +3,16 @@
 
 mod campaign;
 mod dilute;
+mod distributions;
 mod figures;
 mod kicks;
 mod measurement;
 mod options;
+mod pooled;
 mod prediction;
 mod report;
 mod setup;
+mod verdict;
 
 pub use campaign::run;
 pub use options::{Case, OneOrAll, Options, Plan, Size};

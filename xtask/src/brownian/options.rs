@@ -12,16 +12,16 @@ use crate::{resumable::Choices, standbys::standbys};
 #[derive(Debug, Clone, Args)]
 pub struct Options {
     /// standard (the tee turns freely), control (a disc of equal area and mass), locked-0, locked-pi (the tee's
-    /// orientation is locked at 0 or half a turn), or all
-    #[arg(long, default_value = "standard")]
-    pub case: OneOrAll<Case>,
-    /// Radius of the tee's atoms relative to the gas discs: 0.5, 0.25, or all
-    #[arg(long, default_value = "0.5")]
-    pub size: OneOrAll<Size>,
+    /// orientation is locked at 0 or half a turn), or all; with --paper all if not given, otherwise standard
+    #[arg(long)]
+    pub case: Option<OneOrAll<Case>>,
+    /// Radius of the tee's atoms relative to the gas discs: 0.5, 0.25, or all; with --paper all if not given, otherwise 0.5
+    #[arg(long)]
+    pub size: Option<OneOrAll<Size>>,
     /// A short run to look at, under two minutes for one case and size: to t = 200, measured from 5 (the default)
     #[arg(long, conflicts_with = "paper")]
     pub quick: bool,
-    /// The run of the thesis: to t = 5000, measured from 100
+    /// The runs of the thesis, all eight of them: to t = 5000, measured from 100
     #[arg(long)]
     pub paper: bool,
     /// Seed of all random numbers
@@ -180,6 +180,16 @@ impl Plan {
 }
 
 impl Options {
+    /// What is put into the gas.
+    pub fn case(&self) -> OneOrAll<Case> {
+        self.case.unwrap_or(if self.paper { OneOrAll::All } else { OneOrAll::One(Case::Standard) })
+    }
+
+    /// How large it is.
+    pub fn size(&self) -> OneOrAll<Size> {
+        self.size.unwrap_or(if self.paper { OneOrAll::All } else { OneOrAll::One(Size::Half) })
+    }
+
     /// When what happens.
     ///
     /// # Errors
@@ -220,14 +230,14 @@ impl Options {
         if self.paper {
             String::new()
         } else {
-            "This is a short run, to look at: the statistics are poor. The run of the thesis is --paper."
+            "This is a short run, to look at: the statistics are poor. The runs of the thesis are --paper."
                 .to_owned()
         }
     }
 
     /// Folder to write to.
     pub fn folder(&self) -> PathBuf {
-        let named = || format!("out/brownian-{}-{}", self.case.name(), self.size.name()).into();
+        let named = || format!("out/brownian-{}-{}", self.case().name(), self.size().name()).into();
         self.out.clone().unwrap_or_else(named)
     }
 
@@ -236,8 +246,8 @@ impl Options {
         format!(
             "cargo xtask experiment brownian --case {} --size {} {} --seed {} --replicas {} \
              --area-fraction {} --from {} --until {}",
-            self.case.name(),
-            self.size.name(),
+            self.case().name(),
+            self.size().name(),
             if self.paper { "--paper" } else { "--quick" },
             self.seed,
             self.replicas,

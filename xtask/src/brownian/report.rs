@@ -1,6 +1,7 @@
 //! The pictures and the page of the experiment.
 
 use anyhow::Result;
+use carom::{DirectionHistogram, observers::Block};
 use glam::DVec2;
 
 use super::{
@@ -23,8 +24,10 @@ pub struct Charts {
     pub counts: String,
     /// How much impulse in which direction.
     pub impulse: String,
-    /// The same round the clock.
+    /// Impulse by direction, round the clock.
     pub polar: String,
+    /// Kicks by direction, round the clock.
+    pub polar_counts: String,
     /// The running average of the force.
     pub force: String,
     /// The molecule and where gas discs can touch it.
@@ -56,16 +59,20 @@ pub fn direction_rows(group: &Group<'_>) -> Vec<DirectionRow> {
     let (counts, impulses) =
         (group.prediction.count_shares(SECTORS), group.prediction.impulse_shares(SECTORS));
     let width = 360.0 / SECTORS as f64;
+    let time = group.duration();
+    let error = |sum: &dyn Fn(&Block<DirectionHistogram>) -> f64, independent: f64| {
+        time * group.kick_error(|block| (sum(block), block.duration), independent / time)
+    };
     let row = |sector: usize| {
         let (count, impulse) = (kicks.counts[sector], kicks.impulse[sector]);
         (
             width * sector as f64,
             width * (sector + 1) as f64,
             count,
-            (count as f64).sqrt(),
+            error(&|block| block.observed.counts()[sector] as f64, (count as f64).sqrt()),
             hits * counts[sector],
             impulse,
-            impulse_error(impulse, count),
+            error(&|block| block.observed.impulse()[sector], impulse_error(impulse, count)),
             total * impulses[sector],
         )
     };
@@ -105,26 +112,24 @@ impl Charts {
                 &impulse,
                 prediction,
             )?,
-            polar: Polar {
-                title: "Impulse by direction, round the clock".to_owned(),
-                label: "distance: impulse per time and degree, means over 3°".to_owned(),
-                curves: vec![
-                    ("measured".to_owned(), colour::BLUE, means(&impulse[0], POLAR_SECTORS)),
-                    (prediction.to_owned(), colour::VERMILLION, means(&impulse[2], POLAR_SECTORS)),
-                ],
-            }
-            .svg()?,
+            polar: polar(group, ("Impulse", "[mass·length/time²]"), &impulse, |kicks, sector| {
+                kicks.impulse()[sector]
+            })?,
+            polar_counts: polar(group, ("Kicks", "[1/time]"), &counts, |kicks, sector| {
+                kicks.counts()[sector] as f64
+            })?,
             force: force(group)?,
             molecule: molecule_picture::svg(&group.runs[0].molecule, &group.prediction.boundary, GAS_RADIUS),
         })
     }
 
     /// Files that the charts are written to, with what is in each.
-    pub fn files(&self) -> [(&'static str, &str); 5] {
+    pub fn files(&self) -> [(&'static str, &str); 6] {
         [
             ("kicks-by-direction.svg", &self.counts),
             ("impulse-by-direction.svg", &self.impulse),
             ("impulse-polar.svg", &self.polar),
+            ("kicks-polar.svg", &self.polar_counts),
             ("mean-force.svg", &self.force),
             ("molecule.svg", &self.molecule),
         ]
@@ -138,6 +143,34 @@ fn means(values: &[f64], groups: usize) -> Vec<f64> {
 
 fn prediction_name(case: Case) -> &'static str {
     if case == Case::Control { "isotropic" } else { "dilute gas: exposed atoms N(φ)" }
+}
+
+/// A histogram of directions, measured and predicted, round the clock, with its error band.
+fn polar(
+    group: &Group<'_>,
+    (what, unit): (&str, &str),
+    [values, errors, predicted]: &[Vec<f64>; 3],
+    sum: impl Fn(&DirectionHistogram, usize) -> f64,
+) -> Result<String> {
+    let joined = SECTORS / POLAR_SECTORS;
+    let error = |index: usize| {
+        let sectors = index * joined..(index + 1) * joined;
+        let independent = errors[sectors.clone()].iter().map(|error| error * error).sum::<f64>().sqrt();
+        let pair = |block: &Block<DirectionHistogram>| {
+            (sectors.clone().map(|sector| sum(&block.observed, sector)).sum(), block.duration)
+        };
+        group.kick_error(pair, independent) / joined as f64
+    };
+    Polar {
+        title: format!("{what} by direction, round the clock"),
+        label: format!("distance: {} per time and degree {unit}, means over 3°", what.to_lowercase()),
+        curves: vec![
+            ("measured".to_owned(), colour::BLUE, means(values, POLAR_SECTORS)),
+            (prediction_name(group.case).to_owned(), colour::VERMILLION, means(predicted, POLAR_SECTORS)),
+        ],
+        errors: (0..POLAR_SECTORS).map(error).collect(),
+    }
+    .svg()
 }
 
 /// A histogram of directions with its error band and prediction.
@@ -258,10 +291,18 @@ pub fn charts(page: &mut Page, group: &Group<'_>, charts: &Charts) {
         &[(&charts.impulse, caption), (&charts.counts, "The same by number of kicks.")],
     );
     let molecule = "The molecule in its frame, x′ to the right and y′ upwards. The centre of a gas disc (dashed) can come \
-                    as near as the line, no nearer; each arc belongs to the atom that is touched there.";
+                    as near as the line, no nearer; each arc belongs to the atom that is touched there. An atom drawn with a broken line can never be \
+                    touched.";
     let polar =
         "0° is x′, 90° is y′. A kick points to where the molecule is pushed, away from where it is touched.";
-    page.pictures(Layout::Beside, &[(&charts.molecule, molecule), (&charts.polar, polar)]);
+    page.pictures(
+        Layout::Beside,
+        &[
+            (&charts.polar, polar),
+            (&charts.polar_counts, "The same by number of kicks."),
+            (&charts.molecule, molecule),
+        ],
+    );
     let force = "The thesis's running average. At equilibrium it must fade to 0, along both axes and at any density; the \
                  band says how far from 0 chance alone takes one run.";
     page.pictures(Layout::Full, &[(&charts.force, force)]);

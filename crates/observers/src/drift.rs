@@ -1,0 +1,167 @@
+//! Whether a body is driven: sums of the impulses and torques on it, and of how far it has gone and turned, in its own frame.
+//!
+//! With J the impulses on the body, r the point of contact from its centre, v and ω its velocities and θ its orientation:
+//! Σ R(−θ) J (mass × length / time), Σ r × J (mass × length² / time), ∫ R(−θ) v dt (length), ∫ ω dt (radians). At equilibrium
+//! the mean of each vanishes at any density, locked or free, since the free energy does not depend on where the body is and
+//! how it is turned, nor v on θ. Σ J of a body that does not turn is the change of its momentum, and Σ r × J of one that does
+//! is the change of its spin: these stay bounded. The other sums diffuse.
+
+use carom_engine::{BodyKey, CollisionReport, Observer, View};
+use carom_kinematics::{Instant, Motion};
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+use crate::{Additive, body_frame::in_body_frame};
+
+/// Sums of what drives one body, in its frame (x′, y′).
+///
+/// The way is followed from contact to contact, not from standby to standby. What happens before the first `start` or
+/// standby is not counted.
+///
+/// ```
+/// use carom_engine::{Observer, Scene, Simulation};
+/// use carom_observers::Drift;
+///
+/// // A disc alone, half way round the box.
+/// let scene = Scene::from_toml(
+///     "[[molecule]]\natoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]\nat = [0.5, 0.5]\nvelocity = [2.0, 0.0]",
+/// )?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// let mut drift = Drift::new(simulation.view().bodies().next().expect("there is one").body.key());
+/// drift.start(&simulation.view());
+/// simulation.observe_until(0.25, &mut drift)?;
+/// drift.standby(&simulation.view());
+/// assert_eq!((drift.path().x, drift.path().y, drift.duration()), (0.5, 0.0, 0.25));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Drift {
+    body: BodyKey,
+    followed_until: Option<Instant>,
+    duration: f64,
+    impulse: DVec2,
+    angular_impulse: f64,
+    path: DVec2,
+    turn: f64,
+    samples: u64,
+    velocity_squares: DVec2,
+    spin_squares: f64,
+}
+
+impl Drift {
+    /// Sums for one body, still empty.
+    pub fn new(body: BodyKey) -> Self {
+        Self {
+            body,
+            followed_until: None,
+            duration: 0.0,
+            impulse: DVec2::ZERO,
+            angular_impulse: 0.0,
+            path: DVec2::ZERO,
+            turn: 0.0,
+            samples: 0,
+            velocity_squares: DVec2::ZERO,
+            spin_squares: 0.0,
+        }
+    }
+
+    /// The body watched.
+    pub fn body(&self) -> BodyKey {
+        self.body
+    }
+
+    /// For how long it was followed (time).
+    pub fn duration(&self) -> f64 {
+        self.duration
+    }
+
+    /// Σ R(−θ) J (mass × length / time).
+    pub fn impulse(&self) -> DVec2 {
+        self.impulse
+    }
+
+    /// Σ r × J, counter-clockwise (mass × length² / time), whether the body can turn or not.
+    pub fn angular_impulse(&self) -> f64 {
+        self.angular_impulse
+    }
+
+    /// ∫ R(−θ) v dt: how far it went along its own axes (length).
+    pub fn path(&self) -> DVec2 {
+        self.path
+    }
+
+    /// ∫ ω dt: how far it turned counter-clockwise (radians).
+    pub fn turn(&self) -> f64 {
+        self.turn
+    }
+
+    /// How many standbys its velocities were noted at.
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// Sums over the standbys of v_x′² and v_y′² (length² / time²).
+    pub fn velocity_squares(&self) -> DVec2 {
+        self.velocity_squares
+    }
+
+    /// Sum over the standbys of ω² (1 / time²).
+    pub fn spin_squares(&self) -> f64 {
+        self.spin_squares
+    }
+
+    /// Follows a flight that ends with this motion.
+    fn follow(&mut self, motion: &Motion, now: Instant) {
+        let Some(before) = self.followed_until.replace(now) else { return };
+        let time = now.since(before);
+        let half_turn = 0.5 * motion.angular_velocity * time;
+        // ∫ R(ωs) ds over the flight is a turn by half of what it turns, shortened as a chord is against its arc.
+        let (sin, cos) = libm::sincos(half_turn);
+        let shortened = if half_turn == 0.0 { 1.0 } else { sin / half_turn };
+        let at_end = in_body_frame(motion.velocity, motion.orientation);
+        self.path += DVec2::new(cos, sin).rotate(at_end) * (time * shortened);
+        self.turn += 2.0 * half_turn;
+        self.duration += time;
+    }
+}
+
+impl Observer for Drift {
+    fn start(&mut self, view: &View<'_>) {
+        self.followed_until.get_or_insert(view.time());
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        let Some((side, impulse)) = report.side_of(self.body) else { return };
+        self.follow(&side.before, report.time);
+        self.impulse += in_body_frame(impulse, side.before.orientation);
+        // The line of the impulse passes through the centre of the atom that is touched, which therefore is as good a lever.
+        self.angular_impulse += side.arm.perp_dot(impulse);
+    }
+
+    fn standby(&mut self, view: &View<'_>) {
+        let Some(watched) = view.body(self.body) else { return };
+        self.follow(&watched.motion, view.time());
+        let velocity = in_body_frame(watched.motion.velocity, watched.motion.orientation);
+        self.velocity_squares += velocity * velocity;
+        self.spin_squares += watched.motion.angular_velocity * watched.motion.angular_velocity;
+        self.samples += 1;
+    }
+}
+
+impl Additive for Drift {
+    fn emptied(&self) -> Self {
+        Self { followed_until: self.followed_until, ..Self::new(self.body) }
+    }
+
+    fn absorb(&mut self, later: &Self) {
+        self.followed_until = later.followed_until;
+        self.duration += later.duration;
+        self.impulse += later.impulse;
+        self.angular_impulse += later.angular_impulse;
+        self.path += later.path;
+        self.turn += later.turn;
+        self.samples += later.samples;
+        self.velocity_squares += later.velocity_squares;
+        self.spin_squares += later.spin_squares;
+    }
+}

@@ -1,0 +1,130 @@
+//! What drives a body in its own frame: a spin in empty space, sums that are changes of momentum and spin, blocks of time.
+
+use carom::{
+    DirectionHistogram, Observer, Scene, Simulation,
+    engine::{MoleculeSpec, Rotation},
+    observers::{Axis, Blocks, Drift, ProjectionHistogram},
+};
+use glam::DVec2;
+
+use crate::{ByHand, gas, key, observe, tee};
+
+fn close(found: f64, expected: f64) {
+    assert!((found - expected).abs() < 1e-10 * expected.abs().max(1.0), "{found} is not {expected}");
+}
+
+/// In its own frame a body that spins goes round: with v along x and θ = θ₀ + ωt the way is (sin θ, cos θ) v / ω.
+#[test]
+fn the_way_of_a_spinning_tee_alone() {
+    let (speed, spin, start, until) = (0.7, 2.3, 0.4, 3.1);
+    for standbys in [1, 7, 64] {
+        let planted = MoleculeSpec {
+            velocity: [speed, 0.0],
+            angular_velocity: spin,
+            ..tee(DVec2::new(0.9, 0.5), start)
+        };
+        let scene = Scene { molecule: vec![planted], ..Scene::default() };
+        let mut simulation = Simulation::new(&scene).unwrap();
+        let mut drift = Drift::new(key(&simulation, 0));
+        observe(&mut simulation, &mut drift, until, standbys);
+        let end = start + spin * until;
+        close(drift.path().x, speed / spin * (end.sin() - start.sin()));
+        close(drift.path().y, speed / spin * (end.cos() - start.cos()));
+        close(drift.turn(), spin * until);
+        close(drift.duration(), until);
+        assert_eq!((drift.impulse(), drift.angular_impulse()), (DVec2::ZERO, 0.0));
+        assert_eq!(drift.samples(), u64::from(standbys));
+        close(drift.velocity_squares().element_sum(), f64::from(standbys) * speed * speed);
+        close(drift.spin_squares(), f64::from(standbys) * spin * spin);
+    }
+}
+
+fn tee_in_a_gas(rotation: Rotation) -> Simulation {
+    let mut scene = Scene {
+        molecule: vec![MoleculeSpec { rotation, ..tee(DVec2::new(0.5, 0.5), 0.7) }],
+        ..Scene::default()
+    };
+    scene.gas.push(gas("gas", 100));
+    Simulation::new(&scene).unwrap()
+}
+
+/// R(−θ) v.
+fn turned_back(v: DVec2, theta: f64) -> DVec2 {
+    DVec2::from_angle(-theta).rotate(v)
+}
+
+#[test]
+fn sums_over_a_locked_tee_are_its_momentum_and_its_way() {
+    let mut simulation = tee_in_a_gas(Rotation::Locked);
+    let watched = key(&simulation, 0);
+    // The tee was put in first, so that the point of contact is given next to it.
+    let torques = ByHand(Vec::new(), |report: &carom::CollisionReport<'_>| {
+        let (side, impulse) = report.side_of(watched)?;
+        Some((report.point - side.before.position).perp_dot(impulse))
+    });
+    let mut observers = (Drift::new(watched), torques);
+    let state = |simulation: &Simulation| {
+        let view = simulation.view();
+        let tee = view.body(watched).unwrap();
+        (tee.motion.velocity, tee.unwrapped(view.bounds()))
+    };
+    let (velocity, place) = state(&simulation);
+    observe(&mut simulation, &mut observers, 5.0, 3);
+    let (drift, torques) = observers;
+    let (velocity_there, place_there) = state(&simulation);
+    let (impulse, path) =
+        (turned_back(10.0 * (velocity_there - velocity), 0.7), turned_back(place_there - place, 0.7));
+    assert!(torques.0.len() > 100);
+    close(drift.angular_impulse(), torques.0.iter().sum());
+    for axis in 0..2 {
+        close(drift.impulse()[axis], impulse[axis]);
+        close(drift.path()[axis], path[axis]);
+    }
+    assert_eq!(drift.turn(), 0.0);
+}
+
+#[test]
+fn torques_on_a_free_tee_are_its_spin() {
+    let mut simulation = tee_in_a_gas(Rotation::Free);
+    let watched = key(&simulation, 0);
+    let spin = |simulation: &Simulation| simulation.view().body(watched).unwrap().motion.angular_velocity;
+    let moment = simulation.view().body(watched).unwrap().body.molecule().moment_of_inertia();
+    let before = spin(&simulation);
+    let mut drift = Drift::new(watched);
+    observe(&mut simulation, &mut drift, 5.0, 3);
+    let change = moment * (spin(&simulation) - before);
+    assert!((drift.angular_impulse() - change).abs() < 1e-12 * moment.sqrt(), "{change}");
+    assert!(drift.turn() != 0.0);
+}
+
+/// What is seen block by block is what is seen at once.
+#[test]
+fn blocks_add_up() {
+    let mut simulation = tee_in_a_gas(Rotation::Free);
+    let watched = key(&simulation, 0);
+    let directions = DirectionHistogram::new(watched, 36);
+    let along = ProjectionHistogram::new(watched, Axis::Y, 8.0, 40).unwrap();
+    let mut observers = (
+        (directions.clone(), along.clone(), Drift::new(watched)),
+        (Blocks::new(directions), Blocks::new(along), Blocks::new(Drift::new(watched))),
+    );
+    observers.start(&simulation.view());
+    observe(&mut simulation, &mut observers, 20.0, 150);
+    let ((directions, along, drift), (direction_blocks, along_blocks, drift_blocks)) = observers;
+    assert_eq!(direction_blocks.complete().len(), 37);
+    let total = direction_blocks.total();
+    close(total.duration, 20.0);
+    assert!(directions.hits() > 500);
+    assert_eq!(total.observed.counts(), directions.counts());
+    assert_eq!(total.observed.atom_counts(), directions.atom_counts());
+    close(total.observed.total_impulse(), directions.total_impulse());
+    let total = along_blocks.total().observed;
+    assert_eq!(total.components(), along.components());
+    close(total.mean_square().unwrap(), along.mean_square().unwrap());
+    let total = drift_blocks.total().observed;
+    close(total.duration(), drift.duration());
+    close(total.turn(), drift.turn());
+    close(total.path().x, drift.path().x);
+    close(total.impulse().y, drift.impulse().y);
+    assert_eq!(total.samples(), drift.samples());
+}
