@@ -8,7 +8,7 @@ use clap::{Parser, Subcommand};
 use crate::{
     bench, brownian,
     detect::{self, Detector},
-    experiment_encounters, run, say,
+    experiment_encounters, experiment_extremes, run, say,
     summary::Verdict,
     tidy,
 };
@@ -60,6 +60,8 @@ pub enum Experiment {
     Brownian(brownian::Options),
     /// All detectors on all kinds of encounters: what accuracy costs, and inaccuracy misses
     Encounters(experiment_encounters::Options),
+    /// Scenes at the edge of what floats can do: what must hold there, and where it stops to hold
+    Extremes(experiment_extremes::Options),
 }
 
 impl Cli {
@@ -71,6 +73,7 @@ impl Cli {
         match &self.command {
             Command::Experiment(Experiment::Brownian(options)) => brownian::run(options),
             Command::Experiment(Experiment::Encounters(options)) => experiment_encounters::run(options),
+            Command::Experiment(Experiment::Extremes(options)) => experiment_extremes::run(options),
             Command::Run(options) => run::run(options),
             Command::Detect { cases, detector, out } => {
                 say(&detect::detect(cases, *detector, out)?.to_string());

@@ -8,6 +8,7 @@ pub mod cli;
 pub mod detect;
 pub mod encounters;
 pub mod experiment_encounters;
+pub mod experiment_extremes;
 pub mod exposed;
 pub mod growing;
 pub mod interruption;

@@ -85,7 +85,8 @@ fn along<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
                     disc(0.01, 1.0, turn([0.1, at]), turn([1.0, zero])),
                     disc(0.01, 1.0, turn([0.6, at]), turn([0.999, zero])),
                 ];
-                let others = (0..14).map(|k| disc(0.01, 1.0, turn([f64::from(k) / 14.0, at + 0.06]), [zero; 2]));
+                let others =
+                    (0..14).map(|k| disc(0.01, 1.0, turn([f64::from(k) / 14.0, at + 0.06]), [zero; 2]));
                 list.extend(others);
                 let mut run = E::simulate(&in_box([1.0, 1.0], list))?;
                 let mut watch = Watch::default();

@@ -32,7 +32,8 @@ fn nothing_to_do<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let one = in_box([1.0, 1.0], vec![disc(0.1, 1.0, [0.5, 0.5], [0.3, 0.1])]);
     let mut bumpers = Scene::default();
     bumpers.bumper = vec![bumper(0.1, [0.2, 0.2]), bumper(0.1, [0.7, 0.2])];
-    let resting = in_box([1.0, 1.0], vec![named("tee", 0.01, 1.0, [0.3, 0.3]), named("disc", 0.1, 1.0, [0.7, 0.7])]);
+    let resting =
+        in_box([1.0, 1.0], vec![named("tee", 0.01, 1.0, [0.3, 0.3]), named("disc", 0.1, 1.0, [0.7, 0.7])]);
     let (mut events, mut moved, mut wrong) = (0, 0, 0);
     for scene in [one, bumpers, resting, Scene::default()] {
         let mut run = E::simulate(&scene)?;
@@ -55,7 +56,8 @@ fn nothing_to_do<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
 
 fn refused<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let atom = |at: [f64; 2], radius: f64, mass: f64| AtomSpec { at, radius, mass };
-    let of = |atoms: Vec<AtomSpec>| in_box([1.0, 1.0], vec![MoleculeSpec { atoms, ..MoleculeSpec::default() }]);
+    let of =
+        |atoms: Vec<AtomSpec>| in_box([1.0, 1.0], vec![MoleculeSpec { atoms, ..MoleculeSpec::default() }]);
     let mut scenes = vec![of(Vec::new()), of(vec![atom([0.0; 2], 0.1, 1.0), atom([0.0; 2], 0.05, 1.0)])];
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0, 0.0, 1e300] {
         scenes.push(of(vec![atom([0.0; 2], bad, 1.0)]));

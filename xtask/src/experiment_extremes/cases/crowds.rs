@@ -1,7 +1,10 @@
 //! Many contacts at once or in a row: corners, chains, cradles, break shots, symmetric meetings.
 
 use anyhow::Result;
-use carom::{RunError, engine::{MoleculeSpec, Rotation}};
+use carom::{
+    RunError,
+    engine::{MoleculeSpec, Rotation},
+};
 use glam::DVec2;
 
 use super::{
@@ -66,10 +69,10 @@ fn corner<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
                 rotation: Rotation::Free,
                 ..named("tee", 0.0625, 1.0, [0.5, 0.5])
             };
-            // Two bumpers in front of the corner press it in again and again.
-            let mut scene = in_box([1.0, 1.0], vec![tee, disc(0.03, 1.0, [0.61, 0.38], direction.to_array())]);
-            scene.molecule[1].at = [0.5 + 0.16, 0.5 + 0.16];
-            scene.bumper = vec![bumper(0.05, [0.77, 0.66]), bumper(0.05, [0.66, 0.77])];
+            // Two bumpers in front of the corner send it back in again and again.
+            let mut scene =
+                in_box([1.0, 1.0], vec![tee, disc(0.03, 1.0, [0.605, 0.47], direction.to_array())]);
+            scene.bumper = vec![bumper(0.05, [0.7, 0.45]), bumper(0.05, [0.62, 0.36])];
             scene.elasticity.default = e;
             let mut run = E::simulate(&scene)?;
             let mut watch = Watch::default();
@@ -129,18 +132,25 @@ fn cradle<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
 }
 
 fn shuttle<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
-    let mut scene =
-        in_box([16.0, 8.0], vec![MoleculeSpec { velocity: [1.0, 0.0], ..named("dumbbell", 0.5, 1.0, [4.0, 4.0]) }]);
+    let mut scene = in_box(
+        [16.0, 8.0],
+        vec![MoleculeSpec { velocity: [1.0, 0.0], ..named("dumbbell", 0.5, 1.0, [4.0, 4.0]) }],
+    );
     scene.bumper = vec![bumper(1.0, [1.0, 4.0]), bumper(1.0, [7.0, 4.0])];
     // Free gap 4 − 2: hits at 1, 3, 5, …
     let hits = effort.collisions.clamp(1000, 100_000);
     let mut run = E::simulate(&scene)?;
     let mut watch = Watch::default();
     run.observe_until(2.0 * hits as f64, &mut watch)?;
-    let late = watch.times.iter().enumerate().map(|(k, time)| (time - (2 * k + 1) as f64).abs()).fold(0.0, f64::max);
+    let late =
+        watch.times.iter().enumerate().map(|(k, time)| (time - (2 * k + 1) as f64).abs()).fold(0.0, f64::max);
     let body = run.view().bodies().next().map_or(f64::NAN, |body| body.motion.angular_velocity.abs());
     Ok(vec![
-        Finding::new("hits, less those expected", (run.view().counters().collisions as f64 - hits as f64).abs(), 0.0),
+        Finding::new(
+            "hits, less those expected",
+            (run.view().counters().collisions as f64 - hits as f64).abs(),
+            0.0,
+        ),
         Finding::new("largest error of a time", late, 1e-10),
         Finding::new("spin", body, 0.0),
         Finding::new("error of the speed", (velocity::<E>(&run, 0).length() - 1.0).abs(), 0.0),
@@ -168,7 +178,8 @@ fn break_shot<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     // The sequential rule: 0.8660 along ±30°, 0.4330 along ∓30°, (−0.125, ∓0.2165).
     let speeds = [1, 2].map(|k: usize| first[k].length());
     let expected = [0.75f64.sqrt(), 0.75f64.sqrt() / 2.0];
-    let sequential = (speeds[0].max(speeds[1]) - expected[0]).abs() + (speeds[0].min(speeds[1]) - expected[1]).abs();
+    let sequential =
+        (speeds[0].max(speeds[1]) - expected[0]).abs() + (speeds[0].min(speeds[1]) - expected[1]).abs();
     Ok(vec![
         Finding::new("energy, less that at the start", (energy - 1.0).abs(), 1e-14),
         Finding::new("momentum, less that at the start", (momentum - DVec2::X).length(), 1e-14),
@@ -200,15 +211,19 @@ fn few_discs<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     let mut wrong = 0;
     for count in 2..12 {
         let speeds: Vec<f64> = directions().skip(17 * count).take(count).map(|d| 0.5 * d.x).collect();
-        let list = speeds.iter().enumerate().map(|(k, &v)| disc(0.01, 1.0, [40.0 + 0.05 * k as f64, 50.0], [v, 0.0]));
+        let list = speeds
+            .iter()
+            .enumerate()
+            .map(|(k, &v)| disc(0.01, 1.0, [40.0 + 0.05 * k as f64, 50.0], [v, 0.0]));
         let inversions = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
         let inversions = inversions.filter(|&(i, j)| speeds[i] > speeds[j]).count() as u64;
         let mut run = E::simulate(&in_box([100.0, 100.0], list.collect()))?;
         run.run_until(80.0)?;
         // Those nearly as fast as each other may meet later: asked for only where all have met.
-        let met = speeds.iter().enumerate().all(|(i, v)| {
-            speeds[i + 1..].iter().all(|w| v <= w || 0.05 * count as f64 / (v - w) < 80.0)
-        });
+        let met = speeds
+            .iter()
+            .enumerate()
+            .all(|(i, v)| speeds[i + 1..].iter().all(|w| v <= w || 0.05 * count as f64 / (v - w) < 80.0));
         wrong += usize::from(met && run.view().counters().collisions != inversions);
     }
     Ok(vec![
@@ -238,11 +253,16 @@ fn meetings<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
             Ok((run, watch))
         };
         let ((first, watch), (again, other)) = (run()?, run()?);
-        let energy = scene.molecule.len() as f64 * 0.5 * DVec2::from(scene.molecule[0].velocity).length_squared();
+        let energy =
+            scene.molecule.len() as f64 * 0.5 * DVec2::from(scene.molecule[0].velocity).length_squared();
         let bits = |run: &Run<E>| run.view().bodies().map(|body| body.motion).collect::<Vec<_>>();
         let same = bits(&first) == bits(&again) && watch.bodies == other.bodies;
         findings.extend([
-            Finding::new(format!("{name}: energy drift"), (first.view().energy() / energy - 1.0).abs(), 1e-14),
+            Finding::new(
+                format!("{name}: energy drift"),
+                (first.view().energy() / energy - 1.0).abs(),
+                1e-14,
+            ),
             Finding::new(format!("{name}: momentum"), first.view().momentum().length(), 1e-13),
             Finding::never(format!("{name}: another order on repetition"), usize::from(!same)),
             Finding::never(format!("{name}: overlapping pairs"), first.view().overlaps().pairs),

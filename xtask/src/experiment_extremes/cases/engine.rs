@@ -1,7 +1,8 @@
 //! The engines that are put to the test, and scenes in a few words.
 
 use carom::{
-    Cells, Detection, Exact, GoldenSecant, Impact, Orientation, Scene, SceneError, Scheduler, Simulation, Thesis,
+    Cells, Detection, Exact, GoldenSecant, Impact, Orientation, Scene, SceneError, Scheduler, Simulation,
+    Thesis,
     engine::{AtomSpec, BodyView, BumperSpec, GasSpec, MoleculeSpec, Rotation, View},
 };
 use glam::DVec2;
@@ -20,7 +21,12 @@ pub trait Engine: 'static {
     /// # Errors
     /// The scene cannot be built.
     fn simulate(scene: &Scene) -> Result<Run<Self>, SceneError> {
-        Simulation::with(scene, Self::Detector::default(), Impact, <Self::Scheduler as Scheduler>::Options::default())
+        Simulation::with(
+            scene,
+            Self::Detector::default(),
+            Impact,
+            <Self::Scheduler as Scheduler>::Options::default(),
+        )
     }
 }
 

@@ -74,7 +74,8 @@ fn scattered(count: usize) -> Vec<MoleculeSpec> {
 /// Light discs with one of another mass and radius among them.
 pub fn mixture(light: usize, radius: f64, mass: f64, big_radius: f64, big_mass: f64) -> Scene {
     let speed = (2.0 / big_mass).sqrt();
-    let mut scene = in_box([1.0, 1.0], vec![disc(big_radius, big_mass, [0.5, 0.5], [0.6 * speed, 0.8 * speed])]);
+    let mut scene =
+        in_box([1.0, 1.0], vec![disc(big_radius, big_mass, [0.5, 0.5], [0.6 * speed, 0.8 * speed])]);
     scene.gas = vec![gas("disc", radius, mass, light)];
     scene
 }
@@ -186,10 +187,15 @@ fn inelastic<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
             findings.push(Finding::never(format!("{name}: overlapping pairs"), overlaps.pairs));
             let view = run.view();
             let drift = (view.energy() - view.ledger().booked()).abs() / view.ledger().initial;
-            findings.push(Finding::new(format!("{name}: energy less what is booked, relative"), drift, 1e-12));
+            findings.push(Finding::new(
+                format!("{name}: energy less what is booked, relative"),
+                drift,
+                1e-12,
+            ));
             let ended_by_name = match ended {
                 Ok(survey) => {
-                    findings.push(Finding::never(format!("{name}: steps back in time"), survey.watch.backwards));
+                    findings
+                        .push(Finding::never(format!("{name}: steps back in time"), survey.watch.backwards));
                     guarded || survey.collisions > 0
                 }
                 Err(error) => !guarded && error.downcast_ref::<RunError>().is_some(),
@@ -197,7 +203,8 @@ fn inelastic<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
             findings.push(Finding::never(format!("{name}: ended otherwise"), usize::from(!ended_by_name)));
             if guarded && e == 0.0 {
                 let spared = view.counters().guarded_collisions;
-                findings.push(Finding::never(format!("{name}: guard never at work"), usize::from(spared == 0)));
+                findings
+                    .push(Finding::never(format!("{name}: guard never at work"), usize::from(spared == 0)));
             }
         }
     }
@@ -218,6 +225,10 @@ fn superelastic<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let view = run.view();
     Ok(vec![
         Finding::never("overlapping pairs at the end", view.overlaps().pairs),
-        Finding::new("energy over what is booked, less 1", (view.energy() / view.ledger().booked() - 1.0).abs(), 1e-9),
+        Finding::new(
+            "energy over what is booked, less 1",
+            (view.energy() / view.ledger().booked() - 1.0).abs(),
+            1e-9,
+        ),
     ])
 }

@@ -75,7 +75,13 @@ pub fn packed<E: Engine>(dilation: f64, collisions: u64) -> Result<Packed> {
     let found = 1.0 + point.virial * area / (count * kinetic * (1.0 - 1.0 / count));
     let law = 2.0 / dilation + 1.90;
     let energy = (view.energy() / view.ledger().initial - 1.0).abs();
-    Ok(Packed { deepest, overlapping, pressure: (found / law - 1.0).abs(), energy, backwards: both.1.backwards })
+    Ok(Packed {
+        deepest,
+        overlapping,
+        pressure: (found / law - 1.0).abs(),
+        energy,
+        backwards: both.1.backwards,
+    })
 }
 
 fn dense<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {

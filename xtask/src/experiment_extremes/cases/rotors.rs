@@ -4,11 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use anyhow::Result;
 use carom::{
-    Atom, Detection, Molecule, Orientation, Scene, Shape,
-    detection::Outcome,
-    detection::Touch,
-    engine::MoleculeSpec,
-    kinematics::RelativeMotion,
+    Atom, Detection, Molecule, Orientation, Scene, Shape, detection::Outcome, detection::Touch,
+    engine::MoleculeSpec, kinematics::RelativeMotion,
 };
 use glam::DVec2;
 
@@ -99,11 +96,7 @@ fn alike<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         worst = worst.max((time - (0.25 * PI - psi) / 2.0).abs() / slack);
     }
     Ok(vec![
-        Finding::new(
-            "contacts out of reach",
-            out_of_reach.view().counters().collisions as f64,
-            0.0,
-        ),
+        Finding::new("contacts out of reach", out_of_reach.view().counters().collisions as f64, 0.0),
         Finding::new("error of the first contact over what rounding allows", worst, 1.0),
     ])
 }

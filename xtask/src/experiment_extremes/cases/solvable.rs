@@ -3,13 +3,18 @@
 use std::f64::consts::PI;
 
 use anyhow::Result;
-use carom::{Detection, Molecule, Orientation, Shape, detection::Outcome, engine::{AtomSpec, MoleculeSpec}, kinematics::RelativeMotion};
+use carom::{
+    Detection, Molecule, Orientation, Shape,
+    detection::Outcome,
+    engine::{AtomSpec, MoleculeSpec},
+    kinematics::RelativeMotion,
+};
 use glam::DVec2;
 
 use super::{
     Case, Effort, Engine, Finding,
     engine::{bumper, disc, gas, in_box, named},
-    watch::{run_collisions, survey, velocity, Watch},
+    watch::{Watch, run_collisions, survey, velocity},
 };
 
 pub fn cases<E: Engine>() -> Vec<Case> {
@@ -54,7 +59,10 @@ fn impulses<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
             [1.0, 1.0],
             vec![
                 MoleculeSpec { angular_velocity: 3.0, ..named("tee", 0.02, 0.5, [0.25, 0.25]) },
-                MoleculeSpec { rotation: carom::engine::Rotation::Locked, ..named("cross", 0.02, 0.5, [0.75, 0.25]) },
+                MoleculeSpec {
+                    rotation: carom::engine::Rotation::Locked,
+                    ..named("cross", 0.02, 0.5, [0.75, 0.25])
+                },
             ],
         );
         scene.bumper = vec![bumper(0.03, [0.0, 0.0])];
@@ -104,7 +112,8 @@ fn oblique<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
 fn on_the_end<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     // Unit atoms at ±1/2 along x, of radius 1/2 each; a unit disc comes from below at the right one.
     let atom = |x: f64| AtomSpec { at: [x, 0.0], radius: 0.5, mass: 1.0 };
-    let dumbbell = MoleculeSpec { atoms: vec![atom(-0.5), atom(0.5)], at: [8.0, 8.0], ..MoleculeSpec::default() };
+    let dumbbell =
+        MoleculeSpec { atoms: vec![atom(-0.5), atom(0.5)], at: [8.0, 8.0], ..MoleculeSpec::default() };
     let scene = in_box([16.0, 16.0], vec![dumbbell, disc(0.25, 1.0, [8.5, 6.0], [0.0, 1.0])]);
     let mut run = E::simulate(&scene)?;
     run.run_until(1.5)?;
@@ -146,7 +155,11 @@ fn sinai<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     let path = run.time().to_f64() / hits;
     let predicted = (1.0 - PI * sum * sum) / (2.0 * sum);
     Ok(vec![
-        Finding::new("mean free path off by (standard errors)", (path / predicted - 1.0).abs() * hits.sqrt(), 5.0),
+        Finding::new(
+            "mean free path off by (standard errors)",
+            (path / predicted - 1.0).abs() * hits.sqrt(),
+            5.0,
+        ),
         Finding::new("speed drift, relative", (velocity::<E>(&run, 0).length() - 1.0).abs(), 1e-12),
         Finding::never("overlapping pairs", run.view().overlaps().pairs),
     ])

@@ -51,7 +51,8 @@ pub fn cases<E: Engine>() -> Vec<Case> {
 /// Discs, free and locked molecules and bumpers that fill the box well.
 fn menagerie<E: Engine>(turning: bool) -> Result<Scene> {
     let rotation = if turning { Rotation::Free } else { Rotation::Locked };
-    let mut scene = in_box([1.0, 1.0], vec![MoleculeSpec { rotation, ..named("tee", 0.02, 0.5, [0.25, 0.25]) }]);
+    let mut scene =
+        in_box([1.0, 1.0], vec![MoleculeSpec { rotation, ..named("tee", 0.02, 0.5, [0.25, 0.25]) }]);
     scene.bumper = vec![bumper(0.05, [0.75, 0.25])];
     scene.gas = vec![gas("disc", 0.02, 1.0, 80), gas("dumbbell", 0.015, 0.5, 12)];
     scene.gas[1].rotation = rotation;
@@ -86,8 +87,10 @@ fn scaled<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
             molecule.velocity = molecule.velocity.map(|v| v * factor);
             molecule.angular_velocity *= factor;
         }
-        let expected: State =
-            one.iter().map(|&[x, y, u, v, turns, spin]| [x, y, u * factor, v * factor, turns, spin * factor]).collect();
+        let expected: State = one
+            .iter()
+            .map(|&[x, y, u, v, turns, spin]| [x, y, u * factor, v * factor, turns, spin * factor])
+            .collect();
         differ += usize::from(after::<E>(&scene, 2.0 / factor)? != expected);
     }
     Ok(vec![Finding::never("powers of two at which the path differs", differ)])
@@ -173,7 +176,10 @@ fn to_rounding<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let mut free = base.clone();
     free.molecule.retain(|molecule| !molecule.fixed);
     let mut boosted = free.clone();
-    boosted.molecule.iter_mut().for_each(|molecule| molecule.velocity = [molecule.velocity[0] + 0.5, molecule.velocity[1] - 0.25]);
+    boosted
+        .molecule
+        .iter_mut()
+        .for_each(|molecule| molecule.velocity = [molecule.velocity[0] + 0.5, molecule.velocity[1] - 0.25]);
     let boost = usize::from(sequence(&boosted)? != sequence(&free)?);
     Ok(vec![
         Finding::never("moved by half a box: another sequence", moved),

@@ -185,10 +185,8 @@ pub fn survey_of<E: Engine>(run: &mut Run<E>, collisions: u64) -> Result<Survey>
         deepest = deepest.max(overlaps.deepest_length);
         energy = energy.max((view.energy() / view.ledger().booked() - 1.0).abs());
         if free {
-            let size: f64 = view
-                .bodies()
-                .map(|body| body.body.molecule().mass() * body.motion.velocity.length())
-                .sum();
+            let size: f64 =
+                view.bodies().map(|body| body.body.molecule().mass() * body.motion.velocity.length()).sum();
             momentum = momentum.max((view.momentum() - start).length() / size);
         }
     })?;
@@ -208,7 +206,11 @@ impl Survey {
             Finding::never(named("collisions before the one before"), watch.backwards),
             Finding::new(named("speed of parting before a contact, relative"), watch.parting, 1e-6),
             Finding::new(named("speed after a contact, relative error"), watch.response_error, 1e-13),
-            Finding::new(named("angular momentum about a contact, relative error"), watch.angular_error, 1e-13),
+            Finding::new(
+                named("angular momentum about a contact, relative error"),
+                watch.angular_error,
+                1e-13,
+            ),
             Finding::never(named("runs without collisions"), usize::from(self.collisions == 0)),
         ]
     }
