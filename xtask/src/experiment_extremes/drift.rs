@@ -103,6 +103,13 @@ fn changes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 impl Drift {
     /// The law in words.
     pub fn law(&self) -> &'static str {
+        // Short stretches show the walk even where a bias wins in the long run.
+        let (Some(&(n, end)), Some(&(lag, step))) = (self.points.last(), self.changes.first()) else {
+            return "unknown";
+        };
+        if end.abs() > 5.0 * step * (n / lag).sqrt() {
+            return "linear: a bias beside the walk";
+        }
         match self.exponent {
             p if p < 0.25 => "hardly any",
             p if p < 0.75 => "random walk",

@@ -58,6 +58,10 @@ impl Edge {
         if !first.holds() {
             return Found { holds_up_to: f64::NAN, beyond: Some((10f64.powf(low), first)) };
         }
+        // The goal itself is asked for, not only what lies about it.
+        if self.goal.log10() > low && ask(self.goal.log10()).holds() {
+            low = self.goal.log10();
+        }
         while beyond.is_none() && low < end {
             let next = (low + STEP).min(end);
             let ending = ask(next);

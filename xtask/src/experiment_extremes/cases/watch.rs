@@ -155,7 +155,7 @@ pub fn run_collisions<E: Engine, O: Observer>(
         let new = run.view().counters().collisions - before;
         // As many collisions to the next look as there shall be, without jumps.
         let wanted = (collisions / STANDBYS).max(1) as f64;
-        slice *= (wanted / new.max(1) as f64).clamp(0.25, 4.0);
+        slice *= if new == 0 { 4.0 } else { (wanted / new as f64).clamp(0.25, 4.0) };
     }
     Ok(())
 }
