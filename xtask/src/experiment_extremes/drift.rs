@@ -87,7 +87,7 @@ pub fn drift<E: Engine>(
 
 /// Root mean square of the change over 1, 2, 4, … samples, up to an eighth of all.
 fn changes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    (0..)
+    (0..usize::BITS)
         .map(|power| 1usize << power)
         .take_while(|lag| 8 * lag <= points.len())
         .map(|lag| {

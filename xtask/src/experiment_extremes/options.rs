@@ -53,7 +53,7 @@ impl Options {
                 halvings: 6,
                 reversals: 64,
                 drift: 1_000_000_000,
-                patience: Duration::from_secs(600),
+                patience: Duration::from_mins(10),
             }
         } else {
             Plan {

@@ -30,8 +30,8 @@ pub fn cases<E: Engine>() -> Vec<Case> {
 
 fn nothing_to_do<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let one = in_box([1.0, 1.0], vec![disc(0.1, 1.0, [0.5, 0.5], [0.3, 0.1])]);
-    let mut bumpers = Scene::default();
-    bumpers.bumper = vec![bumper(0.1, [0.2, 0.2]), bumper(0.1, [0.7, 0.2])];
+    let bumpers =
+        Scene { bumper: vec![bumper(0.1, [0.2, 0.2]), bumper(0.1, [0.7, 0.2])], ..Scene::default() };
     let resting =
         in_box([1.0, 1.0], vec![named("tee", 0.01, 1.0, [0.3, 0.3]), named("disc", 0.1, 1.0, [0.7, 0.7])]);
     let (mut events, mut moved, mut wrong) = (0, 0, 0);
@@ -54,6 +54,7 @@ fn nothing_to_do<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
+#[allow(clippy::unnecessary_wraps, reason = "all cases have one signature")]
 fn refused<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let atom = |at: [f64; 2], radius: f64, mass: f64| AtomSpec { at, radius, mass };
     let of =
@@ -64,9 +65,7 @@ fn refused<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         scenes.push(of(vec![atom([0.0; 2], 0.1, bad)]));
         scenes.push(in_box([bad, 1.0], Vec::new()));
         scenes.push(in_box([1.0, bad], Vec::new()));
-        let mut round = Scene::default();
-        round.bumper = vec![bumper(bad, [0.5, 0.5])];
-        scenes.push(round);
+        scenes.push(Scene { bumper: vec![bumper(bad, [0.5, 0.5])], ..Scene::default() });
         if !bad.is_finite() || bad > 1.0 {
             scenes.push(of(vec![atom([bad, 0.0], 0.1, 1.0)]));
             scenes.push(in_box([1.0, 1.0], vec![disc(0.1, 1.0, [bad, 0.5], [0.0; 2])]));

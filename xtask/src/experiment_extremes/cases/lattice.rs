@@ -30,7 +30,9 @@ pub fn close_packed(dilation: f64) -> Scene {
     let step = [spacing, spacing * 0.75f64.sqrt()];
     let mut velocities: Vec<_> = directions().take(columns * rows).collect();
     let drift = velocities.iter().sum::<glam::DVec2>() / velocities.len() as f64;
-    velocities.iter_mut().for_each(|velocity| *velocity -= drift);
+    for velocity in &mut velocities {
+        *velocity -= drift;
+    }
     let site = |k: usize| {
         let (column, row) = (k % columns, k / columns);
         [step[0] * (column as f64 + 0.25 + 0.5 * (row % 2) as f64), step[1] * (row as f64 + 0.25)]

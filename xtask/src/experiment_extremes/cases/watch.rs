@@ -115,8 +115,6 @@ pub struct Survey {
     pub collisions: u64,
     /// Largest number of overlapping pairs at a standby.
     pub overlapping: usize,
-    /// Deepest overlap at a standby (length).
-    pub deepest: f64,
     /// Largest relative difference of energy and booked energy.
     pub energy: f64,
     /// Largest change of the total momentum over the sum of its magnitudes; 0 where something is fixed.
@@ -175,14 +173,13 @@ pub fn survey<E: Engine>(scene: &Scene, collisions: u64) -> Result<Survey> {
 /// The run cannot go on.
 pub fn survey_of<E: Engine>(run: &mut Run<E>, collisions: u64) -> Result<Survey> {
     let mut watch = Watch::since(run.time());
-    let (mut overlapping, mut deepest, mut energy, mut momentum) = (0, 0.0f64, 0.0f64, 0.0f64);
+    let (mut overlapping, mut energy, mut momentum) = (0, 0.0f64, 0.0f64);
     let free = run.view().bodies().all(|body| !body.body.is_fixed());
     let start = run.view().momentum();
     run_collisions::<E, _>(run, collisions, &mut watch, |run| {
         let view = run.view();
         let overlaps = view.overlaps();
         overlapping = overlapping.max(overlaps.pairs);
-        deepest = deepest.max(overlaps.deepest_length);
         energy = energy.max((view.energy() / view.ledger().booked() - 1.0).abs());
         if free {
             let size: f64 =
@@ -191,7 +188,7 @@ pub fn survey_of<E: Engine>(run: &mut Run<E>, collisions: u64) -> Result<Survey>
         }
     })?;
     let collisions = run.view().counters().collisions;
-    Ok(Survey { watch, collisions, overlapping, deepest, energy, momentum })
+    Ok(Survey { watch, collisions, overlapping, energy, momentum })
 }
 
 impl Survey {
