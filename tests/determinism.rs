@@ -4,11 +4,14 @@
 #[path = "support/engine.rs"]
 mod support;
 
-use carom_engine::{Cells, Fineness, Instructions, Observer, Scene, Scheduler, Thesis, View};
-use carom_kinematics::Instant;
+use carom_engine::{
+    Cells, Fineness, Instructions, Observer, Rotation, Scene, Scheduler, Thesis, View, WallSpec,
+};
+use carom_kinematics::{Instant, Orientation};
+use glam::DVec2;
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
 use rand_pcg::Pcg64;
-use support::{Encounters, bits, frozen, gas, menagerie, scenes, simulate, with_each_scheduler};
+use support::{Encounters, bits, bumper, frozen, gas, menagerie, scenes, simulate, with_each_scheduler};
 
 /// Long enough for some thirty collisions of each body: a last bit that differs has become the first by then.
 const UNTIL: f64 = 3.0;
@@ -120,6 +123,113 @@ fn check_permutation<S: Scheduler>(options: &S::Options) {
         simulation.run_until(UNTIL).unwrap();
         for (place, motion) in bits(&simulation.view()).into_iter().enumerate() {
             assert_eq!(motion, expected[order[place]], "body {}", order[place]);
+        }
+    }
+}
+
+#[test]
+fn velocities_times_a_power_of_two_give_the_same_paths_between_walls_and_at_any_restitution() {
+    with_each_scheduler!(check_scaling_between_walls);
+}
+
+/// Bodies between walls at e < 1, where the guard against collapse measures times.
+fn check_scaling_between_walls<S: Scheduler>(options: &S::Options) {
+    for (e, contact_time) in [(0.5, 1e-4), (0.0, 1e-2), (0.95, 0.0)] {
+        let mut base = walled::<S>(options, Rotation::Free);
+        base.elasticity.default = e;
+        base.elasticity.contact_time = contact_time;
+        let run = |factor: f64| {
+            let mut scaled = base.clone();
+            for molecule in &mut scaled.molecule {
+                molecule.velocity = molecule.velocity.map(|v| v * factor);
+                molecule.angular_velocity *= factor;
+            }
+            let mut simulation = simulate::<S>(&scaled, options);
+            simulation.run_until(UNTIL / factor).unwrap();
+            simulation
+        };
+        let one = run(1.0);
+        assert!(one.view().counters().fixed_collisions > 20);
+        assert_eq!(one.view().counters().guarded_collisions > 0, contact_time > 1e-3, "e = {e}");
+        for exponent in [-50, -1, 31] {
+            let factor = 2f64.powi(exponent);
+            let scaled = run(factor);
+            assert_eq!(scaled.view().counters(), one.view().counters(), "e = {e}, 2^{exponent}");
+            for (found, expected) in scaled.view().bodies().zip(one.view().bodies()) {
+                let (found, expected) = (found.motion, expected.motion);
+                assert_eq!(found.position, expected.position, "e = {e}, 2^{exponent}");
+                assert_eq!(found.orientation, expected.orientation);
+                assert_eq!(found.velocity, expected.velocity * factor);
+                assert_eq!(found.angular_velocity, expected.angular_velocity * factor);
+            }
+        }
+    }
+}
+
+/// Discs and dumbbells in a closed box with fixed discs, as single molecules.
+fn walled<S: Scheduler>(options: &S::Options, rotation: Rotation) -> Scene {
+    let line = |x: Option<f64>, y: Option<f64>| WallSpec { x, y, ..WallSpec::default() };
+    let mut scene = Scene {
+        wall: vec![line(Some(0.0), None), line(None, Some(0.25))],
+        bumper: vec![bumper(0.05, [0.4, 0.75])],
+        gas: vec![gas("disc", 0.02, 50), gas("disc", 0.03, 10), gas("dumbbell", 0.02, 10)],
+        ..Scene::default()
+    };
+    scene.gas[2].rotation = rotation;
+    scene.bounds.seed = 8;
+    let mut base = frozen(&simulate::<S>(&scene, options).view());
+    base.molecule.retain(|molecule| !molecule.atoms.is_empty());
+    assert_eq!(base.molecule.len(), 71, "all but the walls");
+    base.wall = scene.wall;
+    base
+}
+
+#[test]
+fn with_x_and_y_exchanged_what_does_not_turn_moves_the_same() {
+    with_each_scheduler!(check_exchange);
+}
+
+fn check_exchange<S: Scheduler>(options: &S::Options) {
+    let mut straight = walled::<S>(options, Rotation::Locked);
+    straight.bounds.sides = [1.0, 1.0];
+    for molecule in &mut straight.molecule {
+        // Turned atoms instead of an orientation, which would have to be mirrored.
+        let turn = Orientation::from_turns(molecule.orientation_turns.take().unwrap_or(0.0)).cos_sin();
+        for atom in &mut molecule.atoms {
+            atom.at = turn.rotate(DVec2::from(atom.at)).to_array();
+        }
+    }
+    let swap = |[x, y]: [f64; 2]| [y, x];
+    let mut mirrored = straight.clone();
+    for molecule in &mut mirrored.molecule {
+        molecule.atoms.iter_mut().for_each(|atom| atom.at = swap(atom.at));
+        (molecule.at, molecule.velocity) = (swap(molecule.at), swap(molecule.velocity));
+    }
+    for wall in &mut mirrored.wall {
+        (wall.x, wall.y) = (wall.y, wall.x);
+    }
+    for e in [1.0, 0.9] {
+        let run = |scene: &Scene| {
+            let mut scene = scene.clone();
+            scene.elasticity.default = e;
+            let mut simulation = simulate::<S>(&scene, options);
+            simulation.run_until(UNTIL).unwrap();
+            simulation
+        };
+        let (one, other) = (run(&straight), run(&mirrored));
+        assert!(one.view().counters().collisions > 700);
+        assert_eq!(one.view().counters().collisions, other.view().counters().collisions);
+        for (place, (a, b)) in one.view().bodies().zip(other.view().bodies()).enumerate() {
+            assert_eq!(
+                a.motion.position.to_array(),
+                swap(b.motion.position.to_array()),
+                "e = {e}, body {place}"
+            );
+            assert_eq!(
+                a.motion.velocity.to_array(),
+                swap(b.motion.velocity.to_array()),
+                "e = {e}, body {place}"
+            );
         }
     }
 }

@@ -8,7 +8,7 @@ use clap::{Parser, Subcommand};
 use crate::{
     bench, billiard, brownian,
     detect::{self, Detector},
-    experiment_encounters, run, say,
+    experiment_encounters, experiment_extremes, run, say,
     summary::Verdict,
     thesis_tests, tidy,
 };
@@ -66,6 +66,8 @@ pub enum Experiment {
     Pair(thesis_tests::Options),
     /// All detectors on all kinds of encounters: what accuracy costs, and inaccuracy misses
     Encounters(experiment_encounters::Options),
+    /// Scenes at the edge of what floats can do: what must hold there, and where it stops to hold
+    Extremes(experiment_extremes::Options),
 }
 
 impl Cli {
@@ -80,6 +82,7 @@ impl Cli {
             Command::Experiment(Experiment::Spheres(options)) => thesis_tests::spheres(options),
             Command::Experiment(Experiment::Pair(options)) => thesis_tests::pair(options),
             Command::Experiment(Experiment::Encounters(options)) => experiment_encounters::run(options),
+            Command::Experiment(Experiment::Extremes(options)) => experiment_extremes::run(options),
             Command::Run(options) => run::run(options),
             Command::Detect { cases, detector, out } => {
                 say(&detect::detect(cases, *detector, out)?.to_string());

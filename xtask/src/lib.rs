@@ -10,6 +10,7 @@ pub mod cli;
 pub mod detect;
 pub mod encounters;
 pub mod experiment_encounters;
+pub mod experiment_extremes;
 pub mod growing;
 pub mod interruption;
 pub mod manifest;

@@ -1,0 +1,30 @@
+//! The extreme scenes of `cargo xtask experiment extremes`, in short: numerical extremes, and cases solved on paper.
+
+#[allow(dead_code, reason = "the experiment uses more of it")]
+#[path = "../xtask/src/experiment_extremes/cases/mod.rs"]
+mod cases;
+
+use cases::{Case, Effort, Ours, cases};
+
+/// Enough for each list, cell and epoch to come up many times.
+const EFFORT: Effort = Effort { collisions: 4000 };
+
+fn check(case: &Case) -> Vec<String> {
+    match (case.run)(EFFORT) {
+        Err(error) => vec![format!("{} {}: {error:#}", case.id, case.name)],
+        Ok(findings) => findings
+            .iter()
+            .filter(|finding| !finding.holds())
+            .map(|finding| {
+                let (id, what, found, allowed) = (case.id, &finding.what, finding.found, finding.allowed);
+                format!("{id} {}: {what} is {found:e}, allowed is {allowed:e}", case.name)
+            })
+            .collect(),
+    }
+}
+
+#[test]
+fn all_scenes_hold() {
+    let failures: Vec<String> = cases::<Ours>().iter().flat_map(check).collect();
+    assert!(failures.is_empty(), "{failures:#?}");
+}

@@ -1,0 +1,244 @@
+//! The experiment from end to end: scenes, edges, reversal, drift, and what is written of them.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result};
+use rayon::{ThreadPoolBuilder, prelude::*};
+
+use super::{
+    Options,
+    cases::{Case, Effort, Engine, Finding, Ours, cases, engine::Theses},
+    drift::{Drift, drift, scenes},
+    edges::{Edge, Found, edges},
+    options::Plan,
+    report,
+    reversal::{Reversal, reversals},
+    trial::{Ending, attempt},
+};
+use crate::{
+    conclude,
+    manifest::Manifest,
+    output::Folder,
+    progress::Progress,
+    say,
+    summary::{Check, Figure, Summary, Totals, Verdict},
+};
+
+/// All there is to report.
+pub struct Results {
+    /// Each scene with how it ended with the exact engine and with the thesis's.
+    pub scenes: Vec<(Case, [Ending; 2])>,
+    /// Each edge, likewise.
+    pub edges: Vec<(Edge, [Found; 2])>,
+    /// Reversal at each density, of both engines.
+    pub reversals: [Vec<Reversal>; 2],
+    /// Drift of the exact engine.
+    pub drifts: Vec<Drift>,
+}
+
+/// The thesis's engine is not asked for more: it is there for comparison, and slower.
+const MOST_OF_THESIS: u64 = 20_000;
+
+/// Runs the experiment and writes its folder.
+///
+/// # Errors
+/// A folder that is not empty or cannot be written, a run that breaks off where none may.
+pub fn run(options: &Options) -> Result<Verdict> {
+    let plan = options.plan();
+    let folder = Folder::create(&options.folder(), options.existing())?;
+    if !options.note().is_empty() {
+        say(&options.note());
+    }
+    folder.write("config.toml", configuration(options, &plan))?;
+    let drifting = scenes();
+    let scenes_of: Vec<&carom::Scene> = drifting.iter().map(|(_, scene)| scene).collect();
+    let manifest = Manifest::begin(&folder, &options.command(), &scenes_of)?;
+    let begun = cpu_time::ProcessTime::now();
+    let threads = usize::from(options.threads.unwrap_or(0));
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build().context("threads")?;
+    let results = pool.install(|| measure(&plan))?;
+    let summary = write(&folder, &results, options)?;
+    manifest.complete(&folder, begun.elapsed().as_secs_f64())?;
+    conclude(&folder, &summary);
+    Ok(summary.verdict())
+}
+
+fn configuration(options: &Options, plan: &Plan) -> String {
+    format!(
+        "command = \"{}\"\ncollisions_of_each_gas = {}\ncollisions_of_each_trial_of_an_edge = {}\n\
+         halvings_of_an_edge = {}\nstarts_of_the_reversal = {}\ncollisions_of_the_drift = {}\n\
+         patience_seconds = {}\n",
+        options.command(),
+        plan.collisions,
+        plan.edge_collisions,
+        plan.halvings,
+        plan.reversals,
+        plan.drift,
+        plan.patience.as_secs(),
+    )
+}
+
+fn measure(plan: &Plan) -> Result<Results> {
+    let drifting = scenes();
+    let progress = Progress::new(drifting.len() as f64 * plan.drift as f64);
+    say("scenes");
+    let ask = |case: &Case, collisions: u64| {
+        let case = *case;
+        attempt(plan.patience, move || (case.run)(Effort { collisions }))
+    };
+    let scenes = cases::<Ours>()
+        .into_par_iter()
+        .zip(cases::<Theses>())
+        .map(|(ours, theses)| {
+            let endings = [ask(&ours, plan.collisions), ask(&theses, plan.collisions.min(MOST_OF_THESIS))];
+            (ours, endings)
+        })
+        .collect();
+    say("edges");
+    let find = |edge: &Edge| edge.find(plan.edge_collisions, plan.halvings, plan.patience / 2);
+    let edges = edges::<Ours>()
+        .into_par_iter()
+        .zip(edges::<Theses>())
+        .map(|(ours, theses)| {
+            let found = [find(&ours), find(&theses)];
+            (ours, found)
+        })
+        .collect();
+    say("reversal");
+    let reversals = [reversals::<Ours>(plan.reversals)?, reversals::<Theses>(plan.reversals)?];
+    say("drift");
+    let drifts: Result<Vec<Drift>> =
+        drifting.par_iter().map(|(name, scene)| drift::<Ours>(name, scene, plan.drift, &progress)).collect();
+    Ok(Results { scenes, edges, reversals, drifts: drifts? })
+}
+
+fn write(folder: &Folder, results: &Results, options: &Options) -> Result<Summary> {
+    let engines = [Ours::NAME, Theses::NAME];
+    let rows = results.scenes.iter().flat_map(|(case, endings)| {
+        endings
+            .iter()
+            .zip(engines)
+            .map(|(ending, engine)| (case.id, case.name, case.must, engine, ending.holds(), ending.seen()))
+    });
+    folder.write_table("scenes.csv", &["id", "scene", "must_hold", "engine", "holds", "seen"], rows)?;
+    let rows = results.scenes.iter().flat_map(|(case, endings)| {
+        let id = case.id;
+        endings.iter().zip(engines).flat_map(move |(ending, engine)| {
+            let none: &[Finding] = &[];
+            let findings = if let Ending::Findings(findings) = ending { findings } else { none };
+            findings.iter().map(move |f| (id, engine, f.what.as_str(), f.found, f.allowed, f.holds()))
+        })
+    });
+    folder.write_table("findings.csv", &["id", "engine", "what", "found", "allowed", "holds"], rows)?;
+    let rows = results.edges.iter().flat_map(|(edge, found)| {
+        found.iter().zip(engines).map(|(found, engine)| {
+            let beyond = found.beyond.as_ref();
+            let (value, seen) = (beyond.map(|beyond| beyond.0), beyond.map(|beyond| beyond.1.seen()));
+            (edge.parameter, edge.scene, edge.goal, engine, found.holds_up_to, value, seen)
+        })
+    });
+    let header = ["parameter", "scene", "goal", "engine", "holds_up_to", "beyond", "seen_beyond"];
+    folder.write_table("edges.csv", &header, rows)?;
+    let rows = results.reversals.iter().flatten().flat_map(|reversal| {
+        let of = |&(n, distance): &(f64, f64)| (reversal.engine, reversal.fraction, n, distance);
+        reversal.points.iter().map(of)
+    });
+    folder.write_table(
+        "reversal.csv",
+        &["engine", "area_fraction", "collisions_per_disc", "distance"],
+        rows,
+    )?;
+    let rows = results
+        .drifts
+        .iter()
+        .flat_map(|drift| drift.points.iter().map(|point| (drift.name, point.0, point.1)));
+    folder.write_table("drift.csv", &["scene", "collisions", "energy_change"], rows)?;
+    let broken = violations(results);
+    if !broken.is_empty() {
+        folder.write("violations.txt", &broken)?;
+        say(&broken);
+    }
+    let totals: Vec<Totals> = results.drifts.iter().map(|drift| drift.totals).collect();
+    let summary = Summary {
+        title: "Extremes: where the numbers break".to_owned(),
+        note: options.note(),
+        totals: Totals::of(&totals),
+        checks: checks(results, &totals),
+        figures: figures(results),
+        runs: Vec::new(),
+    };
+    let charts = report::charts(results)?;
+    for (name, svg) in &charts {
+        folder.write(name, svg)?;
+    }
+    folder.write("report.html", report::page(results, &summary, &charts, &options.command()).html())?;
+    folder.write_json("summary.json", &summary)?;
+    Ok(summary)
+}
+
+/// The exact engine's effective error, in eps × side, at the most. Smaller: the fit over a few starts might fail by chance.
+/// Larger: a root found only to 1e-13 would pass.
+const LARGEST_EFFECTIVE_ERROR: f64 = 32.0;
+
+fn checks(results: &Results, totals: &[Totals]) -> Vec<Check> {
+    let failed = |endings: &[Ending; 2]| f64::from(u8::from(!endings[0].holds()));
+    let scenes = results.scenes.iter().map(|(case, endings)| {
+        Check::at_most(&format!("{} {}: broken", case.id, case.name), failed(endings), 0.0)
+    });
+    let edges = results.edges.iter().map(|(edge, [found, _])| {
+        // NaN, where it never held, is beyond any bound.
+        Check::at_most(
+            &format!("goal over edge of the {}", edge.parameter),
+            edge.goal / found.holds_up_to,
+            1.0 + 1e-9,
+        )
+    });
+    let ends = results.edges.iter().map(|(edge, [found, _])| {
+        let silent = matches!(found.beyond, Some((_, Ending::Panic | Ending::Hang)));
+        let name = format!("panic or hang beyond the edge of the {}", edge.parameter);
+        Check::at_most(&name, f64::from(u8::from(silent)), 0.0)
+    });
+    let reversals = results.reversals[0].iter().map(|reversal| {
+        let name = format!("effective error at area fraction {} (eps × side)", reversal.fraction);
+        Check::at_most(&name, reversal.effective_error, LARGEST_EFFECTIVE_ERROR)
+    });
+    let drifts = totals.iter().flat_map(Totals::checks);
+    scenes.chain(edges).chain(ends).chain(reversals).chain(drifts).collect()
+}
+
+fn figures(results: &Results) -> Vec<Figure> {
+    let edges = results.edges.iter().map(|(edge, [found, _])| {
+        Figure::new(format!("holds up to: {}", edge.parameter), found.holds_up_to, "1")
+    });
+    let reversals =
+        results.reversals.iter().flatten().zip(super::reversal::DENSITIES.iter().cycle()).flat_map(
+            |(reversal, (_, rate))| {
+                let of = format!("{} at area fraction {}", reversal.engine, reversal.fraction);
+                [
+                    Figure::new(format!("effective error, {of}"), reversal.effective_error, "eps × side"),
+                    Figure::new(format!("growth per collision of each disc, {of}"), reversal.rate, "1")
+                        .predicted(*rate, "λ₁/Γ by two trajectories, 64 discs"),
+                ]
+            },
+        );
+    let drifts = results.drifts.iter().map(|drift| {
+        Figure::new(format!("exponent of the drift, {}", drift.name), drift.exponent, "1")
+            .predicted(0.5, "random walk of roundings")
+    });
+    edges.chain(reversals).chain(drifts).collect()
+}
+
+/// What does not hold with the exact engine, in full.
+fn violations(results: &Results) -> String {
+    let mut text = String::new();
+    for (case, [ours, _]) in results.scenes.iter().filter(|(_, endings)| !endings[0].holds()) {
+        let _ = writeln!(text, "{} {}: {}", case.id, case.name, ours.seen());
+        if let Ending::Findings(findings) = ours {
+            for finding in findings.iter().filter(|finding| !finding.holds()) {
+                let _ =
+                    writeln!(text, "  {}: {:e}, allowed {:e}", finding.what, finding.found, finding.allowed);
+            }
+        }
+    }
+    text
+}

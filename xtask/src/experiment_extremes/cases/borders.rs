@@ -1,0 +1,202 @@
+//! Borders of cells and of the box, boxes of few cells, and partners met through two images.
+
+use anyhow::Result;
+use carom::{
+    Exact, Impact, Scene, Simulation, Thesis,
+    engine::{Fineness, GridError, SceneError},
+};
+use glam::DVec2;
+
+use super::{
+    Case, Effort, Engine, Finding,
+    engine::{bumper, disc, gas, in_box},
+    watch::{Watch, run_collisions, velocity},
+};
+
+pub fn cases<E: Engine>() -> Vec<Case> {
+    vec![
+        Case {
+            id: "7.19",
+            name: "an object on a border of cells, in the corner of the box, at x = L − ulp, at x = −0.0",
+            must: "it is hit from all four sides at the closed-form time",
+            run: places::<E>,
+        },
+        Case {
+            id: "7.20",
+            name: "a disc along a border of cells, one component of its velocity 0 or −0",
+            must: "no endless crossings, the target is hit",
+            run: along::<E>,
+        },
+        Case {
+            id: "7.21",
+            name: "bodies larger than a cell; boxes of one, two, three cells a side",
+            must: "the same collisions as with all pairs and all images looked at; too small a box is refused",
+            run: few_cells::<E>,
+        },
+        Case {
+            id: "7.22",
+            name: "discs of a diameter above L/2 that meet through two images",
+            must: "each hit at its closed-form time, images in turn; meeting its own image is refused",
+            run: two_images::<E>,
+        },
+        Case {
+            id: "7.23",
+            name: "a bumper at the corner of the box, and in its middle",
+            must: "the same first collisions; mean free path as predicted for both",
+            run: corner_bumper::<E>,
+        },
+    ]
+}
+
+fn places<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+    let mut wrong = 0;
+    let last = 1.0f64.next_down();
+    // Some forty further discs at rest, so that there are cells, and borders at k/n for many n.
+    let borders = (1..=12).flat_map(|n| (0..n).map(move |k| f64::from(k) / f64::from(n)));
+    for at in borders.chain([last, -0.0, 1.0]) {
+        for place in [[at, at], [at, 0.5], [0.25, at], [at, last]] {
+            for step in [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]] {
+                let from = [place[0] - 0.125 * step[0], place[1] - 0.125 * step[1]];
+                let scene = in_box(
+                    [1.0, 1.0],
+                    vec![disc(0.03125, 1.0, place, [0.0; 2]), disc(0.03125, 1.0, from, step)],
+                );
+                let mut run = E::simulate(&scene)?;
+                let mut watch = Watch::default();
+                run.observe_until(0.1, &mut watch)?;
+                let hit = watch.times.first().is_some_and(|time| (time - 0.0625).abs() < 1e-14);
+                let exchanged = (velocity::<E>(&run, 0) - DVec2::from(step)).length() < 1e-12;
+                wrong += usize::from(!hit || watch.times.len() != 1 || !exchanged);
+            }
+        }
+    }
+    Ok(vec![Finding::never("places where it is not hit", wrong)])
+}
+
+fn along<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+    let mut wrong = 0;
+    let mut crossings = 0;
+    for zero in [0.0, -0.0] {
+        for at in [0.0, 0.125, 0.25, 1.0 / 3.0, 0.5, 1.0f64.next_down()] {
+            for flipped in [false, true] {
+                let turn = |v: [f64; 2]| if flipped { [v[1], v[0]] } else { v };
+                // A slow target a box ahead, met by the fast one after a thousand boxes or so.
+                let mut list = vec![
+                    disc(0.01, 1.0, turn([0.1, at]), turn([1.0, zero])),
+                    disc(0.01, 1.0, turn([0.6, at]), turn([0.999, zero])),
+                ];
+                let others =
+                    (0..14).map(|k| disc(0.01, 1.0, turn([f64::from(k) / 14.0, at + 0.06]), [zero; 2]));
+                list.extend(others);
+                let mut run = E::simulate(&in_box([1.0, 1.0], list))?;
+                let mut watch = Watch::default();
+                run.observe_until(500.0, &mut watch)?;
+                let expected = (0.5 - 0.02) / 0.001;
+                let hit = watch.times.len() == 1 && (watch.times[0] - expected).abs() < 1e-9;
+                wrong += usize::from(!hit);
+                crossings = crossings.max(run.view().counters().scheduler.crossings);
+            }
+        }
+    }
+    Ok(vec![
+        Finding::never("targets not hit", wrong),
+        Finding::new("most crossings of two discs in 500 boxes", crossings as f64, 2.0 * 500.0 * 64.0),
+    ])
+}
+
+/// The bodies of the first collisions with every pair and image looked at.
+fn all_pairs(scene: &Scene, count: usize) -> Result<Vec<[u64; 2]>> {
+    let mut run: Simulation<Exact, Impact, Thesis> =
+        Simulation::with(scene, Exact::default(), Impact, Fineness::Given(1))?;
+    let mut watch = Watch::default();
+    for _ in 0..count {
+        run.step(1e3, &mut watch)?;
+    }
+    Ok(watch.bodies)
+}
+
+fn few_cells<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+    let mut wrong = 0;
+    let scene = |big: f64, small: f64, count: usize| {
+        let mut scene = in_box([1.0, 1.0], vec![disc(big, 4.0, [0.3, 0.4], [0.2, 0.1])]);
+        scene.gas = vec![gas("disc", small, 1.0, count)];
+        scene
+    };
+    for (big, small, count) in
+        [(0.05, 0.02, 40), (0.15, 0.01, 60), (0.2, 0.15, 3), (0.24, 0.2, 1), (0.33, 0.15, 1), (0.4, 0.02, 20)]
+    {
+        let scene = scene(big, small, count);
+        let expected = all_pairs(&scene, 40)?;
+        let mut run = E::simulate(&scene)?;
+        let mut watch = Watch::default();
+        for _ in 0..40 {
+            run.step(1e3, &mut watch)?;
+        }
+        let pair = |list: &[[u64; 2]]| -> Vec<[u64; 2]> {
+            // Before chaos has made a rounding a path of its own.
+            list.iter().take(20).map(|[a, b]| [*a.min(b), *a.max(b)]).collect()
+        };
+        wrong += usize::from(pair(&expected) != pair(&watch.bodies) || expected.is_empty());
+    }
+    let refused = [(0.5001, 0.0), (0.6, 0.0), (0.45, 0.0)].into_iter().filter(|&(radius, _)| {
+        let list = vec![disc(radius, 1.0, [0.5, 0.5], [0.0; 2])];
+        let built = E::simulate(&in_box([1.0, 1.0], list));
+        let too_small = matches!(built, Err(SceneError::Grid { reason: GridError::BoxTooSmall { .. }, .. }));
+        too_small != (radius > 0.5)
+    });
+    Ok(vec![
+        Finding::never("scenes with other collisions than all pairs", wrong),
+        Finding::never("boxes wrongly refused or accepted", refused.count()),
+    ])
+}
+
+fn two_images<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+    // Two discs of diameters 0.52 and 0.4 in a row through the border: 0.04 free on either side.
+    let scene = in_box(
+        [1.0, 1.0],
+        vec![disc(0.26, 1.0, [0.25, 0.5], [0.0; 2]), disc(0.2, 1.0, [0.75, 0.5], [1.0, 0.0])],
+    );
+    let mut run = E::simulate(&scene)?;
+    let mut watch = Watch::default();
+    run.observe_until(8.0, &mut watch)?;
+    let late = watch
+        .times
+        .iter()
+        .enumerate()
+        .map(|(k, time)| (time - (0.04 + 0.08 * k as f64)).abs())
+        .fold(0.0, f64::max);
+    let own = E::simulate(&in_box([1.0, 1.0], vec![disc(0.52, 1.0, [0.25, 0.5], [1.0, 0.0])]));
+    let refused = matches!(own, Err(SceneError::Grid { reason: GridError::BoxTooSmall { .. }, .. }));
+    Ok(vec![
+        Finding::new("hits, less the 100 expected", (watch.times.len() as f64 - 100.0).abs(), 0.0),
+        Finding::new("largest error of a time", late, 1e-12),
+        Finding::never("its own image not refused", usize::from(!refused)),
+    ])
+}
+
+fn corner_bumper<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+    let sum = 0.25;
+    let scene = |at: f64| {
+        let place = [(at + 0.4) % 1.0, (at + 0.15) % 1.0];
+        let mut scene = in_box([1.0, 1.0], vec![disc(0.05, 1.0, place, [0.6, 0.8])]);
+        scene.bumper = vec![bumper(sum - 0.05, [at, at])];
+        scene
+    };
+    let predicted = (1.0 - std::f64::consts::PI * sum * sum) / (2.0 * sum);
+    let mut findings = Vec::new();
+    let mut first = Vec::new();
+    for (name, at) in [("middle", 0.5), ("corner", 0.0)] {
+        let mut run = E::simulate(&scene(at))?;
+        let mut watch = Watch::default();
+        run_collisions::<E, _>(&mut run, effort.collisions, &mut watch, |_| {})?;
+        let free = run.time().to_f64() / run.view().counters().collisions as f64;
+        // Free paths vary by about their mean, and hardly depend on each other.
+        let error = predicted / (effort.collisions as f64).sqrt();
+        let off = (free - predicted).abs() / error;
+        findings.push(Finding::new(format!("{name}: mean free path off by (standard errors)"), off, 5.0));
+        first.push(watch.times.into_iter().take(6).collect::<Vec<f64>>());
+    }
+    let differ = first[0].iter().zip(&first[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    findings.push(Finding::new("largest difference of the first six times", differ, 1e-8));
+    Ok(findings)
+}

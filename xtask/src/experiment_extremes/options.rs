@@ -1,0 +1,93 @@
+//! What can be chosen about the experiment, and how much work follows from it.
+
+use std::{path::PathBuf, time::Duration};
+
+use clap::Args;
+
+use crate::output::Existing;
+
+/// Choices of `cargo xtask experiment extremes`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// A short run to look at, under two minutes (the default)
+    #[arg(long, conflicts_with = "paper")]
+    pub quick: bool,
+    /// The run to quote from: 1e6 collisions of each gas, drift over 1e9 collisions
+    #[arg(long)]
+    pub paper: bool,
+    /// Threads; as many as there are processors if not given. Only times of the clock depend on it
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Where to write; out/extremes if not given
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Replace files of an earlier run in that folder
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// How much is done.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plan {
+    /// Collisions of each gas in the scenes.
+    pub collisions: u64,
+    /// Collisions of each trial in the search for an edge.
+    pub edge_collisions: u64,
+    /// Halvings of the decades in which an edge lies.
+    pub halvings: u32,
+    /// Starts of the reversal test at each density.
+    pub reversals: usize,
+    /// Collisions of the drift measurements, Sinai billiard and gas.
+    pub drift: u64,
+    /// How long a scene may take before it counts as hanging.
+    pub patience: Duration,
+}
+
+impl Options {
+    /// How much is done.
+    pub fn plan(&self) -> Plan {
+        if self.paper {
+            Plan {
+                collisions: 1_000_000,
+                edge_collisions: 20_000,
+                halvings: 6,
+                reversals: 64,
+                drift: 1_000_000_000,
+                patience: Duration::from_mins(10),
+            }
+        } else {
+            Plan {
+                collisions: 20_000,
+                edge_collisions: 2000,
+                halvings: 3,
+                reversals: 12,
+                drift: 10_000_000,
+                patience: Duration::from_secs(10),
+            }
+        }
+    }
+
+    /// What is to be known of the plan before anything else.
+    pub fn note(&self) -> String {
+        if self.paper {
+            String::new()
+        } else {
+            "This is a short run, to look at: gases of 2e4 collisions, drift over 1e7. The full run is --paper.".to_owned()
+        }
+    }
+
+    /// Folder to write to.
+    pub fn folder(&self) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| "out/extremes".into())
+    }
+
+    /// What is done about files that are there already.
+    pub fn existing(&self) -> Existing {
+        if self.force { Existing::Replace } else { Existing::Refuse }
+    }
+
+    /// The command with every choice written out that the results depend on.
+    pub fn command(&self) -> String {
+        format!("cargo xtask experiment extremes {}", if self.paper { "--paper" } else { "--quick" })
+    }
+}
