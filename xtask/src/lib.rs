@@ -9,6 +9,7 @@ pub mod detect;
 pub mod encounters;
 pub mod experiment_encounters;
 pub mod exposed;
+pub mod film;
 pub mod growing;
 pub mod interruption;
 pub mod manifest;

@@ -13,6 +13,8 @@
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | standbys |
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | standbys |
 //! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, standbys |
+//! | every impulse on a body | [`ImpulseLog`] | contacts |
+//! | every flight of every body, for a while | [`FlightLog`] | contacts |
 //! | overlapping pairs | [`OverlapCheck`] | standbys |
 //! | anything: closures, by event and by tag | [`Subscriptions`] | contacts, standbys |
 //!
@@ -49,8 +51,10 @@ mod direction_histogram;
 mod energy_ledger;
 mod exposed_arc;
 mod extended_xyz;
+mod flight_log;
 mod group;
 mod histogram;
+mod impulse_log;
 mod kinds;
 mod mean;
 mod overlap_check;
@@ -70,11 +74,14 @@ pub use contact_density::{ContactDensity, ContactPoint};
 pub use direction_histogram::DirectionHistogram;
 pub use energy_ledger::{EnergyLedger, LedgerPoint};
 pub use extended_xyz::write_extended_xyz;
+pub use flight_log::{Flight, FlightLog};
 pub use group::Group;
 pub use histogram::Histogram;
+pub use impulse_log::{Impulse, ImpulseLog};
+pub use kinds::kinds;
 pub use overlap_check::OverlapCheck;
 pub use pair_distribution::{CutoffError, PairDistribution, PairPoint};
-pub use picture::picture;
+pub use picture::{close_up, colour, picture};
 pub use pressure::{Pressure, PressurePoint};
 pub use projection_histogram::{Axis, ProjectionHistogram};
 pub use running_average::{RunningAverage, RunningPoint};

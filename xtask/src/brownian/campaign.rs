@@ -55,7 +55,8 @@ impl Job {
         folder: &'a Folder,
         signals: &'a Signals,
     ) -> Task<'a> {
-        let command = format!("cargo xtask experiment brownian --from {}", plan.from);
+        let (from, impulses) = (plan.from, options.impulses);
+        let command = format!("cargo xtask experiment brownian --from {from} --impulses {impulses}");
         Task {
             folder,
             what: without_end(&command, &self.scene),
@@ -167,7 +168,7 @@ fn one(
     );
     folder.write("config.toml", head + &job.scene.to_toml())?;
     let measured =
-        measure(task, found, &job.scene, plan, progress).with_context(|| format!("run {}", job.name()))?;
+        measure(task, found, &job.scene, plan, options.impulses, progress).with_context(|| format!("run {}", job.name()))?;
     folder.write_table("atoms.csv", &["atom", "kicks"], measured.kicks.by_atom.iter().enumerate())?;
     let runs = std::slice::from_ref(&measured);
     let group = Group::new(job.case, runs, plan.from).context("a run without kicks to sum")?;
@@ -224,7 +225,7 @@ fn several(
     let run_one = |run: Run<'_>| -> Result<Measurement> {
         let inner = run.task.folder;
         if run.is_complete() {
-            return measure(run.task, run.found, &run.job.scene, plan, &progress);
+            return measure(run.task, run.found, &run.job.scene, plan, options.impulses, &progress);
         }
         let manifest = Manifest::begin(inner, &command, &[&run.job.scene])?;
         let (measured, summary) = one(run, plan, options, &progress)?;

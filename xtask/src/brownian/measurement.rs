@@ -4,13 +4,14 @@ use anyhow::{Context, Result};
 use carom::{
     BodyKey, CollisionRate, DirectionHistogram, EnergyLedger, Molecule, Observer, OverlapCheck,
     RunningAverage, Scene, Simulation, View,
-    observers::{LedgerPoint, RatePoint, RunningPoint, picture, write_extended_xyz},
+    observers::{ImpulseLog, LedgerPoint, RatePoint, RunningPoint, picture, write_extended_xyz},
 };
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::{Plan, kicks::FromGas};
 use crate::{
+    film,
     output::Folder,
     progress::Progress,
     resumable::{Found, Resumable, Start, Task},
@@ -85,11 +86,12 @@ impl Kicks {
 }
 
 /// What watches a run: its books all the time, the molecule and the collisions while measuring.
-type Watched = (EnergyLedger, OverlapCheck, Option<Measuring>);
+type Watched = (EnergyLedger, OverlapCheck, Option<Measuring>, Option<FromGas<ImpulseLog>>);
 
 type Measuring = (FromGas<DirectionHistogram>, RunningAverage, CollisionRate);
 
-/// Runs a scene by the plan, from its beginning or from a checkpoint, and writes series and snapshots.
+/// Runs a scene by the plan, from its beginning or from a checkpoint, and writes series, snapshots, a film of how measuring
+/// begins, and the first `impulses` kicks.
 ///
 /// # Errors
 /// A scene that cannot be built, a run that cannot go on, a file that cannot be written, or the program has been asked to
@@ -99,6 +101,7 @@ pub fn measure(
     found: Option<Found>,
     scene: &Scene,
     plan: &Plan,
+    impulses: u64,
     progress: &Progress,
 ) -> Result<Measurement> {
     let mut going = match task.start::<Watched, Measurement>(found)? {
@@ -109,6 +112,9 @@ pub fn measure(
         Start::From(going) => {
             // Needed at the end: that it is gone must not come out then.
             task.folder.read("start.svg")?;
+            if going.observers.2.is_some() {
+                task.folder.read(film::FILM)?;
+            }
             progress.skip(going.simulation.time().to_f64());
             *going
         }
@@ -133,6 +139,8 @@ pub fn measure(
                 CollisionRate::default(),
             ));
             measuring.start(&going.simulation.view());
+            going.observers.3 = Some(FromGas(ImpulseLog::new(key, impulses)));
+            film::record(&going.simulation, plan.until, task.folder)?;
         }
         let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
         going.run_to(time, task)?;
@@ -156,7 +164,9 @@ fn snapshot(view: &View<'_>, name: &str, folder: &Folder) -> Result<()> {
 
 /// Writes what the last standby has brought.
 fn write_on(going: &mut Resumable<Watched>) -> Result<()> {
-    let Resumable { observers: (energy, _, measuring), files, .. } = going;
+    let Resumable { observers: (energy, _, measuring, impulses), files, .. } = going;
+    let new = impulses.as_mut().map_or_else(Vec::new, |FromGas(log)| log.take());
+    files.append_new(&series::IMPULSES, &new)?;
     files.append(&series::ENERGY, energy.series())?;
     let (averages, rates) = match measuring {
         Some((_, average, rate)) => (average.series(), rate.series()),
@@ -168,7 +178,7 @@ fn write_on(going: &mut Resumable<Watched>) -> Result<()> {
 
 impl Measurement {
     fn of(going: &Resumable<Watched>, key: BodyKey, molecule: Molecule, plan: &Plan) -> Result<Self> {
-        let (energy, overlaps, measuring) = &going.observers;
+        let (energy, overlaps, measuring, _) = &going.observers;
         let (FromGas(histogram), average, rate) = measuring.as_ref().context("nothing was measured")?;
         let view = going.simulation.view();
         let collisions = view.counters().collisions;

@@ -38,6 +38,9 @@ pub struct Options {
     /// When to end (time)
     #[arg(long)]
     pub until: Option<f64>,
+    /// Rows of impulses.csv at most, in each run: every single kick, first those first (0.2 kB each)
+    #[arg(long, value_name = "ROWS", default_value_t = 1_000_000)]
+    pub impulses: u64,
     /// Where to write; out/brownian-CASE-SIZE if not given
     #[arg(long)]
     pub out: Option<PathBuf>,
@@ -220,7 +223,7 @@ impl Options {
     /// The command with every choice written out that the results depend on.
     pub fn command(&self, plan: &Plan) -> String {
         format!(
-            "cargo xtask experiment brownian --case {} --size {} {} --seed {} --replicas {} --from {} --until {}",
+            "cargo xtask experiment brownian --case {} --size {} {} --seed {} --replicas {} --from {} --until {} --impulses {}",
             self.case.name(),
             self.size.name(),
             if self.paper { "--paper" } else { "--quick" },
@@ -228,6 +231,7 @@ impl Options {
             self.replicas,
             plan.from,
             plan.until,
+            self.impulses,
         )
     }
 }

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::{Options, gas};
 use crate::{
+    film,
     output::Folder,
     page::{Layout, Page},
     plot::{Axis, Chart, Layer, Shape, colour},
@@ -114,11 +115,13 @@ fn simulate_with<O: Watchers>(
         Start::From(going) => {
             // Needed at the end: that it is gone must not come out then.
             task.folder.read(PICTURES[0])?;
+            task.folder.read(film::FILM)?;
             progress.skip(going.simulation.time().to_f64());
             *going
         }
         Start::Anew => {
             task.folder.write_lasting(PICTURES[0], picture(&simulation.view(), PICTURE))?;
+            film::record(&simulation, run.until, task.folder)?;
             let mut going = Resumable::begin(
                 task,
                 simulation,
@@ -234,6 +237,10 @@ impl Outcome {
         let end = format!("At t = {}.", run.until);
         let [start_picture, end_picture] = PICTURES.map(|name| folder.read(name));
         page.pictures(Layout::Beside, &[(&start_picture?, "At the start."), (&end_picture?, &end)]);
+        page.film(
+            &folder.read(film::FILM)?,
+            "How it begins: every flight between contacts as the run made it. The same flights, with all digits: flights.csv.",
+        );
         page.heading("How to run it again");
         page.code(command);
         page.paragraph("The scene with every choice written out:");
