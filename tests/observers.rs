@@ -6,6 +6,8 @@ mod boundary;
 mod correlations;
 #[path = "observers/heat.rs"]
 mod heat;
+#[path = "observers/logs.rs"]
+mod logs;
 #[path = "observers/one_body.rs"]
 mod one_body;
 #[path = "observers/pairs.rs"]

@@ -6,7 +6,7 @@
   // Seconds that the whole film takes at speed 1.
   const LENGTH = 12;
   // The close view is so many times as wide as the molecule that it follows.
-  const CLOSE = 9;
+  const CLOSE = 7;
   // An impulse is shown for this part of the film.
   const SHOWN = 0.02;
 
@@ -138,7 +138,7 @@
         });
       });
       context.strokeStyle = style.color;
-      context.lineWidth = 1.6 / scale;
+      context.lineWidth = Math.min(1.8 / scale, 0.12 * reach[shape]);
       context.stroke();
       context.fillStyle = colour;
       context.fill();
@@ -174,8 +174,8 @@
       const tip = [x + ux * long, y + uy * long];
       const barb = 0.35 * own;
       context.globalAlpha = 1 - age;
-      context.strokeStyle = "#e69f00";
-      context.lineWidth = 4 / scale;
+      context.strokeStyle = style.color;
+      context.lineWidth = 3 / scale;
       context.beginPath();
       context.moveTo(x, y);
       context.lineTo(...tip);

@@ -22,8 +22,7 @@ pub const FILM: &str = "film.json";
 /// Name of the table of flights.
 pub const FLIGHTS: &str = "flights.csv";
 
-const HEADER: [&str; 8] =
-    ["time", "body", "x", "y", "velocity_x", "velocity_y", "angle", "angular_velocity"];
+const HEADER: [&str; 8] = ["time", "body", "x", "y", "velocity_x", "velocity_y", "angle", "angular_velocity"];
 
 /// Flights recorded. More: a longer film and a larger page; these are about 0.6 MB.
 const CAPACITY: usize = 32_000;
@@ -118,7 +117,8 @@ impl Film {
         let walls = view.bodies().filter_map(|body| {
             Some(wall(body.wall()?, body.body.molecule().face().map_or(0.0, |face| face.radius())))
         });
-        let largest = |quantity: fn(&Flight) -> f64| flights.iter().map(quantity).fold(f64::MIN_POSITIVE, f64::max);
+        let largest =
+            |quantity: fn(&Flight) -> f64| flights.iter().map(quantity).fold(f64::MIN_POSITIVE, f64::max);
         let mut film = Self {
             sides: sides.to_array(),
             from: view.time().to_f64(),
@@ -175,7 +175,10 @@ mod tests {
     /// What `film.js` does, in its own words.
     fn numbers(text: &str) -> Vec<u32> {
         let digit = |byte: &u8| DIGITS.iter().position(|known| known == byte).unwrap() as u32;
-        text.as_bytes().chunks(3).map(|three| three.iter().fold(0, |sum, byte| 64 * sum + digit(byte))).collect()
+        text.as_bytes()
+            .chunks(3)
+            .map(|three| three.iter().fold(0, |sum, byte| 64 * sum + digit(byte)))
+            .collect()
     }
 
     #[test]

@@ -347,7 +347,10 @@ impl<O: Observer + Serialize> Resumable<O> {
 mod tests {
     use super::*;
     use crate::checkpoint_file::{FORMAT, encode};
-    use carom::{CollisionRate, DirectionHistogram, EnergyLedger, OverlapCheck, Pressure, RunningAverage};
+    use carom::{
+        CollisionRate, DirectionHistogram, EnergyLedger, OverlapCheck, Pressure, RunningAverage,
+        observers::ImpulseLog,
+    };
 
     /// What is kept of a tee that has not moved yet. If this fails, what is in a checkpoint has changed, and older ones would
     /// be misread: FORMAT must go up, and the numbers found be put here.
@@ -364,7 +367,7 @@ mod tests {
         let tee = view.bodies().next().unwrap().body.key();
         let mut observers = (
             (EnergyLedger::default(), OverlapCheck::default(), CollisionRate::default(), Pressure::default()),
-            (DirectionHistogram::new(tee, 4), RunningAverage::new(tee)),
+            (DirectionHistogram::new(tee, 4), RunningAverage::new(tee), ImpulseLog::new(tee, 100)),
         );
         observers.start(&view);
         observers.standby(&view);

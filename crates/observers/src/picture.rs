@@ -10,7 +10,7 @@ use glam::DVec2;
 use crate::kinds::kinds;
 
 /// Colours that colour-blind readers tell apart (Okabe & Ito 2008); fixed bodies are grey.
-const COLOURS: [&str; 7] = ["#56b4e9", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#0072b2", "#f0e442"];
+const COLOURS: [&str; 7] = ["#d55e00", "#0072b2", "#56b4e9", "#009e73", "#cc79a7", "#e69f00", "#f0e442"];
 const FIXED: &str = "#4d4d4d";
 /// Walls without thickness are drawn this wide, in pixels.
 const THINNEST: f64 = 1.5;

@@ -11,12 +11,13 @@ use super::{
     measurement::{Measurement, measure},
     report::{self, Charts, DIRECTION_HEADER, direction_rows},
     setup::scene,
+    system,
 };
 use crate::{
     interruption::Signals,
     manifest::Manifest,
     output::Folder,
-    page::{Layout, Page},
+    page::Page,
     progress::Progress,
     resumable::{CHECKPOINT, Found, Task, without_end},
     say,
@@ -167,8 +168,8 @@ fn one(
         job.replica, plan.from
     );
     folder.write("config.toml", head + &job.scene.to_toml())?;
-    let measured =
-        measure(task, found, &job.scene, plan, options.impulses, progress).with_context(|| format!("run {}", job.name()))?;
+    let measured = measure(task, found, &job.scene, plan, options.impulses, progress)
+        .with_context(|| format!("run {}", job.name()))?;
     folder.write_table("atoms.csv", &["atom", "kicks"], measured.kicks.by_atom.iter().enumerate())?;
     let runs = std::slice::from_ref(&measured);
     let group = Group::new(job.case, runs, plan.from).context("a run without kicks to sum")?;
@@ -195,15 +196,14 @@ fn one(
     page.heading("What was run");
     report::setting(&mut page, &group, job.size, plan);
     totals(&mut page, &summary);
+    system::of_one_run(&mut page, &group, &charts, folder, plan)?;
     page.heading("What was found");
     page.figures(&summary.figures);
     report::charts(&mut page, &group, &charts);
-    page.heading("The gas");
-    let [start, end] = [folder.read("start.svg")?, folder.read("end.svg")?];
-    let (until, caption) = (plan.until, "At the start: a lattice, shaken.");
-    page.pictures(Layout::Beside, &[(&start, caption), (&end, &format!("At t = {until}."))]);
     again(&mut page, &command);
-    page.links(["directions.csv", "running-average.csv", "energy.csv", "collision-rate.csv", "atoms.csv"]);
+    report::data(&mut page, group.kicks.hits(), options.impulses);
+    page.links(["impulses.csv", "directions.csv", "running-average.csv", "energy.csv", "collision-rate.csv"]);
+    page.links(["atoms.csv", "flights.csv"]);
     page.links(["start.extxyz", "end.extxyz", "summary.json", "manifest.json", "config.toml"]);
     folder.write("report.html", page.html())?;
     Ok((measured, summary))
@@ -266,6 +266,7 @@ fn several(
         let figures = group.figures();
         sections.heading(&title(case, size));
         report::setting(&mut sections, &group, size, plan);
+        system::of_molecule(&mut sections, &group, &charts, &folder.inner(&jobs[0].name())?)?;
         sections.figures(&figures);
         report::charts(&mut sections, &group, &charts);
         let reports: Vec<String> = jobs.iter().map(|job| format!("{}/report.html", job.name())).collect();
@@ -281,6 +282,12 @@ fn several(
     report::question(&mut page);
     page.heading("What was run");
     totals(&mut page, &summary);
+    page.heading("The system");
+    page.paragraph(&format!(
+        "Run {}; each run has a page of its own, with its own moving view.",
+        jobs[0].name()
+    ));
+    system::moving(&mut page, &folder.inner(&jobs[0].name())?, plan)?;
     page.append(&sections);
     again(&mut page, &command);
     page.links(["summary.json", "manifest.json", "config.toml"]);

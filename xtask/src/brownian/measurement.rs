@@ -3,16 +3,15 @@
 use anyhow::{Context, Result};
 use carom::{
     BodyKey, CollisionRate, DirectionHistogram, EnergyLedger, Molecule, Observer, OverlapCheck,
-    RunningAverage, Scene, Simulation, View,
-    observers::{ImpulseLog, LedgerPoint, RatePoint, RunningPoint, picture, write_extended_xyz},
+    RunningAverage, Scene, Simulation,
+    observers::{ImpulseLog, LedgerPoint, RatePoint, RunningPoint},
 };
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use super::{Plan, kicks::FromGas};
+use super::{Plan, kicks::FromGas, system};
 use crate::{
     film,
-    output::Folder,
     progress::Progress,
     resumable::{Found, Resumable, Start, Task},
     series,
@@ -21,9 +20,6 @@ use crate::{
 
 /// Sectors of the histogram of directions: one a degree.
 pub const SECTORS: usize = 360;
-
-/// Longer side of a picture of the system (pixels).
-const PICTURE: u32 = 720;
 
 /// What one run has shown.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -111,16 +107,16 @@ pub fn measure(
         }
         Start::From(going) => {
             // Needed at the end: that it is gone must not come out then.
-            task.folder.read("start.svg")?;
-            if going.observers.2.is_some() {
-                task.folder.read(film::FILM)?;
-            }
+            system::check(task.folder, going.observers.2.is_some())?;
             progress.skip(going.simulation.time().to_f64());
             *going
         }
         Start::Anew => {
             let simulation = Simulation::new(scene)?;
-            snapshot(&simulation.view(), "start", task.folder)?;
+            system::snapshot(&simulation.view(), "start", task.folder)?;
+            if let Some(first) = simulation.view().bodies().next() {
+                system::snapshot_of(&simulation.view(), first.body.key(), task.folder)?;
+            }
             let mut going = Resumable::begin(task, simulation, Watched::default());
             going.observers.standby(&going.simulation.view());
             write_on(&mut going)?;
@@ -149,17 +145,9 @@ pub fn measure(
         progress.advance(time - before.0, going.simulation.view().counters().collisions - before.1);
     }
     let measured = Measurement::of(&going, key, molecule, plan)?;
-    snapshot(&going.simulation.view(), "end", task.folder)?;
+    system::snapshot(&going.simulation.view(), "end", task.folder)?;
     going.end(task, &measured)?;
     Ok(measured)
-}
-
-/// Writes the system as it is: a frame of extended XYZ, and a picture.
-fn snapshot(view: &View<'_>, name: &str, folder: &Folder) -> Result<()> {
-    let mut frame = Vec::new();
-    write_extended_xyz(view, &mut frame)?;
-    folder.write_lasting(&format!("{name}.extxyz"), frame)?;
-    folder.write_lasting(&format!("{name}.svg"), picture(view, PICTURE))
 }
 
 /// Writes what the last standby has brought.

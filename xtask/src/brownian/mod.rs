@@ -9,6 +9,7 @@ mod options;
 mod prediction;
 mod report;
 mod setup;
+mod system;
 
 pub use campaign::run;
 pub use options::{Case, OneOrAll, Options, Plan, Size};
