@@ -174,7 +174,7 @@
       const tip = [x + ux * long, y + uy * long];
       const barb = 0.35 * own;
       context.globalAlpha = 1 - age;
-      context.strokeStyle = style.color;
+      context.strokeStyle = getComputedStyle(figure).color;
       context.lineWidth = 3 / scale;
       context.beginPath();
       context.moveTo(x, y);

@@ -2,7 +2,9 @@
 addEventListener("load", async () => {
   const later = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
   const pixels = (canvas) => {
-    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", { willReadFrequently: true });
+    copy.drawImage(canvas, 0, 0);
+    const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
     return new Uint32Array(data.buffer);
   };
   // Share of the pixels that have not the commonest colour, and how many colours cover a thousandth each.
