@@ -232,7 +232,8 @@
     time = (duration * Number(slider.value)) / 10000;
     show();
   });
-  window.addEventListener("resize", show);
+  // The page gets its last width when all of it is there.
+  new ResizeObserver(show).observe(figure);
   window.addEventListener("themechange", show);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);
   show();

@@ -20,13 +20,16 @@ addEventListener("load", async () => {
   try {
     const canvases = [...document.querySelectorAll("canvas")];
     seen.canvases = canvases.map(look);
-    const first = canvases.map(pixels);
     const slider = document.querySelector("input[type=range]");
-    slider.value = 9000;
-    slider.dispatchEvent(new Event("input"));
+    const slide = (value) => {
+      slider.value = value;
+      slider.dispatchEvent(new Event("input"));
+    };
+    slide(0);
+    const first = canvases.map(pixels);
+    slide(9000);
     seen.moved = canvases.map((canvas, index) => differ(pixels(canvas), first[index]));
-    slider.value = 0;
-    slider.dispatchEvent(new Event("input"));
+    slide(0);
     seen.back = canvases.map((canvas, index) => !differ(pixels(canvas), first[index]));
     const play = document.querySelector(".controls button");
     play.click();
