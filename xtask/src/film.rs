@@ -114,9 +114,8 @@ impl Film {
         }
         let sides = view.bounds().sides();
         let wall = |ends: [DVec2; 2], radius| [ends[0].x, ends[0].y, ends[1].x, ends[1].y, radius];
-        let walls = view.bodies().filter_map(|body| {
-            Some(wall(body.wall()?, body.body.molecule().face().map_or(0.0, |face| face.radius())))
-        });
+        let walls =
+            view.bodies().filter_map(|body| Some(wall(body.wall()?, body.body.molecule().face()?.radius())));
         let largest =
             |quantity: fn(&Flight) -> f64| flights.iter().map(quantity).fold(f64::MIN_POSITIVE, f64::max);
         let mut film = Self {
