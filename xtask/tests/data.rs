@@ -31,7 +31,7 @@ fn python(modules: &str) -> Option<OsString> {
         .status();
     let there = import.is_ok_and(|status| status.success());
     if !there {
-        println!("skipped: {} has not all of {modules}", python.display());
+        eprintln!("skipped: {} has not all of {modules}", python.display());
     }
     there.then_some(python)
 }

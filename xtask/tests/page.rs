@@ -91,7 +91,7 @@ fn check(seen: &Value, canvases: usize, titles: &[&str]) {
 #[test]
 fn pages_are_whole_and_the_gas_moves() {
     let Some(browser) = browser() else {
-        println!("skipped: none of {BROWSERS:?} is installed");
+        eprintln!("skipped: none of {BROWSERS:?} is installed");
         return;
     };
     let root = tempfile::tempdir().unwrap();
