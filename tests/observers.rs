@@ -8,6 +8,8 @@ mod correlations;
 mod drift;
 #[path = "observers/heat.rs"]
 mod heat;
+#[path = "observers/logs.rs"]
+mod logs;
 #[path = "observers/one_body.rs"]
 mod one_body;
 #[path = "observers/pairs.rs"]

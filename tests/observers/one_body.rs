@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use carom::{
     CollisionReport, DirectionHistogram, Molecule, Observer, RunningAverage, Scene, Shape, Simulation,
     engine::{BumperSpec, MoleculeSpec, Rotation},
-    observers::{Axis, ProjectionHistogram},
+    observers::{Axis, ImpulseLog, ProjectionHistogram},
 };
 use glam::DVec2;
 
@@ -44,9 +44,10 @@ fn planted_hit(atom: usize, phi: f64, tee_first: bool) {
         DirectionHistogram::new(watched, 720),
         ProjectionHistogram::new(watched, Axis::X, 10.0, 200).unwrap(),
         ProjectionHistogram::new(watched, Axis::Y, 10.0, 200).unwrap(),
+        ImpulseLog::new(watched, 9),
     );
     observe(&mut simulation, &mut observers, 0.27, 1);
-    let (directions, along_x, along_y) = observers;
+    let (directions, along_x, along_y, mut log) = observers;
 
     // J = 2 μ u (Montanari 2017, equation 2.9).
     let approach = (drift + spin * arm.perp() - fall).dot(normal);
@@ -63,6 +64,11 @@ fn planted_hit(atom: usize, phi: f64, tee_first: bool) {
     let mut atoms = [0; 5];
     atoms[atom] = 1;
     assert_eq!(directions.atom_counts(), atoms);
+    let noted = log.take();
+    assert_eq!((noted.len(), noted[0].atom), (1, Some(atom as u32)));
+    assert!((noted[0].time - CONTACT).abs() < 1e-9 && (noted[0].normal + normal).length() < 1e-9);
+    assert!((noted[0].impulse + impulse * normal).length() < 1e-9 * impulse);
+    assert!((noted[0].in_body_frame + impulse * DVec2::from_angle(phi)).length() < 1e-9 * impulse);
     assert!((along_x.mean().unwrap() + impulse * phi.cos()).abs() < 1e-9 * impulse);
     assert!((along_y.mean().unwrap() + impulse * phi.sin()).abs() < 1e-9 * impulse);
     let along_x = along_x.components();

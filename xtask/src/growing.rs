@@ -65,11 +65,19 @@ impl Growing {
     /// # Errors
     /// It cannot be written.
     pub fn append<T>(&mut self, table: &Table<T>, series: &[T]) -> Result<()> {
+        let written = self.files.iter().find(|file| file.name == table.name).map_or(0, |file| file.records);
+        self.append_new(table, &series[written.min(series.len())..])
+    }
+
+    /// Writes points that are kept nowhere else. The table is made with the first call, even of none.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn append_new<T>(&mut self, table: &Table<T>, points: &[T]) -> Result<()> {
         let file = self.file(table.name, |out| write_csv(out, |csv| csv.write_record(table.header)))?;
-        let (new, row) = (&series[file.records.min(series.len())..], table.row);
-        let written = write_csv(&mut file.out, |csv| new.iter().try_for_each(|point| row(csv, point)));
-        file.records = series.len();
-        written.with_context(|| format!("cannot write {}", table.name))
+        file.records += points.len();
+        write_csv(&mut file.out, |csv| points.iter().try_for_each(|point| (table.row)(csv, point)))
+            .with_context(|| format!("cannot write {}", table.name))
     }
 
     /// Writes one more frame of a trajectory.
@@ -157,6 +165,9 @@ mod tests {
     const SQUARES: Table<f64> =
         Table { name: "squares.csv", header: &["x", "square"], row: |csv, x| csv.serialize((x, x * x)) };
 
+    const CUBES: Table<f64> =
+        Table { name: "cubes.csv", header: &["x", "cube"], row: |csv, x| csv.serialize((x, x * x * x)) };
+
     #[test]
     fn what_came_after_the_checkpoint_is_cut_off_and_written_again() {
         let root = tempfile::tempdir().unwrap();
@@ -165,6 +176,7 @@ mod tests {
         growing.append(&SQUARES, &[]).unwrap();
         growing.append(&SQUARES, &[1.0, 2.0]).unwrap();
         growing.append_frame("frames", |out| out.write_all(b"one")).unwrap();
+        growing.append_new(&CUBES, &[2.0]).unwrap();
         let lengths = growing.lengths().unwrap();
         growing.append(&SQUARES, &[1.0, 2.0, 3.0]).unwrap();
         growing.append_frame("frames", |out| out.write_all(b"two")).unwrap();
@@ -176,8 +188,10 @@ mod tests {
         let mut growing = Growing::resume(&folder, &lengths).unwrap();
         assert_eq!(read("squares.csv"), "x,square\n1.0,1.0\n2.0,4.0\n");
         growing.append(&SQUARES, &[1.0, 2.0, 3.0]).unwrap();
+        growing.append_new(&CUBES, &[3.0]).unwrap();
         growing.append_frame("frames", |out| out.write_all(b"two")).unwrap();
         drop(growing);
+        assert_eq!(read("cubes.csv"), "x,cube\n2.0,8.0\n3.0,27.0\n");
         assert_eq!((read("squares.csv"), read("frames")), (table, frames));
 
         fs::write(root.path().join("frames"), "on").unwrap();

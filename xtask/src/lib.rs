@@ -11,6 +11,7 @@ pub mod detect;
 pub mod encounters;
 pub mod experiment_encounters;
 pub mod experiment_extremes;
+pub mod film;
 pub mod growing;
 pub mod interruption;
 pub mod manifest;

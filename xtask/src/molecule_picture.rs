@@ -10,7 +10,7 @@ use crate::plot::colour;
 /// Side of the picture (pixels).
 const SIDE: f64 = 560.0;
 
-/// The picture as SVG: atoms with their letters, the boundary for a probe of `probe` radius (length), and the probe in
+/// The picture as SVG: the axes x′ and y′ of its frame, atoms with their letters, the boundary for a probe of `probe` radius (length), and the probe in
 /// touch with the molecule from the right.
 pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
     let reach = molecule.bounding_radius() + 2.0 * probe;
@@ -20,6 +20,7 @@ pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {SIDE} {SIDE}\" font-family=\"sans-serif\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
     );
+    axes(&mut svg);
     let hex =
         |colour: plotters::style::RGBColor| format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2);
     let hidden = region.unreachable();
@@ -64,6 +65,23 @@ pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
     }
     svg.push_str("</svg>\n");
     svg
+}
+
+/// Arrows along x′ and y′ through the centre of mass, which is in the middle.
+fn axes(svg: &mut String) {
+    let (middle, end) = (0.5 * SIDE, SIDE - 14.0);
+    let _ = writeln!(
+        svg,
+        "<g stroke=\"#5b636d\" fill=\"none\">\
+         <polyline points=\"14,{middle} {end},{middle} {0},{1} {end},{middle} {0},{2}\"/>\
+         <polyline points=\"{middle},{end} {middle},14 {1},23 {middle},14 {2},23\"/></g>\n\
+         <g font-size=\"18\" font-style=\"italic\" text-anchor=\"middle\">\
+         <text x=\"{0}\" y=\"{3}\">x′</text><text x=\"{3}\" y=\"24\">y′</text></g>",
+        end - 9.0,
+        middle - 5.0,
+        middle + 5.0,
+        middle + 22.0
+    );
 }
 
 #[cfg(test)]

@@ -130,11 +130,29 @@ impl Folder {
         header: &[&str],
         rows: impl IntoIterator<Item = R>,
     ) -> Result<()> {
-        let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-        table.write_record(header)?;
-        rows.into_iter().try_for_each(|row| table.serialize(row))?;
-        self.write(name, table.into_inner()?)
+        self.write(name, table(header, rows)?)
     }
+
+    /// The same, where resuming a run relies on it.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write_lasting_table<R: Serialize>(
+        &self,
+        name: &str,
+        header: &[&str],
+        rows: impl IntoIterator<Item = R>,
+    ) -> Result<()> {
+        self.write_lasting(name, table(header, rows)?)
+    }
+}
+
+/// A table as CSV.
+fn table<R: Serialize>(header: &[&str], rows: impl IntoIterator<Item = R>) -> Result<Vec<u8>> {
+    let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+    table.write_record(header)?;
+    rows.into_iter().try_for_each(|row| table.serialize(row))?;
+    Ok(table.into_inner()?)
 }
 
 /// Writes a file aside and renames it, so that nobody ever sees half of it.

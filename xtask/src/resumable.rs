@@ -347,7 +347,10 @@ impl<O: Observer + Serialize> Resumable<O> {
 mod tests {
     use super::*;
     use crate::checkpoint_file::{FORMAT, encode};
-    use carom::{CollisionRate, DirectionHistogram, EnergyLedger, OverlapCheck, Pressure, RunningAverage};
+    use carom::{
+        CollisionRate, DirectionHistogram, EnergyLedger, OverlapCheck, Pressure, RunningAverage,
+        observers::ImpulseLog,
+    };
 
     /// What is kept of a tee that has not moved yet. If this fails, what is in a checkpoint has changed, and older ones would
     /// be misread: FORMAT must go up, and the numbers found be put here.
@@ -364,7 +367,7 @@ mod tests {
         let tee = view.bodies().next().unwrap().body.key();
         let mut observers = (
             (EnergyLedger::default(), OverlapCheck::default(), CollisionRate::default(), Pressure::default()),
-            (DirectionHistogram::new(tee, 4), RunningAverage::new(tee)),
+            (DirectionHistogram::new(tee, 4), RunningAverage::new(tee), ImpulseLog::new(tee, 100)),
         );
         observers.start(&view);
         observers.standby(&view);
@@ -372,6 +375,6 @@ mod tests {
             Head { what: "run".to_owned(), until: 1.0, ended: false, time: Instant::ZERO, standbys: 0 };
         let simulation = simulation.checkpoint().unwrap();
         let kept = encode(&(head, State { simulation, observers, seconds: 0.5, files: Vec::new() })).unwrap();
-        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (2, 810, 1_943_785_449));
+        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (2, 814, 2_548_335_109));
     }
 }

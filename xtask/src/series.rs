@@ -1,6 +1,6 @@
 //! Series over the standbys of a run, as tables.
 
-use carom::observers::{LedgerPoint, PressurePoint, RatePoint, RunningPoint};
+use carom::observers::{Impulse, LedgerPoint, PressurePoint, RatePoint, RunningPoint};
 
 use crate::growing::Table;
 
@@ -34,5 +34,26 @@ pub const AVERAGES: Table<RunningPoint> = Table {
     row: |csv, point| {
         let (force, velocity) = (point.momentum, point.velocity);
         csv.serialize((point.time, force.x, force.y, velocity.x, velocity.y))
+    },
+};
+
+/// `impulses.csv`: normals and impulses in the frame of the box, then the impulse in the molecule's own.
+pub const IMPULSES: Table<Impulse> = Table {
+    name: "impulses.csv",
+    header: &[
+        "time",
+        "atom",
+        "other_body",
+        "normal_x",
+        "normal_y",
+        "impulse_x",
+        "impulse_y",
+        "impulse_body_x",
+        "impulse_body_y",
+    ],
+    row: |csv, kick| {
+        let Impulse { normal, impulse, in_body_frame, .. } = kick;
+        let vectors = [normal.x, normal.y, impulse.x, impulse.y, in_body_frame.x, in_body_frame.y];
+        csv.serialize((kick.time, kick.atom, kick.other, vectors))
     },
 };

@@ -43,7 +43,7 @@ coefficient = 0.99
 [run]
 until = 60.05
 standby = 0.1
-observe = ["energy", "collision-rate", "pressure", "overlap"]
+observe = ["energy", "collision-rate", "pressure", "overlap", "impulses:tee"]
 snapshots = "extxyz"
 "#;
 

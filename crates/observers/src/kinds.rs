@@ -8,7 +8,9 @@ use carom_engine::{Body, Tag, View};
 type Likeness<'a> = (bool, &'a [Tag], usize, u64, u64);
 
 /// The kind of each body of a view, in its order: 0 for that of the first body, and so on as they come up.
-pub(crate) fn kinds(view: &View<'_>) -> Vec<usize> {
+///
+/// Bodies of one kind have the same tags, number of atoms, size and mass, and all or none of them are fixed.
+pub fn kinds(view: &View<'_>) -> Vec<usize> {
     let mut known: BTreeMap<Likeness<'_>, usize> = BTreeMap::new();
     view.bodies()
         .map(|view| {

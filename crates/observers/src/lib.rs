@@ -15,6 +15,8 @@
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | standbys |
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | standbys |
 //! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, standbys |
+//! | every impulse on a body | [`ImpulseLog`] | contacts |
+//! | every flight of every body, for a while | [`FlightLog`] | contacts |
 //! | overlapping pairs | [`OverlapCheck`] | standbys |
 //! | anything: closures, by event and by tag | [`Subscriptions`] | contacts, standbys |
 //!
@@ -55,8 +57,10 @@ mod drift;
 mod energy_ledger;
 mod estimate;
 mod extended_xyz;
+mod flight_log;
 mod group;
 mod histogram;
+mod impulse_log;
 mod isotropy;
 mod kinds;
 mod mean;
@@ -80,12 +84,15 @@ pub use drift::Drift;
 pub use energy_ledger::{EnergyLedger, LedgerPoint};
 pub use estimate::Estimate;
 pub use extended_xyz::write_extended_xyz;
+pub use flight_log::{Flight, FlightLog};
 pub use group::Group;
 pub use histogram::Histogram;
+pub use impulse_log::{Impulse, ImpulseLog};
 pub use isotropy::Isotropy;
+pub use kinds::kinds;
 pub use overlap_check::OverlapCheck;
 pub use pair_distribution::{CutoffError, PairDistribution, PairPoint};
-pub use picture::picture;
+pub use picture::{close_up, colour, picture};
 pub use pressure::{Pressure, PressurePoint};
 pub use projection_histogram::{Axis, ProjectionHistogram};
 pub use running_average::{RunningAverage, RunningPoint};

@@ -10,7 +10,7 @@ use glam::DVec2;
 use crate::kinds::kinds;
 
 /// Colours that colour-blind readers tell apart (Okabe & Ito 2008); fixed bodies are grey.
-const COLOURS: [&str; 7] = ["#56b4e9", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#0072b2", "#f0e442"];
+const COLOURS: [&str; 7] = ["#d55e00", "#0072b2", "#56b4e9", "#009e73", "#cc79a7", "#e69f00", "#f0e442"];
 const FIXED: &str = "#4d4d4d";
 /// Walls without thickness are drawn this wide, in pixels.
 const THINNEST: f64 = 1.5;
@@ -33,16 +33,63 @@ const THINNEST: f64 = 1.5;
 #[doc(alias = "svg")]
 pub fn picture(view: &View<'_>, size: u32) -> String {
     let sides = view.bounds().sides();
-    let scale = f64::from(size.max(1)) / sides.max_element();
-    let DVec2 { x: width, y: height } = sides * scale;
+    draw(view, Window { low: DVec2::ZERO, high: sides }, f64::from(size.max(1)) / sides.max_element())
+}
+
+/// A square part of the system, of side `side` (length) around `centre`, as one SVG document of `size` pixels each way.
+///
+/// A side that is not positive, or longer than the box, is that of the shorter side of the box.
+///
+/// ```
+/// use carom_engine::{Scene, Simulation};
+/// use carom_observers::close_up;
+/// use glam::DVec2;
+///
+/// let scene = Scene::from_toml("[[bumper]]\nradius = 0.1\nat = [0.05, 0.5]\n[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]")?;
+/// let simulation = Simulation::new(&scene)?;
+/// // Around the corner of the box, nothing but the border itself.
+/// assert_eq!(close_up(&simulation.view(), DVec2::ZERO, 0.5, 200).matches("<circle").count(), 0);
+/// // Beside the border, that across it.
+/// assert_eq!(close_up(&simulation.view(), DVec2::new(0.98, 0.5), 0.2, 200).matches("<circle").count(), 1);
+/// # Ok::<(), carom_engine::SceneError>(())
+/// ```
+pub fn close_up(view: &View<'_>, centre: DVec2, side: f64, size: u32) -> String {
+    let longest = view.bounds().sides().min_element();
+    let side = if side > 0.0 { side.min(longest) } else { longest };
+    let (low, high) = (centre - 0.5 * side, centre + 0.5 * side);
+    draw(view, Window { low, high }, f64::from(size.max(1)) / side)
+}
+
+/// The part of the plane that is seen, between two corners.
+#[derive(Clone, Copy)]
+struct Window {
+    low: DVec2,
+    high: DVec2,
+}
+
+impl Window {
+    /// The images of what lies between two corners that can reach into the window: by how many boxes each is shifted.
+    fn images(self, low: DVec2, high: DVec2, sides: DVec2) -> impl Iterator<Item = [i64; 2]> {
+        let (first, last) = (((self.low - high) / sides).ceil(), ((self.high - low) / sides).floor());
+        (first.y as i64..=last.y as i64)
+            .flat_map(move |row| (first.x as i64..=last.x as i64).map(move |column| [column, row]))
+    }
+}
+
+fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
+    let DVec2 { x: width, y: height } = (window.high - window.low) * scale;
+    let place_of = |point: DVec2| {
+        let place = (point - window.low) * scale;
+        DVec2::new(place.x, height - place.y)
+    };
     let mut groups: Vec<Group> = Vec::new();
     for (body, kind) in view.bodies().zip(kinds(view)) {
         if kind == groups.len() {
             groups.push(Group { open: open_group(view, body.body, kind), circles: String::new() });
         }
         if let (Some(ends), Some(face)) = (body.wall(), body.body.molecule().face()) {
-            for [from, to] in images_of_wall(ends, face.radius(), *view.bounds()) {
-                let [from, to] = [from, to].map(|end| DVec2::new(end.x * scale, height - end.y * scale));
+            for [from, to] in images_of_wall(ends, face.radius(), window, *view.bounds()) {
+                let [from, to] = [from, to].map(place_of);
                 let stroke = (2.0 * face.radius() * scale).max(THINNEST);
                 write_to(
                     &mut groups[kind].circles,
@@ -56,8 +103,8 @@ pub fn picture(view: &View<'_>, size: u32) -> String {
             continue;
         }
         for (centre, radius) in body.atoms() {
-            for place in images(centre, radius, *view.bounds()) {
-                let (x, y, r) = (place.x * scale, height - place.y * scale, radius * scale);
+            for place in images(centre, radius, window, *view.bounds()) {
+                let (DVec2 { x, y }, r) = (place_of(place), radius * scale);
                 write_to(
                     &mut groups[kind].circles,
                     format_args!("<circle cx=\"{x:.3}\" cy=\"{y:.3}\" r=\"{r:.3}\"/>\n"),
@@ -78,6 +125,12 @@ pub fn picture(view: &View<'_>, size: u32) -> String {
     svg
 }
 
+/// The colour in which a body is drawn, as CSS writes it: grey if it is fixed, otherwise that of its kind, as
+/// [`kinds`](crate::kinds()) numbers them.
+pub fn colour(body: &Body, kind: usize) -> &'static str {
+    if body.is_fixed() { FIXED } else { COLOURS[kind % COLOURS.len()] }
+}
+
 /// The bodies of one kind.
 struct Group {
     open: String,
@@ -85,47 +138,39 @@ struct Group {
 }
 
 fn open_group(view: &View<'_>, body: &Body, kind: usize) -> String {
-    let colour = if body.is_fixed() { FIXED } else { COLOURS[kind % COLOURS.len()] };
+    let colour = colour(body, kind);
     let tags: Vec<&str> = body.tags().iter().map(|&tag| view.tag_names().name(tag)).collect();
     let title = escaped(&tags.join(", "));
     format!("<g fill=\"{colour}\" stroke=\"black\" stroke-width=\"0.3\"><title>{title}</title>")
 }
 
-/// The places in or at the box at which a circle is seen in it: first that of its centre, then those across borders.
-///
-/// Images one box away are enough: the engine refuses a body whose radius is longer than a side.
-fn images(centre: DVec2, radius: f64, bounds: PeriodicBox) -> impl Iterator<Item = DVec2> {
-    let (home, sides) = (bounds.wrap(centre).0, bounds.sides());
-    [0.0, -1.0, 1.0]
-        .into_iter()
-        .flat_map(|y| [0.0, -1.0, 1.0].map(|x| DVec2::new(x, y)))
-        .map(move |image| home + image * sides)
-        .filter(move |&place| {
-            let nearest = place.clamp(DVec2::ZERO, sides);
-            place == home || (place - nearest).length_squared() < radius * radius
-        })
+/// The places at which a circle is seen in the window.
+fn images(centre: DVec2, radius: f64, window: Window, bounds: PeriodicBox) -> impl Iterator<Item = DVec2> {
+    let images = window.images(centre - radius, centre + radius, bounds.sides());
+    images.map(move |image| centre + bounds.shift(image)).filter(move |&place| {
+        let nearest = place.clamp(window.low, window.high);
+        (place - nearest).length_squared() < radius * radius
+    })
 }
 
-/// The places at which a wall is seen in the box: its own, and those of images that reach into it.
-fn images_of_wall(ends: [DVec2; 2], radius: f64, bounds: PeriodicBox) -> Vec<[DVec2; 2]> {
-    let sides = bounds.sides();
+/// The places at which a wall is seen in the window.
+fn images_of_wall(
+    ends: [DVec2; 2],
+    radius: f64,
+    window: Window,
+    bounds: PeriodicBox,
+) -> impl Iterator<Item = [DVec2; 2]> {
     let (low, high) = (ends[0].min(ends[1]) - radius, ends[0].max(ends[1]) + radius);
-    let (first, last) = ((-high / sides).ceil(), ((sides - low) / sides).floor());
-    let mut images = Vec::new();
-    for row in first.y as i64..=last.y as i64 {
-        for column in first.x as i64..=last.x as i64 {
-            let shift = bounds.shift([column, row]);
-            // What only ends at the border is not seen on the other side; what runs along it is.
-            let is_seen = (0..2).all(|axis| {
-                let (from, to, side) = (low[axis] + shift[axis], high[axis] + shift[axis], sides[axis]);
-                if from < to { from < side && to > 0.0 } else { (0.0..=side).contains(&from) }
-            });
-            if is_seen {
-                images.push(ends.map(|end| end + shift));
-            }
-        }
-    }
-    images
+    window.images(low, high, bounds.sides()).filter_map(move |image| {
+        let shift = bounds.shift(image);
+        // What only ends at the border is not seen on the other side; what runs along it is.
+        let is_seen = (0..2).all(|axis| {
+            let (from, to) = (low[axis] + shift[axis], high[axis] + shift[axis]);
+            let (first, last) = (window.low[axis], window.high[axis]);
+            if from < to { from < last && to > first } else { (first..=last).contains(&from) }
+        });
+        is_seen.then(|| ends.map(|end| end + shift))
+    })
 }
 
 /// Text that may stand in XML, whatever a tag is called.

@@ -12,13 +12,14 @@ use super::{
     measurement::{Measurement, measure},
     report::{self, Charts, DIRECTION_HEADER, direction_rows},
     setup::scene,
+    system,
     verdict::Verdict as Equilibrium,
 };
 use crate::{
     interruption::Signals,
     manifest::Manifest,
     output::Folder,
-    page::{Layout, Page},
+    page::Page,
     progress::{Lines, Progress},
     resumable::{CHECKPOINT, Found, Task, without_end},
     say,
@@ -81,7 +82,8 @@ impl Job {
         folder: &'a Folder,
         signals: &'a Signals,
     ) -> Task<'a> {
-        let command = format!("cargo xtask experiment brownian --from {}", plan.from);
+        let (from, impulses) = (plan.from, options.impulses);
+        let command = format!("cargo xtask experiment brownian --from {from} --impulses {impulses}");
         Task {
             folder,
             what: without_end(&command, &self.scene),
@@ -196,8 +198,8 @@ fn one(
         job.replica, plan.from
     );
     folder.write("config.toml", head + &job.scene.to_toml())?;
-    let measured =
-        measure(task, found, &job.scene, plan, progress).with_context(|| format!("run {}", job.name()))?;
+    let measured = measure(task, found, &job.scene, plan, options.impulses, progress)
+        .with_context(|| format!("run {}", job.name()))?;
     folder.write_table("atoms.csv", &["atom", "kicks"], measured.kicks.by_atom.iter().enumerate())?;
     let runs = std::slice::from_ref(&measured);
     let group = Group::new(job.case, runs, plan.from).context("a run without kicks to sum")?;
@@ -221,6 +223,7 @@ fn one(
     page.heading("What was run");
     report::setting(&mut page, &group, job.size, plan);
     totals(&mut page, &summary);
+    system::of_one_run(&mut page, &group, &charts, folder, plan)?;
     page.heading("What was found");
     let judged = Judged::new(&group, job.size);
     judged.verdict.show(&mut page);
@@ -228,20 +231,10 @@ fn one(
     page.figures(&summary.figures);
     report::charts(&mut page, &group, &charts);
     more.show(&mut page, job.case);
-    page.heading("The gas");
-    let [start, end] = [folder.read("start.svg")?, folder.read("end.svg")?];
-    let (until, caption) = (plan.until, "At the start: a lattice, shaken.");
-    page.pictures(Layout::Beside, &[(&start, caption), (&end, &format!("At t = {until}."))]);
     again(&mut page, &command);
-    page.links([
-        "directions.csv",
-        "kicks-along-axes.csv",
-        "contact-density.csv",
-        "running-average.csv",
-        "energy.csv",
-        "collision-rate.csv",
-        "atoms.csv",
-    ]);
+    report::data(&mut page, group.kicks.hits(), options.impulses);
+    page.links(["impulses.csv", "directions.csv", "kicks-along-axes.csv", "contact-density.csv"]);
+    page.links(["running-average.csv", "energy.csv", "collision-rate.csv", "atoms.csv", "flights.csv"]);
     page.links(["start.extxyz", "end.extxyz", "summary.json", "manifest.json", "config.toml"]);
     folder.write("report.html", page.html())?;
     let verdicts = vec![judged];
@@ -271,7 +264,7 @@ fn several(
     let run_one = |(run, progress): (Run<'_>, Progress)| -> Result<Measurement> {
         let inner = run.task.folder;
         if run.is_complete() {
-            return measure(run.task, run.found, &run.job.scene, plan, &progress);
+            return measure(run.task, run.found, &run.job.scene, plan, options.impulses, &progress);
         }
         let manifest = Manifest::begin(inner, &command, &[&run.job.scene])?;
         let (measured, whole) = one(run, plan, options, &progress)?;
@@ -309,6 +302,7 @@ fn several(
         let figures = group.figures();
         sections.heading(&title(case, size));
         report::setting(&mut sections, &group, size, plan);
+        system::of_molecule(&mut sections, &group, &charts, &folder.inner(&jobs[0].name())?)?;
         let judged = Judged::new(&group, size);
         judged.verdict.show(&mut sections);
         verdicts.push(judged);
@@ -329,6 +323,12 @@ fn several(
     report::question(&mut page);
     page.heading("What was run");
     totals(&mut page, &summary);
+    page.heading("The system");
+    page.paragraph(&format!(
+        "Run {}; each run has a page of its own, with its own moving view.",
+        jobs[0].name()
+    ));
+    system::moving(&mut page, &folder.inner(&jobs[0].name())?, plan)?;
     page.append(&sections);
     again(&mut page, &command);
     page.links(["summary.json", "manifest.json", "config.toml"]);

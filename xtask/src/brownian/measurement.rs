@@ -3,17 +3,15 @@
 use anyhow::{Context, Result};
 use carom::{
     BodyKey, CollisionRate, ContactDensity, DirectionHistogram, EnergyLedger, Molecule, Observer,
-    OverlapCheck, ProjectionHistogram, RunningAverage, Scene, Simulation, View,
-    observers::{
-        Axis, Blocks, ContactPoint, Drift, LedgerPoint, RatePoint, RunningPoint, picture, write_extended_xyz,
-    },
+    OverlapCheck, ProjectionHistogram, RunningAverage, Scene, Simulation,
+    observers::{Axis, Blocks, ContactPoint, Drift, ImpulseLog, LedgerPoint, RatePoint, RunningPoint},
 };
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use super::{Plan, kicks::FromGas, setup::GAS_RADIUS};
+use super::{Plan, kicks::FromGas, setup::GAS_RADIUS, system};
 use crate::{
-    output::Folder,
+    film,
     progress::Progress,
     resumable::{Found, Resumable, Start, Task},
     series,
@@ -29,9 +27,6 @@ pub const PROJECTION: (usize, f64) = (96, 12.0);
 
 /// Bins of the contact density round each atom: one for three degrees.
 const CONTACT_BINS: usize = 120;
-
-/// Longer side of a picture of the system (pixels).
-const PICTURE: u32 = 720;
 
 /// What one run has shown.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -102,7 +97,7 @@ impl Kicks {
 }
 
 /// What watches a run: its books all the time, the molecule and the collisions while measuring.
-type Watched = (EnergyLedger, OverlapCheck, Option<Measuring>);
+type Watched = (EnergyLedger, OverlapCheck, Option<Measuring>, Option<FromGas<ImpulseLog>>);
 
 type Measuring = (FromGas<Kicked>, RunningAverage, Blocks<Drift>, CollisionRate);
 
@@ -110,7 +105,8 @@ type Measuring = (FromGas<Kicked>, RunningAverage, Blocks<Drift>, CollisionRate)
 type Kicked =
     (Blocks<DirectionHistogram>, Blocks<ProjectionHistogram>, Blocks<ProjectionHistogram>, ContactDensity);
 
-/// Runs a scene by the plan, from its beginning or from a checkpoint, and writes series and snapshots.
+/// Runs a scene by the plan, from its beginning or from a checkpoint, and writes series, snapshots, a film of how measuring
+/// begins, and the first `impulses` kicks.
 ///
 /// # Errors
 /// A scene that cannot be built, a run that cannot go on, a file that cannot be written, or the program has been asked to
@@ -120,6 +116,7 @@ pub fn measure(
     found: Option<Found>,
     scene: &Scene,
     plan: &Plan,
+    impulses: u64,
     progress: &Progress,
 ) -> Result<Measurement> {
     let mut going = match task.start::<Watched, Measurement>(found)? {
@@ -129,13 +126,16 @@ pub fn measure(
         }
         Start::From(going) => {
             // Needed at the end: that it is gone must not come out then.
-            task.folder.read("start.svg")?;
+            system::check(task.folder, going.observers.2.is_some())?;
             progress.skip(going.simulation.time().to_f64());
             *going
         }
         Start::Anew => {
             let simulation = Simulation::new(scene)?;
-            snapshot(&simulation.view(), "start", task.folder)?;
+            system::snapshot(&simulation.view(), "start", task.folder)?;
+            if let Some(first) = simulation.view().bodies().next() {
+                system::snapshot_of(&simulation.view(), first.body.key(), task.folder)?;
+            }
             let mut going = Resumable::begin(task, simulation, Watched::default());
             going.observers.standby(&going.simulation.view());
             write_on(&mut going)?;
@@ -160,6 +160,8 @@ pub fn measure(
             let (average, rate) = (RunningAverage::new(key), CollisionRate::default());
             let measuring = going.observers.2.insert((FromGas(kicked), average, drift, rate));
             measuring.start(&going.simulation.view());
+            going.observers.3 = Some(FromGas(ImpulseLog::new(key, impulses)));
+            film::record(&going.simulation, plan.until, task.folder)?;
         }
         let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
         going.run_to(time, task)?;
@@ -168,22 +170,16 @@ pub fn measure(
         progress.advance(time - before.0, going.simulation.view().counters().collisions - before.1);
     }
     let measured = Measurement::of(&going, key, molecule, plan)?;
-    snapshot(&going.simulation.view(), "end", task.folder)?;
+    system::snapshot(&going.simulation.view(), "end", task.folder)?;
     going.end(task, &measured)?;
     Ok(measured)
 }
 
-/// Writes the system as it is: a frame of extended XYZ, and a picture.
-fn snapshot(view: &View<'_>, name: &str, folder: &Folder) -> Result<()> {
-    let mut frame = Vec::new();
-    write_extended_xyz(view, &mut frame)?;
-    folder.write_lasting(&format!("{name}.extxyz"), frame)?;
-    folder.write_lasting(&format!("{name}.svg"), picture(view, PICTURE))
-}
-
 /// Writes what the last standby has brought.
 fn write_on(going: &mut Resumable<Watched>) -> Result<()> {
-    let Resumable { observers: (energy, _, measuring), files, .. } = going;
+    let Resumable { observers: (energy, _, measuring, impulses), files, .. } = going;
+    let new = impulses.as_mut().map_or_else(Vec::new, |FromGas(log)| log.take());
+    files.append_new(&series::IMPULSES, &new)?;
     files.append(&series::ENERGY, energy.series())?;
     let (averages, rates) = match measuring {
         Some((_, average, _, rate)) => (average.series(), rate.series()),
@@ -195,7 +191,7 @@ fn write_on(going: &mut Resumable<Watched>) -> Result<()> {
 
 impl Measurement {
     fn of(going: &Resumable<Watched>, key: BodyKey, molecule: Molecule, plan: &Plan) -> Result<Self> {
-        let (energy, overlaps, measuring) = &going.observers;
+        let (energy, overlaps, measuring, _) = &going.observers;
         let (FromGas((directions, along_x, along_y, contacts)), average, drift, rate) =
             measuring.as_ref().context("nothing was measured")?;
         let histogram = directions.total().observed;

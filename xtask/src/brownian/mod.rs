@@ -12,6 +12,7 @@ mod pooled;
 mod prediction;
 mod report;
 mod setup;
+mod system;
 mod verdict;
 
 pub use campaign::run;

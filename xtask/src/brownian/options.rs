@@ -43,6 +43,9 @@ pub struct Options {
     /// follow from the exposed arcs, and are checked; below 0.01 runs are longer: to t = 20000, and 500000 with --paper
     #[arg(long, default_value_t = AREA_FRACTION)]
     pub area_fraction: f64,
+    /// Rows of impulses.csv at most, in each run: every single kick, first those first (0.2 kB each)
+    #[arg(long, value_name = "ROWS", default_value_t = 1_000_000)]
+    pub impulses: u64,
     /// Where to write; out/brownian-CASE-SIZE if not given
     #[arg(long)]
     pub out: Option<PathBuf>,
@@ -245,7 +248,7 @@ impl Options {
     pub fn command(&self, plan: &Plan) -> String {
         format!(
             "cargo xtask experiment brownian --case {} --size {} {} --seed {} --replicas {} \
-             --area-fraction {} --from {} --until {}",
+             --area-fraction {} --from {} --until {} --impulses {}",
             self.case().name(),
             self.size().name(),
             if self.paper { "--paper" } else { "--quick" },
@@ -254,6 +257,7 @@ impl Options {
             self.area_fraction,
             plan.from,
             plan.until,
+            self.impulses,
         )
     }
 }

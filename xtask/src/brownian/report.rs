@@ -255,6 +255,18 @@ fn force(group: &Group<'_>) -> Result<String> {
     .svg()
 }
 
+/// What is in the tables, in words.
+pub fn data(page: &mut Page, hits: u64, most: u64) {
+    page.heading("The data");
+    let rows = if hits > most { format!("the first {most} of {hits}") } else { format!("all {hits}") };
+    page.paragraph(&format!(
+        "impulses.csv has {rows} kicks by the gas, a row each: time, atom touched, number of the disc, the unit vector \
+         along which the molecule was pushed, and the impulse, in the frame of the box and in the molecule's. start.extxyz \
+         and end.extxyz are read by OVITO and ASE; for a trajectory, give config.toml to cargo xtask run with --set \
+         run.snapshots=extxyz."
+    ));
+}
+
 /// What was asked, in words.
 pub fn question(page: &mut Page) {
     page.heading("What was asked");
@@ -290,18 +302,11 @@ pub fn charts(page: &mut Page, group: &Group<'_>, charts: &Charts) {
         Layout::Full,
         &[(&charts.impulse, caption), (&charts.counts, "The same by number of kicks.")],
     );
-    let molecule = "The molecule in its frame, x′ to the right and y′ upwards. The centre of a gas disc (dashed) can come \
-                    as near as the line, no nearer; each arc belongs to the atom that is touched there. An atom drawn with a broken line can never be \
-                    touched.";
     let polar =
         "0° is x′, 90° is y′. A kick points to where the molecule is pushed, away from where it is touched.";
     page.pictures(
         Layout::Beside,
-        &[
-            (&charts.polar, polar),
-            (&charts.polar_counts, "The same by number of kicks."),
-            (&charts.molecule, molecule),
-        ],
+        &[(&charts.polar, polar), (&charts.polar_counts, "The same by number of kicks.")],
     );
     let force = "The thesis's running average. At equilibrium it must fade to 0, along both axes and at any density; the \
                  band says how far from 0 chance alone takes one run.";

@@ -7,6 +7,7 @@ use carom::{
     CollisionReport, ContactDensity, Group, Observer, PairDistribution, ThermostatLedger, TimeCorrelation,
     VelocityDistribution, View,
     engine::{BodyView, RunSpec},
+    observers::ImpulseLog,
 };
 
 use serde::{Deserialize, Serialize};
@@ -14,11 +15,17 @@ use serde::{Deserialize, Serialize};
 use crate::output::Folder;
 
 /// What `run.observe` may name, with a tag or without, unless said.
-pub const OBSERVERS: [&str; 5] =
-    ["velocities", "correlation", "pair-distribution", CONTACT_DENSITY, THERMOSTAT];
+pub const OBSERVERS: [&str; 6] =
+    ["velocities", "correlation", "pair-distribution", CONTACT_DENSITY, IMPULSES, THERMOSTAT];
 
 /// Asks for the tag of the one body watched.
 const CONTACT_DENSITY: &str = "contact-density";
+
+/// The same.
+const IMPULSES: &str = "impulses";
+
+/// Rows of the table of impulses at most (0.2 kB each).
+const MOST_IMPULSES: u64 = 1_000_000;
 
 /// Knows no tags: the books are those of the whole system.
 const THERMOSTAT: &str = "thermostat";
@@ -68,7 +75,7 @@ impl Asked {
 pub fn check(name: &str) -> Result<()> {
     let Some(Asked { kind, tag }) = Asked::parse(name) else { bail!("'{name}' is not known") };
     match (kind.as_str(), tag.as_deref()) {
-        (CONTACT_DENSITY, None) => bail!("'{name}' needs the tag of a body: {name}:TAG"),
+        (CONTACT_DENSITY | IMPULSES, None) => bail!("'{name}' needs the tag of a body: {name}:TAG"),
         (THERMOSTAT, Some(_)) => bail!("'{name}': the books of energy are kept for the whole system only"),
         // It becomes part of the name of a file.
         (_, Some(tag)) => ensure!(
@@ -94,26 +101,30 @@ enum Looker {
 
 /// Observers that are told of contacts.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct AtContacts(Vec<(Asked, ContactDensity)>);
+pub struct AtContacts(Vec<(Asked, ContactDensity)>, Option<ImpulseLog>);
 
 /// The observers that a run asks for.
 ///
 /// # Errors
 /// A tag that nothing carries, a body or a gas that is not unique.
 pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<(AtStandbys, AtContacts)> {
-    let (mut lookers, mut densities) = (Vec::new(), Vec::new());
+    let (mut lookers, mut densities, mut impulses) = (Vec::new(), Vec::new(), None);
     for name in &run.observe {
         let Some(asked) = Asked::parse(name) else { continue };
         let context = || format!("run.observe: '{name}'");
         if asked.kind == CONTACT_DENSITY {
             let density = contact_density(asked.group(view)?, view).with_context(context)?;
             densities.push((asked, density));
+        } else if asked.kind == IMPULSES {
+            let body = the_one(asked.group(view)?, view).with_context(context)?;
+            let earlier = impulses.replace(ImpulseLog::new(body.body.key(), MOST_IMPULSES));
+            ensure!(earlier.is_none(), "run.observe: '{name}': the impulses of one body only can be written");
         } else {
             let looker = looker(&asked, run, view).with_context(context)?;
             lookers.push((asked, looker));
         }
     }
-    Ok((AtStandbys(lookers), AtContacts(densities)))
+    Ok((AtStandbys(lookers), AtContacts(densities, impulses)))
 }
 
 fn looker(asked: &Asked, run: &RunSpec, view: &View<'_>) -> Result<Looker> {
@@ -138,11 +149,17 @@ fn radius(body: &BodyView<'_>) -> f64 {
     body.body.molecule().bounding_radius()
 }
 
-/// The contacts of the one body of a group with the discs that all have one radius.
-fn contact_density(group: Group, view: &View<'_>) -> Result<ContactDensity> {
+/// The one body of a group.
+fn the_one<'a>(group: Group, view: &View<'a>) -> Result<BodyView<'a>> {
     let mut members = view.bodies().filter(|body| group.contains(body.body));
     let (body, another) = (members.next().context("there is no body")?, members.next());
     ensure!(another.is_none(), "several bodies carry that tag, and only one can be watched");
+    Ok(body)
+}
+
+/// The contacts of the one body of a group with the discs that all have one radius.
+fn contact_density(group: Group, view: &View<'_>) -> Result<ContactDensity> {
+    let body = the_one(group, view)?;
     let is_of_a_gas = |other: &BodyView<'_>| {
         let disc = other.body.molecule().is_disc() && !other.body.is_fixed();
         disc && other.body.key() != body.body.key()
@@ -223,6 +240,7 @@ impl Observer for AtContacts {
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         self.0.iter_mut().for_each(|(_, density)| density.collision(report));
+        self.1.collision(report);
     }
 
     fn standby(&mut self, view: &View<'_>) {
@@ -233,10 +251,15 @@ impl Observer for AtContacts {
 impl AtContacts {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.0.is_empty() && self.1.is_none()
     }
 
-    /// Writes their tables.
+    /// The impulses, which are written as the run goes.
+    pub fn impulses(&mut self) -> Option<&mut ImpulseLog> {
+        self.1.as_mut()
+    }
+
+    /// Writes their tables that are there at the end only.
     ///
     /// # Errors
     /// One cannot be written.
@@ -266,6 +289,7 @@ mod tests {
         for (bad, said) in [
             ("colour", "not known"),
             ("contact-density", "contact-density:TAG"),
+            ("impulses", "impulses:TAG"),
             ("thermostat:gas", "whole system"),
             ("velocities:", "letters"),
             ("velocities:../x", "letters"),
@@ -336,5 +360,6 @@ mod tests {
         };
         assert!(refused("velocities:nobody").contains("nothing in the scene carries"));
         assert!(refused("contact-density:gas").contains("several bodies"));
+        assert!(refused("impulses:gas").contains("several bodies"));
     }
 }

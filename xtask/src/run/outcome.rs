@@ -6,12 +6,13 @@ use anyhow::Result;
 use carom::{
     CollisionRate, EnergyLedger, Observer, OverlapCheck, Scene, Simulation,
     engine::RunSpec,
-    observers::{Pressure, PressurePoint, picture, write_extended_xyz},
+    observers::{ImpulseLog, Pressure, PressurePoint, picture, write_extended_xyz},
 };
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::{Options, gas};
 use crate::{
+    film,
     output::Folder,
     page::{Layout, Page},
     plot::{Axis, Chart, Layer, Shape, colour},
@@ -30,6 +31,9 @@ const PICTURE: u32 = 720;
 
 /// Files of the pictures at the start and at the end.
 const PICTURES: [&str; 2] = ["start.svg", "end.svg"];
+
+/// File of the frames at the standbys.
+const TRAJECTORY: &str = "trajectory.extxyz";
 
 /// What a run has shown.
 #[derive(Debug, Serialize, Deserialize)]
@@ -75,6 +79,8 @@ pub fn simulate(
 trait Watchers: Observer + Serialize + DeserializeOwned {
     fn pressure(&self) -> Option<&Pressure>;
 
+    fn impulses(&mut self) -> Option<&mut ImpulseLog>;
+
     /// Writes the tables that are there at the end only.
     fn write(&self, folder: &Folder) -> Result<()>;
 }
@@ -82,6 +88,10 @@ trait Watchers: Observer + Serialize + DeserializeOwned {
 /// Where no report of a contact is needed.
 impl Watchers for gas::AtStandbys {
     fn pressure(&self) -> Option<&Pressure> {
+        None
+    }
+
+    fn impulses(&mut self) -> Option<&mut ImpulseLog> {
         None
     }
 
@@ -93,6 +103,10 @@ impl Watchers for gas::AtStandbys {
 impl Watchers for (gas::AtStandbys, Option<Pressure>, gas::AtContacts) {
     fn pressure(&self) -> Option<&Pressure> {
         self.1.as_ref()
+    }
+
+    fn impulses(&mut self) -> Option<&mut ImpulseLog> {
+        self.2.impulses()
     }
 
     fn write(&self, folder: &Folder) -> Result<()> {
@@ -114,11 +128,13 @@ fn simulate_with<O: Watchers>(
         Start::From(going) => {
             // Needed at the end: that it is gone must not come out then.
             task.folder.read(PICTURES[0])?;
+            task.folder.read(film::FILM)?;
             progress.skip(going.simulation.time().to_f64());
             *going
         }
         Start::Anew => {
             task.folder.write_lasting(PICTURES[0], picture(&simulation.view(), PICTURE))?;
+            film::record(&simulation, run.until, task.folder)?;
             let mut going = Resumable::begin(
                 task,
                 simulation,
@@ -171,7 +187,10 @@ fn simulate_with<O: Watchers>(
 fn write_on<O: Watchers>(going: &mut Resumable<Watched<O>>, run: &RunSpec) -> Result<()> {
     let Resumable { simulation, observers: (energy, rate, _, watchers), files, .. } = going;
     if run.snapshots.is_some() {
-        files.append_frame("trajectory.extxyz", |out| write_extended_xyz(&simulation.view(), out))?;
+        files.append_frame(TRAJECTORY, |out| write_extended_xyz(&simulation.view(), out))?;
+    }
+    if let Some(impulses) = watchers.impulses() {
+        files.append_new(&series::IMPULSES, &impulses.take())?;
     }
     for name in &run.observe {
         match name.as_str() {
@@ -234,11 +253,33 @@ impl Outcome {
         let end = format!("At t = {}.", run.until);
         let [start_picture, end_picture] = PICTURES.map(|name| folder.read(name));
         page.pictures(Layout::Beside, &[(&start_picture?, "At the start."), (&end_picture?, &end)]);
+        page.film(
+            &folder.read(film::FILM)?,
+            "How it begins: every flight between contacts as the run made it. The same flights, with all digits: flights.csv.",
+        );
+        page.heading("The data");
+        page.links(Self::data(run));
         page.heading("How to run it again");
         page.code(command);
         page.paragraph("The scene with every choice written out:");
         page.code(&scene.to_toml());
         Ok(page.html())
+    }
+
+    /// Files of the folder that every run with these wishes leaves.
+    fn data(run: &RunSpec) -> Vec<&'static str> {
+        let mut files = vec!["config.toml", "summary.json", "manifest.json", film::FLIGHTS];
+        for name in &run.observe {
+            match name.split(':').next() {
+                Some("energy") => files.push(series::ENERGY.name),
+                Some("collision-rate") => files.push(series::RATES.name),
+                Some("pressure") => files.push(series::PRESSURE.name),
+                Some("impulses") => files.push(series::IMPULSES.name),
+                _ => (),
+            }
+        }
+        files.extend(run.snapshots.is_some().then_some(TRAJECTORY));
+        files
     }
 
     fn pressure_series(&self) -> &[PressurePoint] {

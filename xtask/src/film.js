@@ -1,0 +1,240 @@
+// Plays recorded flights: between two contacts a body is at its last recorded place plus velocity times time, exactly.
+(() => {
+  "use strict";
+  const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  const LEVELS = 262142;
+  // Seconds that the whole film takes at speed 1.
+  const LENGTH = 12;
+  // The close view is so many times as wide as the molecule that it follows.
+  const CLOSE = 7;
+  // An impulse is shown for this part of the film.
+  const SHOWN = 0.02;
+
+  const figure = document.currentScript.previousElementSibling;
+  const film = JSON.parse(figure.querySelector("script").textContent);
+  const duration = film.until - film.from;
+  const flights = unpack();
+
+  // For each body its flights, in order of time: t, x, y, vx, vy, angle, spin.
+  function unpack() {
+    const value = new Map([...DIGITS].map((digit, index) => [digit, index]));
+    const lists = film.bodies.map(() => []);
+    let at = 0;
+    const number = () => {
+      const text = film.flights;
+      const sum = 4096 * value.get(text[at]) + 64 * value.get(text[at + 1]) + value.get(text[at + 2]);
+      at += 3;
+      return sum;
+    };
+    const positive = (largest) => (number() / LEVELS) * largest;
+    const signed = (largest) => ((2 * number()) / LEVELS - 1) * largest;
+    while (at < film.flights.length) {
+      const body = number();
+      const shape = film.shapes[film.bodies[body]];
+      const flight = [positive(duration), positive(film.sides[0]), positive(film.sides[1])];
+      flight.push(signed(film.fastest), signed(film.fastest));
+      const turns = shape.atoms.length > 1 && !shape.fixed;
+      flight.push(turns ? positive(2 * Math.PI) : 0, turns ? signed(film.fastest_spin) : 0);
+      lists[body].push(flight);
+    }
+    return lists;
+  }
+
+  // The flight of a body at a time, as its number in the list.
+  function flightAt(list, time) {
+    let [low, high] = [0, list.length];
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (list[middle][0] <= time) low = middle;
+      else high = middle;
+    }
+    return low;
+  }
+
+  const wrap = (x, side) => x - Math.floor(x / side) * side;
+
+  // Place in the box, and angle, of a body at a time.
+  function stateAt(body, time) {
+    const list = flights[body];
+    const [t, x, y, vx, vy, angle, spin] = list[flightAt(list, time)];
+    const passed = time - t;
+    return [
+      wrap(x + vx * passed, film.sides[0]),
+      wrap(y + vy * passed, film.sides[1]),
+      angle + spin * passed,
+    ];
+  }
+
+  const reach = film.shapes.map((shape) => Math.max(...shape.atoms.map(([x, y, r]) => Math.hypot(x, y) + r)));
+  // Fixed bodies first, then the many, the few on top.
+  const count = film.shapes.map((_, shape) => film.bodies.filter((other) => other === shape).length);
+  const order = film.shapes.map((_, shape) => shape);
+  order.sort((a, b) => film.shapes[b].fixed - film.shapes[a].fixed || count[b] - count[a]);
+
+  function view(label, ratio, windowAt) {
+    const block = document.createElement("div");
+    const canvas = document.createElement("canvas");
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", label);
+    canvas.style.aspectRatio = ratio;
+    const caption = document.createElement("p");
+    caption.textContent = label;
+    block.append(canvas, caption);
+    figure.querySelector(".views").append(block);
+    return { canvas, windowAt };
+  }
+
+  const [width, height] = film.sides;
+  const views = [view("the whole box", width / height, () => [0, 0, width, height])];
+  if (film.watched !== null) {
+    const name = film.shapes[film.bodies[film.watched]].name || "the molecule";
+    const side = Math.min(CLOSE * 2 * reach[film.bodies[film.watched]], width, height);
+    views.push(
+      view(`${name} from close by, each impulse on it as an arrow`, 1, (time) => {
+        const [x, y] = stateAt(film.watched, time);
+        return [x - side / 2, y - side / 2, side, side];
+      }),
+    );
+  }
+
+  // Calls f for each shift by whole boxes that brings a stretch [low, high] into [from, to].
+  function images(low, high, from, to, side, f) {
+    for (let k = Math.ceil((from - high) / side); k <= Math.floor((to - low) / side); k++) f(k * side);
+  }
+
+  function draw({ canvas, windowAt }, time, states) {
+    const pixels = Math.max(1, Math.round(canvas.clientWidth * (window.devicePixelRatio || 1)));
+    const [left, bottom, wide, high] = windowAt(time);
+    const scale = pixels / wide;
+    const rows = Math.max(1, Math.round(high * scale));
+    if (canvas.width !== pixels || canvas.height !== rows) {
+      canvas.width = pixels;
+      canvas.height = rows;
+    }
+    const context = canvas.getContext("2d");
+    const style = getComputedStyle(figure);
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.fillStyle = style.backgroundColor;
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    // y upwards, in units of length.
+    context.setTransform(scale, 0, 0, -scale, -left * scale, canvas.height + bottom * scale);
+    const around = (x, y, r, f) =>
+      images(x - r, x + r, left, left + wide, width, (dx) =>
+        images(y - r, y + r, bottom, bottom + high, height, (dy) => f(dx, dy)),
+      );
+    for (const shape of order) {
+      const { atoms, colour } = film.shapes[shape];
+      context.beginPath();
+      film.bodies.forEach((own, body) => {
+        if (own !== shape) return;
+        const [x, y, angle] = states[body];
+        const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
+        around(x, y, reach[shape], (dx, dy) => {
+          for (const [ax, ay, r] of atoms) {
+            const [cx, cy] = [x + dx + cos * ax - sin * ay, y + dy + sin * ax + cos * ay];
+            context.moveTo(cx + r, cy);
+            context.arc(cx, cy, r, 0, 2 * Math.PI);
+          }
+        });
+      });
+      context.strokeStyle = style.color;
+      context.lineWidth = Math.min(1.8 / scale, 0.12 * reach[shape]);
+      context.stroke();
+      context.fillStyle = colour;
+      context.fill();
+    }
+    context.lineCap = "round";
+    for (const [x1, y1, x2, y2, r] of film.walls) {
+      const [x, y] = [(x1 + x2) / 2, (y1 + y2) / 2];
+      context.strokeStyle = style.color;
+      context.lineWidth = Math.max(2 * r, 2.5 / scale);
+      around(x, y, Math.hypot(x2 - x1, y2 - y1) / 2 + r, (dx, dy) => {
+        context.beginPath();
+        context.moveTo(x1 + dx, y1 + dy);
+        context.lineTo(x2 + dx, y2 + dy);
+        context.stroke();
+      });
+    }
+    if (film.watched !== null && wide < width) arrows(context, scale, time, states);
+  }
+
+  // The latest impulses on the body watched, from its centre; their length is the change of velocity.
+  function arrows(context, scale, time, states) {
+    const [x, y] = states[film.watched];
+    const list = flights[film.watched];
+    for (let index = flightAt(list, time); index > 0; index--) {
+      const age = (time - list[index][0]) / (SHOWN * duration);
+      if (age > 1) break;
+      const [dx, dy] = [3, 4].map((axis) => list[index][axis] - list[index - 1][axis]);
+      const change = Math.hypot(dx, dy);
+      if (change === 0) continue;
+      const own = reach[film.bodies[film.watched]];
+      const long = own * (1 + (4 * change) / film.fastest);
+      const [ux, uy] = [dx / change, dy / change];
+      const tip = [x + ux * long, y + uy * long];
+      const barb = 0.35 * own;
+      context.globalAlpha = 1 - age;
+      context.strokeStyle = getComputedStyle(figure).color;
+      context.lineWidth = 3 / scale;
+      context.beginPath();
+      context.moveTo(x, y);
+      context.lineTo(...tip);
+      for (const turn of [1, -1]) {
+        context.moveTo(...tip);
+        context.lineTo(tip[0] - barb * (ux + turn * 0.6 * uy), tip[1] - barb * (uy - turn * 0.6 * ux));
+      }
+      context.stroke();
+    }
+    context.globalAlpha = 1;
+  }
+
+  const make = (tag, properties) => Object.assign(document.createElement(tag), properties);
+  const button = make("button", { type: "button", textContent: "Play" });
+  const slider = make("input", { type: "range", min: 0, max: 10000, value: 0 });
+  slider.setAttribute("aria-label", "time");
+  const speed = make("select", {});
+  speed.setAttribute("aria-label", "speed");
+  for (const factor of [0.1, 0.25, 0.5, 1, 2]) {
+    speed.append(make("option", { value: factor, textContent: `${factor} ×`, selected: factor === 1 }));
+  }
+  const clock = make("output", {});
+  figure.querySelector(".controls").append(button, slider, speed, clock);
+
+  let time = 0;
+  let playing = false;
+  let last = null;
+  const digits = Math.max(0, Math.min(12, 3 - Math.floor(Math.log10(duration))));
+
+  function show() {
+    const states = film.bodies.map((_, body) => stateAt(body, time));
+    for (const each of views) draw(each, time, states);
+    slider.value = (10000 * time) / duration;
+    clock.textContent = `t = ${(film.from + time).toFixed(digits)}`;
+  }
+
+  function frame(now) {
+    if (!playing) return;
+    if (last !== null) time += (duration * Number(speed.value) * (now - last)) / (1000 * LENGTH);
+    last = now;
+    // At the end it begins again.
+    if (time > duration) time = 0;
+    show();
+    requestAnimationFrame(frame);
+  }
+
+  button.addEventListener("click", () => {
+    playing = !playing;
+    button.textContent = playing ? "Pause" : "Play";
+    last = null;
+    if (playing) requestAnimationFrame(frame);
+  });
+  slider.addEventListener("input", () => {
+    time = (duration * Number(slider.value)) / 10000;
+    show();
+  });
+  // The page gets its last width when all of it is there.
+  new ResizeObserver(show).observe(figure);
+  window.addEventListener("themechange", show);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);
+  show();
+})();

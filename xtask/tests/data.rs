@@ -1,0 +1,136 @@
+//! What runs leave for other programs: tables that say what the histograms say, trajectories that ASE reads back to the bit.
+
+use std::{
+    env,
+    ffi::OsString,
+    fs,
+    path::Path,
+    process::{Command, Stdio},
+};
+
+fn xtask(folder: &Path, arguments: &[&str]) {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_xtask")).current_dir(folder).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// The rows of a table, all of numbers.
+fn rows(path: &Path) -> Vec<Vec<f64>> {
+    let text = fs::read_to_string(path).unwrap();
+    let row = |line: &str| line.split(',').map(|cell| cell.parse().unwrap()).collect();
+    text.lines().skip(1).map(row).collect()
+}
+
+/// A Python that has these modules: `$PYTHON`, or `python3`.
+fn python(modules: &str) -> Option<OsString> {
+    let python = env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+    let import = Command::new(&python)
+        .args(["-c", &format!("import {modules}")])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    let there = import.is_ok_and(|status| status.success());
+    if !there {
+        eprintln!("skipped: {} has not all of {modules}", python.display());
+    }
+    there.then_some(python)
+}
+
+#[test]
+fn the_kicks_one_by_one_are_those_of_the_histogram() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path();
+    let words = ["experiment", "brownian", "--from", "0.5", "--until", "3"];
+    xtask(folder, &[&words[..], &["--out", "all"]].concat());
+    let (mut counts, mut impulses, mut atoms) = (vec![0.0; 360], vec![0.0; 360], vec![0.0; 5]);
+    let kicks = rows(&folder.join("all/impulses.csv"));
+    assert!(kicks.len() > 500 && kicks.is_sorted_by_key(|kick| kick[0]));
+    for kick in &kicks {
+        let [time, atom, other, normal_x, normal_y, x, y, body_x, body_y] = kick[..] else {
+            panic!("{kick:?}")
+        };
+        assert!((0.5..=3.0).contains(&time) && other > 1.0, "{kick:?}");
+        // Smooth discs: it is pushed along the normal, away from what touches it, in both frames as hard.
+        let size = x.hypot(y);
+        assert!((normal_x * size - x).abs() < 1e-12 * size && (normal_y * size - y).abs() < 1e-12 * size);
+        assert!((body_x.hypot(body_y) - size).abs() < 1e-14 * size);
+        let sector = body_y.atan2(body_x).to_degrees().rem_euclid(360.0) as usize;
+        counts[sector] += 1.0;
+        impulses[sector] += size;
+        atoms[atom as usize] += 1.0;
+    }
+    for (sector, row) in rows(&folder.join("all/directions.csv")).iter().enumerate() {
+        assert_eq!(counts[sector], row[2]);
+        assert!((impulses[sector] - row[5]).abs() <= 1e-13 * row[5]);
+    }
+    let by_atom: Vec<f64> = rows(&folder.join("all/atoms.csv")).iter().map(|row| row[1]).collect();
+    assert_eq!(atoms, by_atom);
+
+    // Not all: the first.
+    xtask(folder, &[&words[..], &["--impulses", "100", "--out", "some"]].concat());
+    assert_eq!(rows(&folder.join("some/impulses.csv")), kicks[..100]);
+    assert_eq!(rows(&folder.join("some/atoms.csv")), rows(&folder.join("all/atoms.csv")));
+    let page = fs::read_to_string(folder.join("some/report.html")).unwrap();
+    assert!(page.contains(&format!("the first 100 of {}", kicks.len())));
+}
+
+#[test]
+fn the_histogram_of_the_readme_is_drawn_by_its_program() {
+    let Some(python) = python("numpy, matplotlib") else { return };
+    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).unwrap();
+    let (_, rest) = readme.split_once("```python\n").expect("there is an example in Python");
+    let (program, _) = rest.split_once("```").unwrap();
+    let root = tempfile::tempdir().unwrap();
+    xtask(root.path(), &["experiment", "brownian", "--from", "0.5", "--until", "2"]);
+    let output = Command::new(python)
+        .current_dir(root.path())
+        .env("MPLBACKEND", "Agg")
+        .args(["-W", "error", "-c", program])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(fs::metadata(root.path().join("directions.png")).unwrap().len() > 10_000);
+}
+
+#[test]
+fn ase_reads_a_trajectory_back_to_the_bit() {
+    let Some(python) = python("ase.io, json, sys") else { return };
+    let root = tempfile::tempdir().unwrap();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/mixture.toml");
+    xtask(root.path(), &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
+    let path = root.path().join("out/trajectory.extxyz");
+    let program = "frames = ase.io.read(sys.argv[1], index=':')\n\
+                   json.dump([[f.info['Time'], f.cell.lengths().tolist(), f.pbc.tolist(), exact(f.positions), \
+                   exact(f.arrays['velo']), f.arrays['radius'].tolist(), f.arrays['molecule_id'].tolist()] \
+                   for f in frames], sys.stdout)";
+    // As text: not every reader of JSON keeps the last bit.
+    let exact = "exact = lambda rows: [[repr(x) for x in row] for row in rows.tolist()]";
+    let program = format!("import ase.io, json, sys\n{exact}\n{program}");
+    let output = Command::new(python).args(["-c", &program]).arg(&path).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let frames: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let text = fs::read_to_string(&path).unwrap();
+    let mut lines = text.lines();
+    for (index, frame) in frames.as_array().unwrap().iter().enumerate() {
+        let atoms: usize = lines.next().unwrap().parse().unwrap();
+        let comment = lines.next().unwrap();
+        let time = frame[0].as_f64().unwrap();
+        assert!((time - 0.1 * index as f64).abs() < 1e-12 && comment.ends_with(&format!("Time={time:?}")));
+        assert_eq!((frame[1][0].as_f64(), frame[1][1].as_f64()), (Some(1.0), Some(1.0)));
+        assert_eq!(frame[2], serde_json::json!([true, true, false]));
+        assert_eq!(frame[3].as_array().unwrap().len(), atoms);
+        for (atom, line) in lines.by_ref().take(atoms).enumerate() {
+            let cells: Vec<f64> = line.split(' ').skip(1).map(|cell| cell.parse().unwrap()).collect();
+            let read = |column: usize, axis: usize| -> f64 {
+                frame[column][atom][axis].as_str().unwrap().parse().unwrap()
+            };
+            for axis in 0..3 {
+                assert_eq!(read(3, axis).to_bits(), cells[axis].to_bits());
+                assert_eq!(read(4, axis).to_bits(), cells[3 + axis].to_bits());
+            }
+            assert_eq!(frame[6][atom].as_f64().unwrap(), cells[6]);
+            assert!((frame[5][atom].as_f64().unwrap() - cells[8]).abs() < 1e-15);
+        }
+    }
+    assert_eq!((frames.as_array().unwrap().len(), lines.next()), (6, None));
+}

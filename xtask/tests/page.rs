@@ -1,0 +1,113 @@
+//! The pages as a browser shows them: nothing fails, nothing is fetched, the gas is there and moves, and so is every figure.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Stdio},
+};
+
+use serde_json::Value;
+
+/// As Debian, others, and Google call it.
+const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
+
+fn browser() -> Option<&'static str> {
+    let answers = |name: &&str| {
+        let version =
+            Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+        version.is_ok_and(|status| status.success())
+    };
+    BROWSERS.into_iter().find(|name| answers(name))
+}
+
+fn xtask(folder: &Path, arguments: &[&str]) {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_xtask")).current_dir(folder).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// What a browser sees of a page.
+fn seen(browser: &str, page: &Path) -> Value {
+    let html = fs::read_to_string(page).unwrap();
+    assert!(html.len() < 1_500_000, "{} has {} bytes", page.display(), html.len());
+    let faults = "<script>const faults = []; addEventListener('error', (event) => faults.push(event.message)); \
+                  for (const kind of ['error', 'warn']) console[kind] = (...words) => faults.push(words.join(' '));</script>";
+    let probe = format!("<script>{}</script></body>", include_str!("probe.js"));
+    let probed = html.replacen("<head>", &format!("<head>{faults}"), 1).replacen("</body>", &probe, 1);
+    let path = page.with_file_name("probed.html");
+    fs::write(&path, probed).unwrap();
+    let profile = tempfile::tempdir().unwrap();
+    let output = Command::new(browser)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--enable-logging=stderr",
+            "--window-size=1200,900",
+        ])
+        .args(["--virtual-time-budget=20000", "--dump-dom"])
+        .arg(format!("--user-data-dir={}", profile.path().display()))
+        .arg(format!("file://{}", path.display()))
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(!said.contains("CONSOLE"), "{said}");
+    let shown = String::from_utf8_lossy(&output.stdout);
+    let (_, rest) =
+        shown.split_once("id=\"seen\">").unwrap_or_else(|| panic!("the page was not looked at: {said}"));
+    let (text, _) = rest.split_once("</script>").unwrap();
+    serde_json::from_str(text).unwrap()
+}
+
+fn check(seen: &Value, canvases: usize, titles: &[&str]) {
+    assert_eq!(seen["faults"], Value::Array(Vec::new()));
+    assert_eq!(seen["fetched"], Value::Array(Vec::new()), "it needs no network");
+    let list = |name: &str| seen[name].as_array().unwrap().clone();
+    assert_eq!(list("canvases").len(), canvases);
+    for canvas in list("canvases") {
+        // Ground, discs and their outlines.
+        assert!(
+            canvas["share"].as_f64().unwrap() > 0.1 && canvas["colours"].as_u64().unwrap() >= 3,
+            "{canvas}"
+        );
+    }
+    for name in ["moved", "back", "redrawn"] {
+        assert!(list(name).iter().all(|is| is == &Value::Bool(true)), "{name}: {}", seen[name]);
+    }
+    assert!(seen["played"].as_f64().unwrap() > 0.0 && seen["paused"] == true, "{seen}");
+    assert_ne!(seen["night"][0], seen["night"][1]);
+    assert_eq!(seen["overflow"], 0, "the page fits its window");
+    let figures = list("figures");
+    for figure in &figures {
+        let side = |name: &str| figure[name].as_f64().unwrap();
+        assert!(side("width") > 100.0 && side("height") > 100.0 && figure["broken"] == false, "{figure}");
+    }
+    for title in titles {
+        let found = figures.iter().filter(|figure| figure["text"].as_str().unwrap().contains(title)).count();
+        assert!(found > 0, "no figure '{title}'");
+    }
+}
+
+#[test]
+fn pages_are_whole_and_the_gas_moves() {
+    let Some(browser) = browser() else {
+        eprintln!("skipped: none of {BROWSERS:?} is installed");
+        return;
+    };
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path();
+    let charts = ["Kicks by direction", "Impulse by direction", "round the clock", "Mean force", "x′"];
+    let experiment = ["experiment", "brownian", "--from", "0.2", "--until", "0.6"];
+    xtask(folder, &[&experiment[..], &["--out", "one"]].concat());
+    let one = seen(browser, &folder.join("one/report.html"));
+    check(&one, 2, &[&charts[..], &["t = 0", "t = 0.6"]].concat());
+
+    xtask(folder, &[&experiment[..], &["--case", "all", "--out", "all"]].concat());
+    let all = seen(browser, &folder.join("all/report.html"));
+    check(&all, 2, &charts);
+    assert!(all["figures"].as_array().unwrap().len() >= 4 * 6);
+
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/walls.toml");
+    xtask(folder, &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "run"]);
+    check(&seen(browser, &folder.join("run/report.html")), 1, &["t = 0"]);
+}
