@@ -99,7 +99,8 @@ mod tests {
             let value = k * (1.0 - 2.0 / (9.0 * k) + sigma * (2.0 / (9.0 * k)).sqrt()).powi(3);
             let gaussian = 0.5 * libm::erfc(sigma / 2f64.sqrt());
             let found = ChiSquare { value, freedom: 359 }.p_value();
-            assert!((found / gaussian - 1.0).abs() < 0.01, "{sigma}: {found}, {gaussian}");
+            // The approximation itself is off by 1 % at four standard deviations.
+            assert!((found / gaussian - 1.0).abs() < 0.02, "{sigma}: {found}, {gaussian}");
         }
     }
 

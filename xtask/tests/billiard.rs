@@ -55,7 +55,7 @@ fn impossible_choices_are_refused() {
     for (arguments, word) in [
         (["--gas-radius", "0"], "--gas-radius"),
         (["--gas-radius", "nan"], "--gas-radius"),
-        (["--atom-radius", "-1"], "--atom-radius"),
+        (["--atom-radius", "0"], "--atom-radius"),
         (["--side", "0.02"], "--side"),
     ] {
         let refused = format!("{:#}", options(&arguments).setup().unwrap_err());
