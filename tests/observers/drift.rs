@@ -74,7 +74,7 @@ fn sums_over_a_locked_tee_are_its_momentum_and_its_way() {
     let (velocity_there, place_there) = state(&simulation);
     let (impulse, path) =
         (turned_back(10.0 * (velocity_there - velocity), 0.7), turned_back(place_there - place, 0.7));
-    assert!(torques.0.len() > 100);
+    assert!(torques.0.len() > 30, "{}", torques.0.len());
     close(drift.angular_impulse(), torques.0.iter().sum());
     for axis in 0..2 {
         close(drift.impulse()[axis], impulse[axis]);
@@ -114,7 +114,7 @@ fn blocks_add_up() {
     assert_eq!(direction_blocks.complete().len(), 37);
     let total = direction_blocks.total();
     close(total.duration, 20.0);
-    assert!(directions.hits() > 500);
+    assert!(directions.hits() > 100, "{}", directions.hits());
     assert_eq!(total.observed.counts(), directions.counts());
     assert_eq!(total.observed.atom_counts(), directions.atom_counts());
     close(total.observed.total_impulse(), directions.total_impulse());
