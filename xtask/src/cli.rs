@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 
 use crate::{
-    bench, brownian,
+    bench, brownian, capability_cost,
     detect::{self, Detector},
     experiment_encounters, run, say,
     summary::Verdict,
@@ -49,6 +49,14 @@ pub enum Command {
     /// Answer pairs on the standard input with parry: a part of the experiment `encounters`
     #[command(hide = true, name = experiment_encounters::parry::COMMAND)]
     ParryWorker,
+    /// Run one variant to be counted: a part of the experiment `capability-cost`
+    #[command(hide = true, name = capability_cost::COMMAND)]
+    CapabilityWorker {
+        /// Which variant
+        variant: String,
+        /// For how many standby intervals
+        intervals: u32,
+    },
     /// Check what the compiler does not: layers, first lines, the commands in the README
     Tidy,
 }
@@ -60,6 +68,8 @@ pub enum Experiment {
     Brownian(brownian::Options),
     /// All detectors on all kinds of encounters: what accuracy costs, and inaccuracy misses
     Encounters(experiment_encounters::Options),
+    /// What each capability costs where it is absent, idle, and used
+    CapabilityCost(capability_cost::Options),
 }
 
 impl Cli {
@@ -71,6 +81,7 @@ impl Cli {
         match &self.command {
             Command::Experiment(Experiment::Brownian(options)) => brownian::run(options),
             Command::Experiment(Experiment::Encounters(options)) => experiment_encounters::run(options),
+            Command::Experiment(Experiment::CapabilityCost(options)) => capability_cost::run(options),
             Command::Run(options) => run::run(options),
             Command::Detect { cases, detector, out } => {
                 say(&detect::detect(cases, *detector, out)?.to_string());
@@ -78,6 +89,7 @@ impl Cli {
             }
             Command::Bench(bench) => bench::run(bench),
             Command::ParryWorker => experiment_encounters::parry::work().map(|()| Verdict::Passed),
+            Command::CapabilityWorker { variant, intervals } => capability_cost::work(variant, *intervals),
             Command::Tidy => tidy::run(),
         }
     }

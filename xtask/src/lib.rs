@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod brownian;
 pub mod canvas;
+pub mod capability_cost;
 pub mod checkpoint_file;
 pub mod cli;
 pub mod detect;
