@@ -10,7 +10,7 @@ use crate::{
     detect::{self, Detector},
     experiment_encounters, run, say,
     summary::Verdict,
-    tidy,
+    tidy, tradeoff,
 };
 
 /// Runners on top of carom. Exit codes: 0 done, 1 a check failed, 2 bad input, 130 or 143 interrupted by a
@@ -70,6 +70,8 @@ pub enum Experiment {
     Encounters(experiment_encounters::Options),
     /// What each capability costs where it is absent, idle, and used
     CapabilityCost(capability_cost::Options),
+    /// Whole simulations with each knob turned: what accuracy costs, and what inaccuracy buys
+    Tradeoff(tradeoff::Options),
 }
 
 impl Cli {
@@ -82,6 +84,7 @@ impl Cli {
             Command::Experiment(Experiment::Brownian(options)) => brownian::run(options),
             Command::Experiment(Experiment::Encounters(options)) => experiment_encounters::run(options),
             Command::Experiment(Experiment::CapabilityCost(options)) => capability_cost::run(options),
+            Command::Experiment(Experiment::Tradeoff(options)) => tradeoff::run(options),
             Command::Run(options) => run::run(options),
             Command::Detect { cases, detector, out } => {
                 say(&detect::detect(cases, *detector, out)?.to_string());

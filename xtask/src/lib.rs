@@ -27,6 +27,7 @@ pub mod series;
 pub mod standbys;
 pub mod summary;
 pub mod tidy;
+pub mod tradeoff;
 
 use std::io::Write as _;
 

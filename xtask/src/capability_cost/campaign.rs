@@ -32,9 +32,7 @@ pub struct Found {
     pub variant: Variant,
     /// Instructions of a collision.
     pub instructions: Option<f64>,
-    /// Processor time of a collision (seconds), and over that of the plain gas in the same round: medians.
-    pub seconds: f64,
-    /// The ratio.
+    /// Processor time of a collision over that of the plain gas in the same round, median over the rounds.
     pub time_ratio: f64,
     /// Memory for each body (bytes).
     pub bytes_per_body: f64,
@@ -143,7 +141,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let note = if installed {
         String::new()
     } else {
-        "The program valgrind is not installed: no instructions were counted, and nothing is checked.".to_owned()
+        "The program valgrind is not installed: no instructions were counted, and nothing is checked."
+            .to_owned()
     };
     let summary = Summary {
         title: "What a capability costs where it is absent, idle, and used".to_owned(),
@@ -200,7 +199,6 @@ fn time(variants: &[Variant], plan: &Plan) -> Result<(Vec<Found>, Totals)> {
     let found = variants.iter().zip(&subjects).zip(&rounds).map(|((&variant, subject), times)| Found {
         variant,
         instructions: None,
-        seconds: median(times.clone()),
         time_ratio: median(times.iter().zip(&rounds[0]).map(|(time, plain)| time / plain).collect()),
         bytes_per_body: subject.bytes_per_body(),
     });

@@ -111,7 +111,8 @@ pub fn page(results: &Results, summary: &Summary, command: &str) -> Page {
     );
     if !results.needs.is_empty() {
         page.heading("What each layer draws in, taken alone");
-        let header = ["layer", "layers of carom below", "packages of others", "of these, only when compiling"];
+        let header =
+            ["layer", "layers of carom below", "packages of others", "of these, only when compiling"];
         let row = |needs: &super::dependencies::Needs| {
             let counts = [needs.own, needs.foreign, needs.when_compiling].map(|count| count.to_string());
             std::iter::once(needs.layer.to_owned()).chain(counts).collect::<Vec<_>>()

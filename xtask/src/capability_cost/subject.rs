@@ -24,7 +24,7 @@ const AREA_FRACTION: f64 = 0.5;
 pub const INTERVAL: f64 = 0.005;
 
 /// Intervals until the gas has forgotten the lattice that it was placed on.
-pub const WARM_UP: u32 = 4;
+pub const WARM_UP: u32 = 2;
 
 /// A variant in the middle of its run.
 pub struct Subject {

@@ -54,6 +54,7 @@ impl Charts {
                 x_label: x_label.to_owned(),
                 y_label: y_label.to_owned(),
                 families: families.clone(),
+                front: Vec::new(),
                 points,
             }
             .svg()

@@ -8,8 +8,8 @@ mod overall;
 pub mod parry;
 mod recorder;
 mod report;
-mod scatter;
-mod settings;
+pub mod scatter;
+pub mod settings;
 mod tally;
 mod timing;
 
