@@ -98,5 +98,8 @@ fn price(found: &Found, exact: &Found) -> String {
     if let Some(error) = &found.physics.broke_off {
         prices.push(format!("the run breaks off ({error})"));
     }
+    if found.physics.blocks == 0 {
+        prices.push("the physics was not measured, as it takes too long".to_owned());
+    }
     if prices.is_empty() { ", and no price is seen.".to_owned() } else { format!("; {}.", prices.join("; ")) }
 }

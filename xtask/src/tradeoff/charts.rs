@@ -28,7 +28,7 @@ const PRICES: [Price; 4] = [
         })
     }),
     ("deepest overlap in diameters", "deepest-overlap", |found, _| {
-        Some((found.physics.deepest.max(SHALLOWEST), Mark::Measured))
+        (found.physics.blocks > 0).then(|| (found.physics.deepest.max(SHALLOWEST), Mark::Measured))
     }),
     ("|pressure − exact| / exact", "pressure", |found, exact| {
         beyond_error(relative(found.physics.pressure, exact.physics.pressure)?)

@@ -8,7 +8,7 @@ use glam::DVec2;
 use super::{knobs::Setting, options::Plan, runner::begin};
 
 /// Mean times between two collisions of a body in a block, and in the lag of the autocorrelation.
-const BLOCK: f64 = 10.0;
+pub const BLOCK: f64 = 10.0;
 const LAG: f64 = 0.1;
 
 /// Most atoms whose hits are told apart.

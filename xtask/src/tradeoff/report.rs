@@ -63,7 +63,11 @@ pub fn rows(result: &SceneResult) -> Vec<Vec<String>> {
             };
             cells.extend([bound, format!("{:.1e}", tally.largest)]);
         }
-        cells.extend([physics.overlapping.to_string(), format!("{:.1e}", physics.deepest)]);
+        if physics.blocks == 0 {
+            cells.extend([none.clone(), none.clone()]);
+        } else {
+            cells.extend([physics.overlapping.to_string(), format!("{:.1e}", physics.deepest)]);
+        }
         let means =
             [(physics.pressure, exact.pressure), (physics.rate, exact.rate), (physics.slope, exact.slope)];
         cells.extend(means.map(|(found, exact)| percent(relative(found, exact))));
@@ -124,7 +128,7 @@ pub fn page(results: &[SceneResult], summary: &Summary, command: &str) -> Page {
          over rounds of the ratio in each round. τ is the mean time between two collisions of a body.",
     );
     page.paragraph(&format!(
-        "Wrong contacts: from states of the exact run, 5 τ apart, 2 τ are run twice, exactly and with the setting, and compared \
+        "Wrong contacts: from states of the exact run, at ends of its epochs and 5 τ apart at least, 2 τ are run twice, exactly and with the setting, and compared \
          contact by contact. One that is not there is missed, one that is off by more than {TOLERANCE:e} τ is late or early, one \
          that the exact run does not have is invented. A body that had a wrong contact is set aside, with all that it meets: \
          what follows from an error is no error of its own. In a coarser model contacts differ by what the model is; of \
