@@ -6,11 +6,11 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 
 use crate::{
-    bench, billiard, brownian,
+    bench, billiard, brownian, capability_cost,
     detect::{self, Detector},
     experiment_encounters, experiment_extremes, run, say,
     summary::Verdict,
-    thesis_tests, tidy,
+    thesis_tests, tidy, tradeoff,
 };
 
 /// Runners on top of carom. Exit codes: 0 done, 1 a check failed, 2 bad input, 130 or 143 interrupted by a
@@ -49,6 +49,14 @@ pub enum Command {
     /// Answer pairs on the standard input with parry: a part of the experiment `encounters`
     #[command(hide = true, name = experiment_encounters::parry::COMMAND)]
     ParryWorker,
+    /// Run one variant to be counted: a part of the experiment `capability-cost`
+    #[command(hide = true, name = capability_cost::COMMAND)]
+    CapabilityWorker {
+        /// Which variant
+        variant: String,
+        /// For how many standby intervals
+        intervals: u32,
+    },
     /// Check what the compiler does not: layers, first lines, the commands in the README
     Tidy,
 }
@@ -68,6 +76,10 @@ pub enum Experiment {
     Encounters(experiment_encounters::Options),
     /// Scenes at the edge of what floats can do: what must hold there, and where it stops to hold
     Extremes(experiment_extremes::Options),
+    /// What each capability costs where it is absent, idle, and used
+    CapabilityCost(capability_cost::Options),
+    /// Whole simulations with each knob turned: what accuracy costs, and what inaccuracy buys
+    Tradeoff(tradeoff::Options),
 }
 
 impl Cli {
@@ -83,6 +95,8 @@ impl Cli {
             Command::Experiment(Experiment::Pair(options)) => thesis_tests::pair(options),
             Command::Experiment(Experiment::Encounters(options)) => experiment_encounters::run(options),
             Command::Experiment(Experiment::Extremes(options)) => experiment_extremes::run(options),
+            Command::Experiment(Experiment::CapabilityCost(options)) => capability_cost::run(options),
+            Command::Experiment(Experiment::Tradeoff(options)) => tradeoff::run(options),
             Command::Run(options) => run::run(options),
             Command::Detect { cases, detector, out } => {
                 say(&detect::detect(cases, *detector, out)?.to_string());
@@ -90,6 +104,7 @@ impl Cli {
             }
             Command::Bench(bench) => bench::run(bench),
             Command::ParryWorker => experiment_encounters::parry::work().map(|()| Verdict::Passed),
+            Command::CapabilityWorker { variant, intervals } => capability_cost::work(variant, *intervals),
             Command::Tidy => tidy::run(),
         }
     }

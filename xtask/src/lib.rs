@@ -4,6 +4,7 @@ pub mod bench;
 pub mod billiard;
 pub mod brownian;
 pub mod canvas;
+pub mod capability_cost;
 pub mod checkpoint_file;
 pub mod chi_square;
 pub mod cli;
@@ -32,6 +33,7 @@ pub mod standbys;
 pub mod summary;
 pub mod thesis_tests;
 pub mod tidy;
+pub mod tradeoff;
 
 use std::io::Write as _;
 

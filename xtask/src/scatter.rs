@@ -47,6 +47,21 @@ pub struct Scatter {
     pub families: Vec<String>,
     /// The points.
     pub points: Vec<Point>,
+    /// A line through chosen places, as [`pareto`] gives them; none if empty.
+    pub front: Vec<(f64, f64)>,
+}
+
+/// The points that no other beats on both axes (Pareto front), from left to right.
+pub fn pareto(points: &[Point]) -> Vec<(f64, f64)> {
+    let mut places: Vec<(f64, f64)> = points.iter().map(|point| (point.x, point.y)).collect();
+    places.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut lowest = f64::INFINITY;
+    places.retain(|&(_, y)| {
+        let beats = y < lowest;
+        lowest = lowest.min(y);
+        beats
+    });
+    places
 }
 
 const SIZE: (u32, u32) = (920, 560);
@@ -81,6 +96,7 @@ impl Scatter {
         let x = Side { scale: (left..right * 3.0).log_scale(), label: &self.x_label, format: &format };
         let y = Side { scale: (bottom..top).log_scale(), label: &self.y_label, format: &format };
         let mut chart = canvas::plane(root, &self.title, x, y)?;
+        chart.draw_series([PathElement::new(self.front.clone(), BLACK.mix(0.35))])?;
         for (index, family) in self.families.iter().enumerate() {
             let colour = COLOURS[index % COLOURS.len()];
             let own = || self.points.iter().filter(move |point| point.family == index);
@@ -179,6 +195,7 @@ mod tests {
             y_label: "error".to_owned(),
             families: vec!["Exact".to_owned()],
             points: vec![Point { family: 0, label: "default".to_owned(), x: 1.0, y, mark }],
+            front: vec![(1.0, y)],
         }
     }
 
@@ -190,6 +207,13 @@ mod tests {
         }
         assert!(scatter(0.0, Mark::Measured).svg().is_err());
         assert!(scatter(f64::NAN, Mark::Measured).svg().is_err());
+    }
+
+    #[test]
+    fn the_front_holds_what_nothing_beats() {
+        let point = |x, y| Point { family: 0, label: String::new(), x, y, mark: Mark::Measured };
+        let points = [point(2.0, 1.0), point(1.0, 3.0), point(1.5, 4.0), point(3.0, 1.0), point(4.0, 0.5)];
+        assert_eq!(pareto(&points), [(1.0, 3.0), (2.0, 1.0), (4.0, 0.5)]);
     }
 
     #[test]

@@ -18,7 +18,7 @@ pub struct ElasticityTable {
     rules: Vec<Rule>,
     /// How many sets of tags exist: bodies with equal tags are of one class.
     classes: usize,
-    /// Coefficient for each pair of classes; empty where there are no rules.
+    /// Coefficient for each pair of classes; empty where it is the default for all.
     by_class: Vec<Elasticity>,
 }
 
@@ -30,7 +30,7 @@ struct Rule {
 }
 
 impl ElasticityTable {
-    /// Whether every contact is elastic, without a rule.
+    /// Whether every contact is elastic, whatever rules there are.
     #[inline]
     pub fn is_elastic(&self) -> bool {
         self.by_class.is_empty() && self.default == Elasticity::ELASTIC
@@ -127,7 +127,10 @@ impl ElasticityTable {
                 by_class.push(self.resolve(a, b)?);
             }
         }
-        self.by_class = by_class;
+        // Rules that change nothing for the bodies that are there cost nothing.
+        if by_class.iter().any(|elasticity| *elasticity != self.default) {
+            self.by_class = by_class;
+        }
         Ok(())
     }
 

@@ -3,10 +3,10 @@
 //! Algorithm 4 of Montanari (2017): every pair in adjacent cells that will touch has an event in a binary
 //! heap, with the versions that both bodies had when it was predicted; an event whose bodies have changed
 //! since is dropped when it comes up. Repaired against the original: a grid that could miss contacts is
-//! refused, images come from the adjacency of cells, a crossing predicts only what is newly adjacent, and
+//! refused (unless [`Fineness::Unchecked`](crate::Fineness::Unchecked) asks for it by that name), images come from the adjacency of cells, a crossing predicts only what is newly adjacent, and
 //! ties have an order.
 //!
-//! **Nothing is missed.** Call bodies i and j with an image k of j *related* while their cells are adjacent
+//! **Nothing is missed** on a grid that is not refused. Call bodies i and j with an image k of j *related* while their cells are adjacent
 //! through k, and a body and a wall while the wall is listed in the body's cell, which it is in every cell from which it
 //! can be touched. (1) Contact implies relation, as a cell is at least as long as any two bodies reach. (2) A
 //! relation begins when an epoch begins or when one of the two enters a cell; in both cases the pair is

@@ -56,6 +56,7 @@ impl Charts {
                 x_label: x_label.to_owned(),
                 y_label: y_label.to_owned(),
                 families: families.clone(),
+                front: Vec::new(),
                 points,
             }
             .svg()

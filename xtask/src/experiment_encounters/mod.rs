@@ -8,7 +8,7 @@ mod overall;
 pub mod parry;
 mod recorder;
 mod report;
-mod settings;
+pub mod settings;
 mod tally;
 mod timing;
 

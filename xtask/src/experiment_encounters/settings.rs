@@ -1,7 +1,8 @@
 //! The detectors that are compared, each at several settings.
 
+use carom::{geometry::Outline, kinematics::RelativeMotion};
 use carom_detection::{
-    Answer, BoundingCircles, Exact, FixedStep, GoldenSecant,
+    Answer, BoundingCircles, DISC_LANES, Detection, DiscLanes, Exact, FixedStep, GoldenSecant,
     encounters::Encounter,
     skim,
     tolerance::{MOST_FIXED_STEPS, MOST_STEPS},
@@ -72,6 +73,37 @@ impl Detector {
             }
         };
         looks * pairs as f64
+    }
+}
+
+/// Whichever it is: so that one type of simulation can be run with each.
+impl Detection for Detector {
+    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+        match self {
+            Self::Exact(detector) => detector.first_contact(a, b, motion, horizon),
+            Self::GoldenSecant(detector) => detector.first_contact(a, b, motion, horizon),
+            Self::FixedStep(detector) => detector.first_contact(a, b, motion, horizon),
+            Self::BoundingCircles => BoundingCircles.first_contact(a, b, motion, horizon),
+        }
+    }
+
+    #[inline]
+    fn decides_discs_in_closed_form(&self) -> bool {
+        match self {
+            Self::Exact(detector) => detector.decides_discs_in_closed_form(),
+            Self::GoldenSecant(detector) => detector.decides_discs_in_closed_form(),
+            Self::FixedStep(detector) => detector.decides_discs_in_closed_form(),
+            Self::BoundingCircles => BoundingCircles.decides_discs_in_closed_form(),
+        }
+    }
+
+    fn disc_contacts(&self, lanes: &DiscLanes) -> [f64; DISC_LANES] {
+        match self {
+            Self::Exact(detector) => detector.disc_contacts(lanes),
+            Self::GoldenSecant(detector) => detector.disc_contacts(lanes),
+            Self::FixedStep(detector) => detector.disc_contacts(lanes),
+            Self::BoundingCircles => BoundingCircles.disc_contacts(lanes),
+        }
     }
 }
 

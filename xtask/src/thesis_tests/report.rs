@@ -46,11 +46,7 @@ pub struct Results {
 
 /// A figure to three digits.
 pub fn number(value: f64) -> String {
-    if value != 0.0 && (value < 1e-2 || value >= 1e5) {
-        format!("{value:.2e}")
-    } else {
-        format!("{value:.2}")
-    }
+    if value != 0.0 && !(1e-2..1e5).contains(&value) { format!("{value:.2e}") } else { format!("{value:.2}") }
 }
 
 impl Test {
@@ -126,8 +122,15 @@ impl Test {
             });
         }
         let title = self.title.to_owned();
-        Scatter { title, x_label: self.size.to_owned(), y_label: self.cost.to_owned(), families, points }
-            .svg()
+        Scatter {
+            title,
+            x_label: self.size.to_owned(),
+            y_label: self.cost.to_owned(),
+            families,
+            points,
+            front: Vec::new(),
+        }
+        .svg()
     }
 
     fn page(&self, results: &Results, summary: &Summary, chart: &str, command: &str) -> Page {

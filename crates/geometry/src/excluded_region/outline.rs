@@ -22,7 +22,9 @@ pub(super) fn outline(circles: &[(DVec2, f64)]) -> (Vec<ExposedArc>, Vec<Exposed
         let start = first.point(first.start);
         // Lines that are the outside of two parts do not cross.
         if !outsides.iter().any(|other| other != line && encircle(&arcs(other), start)) {
-            line.iter().for_each(|&index| reached[index] = true);
+            for &index in line {
+                reached[index] = true;
+            }
         }
     }
     let (mut outer, mut hidden) = (Vec::new(), Vec::new());

@@ -1,0 +1,185 @@
+//! The capabilities, and what absent, idle and used mean for each.
+
+use std::{fmt, str::FromStr};
+
+use anyhow::{Error, bail};
+
+/// What a scene may ask for beyond equal elastic discs that nobody watches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Capability {
+    /// Molecules that turn.
+    Turning,
+    /// Molecules of locked rotation.
+    Locked,
+    /// Fixed discs.
+    Bumpers,
+    /// Straight walls.
+    Walls,
+    /// Tags on bodies.
+    Tags,
+    /// Rules of elasticity.
+    ElasticityTable,
+    /// Closures told of collisions.
+    Subscriptions,
+    /// Snapshots at standbys.
+    Snapshots,
+    /// Resets of energy at standbys.
+    Thermostat,
+    /// Discs of several sizes.
+    SizeMixture,
+}
+
+/// How much of a capability there is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    /// Asked for, with nothing or next to nothing for it to do.
+    Idle,
+    /// At work.
+    Used,
+}
+
+/// What is run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variant {
+    /// The gas of equal discs, by its seed: a second one shows what chance does to the figures.
+    Plain(u64),
+    /// The gas with a capability.
+    With(Capability, Level),
+}
+
+impl Capability {
+    /// All of them.
+    pub const ALL: [Self; 10] = [
+        Self::Turning,
+        Self::Locked,
+        Self::Bumpers,
+        Self::Walls,
+        Self::Tags,
+        Self::ElasticityTable,
+        Self::Subscriptions,
+        Self::Snapshots,
+        Self::Thermostat,
+        Self::SizeMixture,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Turning => "turning molecules",
+            Self::Locked => "locked rotation",
+            Self::Bumpers => "bumpers",
+            Self::Walls => "walls",
+            Self::Tags => "tags",
+            Self::ElasticityTable => "elasticity table",
+            Self::Subscriptions => "subscriptions",
+            Self::Snapshots => "snapshots",
+            Self::Thermostat => "thermostat",
+            Self::SizeMixture => "size mixture",
+        }
+    }
+
+    /// What is in the scene at this level.
+    pub fn about(self, level: Level) -> &'static str {
+        match (self, level) {
+            (Self::Turning, Level::Idle) => "one dumbbell among the discs",
+            (Self::Turning, Level::Used) => "200 dumbbells among the discs",
+            (Self::Locked, Level::Idle) => "the discs are locked: they do not turn anyway",
+            (Self::Locked, Level::Used) => "200 dumbbells of locked rotation among the discs",
+            (Self::Bumpers, Level::Idle) => "one bumper as large as a disc",
+            (Self::Bumpers, Level::Used) => "200 bumpers as large as the discs",
+            (Self::Walls, Level::Idle) => "one wall of a disc's length",
+            (Self::Walls, Level::Used) => "two walls across the box, which close it",
+            (Self::Tags, Level::Idle) => "three tags on each disc, for which nobody asks",
+            (Self::Tags, Level::Used) => "the same, and a subscription that filters by two of them",
+            (Self::ElasticityTable, Level::Idle) => "a rule for a tag that no disc carries",
+            (Self::ElasticityTable, Level::Used) => "a rule for all discs, e = 0.999, with its guard",
+            (Self::Subscriptions, Level::Idle) => "a list of subscriptions that is empty",
+            (Self::Subscriptions, Level::Used) => "one subscription to every collision",
+            (Self::Snapshots, Level::Idle) => "standbys, about three collisions of each disc apart",
+            (Self::Snapshots, Level::Used) => "the same, with a snapshot at each",
+            (Self::Thermostat, Level::Idle) => "at each such standby, a reset of a tag that nobody carries",
+            (Self::Thermostat, Level::Used) => "at each such standby, all energies are reset",
+            (Self::SizeMixture, Level::Idle) => "one disc three times as wide",
+            (Self::SizeMixture, Level::Used) => "200 discs three times as wide",
+        }
+    }
+
+    /// The sources that nothing but this capability needs. Others, such as bumpers, which are discs of inverse mass 0, have
+    /// none.
+    pub fn sources(self) -> &'static [&'static str] {
+        match self {
+            Self::Turning => &[
+                "kinematics/src/orientation.rs",
+                "detection/src/atom_block.rs",
+                "detection/src/atom_pair.rs",
+                "detection/src/circle_descent.rs",
+                "detection/src/error_bound.rs",
+                "detection/src/exact.rs",
+                "detection/src/flight.rs",
+                "detection/src/recontact.rs",
+                "detection/src/safe_step.rs",
+                "detection/src/search.rs",
+                "detection/src/skimming.rs",
+                "geometry/src/circle_tree.rs",
+            ],
+            Self::Walls => &[
+                "geometry/src/face.rs",
+                "detection/src/face_error.rs",
+                "detection/src/face_pair.rs",
+                "detection/src/strip.rs",
+                "detection/src/walls.rs",
+                "engine/src/cells/walls.rs",
+                "engine/src/wall.rs",
+            ],
+            Self::Tags => &["engine/src/tags.rs", "observers/src/tag_filter.rs"],
+            Self::ElasticityTable => &["engine/src/elasticity_table.rs", "engine/src/guard.rs"],
+            Self::Subscriptions => {
+                &["engine/src/observer.rs", "engine/src/report.rs", "observers/src/subscriptions.rs"]
+            }
+            Self::Snapshots => &["engine/src/view.rs", "observers/src/extended_xyz.rs"],
+            Self::Thermostat => &["engine/src/standby.rs", "observers/src/thermostat_ledger.rs"],
+            Self::SizeMixture => &["engine/src/cells/covering.rs"],
+            Self::Locked | Self::Bumpers => &[],
+        }
+    }
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Idle => "idle",
+            Self::Used => "used",
+        })
+    }
+}
+
+impl Variant {
+    /// All, the plain gas first and a plain gas of another seed second.
+    pub fn all() -> Vec<Self> {
+        let levels = |capability| [Level::Idle, Level::Used].map(|level| Self::With(capability, level));
+        [Self::Plain(1), Self::Plain(2)]
+            .into_iter()
+            .chain(Capability::ALL.into_iter().flat_map(levels))
+            .collect()
+    }
+}
+
+impl fmt::Display for Variant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Plain(seed) => write!(f, "plain {seed}"),
+            Self::With(capability, level) => write!(f, "{} {level}", capability.name()),
+        }
+    }
+}
+
+impl FromStr for Variant {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self, Error> {
+        match Self::all().into_iter().find(|variant| variant.to_string() == name) {
+            Some(variant) => Ok(variant),
+            None => bail!("no variant '{name}'"),
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! What each layer draws in if it is taken alone.
+
+use std::{collections::BTreeSet, process::Command};
+
+/// The layers, from the lowest.
+const LAYERS: [&str; 7] = [
+    "carom-geometry",
+    "carom-kinematics",
+    "carom-detection",
+    "carom-response",
+    "carom-engine",
+    "carom-observers",
+    "carom",
+];
+
+/// Packages that a layer needs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Needs {
+    /// The layer.
+    pub layer: &'static str,
+    /// Layers of carom below it.
+    pub own: usize,
+    /// Packages of others.
+    pub foreign: usize,
+    /// Of these, macros and what they need: nothing of them is in the program.
+    pub when_compiling: usize,
+}
+
+/// What each layer needs; nothing where cargo cannot tell.
+pub fn needs() -> Vec<Needs> {
+    LAYERS.into_iter().filter_map(of).collect()
+}
+
+fn of(layer: &'static str) -> Option<Needs> {
+    let list = |edges: &str| -> Option<BTreeSet<String>> {
+        let output = Command::new(option_env!("CARGO").unwrap_or("cargo"))
+            .args(["tree", "--offline", "--package", layer, "--edges", edges, "--prefix", "none"])
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .output()
+            .ok()?;
+        let text = String::from_utf8(output.stdout).ok()?;
+        let names = text.lines().filter_map(|line| line.split(' ').next()).filter(|name| !name.is_empty());
+        output.status.success().then(|| names.map(str::to_owned).collect())
+    };
+    let all = list("normal,build")?;
+    let in_program = list("normal,no-proc-macro")?;
+    let is_own = |name: &&String| LAYERS.contains(&name.as_str());
+    let own = all.iter().filter(is_own).count();
+    Some(Needs {
+        layer,
+        own: own.saturating_sub(1),
+        foreign: all.len() - own,
+        when_compiling: all.difference(&in_program).count(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_layer_needs_those_below_it() {
+        let needs = needs();
+        // Nothing is known where cargo is not at hand; then there is nothing to look at.
+        let own = |layer| needs.iter().find(|needs| needs.layer == layer).map(|needs| needs.own);
+        assert!(matches!(own("carom-geometry"), None | Some(0)));
+        assert!(matches!(own("carom-engine"), None | Some(4)));
+    }
+}

@@ -1,0 +1,252 @@
+//! One variant as it runs: the gas, what is added to it, and what is done at its standbys.
+
+use std::{cell::Cell, f64::consts::PI, io, rc::Rc};
+
+use anyhow::{Context, Result};
+use carom::{
+    Scene, Simulation, Subscriptions,
+    engine::{
+        AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Rotation, Tag, WallSpec,
+    },
+    observers::{TagFilter, write_extended_xyz},
+};
+
+use super::capability::{Capability, Level, Variant};
+
+/// Discs, and how many bodies are of another kind where a capability is used.
+const DISCS: usize = 4000;
+const OTHERS: usize = 200;
+
+/// Share of the box that the discs cover.
+const AREA_FRACTION: f64 = 0.5;
+
+/// Time between standbys: about three collisions of each disc.
+pub const INTERVAL: f64 = 0.005;
+
+/// Intervals until the gas has forgotten the lattice that it was placed on.
+pub const WARM_UP: u32 = 2;
+
+/// A variant in the middle of its run.
+pub struct Subject {
+    simulation: Simulation,
+    work: Work,
+    intervals: u32,
+}
+
+/// What is done besides running.
+enum Work {
+    /// Nothing; the run does not even stand by.
+    None,
+    Told(Subscriptions),
+    StandBy,
+    Snapshots,
+    Thermostat(Tag),
+}
+
+impl Subject {
+    /// The variant at its start.
+    ///
+    /// # Errors
+    /// The scene cannot be built.
+    pub fn new(variant: Variant) -> Result<Self> {
+        let mut simulation = Simulation::new(&scene(variant))?;
+        let work = match variant {
+            Variant::With(Capability::Subscriptions, level) => {
+                let mut subscriptions = Subscriptions::default();
+                if level == Level::Used {
+                    count(&mut subscriptions, TagFilter::Any);
+                }
+                Work::Told(subscriptions)
+            }
+            Variant::With(Capability::Tags, Level::Used) => {
+                let tag = |name| simulation.find_tag(name).context("the discs carry this tag");
+                let filter = TagFilter::Pair(tag("one")?, tag("three")?);
+                let mut subscriptions = Subscriptions::default();
+                count(&mut subscriptions, filter);
+                Work::Told(subscriptions)
+            }
+            Variant::With(Capability::Snapshots, Level::Idle) => Work::StandBy,
+            Variant::With(Capability::Snapshots, Level::Used) => Work::Snapshots,
+            Variant::With(Capability::Thermostat, Level::Used) => {
+                Work::Thermostat(simulation.find_tag("gas").context("the discs carry this tag")?)
+            }
+            Variant::With(Capability::Thermostat, Level::Idle) => {
+                let key = simulation.view().bodies().next().context("an empty scene")?.body.key();
+                let tag = simulation.tag(key, "nobody")?;
+                simulation.untag(key, "nobody")?;
+                Work::Thermostat(tag)
+            }
+            _ => Work::None,
+        };
+        Ok(Self { simulation, work, intervals: 0 })
+    }
+
+    /// Runs on for so many intervals.
+    ///
+    /// # Errors
+    /// The run breaks off.
+    pub fn run(&mut self, intervals: u32) -> Result<()> {
+        let begin = self.intervals;
+        self.intervals += intervals;
+        let at = |interval: u32| INTERVAL * f64::from(interval);
+        match &mut self.work {
+            Work::None => self.simulation.run_until(at(self.intervals))?,
+            Work::Told(subscriptions) => {
+                self.simulation.observe_until(at(self.intervals), subscriptions)?;
+            }
+            Work::StandBy | Work::Snapshots | Work::Thermostat(_) => {
+                for interval in begin + 1..=self.intervals {
+                    self.simulation.run_until(at(interval))?;
+                    match self.work {
+                        Work::Snapshots => write_extended_xyz(&self.simulation.view(), &mut io::sink())?,
+                        Work::Thermostat(tag) => self.simulation.reset_energy_of_all(tag, 1.0)?,
+                        _ => {}
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Collisions so far.
+    pub fn collisions(&self) -> u64 {
+        self.simulation.view().counters().collisions
+    }
+
+    /// Memory for each body (bytes).
+    pub fn bytes_per_body(&self) -> f64 {
+        self.simulation.heap_bytes() as f64 / self.simulation.view().len() as f64
+    }
+}
+
+/// Subscribes a closure that counts.
+fn count(subscriptions: &mut Subscriptions, filter: TagFilter) {
+    let seen = Rc::new(Cell::new(0u64));
+    subscriptions.subscribe_collisions(filter, move |_| seen.set(seen.get() + 1));
+}
+
+fn radius() -> f64 {
+    (AREA_FRACTION / (PI * DISCS as f64)).sqrt()
+}
+
+/// The scene of a variant.
+pub fn scene(variant: Variant) -> Scene {
+    let radius = radius();
+    let discs = |count: usize, radius: f64, mass: f64| GasSpec {
+        tags: vec!["gas".to_owned()],
+        radius: Some(radius),
+        mass: Some(mass),
+        energy: 1.0,
+        count: Some(count),
+        ..GasSpec::default()
+    };
+    let mut scene = Scene { gas: vec![discs(DISCS, radius, 1.0)], ..Scene::default() };
+    let (capability, level) = match variant {
+        Variant::Plain(seed) => {
+            scene.bounds.seed = seed;
+            return scene;
+        }
+        Variant::With(capability, level) => (capability, level),
+    };
+    scene.bounds.seed = 1;
+    let used = level == Level::Used;
+    let others = if used { OTHERS } else { 1 };
+    let dumbbells = |count: usize, rotation: Rotation| GasSpec {
+        shape: Some("dumbbell".to_owned()),
+        // As much area as a disc.
+        atom_radius: Some(radius / 2f64.sqrt()),
+        atom_mass: Some(0.5),
+        rotation,
+        radius: None,
+        mass: None,
+        ..discs(count, radius, 1.0)
+    };
+    match capability {
+        Capability::Turning => {
+            scene.gas = vec![dumbbells(others, Rotation::Free), discs(DISCS - others, radius, 1.0)];
+        }
+        Capability::Locked if used => {
+            scene.gas = vec![dumbbells(others, Rotation::Locked), discs(DISCS - others, radius, 1.0)];
+        }
+        Capability::Locked => scene.gas[0].rotation = Rotation::Locked,
+        Capability::Bumpers => {
+            // In rows of 20.
+            let at = |index: usize| [0.05 * (0.5 + (index % 20) as f64), 0.1 * (0.5 + (index / 20) as f64)];
+            let bumper = |index| BumperSpec { tags: Vec::new(), radius, at: at(index) };
+            scene.bumper = (0..others).map(bumper).collect();
+            scene.gas[0].count = Some(DISCS - others);
+        }
+        Capability::Walls if used => {
+            let across = |x, y| WallSpec { x, y, ..WallSpec::default() };
+            scene.wall = vec![across(Some(0.0), None), across(None, Some(0.0))];
+        }
+        Capability::Walls => {
+            let (from, to) = (Some([0.5, 0.5]), Some([0.5 + radius, 0.5]));
+            scene.wall = vec![WallSpec { from, to, ..WallSpec::default() }];
+        }
+        Capability::Tags => {
+            scene.gas[0].tags = ["one", "two", "three"].map(str::to_owned).to_vec();
+        }
+        Capability::ElasticityTable => {
+            let (tag, coefficient) = if used { ("gas", 0.999) } else { ("nobody", 0.5) };
+            let rule = ElasticityRule { between: vec![tag.to_owned()], coefficient };
+            scene.elasticity = ElasticitySpec { pair: vec![rule], ..ElasticitySpec::default() };
+        }
+        Capability::SizeMixture if used => {
+            // Nine discs' area each; the whole stays half covered.
+            scene.gas = vec![discs(OTHERS, 3.0 * radius, 9.0), discs(DISCS - 9 * OTHERS, radius, 1.0)];
+        }
+        Capability::SizeMixture => {
+            let atoms = vec![AtomSpec { at: [0.0; 2], radius: 3.0 * radius, mass: 9.0 }];
+            scene.molecule = vec![MoleculeSpec { atoms, at: [0.5, 0.5], ..MoleculeSpec::default() }];
+            scene.gas[0].count = Some(DISCS - 9);
+        }
+        Capability::Subscriptions | Capability::Snapshots | Capability::Thermostat => {}
+    }
+    scene
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_variant_runs_and_is_what_it_says() {
+        for variant in Variant::all() {
+            let mut subject = Subject::new(variant).unwrap();
+            subject.run(1).unwrap();
+            assert!(subject.collisions() > 1000, "{variant}");
+            let view = subject.simulation.view();
+            assert_eq!(view.overlaps().pairs, 0, "{variant}");
+            let bodies = view.len();
+            let expected = match variant {
+                Variant::With(Capability::SizeMixture, Level::Used) => DISCS - 8 * OTHERS,
+                Variant::With(Capability::SizeMixture, Level::Idle) => DISCS - 8,
+                Variant::With(Capability::Walls, Level::Idle) => DISCS + 1,
+                Variant::With(Capability::Walls, Level::Used) => DISCS + 2,
+                _ => DISCS,
+            };
+            assert_eq!(bodies, expected, "{variant}");
+        }
+    }
+
+    #[test]
+    fn what_only_watches_changes_no_collision() {
+        let collisions = |variant| {
+            let mut subject = Subject::new(variant).unwrap();
+            subject.run(2).unwrap();
+            subject.collisions()
+        };
+        let plain = collisions(Variant::Plain(1));
+        for capability in [
+            Capability::Tags,
+            Capability::Subscriptions,
+            Capability::Snapshots,
+            Capability::Locked,
+            Capability::ElasticityTable,
+        ] {
+            assert_eq!(collisions(Variant::With(capability, Level::Idle)), plain, "{capability:?}");
+        }
+        assert_eq!(collisions(Variant::With(Capability::Tags, Level::Used)), plain);
+    }
+}

@@ -1,0 +1,105 @@
+//! What the numbers advise: for each family of settings its fastest one, and what it buys at which price.
+
+use super::{
+    campaign::{Found, SceneResult},
+    knobs::{FAMILIES, MODEL},
+    measures::{Mean, relative},
+};
+
+/// Times closer than this are called equal: medians of short runs do not tell more.
+const EQUAL: f64 = 0.03;
+
+/// The sentences for one scene.
+pub fn sentences(result: &SceneResult) -> Vec<String> {
+    let exact = &result.found[0];
+    let mut sentences = vec![free_of_error(result)];
+    for (family, name) in FAMILIES.iter().enumerate() {
+        let own =
+            result.found.iter().filter(|found| found.setting.family == family && !found.setting.is_exact());
+        let fastest = own.filter_map(|found| Some((found.time?, found))).min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((time, found)) = fastest {
+            sentences.push(format!(
+                "{name}: its fastest setting, {}, {}{}",
+                found.setting.name,
+                speed(time),
+                price(found, exact)
+            ));
+        }
+    }
+    sentences
+}
+
+/// Which setting is the fastest of those in which no contact was wrong.
+fn free_of_error(result: &SceneResult) -> String {
+    let exact = &result.found[0];
+    let right = result.found.iter().filter(|found| {
+        found.setting.family != MODEL
+            && found.tally.judged > 0
+            && found.tally.wrong() == 0.0
+            && found.physics.overlapping == 0
+    });
+    let fastest = right.filter_map(|found| Some((found.time?, found))).min_by(|a, b| a.0.total_cmp(&b.0));
+    match fastest {
+        Some((time, found)) if time < 1.0 - EQUAL => format!(
+            "Of the settings without a wrong contact (fewer than {:.0} in a million, 95 %), {} is the fastest: {:.2} times \
+             the time of the default.",
+            exact.tally.upper_bound_of_none(),
+            found.setting.title(),
+            time
+        ),
+        _ => format!(
+            "No setting without a wrong contact (fewer than {:.0} in a million, 95 %) is faster than the default by more than \
+             {:.0} %: here exactness is free.",
+            exact.tally.upper_bound_of_none(),
+            100.0 * EQUAL
+        ),
+    }
+}
+
+fn speed(time: f64) -> String {
+    if time < 1.0 - EQUAL {
+        format!("saves {:.0} % of the time", 100.0 * (1.0 - time))
+    } else if time <= 1.0 + EQUAL {
+        "takes the same time".to_owned()
+    } else {
+        format!("takes {time:.1} times as long")
+    }
+}
+
+fn price(found: &Found, exact: &Found) -> String {
+    let mut prices = Vec::new();
+    if found.setting.family != MODEL && found.tally.wrong() > 0.0 {
+        prices.push(format!("{:.0} contacts in a million are wrong", found.tally.wrong()));
+    }
+    if found.physics.overlapping > 0 {
+        prices.push(format!(
+            "up to {} pairs overlap, the deepest by {:.1e} of a diameter",
+            found.physics.overlapping, found.physics.deepest
+        ));
+    }
+    let seen = |mean: Option<Mean>| mean.filter(|mean| mean.value.abs() > 3.0 * mean.error);
+    let physics = [
+        ("the pressure", relative(found.physics.pressure, exact.physics.pressure)),
+        ("the collision rate", relative(found.physics.rate, exact.physics.rate)),
+        ("the slope of the velocity autocorrelation", relative(found.physics.slope, exact.physics.slope)),
+    ];
+    for (name, mean) in physics {
+        if let Some(mean) = seen(mean) {
+            prices.push(format!(
+                "{name} is off by {:+.2} % (± {:.2} %)",
+                100.0 * mean.value,
+                100.0 * mean.error
+            ));
+        }
+    }
+    if let Some(mean) = seen(found.physics.share_difference(&exact.physics)) {
+        prices.push(format!("a share of hits is off by {:.3} (± {:.3})", mean.value, mean.error));
+    }
+    if let Some(error) = &found.physics.broke_off {
+        prices.push(format!("the run breaks off ({error})"));
+    }
+    if found.physics.blocks == 0 {
+        prices.push("the physics was not measured, as it takes too long".to_owned());
+    }
+    if prices.is_empty() { ", and no price is seen.".to_owned() } else { format!("; {}.", prices.join("; ")) }
+}

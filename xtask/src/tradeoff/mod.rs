@@ -1,0 +1,16 @@
+//! `cargo xtask experiment tradeoff`: whole simulations with each knob turned, what that buys, and what it costs.
+
+mod advice;
+mod campaign;
+mod charts;
+mod epochs;
+mod knobs;
+mod measures;
+mod options;
+mod replay;
+mod report;
+mod runner;
+mod scenes;
+
+pub use campaign::run;
+pub use options::Options;

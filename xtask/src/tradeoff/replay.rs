@@ -1,0 +1,172 @@
+//! Contacts missed, late, early or invented: the same stretch run twice from one state, and compared contact by contact.
+//!
+//! Trajectories part soon after a single error, and everything that follows from it is no error of its own. A body that
+//! had a wrong contact is therefore set aside, and with it whatever it meets; only what happens to untouched bodies
+//! counts.
+
+use anyhow::Result;
+use carom::{Checkpoint, CollisionReport, Observer, kinematics::Instant};
+
+use super::{knobs::Setting, runner::begin};
+
+/// A contact: when (from the start of the stretch), and of which bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// Time from the start of the stretch.
+    pub time: f64,
+    /// The two, by their numbers.
+    pub bodies: [u64; 2],
+}
+
+/// All contacts of a stretch.
+#[derive(Debug, Clone)]
+pub struct Log {
+    begin: Instant,
+    /// In order of time.
+    pub contacts: Vec<Contact>,
+}
+
+impl Observer for Log {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        let [a, b] = report.sides.each_ref().map(|side| side.body.id());
+        let bodies = [a.min(b), a.max(b)];
+        self.contacts.push(Contact { time: report.time.since(self.begin), bodies });
+    }
+}
+
+/// What was wrong in all stretches.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Tally {
+    /// Contacts judged.
+    pub judged: u64,
+    /// Of the exact run, not in this one.
+    pub missed: u64,
+    /// Later or earlier than the tolerance.
+    pub off: u64,
+    /// Not of the exact run.
+    pub invented: u64,
+    /// Largest |Δt| of those found (time).
+    pub largest: f64,
+}
+
+impl Tally {
+    /// Wrong contacts in a million.
+    pub fn wrong(&self) -> f64 {
+        self.million(self.missed + self.off + self.invented)
+    }
+
+    /// So many of those judged, in a million.
+    pub fn million(&self, count: u64) -> f64 {
+        1e6 * count as f64 / self.judged.max(1) as f64
+    }
+
+    /// Upper end of the 95 % interval where none is wrong: 3/n (Hanley and Lippman-Hand 1983), in a million.
+    pub fn upper_bound_of_none(&self) -> f64 {
+        3e6 / self.judged.max(1) as f64
+    }
+}
+
+/// The contacts of a setting from a state on.
+///
+/// # Errors
+/// The run breaks off.
+pub fn stretch(setting: &Setting, state: &Checkpoint, duration: f64) -> Result<Log> {
+    let mut runner = begin(setting, state)?;
+    let mut log = Log { begin: state.time(), contacts: Vec::new() };
+    runner.log(state.time().to_f64() + duration, &mut log)?;
+    Ok(log)
+}
+
+/// Compares two stretches of one duration; a contact may be off by `tolerance` (time).
+pub fn compare(exact: &Log, other: &Log, duration: f64, tolerance: f64, tally: &mut Tally) {
+    let all = exact.contacts.iter().chain(&other.contacts);
+    let bodies = all.map(|contact| contact.bodies[1] as usize + 1).max().unwrap_or(0);
+    let mut queues = vec![std::collections::VecDeque::new(); bodies];
+    for (index, contact) in other.contacts.iter().enumerate() {
+        contact.bodies.iter().for_each(|&body| queues[body as usize].push_back(index));
+    }
+    let mut spoilt = vec![false; bodies];
+    // The contact that comes next to both of its bodies, if it comes next to one.
+    let next = |queues: &[std::collections::VecDeque<usize>], body: u64| {
+        let index = *queues[body as usize].front()?;
+        let contact = other.contacts[index];
+        let mutual = contact.bodies.iter().all(|&body| queues[body as usize].front() == Some(&index));
+        Some((contact, mutual))
+    };
+    for contact in &exact.contacts {
+        let [a, b] = contact.bodies;
+        if !spoilt[a as usize] && !spoilt[b as usize] {
+            match next(&queues, a) {
+                Some((found, true)) if found.bodies == contact.bodies => {
+                    tally.judged += 1;
+                    let off = (found.time - contact.time).abs();
+                    if off <= tolerance {
+                        tally.largest = tally.largest.max(off);
+                        for body in [a, b] {
+                            queues[body as usize].pop_front();
+                        }
+                        continue;
+                    }
+                    tally.off += 1;
+                }
+                _ => {
+                    let before = [a, b].into_iter().filter_map(|body| next(&queues, body));
+                    let earlier: Vec<(Contact, bool)> =
+                        before.filter(|(found, _)| found.time < contact.time).collect();
+                    if earlier.is_empty() {
+                        tally.judged += 1;
+                        tally.missed += 1;
+                    }
+                    for (found, mutual) in earlier {
+                        let clean = found.bodies.iter().all(|&body| !spoilt[body as usize]);
+                        tally.judged += u64::from(mutual && clean);
+                        tally.invented += u64::from(mutual && clean);
+                        found.bodies.iter().for_each(|&body| spoilt[body as usize] = true);
+                    }
+                }
+            }
+        }
+        (spoilt[a as usize], spoilt[b as usize]) = (true, true);
+    }
+    for body in 0..bodies as u64 {
+        if let Some((found, true)) = next(&queues, body)
+            && found.time < duration - tolerance
+            && found.bodies.iter().all(|&body| !spoilt[body as usize])
+        {
+            tally.judged += 1;
+            tally.invented += 1;
+            found.bodies.iter().for_each(|&body| spoilt[body as usize] = true);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tally(exact: &[(f64, u64, u64)], other: &[(f64, u64, u64)]) -> Tally {
+        let log = |list: &[(f64, u64, u64)]| Log {
+            begin: Instant::ZERO,
+            contacts: list.iter().map(|&(time, a, b)| Contact { time, bodies: [a, b] }).collect(),
+        };
+        let mut tally = Tally::default();
+        compare(&log(exact), &log(other), 10.0, 1e-6, &mut tally);
+        tally
+    }
+
+    #[test]
+    fn what_follows_from_an_error_is_no_error_of_its_own() {
+        let exact = [(1.0, 0, 1), (2.0, 2, 3), (3.0, 1, 2), (4.0, 4, 5)];
+        let right = tally(&exact, &exact);
+        assert_eq!((right.judged, right.missed, right.off, right.invented), (4, 0, 0, 0));
+        // Without the first, 1 flies on and meets 4; 2 is not met.
+        let missed = tally(&exact, &[(2.0, 2, 3), (3.5, 1, 4)]);
+        assert_eq!((missed.judged, missed.missed, missed.off, missed.invented), (2, 1, 0, 0));
+        let late = tally(&exact, &[(1.5, 0, 1), (2.0, 2, 3), (3.1, 1, 2), (4.0, 4, 5)]);
+        assert_eq!((late.judged, late.missed, late.off, late.invented), (3, 0, 1, 0));
+        let invented = tally(&exact, &[(0.5, 6, 7), (1.0, 0, 1), (2.0, 2, 3), (3.0, 1, 2), (4.0, 4, 5)]);
+        assert_eq!((invented.judged, invented.missed, invented.off, invented.invented), (5, 0, 0, 1));
+        let before = tally(&exact, &[(0.5, 0, 6), (2.0, 2, 3), (4.0, 4, 5)]);
+        assert_eq!((before.missed, before.off, before.invented), (0, 0, 1));
+    }
+}
