@@ -48,8 +48,10 @@ impl Folder {
                  run in it with --resume",
                 path.display()
             ),
+            // A run that was killed as it began has left no more than folders with nothing in them.
             Existing::Resume => ensure!(
-                names.is_empty() || names.iter().any(|name| name.to_string_lossy().starts_with(MANIFEST)),
+                names.iter().any(|name| name.to_string_lossy().starts_with(MANIFEST))
+                    || names.iter().all(|name| is_empty_folder(&path.join(name))),
                 "{} holds no run that could be resumed: there is no {MANIFEST}",
                 path.display()
             ),
@@ -153,6 +155,10 @@ fn table<R: Serialize>(header: &[&str], rows: impl IntoIterator<Item = R>) -> Re
     table.write_record(header)?;
     rows.into_iter().try_for_each(|row| table.serialize(row))?;
     Ok(table.into_inner()?)
+}
+
+fn is_empty_folder(path: &Path) -> bool {
+    fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none())
 }
 
 /// Writes a file aside and renames it, so that nobody ever sees half of it.

@@ -161,7 +161,7 @@ pub fn measure(
             let measuring = going.observers.2.insert((FromGas(kicked), average, drift, rate));
             measuring.start(&going.simulation.view());
             going.observers.3 = Some(FromGas(ImpulseLog::new(key, impulses)));
-            film::record(&going.simulation, plan.until, task.folder)?;
+            film::record(&going.simulation, task.folder)?;
         }
         let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
         going.run_to(time, task)?;

@@ -134,7 +134,7 @@ fn simulate_with<O: Watchers>(
         }
         Start::Anew => {
             task.folder.write_lasting(PICTURES[0], picture(&simulation.view(), PICTURE))?;
-            film::record(&simulation, run.until, task.folder)?;
+            film::record(&simulation, task.folder)?;
             let mut going = Resumable::begin(
                 task,
                 simulation,

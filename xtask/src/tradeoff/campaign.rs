@@ -344,7 +344,8 @@ mod tests {
             let setting = Setting { order, ..knobs::exact() };
             let tally = replays(&setting, &states, &exact, tau, &plan).unwrap();
             let physics = measures::measure(&setting, &states[0], tau, &plan).unwrap();
-            assert!(tally.judged > 500, "{tally:?}");
+            // Whoever has had a wrong contact is judged no more.
+            assert!(tally.judged > 200, "{tally:?}");
             (tally.missed, tally.off + tally.invented, physics.overlapping)
         };
         // Ten cells a side are just safe.
