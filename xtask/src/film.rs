@@ -2,7 +2,7 @@
 //!
 //! A twin of the simulation flies ahead and is recorded, so that the run itself neither waits nor keeps anything. It makes the
 //! same contacts, to the bit. What is recorded is written as a table, with every digit, and as JSON, for the page: there each
-//! number is one of [`LEVELS`] + 1 even steps, three characters long. In the box that is a hundredth of a pixel at most.
+//! number is one of `LEVELS` + 1 even steps, three characters long. In the box that is a hundredth of a pixel at most.
 
 use std::collections::BTreeMap;
 
