@@ -7,7 +7,9 @@ use carom::{
 };
 use plotters::style::RGBColor;
 
-use super::{Case, figures::Group, measurement::PROJECTION, pooled::Pooled, setup::GAS_MASS};
+use super::{
+    Case, figures::Group, measurement::PROJECTION, pooled::Pooled, report::band_of_one_run, setup::GAS_MASS,
+};
 use crate::{
     page::{Layout, Page},
     plot::{Axis, Chart, Layer, Shape, colour, staircase},
@@ -232,15 +234,7 @@ fn velocity(group: &Group<'_>) -> Result<String> {
     let thermal = (group.temperature() / run.molecule.mass()).sqrt();
     // One standby after another: independent velocities, since the molecule forgets its own within some hundredths.
     let error_at = |time: f64| thermal / (standbys * time / duration).max(1.0).sqrt();
-    let band = (1..=200).map(|step| {
-        let time = duration * f64::from(step) / 200.0;
-        (time, -error_at(time), error_at(time))
-    });
-    let mut layers = vec![Layer {
-        name: "± one standard error of one run".to_owned(),
-        colour: colour::ORANGE,
-        shape: Shape::Band(band.collect()),
-    }];
+    let mut layers = vec![band_of_one_run(duration, error_at)];
     for (axis, name, colour) in [(0, "along x′", colour::BLUE), (1, "along y′", colour::GREEN)] {
         for (index, run) in group.runs.iter().enumerate() {
             let points = run.averages.iter().map(|point| (point.time - group.from, point.velocity[axis]));

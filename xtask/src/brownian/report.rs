@@ -228,15 +228,7 @@ fn force(group: &Group<'_>) -> Result<String> {
         .map(|point| point.momentum.abs().max_element())
         .fold(scale, f64::max);
     let range = if largest > 0.0 { 1.1 * largest } else { 1.0 };
-    let band = (1..=200).map(|step| {
-        let time = duration * f64::from(step) / 200.0;
-        (time, -error_at(time), error_at(time))
-    });
-    let mut layers = vec![Layer {
-        name: "± one standard error of one run".to_owned(),
-        colour: colour::ORANGE,
-        shape: Shape::Band(band.collect()),
-    }];
+    let mut layers = vec![band_of_one_run(duration, error_at)];
     for (axis, name, colour) in [(0, "along x′", colour::BLUE), (1, "along y′", colour::GREEN)] {
         for (index, run) in group.runs.iter().enumerate() {
             let points: Vec<(f64, f64)> = force_series(&run.averages, group.from)
@@ -253,6 +245,19 @@ fn force(group: &Group<'_>) -> Result<String> {
         layers,
     }
     .svg()
+}
+
+/// How far from 0 chance alone takes a running average of one run, over the time since it began.
+pub fn band_of_one_run(duration: f64, error_at: impl Fn(f64) -> f64) -> Layer {
+    let band = (1..=200).map(|step| {
+        let time = duration * f64::from(step) / 200.0;
+        (time, -error_at(time), error_at(time))
+    });
+    Layer {
+        name: "± one standard error of one run".to_owned(),
+        colour: colour::ORANGE,
+        shape: Shape::Band(band.collect()),
+    }
 }
 
 /// What is in the tables, in words.
