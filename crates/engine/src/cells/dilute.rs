@@ -45,20 +45,12 @@ impl State {
     ) -> f64 {
         self.done.crossings += 1;
         let (axis, direction) = kind.direction();
-        let line = &mut self.lines[disc as usize];
-        let from = line.cell();
+        let from = self.lines[disc as usize].cell();
         let mut to = from;
-        let count = self.grid.counts()[axis] as i32;
         let next = i32::from(from[axis]) + direction;
-        if (0..count).contains(&next) {
-            to[axis] = next as u16;
-        } else {
-            to[axis] = if direction > 0 { 0 } else { (count - 1) as u16 };
-            line.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
-            let winding = &mut self.windings[disc as usize][axis];
-            *winding = winding.wrapping_add(direction as i16);
-        }
-        line.set_cell(to);
+        let is_inside = (0..self.grid.counts()[axis] as i32).contains(&next);
+        to[axis] = if is_inside { next as u16 } else { self.wrap_place(disc, axis, direction) };
+        self.lines[disc as usize].set_cell(to);
         self.rosters.leave::<K>(disc, from);
         self.rosters.enter(disc, to);
         let mut ahead = [[direction; 2]; 3];

@@ -147,16 +147,19 @@ impl State {
 
     #[cold]
     fn wrap(&mut self, disc: u32, axis: usize, direction: i32) {
-        let count = self.grid.counts()[axis];
-        let line = &mut self.lines[disc as usize];
-        let mut cell = line.cell();
+        let mut cell = self.lines[disc as usize].cell();
         self.neighbourhoods.leave(disc, cell);
-        cell[axis] = if direction > 0 { 0 } else { (count - 1) as u16 };
-        line.set_cell(cell);
-        line.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
+        cell[axis] = self.wrap_place(disc, axis, direction);
+        self.lines[disc as usize].set_cell(cell);
+        self.neighbourhoods.enter(disc, cell);
+    }
+
+    /// Brings the place of a disc that crosses the border of the box back into it; tells the column or row in which it is now.
+    pub(super) fn wrap_place(&mut self, disc: u32, axis: usize, direction: i32) -> u16 {
+        self.lines[disc as usize].flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
         let winding = &mut self.windings[disc as usize][axis];
         *winding = winding.wrapping_add(direction as i16);
-        self.neighbourhoods.enter(disc, cell);
+        if direction > 0 { 0 } else { (self.grid.counts()[axis] - 1) as u16 }
     }
 
     /// The contact of two discs; the image follows from their cells, which are adjacent.
