@@ -76,7 +76,7 @@ pub fn of_one_run(
 /// A picture is gone.
 pub fn of_molecule(page: &mut Page, group: &Group<'_>, charts: &Charts, folder: &Folder) -> Result<()> {
     let frame = "The molecule in its frame (x′, y′). The centre of a gas disc (dashed) can come as near as the line, no \
-                 nearer; each arc belongs to the atom that is touched there.";
+                 nearer; each arc belongs to the atom that is touched there. An atom drawn with a broken line can never be touched.";
     let placed = format!("{}, as it is placed among the gas.", capitalised(group.case.words()));
     let close_up = folder.read(CLOSE_UP)?;
     page.pictures(Layout::Beside, &[(&charts.molecule, frame), (&close_up, &placed)]);
