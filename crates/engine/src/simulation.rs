@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use carom_detection::{Detection, Exact};
-use carom_kinematics::{Instant, Motion, kinetic_energy};
+use carom_kinematics::{Inertia, Instant, Motion, kinetic_energy};
 use carom_response::{ContactFrame, Elasticity, Impact, Response, struck};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -277,10 +277,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let inverse_masses = [body_a.kind.inertia.inverse_mass, body_b.kind.inertia.inverse_mass];
         let elasticity = Elasticity::ELASTIC;
         let impulse = self.response.impulse_of_discs(d, [velocity_a, velocity_b], inverse_masses, elasticity);
-        let after = [velocity_a - impulse * inverse_masses[0], velocity_b + impulse * inverse_masses[1]];
+        let mut after = [velocity_a - impulse * inverse_masses[0], velocity_b + impulse * inverse_masses[1]];
+        let met_fixed = (inverse_masses[0] == 0.0) | (inverse_masses[1] == 0.0);
+        if met_fixed {
+            after = reflect(&self.response, d, [velocity_a, velocity_b], inverse_masses);
+        }
         self.epoch.accept(&self.world, &self.names, bodies, time, after, 0.0)?;
         self.counters.collisions += 1;
-        self.counters.fixed_collisions += u64::from((inverse_masses[0] == 0.0) | (inverse_masses[1] == 0.0));
+        self.counters.fixed_collisions += u64::from(met_fixed);
         if O::WATCHES_COLLISIONS {
             let side = |body, position, before: DVec2, after| {
                 let before = Motion { velocity: before, time, ..Motion::at_rest(position) };
@@ -343,10 +347,20 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let (inertia_a, inertia_b) = (&body_a.kind.inertia, &body_b.kind.inertia);
         let impulse =
             self.response.impulse(&frame, [(&before[0], inertia_a), (&before[1], inertia_b)], elasticity);
-        let after = [
+        let mut after = [
             struck(&before[0], inertia_a, arms[0], -impulse),
             struck(&before[1], inertia_b, arms[1], impulse),
         ];
+        let met_fixed = inertia_a.is_fixed() || inertia_b.is_fixed();
+        let turns = |n: usize, inertia: &Inertia| {
+            inertia.inverse_moment > 0.0 && arms[n].perp_dot(frame.line_of_centres) != 0.0
+        };
+        if met_fixed && elasticity == Elasticity::ELASTIC && !turns(0, inertia_a) && !turns(1, inertia_b) {
+            let inverse_masses = [inertia_a.inverse_mass, inertia_b.inverse_mass];
+            let velocities = before.map(|motion| motion.velocity);
+            [after[0].velocity, after[1].velocity] =
+                reflect(&self.response, frame.line_of_centres, velocities, inverse_masses);
+        }
         let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());
         self.epoch.accept(
             &self.world,
@@ -357,7 +371,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             spin,
         )?;
         self.counters.collisions += 1;
-        self.counters.fixed_collisions += u64::from(inertia_a.is_fixed() || inertia_b.is_fixed());
+        self.counters.fixed_collisions += u64::from(met_fixed);
         if elasticity.coefficient() != 1.0 {
             let energy = |motions: &[Motion; 2]| {
                 kinetic_energy(&motions[0], inertia_a) + kinetic_energy(&motions[1], inertia_b)
@@ -460,6 +474,21 @@ impl Epoch {
         *contacts_left -= 1;
         *contacts_left == 0
     }
+}
+
+/// The velocities after an elastic contact with something fixed that turns neither body.
+#[cold]
+#[inline(never)]
+fn reflect<R: Response>(
+    response: &R,
+    line_of_centres: DVec2,
+    [velocity_a, velocity_b]: [DVec2; 2],
+    [inverse_mass_a, inverse_mass_b]: [f64; 2],
+) -> [DVec2; 2] {
+    let of = |to_other: DVec2, velocity: DVec2, inverse_mass: f64| {
+        if inverse_mass > 0.0 { response.reflected(to_other, velocity) } else { velocity }
+    };
+    [of(line_of_centres, velocity_a, inverse_mass_a), of(-line_of_centres, velocity_b, inverse_mass_b)]
 }
 
 /// How long a body of this speed and spin may fly before its place or angle has used up digits (time).

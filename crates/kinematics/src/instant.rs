@@ -4,6 +4,8 @@ use std::{cmp::Ordering, fmt};
 
 use serde::{Deserialize, Serialize};
 
+use crate::two_sum;
+
 /// A point in time, as the start of an epoch (a double-double: two floats whose exact sum is meant)
 /// and an offset from it.
 ///
@@ -93,13 +95,6 @@ impl fmt::Display for Instant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.to_f64().fmt(f)
     }
-}
-
-/// The sum of two floats as its rounded value and the exact rest (Knuth, TAOCP vol. 2, 4.2.2).
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
-    let sum = a + b;
-    let b_part = sum - a;
-    (sum, (a - (sum - b_part)) + (b - b_part))
 }
 
 #[cfg(test)]

@@ -24,12 +24,14 @@
 //! ```
 
 mod conserved;
+mod error_free;
 mod instant;
 mod motion;
 mod orientation;
 mod relative_motion;
 
 pub use conserved::{Inertia, angular_momentum, kinetic_energy, momentum};
+pub use error_free::{two_product, two_sum};
 pub use instant::Instant;
 pub use motion::Motion;
 pub use orientation::{Orientation, Turning};

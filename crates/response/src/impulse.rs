@@ -3,7 +3,7 @@
 use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;
 
-use crate::{Elasticity, Response};
+use crate::{Elasticity, Response, reflection::reflected};
 
 /// Where two bodies touch: the direction of the normal and the lever arms.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,6 +76,12 @@ impl Response for Impact {
         } else {
             DVec2::ZERO
         }
+    }
+
+    fn reflected(&self, line_of_centres: DVec2, velocity: DVec2) -> DVec2 {
+        let d = exact_on_axes(line_of_centres);
+        // From A, as for the impulse: the sign of d plays no part in the reflection itself.
+        if velocity.dot(d) > 0.0 { reflected(velocity, d) } else { velocity }
     }
 }
 

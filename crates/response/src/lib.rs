@@ -27,6 +27,7 @@
 
 mod elasticity;
 mod impulse;
+mod reflection;
 
 pub use elasticity::{Elasticity, ElasticityError};
 pub use impulse::{ContactFrame, Impact, approach_speed, reduced_mass, struck};
@@ -63,5 +64,15 @@ pub trait Response {
             inverse_masses.map(|inverse_mass| Inertia { inverse_mass, inverse_moment: 0.0 });
         let frame = ContactFrame { line_of_centres, arms: [DVec2::ZERO; 2] };
         self.impulse(&frame, [(&a, &inertia_a), (&b, &inertia_b)], elasticity)
+    }
+
+    /// The velocity of a disc, or of anything that the contact does not turn, after it met something fixed and gave off
+    /// no energy.
+    ///
+    /// `line_of_centres` from it to what is fixed, of any length but 0. The velocity less [`Self::impulse_of_discs`] on a unit mass, unless a
+    /// response knows how to round it better.
+    fn reflected(&self, line_of_centres: DVec2, velocity: DVec2) -> DVec2 {
+        let velocities = [velocity, DVec2::ZERO];
+        velocity - self.impulse_of_discs(line_of_centres, velocities, [1.0, 0.0], Elasticity::ELASTIC)
     }
 }
