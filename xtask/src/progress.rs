@@ -81,6 +81,10 @@ impl Progress {
 
     fn show(&self, state: &mut State) {
         let now = Instant::now();
+        if state.time <= state.skipped {
+            // It waits for its turn.
+            state.begun = Some(now);
+        }
         let begun = *state.begun.get_or_insert(now);
         let told = *state.told.get_or_insert(now);
         let share = (state.time / self.until).clamp(0.0, 1.0);

@@ -13,8 +13,9 @@ use crate::{
     SchedulerCounters, Simulation, TagNames, Tags, WallSpec, World,
     body::BodyKind,
     overlap::rounding_bound,
+    pass::AtOnce,
     placement::{self, Sites},
-    simulation::{AtOnce, Epoch},
+    simulation::Epoch,
 };
 
 impl Simulation {

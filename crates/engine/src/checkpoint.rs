@@ -15,10 +15,8 @@ use thiserror::Error;
 
 use crate::{
     BodyKey, BodyName, Cells, Counters, ElasticitySpec, ElasticityTable, Ledger, Rotation, SceneError,
-    Scheduler, Simulation, TagNames, Tags, World,
-    body::BodyKind,
-    build::inertia,
-    simulation::{AtOnce, Epoch},
+    Scheduler, Simulation, TagNames, Tags, World, body::BodyKind, build::inertia, pass::AtOnce,
+    simulation::Epoch,
 };
 
 /// The state of a simulation at the end of an epoch, to be written down and resumed from.

@@ -48,8 +48,10 @@ mod error;
 mod grid;
 mod guard;
 mod invariants;
+mod limits;
 mod observer;
 mod overlap;
+mod pass;
 mod placement;
 mod report;
 mod scene;
@@ -78,7 +80,7 @@ pub use scene::{
     AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, RunSpec, Scene,
     WallSpec,
 };
-pub use scheduler::{ContactEvent, Parts, Scheduler};
+pub use scheduler::{ContactEvent, EventLoop, EventQueue, Parts, Scheduler};
 pub use simulation::Simulation;
 pub use tags::TagNames;
 pub use thesis::Thesis;

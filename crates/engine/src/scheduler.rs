@@ -75,29 +75,12 @@ pub(crate) fn ordered(pair: [u32; 2], image: [i32; 2]) -> ([u32; 2], [i32; 2]) {
     if pair[0] <= pair[1] { (pair, image) } else { ([pair[1], pair[0]], image.map(|boxes| -boxes)) }
 }
 
-/// Finds the soonest contact, again and again, and keeps the motions while an epoch runs.
+/// Gives the contacts in order of time and takes over what becomes of them, while an epoch runs.
 ///
-/// The engine promises: an epoch is begun before anything else and after every edit; after a contact the
-/// bodies' new motions are handed over before the next is asked for; the world does not change meanwhile. The
-/// scheduler promises: no contact of the present motions before the one it gives.
-pub trait Scheduler: Sized {
-    /// What can be chosen about it.
-    type Options: Clone + Default;
-
-    /// Contacts per moving body after which an epoch ends, and everything is predicted anew. Smaller: more time goes
-    /// into that. Larger: times grow, and whatever piles up in the calendar does.
-    const CONTACTS_PER_EPOCH: u64;
-
-    /// A scheduler for this world, still without an epoch.
-    ///
-    /// # Errors
-    /// [`GridError`] if the bodies do not suit the options.
-    fn new(options: &Self::Options, world: &World) -> Result<Self, GridError>;
-
-    /// Begins an epoch of at most `limit` (time): takes over the motions, and predicts everything anew from the
-    /// state of the world alone.
-    fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64);
-
+/// The engine promises: after a contact the bodies' new motions are handed over before the next is asked for; the world
+/// does not change meanwhile. The queue promises: no contact of the present motions before the one it gives.
+#[doc(alias = "calendar")]
+pub trait EventQueue {
     /// Goes on to the next contact no later than `stop` (offset in the epoch, time).
     fn next_contact<D: Detection>(&mut self, world: &World, detection: &D, stop: f64)
     -> Option<ContactEvent>;
@@ -138,6 +121,43 @@ pub trait Scheduler: Sized {
         let b = Motion { position: places[1], velocity: velocities[1], ..b };
         self.motions_changed(world, detection, bodies, [a, b]);
     }
+}
+
+/// What the engine does with the contacts of an epoch: asks a queue for one after the other.
+///
+/// A scheduler that computes with instructions which not every processor has runs it in code compiled with them, queue and
+/// loop in one piece; so [`Self::run`] is to be marked `#[inline(always)]`.
+pub trait EventLoop {
+    /// How it ended.
+    type End;
+
+    /// Goes through the contacts of this queue.
+    fn run<Q: EventQueue>(self, queue: &mut Q) -> Self::End;
+}
+
+/// Finds the soonest contact, again and again, and keeps the motions while an epoch runs.
+///
+/// The engine promises: an epoch is begun before anything else and after every edit.
+pub trait Scheduler: Sized {
+    /// What can be chosen about it.
+    type Options: Clone + Default;
+
+    /// Contacts per moving body after which an epoch ends, and everything is predicted anew. Smaller: more time goes
+    /// into that. Larger: times grow, and whatever piles up in the calendar does.
+    const CONTACTS_PER_EPOCH: u64;
+
+    /// A scheduler for this world, still without an epoch.
+    ///
+    /// # Errors
+    /// [`GridError`] if the bodies do not suit the options.
+    fn new(options: &Self::Options, world: &World) -> Result<Self, GridError>;
+
+    /// Begins an epoch of at most `limit` (time): takes over the motions, and predicts everything anew from the
+    /// state of the world alone.
+    fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64);
+
+    /// Hands its queue of the present epoch's events to a loop.
+    fn run<L: EventLoop>(&mut self, events: L) -> L::End;
 
     /// Writes the present motions, and the boxes left behind, into the world.
     fn store(&self, world: &mut World);

@@ -1,30 +1,15 @@
 //! The simulation: it owns all state and runs from event to event.
 
-use std::collections::BTreeMap;
-
 use carom_detection::{Detection, Exact};
-use carom_kinematics::{Inertia, Instant, Motion, kinetic_energy};
-use carom_response::{ContactFrame, Elasticity, Impact, Response, struck};
-use glam::DVec2;
-use serde::{Deserialize, Serialize};
+use carom_kinematics::Instant;
+use carom_response::{Impact, Response};
 
 use crate::{
-    BodyName, Cells, CollisionReport, ContactEvent, Counters, ElasticityTable, Ledger, Observer, Parts,
-    RunError, Scheduler, SchedulerCounters, Side, TagNames, View, World,
-    guard::{Partner, note},
-    wall::{arm, contact_frame},
+    Cells, Counters, ElasticityTable, Ledger, Observer, RunError, Scheduler, SchedulerCounters, TagNames,
+    View, World,
+    limits::Limits,
+    pass::{AtOnce, Ended, Pass},
 };
-
-/// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose digits.
-const TURNS_PER_EPOCH: f64 = 64.0;
-
-/// An epoch older than this many stretches of a body that has become so much faster ends with the contact that made it so:
-/// at such a speed, the rounding of the time itself would be too coarse. Larger: places lose digits. Smaller: more epochs.
-const STALE_STRETCHES: f64 = 4.0;
-
-/// Contacts of one body at one instant after which a run counts as stalled. A body hit from all sides at once
-/// needs a few; a fully inelastic pile needs more and more.
-const MOST_CONTACTS_AT_ONCE: u32 = 1000;
 
 /// A system of rigid molecules in a periodic box, at some time.
 ///
@@ -54,23 +39,7 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = Cells> {
 pub(crate) enum Epoch {
     /// It has not begun: everything is to be predicted.
     ToBegin,
-    Running {
-        /// When it ends at the latest: the fastest body has gone one side of the box by then.
-        limit: f64,
-        contacts_left: u64,
-        /// Square of the speed at which `limit` was set.
-        fastest_squared: f64,
-        /// Magnitude of the spin at which `limit` was set.
-        fastest_spin: f64,
-    },
-}
-
-/// Contacts at one instant, for each body that has had one since time last moved on.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub(crate) struct AtOnce {
-    /// The instant, as an offset in the epoch.
-    pub time: f64,
-    pub counts: BTreeMap<u32, u32>,
+    Running(Limits),
 }
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
@@ -190,25 +159,34 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ) -> Result<bool, RunError> {
         self.begin_epoch();
         let target = until.since(self.world.epoch);
-        while let Epoch::Running { limit, .. } = self.epoch {
-            match self.scheduler.next_contact(&self.world, &self.detection, target.min(limit)) {
-                Some(contact) => {
-                    self.resolve(contact, observer)?;
-                    *contacts += 1;
-                    if *contacts == most {
-                        return Ok(true);
-                    }
-                }
-                None if target < limit => {
-                    self.offset = target;
-                    return Ok(true);
-                }
-                None => {
-                    let begun = self.world.epoch;
-                    self.end_epoch(limit);
-                    if self.world.epoch == begun {
-                        return Err(RunError::TimeStandsStill { time: begun, stretch: limit });
-                    }
+        let Epoch::Running(limits) = &mut self.epoch else { return Ok(false) };
+        let pass = Pass {
+            world: &mut self.world,
+            detection: &self.detection,
+            response: &self.response,
+            elasticity: &self.elasticity,
+            names: &self.names,
+            counters: &mut self.counters,
+            ledger: &mut self.ledger,
+            at_once: &mut self.at_once,
+            limits,
+            now: &mut self.offset,
+            observer,
+            target,
+            most: most - *contacts,
+            contacts,
+        };
+        match self.scheduler.run(pass)? {
+            Ended::AsAsked => return Ok(true),
+            Ended::WithContact(time) => {
+                self.end_epoch(time);
+                return Ok(*contacts == most);
+            }
+            Ended::AtLimit(limit) => {
+                let begun = self.world.epoch;
+                self.end_epoch(limit);
+                if self.world.epoch == begun {
+                    return Err(RunError::TimeStandsStill { time: begun, stretch: limit });
                 }
             }
         }
@@ -217,7 +195,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Brings the world up to date with the scheduler, whose motions are the true ones within an epoch.
     fn stand_by(&mut self) {
-        if let Epoch::Running { .. } = self.epoch {
+        if let Epoch::Running(_) = self.epoch {
             self.scheduler.store(&mut self.world);
         }
         self.counters.scheduler = self.work_before + self.scheduler.counters();
@@ -225,18 +203,18 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Begins the epoch if it has not begun.
     fn begin_epoch(&mut self) {
-        if let Epoch::Running { .. } = self.epoch {
+        if let Epoch::Running(_) = self.epoch {
             return;
         }
         let motions = &self.world.motions;
         let fastest_squared = motions.iter().map(|m| m.velocity.length_squared()).fold(0.0, f64::max);
         let fastest_spin = motions.iter().map(|m| m.angular_velocity.abs()).fold(0.0, f64::max);
-        let limit = stretch(&self.world, fastest_squared, fastest_spin);
         let moving = self.world.bodies.iter().filter(|body| !body.is_fixed()).count() as u64;
-        let contacts_left = (S::CONTACTS_PER_EPOCH * moving).div_ceil(2).max(1);
-        self.epoch = Epoch::Running { limit, contacts_left, fastest_squared, fastest_spin };
+        let contacts = (S::CONTACTS_PER_EPOCH * moving).div_ceil(2).max(1);
+        let limits = Limits::new(&self.world, fastest_squared, fastest_spin, contacts);
+        self.epoch = Epoch::Running(limits);
         self.counters.epochs += 1;
-        self.scheduler.begin_epoch(&self.world, &self.detection, limit);
+        self.scheduler.begin_epoch(&self.world, &self.detection, limits.time());
     }
 
     /// Brings all bodies to `offset` and makes it the start of the next epoch.
@@ -247,273 +225,4 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.at_once.time -= offset;
         self.epoch = Epoch::ToBegin;
     }
-
-    #[inline]
-    fn resolve<O: Observer>(&mut self, contact: ContactEvent, observer: &mut O) -> Result<(), RunError> {
-        self.offset = contact.time;
-        self.bound_contacts_at_once(contact.bodies, contact.time)?;
-        match contact.parts {
-            Parts::Discs if self.elasticity.is_elastic() => self.resolve_discs(&contact, observer),
-            _ => self.resolve_any(&contact, observer),
-        }
-    }
-
-    /// The contact of two discs where all contacts are elastic: of what turns or loses energy, nothing is looked at.
-    #[inline]
-    fn resolve_discs<O: Observer>(
-        &mut self,
-        contact: &ContactEvent,
-        observer: &mut O,
-    ) -> Result<(), RunError> {
-        let ContactEvent { time, bodies, image, .. } = *contact;
-        let [a, b] = bodies;
-        let [place_a, velocity_a] = self.scheduler.flight(a, time);
-        let [place_b, velocity_b] = self.scheduler.flight(b, time);
-        let (body_a, body_b) = (&self.world.bodies[a as usize], &self.world.bodies[b as usize]);
-        let mut d = place_b - place_a;
-        if image != [0, 0] {
-            d += self.world.bounds.shift(image);
-        }
-        let inverse_masses = [body_a.kind.inertia.inverse_mass, body_b.kind.inertia.inverse_mass];
-        let elasticity = Elasticity::ELASTIC;
-        let impulse = self.response.impulse_of_discs(d, [velocity_a, velocity_b], inverse_masses, elasticity);
-        let mut after = [velocity_a - impulse * inverse_masses[0], velocity_b + impulse * inverse_masses[1]];
-        let met_fixed = (inverse_masses[0] == 0.0) | (inverse_masses[1] == 0.0);
-        if met_fixed {
-            after = reflect(&self.response, d, [velocity_a, velocity_b], inverse_masses);
-        }
-        self.epoch.accept(&self.world, &self.names, bodies, time, after, 0.0)?;
-        self.counters.collisions += 1;
-        self.counters.fixed_collisions += u64::from(met_fixed);
-        if O::WATCHES_COLLISIONS {
-            let side = |body, position, before: DVec2, after| {
-                let before = Motion { velocity: before, time, ..Motion::at_rest(position) };
-                let after = Motion { velocity: after, ..before };
-                Side { body, atom: Some(0), arm: DVec2::ZERO, before, after }
-            };
-            let normal = d.normalize_or(DVec2::X);
-            observer.collision(&CollisionReport {
-                time: self.world.epoch.after(time),
-                sides: [
-                    side(body_a, place_a, velocity_a, after[0]),
-                    side(body_b, place_b, velocity_b, after[1]),
-                ],
-                point: place_a + body_a.kind.molecule.bounding_radius() * normal,
-                normal,
-                impulse,
-                elasticity,
-                image,
-            });
-        }
-        let ended = self.epoch.count_contact();
-        let flights = [[place_a, place_b], after];
-        self.scheduler.flights_changed(&self.world, &self.detection, bodies, time, flights);
-        if ended {
-            self.end_epoch(time);
-        }
-        Ok(())
-    }
-
-    /// Any contact.
-    #[inline(never)]
-    fn resolve_any<O: Observer>(&mut self, contact: &ContactEvent, observer: &mut O) -> Result<(), RunError> {
-        let ContactEvent { time, bodies, image, parts } = *contact;
-        let [a, b] = bodies;
-        let before = [self.scheduler.motion(a).at(time), self.scheduler.motion(b).at(time)];
-        let (body_a, body_b) = (&self.world.bodies[a as usize], &self.world.bodies[b as usize]);
-        let arms = match parts {
-            Parts::Atoms(i, j) => [arm(body_a, i, &before[0]), arm(body_b, j, &before[1])],
-            _ => [DVec2::ZERO; 2],
-        };
-        let mut d = (before[1].position - before[0].position) + (arms[1] - arms[0]);
-        if image != [0, 0] {
-            d += self.world.bounds.shift(image);
-        }
-        let between_centres = ContactFrame { line_of_centres: d, arms };
-        let frame = contact_frame(&self.world, contact, &before).unwrap_or(between_centres);
-        let arms = frame.arms;
-        let mut elasticity = self.elasticity.between(body_a, body_b);
-        if !self.world.last_contacts.is_empty() {
-            let since = note(&mut self.world.last_contacts, bodies, time);
-            if elasticity.coefficient() < 1.0 {
-                let partner = |n: usize, body| Partner { body, motion: &before[n], since: since[n] };
-                let pair = [partner(0, body_a), partner(1, body_b)];
-                let (raised, spared) = self.elasticity.guard.raise(elasticity, &frame, pair);
-                self.counters.guarded_collisions += u64::from(raised != elasticity);
-                self.ledger.spared += spared;
-                elasticity = raised;
-            }
-        }
-        let (inertia_a, inertia_b) = (&body_a.kind.inertia, &body_b.kind.inertia);
-        let impulse =
-            self.response.impulse(&frame, [(&before[0], inertia_a), (&before[1], inertia_b)], elasticity);
-        let mut after = [
-            struck(&before[0], inertia_a, arms[0], -impulse),
-            struck(&before[1], inertia_b, arms[1], impulse),
-        ];
-        let met_fixed = inertia_a.is_fixed() || inertia_b.is_fixed();
-        let turns = |n: usize, inertia: &Inertia| {
-            inertia.inverse_moment > 0.0 && arms[n].perp_dot(frame.line_of_centres) != 0.0
-        };
-        if met_fixed && elasticity == Elasticity::ELASTIC && !turns(0, inertia_a) && !turns(1, inertia_b) {
-            let inverse_masses = [inertia_a.inverse_mass, inertia_b.inverse_mass];
-            let velocities = before.map(|motion| motion.velocity);
-            [after[0].velocity, after[1].velocity] =
-                reflect(&self.response, frame.line_of_centres, velocities, inverse_masses);
-        }
-        let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());
-        self.epoch.accept(
-            &self.world,
-            &self.names,
-            bodies,
-            time,
-            [after[0].velocity, after[1].velocity],
-            spin,
-        )?;
-        self.counters.collisions += 1;
-        self.counters.fixed_collisions += u64::from(met_fixed);
-        if elasticity.coefficient() != 1.0 {
-            let energy = |motions: &[Motion; 2]| {
-                kinetic_energy(&motions[0], inertia_a) + kinetic_energy(&motions[1], inertia_b)
-            };
-            self.ledger.lost += energy(&before) - energy(&after);
-        }
-        if O::WATCHES_COLLISIONS {
-            let (atoms, radius) = parts.atoms_and_first_radius(body_a.molecule());
-            let side = |n: usize, body| Side {
-                body,
-                atom: atoms[n],
-                arm: arms[n],
-                before: before[n],
-                after: after[n],
-            };
-            let normal = frame.normal();
-            observer.collision(&CollisionReport {
-                time: self.world.epoch.after(time),
-                sides: [side(0, body_a), side(1, body_b)],
-                point: before[0].position + (arms[0] + radius * normal),
-                normal,
-                impulse,
-                elasticity,
-                image,
-            });
-        }
-        let ended = self.epoch.count_contact();
-        self.scheduler.motions_changed(&self.world, &self.detection, bodies, after);
-        if ended {
-            self.end_epoch(time);
-        }
-        Ok(())
-    }
-
-    /// Bounds the contacts of one body at one instant.
-    fn bound_contacts_at_once(&mut self, bodies: [u32; 2], time: f64) -> Result<(), RunError> {
-        if time > self.at_once.time {
-            self.at_once.time = time;
-            if !self.at_once.counts.is_empty() {
-                self.at_once.counts.clear();
-            }
-            return Ok(());
-        }
-        self.count_contacts_at_once(bodies, time)
-    }
-
-    #[cold]
-    fn count_contacts_at_once(&mut self, bodies: [u32; 2], time: f64) -> Result<(), RunError> {
-        for index in bodies {
-            let body = &self.world.bodies[index as usize];
-            let contacts = self.at_once.counts.entry(index).or_default();
-            *contacts += u32::from(!body.is_fixed());
-            if *contacts > MOST_CONTACTS_AT_ONCE {
-                let (time, contacts) = (self.world.epoch.after(time), *contacts);
-                return Err(RunError::Stalled { time, body: BodyName::new(body, &self.names), contacts });
-            }
-        }
-        Ok(())
-    }
-}
-
-impl Epoch {
-    /// Shortens the epoch if one of two bodies is now faster than any was before, and refuses what is too fast.
-    #[inline]
-    fn accept(
-        &mut self,
-        world: &World,
-        names: &TagNames,
-        bodies: [u32; 2],
-        now: f64,
-        velocities: [DVec2; 2],
-        spin: f64,
-    ) -> Result<(), RunError> {
-        let Self::Running { fastest_squared, fastest_spin, .. } = self else { return Ok(()) };
-        let speed_squared = velocities[0].length_squared().max(velocities[1].length_squared());
-        // Written so that NaN counts as too fast.
-        if (speed_squared <= *fastest_squared) & (spin <= *fastest_spin) {
-            return Ok(());
-        }
-        self.shorten(world, now, speed_squared, spin);
-        refuse_blow_up(world, names, bodies, now, velocities, spin)
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn shorten(&mut self, world: &World, now: f64, speed_squared: f64, spin: f64) {
-        let Self::Running { limit, contacts_left, fastest_squared, fastest_spin } = self else { return };
-        (*fastest_squared, *fastest_spin) = (fastest_squared.max(speed_squared), fastest_spin.max(spin));
-        let stretch = stretch(world, *fastest_squared, *fastest_spin);
-        *limit = limit.min(now + stretch);
-        if now > STALE_STRETCHES * stretch {
-            *contacts_left = 1;
-        }
-    }
-
-    /// Counts a contact; tells whether the epoch ends with it.
-    #[inline]
-    fn count_contact(&mut self) -> bool {
-        let Self::Running { contacts_left, .. } = self else { return false };
-        *contacts_left -= 1;
-        *contacts_left == 0
-    }
-}
-
-/// The velocities after an elastic contact with something fixed that turns neither body.
-#[cold]
-#[inline(never)]
-fn reflect<R: Response>(
-    response: &R,
-    line_of_centres: DVec2,
-    [velocity_a, velocity_b]: [DVec2; 2],
-    [inverse_mass_a, inverse_mass_b]: [f64; 2],
-) -> [DVec2; 2] {
-    let of = |to_other: DVec2, velocity: DVec2, inverse_mass: f64| {
-        if inverse_mass > 0.0 { response.reflected(to_other, velocity) } else { velocity }
-    };
-    [of(line_of_centres, velocity_a, inverse_mass_a), of(-line_of_centres, velocity_b, inverse_mass_b)]
-}
-
-/// How long a body of this speed and spin may fly before its place or angle has used up digits (time).
-fn stretch(world: &World, speed_squared: f64, spin: f64) -> f64 {
-    let side = world.bounds.sides().min_element();
-    (side / speed_squared.sqrt()).min(TURNS_PER_EPOCH * std::f64::consts::TAU / spin)
-}
-
-#[cold]
-#[inline(never)]
-fn refuse_blow_up(
-    world: &World,
-    names: &TagNames,
-    bodies: [u32; 2],
-    now: f64,
-    velocities: [DVec2; 2],
-    spin: f64,
-) -> Result<(), RunError> {
-    for (body, velocity) in bodies.into_iter().zip(velocities) {
-        let body = &world.bodies[body as usize];
-        let speed = velocity.length() + spin * body.kind.molecule.bounding_radius();
-        if !(speed <= carom_geometry::LARGEST && spin.is_finite()) {
-            let (time, body) = (world.epoch.after(now), BodyName::new(body, names));
-            return Err(RunError::BlowUp { time, body, speed });
-        }
-    }
-    Ok(())
 }

@@ -12,8 +12,9 @@ use crate::{
     BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, MoleculeSpec, Rotation, SceneError,
     Scheduler, Simulation, Tag, TagNames, WallSpec, World,
     build::{add_molecule, add_wall, deepest_overlap, inertia},
+    pass::AtOnce,
     placement::Sites,
-    simulation::{AtOnce, Epoch},
+    simulation::Epoch,
 };
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {

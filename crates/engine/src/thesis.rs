@@ -23,7 +23,7 @@ use carom_kinematics::{Motion, RelativeMotion};
 use smallvec::SmallVec;
 
 use crate::{
-    ContactEvent, Fineness, GridError, Parts, Scheduler, SchedulerCounters, World,
+    ContactEvent, EventLoop, EventQueue, Fineness, GridError, Parts, Scheduler, SchedulerCounters, World,
     grid::{Grid, Step},
     scheduler::{ordered, separation_error},
 };
@@ -140,6 +140,29 @@ impl Scheduler for Thesis {
         }
     }
 
+    fn run<L: EventLoop>(&mut self, events: L) -> L::End {
+        events.run(self)
+    }
+
+    fn store(&self, world: &mut World) {
+        world.motions.clone_from(&self.motions);
+        world.windings.clone_from(&self.windings);
+    }
+
+    fn heap_bytes(&self) -> usize {
+        self.grid.heap_bytes()
+            + self.heap.capacity() * size_of::<Entry>()
+            + self.motions.capacity() * size_of::<Motion>()
+            + self.windings.capacity() * size_of::<[i64; 2]>()
+            + self.versions.capacity() * size_of::<u32>()
+    }
+
+    fn counters(&self) -> SchedulerCounters {
+        self.done
+    }
+}
+
+impl EventQueue for Thesis {
     fn next_contact<D: Detection>(
         &mut self,
         world: &World,
@@ -176,11 +199,6 @@ impl Scheduler for Thesis {
         self.motions[body as usize]
     }
 
-    fn store(&self, world: &mut World) {
-        world.motions.clone_from(&self.motions);
-        world.windings.clone_from(&self.windings);
-    }
-
     fn motions_changed<D: Detection>(
         &mut self,
         world: &World,
@@ -215,18 +233,6 @@ impl Scheduler for Thesis {
             self.predict(world, detection, body, &asked, now);
             self.schedule_crossing(body, now);
         }
-    }
-
-    fn heap_bytes(&self) -> usize {
-        self.grid.heap_bytes()
-            + self.heap.capacity() * size_of::<Entry>()
-            + self.motions.capacity() * size_of::<Motion>()
-            + self.windings.capacity() * size_of::<[i64; 2]>()
-            + self.versions.capacity() * size_of::<u32>()
-    }
-
-    fn counters(&self) -> SchedulerCounters {
-        self.done
     }
 }
 

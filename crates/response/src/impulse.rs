@@ -26,8 +26,8 @@ impl ContactFrame {
 /// their speeds to the bit, however often.
 #[inline]
 fn exact_on_axes(d: DVec2) -> DVec2 {
-    let on_axis = (d.x == 0.0) != (d.y == 0.0);
-    if on_axis { d / d.abs().max_element() } else { d }
+    // One look in place of two, which may also be 0 by underflow.
+    if d.x * d.y == 0.0 && (d.x == 0.0) != (d.y == 0.0) { d / d.abs().max_element() } else { d }
 }
 
 /// The instantaneous contact of smooth rigid bodies.

@@ -2,10 +2,8 @@
 
 use carom::{
     Cells, Detection, Instructions, Scheduler,
-    engine::{ContactEvent, GridError, SchedulerCounters, World},
-    kinematics::Motion,
+    engine::{EventLoop, GridError, SchedulerCounters, World},
 };
-use glam::DVec2;
 
 /// [`Cells`], with so many contacts of each moving body in an epoch.
 #[derive(Debug, Clone)]
@@ -24,42 +22,8 @@ impl<const CONTACTS: u64> Scheduler for Epochs<CONTACTS> {
         self.0.begin_epoch(world, detection, limit);
     }
 
-    fn next_contact<D: Detection>(
-        &mut self,
-        world: &World,
-        detection: &D,
-        stop: f64,
-    ) -> Option<ContactEvent> {
-        self.0.next_contact(world, detection, stop)
-    }
-
-    fn motion(&self, body: u32) -> Motion {
-        self.0.motion(body)
-    }
-
-    fn motions_changed<D: Detection>(
-        &mut self,
-        world: &World,
-        detection: &D,
-        bodies: [u32; 2],
-        motions: [Motion; 2],
-    ) {
-        self.0.motions_changed(world, detection, bodies, motions);
-    }
-
-    fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
-        self.0.flight(body, time)
-    }
-
-    fn flights_changed<D: Detection>(
-        &mut self,
-        world: &World,
-        detection: &D,
-        bodies: [u32; 2],
-        time: f64,
-        flights: [[DVec2; 2]; 2],
-    ) {
-        self.0.flights_changed(world, detection, bodies, time, flights);
+    fn run<L: EventLoop>(&mut self, events: L) -> L::End {
+        self.0.run(events)
     }
 
     fn store(&self, world: &mut World) {

@@ -1,8 +1,9 @@
 //! The calendar: one event for each body, in bins of a ring, the soonest bin sorted.
 //!
-//! A bounded calendar in the manner of Paul (J. Comput. Phys. 221, 615, 2007). A bin is a circular doubly linked
-//! list through the bodies, so taking a body out and putting it in have no branches. What lies beyond the ring
-//! waits in one overflow list; when the ring has been gone through, it is laid out anew from there.
+//! A bounded calendar in the manner of Paul (J. Comput. Phys. 221, 615, 2007). Bins are numbered along time, and the ring has
+//! room for so many of them from the next to be opened on. A bin is a circular doubly linked list through the bodies, so
+//! taking a body out and putting it in have no branches. What lies beyond the ring waits in one more such list, which is gone
+//! through once in each turn of the ring.
 
 use super::line::{Kind, Line};
 
@@ -11,23 +12,27 @@ type Link = [u32; 2];
 const PREVIOUS: usize = 0;
 const NEXT: usize = 1;
 
-/// The width of a bin in mean intervals between the events of the system. Narrower: more empty bins, and more rounds of the
-/// ring. Wider: more to sort.
+/// The width of a bin in mean intervals between the events of the system. Narrower: more empty bins, and more that lies
+/// beyond the ring. Wider: more to sort.
 const EVENTS_PER_BIN: f64 = 3.0;
 
 /// The events of all bodies in order of time; the times themselves stand in the bodies' lines.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Calendar {
-    /// One for each body, then a head for each bin, then the head of the overflow list.
+    /// One for each body, then a head for each bin of the ring, then the head of the list of those beyond it.
     links: Vec<Link>,
     bodies: u32,
-    bins: u32,
-    /// The next bin to be opened.
-    next_bin: u32,
-    /// Time at which the ring begins.
+    /// Bins in the ring.
+    ring: u32,
+    /// Number of the next bin to be opened, and its place in the ring.
+    next_bin: u64,
+    next_place: u32,
+    /// When that bin is the next, those beyond the ring are gone through: none of theirs is before it.
+    turn: u64,
+    /// Time at which the bin of number 0 begins.
     start: f64,
     bins_per_time: f64,
-    /// The opened bin: time and body, the soonest last. An entry whose body has another time is dead.
+    /// The opened bins: time and body, the soonest last. An entry whose body has another time is dead.
     open: Vec<(f64, u32)>,
 }
 
@@ -35,9 +40,9 @@ impl Calendar {
     /// Lays out a ring of a bin a body for events so far apart on average (time), from time 0, with no events.
     pub fn lay_out(&mut self, bodies: usize, interval: f64) {
         self.bodies = bodies as u32;
-        self.bins = self.bodies.max(1);
+        self.ring = self.bodies.max(1);
         self.links.clear();
-        self.links.extend((0..=self.bodies + self.bins).map(|head| [head; 2]));
+        self.links.extend((0..=self.bodies + self.ring).map(|head| [head; 2]));
         let width = EVENTS_PER_BIN * interval;
         self.bins_per_time = if width.is_finite() && width > 0.0 { 1.0 / width } else { 0.0 };
         self.begin_ring(0.0);
@@ -49,7 +54,8 @@ impl Calendar {
 
     fn begin_ring(&mut self, start: f64) {
         self.start = start;
-        self.next_bin = 0;
+        (self.next_bin, self.next_place) = (0, 0);
+        self.turn = u64::from(self.ring);
         self.open.clear();
     }
 
@@ -60,24 +66,30 @@ impl Calendar {
         self.unlink(body);
         let bin = self.bin_of(time);
         if bin >= self.next_bin {
-            self.link(body, self.bodies + bin);
+            let ahead = bin - self.next_bin;
+            let place = (ahead as u32).wrapping_add(self.next_place);
+            let place = if place < self.ring { place } else { place.wrapping_sub(self.ring) };
+            let place = if ahead < u64::from(self.ring) { place } else { self.ring };
+            self.link(body, self.bodies + place);
         } else {
             self.links[body as usize] = [body; 2];
-            self.insert_open(lines, time, body);
+            self.open.push((time, body));
+            let last = self.open.len() - 1;
+            sink(lines, &mut self.open, last);
         }
     }
 
-    /// The bin of a time; what is after the ring goes to the overflow list.
-    #[inline]
-    fn bin_of(&self, time: f64) -> u32 {
+    /// The number of the bin of a time.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    fn bin_of(&self, time: f64) -> u64 {
         // 2^52: adding it leaves the nearest integer in the last bits. Monotonic, which is all that matters.
         const SHIFT: f64 = 4_503_599_627_370_496.0;
         let place = (time - self.start) * self.bins_per_time;
-        let last = f64::from(self.bins);
-        // Written so that NaN (infinite time, bins without width) goes to the overflow list.
-        let place = if place < last { place } else { last };
+        // Written so that NaN (infinite time, bins without width) is far beyond any ring.
+        let place = if place < 0.5 * SHIFT { place } else { 0.5 * SHIFT };
         let place = if place > 0.0 { place } else { 0.0 };
-        (place + SHIFT).to_bits() as u32
+        (place + SHIFT).to_bits() - SHIFT.to_bits()
     }
 
     /// The soonest event, if there is one at `stop` or before; it is taken off the calendar.
@@ -95,7 +107,7 @@ impl Calendar {
                 }
                 self.open.pop();
             }
-            if self.next_bin < self.bins {
+            if self.next_bin < self.turn {
                 self.open_bin(lines);
             } else if !self.go_round(lines, stop) {
                 return None;
@@ -120,42 +132,36 @@ impl Calendar {
         self.links[first as usize][PREVIOUS] = body;
     }
 
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    fn insert_open(&mut self, lines: &[Line], time: f64, body: u32) {
-        self.open.push((time, body));
-        let mut place = self.open.len() - 1;
-        while place > 0 {
-            let (other_time, other) = self.open[place - 1];
-            if other_time > time || (other_time == time && is_before(lines, body, other)) {
-                break;
-            }
-            self.open[place] = (other_time, other);
-            place -= 1;
-        }
-        self.open[place] = (time, body);
-    }
-
+    /// Opens the next bin; nothing is open.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn open_bin(&mut self, lines: &[Line]) {
-        let head = self.bodies + self.next_bin;
+        let head = self.bodies + self.next_place;
         self.next_bin += 1;
+        self.next_place += 1;
+        if self.next_place == self.ring {
+            self.next_place = 0;
+        }
         let mut body = self.links[head as usize][NEXT];
         self.links[head as usize] = [head; 2];
         while body != head {
             let next = self.links[body as usize][NEXT];
             self.links[body as usize] = [body; 2];
-            self.insert_open(lines, lines[body as usize].time, body);
+            self.open.push((lines[body as usize].time, body));
             body = next;
+        }
+        let open = self.open.as_mut_slice();
+        for place in 1..open.len() {
+            sink(lines, open, place);
         }
     }
 
-    /// Begins the next round of the ring with what waits in the overflow list, unless all of it is after `stop`.
+    /// Goes through those beyond the ring; if there is nothing in it, it begins anew with the soonest of them, unless that is
+    /// after `stop`.
     #[cold]
     #[inline(never)]
     fn go_round(&mut self, lines: &[Line], stop: f64) -> bool {
-        let head = self.bodies + self.bins;
+        let head = self.bodies + self.ring;
         let mut waiting = Vec::new();
         let mut body = self.links[head as usize][NEXT];
         let mut soonest = f64::INFINITY;
@@ -164,15 +170,36 @@ impl Calendar {
             waiting.push(body);
             body = self.links[body as usize][NEXT];
         }
-        if soonest > stop || soonest == f64::INFINITY {
-            return false;
+        let is_empty = (self.bodies..head).all(|bin| self.links[bin as usize][NEXT] == bin);
+        if is_empty {
+            if soonest > stop || soonest == f64::INFINITY {
+                return false;
+            }
+            self.begin_ring(soonest);
+        } else {
+            self.turn = self.next_bin + u64::from(self.ring);
         }
-        self.begin_ring(soonest);
         for body in waiting {
             self.schedule(lines, body, lines[body as usize].time);
         }
         true
     }
+}
+
+/// Moves an entry to its place among those before it, the soonest of which is the last.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+fn sink(lines: &[Line], open: &mut [(f64, u32)], mut place: usize) {
+    let (time, body) = open[place];
+    while place > 0 {
+        let (other_time, other) = open[place - 1];
+        if other_time > time || (other_time == time && is_before(lines, body, other)) {
+            break;
+        }
+        open[place] = (other_time, other);
+        place -= 1;
+    }
+    open[place] = (time, body);
 }
 
 /// Of two events at one instant the one of the earlier inserted pair goes first.

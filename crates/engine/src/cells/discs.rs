@@ -18,8 +18,7 @@ impl State {
     pub(super) fn ask<K: Kernel>(&self, disc: u32, now: f64) -> Asked {
         let question = self.question(disc, now);
         let list = self.neighbourhoods.list(question.from.cell());
-        let soonest =
-            if list.at_border { K::at_border(&question, &list) } else { K::inside(&question, &list) };
+        let soonest = if list.at_border { K::at_border(question, list) } else { K::inside(question, list) };
         let several = soonest.slots & (soonest.slots.wrapping_sub(1)) != 0;
         let (crossing_time, crossing) = self.crossing(question.from, now);
         Asked {
@@ -167,10 +166,11 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn contact_of_discs(&self, bodies: [u32; 2], time: f64) -> ContactEvent {
         let (a, b) = (self.lines[bodies[0] as usize].cell(), self.lines[bodies[1] as usize].cell());
+        let steps = [i32::from(b[0]) - i32::from(a[0]), i32::from(b[1]) - i32::from(a[1])];
+        let is_next = |steps: i32| ((steps + 1) as u32) < 3;
         let mut image = [0; 2];
-        for axis in 0..2 {
-            let steps = i32::from(b[axis]) - i32::from(a[axis]);
-            image[axis] = i64::from(steps < -1) - i64::from(steps > 1);
+        if !(is_next(steps[0]) & is_next(steps[1])) {
+            image = steps.map(|steps| i64::from(steps < -1) - i64::from(steps > 1));
         }
         ContactEvent { time, bodies, image, parts: Parts::Discs }
     }

@@ -51,10 +51,10 @@ use self::{
     line::{Kind, Line, flight_of},
     neighbourhood::Neighbourhoods,
     roster::Rosters,
-    vector::Kernel,
+    vector::{Kernel, Like},
 };
 use crate::{
-    ContactEvent, Fineness, GridError, Scheduler, SchedulerCounters, Thesis, World, grid::Grid,
+    ContactEvent, EventLoop, Fineness, GridError, Scheduler, SchedulerCounters, Thesis, World, grid::Grid,
     scheduler::separation_error,
 };
 
@@ -100,8 +100,8 @@ struct State {
     separation_error: f64,
     /// Sides of the box (length).
     sides: [f64; 2],
-    /// Sum of the radii of two small discs, if they are all alike (length).
-    like: Option<f64>,
+    /// What holds for any two small discs, if they are all alike.
+    like: Option<Like>,
     done: SchedulerCounters,
 }
 
@@ -141,64 +141,10 @@ impl Scheduler for Cells {
         }
     }
 
-    #[inline]
-    fn next_contact<D: Detection>(
-        &mut self,
-        world: &World,
-        detection: &D,
-        stop: f64,
-    ) -> Option<ContactEvent> {
+    fn run<L: EventLoop>(&mut self, events: L) -> L::End {
         match &mut self.0 {
-            Layout::Grid(state) => vector::next_contact(state, world, detection, stop),
-            Layout::AllPairs(thesis) => thesis.next_contact(world, detection, stop),
-        }
-    }
-
-    #[inline]
-    fn motion(&self, body: u32) -> Motion {
-        match &self.0 {
-            Layout::Grid(state) => state.motion(body),
-            Layout::AllPairs(thesis) => thesis.motion(body),
-        }
-    }
-
-    #[inline]
-    fn motions_changed<D: Detection>(
-        &mut self,
-        world: &World,
-        detection: &D,
-        bodies: [u32; 2],
-        motions: [Motion; 2],
-    ) {
-        match &mut self.0 {
-            Layout::Grid(state) => vector::motions_changed(state, world, detection, bodies, motions),
-            Layout::AllPairs(thesis) => thesis.motions_changed(world, detection, bodies, motions),
-        }
-    }
-
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
-        match &self.0 {
-            Layout::Grid(state) => state.flight(body, time),
-            Layout::AllPairs(thesis) => thesis.flight(body, time),
-        }
-    }
-
-    #[inline]
-    fn flights_changed<D: Detection>(
-        &mut self,
-        world: &World,
-        detection: &D,
-        bodies: [u32; 2],
-        time: f64,
-        flights: [[DVec2; 2]; 2],
-    ) {
-        match &mut self.0 {
-            Layout::Grid(state) => {
-                vector::flights_changed(state, world, detection, bodies, time, flights);
-            }
-            Layout::AllPairs(thesis) => thesis.flights_changed(world, detection, bodies, time, flights),
+            Layout::Grid(state) => vector::run(state, events),
+            Layout::AllPairs(thesis) => events.run(&mut **thesis),
         }
     }
 
@@ -266,7 +212,7 @@ impl State {
                 self.neighbourhoods.enter(index as u32, self.lines[index].cell());
             }
         }
-        self.like = self.grid.like(world).map(|radius| radius + radius);
+        self.like = self.grid.like(world).map(|radius| Like::new(radius, self.separation_error));
         self.calendar.lay_out(0, 0.0);
         self.list_all(world);
         // Predict everybody first: their times tell how far apart events are.
@@ -373,30 +319,53 @@ impl State {
         time: f64,
         [places, velocities]: [[DVec2; 2]; 2],
     ) {
-        for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
-            if !self.coverings.is_fixed(body) {
-                let line = &mut self.lines[body as usize];
-                let origin = place - velocity * time;
-                K::write(&mut line.flight, [origin.x, origin.y, velocity.x, velocity.y]);
-                line.version = line.version.wrapping_add(1);
-                self.coverings.set_flight(body, time, place, velocity);
+        if self.coverings.is_empty() {
+            self.launch::<K>(bodies[0], places[0], velocities[0], time);
+            self.launch::<K>(bodies[1], places[1], velocities[1], time);
+            if !self.grid.is_dilute() {
+                return self.predict_two_discs::<D, K>(world, detection, bodies, time);
             }
-        }
-        if self.coverings.is_empty() & !self.grid.is_dilute() {
-            // Both are asked before either is settled: the two chains of operations go on side by side.
-            let [a, b] = bodies;
-            let (asked_a, asked_b) = (self.ask::<K>(a, time), self.ask::<K>(b, time));
-            let soonest = self.settle_disc(world, detection, a, time, &asked_a);
-            self.calendar.schedule(&self.lines, a, soonest);
-            let soonest = self.settle_disc(world, detection, b, time, &asked_b);
-            self.calendar.schedule(&self.lines, b, soonest);
-            return;
+        } else {
+            for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
+                if !self.coverings.is_fixed(body) {
+                    self.launch::<K>(body, place, velocity, time);
+                    self.coverings.set_flight(body, time, place, velocity);
+                }
+            }
         }
         for body in bodies {
             if !self.coverings.is_fixed(body) {
                 self.predict::<D, K>(world, detection, body, time);
             }
         }
+    }
+
+    /// Sets a body off from a place with a velocity at a time.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn launch<K: Kernel>(&mut self, body: u32, place: DVec2, velocity: DVec2, time: f64) {
+        let line = &mut self.lines[body as usize];
+        let origin = place - velocity * time;
+        K::write(&mut line.flight, [origin.x, origin.y, velocity.x, velocity.y]);
+        line.version = line.version.wrapping_add(1);
+    }
+
+    /// Finds the soonest events of two small discs in a dense gas of nothing else.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn predict_two_discs<D: Detection, K: Kernel>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        [a, b]: [u32; 2],
+        now: f64,
+    ) {
+        // Both are asked before either is settled: the two chains of operations go on side by side.
+        let (asked_a, asked_b) = (self.ask::<K>(a, now), self.ask::<K>(b, now));
+        let soonest = self.settle_disc(world, detection, a, now, &asked_a);
+        self.calendar.schedule(&self.lines, a, soonest);
+        let soonest = self.settle_disc(world, detection, b, now, &asked_b);
+        self.calendar.schedule(&self.lines, b, soonest);
     }
 
     #[inline(always)]
@@ -429,7 +398,8 @@ impl State {
         }
     }
 
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
         if let Some(motion) = self.coverings.motion(body) {
             return [motion.position_at(time), motion.velocity];

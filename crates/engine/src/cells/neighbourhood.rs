@@ -26,6 +26,7 @@ const COUNT: u8 = 0x1f;
 struct List([u32; SLOTS]);
 
 /// What stands around a cell.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Around<'a> {
     pub cell: u32,
     /// Slots not in use hold the dummy.

@@ -3,16 +3,17 @@
 
 use std::arch::x86_64::{
     __m256d, _CMP_EQ_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm_cvtsd_f64, _mm_min_pd, _mm_unpackhi_pd,
-    _mm256_add_pd, _mm256_and_pd, _mm256_blendv_pd, _mm256_castpd256_pd128, _mm256_castsi256_ps,
-    _mm256_cmp_pd, _mm256_cmpeq_epi32, _mm256_div_pd, _mm256_extractf128_pd, _mm256_loadu_si256,
-    _mm256_min_pd, _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_or_pd,
-    _mm256_permute2f128_pd, _mm256_set1_epi32, _mm256_set1_pd, _mm256_setr_pd, _mm256_setzero_pd,
-    _mm256_sqrt_pd, _mm256_storeu_pd, _mm256_sub_pd, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
+    _mm256_add_pd, _mm256_and_pd, _mm256_and_si256, _mm256_blendv_pd, _mm256_castpd256_pd128,
+    _mm256_castsi256_ps, _mm256_cmp_pd, _mm256_cmpeq_epi32, _mm256_div_pd, _mm256_extractf128_pd,
+    _mm256_lddqu_si256, _mm256_loadu_si256, _mm256_max_epu32, _mm256_min_pd, _mm256_movemask_pd,
+    _mm256_movemask_ps, _mm256_mul_pd, _mm256_or_pd, _mm256_permute2f128_pd, _mm256_set1_epi32,
+    _mm256_set1_pd, _mm256_setr_pd, _mm256_setzero_pd, _mm256_sqrt_pd, _mm256_storeu_pd, _mm256_sub_pd,
+    _mm256_testz_si256, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
 };
 
 use carom_kinematics::HALF_ULP;
 
-use super::{Around, DISC_LANES, Kernel, Line, Question, SLOTS, Soonest, image_of};
+use super::{Around, DISC_LANES, INDEX_MASK, Kernel, Line, Question, SLOTS, Soonest, image_of};
 
 /// Four numbers at a time. To be used in code compiled for AVX2 only: this is what its functions rely on.
 pub(in crate::cells) struct Avx2;
@@ -20,14 +21,14 @@ pub(in crate::cells) struct Avx2;
 impl Kernel for Avx2 {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn inside(question: &Question<'_>, list: &Around<'_>) -> Soonest {
+    fn inside(question: Question<'_>, list: Around<'_>) -> Soonest {
         // SAFETY: `Avx2` is named only in functions that are compiled for AVX2 and called where it is there.
-        unsafe { soonest::<false>(question, list) }
+        unsafe { soonest::<false>(&question, &list) }
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn at_border(question: &Question<'_>, list: &Around<'_>) -> Soonest {
+    fn at_border(question: Question<'_>, list: Around<'_>) -> Soonest {
         // SAFETY: as above.
         unsafe { soonest_at_border(question, list) }
     }
@@ -63,9 +64,9 @@ impl Kernel for Avx2 {
 
 #[target_feature(enable = "avx2")]
 #[inline(never)]
-fn soonest_at_border(question: &Question<'_>, list: &Around<'_>) -> Soonest {
+fn soonest_at_border(question: Question<'_>, list: Around<'_>) -> Soonest {
     // SAFETY: this function itself requires AVX2.
-    unsafe { soonest::<true>(question, list) }
+    unsafe { soonest::<true>(&question, &list) }
 }
 
 /// Inlined in any case: a call would write registers to memory and read them back.
@@ -98,7 +99,7 @@ unsafe fn eight<const IMAGES: bool>(
 ) -> Soonest {
     // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
     unsafe {
-        let [a, b, c, d, e, f, g, h] = question.bodies::<IMAGES>(slots);
+        let [a, b, c, d, e, f, g, h] = bodies::<IMAGES>(question, slots);
         let [s, t, u, v, w, x, y, z] = *slots;
         let (low, low_contact) = four::<IMAGES>(question, [a, b, c, d], [s, t, u, v]);
         let (high, high_contact) = four::<IMAGES>(question, [e, f, g, h], [w, x, y, z]);
@@ -115,6 +116,38 @@ unsafe fn eight<const IMAGES: bool>(
     }
 }
 
+/// The eight bodies of eight slots; a slot without an image is an index itself.
+///
+/// # Safety
+/// As [`soonest`].
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+unsafe fn bodies<'a, const IMAGES: bool>(
+    question: &Question<'a>,
+    slots: &[u32; DISC_LANES],
+) -> [&'a Line; DISC_LANES] {
+    let lines = question.lines;
+    // SAFETY: the caller vouches for AVX2; eight slots are read where eight slots are.
+    let within = unsafe {
+        // This instruction, so that the compiler does not take the register apart for the indices: it cannot know that
+        // they are the same.
+        let mut indices = _mm256_lddqu_si256(slots.as_ptr().cast());
+        if IMAGES {
+            indices = _mm256_and_si256(indices, _mm256_set1_epi32(INDEX_MASK as i32));
+        }
+        // The greater of an index and the number of lines is the index itself only where that is too great.
+        let greater = _mm256_max_epu32(indices, _mm256_set1_epi32(lines.len() as i32));
+        let too_great = _mm256_cmpeq_epi32(greater, indices);
+        _mm256_testz_si256(too_great, too_great) == 1
+    };
+    assert!(within, "a slot holds a body that is not there");
+    slots.map(|slot| {
+        let index = if IMAGES { slot & INDEX_MASK } else { slot };
+        // SAFETY: every one of the eight indices has just been found less than the number of lines.
+        unsafe { lines.get_unchecked(index as usize) }
+    })
+}
+
 /// Times of contact of four discs, and a mask of those that need a closer look.
 ///
 /// # Safety
@@ -129,15 +162,21 @@ unsafe fn four<const IMAGES: bool>(
     // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
     unsafe {
         let load = |row: &[f64; 4]| _mm256_setr_pd(row[0], row[1], row[2], row[3]);
-        let sigma = if let Some(sigma) = question.like {
-            _mm256_set1_pd(sigma)
+        let (sigma_squared, touching) = if let Some(like) = &question.like {
+            (_mm256_set1_pd(like.sigma_squared), _mm256_set1_pd(like.touching))
         } else {
             let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
-            _mm256_add_pd(radii, _mm256_set1_pd(question.from.radius))
+            let sigma = _mm256_add_pd(radii, _mm256_set1_pd(question.from.radius));
+            // 4 σ (error + 8 u σ), multiplied in the same order.
+            let error = _mm256_set1_pd(question.separation_error);
+            let error = _mm256_add_pd(error, _mm256_mul_pd(_mm256_set1_pd(8.0 * HALF_ULP), sigma));
+            (_mm256_mul_pd(sigma, sigma), _mm256_mul_pd(_mm256_mul_pd(_mm256_set1_pd(4.0), sigma), error))
         };
         let from = load(&question.from.flight);
-        let (a, b) = (_mm256_sub_pd(load(&a.flight), from), _mm256_sub_pd(load(&b.flight), from));
-        let (c, d) = (_mm256_sub_pd(load(&c.flight), from), _mm256_sub_pd(load(&d.flight), from));
+        // From the other to the asking one, which is what one instruction gives. Every sum and product below has the bits
+        // that it has the other way round.
+        let (a, b) = (_mm256_sub_pd(from, load(&a.flight)), _mm256_sub_pd(from, load(&b.flight)));
+        let (c, d) = (_mm256_sub_pd(from, load(&c.flight)), _mm256_sub_pd(from, load(&d.flight)));
         // From a row for each disc to a register for each of x, y, vx, vy.
         let (x_vx_ab, x_vx_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
         let (y_vy_ab, y_vy_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
@@ -154,9 +193,8 @@ unsafe fn four<const IMAGES: bool>(
                 let boxes = [e[axis], f[axis], g[axis], h[axis]].map(f64::from);
                 _mm256_mul_pd(load(&boxes), _mm256_set1_pd(question.sides[axis]))
             };
-            (dx, dy) = (_mm256_add_pd(dx, shift(0)), _mm256_add_pd(dy, shift(1)));
+            (dx, dy) = (_mm256_sub_pd(dx, shift(0)), _mm256_sub_pd(dy, shift(1)));
         }
-        let sigma_squared = _mm256_mul_pd(sigma, sigma);
         let b = _mm256_add_pd(_mm256_mul_pd(dx, vx), _mm256_mul_pd(dy, vy));
         let d_squared = _mm256_add_pd(_mm256_mul_pd(dx, dx), _mm256_mul_pd(dy, dy));
         let c = _mm256_sub_pd(d_squared, sigma_squared);
@@ -166,14 +204,11 @@ unsafe fn four<const IMAGES: bool>(
             _mm256_sub_pd(_mm256_mul_pd(sigma_squared, v_squared), _mm256_mul_pd(cross, cross));
         let zero = _mm256_setzero_pd();
         let real = _mm256_cmp_pd::<_CMP_GT_OQ>(discriminant, zero);
-        let root = _mm256_sqrt_pd(_mm256_and_pd(discriminant, real));
+        // NaN where there is no root, and then not looked at.
+        let root = _mm256_sqrt_pd(discriminant);
         let closes = _mm256_and_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(b, zero), real);
         let time = _mm256_div_pd(c, _mm256_sub_pd(root, b));
         let time = _mm256_blendv_pd(_mm256_set1_pd(f64::INFINITY), time, closes);
-        // 4 σ (error + 8 u σ), multiplied in the same order.
-        let error = _mm256_set1_pd(question.separation_error);
-        let error = _mm256_add_pd(error, _mm256_mul_pd(_mm256_set1_pd(8.0 * HALF_ULP), sigma));
-        let touching = _mm256_mul_pd(_mm256_mul_pd(_mm256_set1_pd(4.0), sigma), error);
         let in_contact = _mm256_and_pd(closes, _mm256_cmp_pd::<_CMP_LE_OQ>(c, touching));
         (time, in_contact)
     }

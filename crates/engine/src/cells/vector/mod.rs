@@ -16,8 +16,10 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 
+use std::marker::PhantomData;
+
 use carom_detection::{DISC_LANES, Detection, DiscLanes};
-use carom_kinematics::Motion;
+use carom_kinematics::{HALF_ULP, Motion};
 use glam::DVec2;
 
 use super::{
@@ -25,9 +27,10 @@ use super::{
     line::{INDEX_MASK, Line},
     neighbourhood::{Around, SLOTS, image_of},
 };
-use crate::{ContactEvent, World};
+use crate::{ContactEvent, EventLoop, EventQueue, World};
 
 /// One disc's question to those around it: when is the first of them touched?
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Question<'a> {
     /// All bodies.
     pub lines: &'a [Line],
@@ -38,8 +41,27 @@ pub(super) struct Question<'a> {
     pub separation_error: f64,
     /// Sides of the box, by which an image is shifted (length).
     pub sides: [f64; 2],
-    /// Sum of the radii of two small discs, if they are all alike (length).
-    pub like: Option<f64>,
+    /// What holds for any two small discs, if they are all alike.
+    pub like: Option<Like>,
+}
+
+/// What holds for any two of discs that are all alike.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Like {
+    /// Sum of the radii (length), and its square.
+    sigma: f64,
+    sigma_squared: f64,
+    /// A pair whose squared distance exceeds the latter by this at most may touch already (length squared).
+    touching: f64,
+}
+
+impl Like {
+    /// For discs of this radius, at separations known to this error (both lengths).
+    pub fn new(radius: f64, separation_error: f64) -> Self {
+        let sigma = radius + radius;
+        let touching = 4.0 * sigma * (separation_error + 8.0 * HALF_ULP * sigma);
+        Self { sigma, sigma_squared: sigma * sigma, touching }
+    }
 }
 
 /// The answer.
@@ -56,10 +78,10 @@ pub(super) struct Soonest {
 /// How the question is answered: with which instructions. The numbers are the same.
 pub(super) trait Kernel {
     /// The answer where every disc of the list is seen without an image.
-    fn inside(question: &Question<'_>, list: &Around<'_>) -> Soonest;
+    fn inside(question: Question<'_>, list: Around<'_>) -> Soonest;
 
     /// The answer at the border of the box, where a slot says in which image its disc is seen.
-    fn at_border(question: &Question<'_>, list: &Around<'_>) -> Soonest;
+    fn at_border(question: Question<'_>, list: Around<'_>) -> Soonest;
 
     /// The answer for eight slots, with or without images.
     fn eight(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> Soonest;
@@ -90,7 +112,8 @@ impl Question<'_> {
                 lanes.velocity[axis][lane] = velocity;
                 lanes.separation[axis][lane] = (other.flight[axis] - from[axis]) + velocity * self.now;
             }
-            lanes.contact_distance[lane] = self.like.unwrap_or(other.radius + self.from.radius);
+            lanes.contact_distance[lane] =
+                self.like.map_or(other.radius + self.from.radius, |like| like.sigma);
         }
         if images {
             for (lane, &slot) in slots.iter().enumerate() {
@@ -101,18 +124,6 @@ impl Question<'_> {
             }
         }
         lanes
-    }
-
-    /// The eight bodies of eight slots; a slot without an image is an index itself.
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn bodies<const IMAGES: bool>(&self, slots: &[u32; DISC_LANES]) -> [&Line; DISC_LANES] {
-        let indices = slots.map(|slot| if IMAGES { slot & INDEX_MASK } else { slot });
-        let greatest =
-            indices.iter().fold(0, |greatest, &index| if index > greatest { index } else { greatest });
-        assert!((greatest as usize) < self.lines.len(), "a slot holds a body that is not there");
-        // SAFETY: none of the indices is greater than the one just compared with the number of lines.
-        indices.map(|index| unsafe { self.lines.get_unchecked(index as usize) })
     }
 
     /// The soonest contact with the discs in eight slots, and with whom, as the detector decides it. Of contacts at one time it
@@ -185,13 +196,13 @@ impl Portable {
 
 impl Kernel for Portable {
     #[inline]
-    fn inside(question: &Question<'_>, list: &Around<'_>) -> Soonest {
-        Self::soonest(question, list, false)
+    fn inside(question: Question<'_>, list: Around<'_>) -> Soonest {
+        Self::soonest(&question, &list, false)
     }
 
     #[inline(never)]
-    fn at_border(question: &Question<'_>, list: &Around<'_>) -> Soonest {
-        Self::soonest(question, list, true)
+    fn at_border(question: Question<'_>, list: Around<'_>) -> Soonest {
+        Self::soonest(&question, &list, true)
     }
 
     #[inline]
@@ -217,45 +228,97 @@ impl Kernel for Portable {
 /// What of the wish this processor can fulfil.
 pub(super) fn available(wish: Instructions) -> Instructions {
     #[cfg(target_arch = "x86_64")]
-    if wish == Instructions::Widest && std::arch::is_x86_feature_detected!("avx2") {
+    use std::arch::is_x86_feature_detected;
+    #[cfg(target_arch = "x86_64")]
+    if wish == Instructions::Widest
+        && is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("lzcnt")
+        && is_x86_feature_detected!("popcnt")
+    {
         return Instructions::Widest;
     }
     let _ = wish;
     Instructions::Portable
 }
 
-/// Defines a function that calls a method of [`State`] in the build for the instructions that were chosen.
-macro_rules! built_for_each {
-    ($name:ident ( $($argument:ident : $type:ty),* ) $(-> $result:ty)?) => {
-        #[inline]
-        pub(super) fn $name<D: Detection>(
-            state: &mut State,
-            world: &World,
-            detection: &D
-            $(, $argument: $type)*
-        ) $(-> $result)? {
-            #[cfg(target_arch = "x86_64")]
-            {
-                #[target_feature(enable = "avx2")]
-                fn with_avx2<D: Detection>(
-                    state: &mut State,
-                    world: &World,
-                    detection: &D
-                    $(, $argument: $type)*
-                ) $(-> $result)? {
-                    state.$name::<D, avx2::Avx2>(world, detection $(, $argument)*)
-                }
-                if state.instructions == Instructions::Widest {
-                    // SAFETY: `available` gives `Widest` only where the processor reports AVX2.
-                    return unsafe { with_avx2(state, world, detection $(, $argument)*) };
-                }
-            }
-            state.$name::<D, Portable>(world, detection $(, $argument)*)
+/// Finds the soonest event of every body.
+pub(super) fn foresee_all<D: Detection>(state: &mut State, world: &World, detection: &D) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+        fn with_avx2<D: Detection>(state: &mut State, world: &World, detection: &D) {
+            state.foresee_all::<D, avx2::Avx2>(world, detection);
         }
-    };
+        if state.instructions == Instructions::Widest {
+            // SAFETY: `available` gives `Widest` only where the processor reports AVX2.
+            return unsafe { with_avx2(state, world, detection) };
+        }
+    }
+    state.foresee_all::<D, Portable>(world, detection);
 }
 
-built_for_each!(foresee_all());
-built_for_each!(next_contact(stop: f64) -> Option<ContactEvent>);
-built_for_each!(motions_changed(bodies: [u32; 2], motions: [Motion; 2]));
-built_for_each!(flights_changed(bodies: [u32; 2], time: f64, flights: [[DVec2; 2]; 2]));
+/// Runs a loop over the events, compiled in one piece with the instructions that were chosen.
+pub(super) fn run<L: EventLoop>(state: &mut State, events: L) -> L::End {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+        fn with_avx2<L: EventLoop>(state: &mut State, events: L) -> L::End {
+            events.run(&mut Events::<avx2::Avx2>(state, PhantomData))
+        }
+        if state.instructions == Instructions::Widest {
+            // SAFETY: as above.
+            return unsafe { with_avx2(state, events) };
+        }
+    }
+    events.run(&mut Events::<Portable>(state, PhantomData))
+}
+
+/// The events of an epoch, found with certain instructions.
+struct Events<'a, K>(&'a mut State, PhantomData<K>);
+
+impl<K: Kernel> EventQueue for Events<'_, K> {
+    #[inline(always)]
+    fn next_contact<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        stop: f64,
+    ) -> Option<ContactEvent> {
+        self.0.next_contact::<D, K>(world, detection, stop)
+    }
+
+    #[inline(always)]
+    fn motion(&self, body: u32) -> Motion {
+        self.0.motion(body)
+    }
+
+    #[inline(always)]
+    fn motions_changed<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        bodies: [u32; 2],
+        motions: [Motion; 2],
+    ) {
+        self.0.motions_changed::<D, K>(world, detection, bodies, motions);
+    }
+
+    #[inline(always)]
+    fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
+        self.0.flight(body, time)
+    }
+
+    #[inline(always)]
+    fn flights_changed<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        bodies: [u32; 2],
+        time: f64,
+        flights: [[DVec2; 2]; 2],
+    ) {
+        self.0.flights_changed::<D, K>(world, detection, bodies, time, flights);
+    }
+}

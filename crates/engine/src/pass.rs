@@ -1,0 +1,274 @@
+//! The loop through an epoch: contact after contact is resolved and handed back to the queue, until the time asked for or
+//! the end of the epoch.
+
+use std::collections::BTreeMap;
+
+use carom_detection::Detection;
+use carom_kinematics::{Inertia, Motion, kinetic_energy};
+use carom_response::{ContactFrame, Elasticity, Response, struck};
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    BodyName, CollisionReport, ContactEvent, Counters, ElasticityTable, EventLoop, EventQueue, Ledger,
+    Observer, Parts, RunError, Side, TagNames, World,
+    guard::{Partner, note},
+    limits::Limits,
+    wall::{arm, contact_frame},
+};
+
+/// Contacts of one body at one instant after which a run counts as stalled. A body hit from all sides at once
+/// needs a few; a fully inelastic pile needs more and more.
+const MOST_CONTACTS_AT_ONCE: u32 = 1000;
+
+/// Contacts at one instant, for each body that has had one since time last moved on.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub(crate) struct AtOnce {
+    /// The instant, as an offset in the epoch.
+    pub time: f64,
+    pub counts: BTreeMap<u32, u32>,
+}
+
+/// All that a contact may ask for or change, the queue of events apart.
+pub(crate) struct Pass<'a, D, R, O> {
+    pub world: &'a mut World,
+    pub detection: &'a D,
+    pub response: &'a R,
+    pub elasticity: &'a ElasticityTable,
+    pub names: &'a TagNames,
+    pub counters: &'a mut Counters,
+    pub ledger: &'a mut Ledger,
+    pub at_once: &'a mut AtOnce,
+    pub limits: &'a mut Limits,
+    /// How far the epoch has been run (time).
+    pub now: &'a mut f64,
+    pub observer: &'a mut O,
+    /// How far it is to be run (offset in the epoch, time), and through how many contacts.
+    pub target: f64,
+    pub most: u64,
+    /// Counts them.
+    pub contacts: &'a mut u64,
+}
+
+/// How a pass ended.
+pub(crate) enum Ended {
+    /// The time, or the last contact, that was asked for has been reached.
+    AsAsked,
+    /// The epoch ends with the contact at this offset (time).
+    WithContact(f64),
+    /// The epoch ends at this offset (time).
+    AtLimit(f64),
+}
+
+impl<D: Detection, R: Response, O: Observer> EventLoop for Pass<'_, D, R, O> {
+    type End = Result<Ended, RunError>;
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled in one piece with the queue, with its instructions")]
+    fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
+        let all_elastic = self.elasticity.is_elastic();
+        let last = self.contacts.saturating_add(self.most);
+        loop {
+            let limit = self.limits.time();
+            let stop = if limit < self.target { limit } else { self.target };
+            let Some(contact) = queue.next_contact(self.world, self.detection, stop) else {
+                if self.target < limit {
+                    *self.now = self.target;
+                    return Ok(Ended::AsAsked);
+                }
+                return Ok(Ended::AtLimit(limit));
+            };
+            let ContactEvent { time, bodies, .. } = contact;
+            *self.now = time;
+            self.bound_contacts_at_once(bodies, time)?;
+            if contact.parts == Parts::Discs && all_elastic {
+                let (a, b) = (queue.flight(bodies[0], time), queue.flight(bodies[1], time));
+                let after = self.resolve_discs(contact, [a, b])?;
+                let flights = [[a[0], b[0]], after];
+                queue.flights_changed(self.world, self.detection, bodies, time, flights);
+            } else {
+                let before = bodies.map(|body| queue.motion(body).at(time));
+                let after = self.resolve(contact, before)?;
+                queue.motions_changed(self.world, self.detection, bodies, after);
+            }
+            *self.contacts += 1;
+            if self.limits.count_contact() {
+                return Ok(Ended::WithContact(time));
+            }
+            if *self.contacts == last {
+                return Ok(Ended::AsAsked);
+            }
+        }
+    }
+}
+
+impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
+    /// The contact of two discs where all contacts are elastic, of which only the velocities change: of what turns or loses
+    /// energy, nothing is looked at. Gives the velocities after it.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled in one piece with the queue, with its instructions")]
+    fn resolve_discs(
+        &mut self,
+        contact: ContactEvent,
+        [[place_a, velocity_a], [place_b, velocity_b]]: [[DVec2; 2]; 2],
+    ) -> Result<[DVec2; 2], RunError> {
+        let ContactEvent { time, bodies, image, .. } = contact;
+        let (a, b) = (bodies[0] as usize, bodies[1] as usize);
+        let (body_a, body_b) = (&self.world.bodies[a], &self.world.bodies[b]);
+        let mut d = place_b - place_a;
+        if image != [0, 0] {
+            d += self.world.bounds.shift(image);
+        }
+        let inverse_masses = [body_a.kind.inertia.inverse_mass, body_b.kind.inertia.inverse_mass];
+        let elasticity = Elasticity::ELASTIC;
+        let impulse = self.response.impulse_of_discs(d, [velocity_a, velocity_b], inverse_masses, elasticity);
+        let mut after = [velocity_a - impulse * inverse_masses[0], velocity_b + impulse * inverse_masses[1]];
+        if (inverse_masses[0] == 0.0) | (inverse_masses[1] == 0.0) {
+            after = [
+                reflected(self.response, d, velocity_a, inverse_masses[0]),
+                reflected(self.response, -d, velocity_b, inverse_masses[1]),
+            ];
+            self.counters.fixed_collisions += 1;
+        }
+        if !self.limits.hold(after) {
+            self.limits.accept(self.world, self.names, bodies, time, after, 0.0)?;
+        }
+        self.counters.collisions += 1;
+        if O::WATCHES_COLLISIONS {
+            let side = |body, position, before: DVec2, after| {
+                let before = Motion { velocity: before, time, ..Motion::at_rest(position) };
+                let after = Motion { velocity: after, ..before };
+                Side { body, atom: Some(0), arm: DVec2::ZERO, before, after }
+            };
+            let normal = d.normalize_or(DVec2::X);
+            self.observer.collision(&CollisionReport {
+                time: self.world.epoch.after(time),
+                sides: [
+                    side(body_a, place_a, velocity_a, after[0]),
+                    side(body_b, place_b, velocity_b, after[1]),
+                ],
+                point: place_a + body_a.kind.molecule.bounding_radius() * normal,
+                normal,
+                impulse,
+                elasticity,
+                image,
+            });
+        }
+        Ok(after)
+    }
+
+    /// Any contact; gives the motions after it.
+    #[inline(never)]
+    fn resolve(&mut self, contact: ContactEvent, before: [Motion; 2]) -> Result<[Motion; 2], RunError> {
+        let ContactEvent { time, bodies, image, parts } = contact;
+        let [body_a, body_b] = bodies.map(|body| &self.world.bodies[body as usize]);
+        let arms = match parts {
+            Parts::Atoms(i, j) => [arm(body_a, i, &before[0]), arm(body_b, j, &before[1])],
+            _ => [DVec2::ZERO; 2],
+        };
+        let mut d = (before[1].position - before[0].position) + (arms[1] - arms[0]);
+        if image != [0, 0] {
+            d += self.world.bounds.shift(image);
+        }
+        let between_centres = ContactFrame { line_of_centres: d, arms };
+        let frame = contact_frame(self.world, &contact, &before).unwrap_or(between_centres);
+        let arms = frame.arms;
+        let mut elasticity = self.elasticity.between(body_a, body_b);
+        if !self.world.last_contacts.is_empty() {
+            let since = note(&mut self.world.last_contacts, bodies, time);
+            if elasticity.coefficient() < 1.0 {
+                let partner = |n: usize, body| Partner { body, motion: &before[n], since: since[n] };
+                let pair = [partner(0, body_a), partner(1, body_b)];
+                let (raised, spared) = self.elasticity.guard.raise(elasticity, &frame, pair);
+                self.counters.guarded_collisions += u64::from(raised != elasticity);
+                self.ledger.spared += spared;
+                elasticity = raised;
+            }
+        }
+        let (inertia_a, inertia_b) = (&body_a.kind.inertia, &body_b.kind.inertia);
+        let impulse =
+            self.response.impulse(&frame, [(&before[0], inertia_a), (&before[1], inertia_b)], elasticity);
+        let mut after = [
+            struck(&before[0], inertia_a, arms[0], -impulse),
+            struck(&before[1], inertia_b, arms[1], impulse),
+        ];
+        let met_fixed = inertia_a.is_fixed() || inertia_b.is_fixed();
+        let turns = |n: usize, inertia: &Inertia| {
+            inertia.inverse_moment > 0.0 && arms[n].perp_dot(frame.line_of_centres) != 0.0
+        };
+        if met_fixed && elasticity == Elasticity::ELASTIC && !turns(0, inertia_a) && !turns(1, inertia_b) {
+            let d = frame.line_of_centres;
+            after[0].velocity = reflected(self.response, d, before[0].velocity, inertia_a.inverse_mass);
+            after[1].velocity = reflected(self.response, -d, before[1].velocity, inertia_b.inverse_mass);
+        }
+        let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());
+        let velocities = after.map(|motion| motion.velocity);
+        self.limits.accept(self.world, self.names, bodies, time, velocities, spin)?;
+        self.counters.collisions += 1;
+        self.counters.fixed_collisions += u64::from(met_fixed);
+        if elasticity.coefficient() != 1.0 {
+            let energy = |motions: &[Motion; 2]| {
+                kinetic_energy(&motions[0], inertia_a) + kinetic_energy(&motions[1], inertia_b)
+            };
+            self.ledger.lost += energy(&before) - energy(&after);
+        }
+        if O::WATCHES_COLLISIONS {
+            let (atoms, radius) = parts.atoms_and_first_radius(body_a.molecule());
+            let side = |n: usize, body| Side {
+                body,
+                atom: atoms[n],
+                arm: arms[n],
+                before: before[n],
+                after: after[n],
+            };
+            let normal = frame.normal();
+            self.observer.collision(&CollisionReport {
+                time: self.world.epoch.after(time),
+                sides: [side(0, body_a), side(1, body_b)],
+                point: before[0].position + (arms[0] + radius * normal),
+                normal,
+                impulse,
+                elasticity,
+                image,
+            });
+        }
+        Ok(after)
+    }
+
+    /// Bounds the contacts of one body at one instant.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    fn bound_contacts_at_once(&mut self, bodies: [u32; 2], time: f64) -> Result<(), RunError> {
+        if time > self.at_once.time {
+            self.at_once.time = time;
+            if !self.at_once.counts.is_empty() {
+                self.at_once.counts.clear();
+            }
+            return Ok(());
+        }
+        self.count_contacts_at_once(bodies, time)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn count_contacts_at_once(&mut self, bodies: [u32; 2], time: f64) -> Result<(), RunError> {
+        for index in bodies {
+            let body = &self.world.bodies[index as usize];
+            let contacts = self.at_once.counts.entry(index).or_default();
+            *contacts += u32::from(!body.is_fixed());
+            if *contacts > MOST_CONTACTS_AT_ONCE {
+                let (time, contacts) = (self.world.epoch.after(time), *contacts);
+                return Err(RunError::Stalled { time, body: BodyName::new(body, self.names), contacts });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The velocity of a body after an elastic contact that turns it not, with something fixed `to_other` away; something
+/// fixed keeps its own.
+#[cold]
+#[inline(never)]
+fn reflected<R: Response>(response: &R, to_other: DVec2, velocity: DVec2, inverse_mass: f64) -> DVec2 {
+    if inverse_mass > 0.0 { response.reflected(to_other, velocity) } else { velocity }
+}
