@@ -43,7 +43,8 @@ coefficient = 0.99
 [run]
 until = 60.05
 standby = 0.1
-observe = ["energy", "collision-rate", "pressure", "overlap", "impulses:tee"]
+observe = ["energy", "collision-rate", "pressure", "overlap", "impulses:tee", "velocities:gas", "correlation:gas",
+    "pair-distribution:gas", "contact-density:tee", "thermostat"]
 snapshots = "extxyz"
 "#;
 

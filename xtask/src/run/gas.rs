@@ -30,6 +30,10 @@ const MOST_IMPULSES: u64 = 1_000_000;
 /// Knows no tags: the books are those of the whole system.
 const THERMOSTAT: &str = "thermostat";
 
+/// The longest lag of correlations in standbys, whenever the run ends: one that is extended later is to have measured the
+/// same as one that was long from the start.
+const LONGEST_LAG: f64 = 1e6;
+
 /// Bins for the speeds; each component has twice as many.
 const SPEED_BINS: usize = 60;
 
@@ -131,7 +135,10 @@ fn looker(asked: &Asked, run: &RunSpec, view: &View<'_>) -> Result<Looker> {
     let group = asked.group(view)?;
     Ok(match asked.kind.as_str() {
         "velocities" => Looker::Velocities(VelocityDistribution::adaptive(group, SPEED_BINS)),
-        "correlation" => Looker::Correlation(TimeCorrelation::new(group, run.standby, run.until)?),
+        "correlation" => {
+            let longest = (run.standby * LONGEST_LAG).min(f64::MAX);
+            Looker::Correlation(TimeCorrelation::new(group, run.standby, longest)?)
+        }
         "pair-distribution" => {
             let radii = view.bodies().filter(|body| group.contains(body.body)).map(|body| radius(&body));
             let diameter = 2.0 * radii.fold(0.0, f64::max);
