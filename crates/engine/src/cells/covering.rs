@@ -1,5 +1,5 @@
-//! Covering bodies: turning molecules, large discs, fixed bodies, each with a shell and a list of the cells it may
-//! touch.
+//! Covering bodies: molecules among discs, whatever is large, fixed bodies, each with a shell and a list of the cells it
+//! may touch.
 //!
 //! A covering body has a *shell*, a circle round the place where it was last listed. It stands in the list of every cell
 //! that can hold the centre of a small disc it might touch while its own centre is in the shell: every cell within
@@ -23,9 +23,6 @@ use crate::{Body, ContactEvent, Parts, World, scheduler::ordered, wall::Standing
 
 /// Column of a line whose body lives in no cell.
 const NO_CELL: u16 = u16::MAX;
-
-/// In a gas of covering bodies only, the shell in bounding radii. Smaller: more listings. Larger: more neighbours.
-const SHELL_AMONG_LIKES: f64 = 1.0;
 
 /// Lists reach this much farther than they need to, so that no rounding makes them shorter.
 const MARGIN: f64 = 1.0 + 1e-12;
@@ -65,7 +62,8 @@ struct Pending {
 pub(super) struct Covering {
     body: u32,
     fixed: bool,
-    is_disc: bool,
+    /// Whether those in the cells meet it as discs meet a disc.
+    is_disc_among_discs: bool,
     /// The wall that it is, if it is one.
     wall: Option<StandingWall>,
     /// Bounding radius (length).
@@ -93,14 +91,20 @@ impl Coverings {
         self.list.is_empty()
     }
 
-    pub fn add(&mut self, index: u32, body: &Body, motion: &Motion, bodies: usize) {
+    /// Makes room for what the contacts of so many bodies are.
+    pub fn expect_contacts(&mut self, bodies: usize) {
+        self.pending.resize(bodies, Pending::NOTHING);
+    }
+
+    /// Adds a body; `among_molecules` if those in the cells are no discs.
+    pub fn add(&mut self, index: u32, body: &Body, motion: &Motion, bodies: usize, among_molecules: bool) {
         self.index_of.resize(bodies, u32::MAX);
-        self.pending.resize(bodies, Pending { parts: Parts::Discs, image: [0; 2] });
+        self.expect_contacts(bodies);
         self.index_of[index as usize] = self.list.len() as u32;
         self.list.push(Covering {
             body: index,
             fixed: body.is_fixed(),
-            is_disc: body.kind.molecule.is_disc(),
+            is_disc_among_discs: body.kind.molecule.is_disc() && !among_molecules,
             wall: StandingWall::of(body, motion),
             radius: body.kind.molecule.bounding_radius(),
             motion: *motion,
@@ -167,14 +171,23 @@ impl Coverings {
 }
 
 /// The soonest event found so far for one body.
-struct Soonest {
-    time: f64,
+pub(super) struct Soonest {
+    pub time: f64,
     kind: Kind,
     partner: u32,
     pending: Pending,
 }
 
+impl Pending {
+    const NOTHING: Self = Self { parts: Parts::Discs, image: [0; 2] };
+}
+
 impl Soonest {
+    /// Nothing yet before an event that comes in any case.
+    pub fn before(time: f64, kind: Kind) -> Self {
+        Self { time, kind, partner: 0, pending: Pending::NOTHING }
+    }
+
     /// Takes a contact if it is sooner, or as soon and with a body inserted earlier.
     fn offer(&mut self, time: f64, partner: u32, pending: Pending) {
         let tie = time == self.time && self.kind == Kind::Covering && partner < self.partner;
@@ -231,12 +244,7 @@ impl State {
         }
         covering.centre = place;
         let small = self.grid.largest_small();
-        let likes = SHELL_AMONG_LIKES * covering.radius;
-        covering.shell = match covering.fixed {
-            true => 0.0,
-            false if small > 0.0 => small.min(likes.max(0.5 * small)),
-            false => likes,
-        };
+        covering.shell = if covering.fixed { 0.0 } else { small.min(covering.radius.max(0.5 * small)) };
         self.cover_cells(index);
         self.find_neighbours(bounds, index);
     }
@@ -368,10 +376,8 @@ impl State {
             self.lines[body as usize].set_event(f64::INFINITY, Kind::Nothing, 0, 0);
             return;
         }
-        let is_disc = covering.is_disc;
-        let nothing = Pending { parts: Parts::Discs, image: [0; 2] };
-        let mut best =
-            Soonest { time: leaves_shell(covering, now), kind: Kind::Shell, partner: 0, pending: nothing };
+        let is_disc = covering.is_disc_among_discs;
+        let mut best = Soonest::before(leaves_shell(covering, now), Kind::Shell);
         let mut asked = std::mem::take(&mut self.coverings.asked);
         let mut candidates = std::mem::take(&mut self.coverings.candidates);
         asked.clear();
@@ -431,9 +437,8 @@ impl State {
         now: f64,
     ) {
         let line = &self.lines[disc as usize];
-        let nothing = Pending { parts: Parts::Discs, image: [0; 2] };
-        let mut best =
-            Soonest { time: line.time, kind: line.kind(), partner: line.partner(), pending: nothing };
+        let pending = self.coverings.pending[disc as usize];
+        let mut best = Soonest { time: line.time, kind: line.kind(), partner: line.partner(), pending };
         let pool = self.coverings.pool_of[cell as usize] as usize;
         for place in 0..self.coverings.pool[pool].len() {
             let listed = self.coverings.pool[pool][place];
@@ -441,7 +446,7 @@ impl State {
             // The disc appears `image` boxes over to the covering body, hence this to the disc the other way.
             let image = listed.image.map(|boxes| -boxes);
             let other = covering.body;
-            if covering.is_disc && detection.decides_discs_in_closed_form() {
+            if covering.is_disc_among_discs && detection.decides_discs_in_closed_form() {
                 let relative = self.relative_motion(world, [disc, other], image, now);
                 let sigma = self.lines[disc as usize].radius + covering.radius;
                 let errors = (relative.separation_error, relative.velocity_error);
@@ -461,7 +466,7 @@ impl State {
     }
 
     /// Asks detection for the first contact of two bodies before the best event so far.
-    fn search<D: Detection>(
+    pub(super) fn search<D: Detection>(
         &mut self,
         world: &World,
         detection: &D,
@@ -492,7 +497,7 @@ impl State {
         }
     }
 
-    fn settle(&mut self, body: u32, best: &Soonest) {
+    pub(super) fn settle(&mut self, body: u32, best: &Soonest) {
         let version = self.lines[best.partner as usize].version;
         self.lines[body as usize].set_event(best.time, best.kind, best.partner, version);
         self.coverings.pending[body as usize] = best.pending;

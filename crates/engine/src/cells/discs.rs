@@ -37,7 +37,7 @@ impl State {
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn question(&self, disc: u32, now: f64) -> Question<'_> {
+    pub(super) fn question(&self, disc: u32, now: f64) -> Question<'_> {
         let from = &self.lines[disc as usize];
         Question {
             lines: &self.lines,
@@ -159,6 +159,7 @@ impl State {
         self.lines[disc as usize].flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
         let winding = &mut self.windings[disc as usize][axis];
         *winding = winding.wrapping_add(direction as i16);
+        self.wrap_motion(disc, axis, direction);
         if direction > 0 { 0 } else { (self.grid.counts()[axis] - 1) as u16 }
     }
 

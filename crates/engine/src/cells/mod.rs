@@ -1,11 +1,13 @@
-//! The fast scheduler: a line for each body, neighbourhood lists for discs, shells for everything else, one event
+//! The fast scheduler: a line for each body, neighbourhood lists for those in cells, shells for all others, one event
 //! a body.
 //!
 //! **Small discs** live in the cells of a grid whose cells are as long as two of them reach. Each cell has one list of
 //! all discs in the 3 × 3 cells around it, so a prediction reads one list and tests eight discs at a time.
 //! Where the gas is dilute, cells hold a few discs each instead, and a disc keeps its soonest contact also while a crossing
 //! goes before it: see `dilute`.
-//! **Everything else** (turning molecules, large discs, fixed bodies) *covers* cells: see `covering`.
+//! **Molecules** live in cells likewise where most bodies that move are molecules, with any small discs among them: see
+//! `molecules`. Below, what is said of discs holds for all that lives in cells, whose radius is that of the bounding circle.
+//! **Everything else** (molecules among discs, whatever is large, fixed bodies) *covers* cells: see `covering`.
 //!
 //! **Rule.** Each body keeps its soonest event only. It is predicted against all its neighbours exactly when (a) its
 //! own motion changed, (b) it entered new cells, or covers new ones, (c) its event came up stale, because the partner
@@ -35,6 +37,7 @@ mod dilute;
 mod discs;
 mod grid;
 mod line;
+mod molecules;
 mod neighbourhood;
 mod roster;
 mod vector;
@@ -49,6 +52,7 @@ use self::{
     covering::Coverings,
     grid::CellGrid,
     line::{Kind, Line, flight_of},
+    molecules::Molecules,
     neighbourhood::Neighbourhoods,
     roster::Rosters,
     vector::Kernel,
@@ -93,6 +97,7 @@ struct State {
     neighbourhoods: Neighbourhoods,
     /// In place of the neighbourhoods where the gas is dilute.
     rosters: Rosters,
+    molecules: Molecules,
     coverings: Coverings,
     /// End of the epoch: nothing later is of interest.
     limit: f64,
@@ -125,6 +130,7 @@ impl Scheduler for Cells {
             calendar: Calendar::default(),
             neighbourhoods: Neighbourhoods::default(),
             rosters: Rosters::default(),
+            molecules: Molecules::default(),
             coverings: Coverings::default(),
             limit: 0.0,
             separation_error: 0.0,
@@ -252,16 +258,22 @@ impl State {
         self.lines.push(Line::dummy());
         let [columns, rows] = self.grid.counts();
         self.coverings.clear();
+        self.molecules.clear();
         if self.grid.is_dilute() {
             self.rosters.lay_out([columns, rows]);
         } else {
             self.neighbourhoods.lay_out(columns, rows, bodies as u32);
         }
+        if self.grid.holds_molecules() {
+            self.molecules.take_over(world.motions());
+            self.coverings.expect_contacts(bodies);
+        }
         for (index, body) in world.bodies().iter().enumerate() {
             if self.grid.is_dilute() {
                 self.rosters.enter(index as u32, self.lines[index].cell());
             } else if self.grid.covers(body) {
-                self.coverings.add(index as u32, body, &world.motions()[index], bodies);
+                let among_molecules = self.grid.holds_molecules();
+                self.coverings.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
             } else {
                 self.neighbourhoods.enter(index as u32, self.lines[index].cell());
             }
@@ -284,6 +296,7 @@ impl State {
             + self.calendar.heap_bytes()
             + self.neighbourhoods.heap_bytes()
             + self.rosters.heap_bytes()
+            + self.molecules.heap_bytes()
             + self.coverings.heap_bytes()
     }
 
@@ -354,6 +367,7 @@ impl State {
                 K::write(&mut line.flight, flight_of(motion));
                 line.version = line.version.wrapping_add(1);
                 self.coverings.set_motion(body, motion);
+                self.molecules.set_motion(body, motion);
             }
         }
         for body in bodies {
@@ -380,9 +394,10 @@ impl State {
                 K::write(&mut line.flight, [origin.x, origin.y, velocity.x, velocity.y]);
                 line.version = line.version.wrapping_add(1);
                 self.coverings.set_flight(body, time, place, velocity);
+                self.molecules.set_flight(body, time, place, velocity);
             }
         }
-        if self.coverings.is_empty() & !self.grid.is_dilute() {
+        if self.coverings.is_empty() & !self.grid.is_dilute() & !self.grid.holds_molecules() {
             // Both are asked before either is settled: the two chains of operations go on side by side.
             let [a, b] = bodies;
             let (asked_a, asked_b) = (self.ask::<K>(a, time), self.ask::<K>(b, time));
@@ -423,6 +438,9 @@ impl State {
             self.lines[body as usize].time
         } else if self.grid.is_dilute() {
             self.foresee_among_few::<D, K>(detection, body, now)
+        } else if self.grid.holds_molecules() {
+            vector::foresee_molecule(self, world, detection, body, now);
+            self.lines[body as usize].time
         } else {
             let asked = self.ask::<K>(body, now);
             self.settle_disc(world, detection, body, now, &asked)
@@ -431,7 +449,7 @@ impl State {
 
     #[inline]
     fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
-        if let Some(motion) = self.coverings.motion(body) {
+        if let Some(motion) = self.coverings.motion(body).or_else(|| self.molecules.motion(body)) {
             return [motion.position_at(time), motion.velocity];
         }
         let line = &self.lines[body as usize];
@@ -440,7 +458,7 @@ impl State {
 
     #[inline]
     fn motion(&self, body: u32) -> Motion {
-        if let Some(motion) = self.coverings.motion(body) {
+        if let Some(motion) = self.coverings.motion(body).or_else(|| self.molecules.motion(body)) {
             return *motion;
         }
         let line = &self.lines[body as usize];

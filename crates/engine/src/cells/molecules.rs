@@ -1,0 +1,118 @@
+//! Molecules that live in cells, as small discs do: each asks those around it, nearest in time first.
+//!
+//! A molecule's cell is as long as the bounding circles of two of them reach. Which of its neighbours it may meet before it
+//! leaves its cell is told for eight at a time, by their bounding circles; these few are searched in the order in
+//! which the circles meet, each up to the soonest event found so far.
+
+use carom_detection::{DISC_LANES, Detection};
+use carom_kinematics::Motion;
+use glam::DVec2;
+
+use super::{
+    State,
+    covering::Soonest,
+    line::INDEX_MASK,
+    neighbourhood::image_of,
+    vector::Kernel,
+};
+use crate::World;
+
+/// What the lines of molecules do not hold; empty where discs live in the cells.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Molecules {
+    /// By body. Those of covering bodies are not kept up.
+    motions: Vec<Motion>,
+    /// Scratch space: when the bounding circles meet (from now on), and the slot of the list.
+    candidates: Vec<(f64, u32)>,
+}
+
+impl Molecules {
+    pub fn clear(&mut self) {
+        self.motions.clear();
+    }
+
+    pub fn take_over(&mut self, motions: &[Motion]) {
+        self.motions.extend_from_slice(motions);
+    }
+
+    pub fn heap_bytes(&self) -> usize {
+        self.motions.capacity() * size_of::<Motion>()
+    }
+
+    /// The motion of a body, if the cells hold molecules.
+    #[inline]
+    pub fn motion(&self, body: u32) -> Option<&Motion> {
+        self.motions.get(body as usize)
+    }
+
+    /// Takes over the new motion of a body, if the cells hold molecules.
+    #[inline]
+    pub fn set_motion(&mut self, body: u32, motion: &Motion) {
+        if let Some(old) = self.motions.get_mut(body as usize) {
+            *old = *motion;
+        }
+    }
+
+    /// Takes over the new flight of a body whose orientation and spin stay as they are, if the cells hold molecules.
+    #[inline]
+    pub fn set_flight(&mut self, body: u32, time: f64, position: DVec2, velocity: DVec2) {
+        if let Some(old) = self.motions.get_mut(body as usize) {
+            *old = Motion { position, velocity, ..old.at(time) };
+        }
+    }
+}
+
+impl State {
+    /// Finds the soonest event of a molecule that lives in a cell: a contact, a re-check, or the next cell.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub(super) fn foresee_molecule<D: Detection, K: Kernel>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        body: u32,
+        now: f64,
+    ) {
+        let mut candidates = std::mem::take(&mut self.molecules.candidates);
+        candidates.clear();
+        let question = self.question(body, now);
+        let list = self.neighbourhoods.list(question.from.cell());
+        let (crossing_time, crossing) = self.crossing(question.from, now);
+        let mut best = Soonest::before(crossing_time, crossing);
+        let covered = list.is_covered().then_some(list.cell);
+        let dummy = self.lines.len() as u32 - 1;
+        let overflow = self.neighbourhoods.overflow(list.cell);
+        for some in list.in_use().chunks(DISC_LANES).chain(overflow.chunks(DISC_LANES)) {
+            let mut slots = [dummy; DISC_LANES];
+            slots[..some.len()].copy_from_slice(some);
+            let times = question.lanes(&slots, list.at_border).entry_times();
+            for (&slot, entry) in slots.iter().zip(times) {
+                if (now + entry < best.time) & (slot & INDEX_MASK != body) {
+                    candidates.push((entry, slot));
+                }
+            }
+        }
+        candidates
+            .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1 & INDEX_MASK).cmp(&(b.1 & INDEX_MASK))));
+        for &(entry, slot) in &candidates {
+            if now + entry >= best.time.min(self.limit) {
+                break;
+            }
+            self.search(world, detection, [body, slot & INDEX_MASK], image_of(slot), now, &mut best);
+        }
+        self.molecules.candidates = candidates;
+        self.settle(body, &best);
+        if let Some(cell) = covered {
+            self.meet_coverings(world, detection, body, cell, now);
+        }
+    }
+
+    /// Brings a molecule's motion back into the box where its line has been, and makes both agree to the bit.
+    #[inline]
+    pub(super) fn wrap_motion(&mut self, body: u32, axis: usize, direction: i32) {
+        if let Some(motion) = self.molecules.motions.get_mut(body as usize) {
+            motion.position[axis] -= f64::from(direction) * self.sides[axis];
+            self.lines[body as usize].set_motion(motion);
+        }
+    }
+}
