@@ -369,6 +369,7 @@ impl State {
         detection: &D,
         body: u32,
         now: f64,
+        except: Option<u32>,
     ) {
         let Some(index) = self.coverings.get(body) else { return };
         let covering = &self.coverings.list[index];
@@ -383,14 +384,17 @@ impl State {
         asked.clear();
         candidates.clear();
         for tile in &covering.tiles {
-            for (who, image) in self.neighbourhoods.seen_from(tile.who) {
+            let seen = self.neighbourhoods.seen_from(tile.who).filter(|&(who, _)| Some(who) != except);
+            for (who, image) in seen {
                 asked.push(Listed { who, image: [image[0] + tile.image[0], image[1] + tile.image[1]] });
             }
         }
         let discs = asked.len();
         for neighbour in &covering.neighbours {
             let other = &self.coverings.list[neighbour.who as usize];
-            asked.push(Listed { who: other.body, image: neighbour.image });
+            if Some(other.body) != except {
+                asked.push(Listed { who: other.body, image: neighbour.image });
+            }
         }
         if is_disc {
             for some in asked[..discs].chunks(DISC_LANES) {
@@ -435,6 +439,7 @@ impl State {
         disc: u32,
         cell: u32,
         now: f64,
+        except: Option<u32>,
     ) {
         let line = &self.lines[disc as usize];
         let pending = self.coverings.pending[disc as usize];
@@ -443,6 +448,9 @@ impl State {
         for place in 0..self.coverings.pool[pool].len() {
             let listed = self.coverings.pool[pool][place];
             let covering = &self.coverings.list[listed.who as usize];
+            if Some(covering.body) == except {
+                continue;
+            }
             // The disc appears `image` boxes over to the covering body, hence this to the disc the other way.
             let image = listed.image.map(|boxes| -boxes);
             let other = covering.body;

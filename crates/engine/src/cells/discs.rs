@@ -77,7 +77,7 @@ impl State {
         let version = self.lines[partner as usize].version;
         self.lines[disc as usize].set_event(time, kind, partner, version);
         if let Some(cell) = covered {
-            self.meet_coverings(world, detection, disc, cell, now);
+            self.meet_coverings(world, detection, disc, cell, now, None);
             return self.lines[disc as usize].time;
         }
         time

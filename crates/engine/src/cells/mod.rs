@@ -26,7 +26,8 @@
 //! candidate is passed over only when it is certainly not before the event that k keeps. k's event changes only by a new
 //! prediction, which asks for the pair again. So the soonest event of all is never later than the next contact. Versions
 //! go up with every change of motion, so no event acts on a motion that is no more; a stale event is a lower bound of
-//! all its body's candidates, so predicting the body only then loses nothing.
+//! all its body's candidates, so predicting the body only then loses nothing. Of two bodies that have just met, the one
+//! predicted first need not ask for the other, since it is not the last.
 //!
 //! **Every epoch begins anew** from the state of the world: places, lists, events. So the state at an epoch's end is all
 //! there is to know of a run, and the order of lists and bins, which decides nothing, need not be kept.
@@ -370,8 +371,13 @@ impl State {
                 self.molecules.set_motion(body, motion);
             }
         }
+        let excused = self.excused(bodies);
+        if let Some([body, other]) = excused {
+            let time = self.foresee_searching(world, detection, body, now, Some(other));
+            self.calendar.schedule(&self.lines, body, time);
+        }
         for body in bodies {
-            if !self.coverings.is_fixed(body) {
+            if !self.coverings.is_fixed(body) && excused.is_none_or(|[excused, _]| body != excused) {
                 self.predict::<D, K>(world, detection, body, now);
             }
         }
@@ -433,14 +439,10 @@ impl State {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn foresee<D: Detection, K: Kernel>(&mut self, world: &World, detection: &D, body: u32, now: f64) -> f64 {
-        if self.coverings.is_covering(body) {
-            self.foresee_covering(world, detection, body, now);
-            self.lines[body as usize].time
+        if self.coverings.is_covering(body) | self.grid.holds_molecules() {
+            self.foresee_searching(world, detection, body, now, None)
         } else if self.grid.is_dilute() {
             self.foresee_among_few::<D, K>(detection, body, now)
-        } else if self.grid.holds_molecules() {
-            vector::foresee_molecule(self, world, detection, body, now);
-            self.lines[body as usize].time
         } else {
             let asked = self.ask::<K>(body, now);
             self.settle_disc(world, detection, body, now, &asked)

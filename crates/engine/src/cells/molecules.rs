@@ -13,7 +13,7 @@ use super::{
     covering::Soonest,
     line::INDEX_MASK,
     neighbourhood::image_of,
-    vector::Kernel,
+    vector::{self, Kernel},
 };
 use crate::World;
 
@@ -63,6 +63,45 @@ impl Molecules {
 }
 
 impl State {
+    /// Of two bodies that have just met, the one that need not ask for the other, and the other, which asks afterwards.
+    ///
+    /// Asking a disc in a cell in lanes costs nothing; of two others it is decided by their motions, so that it does not
+    /// depend on the order of insertion.
+    pub(super) fn excused(&self, [a, b]: [u32; 2]) -> Option<[u32; 2]> {
+        if self.coverings.is_fixed(a) | self.coverings.is_fixed(b) {
+            return None;
+        }
+        let searches = |body| self.grid.holds_molecules() | self.coverings.is_covering(body);
+        let velocity = |body: u32| self.lines[body as usize].flight[2];
+        match (searches(a), searches(b)) {
+            (false, false) => None,
+            (true, false) => Some([a, b]),
+            (false, true) => Some([b, a]),
+            _ if velocity(a) < velocity(b) => Some([a, b]),
+            _ if velocity(b) < velocity(a) => Some([b, a]),
+            _ => None,
+        }
+    }
+
+    /// Finds the soonest event of a body that searches among its candidates, and tells when it is; `except` is one that
+    /// it need not ask for.
+    #[inline(never)]
+    pub(super) fn foresee_searching<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        body: u32,
+        now: f64,
+        except: Option<u32>,
+    ) -> f64 {
+        if self.coverings.is_covering(body) {
+            self.foresee_covering(world, detection, body, now, except);
+        } else {
+            vector::foresee_molecule(self, world, detection, body, now, except);
+        }
+        self.lines[body as usize].time
+    }
+
     /// Finds the soonest event of a molecule that lives in a cell: a contact, a re-check, or the next cell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
@@ -72,6 +111,7 @@ impl State {
         detection: &D,
         body: u32,
         now: f64,
+        except: Option<u32>,
     ) {
         let mut candidates = std::mem::take(&mut self.molecules.candidates);
         candidates.clear();
@@ -87,7 +127,8 @@ impl State {
             slots[..some.len()].copy_from_slice(some);
             let times = question.lanes(&slots, list.at_border).entry_times();
             for (&slot, entry) in slots.iter().zip(times) {
-                if (now + entry < best.time) & (slot & INDEX_MASK != body) {
+                let other = slot & INDEX_MASK;
+                if (now + entry < best.time) & (other != body) & (Some(other) != except) {
                     candidates.push((entry, slot));
                 }
             }
@@ -103,7 +144,7 @@ impl State {
         self.molecules.candidates = candidates;
         self.settle(body, &best);
         if let Some(cell) = covered {
-            self.meet_coverings(world, detection, body, cell, now);
+            self.meet_coverings(world, detection, body, cell, now, except);
         }
     }
 
