@@ -56,7 +56,8 @@ impl DiscLanes {
 
     /// What of the velocities is not resolved: the other disc is no faster than the asking one and the relative
     /// velocity together.
-    fn velocity_error(&self, lane: usize) -> f64 {
+    #[inline]
+    pub(crate) fn velocity_error(&self, lane: usize) -> f64 {
         2.0 * U * (2.0 * self.speed + (self.velocity[0][lane].abs() + self.velocity[1][lane].abs()))
     }
 

@@ -8,7 +8,7 @@
 //! they see each other. A fixed body has no shell, is listed once, and has no events. Of a wall only the surroundings of
 //! its face count, however long it is: see `walls`.
 
-use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome, disc_contact};
+use carom_detection::{Asker, DISC_LANES, Detection, DiscLanes, Outcome, disc_contact};
 use carom_geometry::PeriodicBox;
 use carom_kinematics::{Motion, RelativeMotion};
 use glam::DVec2;
@@ -17,6 +17,7 @@ use smallvec::SmallVec;
 use super::{
     State,
     line::{Kind, Line},
+    vector::Kernel,
     walls::near_wall,
 };
 use crate::{Body, ContactEvent, Parts, World, scheduler::ordered, wall::StandingWall};
@@ -362,8 +363,9 @@ impl State {
     }
 
     /// Finds a covering body's soonest event: a contact, a re-check, or its shell.
-    #[inline(never)]
-    pub(super) fn foresee_covering<D: Detection>(
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub(super) fn foresee_covering<D: Detection, K: Kernel>(
         &mut self,
         world: &World,
         detection: &D,
@@ -409,18 +411,20 @@ impl State {
             }
         }
         let to_search = if is_disc { &asked[discs..] } else { &asked[..] };
+        let outline = world.bodies()[body as usize].kind.molecule.outline();
+        let asker = Asker::new(outline, &covering.motion, now);
+        let horizon = best.time - now;
         for some in to_search.chunks(DISC_LANES) {
-            let times = self.lanes(world, body, some, now).entry_times();
-            for (&other, time) in some.iter().zip(times) {
-                if now + time < best.time {
-                    candidates.push((time, other));
+            let times = detection.apart_until(&asker, &self.lanes(world, body, some, now), horizon);
+            for (&other, bound) in some.iter().zip(times) {
+                if now + bound < best.time {
+                    candidates.push((bound, other));
                 }
             }
         }
-        // By the time at which the bounding circles meet: most need not be asked.
-        candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.who.cmp(&b.1.who)));
-        for &(entry, other) in &candidates {
-            if now + entry >= best.time.min(self.limit) {
+        // The soonest bound first: most need not be searched.
+        while let Some((bound, other)) = take_least(&mut candidates, |listed| listed.who) {
+            if now + bound >= best.time.min(self.limit) {
                 break;
             }
             self.search(world, detection, [body, other.who], other.image, now, &mut best);
@@ -484,8 +488,7 @@ impl State {
         best: &mut Soonest,
     ) {
         self.done.pairs += 1;
-        let partner = pair[1];
-        let path_image = self.path_image(pair, image);
+        let (asked, seen) = (pair, image);
         // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
         let (pair, image) = ordered(pair, image);
         let relative = self.relative_motion(world, pair, image, now);
@@ -494,8 +497,8 @@ impl State {
         match detection.first_contact(a, b, &relative, horizon).outcome {
             Outcome::Free => {}
             Outcome::Contact(contact) => {
-                let pending = Pending { parts: contact.touch.into(), image: path_image };
-                best.offer(now + contact.time, partner, pending);
+                let pending = Pending { parts: contact.touch.into(), image: self.path_image(asked, seen) };
+                best.offer(now + contact.time, asked[1], pending);
             }
             Outcome::FreeUntil(time) => best.offer_recheck((now + time).max(now.next_up())),
             Outcome::Unresolved(time) => {
@@ -561,6 +564,19 @@ impl State {
         }
         lanes
     }
+}
+
+/// Takes out the candidate with the least bound; of equal ones that with the body inserted first.
+#[inline]
+pub(super) fn take_least<T>(candidates: &mut Vec<(f64, T)>, body: impl Fn(&T) -> u32) -> Option<(f64, T)> {
+    let mut least = 0;
+    for (place, (bound, candidate)) in candidates.iter().enumerate().skip(1) {
+        let (least_bound, least_candidate) = &candidates[least];
+        if bound < least_bound || (bound == least_bound && body(candidate) < body(least_candidate)) {
+            least = place;
+        }
+    }
+    (!candidates.is_empty()).then(|| candidates.swap_remove(least))
 }
 
 /// When a body's centre leaves its shell: a little early, never late.

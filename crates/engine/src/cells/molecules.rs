@@ -1,16 +1,16 @@
 //! Molecules that live in cells, as small discs do: each asks those around it, nearest in time first.
 //!
 //! A molecule's cell is as long as the bounding circles of two of them reach. Which of its neighbours it may meet before it
-//! leaves its cell is told for eight at a time, by their bounding circles; these few are searched in the order in
-//! which the circles meet, each up to the soonest event found so far.
+//! leaves its cell is told for eight at a time, by their bounding circles and its own rectangle; these few are searched in the
+//! order of the bounds so found, each up to the soonest event so far.
 
-use carom_detection::{DISC_LANES, Detection};
+use carom_detection::{Asker, DISC_LANES, Detection};
 use carom_kinematics::Motion;
 use glam::DVec2;
 
 use super::{
     State,
-    covering::Soonest,
+    covering::{Soonest, take_least},
     line::INDEX_MASK,
     neighbourhood::image_of,
     vector::{self, Kernel},
@@ -22,7 +22,7 @@ use crate::World;
 pub(super) struct Molecules {
     /// By body. Those of covering bodies are not kept up.
     motions: Vec<Motion>,
-    /// Scratch space: when the bounding circles meet (from now on), and the slot of the list.
+    /// Scratch space: until when a neighbour is certainly apart (from now on), and its slot in the list.
     candidates: Vec<(f64, u32)>,
 }
 
@@ -95,7 +95,7 @@ impl State {
         except: Option<u32>,
     ) -> f64 {
         if self.coverings.is_covering(body) {
-            self.foresee_covering(world, detection, body, now, except);
+            vector::foresee_covering(self, world, detection, body, now, except);
         } else {
             vector::foresee_molecule(self, world, detection, body, now, except);
         }
@@ -120,23 +120,25 @@ impl State {
         let (crossing_time, crossing) = self.crossing(question.from, now);
         let mut best = Soonest::before(crossing_time, crossing);
         let covered = list.is_covered().then_some(list.cell);
+        let outline = world.bodies()[body as usize].kind.molecule.outline();
+        let asker = Asker::new(outline, &self.molecules.motions[body as usize], now);
         let dummy = self.lines.len() as u32 - 1;
         let overflow = self.neighbourhoods.overflow(list.cell);
         for some in list.in_use().chunks(DISC_LANES).chain(overflow.chunks(DISC_LANES)) {
             let mut slots = [dummy; DISC_LANES];
             slots[..some.len()].copy_from_slice(some);
-            let times = question.lanes(&slots, list.at_border).entry_times();
-            for (&slot, entry) in slots.iter().zip(times) {
+            let lanes = question.lanes(&slots, list.at_border);
+            let times = detection.apart_until(&asker, &lanes, best.time - now);
+            for (&slot, bound) in slots.iter().zip(times) {
                 let other = slot & INDEX_MASK;
-                if (now + entry < best.time) & (other != body) & (Some(other) != except) {
-                    candidates.push((entry, slot));
+                if (now + bound < best.time) & (other != body) & (Some(other) != except) {
+                    candidates.push((bound, slot));
                 }
             }
         }
-        candidates
-            .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1 & INDEX_MASK).cmp(&(b.1 & INDEX_MASK))));
-        for &(entry, slot) in &candidates {
-            if now + entry >= best.time.min(self.limit) {
+        // The soonest bound first: most need not be searched.
+        while let Some((bound, slot)) = take_least(&mut candidates, |slot| slot & INDEX_MASK) {
+            if now + bound >= best.time.min(self.limit) {
                 break;
             }
             self.search(world, detection, [body, slot & INDEX_MASK], image_of(slot), now, &mut best);

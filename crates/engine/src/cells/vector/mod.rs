@@ -256,6 +256,7 @@ macro_rules! built_for_each {
 }
 
 built_for_each!(foresee_all());
+built_for_each!(foresee_covering(body: u32, now: f64, except: Option<u32>));
 built_for_each!(foresee_molecule(body: u32, now: f64, except: Option<u32>));
 built_for_each!(next_contact(stop: f64) -> Option<ContactEvent>);
 built_for_each!(motions_changed(bodies: [u32; 2], motions: [Motion; 2]));
