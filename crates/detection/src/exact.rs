@@ -84,7 +84,7 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Asker, DISC_LANES, Detection, DiscLanes, ErrorBound, Outcome, Window,
+    Answer, Asker, Detection, DiscLanes, ErrorBound, Outcome, Window,
     atom_block::BlockSearch,
     atom_pair::PairOutcome,
     circle_descent::{Body, descend},
@@ -143,7 +143,7 @@ impl Detection for Exact {
         clippy::inline_always,
         reason = "it must be compiled with the vector instructions of its caller"
     )]
-    fn apart_until(&self, asker: &Asker<'_>, lanes: &DiscLanes, horizon: f64) -> [f64; DISC_LANES] {
+    fn apart_until<const N: usize>(&self, asker: &Asker<'_>, lanes: &DiscLanes<N>, horizon: f64) -> [f64; N] {
         asker.apart_until(lanes, horizon)
     }
 

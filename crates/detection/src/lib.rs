@@ -106,7 +106,7 @@ pub trait Detection {
     /// A body with a [face](Outline::face) must not turn: what turns is answered by [`Outcome::Unresolved`] at time 0.
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer;
 
-    /// When each of up to eight bodies, taken for their bounding circles, may touch the asking one at the soonest (time from
+    /// When each of some bodies, taken for their bounding circles, may touch the asking one at the soonest (time from
     /// now, infinite for never): what is told without a search, to pass over most candidates for a first contact, and to
     /// search the others in order. What is at `horizon` or later need not be known better than that.
     ///
@@ -116,7 +116,10 @@ pub trait Detection {
         clippy::inline_always,
         reason = "it must be compiled with the vector instructions of its caller"
     )]
-    fn apart_until(&self, asker: &Asker<'_>, lanes: &DiscLanes, horizon: f64) -> [f64; DISC_LANES] {
+    fn apart_until<const N: usize>(&self, asker: &Asker<'_>, lanes: &DiscLanes<N>, horizon: f64) -> [f64; N]
+    where
+        Self: Sized,
+    {
         let _ = (asker, horizon);
         lanes.entry_times()
     }

@@ -18,7 +18,7 @@ use carom_geometry::Outline;
 use carom_kinematics::{HALF_ULP as U, Motion};
 use glam::DVec2;
 
-use crate::{DISC_LANES, DiscLanes, tolerance::STEP_MARGIN};
+use crate::{DiscLanes, tolerance::STEP_MARGIN};
 
 /// A body that asks for its contacts with others, as it is turned now.
 #[derive(Debug, Clone, Copy)]
@@ -47,14 +47,14 @@ impl<'a> Asker<'a> {
         }
     }
 
-    /// When each of eight bodies may touch this one at the soonest (time from now), as far as their circles and its
+    /// When each of some bodies may touch this one at the soonest (time from now), as far as their circles and its
     /// rectangle tell: infinite for never. Steps beyond `horizon` say no more than that it is not before.
     #[inline(always)]
     #[expect(
         clippy::inline_always,
         reason = "it must be compiled with the vector instructions of its caller"
     )]
-    pub(crate) fn apart_until(&self, lanes: &DiscLanes, horizon: f64) -> [f64; DISC_LANES] {
+    pub(crate) fn apart_until<const N: usize>(&self, lanes: &DiscLanes<N>, horizon: f64) -> [f64; N] {
         let mut times = lanes.entry_times();
         let Some([low, high]) = self.outline.rectangle() else { return times };
         let (cos, sin) = (self.rotation.x, self.rotation.y);

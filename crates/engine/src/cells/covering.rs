@@ -7,6 +7,10 @@
 //! each other as neighbours while their shells' centres are within R + R' + h + h'; all with the image through which
 //! they see each other. A fixed body has no shell, is listed once, and has no events. Of a wall only the surroundings of
 //! its face count, however long it is: see `walls`.
+//!
+//! **Candidates.** Of the bodies around a molecule those are searched that may touch it before its event, as far as their
+//! bounding circles and its own rectangle tell ([`Detection::apart_until`]), the one with the soonest bound first, each up to the
+//! soonest event so far. A disc in a covered cell asks about a covering body in the same way.
 
 use carom_detection::{Asker, DISC_LANES, Detection, DiscLanes, Outcome, disc_contact};
 use carom_geometry::PeriodicBox;
@@ -252,16 +256,21 @@ impl State {
 
     fn unlist(&mut self, index: usize) {
         let me = index as u32;
-        for listed in std::mem::take(&mut self.coverings.list[index].cells) {
+        // Taken out and put back: what is listed again needs no new memory.
+        let mut cells = std::mem::take(&mut self.coverings.list[index].cells);
+        for listed in cells.drain(..) {
             let pool = &mut self.coverings.pool[self.coverings.pool_of[listed.who as usize] as usize];
             pool.retain(|entry| entry.who != me);
             if pool.is_empty() {
                 self.neighbourhoods.set_covered(listed.who, false);
             }
         }
-        for neighbour in std::mem::take(&mut self.coverings.list[index].neighbours) {
+        let mut neighbours = std::mem::take(&mut self.coverings.list[index].neighbours);
+        for neighbour in neighbours.drain(..) {
             self.coverings.list[neighbour.who as usize].neighbours.retain(|entry| entry.who != me);
         }
+        let covering = &mut self.coverings.list[index];
+        (covering.cells, covering.neighbours) = (cells, neighbours);
     }
 
     /// Lists a body in every cell within its radius, the largest small disc's and its shell's of its place.
@@ -291,7 +300,8 @@ impl State {
             Listed { who: (row * counts[0] + column) as u32, image }
         };
         let (first, last) = ([first.x as i64, first.y as i64], [last.x as i64, last.y as i64]);
-        let mut cells = Vec::new();
+        let covering = &mut self.coverings.list[index];
+        let mut cells = std::mem::take(&mut covering.cells);
         for row in first[1]..=last[1] {
             for column in first[0]..=last[0] {
                 if within([column, row], [column, row]) {
@@ -299,7 +309,8 @@ impl State {
                 }
             }
         }
-        let mut tiles = Vec::new();
+        let mut tiles = std::mem::take(&mut covering.tiles);
+        tiles.clear();
         for row in (first[1] + 1..=last[1] + 1).step_by(3) {
             for column in (first[0] + 1..=last[0] + 1).step_by(3) {
                 if within([column - 1, row - 1], [column + 1, row + 1]) {
@@ -331,7 +342,7 @@ impl State {
     fn find_neighbours(&mut self, bounds: &PeriodicBox, index: usize) {
         let coverings = &mut self.coverings;
         let me = index as u32;
-        let mut neighbours: Vec<Listed> = Vec::new();
+        let mut neighbours = std::mem::take(&mut coverings.list[index].neighbours);
         let covering = &coverings.list[index];
         for cell in &covering.cells {
             for other in &coverings.pool[coverings.pool_of[cell.who as usize] as usize] {
@@ -400,7 +411,7 @@ impl State {
         }
         if is_disc {
             for some in asked[..discs].chunks(DISC_LANES) {
-                let times = detection.disc_contacts(&self.lanes(world, body, some, now));
+                let times = detection.disc_contacts(&self.lanes::<DISC_LANES>(world, body, some, now));
                 self.done.pairs += some.len() as u64;
                 for (&other, time) in some.iter().zip(times) {
                     if time < f64::INFINITY {
@@ -415,7 +426,8 @@ impl State {
         let asker = Asker::new(outline, &covering.motion, now);
         let horizon = best.time - now;
         for some in to_search.chunks(DISC_LANES) {
-            let times = detection.apart_until(&asker, &self.lanes(world, body, some, now), horizon);
+            let times =
+                detection.apart_until(&asker, &self.lanes::<DISC_LANES>(world, body, some, now), horizon);
             for (&other, bound) in some.iter().zip(times) {
                 if now + bound < best.time {
                     candidates.push((bound, other));
@@ -469,7 +481,19 @@ impl State {
                     best.offer(time, other, Pending { parts: Parts::Discs, image });
                 }
             } else {
-                self.search(world, detection, [disc, other], image, now, &mut best);
+                let seen = [Listed { who: disc, image: listed.image }];
+                let lanes = self.lanes::<1>(world, other, &seen, now);
+                // Most are out of reach of the bounding circle, which is told without the molecule's rotation.
+                let [entry] = lanes.entry_times();
+                if now + entry >= best.time {
+                    continue;
+                }
+                let outline = world.bodies()[other as usize].kind.molecule.outline();
+                let asker = Asker::new(outline, &covering.motion, now);
+                let [bound] = detection.apart_until(&asker, &lanes, best.time - now);
+                if now + bound < best.time {
+                    self.search(world, detection, [disc, other], image, now, &mut best);
+                }
             }
         }
         if matches!(best.kind, Kind::Covering | Kind::Recheck) {
@@ -492,7 +516,8 @@ impl State {
         // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
         let (pair, image) = ordered(pair, image);
         let relative = self.relative_motion(world, pair, image, now);
-        let [a, b] = pair.map(|body| world.bodies()[body as usize].kind.molecule.outline());
+        let outline = |body: u32| world.bodies()[body as usize].kind.molecule.outline();
+        let (a, b) = (outline(pair[0]), outline(pair[1]));
         let horizon = best.time.min(self.limit) - now;
         match detection.first_contact(a, b, &relative, horizon).outcome {
             Outcome::Free => {}
@@ -533,23 +558,25 @@ impl State {
     }
 
     fn relative_motion(&self, world: &World, pair: [u32; 2], image: [i32; 2], now: f64) -> RelativeMotion {
-        let [a, b] = pair.map(|body| self.motion(body));
+        let (a, b) = (self.motion(pair[0]), self.motion(pair[1]));
         RelativeMotion::between(&a, &b, world.bounds().shift(image.map(i64::from)), now)
     }
 
-    /// Up to eight bodies as seen from one, all as their bounding circles.
-    fn lanes(&self, world: &World, body: u32, others: &[Listed], now: f64) -> DiscLanes {
+    /// Up to `N` bodies as seen from one, all as their bounding circles.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn lanes<const N: usize>(&self, world: &World, body: u32, others: &[Listed], now: f64) -> DiscLanes<N> {
         let me = &self.lines[body as usize];
         let sides = world.bounds().sides().to_array();
         let dummy = Line::dummy();
         let mut lanes = DiscLanes {
-            separation: [[0.0; DISC_LANES]; 2],
-            velocity: [[0.0; DISC_LANES]; 2],
-            contact_distance: [0.0; DISC_LANES],
+            separation: [[0.0; N]; 2],
+            velocity: [[0.0; N]; 2],
+            contact_distance: [0.0; N],
             separation_error: self.separation_error,
             speed: me.flight[2].abs() + me.flight[3].abs(),
         };
-        for lane in 0..DISC_LANES {
+        for lane in 0..N {
             let listed = others.get(lane);
             let line = listed.map_or(&dummy, |listed| &self.lines[listed.who as usize]);
             let image = listed.map_or([0; 2], |listed| listed.image);

@@ -400,7 +400,6 @@ impl State {
                 K::write(&mut line.flight, [origin.x, origin.y, velocity.x, velocity.y]);
                 line.version = line.version.wrapping_add(1);
                 self.coverings.set_flight(body, time, place, velocity);
-                self.molecules.set_flight(body, time, place, velocity);
             }
         }
         if self.coverings.is_empty() & !self.grid.is_dilute() & !self.grid.holds_molecules() {
@@ -412,6 +411,9 @@ impl State {
             let soonest = self.settle_disc(world, detection, b, time, &asked_b);
             self.calendar.schedule(&self.lines, b, soonest);
             return;
+        }
+        for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
+            self.molecules.set_flight(body, time, place, velocity);
         }
         for body in bodies {
             if !self.coverings.is_fixed(body) {
@@ -451,7 +453,7 @@ impl State {
 
     #[inline]
     fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
-        if let Some(motion) = self.coverings.motion(body).or_else(|| self.molecules.motion(body)) {
+        if let Some(motion) = self.coverings.motion(body) {
             return [motion.position_at(time), motion.velocity];
         }
         let line = &self.lines[body as usize];
