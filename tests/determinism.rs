@@ -107,7 +107,14 @@ fn bodies_in_another_order_move_the_same() {
 }
 
 fn check_permutation<S: Scheduler>(options: &S::Options) {
-    let base = frozen(&simulate::<S>(&menagerie(3), options).view());
+    let molecules = vec![gas("dumbbell", 0.02, 60), gas("disc", 0.02, 20)];
+    for start in [menagerie(3), Scene { gas: molecules, ..Scene::default() }] {
+        check_permutation_of::<S>(&start, options);
+    }
+}
+
+fn check_permutation_of<S: Scheduler>(start: &Scene, options: &S::Options) {
+    let base = frozen(&simulate::<S>(start, options).view());
     let mut straight = simulate::<S>(&base, options);
     straight.run_until(UNTIL).unwrap();
     let expected = bits(&straight.view());

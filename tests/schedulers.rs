@@ -3,17 +3,26 @@
 #[path = "support/engine.rs"]
 mod support;
 
-use carom_engine::{Cells, Fineness, Instructions, Thesis};
+use carom_engine::{Cells, Fineness, Instructions, MoleculeSpec, Thesis};
 use carom_kinematics::Instant;
-use support::{Encounters, disc, scene, scenes, simulate};
+use support::{Encounters, disc, named, scene, scenes, simulate};
 
 /// Discs of one diameter in a box a hundred wide, all in one heap: their lists overflow, and nothing is lost.
 #[test]
 fn crowded_cells_overflow_and_miss_nothing() {
+    check_heap(|at, velocity| disc(0.001, 1.0, at, velocity));
+}
+
+#[test]
+fn cells_crowded_with_molecules_do_so_too() {
+    check_heap(|at, velocity| MoleculeSpec { velocity, ..named("dumbbell", 0.0005, 1.0, at) });
+}
+
+fn check_heap(body: impl Fn([f64; 2], [f64; 2]) -> MoleculeSpec) {
     let heap = (0..64).map(|k| {
         let (column, row) = (f64::from(k % 8), f64::from(k / 8));
         let at = [0.5 + 0.0021 * column, 0.5 + 0.0021 * row];
-        disc(0.001, 1.0, at, [0.1 * (row - 3.3), 0.1 * (3.7 - column)])
+        body(at, [0.1 * (row - 3.3), 0.1 * (3.7 - column)])
     });
     let heap = scene(heap.collect());
     let mut cells = simulate::<Cells>(&heap, &Instructions::Widest);

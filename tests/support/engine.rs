@@ -113,6 +113,15 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         ),
         ("tees and discs", with(vec![], vec![], vec![gas("tee", 0.01, 12), gas("disc", 0.02, 120)])),
         ("dumbbells", with(vec![], vec![], vec![gas("dumbbell", 0.02, 80)])),
+        ("few dumbbells far apart", with(vec![], vec![], vec![gas("dumbbell", 0.004, 30)])),
+        (
+            "molecules, some discs, a big disc and a long rod",
+            with(
+                vec![big.clone(), middle("rod:16", 0.01)],
+                vec![small(0.0, 0.4), bumper(0.08, [0.2, 0.7])],
+                vec![gas("dumbbell", 0.015, 50), gas("tee", 0.01, 15), gas("disc", 0.02, 20)],
+            ),
+        ),
         (
             "a fixed cross, a big disc and a fast rod",
             with(vec![fixed, big, fast], vec![], vec![gas("disc", 0.015, 120)]),

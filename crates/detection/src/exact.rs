@@ -84,7 +84,7 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Detection, ErrorBound, Outcome, Window,
+    Answer, Asker, Detection, DiscLanes, ErrorBound, Outcome, Window,
     atom_block::BlockSearch,
     atom_pair::PairOutcome,
     circle_descent::{Body, descend},
@@ -136,6 +136,15 @@ impl Detection for Exact {
     #[inline]
     fn decides_discs_in_closed_form(&self) -> bool {
         true
+    }
+
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "it must be compiled with the vector instructions of its caller"
+    )]
+    fn apart_until<const N: usize>(&self, asker: &Asker<'_>, lanes: &DiscLanes<N>, horizon: f64) -> [f64; N] {
+        asker.apart_until(lanes, horizon)
     }
 
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {

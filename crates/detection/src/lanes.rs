@@ -8,15 +8,15 @@ use crate::disc_contact;
 /// How many discs are asked for at once.
 pub const DISC_LANES: usize = 8;
 
-/// One disc against up to eight others, as seen from it at a common time 0. A lane with NaN in it has no disc.
+/// One disc against up to eight others (or `N`), as seen from it at a common time 0. A lane with NaN in it has no disc.
 #[derive(Debug, Clone, Copy)]
-pub struct DiscLanes {
+pub struct DiscLanes<const N: usize = DISC_LANES> {
     /// Places of the others relative to the asking disc (length), x then y.
-    pub separation: [[f64; DISC_LANES]; 2],
+    pub separation: [[f64; N]; 2],
     /// Their velocities relative to it (length per time), x then y.
-    pub velocity: [[f64; DISC_LANES]; 2],
+    pub velocity: [[f64; N]; 2],
     /// Sums of the two radii (length).
-    pub contact_distance: [f64; DISC_LANES],
+    pub contact_distance: [f64; N],
     /// Bound on the rounding of the places (length).
     pub separation_error: f64,
     /// |vx| + |vy| of the asking disc (length per time).
@@ -34,7 +34,9 @@ impl DiscLanes {
             speed,
         }
     }
+}
 
+impl<const N: usize> DiscLanes<N> {
     /// Puts a disc into a lane.
     pub fn set(&mut self, lane: usize, separation: DVec2, velocity: DVec2, contact_distance: f64) {
         (self.separation[0][lane], self.separation[1][lane]) = (separation.x, separation.y);
@@ -56,7 +58,8 @@ impl DiscLanes {
 
     /// What of the velocities is not resolved: the other disc is no faster than the asking one and the relative
     /// velocity together.
-    fn velocity_error(&self, lane: usize) -> f64 {
+    #[inline]
+    pub(crate) fn velocity_error(&self, lane: usize) -> f64 {
         2.0 * U * (2.0 * self.speed + (self.velocity[0][lane].abs() + self.velocity[1][lane].abs()))
     }
 
@@ -68,7 +71,7 @@ impl DiscLanes {
         clippy::inline_always,
         reason = "it must be compiled with the vector instructions of its caller"
     )]
-    pub fn contact_times(&self) -> [f64; DISC_LANES] {
+    pub fn contact_times(&self) -> [f64; N] {
         let (times, in_contact) = self.closed_form();
         if in_contact { self.decided_times() } else { times }
     }
@@ -80,8 +83,8 @@ impl DiscLanes {
         clippy::inline_always,
         reason = "it must be compiled with the vector instructions of its caller"
     )]
-    pub fn closed_form(&self) -> ([f64; DISC_LANES], bool) {
-        let mut times = [f64::INFINITY; DISC_LANES];
+    pub fn closed_form(&self) -> ([f64; N], bool) {
+        let mut times = [f64::INFINITY; N];
         let mut in_contact = false;
         for (lane, time) in times.iter_mut().enumerate() {
             let (dx, dy) = (self.separation[0][lane], self.separation[1][lane]);
@@ -102,8 +105,8 @@ impl DiscLanes {
     /// The same, with the decision of [`disc_contact`] about pairs that touch or overlap.
     #[cold]
     #[inline(never)]
-    pub fn decided_times(&self) -> [f64; DISC_LANES] {
-        let mut times = [f64::INFINITY; DISC_LANES];
+    pub fn decided_times(&self) -> [f64; N] {
+        let mut times = [f64::INFINITY; N];
         for (lane, time) in times.iter_mut().enumerate() {
             let d = DVec2::new(self.separation[0][lane], self.separation[1][lane]);
             let v = DVec2::new(self.velocity[0][lane], self.velocity[1][lane]);
@@ -120,8 +123,8 @@ impl DiscLanes {
         clippy::inline_always,
         reason = "it must be compiled with the vector instructions of its caller"
     )]
-    pub fn entry_times(&self) -> [f64; DISC_LANES] {
-        let mut times = [f64::INFINITY; DISC_LANES];
+    pub fn entry_times(&self) -> [f64; N] {
+        let mut times = [f64::INFINITY; N];
         for (lane, time) in times.iter_mut().enumerate() {
             let (dx, dy) = (self.separation[0][lane], self.separation[1][lane]);
             let (vx, vy) = (self.velocity[0][lane], self.velocity[1][lane]);

@@ -66,6 +66,7 @@ mod golden_section;
 mod lanes;
 mod outcome;
 mod recontact;
+mod rectangle;
 mod safe_step;
 mod search;
 mod secant;
@@ -84,6 +85,7 @@ pub use fixed_step::{FixedStep, natural_time};
 pub use golden_secant::GoldenSecant;
 pub use lanes::{DISC_LANES, DiscLanes};
 pub use outcome::{Answer, Contact, Outcome, Part, Touch};
+pub use rectangle::Asker;
 pub use skimming::{Window, skim};
 
 use carom_geometry::{Atom, Outline};
@@ -103,6 +105,24 @@ pub trait Detection {
     ///
     /// A body with a [face](Outline::face) must not turn: what turns is answered by [`Outcome::Unresolved`] at time 0.
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer;
+
+    /// When each of some bodies, taken for their bounding circles, may touch the asking one at the soonest (time from
+    /// now, infinite for never): what is told without a search, to pass over most candidates for a first contact, and to
+    /// search the others in order. What is at `horizon` or later need not be known better than that.
+    ///
+    /// Without further knowledge it is when the bounding circles meet, which every detector must respect.
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "it must be compiled with the vector instructions of its caller"
+    )]
+    fn apart_until<const N: usize>(&self, asker: &Asker<'_>, lanes: &DiscLanes<N>, horizon: f64) -> [f64; N]
+    where
+        Self: Sized,
+    {
+        let _ = (asker, horizon);
+        lanes.entry_times()
+    }
 
     /// Whether pairs of discs are decided by the closed form of [`disc_contact`]: then a scheduler may compute it itself,
     /// in lanes, where it would have called [`Self::disc_contacts`].

@@ -95,7 +95,13 @@ impl Atom {
 
     /// This atom alone, taken as a whole body: what detection needs of a disc.
     pub fn outline(&self) -> Outline<'_> {
-        Outline { atoms: std::slice::from_ref(self), bounding_radius: reach(self), tree: None, face: None }
+        Outline {
+            atoms: std::slice::from_ref(self),
+            bounding_radius: reach(self),
+            rectangle: None,
+            tree: None,
+            face: None,
+        }
     }
 
     pub(crate) fn moved_by(self, shift: DVec2) -> Self {

@@ -120,7 +120,13 @@ impl HalfPlane {
 
     /// What detection needs of it: a face without atoms, in no bounding circle.
     pub fn outline(&self) -> Outline<'_> {
-        Outline { atoms: &[], bounding_radius: f64::INFINITY, tree: None, face: Some(&self.face) }
+        Outline {
+            atoms: &[],
+            bounding_radius: f64::INFINITY,
+            rectangle: None,
+            tree: None,
+            face: Some(&self.face),
+        }
     }
 }
 

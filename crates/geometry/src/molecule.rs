@@ -34,6 +34,8 @@ pub struct Molecule {
     mass: f64,
     moment_of_inertia: f64,
     bounding_radius: f64,
+    /// Corners of the rectangle that holds all atoms (length).
+    rectangle: [DVec2; 2],
     tree: Option<CircleTree>,
     face: Option<Face>,
 }
@@ -45,6 +47,7 @@ pub struct Outline<'a> {
     pub atoms: &'a [Atom],
     /// Radius of the smallest circle about the centre of mass that holds all atoms (length).
     pub bounding_radius: f64,
+    pub(crate) rectangle: Option<&'a [DVec2; 2]>,
     pub(crate) tree: Option<&'a CircleTree>,
     pub(crate) face: Option<&'a Face>,
 }
@@ -54,6 +57,12 @@ impl<'a> Outline<'a> {
     /// [`CircleTree::CROSSOVER`] of them.
     pub fn tree(&self) -> Option<&'a CircleTree> {
         self.tree
+    }
+
+    /// Lower left and upper right corner of the rectangle along the axes of the frame that holds all atoms (length), to
+    /// rounding; none for a single disc, nor for what has a face.
+    pub fn rectangle(&self) -> Option<[DVec2; 2]> {
+        self.rectangle.copied()
     }
 
     /// The straight face of a wall or a half-plane. A body that has one must not turn.
@@ -89,6 +98,7 @@ impl Molecule {
             mass: atoms.iter().map(Atom::mass).sum(),
             moment_of_inertia: atoms.iter().map(inertia_about_origin).sum(),
             bounding_radius,
+            rectangle: rectangle(&atoms),
             tree: (atoms.len() > CircleTree::CROSSOVER).then(|| CircleTree::new(&atoms, bounding_radius)),
             atoms,
             face: None,
@@ -131,6 +141,7 @@ impl Molecule {
             mass: f64::INFINITY,
             moment_of_inertia: f64::INFINITY,
             bounding_radius: (face.half_length() + radius) * (1.0 + 4.0 * f64::EPSILON),
+            rectangle: rectangle(&[]),
             tree: None,
             face: Some(face),
         })
@@ -197,6 +208,7 @@ impl Molecule {
         Outline {
             atoms: &self.atoms,
             bounding_radius: self.bounding_radius,
+            rectangle: (self.atoms.len() > 1 && self.face.is_none()).then_some(&self.rectangle),
             tree: self.tree.as_ref(),
             face: self.face.as_ref(),
         }
@@ -276,6 +288,14 @@ impl From<&Molecule> for Compound {
         });
         Compound::new(parts.chain(face).collect())
     }
+}
+
+/// Corners of the rectangle that holds all atoms.
+fn rectangle(atoms: &[Atom]) -> [DVec2; 2] {
+    let radius = |atom: &Atom| DVec2::splat(atom.radius());
+    let low = atoms.iter().fold(DVec2::INFINITY, |low, atom| low.min(atom.offset() - radius(atom)));
+    let high = atoms.iter().fold(DVec2::NEG_INFINITY, |high, atom| high.max(atom.offset() + radius(atom)));
+    [low, high]
 }
 
 /// Moment of inertia of one uniform disc about the origin (parallel-axis theorem).

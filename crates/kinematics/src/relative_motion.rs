@@ -46,6 +46,7 @@ impl RelativeMotion {
     /// assert_eq!(pair.separation, DVec2::new(0.25, 0.0));
     /// ```
     #[doc(alias = "equalise")]
+    #[inline]
     pub fn between(a: &Motion, b: &Motion, shift: DVec2, time: f64) -> Self {
         let (duration_a, duration_b) = (time - a.time, time - b.time);
         let (path_a, path_b) = (a.velocity * duration_a, b.velocity * duration_b);

@@ -1,5 +1,5 @@
-//! Covering bodies: turning molecules, large discs, fixed bodies, each with a shell and a list of the cells it may
-//! touch.
+//! Covering bodies: molecules among discs, whatever is large, fixed bodies, each with a shell and a list of the cells it
+//! may touch.
 //!
 //! A covering body has a *shell*, a circle round the place where it was last listed. It stands in the list of every cell
 //! that can hold the centre of a small disc it might touch while its own centre is in the shell: every cell within
@@ -7,8 +7,12 @@
 //! each other as neighbours while their shells' centres are within R + R' + h + h'; all with the image through which
 //! they see each other. A fixed body has no shell, is listed once, and has no events. Of a wall only the surroundings of
 //! its face count, however long it is: see `walls`.
+//!
+//! **Candidates.** Of the bodies around a molecule those are searched that may touch it before its event, as far as their
+//! bounding circles and its own rectangle tell ([`Detection::apart_until`]), the one with the soonest bound first, each up to the
+//! soonest event so far. A disc in a covered cell asks about a covering body in the same way.
 
-use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome, disc_contact};
+use carom_detection::{Asker, DISC_LANES, Detection, DiscLanes, Outcome, disc_contact};
 use carom_geometry::PeriodicBox;
 use carom_kinematics::{Motion, RelativeMotion};
 use glam::DVec2;
@@ -17,15 +21,13 @@ use smallvec::SmallVec;
 use super::{
     State,
     line::{Kind, Line},
+    vector::Kernel,
     walls::near_wall,
 };
 use crate::{Body, ContactEvent, Parts, World, scheduler::ordered, wall::StandingWall};
 
 /// Column of a line whose body lives in no cell.
 const NO_CELL: u16 = u16::MAX;
-
-/// In a gas of covering bodies only, the shell in bounding radii. Smaller: more listings. Larger: more neighbours.
-const SHELL_AMONG_LIKES: f64 = 1.0;
 
 /// Lists reach this much farther than they need to, so that no rounding makes them shorter.
 const MARGIN: f64 = 1.0 + 1e-12;
@@ -65,7 +67,8 @@ struct Pending {
 pub(super) struct Covering {
     body: u32,
     fixed: bool,
-    is_disc: bool,
+    /// Whether those in the cells meet it as discs meet a disc.
+    is_disc_among_discs: bool,
     /// The wall that it is, if it is one.
     wall: Option<StandingWall>,
     /// Bounding radius (length).
@@ -93,14 +96,20 @@ impl Coverings {
         self.list.is_empty()
     }
 
-    pub fn add(&mut self, index: u32, body: &Body, motion: &Motion, bodies: usize) {
+    /// Makes room for what the contacts of so many bodies are.
+    pub fn expect_contacts(&mut self, bodies: usize) {
+        self.pending.resize(bodies, Pending::NOTHING);
+    }
+
+    /// Adds a body; `among_molecules` if those in the cells are no discs.
+    pub fn add(&mut self, index: u32, body: &Body, motion: &Motion, bodies: usize, among_molecules: bool) {
         self.index_of.resize(bodies, u32::MAX);
-        self.pending.resize(bodies, Pending { parts: Parts::Discs, image: [0; 2] });
+        self.expect_contacts(bodies);
         self.index_of[index as usize] = self.list.len() as u32;
         self.list.push(Covering {
             body: index,
             fixed: body.is_fixed(),
-            is_disc: body.kind.molecule.is_disc(),
+            is_disc_among_discs: body.kind.molecule.is_disc() && !among_molecules,
             wall: StandingWall::of(body, motion),
             radius: body.kind.molecule.bounding_radius(),
             motion: *motion,
@@ -167,14 +176,23 @@ impl Coverings {
 }
 
 /// The soonest event found so far for one body.
-struct Soonest {
-    time: f64,
+pub(super) struct Soonest {
+    pub time: f64,
     kind: Kind,
     partner: u32,
     pending: Pending,
 }
 
+impl Pending {
+    const NOTHING: Self = Self { parts: Parts::Discs, image: [0; 2] };
+}
+
 impl Soonest {
+    /// Nothing yet before an event that comes in any case.
+    pub fn before(time: f64, kind: Kind) -> Self {
+        Self { time, kind, partner: 0, pending: Pending::NOTHING }
+    }
+
     /// Takes a contact if it is sooner, or as soon and with a body inserted earlier.
     fn offer(&mut self, time: f64, partner: u32, pending: Pending) {
         let tie = time == self.time && self.kind == Kind::Covering && partner < self.partner;
@@ -231,28 +249,28 @@ impl State {
         }
         covering.centre = place;
         let small = self.grid.largest_small();
-        let likes = SHELL_AMONG_LIKES * covering.radius;
-        covering.shell = match covering.fixed {
-            true => 0.0,
-            false if small > 0.0 => small.min(likes.max(0.5 * small)),
-            false => likes,
-        };
+        covering.shell = if covering.fixed { 0.0 } else { small.min(covering.radius.max(0.5 * small)) };
         self.cover_cells(index);
         self.find_neighbours(bounds, index);
     }
 
     fn unlist(&mut self, index: usize) {
         let me = index as u32;
-        for listed in std::mem::take(&mut self.coverings.list[index].cells) {
+        // Taken out and put back: what is listed again needs no new memory.
+        let mut cells = std::mem::take(&mut self.coverings.list[index].cells);
+        for listed in cells.drain(..) {
             let pool = &mut self.coverings.pool[self.coverings.pool_of[listed.who as usize] as usize];
             pool.retain(|entry| entry.who != me);
             if pool.is_empty() {
                 self.neighbourhoods.set_covered(listed.who, false);
             }
         }
-        for neighbour in std::mem::take(&mut self.coverings.list[index].neighbours) {
+        let mut neighbours = std::mem::take(&mut self.coverings.list[index].neighbours);
+        for neighbour in neighbours.drain(..) {
             self.coverings.list[neighbour.who as usize].neighbours.retain(|entry| entry.who != me);
         }
+        let covering = &mut self.coverings.list[index];
+        (covering.cells, covering.neighbours) = (cells, neighbours);
     }
 
     /// Lists a body in every cell within its radius, the largest small disc's and its shell's of its place.
@@ -282,7 +300,8 @@ impl State {
             Listed { who: (row * counts[0] + column) as u32, image }
         };
         let (first, last) = ([first.x as i64, first.y as i64], [last.x as i64, last.y as i64]);
-        let mut cells = Vec::new();
+        let covering = &mut self.coverings.list[index];
+        let mut cells = std::mem::take(&mut covering.cells);
         for row in first[1]..=last[1] {
             for column in first[0]..=last[0] {
                 if within([column, row], [column, row]) {
@@ -290,7 +309,8 @@ impl State {
                 }
             }
         }
-        let mut tiles = Vec::new();
+        let mut tiles = std::mem::take(&mut covering.tiles);
+        tiles.clear();
         for row in (first[1] + 1..=last[1] + 1).step_by(3) {
             for column in (first[0] + 1..=last[0] + 1).step_by(3) {
                 if within([column - 1, row - 1], [column + 1, row + 1]) {
@@ -322,7 +342,7 @@ impl State {
     fn find_neighbours(&mut self, bounds: &PeriodicBox, index: usize) {
         let coverings = &mut self.coverings;
         let me = index as u32;
-        let mut neighbours: Vec<Listed> = Vec::new();
+        let mut neighbours = std::mem::take(&mut coverings.list[index].neighbours);
         let covering = &coverings.list[index];
         for cell in &covering.cells {
             for other in &coverings.pool[coverings.pool_of[cell.who as usize] as usize] {
@@ -354,13 +374,15 @@ impl State {
     }
 
     /// Finds a covering body's soonest event: a contact, a re-check, or its shell.
-    #[inline(never)]
-    pub(super) fn foresee_covering<D: Detection>(
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub(super) fn foresee_covering<D: Detection, K: Kernel>(
         &mut self,
         world: &World,
         detection: &D,
         body: u32,
         now: f64,
+        except: Option<u32>,
     ) {
         let Some(index) = self.coverings.get(body) else { return };
         let covering = &self.coverings.list[index];
@@ -368,27 +390,28 @@ impl State {
             self.lines[body as usize].set_event(f64::INFINITY, Kind::Nothing, 0, 0);
             return;
         }
-        let is_disc = covering.is_disc;
-        let nothing = Pending { parts: Parts::Discs, image: [0; 2] };
-        let mut best =
-            Soonest { time: leaves_shell(covering, now), kind: Kind::Shell, partner: 0, pending: nothing };
+        let is_disc = covering.is_disc_among_discs;
+        let mut best = Soonest::before(leaves_shell(covering, now), Kind::Shell);
         let mut asked = std::mem::take(&mut self.coverings.asked);
         let mut candidates = std::mem::take(&mut self.coverings.candidates);
         asked.clear();
         candidates.clear();
         for tile in &covering.tiles {
-            for (who, image) in self.neighbourhoods.seen_from(tile.who) {
+            let seen = self.neighbourhoods.seen_from(tile.who).filter(|&(who, _)| Some(who) != except);
+            for (who, image) in seen {
                 asked.push(Listed { who, image: [image[0] + tile.image[0], image[1] + tile.image[1]] });
             }
         }
         let discs = asked.len();
         for neighbour in &covering.neighbours {
             let other = &self.coverings.list[neighbour.who as usize];
-            asked.push(Listed { who: other.body, image: neighbour.image });
+            if Some(other.body) != except {
+                asked.push(Listed { who: other.body, image: neighbour.image });
+            }
         }
         if is_disc {
             for some in asked[..discs].chunks(DISC_LANES) {
-                let times = detection.disc_contacts(&self.lanes(world, body, some, now));
+                let times = detection.disc_contacts(&self.lanes::<DISC_LANES>(world, body, some, now));
                 self.done.pairs += some.len() as u64;
                 for (&other, time) in some.iter().zip(times) {
                     if time < f64::INFINITY {
@@ -399,18 +422,21 @@ impl State {
             }
         }
         let to_search = if is_disc { &asked[discs..] } else { &asked[..] };
+        let outline = world.bodies()[body as usize].kind.molecule.outline();
+        let asker = Asker::new(outline, &covering.motion, now);
+        let horizon = best.time - now;
         for some in to_search.chunks(DISC_LANES) {
-            let times = self.lanes(world, body, some, now).entry_times();
-            for (&other, time) in some.iter().zip(times) {
-                if now + time < best.time {
-                    candidates.push((time, other));
+            let times =
+                detection.apart_until(&asker, &self.lanes::<DISC_LANES>(world, body, some, now), horizon);
+            for (&other, bound) in some.iter().zip(times) {
+                if now + bound < best.time {
+                    candidates.push((bound, other));
                 }
             }
         }
-        // By the time at which the bounding circles meet: most need not be asked.
-        candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.who.cmp(&b.1.who)));
-        for &(entry, other) in &candidates {
-            if now + entry >= best.time.min(self.limit) {
+        // The soonest bound first: most need not be searched.
+        while let Some((bound, other)) = take_least(&mut candidates, |listed| listed.who) {
+            if now + bound >= best.time.min(self.limit) {
                 break;
             }
             self.search(world, detection, [body, other.who], other.image, now, &mut best);
@@ -429,19 +455,22 @@ impl State {
         disc: u32,
         cell: u32,
         now: f64,
+        except: Option<u32>,
     ) {
         let line = &self.lines[disc as usize];
-        let nothing = Pending { parts: Parts::Discs, image: [0; 2] };
-        let mut best =
-            Soonest { time: line.time, kind: line.kind(), partner: line.partner(), pending: nothing };
+        let pending = self.coverings.pending[disc as usize];
+        let mut best = Soonest { time: line.time, kind: line.kind(), partner: line.partner(), pending };
         let pool = self.coverings.pool_of[cell as usize] as usize;
         for place in 0..self.coverings.pool[pool].len() {
             let listed = self.coverings.pool[pool][place];
             let covering = &self.coverings.list[listed.who as usize];
+            if Some(covering.body) == except {
+                continue;
+            }
             // The disc appears `image` boxes over to the covering body, hence this to the disc the other way.
             let image = listed.image.map(|boxes| -boxes);
             let other = covering.body;
-            if covering.is_disc && detection.decides_discs_in_closed_form() {
+            if covering.is_disc_among_discs && detection.decides_discs_in_closed_form() {
                 let relative = self.relative_motion(world, [disc, other], image, now);
                 let sigma = self.lines[disc as usize].radius + covering.radius;
                 let errors = (relative.separation_error, relative.velocity_error);
@@ -452,7 +481,19 @@ impl State {
                     best.offer(time, other, Pending { parts: Parts::Discs, image });
                 }
             } else {
-                self.search(world, detection, [disc, other], image, now, &mut best);
+                let seen = [Listed { who: disc, image: listed.image }];
+                let lanes = self.lanes::<1>(world, other, &seen, now);
+                // Most are out of reach of the bounding circle, which is told without the molecule's rotation.
+                let [entry] = lanes.entry_times();
+                if now + entry >= best.time {
+                    continue;
+                }
+                let outline = world.bodies()[other as usize].kind.molecule.outline();
+                let asker = Asker::new(outline, &covering.motion, now);
+                let [bound] = detection.apart_until(&asker, &lanes, best.time - now);
+                if now + bound < best.time {
+                    self.search(world, detection, [disc, other], image, now, &mut best);
+                }
             }
         }
         if matches!(best.kind, Kind::Covering | Kind::Recheck) {
@@ -461,7 +502,7 @@ impl State {
     }
 
     /// Asks detection for the first contact of two bodies before the best event so far.
-    fn search<D: Detection>(
+    pub(super) fn search<D: Detection>(
         &mut self,
         world: &World,
         detection: &D,
@@ -471,18 +512,18 @@ impl State {
         best: &mut Soonest,
     ) {
         self.done.pairs += 1;
-        let partner = pair[1];
-        let path_image = self.path_image(pair, image);
+        let (asked, seen) = (pair, image);
         // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
         let (pair, image) = ordered(pair, image);
         let relative = self.relative_motion(world, pair, image, now);
-        let [a, b] = pair.map(|body| world.bodies()[body as usize].kind.molecule.outline());
+        let outline = |body: u32| world.bodies()[body as usize].kind.molecule.outline();
+        let (a, b) = (outline(pair[0]), outline(pair[1]));
         let horizon = best.time.min(self.limit) - now;
         match detection.first_contact(a, b, &relative, horizon).outcome {
             Outcome::Free => {}
             Outcome::Contact(contact) => {
-                let pending = Pending { parts: contact.touch.into(), image: path_image };
-                best.offer(now + contact.time, partner, pending);
+                let pending = Pending { parts: contact.touch.into(), image: self.path_image(asked, seen) };
+                best.offer(now + contact.time, asked[1], pending);
             }
             Outcome::FreeUntil(time) => best.offer_recheck((now + time).max(now.next_up())),
             Outcome::Unresolved(time) => {
@@ -492,7 +533,7 @@ impl State {
         }
     }
 
-    fn settle(&mut self, body: u32, best: &Soonest) {
+    pub(super) fn settle(&mut self, body: u32, best: &Soonest) {
         let version = self.lines[best.partner as usize].version;
         self.lines[body as usize].set_event(best.time, best.kind, best.partner, version);
         self.coverings.pending[body as usize] = best.pending;
@@ -517,23 +558,25 @@ impl State {
     }
 
     fn relative_motion(&self, world: &World, pair: [u32; 2], image: [i32; 2], now: f64) -> RelativeMotion {
-        let [a, b] = pair.map(|body| self.motion(body));
+        let (a, b) = (self.motion(pair[0]), self.motion(pair[1]));
         RelativeMotion::between(&a, &b, world.bounds().shift(image.map(i64::from)), now)
     }
 
-    /// Up to eight bodies as seen from one, all as their bounding circles.
-    fn lanes(&self, world: &World, body: u32, others: &[Listed], now: f64) -> DiscLanes {
+    /// Up to `N` bodies as seen from one, all as their bounding circles.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn lanes<const N: usize>(&self, world: &World, body: u32, others: &[Listed], now: f64) -> DiscLanes<N> {
         let me = &self.lines[body as usize];
         let sides = world.bounds().sides().to_array();
         let dummy = Line::dummy();
         let mut lanes = DiscLanes {
-            separation: [[0.0; DISC_LANES]; 2],
-            velocity: [[0.0; DISC_LANES]; 2],
-            contact_distance: [0.0; DISC_LANES],
+            separation: [[0.0; N]; 2],
+            velocity: [[0.0; N]; 2],
+            contact_distance: [0.0; N],
             separation_error: self.separation_error,
             speed: me.flight[2].abs() + me.flight[3].abs(),
         };
-        for lane in 0..DISC_LANES {
+        for lane in 0..N {
             let listed = others.get(lane);
             let line = listed.map_or(&dummy, |listed| &self.lines[listed.who as usize]);
             let image = listed.map_or([0; 2], |listed| listed.image);
@@ -548,6 +591,19 @@ impl State {
         }
         lanes
     }
+}
+
+/// Takes out the candidate with the least bound; of equal ones that with the body inserted first.
+#[inline]
+pub(super) fn take_least<T>(candidates: &mut Vec<(f64, T)>, body: impl Fn(&T) -> u32) -> Option<(f64, T)> {
+    let mut least = 0;
+    for (place, (bound, candidate)) in candidates.iter().enumerate().skip(1) {
+        let (least_bound, least_candidate) = &candidates[least];
+        if bound < least_bound || (bound == least_bound && body(candidate) < body(least_candidate)) {
+            least = place;
+        }
+    }
+    (!candidates.is_empty()).then(|| candidates.swap_remove(least))
 }
 
 /// When a body's centre leaves its shell: a little early, never late.

@@ -36,7 +36,7 @@ impl State {
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn question(&self, disc: u32, now: f64) -> Question<'_> {
+    pub(super) fn question(&self, disc: u32, now: f64) -> Question<'_> {
         let from = &self.lines[disc as usize];
         Question {
             lines: &self.lines,
@@ -76,7 +76,7 @@ impl State {
         let version = self.lines[partner as usize].version;
         self.lines[disc as usize].set_event(time, kind, partner, version);
         if let Some(cell) = covered {
-            self.meet_coverings(world, detection, disc, cell, now);
+            self.meet_coverings(world, detection, disc, cell, now, None);
             return self.lines[disc as usize].time;
         }
         time
@@ -158,6 +158,7 @@ impl State {
         self.lines[disc as usize].flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
         let winding = &mut self.windings[disc as usize][axis];
         *winding = winding.wrapping_add(direction as i16);
+        self.wrap_motion(disc, axis, direction);
         if direction > 0 { 0 } else { (self.grid.counts()[axis] - 1) as u16 }
     }
 

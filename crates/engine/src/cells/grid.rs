@@ -1,18 +1,21 @@
 //! The grid of the fast scheduler: which bodies live in cells, how large the cells are, who is where.
+//!
+//! Where most bodies that move are molecules, these live in the cells, and any discs among them; else discs only.
 
 use glam::DVec2;
 
 use crate::{Body, World};
 
-/// Cells as long as two of the small discs reach, at least three a side.
+/// Cells as long as two of the small bodies reach, at least three a side.
 #[derive(Debug, Clone)]
 pub(super) struct CellGrid {
     counts: [u32; 2],
     /// Sides of a cell, and of the box (length).
     side: DVec2,
     box_sides: DVec2,
-    /// Discs up to this radius live in cells; everything else covers them (length).
+    /// Bodies of the kind that lives in cells do so up to this bounding radius; everything else covers cells (length).
     largest_small: f64,
+    holds_molecules: bool,
     is_dilute: bool,
 }
 
@@ -23,15 +26,15 @@ const DILUTE: f64 = 4.0;
 /// Cells for each disc of a dilute gas.
 const CELLS_PER_BODY_WHERE_DILUTE: f64 = 0.5;
 
-/// A disc is small if it is at most this many times the median radius. Smaller: discs of a narrow mixture have to be
+/// A body is small if it is at most this many times the median radius. Smaller: bodies of a narrow mixture have to be
 /// listed one by one. Larger: cells, and with them the lists of all, grow with the few large ones.
 const SMALL_IN_MEDIANS: f64 = 2.0;
 
 /// Most cells for each body, where small discs live in them: more are empty, and crossed for nothing.
 const MOST_CELLS_PER_BODY: f64 = 2.0;
 
-/// The same where there are covering bodies only, which are listed in several cells each: larger cells, fewer listings.
-const MOST_CELLS_PER_COVERING_BODY: f64 = 0.75;
+/// The same where there are fixed bodies only.
+const MOST_CELLS_PER_FIXED_BODY: f64 = 0.75;
 
 /// Cells are this much longer than two discs reach, so that no rounding makes them shorter.
 const MARGIN: f64 = 1e-9;
@@ -40,10 +43,11 @@ impl CellGrid {
     /// A grid for the bodies of this world; none if the box is shorter than three cells.
     pub fn new(world: &World) -> Option<Self> {
         let sides = world.bounds().sides();
-        let mut radii: Vec<f64> = world
-            .bodies()
-            .iter()
-            .filter(|body| may_be_small(body))
+        let moving = || world.bodies().iter().filter(|body| !body.is_fixed());
+        let discs = moving().filter(|body| body.kind.molecule.is_disc()).count();
+        let holds_molecules = moving().count() > 2 * discs;
+        let mut radii: Vec<f64> = moving()
+            .filter(|body| holds_molecules || body.kind.molecule.is_disc())
             .map(|b| b.molecule().bounding_radius())
             .collect();
         radii.sort_by(f64::total_cmp);
@@ -55,11 +59,11 @@ impl CellGrid {
         let bodies = world.bodies().len().max(1) as f64;
         let alike = radii.len() == world.bodies().len() && radii.first() == radii.last();
         let spacing = (sides.x * sides.y / bodies).sqrt();
-        let is_dilute = alike && spacing > DILUTE * longest;
+        let is_dilute = alike && !holds_molecules && spacing > DILUTE * longest;
         let cells_per_body = match largest_small > 0.0 {
             true if is_dilute => CELLS_PER_BODY_WHERE_DILUTE,
             true => MOST_CELLS_PER_BODY,
-            false => MOST_CELLS_PER_COVERING_BODY,
+            false => MOST_CELLS_PER_FIXED_BODY,
         };
         let sparse = (sides.x * sides.y / (cells_per_body * bodies)).sqrt();
         let length = (longest * (1.0 + MARGIN)).max(sparse);
@@ -69,13 +73,18 @@ impl CellGrid {
         };
         let counts = [count(sides.x), count(sides.y)];
         let side = DVec2::new(sides.x / f64::from(counts[0]), sides.y / f64::from(counts[1]));
-        let grid = Self { counts, side, box_sides: sides, largest_small, is_dilute };
+        let grid = Self { counts, side, box_sides: sides, largest_small, holds_molecules, is_dilute };
         (counts[0] >= 3 && counts[1] >= 3).then_some(grid)
     }
 
     /// Whether this is a gas of like discs only, far apart: cells hold a few discs each.
     pub fn is_dilute(&self) -> bool {
         self.is_dilute
+    }
+
+    /// Whether the bodies in cells are molecules, at least most of them.
+    pub fn holds_molecules(&self) -> bool {
+        self.holds_molecules
     }
 
     pub fn counts(&self) -> [u32; 2] {
@@ -92,17 +101,18 @@ impl CellGrid {
         self.box_sides
     }
 
-    /// Radius of the largest disc that may live in a cell (length).
+    /// Bounding radius of the largest body that may live in a cell (length).
     pub fn largest_small(&self) -> f64 {
         self.largest_small
     }
 
     /// Whether a body covers cells instead of living in one.
     pub fn covers(&self, body: &Body) -> bool {
-        !may_be_small(body) || body.kind.molecule.bounding_radius() > self.largest_small
+        let may_be_small = !body.is_fixed() && (self.holds_molecules || body.kind.molecule.is_disc());
+        !may_be_small || body.kind.molecule.bounding_radius() > self.largest_small
     }
 
-    /// Radius of the small discs, if they are all alike (length).
+    /// Bounding radius of the small bodies, if they are all alike (length).
     pub fn like(&self, world: &World) -> Option<f64> {
         let mut radii =
             world.bodies().iter().filter(|body| !self.covers(body)).map(|b| b.molecule().bounding_radius());
@@ -116,11 +126,7 @@ impl CellGrid {
     }
 }
 
-fn may_be_small(body: &Body) -> bool {
-    body.kind.molecule.is_disc() && !body.is_fixed()
-}
-
-/// Median bounding diameter of the bodies that are no walls, for a system without small discs (length).
+/// Median bounding diameter of the bodies that are no walls, for a system in which nothing moves (length).
 fn median_reach(world: &World) -> f64 {
     let bodies = world.bodies().iter().filter(|body| !body.is_wall());
     let mut radii: Vec<f64> = bodies.map(|body| body.kind.molecule.bounding_radius()).collect();

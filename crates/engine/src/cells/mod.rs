@@ -1,11 +1,13 @@
-//! The fast scheduler: a line for each body, neighbourhood lists for discs, shells for everything else, one event
+//! The fast scheduler: a line for each body, neighbourhood lists for those in cells, shells for all others, one event
 //! a body.
 //!
 //! **Small discs** live in the cells of a grid whose cells are as long as two of them reach. Each cell has one list of
 //! all discs in the 3 × 3 cells around it, so a prediction reads one list and tests eight discs at a time.
 //! Where the gas is dilute, cells hold a few discs each instead, and a disc keeps its soonest contact also while a crossing
 //! goes before it: see `dilute`.
-//! **Everything else** (turning molecules, large discs, fixed bodies) *covers* cells: see `covering`.
+//! **Molecules** live in cells likewise where most bodies that move are molecules, with any small discs among them: see
+//! `molecules`. Below, what is said of discs holds for all that lives in cells, whose radius is that of the bounding circle.
+//! **Everything else** (molecules among discs, whatever is large, fixed bodies) *covers* cells: see `covering`.
 //!
 //! **Rule.** Each body keeps its soonest event only. It is predicted against all its neighbours exactly when (a) its
 //! own motion changed, (b) it entered new cells, or covers new ones, (c) its event came up stale, because the partner
@@ -24,7 +26,8 @@
 //! candidate is passed over only when it is certainly not before the event that k keeps. k's event changes only by a new
 //! prediction, which asks for the pair again. So the soonest event of all is never later than the next contact. Versions
 //! go up with every change of motion, so no event acts on a motion that is no more; a stale event is a lower bound of
-//! all its body's candidates, so predicting the body only then loses nothing.
+//! all its body's candidates, so predicting the body only then loses nothing. Of two bodies that have just met, the one
+//! predicted first need not ask for the other, since it is not the last.
 //!
 //! **Every epoch begins anew** from the state of the world: places, lists, events. So the state at an epoch's end is all
 //! there is to know of a run, and the order of lists and bins, which decides nothing, need not be kept.
@@ -35,6 +38,7 @@ mod dilute;
 mod discs;
 mod grid;
 mod line;
+mod molecules;
 mod neighbourhood;
 mod roster;
 mod vector;
@@ -49,6 +53,7 @@ use self::{
     covering::Coverings,
     grid::CellGrid,
     line::{Kind, Line, flight_of},
+    molecules::Molecules,
     neighbourhood::Neighbourhoods,
     roster::Rosters,
     vector::{Kernel, Like},
@@ -93,6 +98,7 @@ struct State {
     neighbourhoods: Neighbourhoods,
     /// In place of the neighbourhoods where the gas is dilute.
     rosters: Rosters,
+    molecules: Molecules,
     coverings: Coverings,
     /// End of the epoch: nothing later is of interest.
     limit: f64,
@@ -125,6 +131,7 @@ impl Scheduler for Cells {
             calendar: Calendar::default(),
             neighbourhoods: Neighbourhoods::default(),
             rosters: Rosters::default(),
+            molecules: Molecules::default(),
             coverings: Coverings::default(),
             limit: 0.0,
             separation_error: 0.0,
@@ -198,16 +205,22 @@ impl State {
         self.lines.push(Line::dummy());
         let [columns, rows] = self.grid.counts();
         self.coverings.clear();
+        self.molecules.clear();
         if self.grid.is_dilute() {
             self.rosters.lay_out([columns, rows]);
         } else {
             self.neighbourhoods.lay_out(columns, rows, bodies as u32);
         }
+        if self.grid.holds_molecules() {
+            self.molecules.take_over(world.motions());
+            self.coverings.expect_contacts(bodies);
+        }
         for (index, body) in world.bodies().iter().enumerate() {
             if self.grid.is_dilute() {
                 self.rosters.enter(index as u32, self.lines[index].cell());
             } else if self.grid.covers(body) {
-                self.coverings.add(index as u32, body, &world.motions()[index], bodies);
+                let among_molecules = self.grid.holds_molecules();
+                self.coverings.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
             } else {
                 self.neighbourhoods.enter(index as u32, self.lines[index].cell());
             }
@@ -230,6 +243,7 @@ impl State {
             + self.calendar.heap_bytes()
             + self.neighbourhoods.heap_bytes()
             + self.rosters.heap_bytes()
+            + self.molecules.heap_bytes()
             + self.coverings.heap_bytes()
     }
 
@@ -300,10 +314,16 @@ impl State {
                 K::write(&mut line.flight, flight_of(motion));
                 line.version = line.version.wrapping_add(1);
                 self.coverings.set_motion(body, motion);
+                self.molecules.set_motion(body, motion);
             }
         }
+        let excused = self.excused(bodies);
+        if let Some([body, other]) = excused {
+            let time = self.foresee_searching(world, detection, body, now, Some(other));
+            self.calendar.schedule(&self.lines, body, time);
+        }
         for body in bodies {
-            if !self.coverings.is_fixed(body) {
+            if !self.coverings.is_fixed(body) && excused.is_none_or(|[excused, _]| body != excused) {
                 self.predict::<D, K>(world, detection, body, now);
             }
         }
@@ -322,7 +342,7 @@ impl State {
         if self.coverings.is_empty() {
             self.launch::<K>(bodies[0], places[0], velocities[0], time);
             self.launch::<K>(bodies[1], places[1], velocities[1], time);
-            if !self.grid.is_dilute() {
+            if !self.grid.is_dilute() & !self.grid.holds_molecules() {
                 return self.predict_two_discs::<D, K>(world, detection, bodies, time);
             }
         } else {
@@ -332,6 +352,9 @@ impl State {
                     self.coverings.set_flight(body, time, place, velocity);
                 }
             }
+        }
+        for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
+            self.molecules.set_flight(body, time, place, velocity);
         }
         for body in bodies {
             if !self.coverings.is_fixed(body) {
@@ -387,9 +410,8 @@ impl State {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn foresee<D: Detection, K: Kernel>(&mut self, world: &World, detection: &D, body: u32, now: f64) -> f64 {
-        if self.coverings.is_covering(body) {
-            self.foresee_covering(world, detection, body, now);
-            self.lines[body as usize].time
+        if self.coverings.is_covering(body) | self.grid.holds_molecules() {
+            self.foresee_searching(world, detection, body, now, None)
         } else if self.grid.is_dilute() {
             self.foresee_among_few::<D, K>(detection, body, now)
         } else {
@@ -410,7 +432,7 @@ impl State {
 
     #[inline]
     fn motion(&self, body: u32) -> Motion {
-        if let Some(motion) = self.coverings.motion(body) {
+        if let Some(motion) = self.coverings.motion(body).or_else(|| self.molecules.motion(body)) {
             return *motion;
         }
         let line = &self.lines[body as usize];

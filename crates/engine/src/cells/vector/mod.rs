@@ -246,21 +246,40 @@ pub(super) fn available(wish: Instructions) -> Instructions {
     Instructions::Portable
 }
 
-/// Finds the soonest event of every body.
-pub(super) fn foresee_all<D: Detection>(state: &mut State, world: &World, detection: &D) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-        fn with_avx2<D: Detection>(state: &mut State, world: &World, detection: &D) {
-            state.foresee_all::<D, avx2::Avx2>(world, detection);
+/// Defines a function that calls a method of [`State`] in the build for the instructions that were chosen.
+macro_rules! built_for_each {
+    ($name:ident ( $($argument:ident : $type:ty),* )) => {
+        #[inline]
+        pub(super) fn $name<D: Detection>(
+            state: &mut State,
+            world: &World,
+            detection: &D
+            $(, $argument: $type)*
+        ) {
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+                fn with_avx2<D: Detection>(
+                    state: &mut State,
+                    world: &World,
+                    detection: &D
+                    $(, $argument: $type)*
+                ) {
+                    state.$name::<D, avx2::Avx2>(world, detection $(, $argument)*);
+                }
+                if state.instructions == Instructions::Widest {
+                    // SAFETY: `available` gives `Widest` only where the processor reports all of these.
+                    return unsafe { with_avx2(state, world, detection $(, $argument)*) };
+                }
+            }
+            state.$name::<D, Portable>(world, detection $(, $argument)*);
         }
-        if state.instructions == Instructions::Widest {
-            // SAFETY: `available` gives `Widest` only where the processor reports AVX2.
-            return unsafe { with_avx2(state, world, detection) };
-        }
-    }
-    state.foresee_all::<D, Portable>(world, detection);
+    };
 }
+
+built_for_each!(foresee_all());
+built_for_each!(foresee_covering(body: u32, now: f64, except: Option<u32>));
+built_for_each!(foresee_molecule(body: u32, now: f64, except: Option<u32>));
 
 /// Runs a loop over the events, compiled in one piece with the instructions that were chosen.
 pub(super) fn run<L: EventLoop>(state: &mut State, events: L) -> L::End {
