@@ -21,15 +21,17 @@ pub fn reflected(velocity: DVec2, d: DVec2) -> DVec2 {
     let (approach, square) = (dot(velocity, d), dot(d, d));
     let quotient = 2.0 * approach.0 / square.0;
     let (product, product_rest) = two_product(quotient, square.0);
-    let remainder =
-        ((2.0 * approach.0 - product) - product_rest) + (2.0 * approach.1 - quotient * square.1);
+    let remainder = ((2.0 * approach.0 - product) - product_rest) + (2.0 * approach.1 - quotient * square.1);
     let quotient_rest = remainder / square.0;
     let component = |v: f64, d: f64| {
         let (product, product_rest) = two_product(quotient, d);
         let (difference, rest) = two_sum(v, -product);
         difference + (rest - (product_rest + quotient_rest * d))
     };
-    of_equal_energy(DVec2::new(component(velocity.x, d.x), component(velocity.y, d.y)), dot(velocity, velocity))
+    of_equal_energy(
+        DVec2::new(component(velocity.x, d.x), component(velocity.y, d.y)),
+        dot(velocity, velocity),
+    )
 }
 
 /// The velocity beside `rounded` whose square is nearest to `square`.
@@ -67,7 +69,8 @@ mod tests {
     /// Energies, relative, gained over contacts at one distance |d| from all sides, at all angles.
     fn gains(radius: f64, reflect: impl Fn(DVec2, DVec2) -> DVec2) -> Vec<f64> {
         let golden = 0.5 * (5.0f64.sqrt() - 1.0);
-        let turn = |k: u32, share: f64| DVec2::from_angle(std::f64::consts::TAU * (f64::from(k) * share).fract());
+        let turn =
+            |k: u32, share: f64| DVec2::from_angle(std::f64::consts::TAU * (f64::from(k) * share).fract());
         (1..200_000)
             .filter_map(|k| {
                 // Places in a box of side 1 have the last place of 1/2.
