@@ -285,7 +285,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.epoch.accept(&self.world, &self.names, bodies, time, after, 0.0)?;
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from(met_fixed);
-        if O::WATCHES_COLLISIONS {
+        if observer.is_watching() {
             let side = |body, position, before: DVec2, after| {
                 let before = Motion { velocity: before, time, ..Motion::at_rest(position) };
                 let after = Motion { velocity: after, ..before };
@@ -378,7 +378,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             };
             self.ledger.lost += energy(&before) - energy(&after);
         }
-        if O::WATCHES_COLLISIONS {
+        if observer.is_watching() {
             let (atoms, radius) = parts.atoms_and_first_radius(body_a.molecule());
             let side = |n: usize, body| Side {
                 body,
