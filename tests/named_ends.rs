@@ -3,7 +3,7 @@
 #[path = "support/engine.rs"]
 mod support;
 
-use carom_engine::{RunError, Scene, Scheduler};
+use carom_engine::{RunError, Scene, Scheduler, Simulation};
 use carom_kinematics::Instant;
 use glam::DVec2;
 use support::{Encounters, bits, bumper, disc, gas, scene, simulate, velocity, with_each_scheduler};
@@ -181,4 +181,52 @@ fn check_stall<S: Scheduler>(options: &S::Options) {
         assert!(simulation.time().since(time).abs() < 1e-12);
         assert!(simulation.view().overlaps().deepest_length < 1e-12);
     }
+}
+
+#[test]
+fn bodies_too_small_for_the_rounding_of_places_are_refused() {
+    // Discs of radius r in the unit square touch at 2r: 1e-13 of the side is the least.
+    let pair = |radius: f64| {
+        scene(vec![
+            disc(radius, 1.0, [0.25, 0.5], [1.0, 0.0]),
+            disc(radius, 1.0, [0.75, 0.5], [0.0; 2]),
+            disc(0.1, 1.0, [0.5, 0.2], [0.0; 2]),
+        ])
+    };
+    let refusal = |scene: &Scene| Simulation::new(scene).err().map(|error| error.to_string());
+    let message = refusal(&pair(4e-14)).expect("it is refused");
+    assert!(message.contains("molecule[0] and molecule[1]") && message.contains("8e-14"), "{message}");
+    assert_eq!(refusal(&pair(6e-14)), None);
+    // A point among large discs is no such case.
+    let mut point = pair(0.05);
+    point.molecule[0] = disc(1e-40, 1.0, [0.25, 0.5], [1.0, 0.0]);
+    assert_eq!(refusal(&point), None);
+}
+
+#[test]
+fn a_guard_below_the_rounding_of_places_is_refused() {
+    let refusal = |contact_time: f64| {
+        let mut scene = Scene::default();
+        scene.elasticity.contact_time = contact_time;
+        Simulation::new(&scene).err().map(|error| error.to_string())
+    };
+    assert_eq!(refusal(0.0), None);
+    assert_eq!(refusal(1e-5), None);
+    let message = refusal(2e-6).expect("it is refused");
+    assert!(message.contains("elasticity.contact_time") && message.contains("2e-6"), "{message}");
+}
+
+#[test]
+fn a_wedge_of_endless_contacts_stalls_by_name() {
+    with_each_scheduler!(check_wedge);
+}
+
+fn check_wedge<S: Scheduler>(options: &S::Options) {
+    // Between two bumpers a gap too narrow by 1e-9: on the axis it meets both at one instant, as at the tip of a wedge of
+    // 5e-5 radians, with π/5e-5 contacts without any time.
+    let mut funnel = scene(vec![disc(0.0625, 1.0, [0.25, 0.5], [1.0, 0.0])]);
+    let away = 0.125 + 0.0625 * (1.0 - 1e-9);
+    funnel.bumper = vec![bumper(0.125, [0.625, 0.5 - away]), bumper(0.125, [0.625, 0.5 + away])];
+    let ended = simulate::<S>(&funnel, options).run_until(1.0);
+    assert!(matches!(ended, Err(RunError::Stalled { contacts: 1001, .. })), "{ended:?}");
 }

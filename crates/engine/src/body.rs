@@ -93,6 +93,15 @@ impl Body {
         self.kind.molecule.face().map_or(self.kind.molecule.bounding_radius(), carom_geometry::Face::radius)
     }
 
+    /// The radius of the smallest thing that can be touched (length): an atom, or the face of a wall.
+    pub(crate) fn smallest_reach(&self) -> f64 {
+        let atoms = || self.kind.molecule.atoms().iter().map(carom_geometry::Atom::radius);
+        self.kind
+            .molecule
+            .face()
+            .map_or_else(|| atoms().fold(f64::INFINITY, f64::min), carom_geometry::Face::radius)
+    }
+
     /// Inverse mass and inverse moment, 0 where fixed or locked.
     pub fn inertia(&self) -> &Inertia {
         &self.kind.inertia

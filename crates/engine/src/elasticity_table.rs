@@ -29,6 +29,10 @@ struct Rule {
     elasticity: Elasticity,
 }
 
+/// The shortest contact time of a guard. Shorter: at e = 0 molecules that lie against each other bounce by its square of
+/// their size, which is then below the rounding of places (seen at 2e-6, in a box of 30 diameters).
+const SHORTEST_CONTACT: f64 = 1e-5;
+
 impl ElasticityTable {
     /// Whether every contact is elastic, whatever rules there are.
     #[inline]
@@ -64,6 +68,14 @@ impl ElasticityTable {
         let default = coefficient("elasticity.default".to_owned(), spec.default)?;
         if !(0.0..=1.0).contains(&spec.contact_time) {
             let problem = format!("it must be from 0 to 1, but is {}", spec.contact_time);
+            return Err(SceneError::Entry { entry: "elasticity.contact_time".to_owned(), problem });
+        }
+        if spec.contact_time > 0.0 && spec.contact_time < SHORTEST_CONTACT {
+            let problem = format!(
+                "it must be 0, which is no guard, or at least {SHORTEST_CONTACT:e}, but is {:e}: turning molecules would \
+                 bounce by less than places are rounded, and sink into each other",
+                spec.contact_time
+            );
             return Err(SceneError::Entry { entry: "elasticity.contact_time".to_owned(), problem });
         }
         let guard = Guard { contact_time: spec.contact_time };

@@ -114,13 +114,28 @@ pub enum GridError {
         /// The two bodies, by their places in [`World::bodies`](crate::World::bodies); twice the same if it is one.
         bodies: [usize; 2],
     },
+    /// Two bodies so small in so large a box that the rounding of places would show in their contacts.
+    #[error(
+        "the box is too large: atoms touch at {reach:e} from centre to centre, less than 1e-13 of its longer side of \
+         {side:e}, so that places would be rounded by more than a thousandth of that"
+    )]
+    BoxTooLarge {
+        /// Smallest sum of the radii of two atoms that may touch (length).
+        reach: f64,
+        /// The longer side (length).
+        side: f64,
+        /// The two bodies, by their places in [`World::bodies`](crate::World::bodies).
+        bodies: [usize; 2],
+    },
 }
 
 impl GridError {
     /// Puts the names of the bodies before the error.
     pub(crate) fn named(self, name: impl Fn(usize) -> String) -> SceneError {
         let entry = match self {
-            Self::TooFine { bodies: [a, b], .. } | Self::BoxTooSmall { bodies: [a, b], .. } => {
+            Self::TooFine { bodies: [a, b], .. }
+            | Self::BoxTooSmall { bodies: [a, b], .. }
+            | Self::BoxTooLarge { bodies: [a, b], .. } => {
                 let (a, b) = (name(a), name(b));
                 if a == b { a } else { format!("{a} and {b}") }
             }

@@ -62,6 +62,10 @@ pub struct Step {
     pub direction: i32,
 }
 
+/// The share of the longer side of the box at which two bodies must at least touch. Places are rounded by some 1e-16 of
+/// the side: below this share by more than a thousandth of that distance, and directions of impulses by as much.
+const SMALLEST_SHARE: f64 = 1e-13;
+
 impl Grid {
     /// How many cells each side gets.
     ///
@@ -80,6 +84,12 @@ impl Grid {
         }
         if reach > side {
             return Err(GridError::BoxTooSmall { reach, side, bodies });
+        }
+        let longer = sides.max_element();
+        if let Some((reach, bodies)) =
+            world.closest_touching().filter(|pair| pair.0 < SMALLEST_SHARE * longer)
+        {
+            return Err(GridError::BoxTooLarge { reach, side: longer, bodies });
         }
         // The rounding of the quotient, and the few roundings by which bounding radii are never too small, must not
         // refuse a cell exactly as long as the reach.

@@ -27,6 +27,12 @@ pub trait Observer {
     /// Whether reports of collisions are wanted at all.
     const WATCHES_COLLISIONS: bool = true;
 
+    /// Whether reports of collisions are wanted now: asked before each is made, for observers whose wishes change.
+    #[inline]
+    fn is_watching(&self) -> bool {
+        Self::WATCHES_COLLISIONS
+    }
+
     /// The run begins, or goes on after an edit.
     fn start(&mut self, view: &View<'_>) {
         let _ = view;
@@ -50,6 +56,11 @@ impl Observer for () {
 impl<O: Observer> Observer for &mut O {
     const WATCHES_COLLISIONS: bool = O::WATCHES_COLLISIONS;
 
+    #[inline]
+    fn is_watching(&self) -> bool {
+        (**self).is_watching()
+    }
+
     fn start(&mut self, view: &View<'_>) {
         (**self).start(view);
     }
@@ -65,6 +76,11 @@ impl<O: Observer> Observer for &mut O {
 
 impl<O: Observer> Observer for Option<O> {
     const WATCHES_COLLISIONS: bool = O::WATCHES_COLLISIONS;
+
+    #[inline]
+    fn is_watching(&self) -> bool {
+        self.as_ref().is_some_and(Observer::is_watching)
+    }
 
     fn start(&mut self, view: &View<'_>) {
         if let Some(observer) = self {
@@ -89,6 +105,13 @@ macro_rules! tuple_of_observers {
     ($($member:ident),+) => {
         impl<$($member: Observer),+> Observer for ($($member,)+) {
             const WATCHES_COLLISIONS: bool = $($member::WATCHES_COLLISIONS)||+;
+
+            #[inline]
+            #[expect(non_snake_case, reason = "type parameters double as names of the members")]
+            fn is_watching(&self) -> bool {
+                let ($($member,)+) = self;
+                $($member.is_watching())||+
+            }
 
             #[expect(non_snake_case, reason = "type parameters double as names of the members")]
             fn start(&mut self, view: &View<'_>) {

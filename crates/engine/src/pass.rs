@@ -134,7 +134,7 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
             self.limits.accept(self.world, self.names, bodies, time, after, 0.0)?;
         }
         self.counters.collisions += 1;
-        if O::WATCHES_COLLISIONS {
+        if self.observer.is_watching() {
             let side = |body, position, before: DVec2, after| {
                 let before = Motion { velocity: before, time, ..Motion::at_rest(position) };
                 let after = Motion { velocity: after, ..before };
@@ -212,7 +212,7 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
             };
             self.ledger.lost += energy(&before) - energy(&after);
         }
-        if O::WATCHES_COLLISIONS {
+        if self.observer.is_watching() {
             let (atoms, radius) = parts.atoms_and_first_radius(body_a.molecule());
             let side = |n: usize, body| Side {
                 body,

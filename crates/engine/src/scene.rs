@@ -213,7 +213,7 @@ pub struct ElasticitySpec {
     /// Guard against inelastic collapse, for contacts of elasticity below 1: one that follows on the last ones of both
     /// bodies (of the one that moves, if the other is fixed) within this time loses no energy. In units of the time in
     /// which the two, as they come together, move by the smaller one's diameter. Molecules that turn also part no slower
-    /// than with this share of the speed at which they move past each other. From 0, which is no guard, to 1.
+    /// than with this share of the speed at which they move past each other. 0, which is no guard, or from 1e-5 to 1.
     ///
     /// Larger: more contacts of a dense gas are spared that should lose energy, in proportion (of discs at an area
     /// fraction of 0.5, about as many as this number says). Smaller: bodies that lie against each other have more

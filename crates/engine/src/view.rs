@@ -75,7 +75,10 @@ impl<'a> View<'a> {
 
     /// The bodies that carry a tag.
     pub fn tagged(&self, tag: Tag) -> impl Iterator<Item = BodyView<'a>> + use<'a> {
-        self.bodies().filter(move |view| view.body.has_tag(tag))
+        let Self { world, offset, .. } = *self;
+        // Where a body is, is worked out only for those that carry it.
+        let tagged = (0..world.bodies.len()).filter(move |&index| world.bodies[index].has_tag(tag));
+        tagged.map(move |index| body_at(world, index, offset))
     }
 
     /// One body.

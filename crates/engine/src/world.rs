@@ -115,6 +115,21 @@ impl World {
         })
     }
 
+    /// The two bodies of which atoms touch at the smallest distance of their centres, and that distance (length): the body
+    /// with the smallest atom of those that move, and that of the others. None where there is nothing to meet.
+    pub(crate) fn closest_touching(&self) -> Option<(f64, [usize; 2])> {
+        let atom = |index: usize| self.bodies[index].smallest_reach();
+        let smallest = |skip: Option<usize>, fixed_too: bool| {
+            (0..self.bodies.len())
+                .filter(|&index| Some(index) != skip && (fixed_too || !self.bodies[index].is_fixed()))
+                .map(|index| (atom(index), index))
+                .reduce(|best, other| if other.0 < best.0 { other } else { best })
+        };
+        let (first_radius, first) = smallest(None, false)?;
+        let (second_radius, second) = smallest(Some(first), true)?;
+        Some((first_radius + second_radius, [first, second]))
+    }
+
     /// The largest bounding radius of a body that moves (length).
     pub(crate) fn largest_moving_radius(&self) -> f64 {
         let moving = self.bodies.iter().filter(|body| !body.is_fixed());

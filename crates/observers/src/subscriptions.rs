@@ -64,6 +64,8 @@ pub enum EventKind {
 #[derive(Default)]
 pub struct Subscriptions {
     list: SlotMap<SubscriptionKey, Subscription>,
+    /// How many of them are told of collisions: with none, no reports are made.
+    of_collisions: usize,
 }
 
 type OnCollision = Box<dyn FnMut(&CollisionReport<'_>)>;
@@ -93,6 +95,7 @@ impl Subscriptions {
         filter: TagFilter,
         f: impl FnMut(&CollisionReport<'_>) + 'static,
     ) -> SubscriptionKey {
+        self.of_collisions += 1;
         self.list.insert(Subscription::Collision(filter, Box::new(f)))
     }
 
@@ -103,6 +106,7 @@ impl Subscriptions {
         filter: TagFilter,
         f: impl FnMut(&CollisionReport<'_>) + 'static,
     ) -> SubscriptionKey {
+        self.of_collisions += 1;
         self.list.insert(Subscription::FixedCollision(filter, Box::new(f)))
     }
 
@@ -114,7 +118,10 @@ impl Subscriptions {
 
     /// Ends a subscription; `false` if it had ended already.
     pub fn unsubscribe(&mut self, key: SubscriptionKey) -> bool {
-        self.list.remove(key).is_some()
+        let ended = self.list.remove(key);
+        let of_collisions = ended.as_ref().is_some_and(|ended| ended.kind() != EventKind::Standby);
+        self.of_collisions -= usize::from(of_collisions);
+        ended.is_some()
     }
 
     /// What a subscription is told of; `None` if it has ended.
@@ -134,6 +141,11 @@ impl Subscriptions {
 }
 
 impl Observer for Subscriptions {
+    #[inline]
+    fn is_watching(&self) -> bool {
+        self.of_collisions > 0
+    }
+
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let with_fixed = report.sides.iter().any(|side| side.body.is_fixed());
         for subscription in self.list.values_mut() {

@@ -22,12 +22,19 @@ impl ContactFrame {
     }
 }
 
-/// The same direction with length 1 where that is exact: along an axis. Bodies that meet along an axis then exchange
-/// their speeds to the bit, however often.
+/// The same direction with a length for the arithmetic: 1 along an axis, where that is exact, so that bodies which meet along
+/// an axis exchange their speeds to the bit, however often. Elsewhere, a length that no two contacts share.
+///
+/// Like discs always touch at the same |d|: d·d would be rounded at the same few places each time, to one side more often than
+/// to the other, and the energy drift with the number of collisions, not with its root. The digits of the relative
+/// velocity g spread it over a factor of 2; those of |g_x| + |g_y|, which does not tell one axis from the other.
 #[inline]
-fn exact_on_axes(d: DVec2) -> DVec2 {
-    // One look in place of two, which may also be 0 by underflow.
-    if d.x * d.y == 0.0 && (d.x == 0.0) != (d.y == 0.0) { d / d.abs().max_element() } else { d }
+fn scaled(d: DVec2, g: DVec2) -> DVec2 {
+    const DIGITS: u64 = (1 << 52) - 1;
+    // One look in place of two; 0 by underflow, too.
+    let on_axis = d.x * d.y == 0.0 && (d.x == 0.0) != (d.y == 0.0);
+    let spread = f64::from_bits((g.x.abs() + g.y.abs()).to_bits() & DIGITS | 1.0f64.to_bits());
+    if on_axis { d / d.abs().max_element() } else { spread * d }
 }
 
 /// The instantaneous contact of smooth rigid bodies.
@@ -36,8 +43,8 @@ fn exact_on_axes(d: DVec2) -> DVec2 {
 ///
 /// J = (1 + e) (g·d) d / (d·d (1/m_A + 1/m_B) + (r_A × d)²/I_A + (r_B × d)²/I_B).
 ///
-/// The length of d cancels, and it is not brought to 1: like discs always touch at the same |d|, so the rounding of
-/// d/|d| would be nearly the same each time and the energy would drift with the number of collisions, not with its root.
+/// The length of d cancels. It is not brought to 1, which would be rounded nearly alike each time, but to another length at each
+/// contact, so that the roundings of many contacts add up to a random walk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Impact;
 
@@ -48,9 +55,9 @@ impl Response for Impact {
         bodies: [(&Motion, &Inertia); 2],
         elasticity: Elasticity,
     ) -> DVec2 {
-        let frame = ContactFrame { line_of_centres: exact_on_axes(frame.line_of_centres), ..*frame };
-        let d = frame.line_of_centres;
         let [(motion_a, inertia_a), (motion_b, inertia_b)] = bodies;
+        let d = scaled(frame.line_of_centres, motion_a.velocity - motion_b.velocity);
+        let frame = ContactFrame { line_of_centres: d, ..*frame };
         let approach = scaled_approach(&frame, [motion_a, motion_b]);
         let yielding = scaled_inverse_mass(&frame, [inertia_a, inertia_b]);
         if approach > 0.0 && yielding > 0.0 {
@@ -68,9 +75,10 @@ impl Response for Impact {
         [inverse_mass_a, inverse_mass_b]: [f64; 2],
         elasticity: Elasticity,
     ) -> DVec2 {
-        let d = exact_on_axes(line_of_centres);
-        let approach = (velocity_a - velocity_b).dot(d);
-        let yielding = d.length_squared() * (inverse_mass_a + inverse_mass_b);
+        let relative = velocity_a - velocity_b;
+        let d = scaled(line_of_centres, relative);
+        let approach = relative.dot(d);
+        let yielding = scaled_inverse_masses(d, [inverse_mass_a, inverse_mass_b]);
         if approach > 0.0 && yielding > 0.0 {
             (1.0 + elasticity.coefficient()) * approach / yielding * d
         } else {
@@ -79,7 +87,7 @@ impl Response for Impact {
     }
 
     fn reflected(&self, line_of_centres: DVec2, velocity: DVec2) -> DVec2 {
-        let d = exact_on_axes(line_of_centres);
+        let d = scaled(line_of_centres, velocity);
         // From A, as for the impulse: the sign of d plays no part in the reflection itself.
         if velocity.dot(d) > 0.0 { reflected(velocity, d) } else { velocity }
     }
@@ -113,8 +121,18 @@ fn scaled_inverse_mass(frame: &ContactFrame, [a, b]: [&Inertia; 2]) -> f64 {
         let lever = arm.perp_dot(d);
         lever * lever * inertia.inverse_moment
     };
-    d.length_squared() * (a.inverse_mass + b.inverse_mass)
+    scaled_inverse_masses(d, [a.inverse_mass, b.inverse_mass])
         + (turning(frame.arms[0], a) + turning(frame.arms[1], b))
+}
+
+/// d·d (1/m_A + 1/m_B).
+///
+/// Not with that sum, since that of two given masses is rounded to one side for ever; nor as d·d/m_A + d·d/m_B, of which with
+/// 1/m_B = 1/3 the last digits depend on each other, so that ties are always broken to the same side.
+#[inline]
+fn scaled_inverse_masses(d: DVec2, [a, b]: [f64; 2]) -> f64 {
+    let (x, y) = (d.x * d.x, d.y * d.y);
+    (x * a + y * b) + (y * a + x * b)
 }
 
 /// The motion of a body after `impulse` (mass × length / time) acted at `arm` from its centre.
@@ -129,7 +147,7 @@ pub fn struck(motion: &Motion, inertia: &Inertia, arm: DVec2, impulse: DVec2) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carom_kinematics::{angular_momentum, kinetic_energy, momentum};
+    use carom_kinematics::{angular_momentum, kinetic_energy, momentum, two_product, two_sum};
     use proptest::prelude::*;
 
     const UNIT: f64 = 1.0;
@@ -291,6 +309,55 @@ mod tests {
                 ..scene
             };
             prop_assert_eq!(collide(&mirrored, e).0, -impulse);
+        }
+    }
+
+    /// Energies gained, exactly, by impulses between elastic discs that touch at one distance from all sides.
+    fn gains(masses: [f64; 2], distance: f64) -> Vec<f64> {
+        let golden = 0.5 * (5.0f64.sqrt() - 1.0);
+        let turn =
+            |k: u32, share: f64| DVec2::from_angle(std::f64::consts::TAU * (f64::from(k) * share).fract());
+        let dot = |a: DVec2, b: DVec2| {
+            let ((x, x_rest), (y, y_rest)) = (two_product(a.x, b.x), two_product(a.y, b.y));
+            let (sum, rest) = two_sum(x, y);
+            (sum, rest + (x_rest + y_rest))
+        };
+        let inverse = masses.map(|mass| 1.0 / mass);
+        (1..400_000)
+            .filter_map(|k| {
+                let place = DVec2::splat(0.5);
+                let d = (place + distance * turn(k, golden)) - place;
+                let velocity = (0.5 + (f64::from(k) * 3f64.sqrt()).fract()) * turn(k, 2f64.sqrt());
+                let j = Impact.impulse_of_discs(d, [velocity, DVec2::ZERO], inverse, Elasticity::ELASTIC);
+                // −g·J + ½ J² (1/m_A + 1/m_B)
+                let (approach, square) = (dot(velocity, j), dot(j, j));
+                let (sum, sum_rest) = two_sum(0.5 * inverse[0], 0.5 * inverse[1]);
+                let (product, product_rest) = two_product(square.0, sum);
+                let rest = product_rest + (square.1 * sum + square.0 * sum_rest) - approach.1;
+                (j != DVec2::ZERO).then_some((product - approach.0) + rest)
+            })
+            .collect()
+    }
+
+    /// The mean of energies gained, in standard errors.
+    fn bias(gains: &[f64]) -> f64 {
+        gains.iter().sum::<f64>() / gains.iter().map(|gain| gain * gain).sum::<f64>().sqrt()
+    }
+
+    #[test]
+    fn inverse_masses_whose_sum_is_rounded_gain_no_energy() {
+        // 1/60 + 1, in one sum, is too small by half a last place, at each contact.
+        for masses in [[60.0, 1.0], [1.0, 3.0], [3.0, 1.0], [1.0, 2.0], [5.0, 7.0], [1.0, 1e-3], [7.0, 1.1]] {
+            let bias = bias(&gains(masses, 0.04));
+            assert!(bias.abs() < 4.0, "{masses:?}: {bias} standard errors");
+        }
+    }
+
+    #[test]
+    fn the_same_distance_at_each_contact_gains_no_energy() {
+        for distance in [0.25, 0.3, 0.04, 0.02] {
+            let bias = bias(&gains([1.0, 1.0], distance));
+            assert!(bias.abs() < 4.0, "{distance}: {bias} standard errors");
         }
     }
 

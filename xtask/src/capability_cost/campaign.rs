@@ -32,6 +32,8 @@ pub struct Found {
     pub variant: Variant,
     /// Instructions of a collision.
     pub instructions: Option<f64>,
+    /// Processor time of a collision, median over the rounds (nanoseconds).
+    pub nanoseconds: f64,
     /// Processor time of a collision over that of the plain gas in the same round, median over the rounds.
     pub time_ratio: f64,
     /// Memory for each body (bytes).
@@ -86,6 +88,7 @@ impl Results {
             let figure = |what: &str, value, unit| Figure::new(format!("{what}: {variant}"), value, unit);
             let instructions = found.instructions.map(|count| figure("instructions a collision", count, "1"));
             let rest = [
+                figure("processor time of a collision", found.nanoseconds, "ns"),
                 figure("time over that of the plain gas", found.time_ratio, "1"),
                 figure("bytes a body", found.bytes_per_body, "byte"),
             ];
@@ -199,6 +202,7 @@ fn time(variants: &[Variant], plan: Plan) -> Result<(Vec<Found>, Totals)> {
     let found = variants.iter().zip(&subjects).zip(&rounds).map(|((&variant, subject), times)| Found {
         variant,
         instructions: None,
+        nanoseconds: 1e9 * median(times.clone()),
         time_ratio: median(times.iter().zip(&rounds[0]).map(|(time, plain)| time / plain).collect()),
         bytes_per_body: subject.bytes_per_body(),
     });

@@ -7,13 +7,14 @@ use super::{
 use crate::{page::Page, summary::Summary};
 
 /// Columns of the table.
-pub const HEADER: [&str; 6] = [
+pub const HEADER: [&str; 7] = [
     "variant",
     "what is in it",
     "instructions a collision",
     "instructions over plain",
     "time over plain",
     "bytes a body",
+    "ns a collision",
 ];
 
 fn about(variant: Variant) -> &'static str {
@@ -38,6 +39,7 @@ pub fn rows(results: &Results) -> Vec<Vec<String>> {
             percent(results.excess(found.variant)),
             format!("{:.3}", found.time_ratio),
             format!("{:.0}", found.bytes_per_body),
+            format!("{:.0}", found.nanoseconds),
         ]
     };
     results.found.iter().map(row).collect()
@@ -46,9 +48,12 @@ pub fn rows(results: &Results) -> Vec<Vec<String>> {
 /// A line for each variant, for the terminal.
 pub fn lines(results: &Results) -> Vec<String> {
     let line = |row: Vec<String>| {
-        format!("{:<26} {:>9} {:>10} {:>7} {:>6}  {}", row[0], row[2], row[3], row[4], row[5], row[1])
+        format!(
+            "{:<26} {:>9} {:>10} {:>7} {:>6} {:>6}  {}",
+            row[0], row[2], row[3], row[4], row[5], row[6], row[1]
+        )
     };
-    let header = ["variant", "", "instr.", "over plain", "time", "bytes"].map(str::to_owned).to_vec();
+    let header = ["variant", "", "instr.", "over plain", "time", "bytes", "ns"].map(str::to_owned).to_vec();
     std::iter::once(header).chain(rows(results)).map(line).collect()
 }
 
