@@ -313,4 +313,4 @@ fn the_trajectory_is_pinned() {
 }
 
 /// With the thesis's scheduler, and with the fast one.
-const PINNED: [u64; 2] = [0x6fcf_4553_3b2b_6d6e, 0xa472_f9e3_a29c_82cd];
+const PINNED: [u64; 2] = [0x7179_2ff4_ab13_55cf, 0xd424_2c3a_badb_4342];
