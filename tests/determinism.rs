@@ -320,4 +320,4 @@ fn the_trajectory_is_pinned() {
 }
 
 /// With the thesis's scheduler, and with the fast one.
-const PINNED: [u64; 2] = [0x9cdb_ec22_9452_1c23, 0xa73e_1750_5b88_d8fd];
+const PINNED: [u64; 2] = [0x7179_2ff4_ab13_55cf, 0x1487_b124_244b_ce29];

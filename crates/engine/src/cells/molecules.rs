@@ -72,13 +72,14 @@ impl State {
             return None;
         }
         let searches = |body| self.grid.holds_molecules() | self.coverings.is_covering(body);
-        let velocity = |body: u32| self.lines[body as usize].flight[2];
+        // The same for mirror images of a system.
+        let speed_squared = |body: u32| self.lines[body as usize].velocity().length_squared();
         match (searches(a), searches(b)) {
             (false, false) => None,
             (true, false) => Some([a, b]),
             (false, true) => Some([b, a]),
-            _ if velocity(a) < velocity(b) => Some([a, b]),
-            _ if velocity(b) < velocity(a) => Some([b, a]),
+            _ if speed_squared(a) < speed_squared(b) => Some([a, b]),
+            _ if speed_squared(b) < speed_squared(a) => Some([b, a]),
             _ => None,
         }
     }
