@@ -16,6 +16,9 @@ const NEXT: usize = 1;
 /// beyond the ring. Wider: more to sort.
 const EVENTS_PER_BIN: f64 = 3.0;
 
+/// 2^52: adding it leaves the nearest integer in the last bits. Monotonic, which is all that matters.
+const SHIFT: f64 = 4_503_599_627_370_496.0;
+
 /// The events of all bodies in order of time; the times themselves stand in the bodies' lines.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Calendar {
@@ -83,8 +86,6 @@ impl Calendar {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn bin_of(&self, time: f64) -> u64 {
-        // 2^52: adding it leaves the nearest integer in the last bits. Monotonic, which is all that matters.
-        const SHIFT: f64 = 4_503_599_627_370_496.0;
         let place = (time - self.start) * self.bins_per_time;
         // Written so that NaN (infinite time, bins without width) is far beyond any ring.
         let place = if place < 0.5 * SHIFT { place } else { 0.5 * SHIFT };

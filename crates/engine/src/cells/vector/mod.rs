@@ -300,6 +300,7 @@ pub(super) fn run<L: EventLoop>(state: &mut State, events: L) -> L::End {
 /// The events of an epoch, found with certain instructions.
 struct Events<'a, K>(&'a mut State, PhantomData<K>);
 
+#[expect(clippy::inline_always, reason = "compiled in one piece with the loop, with its instructions")]
 impl<K: Kernel> EventQueue for Events<'_, K> {
     #[inline(always)]
     fn next_contact<D: Detection>(
