@@ -1,0 +1,307 @@
+//! Whom a covering body meets first: those it may meet are searched one by one, the soonest bound first.
+//!
+//! Of the bodies around a molecule those are searched that may touch it before its event, as far as their bounding circles
+//! and its own rectangle tell ([`Detection::apart_until`]), each up to the soonest event so far. A disc in a covered cell asks
+//! about a covering body in the same way.
+
+use carom_detection::{Asker, DISC_LANES, Detection, DiscLanes, Outcome, disc_contact};
+use carom_kinematics::RelativeMotion;
+
+use super::{Covering, Listed, Pending};
+use crate::{
+    ContactEvent, Parts, World,
+    cells::{
+        State,
+        line::{Kind, Line},
+        vector::Kernel,
+    },
+    scheduler::ordered,
+};
+
+/// The soonest event found so far for one body.
+pub(in crate::cells) struct Soonest {
+    pub time: f64,
+    kind: Kind,
+    partner: u32,
+    pending: Pending,
+}
+
+impl Soonest {
+    /// Nothing yet before an event that comes in any case.
+    pub fn before(time: f64, kind: Kind) -> Self {
+        Self { time, kind, partner: 0, pending: Pending::NOTHING }
+    }
+
+    /// Takes a contact if it is sooner, or as soon and with a body inserted earlier.
+    fn offer(&mut self, time: f64, partner: u32, pending: Pending) {
+        let tie = time == self.time && self.kind == Kind::Covering && partner < self.partner;
+        if time < self.time || tie {
+            *self = Self { time, kind: Kind::Covering, partner, pending };
+        }
+    }
+
+    fn offer_recheck(&mut self, time: f64) {
+        if time < self.time {
+            (self.time, self.kind, self.partner) = (time, Kind::Recheck, 0);
+        }
+    }
+}
+
+impl State {
+    /// Finds a covering body's soonest event: a contact, a re-check, or its shell.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub(in crate::cells) fn foresee_covering<D: Detection, K: Kernel>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        body: u32,
+        now: f64,
+        except: Option<u32>,
+    ) {
+        let Some(index) = self.coverings.get(body) else { return };
+        let covering = &self.coverings.list[index];
+        if covering.fixed {
+            self.lines[body as usize].set_event(f64::INFINITY, Kind::Nothing, 0, 0);
+            return;
+        }
+        let is_disc = covering.is_disc_among_discs;
+        let mut best = Soonest::before(leaves_shell(covering, now), Kind::Shell);
+        let mut asked = std::mem::take(&mut self.coverings.asked);
+        let mut candidates = std::mem::take(&mut self.coverings.candidates);
+        asked.clear();
+        candidates.clear();
+        for tile in &covering.tiles {
+            let seen = self.neighbourhoods.seen_from(tile.who).filter(|&(who, _)| Some(who) != except);
+            for (who, image) in seen {
+                asked.push(Listed { who, image: [image[0] + tile.image[0], image[1] + tile.image[1]] });
+            }
+        }
+        let discs = asked.len();
+        for neighbour in &covering.neighbours {
+            let other = &self.coverings.list[neighbour.who as usize];
+            if Some(other.body) != except {
+                asked.push(Listed { who: other.body, image: neighbour.image });
+            }
+        }
+        if is_disc {
+            for some in asked[..discs].chunks(DISC_LANES) {
+                let times = detection.disc_contacts(&self.lanes::<DISC_LANES>(world, body, some, now));
+                self.done.pairs += some.len() as u64;
+                for (&other, time) in some.iter().zip(times) {
+                    if time < f64::INFINITY {
+                        let image = self.path_image([body, other.who], other.image);
+                        best.offer(now + time, other.who, Pending { parts: Parts::Discs, image });
+                    }
+                }
+            }
+        }
+        let to_search = if is_disc { &asked[discs..] } else { &asked[..] };
+        let outline = world.bodies()[body as usize].kind.molecule.outline();
+        let asker = Asker::new(outline, &covering.motion, now);
+        let horizon = best.time - now;
+        for some in to_search.chunks(DISC_LANES) {
+            let times =
+                detection.apart_until(&asker, &self.lanes::<DISC_LANES>(world, body, some, now), horizon);
+            for (&other, bound) in some.iter().zip(times) {
+                if now + bound < best.time {
+                    candidates.push((bound, other));
+                }
+            }
+        }
+        // The soonest bound first: most need not be searched.
+        while let Some((bound, other)) = take_least(&mut candidates, |listed| listed.who) {
+            if now + bound >= best.time.min(self.limit) {
+                break;
+            }
+            self.search(world, detection, [body, other.who], other.image, now, &mut best);
+        }
+        (self.coverings.asked, self.coverings.candidates) = (asked, candidates);
+        self.settle(body, &best);
+    }
+
+    /// Looks for a disc's contacts with the covering bodies listed in its cell, before the event that it has.
+    #[cold]
+    #[inline(never)]
+    pub(in crate::cells) fn meet_coverings<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        disc: u32,
+        cell: u32,
+        now: f64,
+        except: Option<u32>,
+    ) {
+        let line = &self.lines[disc as usize];
+        let pending = self.coverings.pending[disc as usize];
+        let mut best = Soonest { time: line.time, kind: line.kind(), partner: line.partner(), pending };
+        let pool = self.coverings.pool_of[cell as usize] as usize;
+        for place in 0..self.coverings.pool[pool].len() {
+            let listed = self.coverings.pool[pool][place];
+            let covering = &self.coverings.list[listed.who as usize];
+            if Some(covering.body) == except {
+                continue;
+            }
+            // The disc appears `image` boxes over to the covering body, hence this to the disc the other way.
+            let image = listed.image.map(|boxes| -boxes);
+            let other = covering.body;
+            if covering.is_disc_among_discs && detection.decides_discs_in_closed_form() {
+                let relative = self.relative_motion(world, [disc, other], image, now);
+                let sigma = self.lines[disc as usize].radius + covering.radius;
+                let errors = (relative.separation_error, relative.velocity_error);
+                let time = now + disc_contact(relative.separation, relative.velocity, sigma, errors);
+                self.done.pairs += 1;
+                if time < f64::INFINITY {
+                    let image = self.path_image([disc, other], image);
+                    best.offer(time, other, Pending { parts: Parts::Discs, image });
+                }
+            } else {
+                let seen = [Listed { who: disc, image: listed.image }];
+                let lanes = self.lanes::<1>(world, other, &seen, now);
+                // Most are out of reach of the bounding circle, which is told without the molecule's rotation.
+                let [entry] = lanes.entry_times();
+                if now + entry >= best.time {
+                    continue;
+                }
+                let outline = world.bodies()[other as usize].kind.molecule.outline();
+                let asker = Asker::new(outline, &covering.motion, now);
+                let [bound] = detection.apart_until(&asker, &lanes, best.time - now);
+                if now + bound < best.time {
+                    self.search(world, detection, [disc, other], image, now, &mut best);
+                }
+            }
+        }
+        if matches!(best.kind, Kind::Covering | Kind::Recheck) {
+            self.settle(disc, &best);
+        }
+    }
+
+    /// Asks detection for the first contact of two bodies before the best event so far.
+    pub(in crate::cells) fn search<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        pair: [u32; 2],
+        image: [i32; 2],
+        now: f64,
+        best: &mut Soonest,
+    ) {
+        self.done.pairs += 1;
+        let (asked, seen) = (pair, image);
+        // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
+        let (pair, image) = ordered(pair, image);
+        let relative = self.relative_motion(world, pair, image, now);
+        let outline = |body: u32| world.bodies()[body as usize].kind.molecule.outline();
+        let (a, b) = (outline(pair[0]), outline(pair[1]));
+        let horizon = best.time.min(self.limit) - now;
+        match detection.first_contact(a, b, &relative, horizon).outcome {
+            Outcome::Free => {}
+            Outcome::Contact(contact) => {
+                let pending = Pending { parts: contact.touch.into(), image: self.path_image(asked, seen) };
+                best.offer(now + contact.time, asked[1], pending);
+            }
+            Outcome::FreeUntil(time) => best.offer_recheck((now + time).max(now.next_up())),
+            Outcome::Unresolved(time) => {
+                self.done.unresolved += 1;
+                best.offer_recheck((now + time).max(now.next_up()));
+            }
+        }
+    }
+
+    pub(in crate::cells) fn settle(&mut self, body: u32, best: &Soonest) {
+        let version = self.lines[best.partner as usize].version;
+        self.lines[body as usize].set_event(best.time, best.kind, best.partner, version);
+        self.coverings.pending[body as usize] = best.pending;
+    }
+
+    /// The contact that a body's event announces.
+    pub(in crate::cells) fn contact_of_covering(
+        &self,
+        owner: u32,
+        bodies: [u32; 2],
+        time: f64,
+    ) -> ContactEvent {
+        let pending = self.coverings.pending[owner as usize];
+        let [a, b] = bodies.map(|body| self.windings[body as usize]);
+        let image =
+            [0, 1].map(|axis| i64::from(pending.image[axis].wrapping_add(b[axis].wrapping_sub(a[axis]))));
+        ContactEvent { time, bodies, image, parts: pending.parts }
+    }
+
+    /// The image of the pair's second body along their paths without periodic jumps, as seen from the one inserted
+    /// first.
+    fn path_image(&self, pair: [u32; 2], image: [i32; 2]) -> [i16; 2] {
+        let [asking, other] = pair.map(|body| self.windings[body as usize]);
+        let seen =
+            [0, 1].map(|axis| (image[axis] as i16).wrapping_sub(other[axis].wrapping_sub(asking[axis])));
+        if pair[0] < pair[1] { seen } else { seen.map(i16::wrapping_neg) }
+    }
+
+    fn relative_motion(&self, world: &World, pair: [u32; 2], image: [i32; 2], now: f64) -> RelativeMotion {
+        let (a, b) = (self.motion(pair[0]), self.motion(pair[1]));
+        RelativeMotion::between(&a, &b, world.bounds().shift(image.map(i64::from)), now)
+    }
+
+    /// Up to `N` bodies as seen from one, all as their bounding circles.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn lanes<const N: usize>(&self, world: &World, body: u32, others: &[Listed], now: f64) -> DiscLanes<N> {
+        let me = &self.lines[body as usize];
+        let sides = world.bounds().sides().to_array();
+        let dummy = Line::dummy();
+        let mut lanes = DiscLanes {
+            separation: [[0.0; N]; 2],
+            velocity: [[0.0; N]; 2],
+            contact_distance: [0.0; N],
+            separation_error: self.separation_error,
+            speed: me.flight[2].abs() + me.flight[3].abs(),
+        };
+        for lane in 0..N {
+            let listed = others.get(lane);
+            let line = listed.map_or(&dummy, |listed| &self.lines[listed.who as usize]);
+            let image = listed.map_or([0; 2], |listed| listed.image);
+            for axis in 0..2 {
+                let velocity = line.flight[axis + 2] - me.flight[axis + 2];
+                lanes.velocity[axis][lane] = velocity;
+                lanes.separation[axis][lane] = (line.flight[axis] - me.flight[axis])
+                    + velocity * now
+                    + f64::from(image[axis]) * sides[axis];
+            }
+            lanes.contact_distance[lane] = line.radius + me.radius;
+        }
+        lanes
+    }
+}
+
+/// Takes out the candidate with the least bound; of equal ones that with the body inserted first.
+#[inline]
+pub(in crate::cells) fn take_least<T>(
+    candidates: &mut Vec<(f64, T)>,
+    body: impl Fn(&T) -> u32,
+) -> Option<(f64, T)> {
+    let mut least = 0;
+    for (place, (bound, candidate)) in candidates.iter().enumerate().skip(1) {
+        let (least_bound, least_candidate) = &candidates[least];
+        if bound < least_bound || (bound == least_bound && body(candidate) < body(least_candidate)) {
+            least = place;
+        }
+    }
+    (!candidates.is_empty()).then(|| candidates.swap_remove(least))
+}
+
+/// When a body's centre leaves its shell: a little early, never late.
+fn leaves_shell(covering: &Covering, now: f64) -> f64 {
+    let d = covering.motion.position_at(now) - covering.centre;
+    let v = covering.motion.velocity;
+    let v_squared = v.length_squared();
+    if v_squared == 0.0 {
+        return f64::INFINITY;
+    }
+    let shell = covering.shell * (1.0 - 1e-9);
+    let b = d.dot(v);
+    let inside = (shell * shell - d.length_squared()).max(0.0);
+    let root = (b * b + v_squared * inside).sqrt();
+    // The later root of |d + v t| = h, in the form that does not cancel.
+    let stay = if b > 0.0 { inside / (b + root) } else { (root - b) / v_squared };
+    now + stay
+}
