@@ -12,6 +12,7 @@ use super::{
     options::Plan,
     replay::{self, Log, Tally},
     report,
+    reversal::{self, EffectiveError},
     runner::{Runner, begin},
     scenes::{self, Named},
 };
@@ -42,6 +43,8 @@ pub struct Found {
     pub time: Option<f64>,
     /// Wrong contacts.
     pub tally: Tally,
+    /// Effective error by reversal; `None` where the model is another, or the run breaks off.
+    pub effective: Option<EffectiveError>,
     /// What the physicist came for.
     pub physics: Physics,
 }
@@ -156,6 +159,7 @@ fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals)
         .par_iter()
         .map(|state| replay::stretch(&settings[0], state, STRETCH * tau))
         .collect::<Result<_>>()?;
+    let rate = reversal::returns(&settings[0], &states, tau, plan)?.rate();
     let found = settings
         .into_par_iter()
         .zip(times)
@@ -166,7 +170,10 @@ fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals)
             let affordable = block < 2.0 * plan.most_seconds;
             let physics =
                 if affordable { measures::measure(&setting, start, tau, plan)? } else { Physics::default() };
-            Ok(Found { setting, time, tally, physics })
+            let effective = (setting.family != MODEL)
+                .then(|| reversal::returns(&setting, &states, tau, plan).ok()?.effective_error(rate))
+                .flatten();
+            Ok(Found { setting, time, tally, effective, physics })
         })
         .collect::<Result<Vec<_>>>()?;
     progress.advance(1.0, 0);
@@ -314,7 +321,10 @@ fn figures(results: &[SceneResult]) -> Vec<Figure> {
             .then(|| Figure::new(format!("wrong contacts in a million: {what}"), found.tally.wrong(), "1"));
         let time = found.time.map(|time| Figure::new(format!("time over Exact: {what}"), time, "1"));
         let deepest = Figure::new(format!("deepest overlap: {what}"), found.physics.deepest, "diameter");
-        wrong.into_iter().chain(time).chain([deepest]).collect::<Vec<_>>()
+        let effective = found
+            .effective
+            .map(|effective| Figure::new(format!("effective error: {what}"), effective.value, "side"));
+        wrong.into_iter().chain(time).chain([deepest]).chain(effective).collect::<Vec<_>>()
     };
     results.iter().flat_map(|result| result.found.iter().flat_map(move |found| of(result, found))).collect()
 }

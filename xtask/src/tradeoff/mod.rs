@@ -9,6 +9,7 @@ mod measures;
 mod options;
 mod replay;
 mod report;
+mod reversal;
 mod runner;
 mod scenes;
 
