@@ -225,7 +225,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Changes the motion of one body now, and books the energy.
     fn change(&mut self, index: usize, change: impl FnOnce(&mut Motion)) {
-        self.end_epoch(self.offset);
+        // Only the first of many changes brings all bodies to now: each of N would otherwise cost N.
+        if self.offset != 0.0 || !matches!(self.epoch, Epoch::ToBegin) {
+            self.end_epoch(self.offset);
+        }
         let inertia = self.world.bodies[index].kind.inertia;
         let before = kinetic_energy(&self.world.motions[index], &inertia);
         change(&mut self.world.motions[index]);

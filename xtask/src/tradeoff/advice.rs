@@ -22,7 +22,7 @@ pub fn sentences(result: &SceneResult) -> Vec<String> {
         let fastest = own.filter_map(|found| Some((found.time?, found))).min_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((time, found)) = fastest {
             sentences.push(format!(
-                "{name}: its fastest setting, {}, {}{}",
+                "{name}: the fastest setting that promises less, {}, {}{}",
                 found.setting.name,
                 speed(time),
                 price(found, exact)

@@ -7,6 +7,7 @@ mod epochs;
 mod knobs;
 mod measures;
 mod options;
+mod rapier;
 mod replay;
 mod report;
 mod reversal;

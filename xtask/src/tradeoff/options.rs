@@ -15,6 +15,9 @@ pub struct Options {
     /// The run to quote from: twenty times as many contacts, and the finest fixed steps
     #[arg(long)]
     pub paper: bool,
+    /// Compile and run rapier2d-f64 as well, in closed boxes; it has a workspace of its own
+    #[arg(long)]
+    pub rapier: bool,
     /// Only scenes whose name begins with this; all without
     #[arg(long, default_value = "")]
     pub scene: String,
@@ -81,6 +84,7 @@ impl Options {
     pub fn command(&self) -> String {
         let size = if self.paper { "--paper" } else { "--quick" };
         let scene = if self.scene.is_empty() { String::new() } else { format!(" --scene {}", self.scene) };
-        format!("cargo xtask experiment tradeoff {size}{scene} --seed {}", self.seed)
+        let rapier = if self.rapier { " --rapier" } else { "" };
+        format!("cargo xtask experiment tradeoff {size}{rapier}{scene} --seed {}", self.seed)
     }
 }
