@@ -62,7 +62,7 @@ impl Options {
                 halvings: 3,
                 reversals: 12,
                 // A single disc keeps no others busy at once: its collisions take longest.
-                drift: [1_000_000, 10_000_000],
+                drift: [1_000_000, 5_000_000],
                 patience: Duration::from_secs(10),
             }
         }
@@ -74,7 +74,7 @@ impl Options {
             String::new()
         } else {
             "This is a short run, to look at: gases of 2e4 collisions, drift over 1e6 hits of one disc and \
-             1e7 collisions of a gas. The full run is --paper."
+             5e6 collisions of a gas. The full run is --paper."
                 .to_owned()
         }
     }

@@ -55,7 +55,7 @@ impl Options {
         if self.paper {
             Plan { rounds: 11, turn: 0.2, states: 300, blocks: 400, most_seconds: 20.0, finest_step: 5 }
         } else {
-            Plan { rounds: 5, turn: 0.02, states: 12, blocks: 20, most_seconds: 0.4, finest_step: 2 }
+            Plan { rounds: 5, turn: 0.02, states: 12, blocks: 20, most_seconds: 0.3, finest_step: 2 }
         }
     }
 

@@ -173,7 +173,9 @@ pub fn page(results: &[SceneResult], compared: &[Compared], summary: &Summary, c
     page.paragraph(
         "Effective error: a run goes forward, all velocities are reversed, and it goes back; the body that ends farthest from \
          where it was, over ever longer ways, extrapolated to no collision at the rate at which chaos multiplies distances \
-         (measured with the exact run). Where it is off by a thousandth of a side over the shortest way, that is a lower bound. \
+         (measured with the exact run). Where it is off by a thousandth of a side over the shortest way, that is a lower bound. It is \
+         the geometric mean over the states that are begun from, so that rare wrong contacts hardly show; nor does an error \
+         that is the same on both ways, such as discs that always meet at a distance a little too large. \
          Standbys change no bit of a run, which is tested elsewhere: replays, reversals and physics are run without them.",
     );
     page.paragraph(
