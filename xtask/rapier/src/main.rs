@@ -147,7 +147,7 @@ fn build(scene: &Scene, step: f64) -> (PhysicsWorld, Vec<RigidBodyHandle>) {
         }
         handle
     };
-    let bodies = scene.bodies.iter().map(|body| insert(&mut world, body)).collect();
+    let bodies: Vec<RigidBodyHandle> = scene.bodies.iter().map(|body| insert(&mut world, body)).collect();
     let [width, height] = scene.sides;
     let walls = [
         [-0.5 * width, 0.5 * height],
@@ -169,7 +169,12 @@ fn build(scene: &Scene, step: f64) -> (PhysicsWorld, Vec<RigidBodyHandle>) {
 }
 
 fn energy(world: &PhysicsWorld, bodies: &[RigidBodyHandle]) -> f64 {
-    bodies.iter().map(|&body| &world.bodies[body]).filter(|body| body.is_dynamic()).map(RigidBody::kinetic_energy).sum()
+    bodies
+        .iter()
+        .map(|&body| &world.bodies[body])
+        .filter(|body| body.is_dynamic())
+        .map(RigidBody::kinetic_energy)
+        .sum()
 }
 
 /// Overlapping pairs of molecules, and the deepest overlap of two atoms (smaller diameters).
@@ -179,7 +184,8 @@ fn overlaps(scene: &Scene, world: &PhysicsWorld, bodies: &[RigidBodyHandle]) -> 
         .zip(&scene.bodies)
         .map(|(&handle, body)| {
             let pose = *world.bodies[handle].position();
-            let place = |atom: &Atom| (pose.transform_point(Vector::new(atom.at[0], atom.at[1])), atom.radius);
+            let place =
+                |atom: &Atom| (pose.transform_point(Vector::new(atom.at[0], atom.at[1])), atom.radius);
             body.atoms.iter().map(place).collect()
         })
         .collect();

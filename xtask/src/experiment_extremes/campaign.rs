@@ -94,6 +94,15 @@ fn measure(plan: &Plan) -> Result<Results> {
             (ours, endings)
         })
         .collect();
+    say("reversal");
+    let reversals = [reversals::<Ours>(plan.reversals)?, reversals::<Theses>(plan.reversals)?];
+    say("drift");
+    let drifts: Result<Vec<Drift>> = drifting
+        .par_iter()
+        .zip(plan.drift)
+        .map(|((name, scene), collisions)| drift::<Ours>(name, scene, collisions, &progress))
+        .collect();
+    // Last, as trials that hang go on in the background.
     say("edges");
     let find = |edge: &Edge| edge.find(plan.edge_collisions, plan.halvings, plan.patience / 2);
     let edges = edges::<Ours>()
@@ -103,14 +112,6 @@ fn measure(plan: &Plan) -> Result<Results> {
             let found = [find(&ours), find(&theses)];
             (ours, found)
         })
-        .collect();
-    say("reversal");
-    let reversals = [reversals::<Ours>(plan.reversals)?, reversals::<Theses>(plan.reversals)?];
-    say("drift");
-    let drifts: Result<Vec<Drift>> = drifting
-        .par_iter()
-        .zip(plan.drift)
-        .map(|((name, scene), collisions)| drift::<Ours>(name, scene, collisions, &progress))
         .collect();
     Ok(Results { scenes, edges, reversals, drifts: drifts? })
 }

@@ -63,7 +63,7 @@ impl Options {
                 reversals: 12,
                 // A single disc keeps no others busy at once: its collisions take longest.
                 drift: [1_000_000, 5_000_000],
-                patience: Duration::from_secs(10),
+                patience: Duration::from_secs(6),
             }
         }
     }
