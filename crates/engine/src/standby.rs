@@ -130,11 +130,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// chaos multiplies, let it (Loschmidt's reversal). How far from its start it ends tells how exact it is.
     ///
     /// ```
-    /// # use carom_engine::{Cells, Scene, Simulation};
-    /// # use carom_detection::Exact;
-    /// # use carom_response::Impact;
+    /// # use carom_engine::{Scene, Simulation};
     /// let scene = Scene::from_toml("[box]\nseed = 1\n[[gas]]\nradius = 0.05\nmass = 1.0\nenergy = 1.0\ncount = 20")?;
-    /// let mut simulation = Simulation::<_, _, Cells>::with(&scene, Exact::default(), Impact, Default::default())?;
+    /// let mut simulation = Simulation::new(&scene)?;
     /// let start = simulation.view().bodies().next().unwrap().motion.position;
     /// simulation.run_until(0.1)?;
     /// simulation.reverse();

@@ -110,7 +110,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
         say("rapier, in closed boxes");
         for result in &results {
             let one = rapier::compare(&result.named, &plan)?;
-            rapier::lines(&one).iter().for_each(|line| say(line));
+            for line in rapier::lines(&one) {
+                say(&line);
+            }
             compared.push(one);
         }
         folder.write_table("rapier.csv", &rapier::HEADER, compared.iter().flat_map(rapier::rows))?;

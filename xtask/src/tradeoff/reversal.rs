@@ -55,8 +55,7 @@ pub fn returns(setting: &Setting, states: &[Checkpoint], tau: f64, plan: &Plan) 
             starts += 1.0;
         }
         let (collisions, log) = (collisions / starts, log / starts);
-        // NaN, too, is beyond the law.
-        if !(log < LARGEST.ln()) {
+        if log >= LARGEST.ln() {
             found.lost = found.points.is_empty().then_some(log);
             break;
         }
