@@ -31,6 +31,7 @@ pub mod scatter;
 pub mod series;
 pub mod standbys;
 pub mod summary;
+pub mod there_and_back;
 pub mod thesis_tests;
 pub mod tidy;
 pub mod tradeoff;

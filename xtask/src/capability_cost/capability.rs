@@ -183,3 +183,20 @@ impl FromStr for Variant {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn every_source_that_counts_for_a_capability_is_there() {
+        // One that has been renamed would count for nothing, and the capability would seem free.
+        let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates");
+        for capability in Capability::ALL {
+            for source in capability.sources() {
+                assert!(crates.join(source).is_file(), "{}: {source}", capability.name());
+            }
+        }
+    }
+}

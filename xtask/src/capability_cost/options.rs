@@ -35,7 +35,7 @@ pub struct Plan {
 impl Options {
     /// How much is done.
     pub fn plan(&self) -> Plan {
-        if self.paper { Plan { counted: 100, rounds: 41 } } else { Plan { counted: 6, rounds: 11 } }
+        if self.paper { Plan { counted: 100, rounds: 41 } } else { Plan { counted: 3, rounds: 11 } }
     }
 
     /// Folder to write to.

@@ -3,15 +3,12 @@
 use anyhow::Result;
 use carom::Scene;
 
-use super::{
-    cases::{
-        Engine,
-        engine::{bumper, disc, gas, in_box},
-        watch::run_collisions,
-    },
-    reversal::line,
+use super::cases::{
+    Engine,
+    engine::{bumper, disc, gas, in_box},
+    watch::run_collisions,
 };
-use crate::{progress::Progress, summary::Totals};
+use crate::{progress::Progress, summary::Totals, there_and_back::line};
 
 /// Drift of one scene.
 #[derive(Debug, Clone)]

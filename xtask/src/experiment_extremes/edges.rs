@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use anyhow::{Result, ensure};
 use carom::{
-    Atom, Detection, Molecule, Orientation, detection::Outcome, engine::MoleculeSpec,
+    Atom, Detection, Molecule, Orientation, Scene, detection::Outcome, engine::MoleculeSpec,
     kinematics::RelativeMotion,
 };
 use glam::DVec2;
@@ -40,41 +40,64 @@ pub struct Found {
     pub holds_up_to: f64,
     /// The next value, and how it ended there; none if all held to the end of the search.
     pub beyond: Option<(f64, Ending)>,
+    /// All values that were tried beyond the edge, and how each ended.
+    pub rest: Vec<(f64, Ending)>,
+}
+
+impl Found {
+    /// A value beyond the edge at which nothing is told of what is wrong.
+    pub fn silent(&self) -> Option<&(f64, Ending)> {
+        self.rest.iter().find(|(_, ending)| !ending.is_told())
+    }
+
+    /// How each ended, outwards from the edge.
+    pub fn kinds(&self) -> String {
+        let kind = |(value, ending): &(f64, Ending)| format!("{value:.1e} {}", ending.kind());
+        self.rest.iter().map(kind).collect::<Vec<_>>().join(", ")
+    }
 }
 
 /// Steps of the first search (decades).
 const STEP: f64 = 2.0;
 
 impl Edge {
-    /// Looks for the edge.
+    /// Looks for the edge, and at what happens farther out.
     pub fn find(&self, collisions: u64, halvings: u32, patience: Duration) -> Found {
         let ask = |decade: f64| {
             let (trial, value) = (self.trial, 10f64.powf(decade));
             attempt(patience, move || trial(value, collisions))
         };
         let (mut low, end) = self.decades;
-        let mut beyond = None;
         let first = ask(low);
         if !first.holds() {
-            return Found { holds_up_to: f64::NAN, beyond: Some((10f64.powf(low), first)) };
+            let beyond = (10f64.powf(low), first);
+            return Found { holds_up_to: f64::NAN, beyond: Some(beyond.clone()), rest: vec![beyond] };
         }
         // The goal itself is asked for, not only what lies about it.
         if self.goal.log10() > low && ask(self.goal.log10()).holds() {
             low = self.goal.log10();
         }
-        while beyond.is_none() && low < end {
+        // From the last value back to the edge.
+        let mut failed = Vec::new();
+        while failed.is_empty() && low < end {
             let next = (low + STEP).min(end);
             let ending = ask(next);
-            if ending.holds() { low = next } else { beyond = Some((next, ending)) }
+            if ending.holds() { low = next } else { failed.push((next, ending)) }
+        }
+        if let Some(&(high, _)) = failed.first() {
+            for decade in [end, 0.5 * (high + end)].into_iter().filter(|&decade| decade > high).rev() {
+                failed.insert(0, (decade, ask(decade)));
+            }
         }
         for _ in 0..halvings {
-            let Some((high, _)) = &beyond else { break };
+            let Some((high, _)) = failed.last() else { break };
             let middle = 0.5 * (low + high);
             let ending = ask(middle);
-            if ending.holds() { low = middle } else { beyond = Some((middle, ending)) }
+            if ending.holds() { low = middle } else { failed.push((middle, ending)) }
         }
-        let beyond = beyond.map(|(decade, ending)| (10f64.powf(decade), ending));
-        Found { holds_up_to: 10f64.powf(low), beyond }
+        let rest: Vec<(f64, Ending)> =
+            failed.into_iter().rev().map(|(decade, ending)| (10f64.powf(decade), ending)).collect();
+        Found { holds_up_to: 10f64.powf(low), beyond: rest.first().cloned(), rest }
     }
 }
 
@@ -114,13 +137,21 @@ pub fn edges<E: Engine>() -> Vec<Edge> {
     ]
 }
 
+/// What must hold in any run, and that it comes to as many collisions as were asked for.
+fn surveyed<E: Engine>(scene: &Scene, collisions: u64) -> Result<Vec<Finding>> {
+    let survey = survey::<E>(scene, collisions)?;
+    let missing =
+        Finding::never("collisions that never came", collisions.saturating_sub(survey.collisions) as usize);
+    Ok(survey.findings("").into_iter().chain([missing]).collect())
+}
+
 fn heavy<E: Engine>(ratio: f64, collisions: u64) -> Result<Vec<Finding>> {
-    Ok(survey::<E>(&mixture(30, 0.03, 1.0, 0.1, ratio), collisions)?.findings(""))
+    surveyed::<E>(&mixture(30, 0.03, 1.0, 0.1, ratio), collisions)
 }
 
 fn fast<E: Engine>(ratio: f64, collisions: u64) -> Result<Vec<Finding>> {
     // Of the same energy as the others.
-    Ok(survey::<E>(&mixture(30, 0.03, 1.0, 0.05, 1.0 / (ratio * ratio)), collisions)?.findings(""))
+    surveyed::<E>(&mixture(30, 0.03, 1.0, 0.05, 1.0 / (ratio * ratio)), collisions)
 }
 
 /// A disc that comes on obliquely, b = 3/5 σ: how far the velocities after it are from those of the closed form.
@@ -161,7 +192,7 @@ fn spinning<E: Engine>(turns: f64, _: u64) -> Result<Vec<Finding>> {
     let rod = MoleculeSpec { angular_velocity: spin, ..named("rod:6", radius, 10.0, [0.5, 0.5]) };
     let mut list = vec![rod, disc(radius, 1.0, [0.5 + 7.0 * radius + gap.min(0.2), 0.5], [-speed, 0.0])];
     list.extend((0..8).map(|k| disc(radius, 1.0, [0.06 + 0.12 * f64::from(k), 0.1], [0.3, 0.1])));
-    Ok(survey::<E>(&in_box([1.0, 1.0], list), 100)?.findings(""))
+    surveyed::<E>(&in_box([1.0, 1.0], list), 100)
 }
 
 fn grazing<E: Engine>(inverse: f64, _: u64) -> Result<Vec<Finding>> {
@@ -238,5 +269,5 @@ fn many_atoms<E: Engine>(count: f64, collisions: u64) -> Result<Vec<Finding>> {
     };
     let mut scene = in_box([1.0, 1.0], vec![ring]);
     scene.gas = vec![gas("disc", 0.02, 1.0, 40)];
-    Ok(survey::<E>(&scene, collisions / 10)?.findings(""))
+    surveyed::<E>(&scene, collisions / 10)
 }

@@ -62,10 +62,14 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
         .iter()
         .map(|(edge, [ours, theses])| {
             let name = format!("{}: {}", edge.parameter, edge.scene);
-            vec![name, number(edge.goal), sentence(ours), sentence(theses)]
+            vec![name, number(edge.goal), sentence(ours), ours.kinds(), sentence(theses)]
         })
         .collect();
-    page.table(&["parameter and scene", "goal", Ours::NAME, Theses::NAME], &rows);
+    page.table(&["parameter and scene", "goal", Ours::NAME, "farther out", Theses::NAME], &rows);
+    page.paragraph(
+        "Beyond an edge a run either ends with a named error, or it goes on and a bound that is measured here is exceeded; \
+         farther out it is tried again, up to the end of the search. A panic or a run without end would break a check.",
+    );
     page.heading("Reversal");
     page.paragraph(
         "64 discs run forward, all velocities are reversed, and run back. The distance from the start grows by the \

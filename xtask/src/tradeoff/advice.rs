@@ -9,6 +9,9 @@ use super::{
 /// Times closer than this are called equal: medians of short runs do not tell more.
 const EQUAL: f64 = 0.03;
 
+/// Effective errors by less than this factor apart are called equal: a few starts do not tell more.
+const COARSER: f64 = 30.0;
+
 /// The sentences for one scene.
 pub fn sentences(result: &SceneResult) -> Vec<String> {
     let exact = &result.found[0];
@@ -19,7 +22,7 @@ pub fn sentences(result: &SceneResult) -> Vec<String> {
         let fastest = own.filter_map(|found| Some((found.time?, found))).min_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((time, found)) = fastest {
             sentences.push(format!(
-                "{name}: its fastest setting, {}, {}{}",
+                "{name}: the fastest setting that promises less, {}, {}{}",
                 found.setting.name,
                 speed(time),
                 price(found, exact)
@@ -75,6 +78,15 @@ fn price(found: &Found, exact: &Found) -> String {
         prices.push(format!(
             "up to {} pairs overlap, the deepest by {:.1e} of a diameter",
             found.physics.overlapping, found.physics.deepest
+        ));
+    }
+    if let (Some(own), Some(best)) = (found.effective, exact.effective)
+        && own.value > COARSER * best.value
+    {
+        let bound = if own.at_least { "at least " } else { "" };
+        prices.push(format!(
+            "the effective error is {bound}{:.0e} of a side, not {:.0e}",
+            own.value, best.value
         ));
     }
     let seen = |mean: Option<Mean>| mean.filter(|mean| mean.value.abs() > 3.0 * mean.error);

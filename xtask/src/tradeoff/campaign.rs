@@ -10,8 +10,10 @@ use super::{
     knobs::{self, MODEL, Setting},
     measures::{self, Physics},
     options::Plan,
+    rapier,
     replay::{self, Log, Tally},
     report,
+    reversal::{self, EffectiveError},
     runner::{Runner, begin},
     scenes::{self, Named},
 };
@@ -23,14 +25,18 @@ use crate::{
     summary::{Check, Figure, Summary, Totals, Verdict},
 };
 
-/// Time until the lattice of the start is forgotten, at least between the states from which contacts are replayed, and length
+/// Time until the lattice of the start is forgotten, at least between the states from which contacts are replayed, and the most
 /// of a replay: in mean times between two collisions of a body.
 const WARM_UP: f64 = 50.0;
 const APART: f64 = 5.0;
 const STRETCH: f64 = 2.0;
 
+/// A replay ends where chaos has multiplied roundings by e to this. More: in a dilute gas, where they grow by some hundred in each
+/// collision, two exact runs differ by more than the tolerance. Less: fewer contacts are judged.
+const GROWTH: f64 = 3.0;
+
 /// A contact that is off by more than this is wrong (mean times between two collisions of a body). Rounding grows by some
-/// orders of magnitude within a stretch, and stays far below.
+/// orders of magnitude within a replay, and stays below.
 pub const TOLERANCE: f64 = 1e-7;
 
 /// What was found about one setting.
@@ -42,6 +48,8 @@ pub struct Found {
     pub time: Option<f64>,
     /// Wrong contacts.
     pub tally: Tally,
+    /// Effective error by reversal; `None` where the model is another, or the run breaks off.
+    pub effective: Option<EffectiveError>,
     /// What the physicist came for.
     pub physics: Physics,
 }
@@ -53,6 +61,10 @@ pub struct SceneResult {
     pub named: Named,
     /// Nanoseconds of a collision of the exact run.
     pub nanoseconds: f64,
+    /// By how many e-foldings roundings grow in one collision of each body.
+    pub rate: f64,
+    /// Length of a replay, in mean times between two collisions of a body.
+    pub stretch: f64,
     /// The settings, the exact run first.
     pub found: Vec<Found>,
     /// Its charts, as file name and SVG.
@@ -93,6 +105,20 @@ pub fn run(options: &Options) -> Result<Verdict> {
         results.push(result);
     }
     drop(progress);
+    let mut compared = Vec::new();
+    if options.rapier {
+        say("rapier, in closed boxes");
+        for result in &results {
+            let one = rapier::compare(&result.named, &plan)?;
+            for line in rapier::lines(&one) {
+                say(&line);
+            }
+            compared.push(one);
+        }
+        folder.write_table("rapier.csv", &rapier::HEADER, compared.iter().flat_map(rapier::rows))?;
+    } else {
+        say("rapier is not asked for: --rapier compiles and runs it as well");
+    }
     let summary = Summary {
         title: "What accuracy costs in whole simulations".to_owned(),
         note: options.note(),
@@ -102,7 +128,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         runs: Vec::new(),
     };
     folder.write_table("settings.csv", &report::HEADER, results.iter().flat_map(report::rows))?;
-    folder.write("report.html", report::page(&results, &summary, &options.command()).html())?;
+    folder.write("report.html", report::page(&results, &compared, &summary, &options.command()).html())?;
     folder.write_json("summary.json", &summary)?;
     manifest.complete(&folder, begun.elapsed().as_secs_f64())?;
     crate::conclude(&folder, &summary);
@@ -132,41 +158,57 @@ fn tau(simulation: &mut Simulation, from: f64, to: f64) -> Result<f64> {
     Ok((to - from) * moving as f64 / (2.0 * collisions as f64))
 }
 
-fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals) -> Result<SceneResult> {
-    let mut simulation = Simulation::new(&named.scene)?;
+/// Runs until the start is forgotten; what time it is then, and the mean time between two collisions of a body.
+///
+/// # Errors
+/// The run breaks off.
+pub fn settle(simulation: &mut Simulation) -> Result<(f64, f64)> {
     // Γ is unknown yet: a first guess from a short run, then the warm-up, then the real one.
     let mut length = 1e-3;
     while simulation.view().counters().collisions < 4 * simulation.view().len() as u64 {
         length *= 2.0;
         simulation.run_until(length)?;
     }
-    let guess = tau(&mut simulation, length, 1.5 * length)?;
-    let begin_at = 1.5 * length + WARM_UP * guess;
-    let tau = tau(&mut simulation, begin_at, begin_at + 20.0 * guess)?;
-    let first = begin_at + 20.0 * guess;
-    let states = (0..plan.states)
-        .map(|index| state_at(&mut simulation, first + f64::from(index) * APART * tau))
-        .collect::<Result<Vec<_>>>()?;
-    let start = states.first().context("a plan without states")?;
+    let guess = tau(simulation, length, 1.5 * length)?;
+    let begin = 1.5 * length + WARM_UP * guess;
+    let end = begin + 20.0 * guess;
+    Ok((end, tau(simulation, begin, end)?))
+}
+
+fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals) -> Result<SceneResult> {
+    let mut simulation = Simulation::new(&named.scene)?;
+    let (first, tau) = settle(&mut simulation)?;
     let settings = knobs::settings(&simulation.view(), plan.finest_step);
+    let mut state = |index| state_at(&mut simulation, first + f64::from(index) * APART * tau);
+    let mut states = (0..plan.states).map(&mut state).collect::<Result<Vec<_>>>()?;
+    let rate = reversal::returns(&settings[0], &states, tau, plan)?.rate();
+    anyhow::ensure!(rate > 0.0, "{}: no chaos is seen in the exact run", named.name);
+    let stretch = STRETCH.min(GROWTH / rate);
+    // As many contacts in all where replays are short.
+    let more = (f64::from(plan.states) * STRETCH / stretch).ceil() as u32;
+    states.extend((plan.states..more).map(&mut state).collect::<Result<Vec<_>>>()?);
+    let start = states.first().context("a plan without states")?;
     let (times, nanoseconds) = time(&settings, start, tau, plan, totals)?;
     progress.advance(1.0, totals.collisions);
     let bodies = simulation.view().len() as f64;
     let exact: Vec<Log> = states
         .par_iter()
-        .map(|state| replay::stretch(&settings[0], state, STRETCH * tau))
+        .map(|state| replay::stretch(&settings[0], state, stretch * tau))
         .collect::<Result<_>>()?;
     let found = settings
         .into_par_iter()
         .zip(times)
         .map(|(setting, time)| {
-            let tally = replays(&setting, &states, &exact, tau, plan)?;
+            let tally = replays(&setting, &states, &exact, [stretch, tau], plan)?;
             // What takes too long for even a few blocks has its times and replays only.
             let block = time.unwrap_or(0.0) * 1e-9 * nanoseconds * measures::BLOCK * bodies / 2.0;
             let affordable = block < 2.0 * plan.most_seconds;
             let physics =
                 if affordable { measures::measure(&setting, start, tau, plan)? } else { Physics::default() };
-            Ok(Found { setting, time, tally, physics })
+            let effective = (setting.family != MODEL)
+                .then(|| reversal::returns(&setting, &states, tau, plan).ok()?.effective_error(rate))
+                .flatten();
+            Ok(Found { setting, time, tally, effective, physics })
         })
         .collect::<Result<Vec<_>>>()?;
     progress.advance(1.0, 0);
@@ -174,15 +216,21 @@ fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals)
     totals.overlapping_pairs = totals.overlapping_pairs.max(of_exact.overlapping);
     totals.max_overlap = totals.max_overlap.max(of_exact.deepest);
     totals.simulated_time += simulation.time().to_f64();
-    Ok(SceneResult { named, nanoseconds, found, charts: Vec::new() })
+    Ok(SceneResult { named, nanoseconds, rate, stretch, found, charts: Vec::new() })
 }
 
 /// Replays a setting from all states, or as many as fit into its time. A stretch that breaks off counts for nothing; that it
 /// does shows in the physics.
-fn replays(setting: &Setting, states: &[Checkpoint], exact: &[Log], tau: f64, plan: &Plan) -> Result<Tally> {
+fn replays(
+    setting: &Setting,
+    states: &[Checkpoint],
+    exact: &[Log],
+    [stretch, tau]: [f64; 2],
+    plan: &Plan,
+) -> Result<Tally> {
     let mut tally = Tally::default();
     let clock = ThreadTime::now();
-    let duration = STRETCH * tau;
+    let duration = stretch * tau;
     for (state, exact) in states.iter().zip(exact) {
         let reference = Setting { locked: setting.locked, ..knobs::exact() };
         let own = if setting.locked { Some(replay::stretch(&reference, state, duration)?) } else { None };
@@ -314,7 +362,10 @@ fn figures(results: &[SceneResult]) -> Vec<Figure> {
             .then(|| Figure::new(format!("wrong contacts in a million: {what}"), found.tally.wrong(), "1"));
         let time = found.time.map(|time| Figure::new(format!("time over Exact: {what}"), time, "1"));
         let deepest = Figure::new(format!("deepest overlap: {what}"), found.physics.deepest, "diameter");
-        wrong.into_iter().chain(time).chain([deepest]).collect::<Vec<_>>()
+        let effective = found
+            .effective
+            .map(|effective| Figure::new(format!("effective error: {what}"), effective.value, "side"));
+        wrong.into_iter().chain(time).chain([deepest]).chain(effective).collect::<Vec<_>>()
     };
     results.iter().flat_map(|result| result.found.iter().flat_map(move |found| of(result, found))).collect()
 }
@@ -342,7 +393,7 @@ mod tests {
         let plan = Plan { rounds: 1, turn: 0.01, states: 20, blocks: 20, most_seconds: 60.0, finest_step: 2 };
         let wrong = |order: Order| {
             let setting = Setting { order, ..knobs::exact() };
-            let tally = replays(&setting, &states, &exact, tau, &plan).unwrap();
+            let tally = replays(&setting, &states, &exact, [STRETCH, tau], &plan).unwrap();
             let physics = measures::measure(&setting, &states[0], tau, &plan).unwrap();
             // Whoever has had a wrong contact is judged no more.
             assert!(tally.judged > 200, "{tally:?}");

@@ -15,7 +15,7 @@ const SHALLOWEST: f64 = 1e-16;
 /// A price: what it is, its file, and what it is for a setting.
 type Price = (&'static str, &'static str, fn(&Found, &Found) -> Option<(f64, Mark)>);
 
-const PRICES: [Price; 4] = [
+const PRICES: [Price; 5] = [
     ("wrong contacts in a million", "wrong-contacts", |found, _| {
         if found.setting.family == MODEL || found.tally.judged == 0 {
             return None;
@@ -29,6 +29,9 @@ const PRICES: [Price; 4] = [
     }),
     ("deepest overlap in diameters", "deepest-overlap", |found, _| {
         (found.physics.blocks > 0).then(|| (found.physics.deepest.max(SHALLOWEST), Mark::Measured))
+    }),
+    ("effective error in box sides", "effective-error", |found, _| {
+        found.effective.map(|effective| (effective.value.max(SHALLOWEST), Mark::Measured))
     }),
     ("|pressure − exact| / exact", "pressure", |found, exact| {
         beyond_error(relative(found.physics.pressure, exact.physics.pressure)?)

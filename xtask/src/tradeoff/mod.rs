@@ -7,8 +7,10 @@ mod epochs;
 mod knobs;
 mod measures;
 mod options;
+mod rapier;
 mod replay;
 mod report;
+mod reversal;
 mod runner;
 mod scenes;
 

@@ -8,6 +8,7 @@ use crate::output::Existing;
 
 /// Choices of `cargo xtask experiment tradeoff`.
 #[derive(Debug, Clone, Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 pub struct Options {
     /// A short run to look at, under two minutes (the default)
     #[arg(long, conflicts_with = "paper")]
@@ -15,6 +16,9 @@ pub struct Options {
     /// The run to quote from: twenty times as many contacts, and the finest fixed steps
     #[arg(long)]
     pub paper: bool,
+    /// Compile and run rapier2d-f64 as well, in closed boxes; it has a workspace of its own
+    #[arg(long)]
+    pub rapier: bool,
     /// Only scenes whose name begins with this; all without
     #[arg(long, default_value = "")]
     pub scene: String,
@@ -52,7 +56,7 @@ impl Options {
         if self.paper {
             Plan { rounds: 11, turn: 0.2, states: 300, blocks: 400, most_seconds: 20.0, finest_step: 5 }
         } else {
-            Plan { rounds: 5, turn: 0.02, states: 12, blocks: 20, most_seconds: 0.4, finest_step: 2 }
+            Plan { rounds: 5, turn: 0.02, states: 12, blocks: 20, most_seconds: 0.3, finest_step: 2 }
         }
     }
 
@@ -81,6 +85,7 @@ impl Options {
     pub fn command(&self) -> String {
         let size = if self.paper { "--paper" } else { "--quick" };
         let scene = if self.scene.is_empty() { String::new() } else { format!(" --scene {}", self.scene) };
-        format!("cargo xtask experiment tradeoff {size}{scene} --seed {}", self.seed)
+        let rapier = if self.rapier { " --rapier" } else { "" };
+        format!("cargo xtask experiment tradeoff {size}{rapier}{scene} --seed {}", self.seed)
     }
 }

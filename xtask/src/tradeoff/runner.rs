@@ -12,7 +12,7 @@ use super::{
     measures::Measures,
     replay::Log,
 };
-use crate::experiment_encounters::settings::Detector;
+use crate::{experiment_encounters::settings::Detector, there_and_back::there_and_back};
 
 /// A simulation of any kind.
 pub trait Runner {
@@ -33,6 +33,12 @@ pub trait Runner {
     /// # Errors
     /// The run breaks off.
     fn log(&mut self, until: f64, log: &mut Log) -> Result<(), RunError>;
+    /// Forward for a duration, reversed, and back: collisions of each body on the way forward, and the largest distance from
+    /// the start.
+    ///
+    /// # Errors
+    /// The run breaks off.
+    fn there_and_back(&mut self, duration: f64) -> Result<(f64, f64)>;
 }
 
 impl<D: Detection, R: Response, S: Scheduler> Runner for Simulation<D, R, S> {
@@ -50,6 +56,10 @@ impl<D: Detection, R: Response, S: Scheduler> Runner for Simulation<D, R, S> {
 
     fn log(&mut self, until: f64, log: &mut Log) -> Result<(), RunError> {
         self.observe_until(until, log)
+    }
+
+    fn there_and_back(&mut self, duration: f64) -> Result<(f64, f64)> {
+        there_and_back(self, duration)
     }
 }
 

@@ -1,0 +1,66 @@
+//! Loschmidt's reversal: a run goes forward, all velocities are reversed, and it goes back; how far from its start does it end?
+//!
+//! Errors made on the way forward are undone on the way back, except that chaos multiplies them: the distance is
+//! d₀ exp(κ n) after n collisions of each body, and d₀ is the effective error of the whole engine.
+
+use anyhow::Result;
+use carom::{Detection, Response, Scheduler, Simulation};
+use glam::DVec2;
+
+/// Distances beyond this are no longer small against the paths (box sides), and those of no collision no longer law.
+pub const LARGEST: f64 = 1e-3;
+
+/// Runs forward for a duration (time), and back. The distance of the body that ends farthest from where it was (length), and
+/// the collisions of each moving body on the way forward.
+///
+/// # Errors
+/// A run that cannot go on.
+pub fn there_and_back<D: Detection, R: Response, S: Scheduler>(
+    simulation: &mut Simulation<D, R, S>,
+    duration: f64,
+) -> Result<(f64, f64)> {
+    let places = |simulation: &Simulation<D, R, S>| -> Vec<DVec2> {
+        let view = simulation.view();
+        view.bodies().filter(|body| !body.body.is_fixed()).map(|body| body.motion.position).collect()
+    };
+    let start = places(simulation);
+    let before = simulation.view().counters().collisions;
+    let (begin, turn) = (simulation.time(), simulation.time().after(duration));
+    simulation.observe_until_instant(turn, &mut ())?;
+    let collisions = simulation.view().counters().collisions - before;
+    // What was run indeed, which may differ from what was asked for by a rounding.
+    let ran = simulation.time().since(begin);
+    simulation.reverse();
+    let home = simulation.time().after(ran);
+    simulation.observe_until_instant(home, &mut ())?;
+    let sides = simulation.view().bounds().sides();
+    let distances = places(simulation).into_iter().zip(&start).map(|(end, start)| {
+        let off = end - *start;
+        (off - sides * (off / sides).round()).length()
+    });
+    let farthest = distances.fold(0.0, f64::max);
+    Ok((2.0 * collisions as f64 / start.len().max(1) as f64, farthest))
+}
+
+/// Intercept and slope of the straight line of least squares.
+pub fn line(points: &[(f64, f64)]) -> (f64, f64) {
+    let n = points.len() as f64;
+    let (x, y) = points.iter().fold((0.0, 0.0), |sum, point| (sum.0 + point.0 / n, sum.1 + point.1 / n));
+    let (xx, xy) = points.iter().fold((0.0, 0.0), |sum, point| {
+        let dx = point.0 - x;
+        (sum.0 + dx * dx, sum.1 + dx * (point.1 - y))
+    });
+    let slope = xy / xx;
+    (y - slope * x, slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_found_again() {
+        let (intercept, slope) = line(&[(0.0, 1.0), (1.0, 3.0), (4.0, 9.0)]);
+        assert!((intercept - 1.0).abs() < 1e-15 && (slope - 2.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,188 @@
+//! The same gases in a closed box by rapier2d-f64, which a Rust user would pick instead: what it takes, and what it makes of them.
+
+use std::{
+    io::Write as _,
+    process::{Command, Stdio},
+};
+
+use anyhow::{Context, Result, ensure};
+use carom::{Simulation, View, engine::WallSpec};
+use cpu_time::ThreadTime;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::{campaign::settle, options::Plan, scenes::Named};
+
+/// What is run by both (mean times between two collisions of a body).
+const LENGTH: f64 = 10.0;
+
+/// So many times as long for the processor time of the exact run, which would be too short to time.
+const LONGER: f64 = 10.0;
+
+/// Steps of time of rapier (mean times between two collisions of a body).
+const STEPS: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
+
+/// What the runner tells of one step.
+#[derive(Debug, Clone, Deserialize)]
+struct Seen {
+    step: f64,
+    duration: f64,
+    seconds: f64,
+    collisions: u64,
+    energy_change: f64,
+    overlapping: usize,
+    deepest: f64,
+    escaped: usize,
+}
+
+/// Both engines in one scene.
+#[derive(Debug)]
+pub struct Compared {
+    scene: &'static str,
+    tau: f64,
+    /// Processor seconds of the exact run for a time of 1.
+    seconds: f64,
+    /// Collisions of the exact run in a time of 1.
+    rate: f64,
+    seen: Vec<Seen>,
+}
+
+/// Columns of the table.
+pub const HEADER: [&str; 9] = [
+    "scene",
+    "step [τ]",
+    "processor time over exact",
+    "contacts begun over exact",
+    "energy change",
+    "overlapping pairs",
+    "deepest overlap [diameters]",
+    "outside the box",
+    "run [τ]",
+];
+
+/// Runs a scene, closed by two walls (each is its own image on the other side), with both.
+///
+/// # Errors
+/// The exact run breaks off, or the runner cannot be compiled or run.
+pub fn compare(named: &Named, plan: &Plan) -> Result<Compared> {
+    let mut scene = named.scene.clone();
+    scene.wall = vec![
+        WallSpec { x: Some(0.0), ..WallSpec::default() },
+        WallSpec { y: Some(0.0), ..WallSpec::default() },
+    ];
+    let mut simulation =
+        Simulation::new(&scene).with_context(|| format!("{} in a closed box", named.name))?;
+    let (begin, tau) = settle(&mut simulation)?;
+    simulation.run_until(begin)?;
+    let request = request(&simulation.view(), tau, plan);
+    let before = simulation.view().counters().collisions;
+    let clock = ThreadTime::now();
+    simulation.run_until(begin + LONGER * LENGTH * tau)?;
+    let time = LONGER * LENGTH * tau;
+    let collisions = simulation.view().counters().collisions - before;
+    Ok(Compared {
+        scene: named.name,
+        tau,
+        seconds: clock.elapsed().as_secs_f64() / time,
+        rate: collisions as f64 / time,
+        seen: ask(&request)?,
+    })
+}
+
+/// The bodies of a view as the runner reads them.
+fn request(view: &View<'_>, tau: f64, plan: &Plan) -> Value {
+    let sides = view.bounds().sides();
+    let bodies = view.bodies().filter(|body| !body.body.is_wall()).map(|body| {
+        let atoms = body.body.molecule().atoms().iter().map(
+            |atom| json!({ "at": atom.offset().to_array(), "radius": atom.radius(), "mass": atom.mass() }),
+        );
+        let motion = &body.motion;
+        let at = [motion.position.x.rem_euclid(sides.x), motion.position.y.rem_euclid(sides.y)];
+        json!({
+            "atoms": atoms.collect::<Vec<_>>(),
+            "at": at,
+            "turns": motion.orientation.turns(),
+            "velocity": motion.velocity.to_array(),
+            "angular_velocity": motion.angular_velocity,
+            "fixed": body.body.is_fixed(),
+        })
+    });
+    json!({
+        "sides": sides.to_array(),
+        "bodies": bodies.collect::<Vec<_>>(),
+        "duration": LENGTH * tau,
+        "steps": STEPS.map(|step| step * tau),
+        "most_seconds": 10.0 * plan.most_seconds,
+    })
+}
+
+/// Compiles the runner, which has a workspace of its own, and runs it.
+fn ask(request: &Value) -> Result<Vec<Seen>> {
+    let mut runner = Command::new(option_env!("CARGO").unwrap_or("cargo"))
+        .args(["run", "--release", "--locked", "--quiet", "--manifest-path"])
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/rapier/Cargo.toml"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .context("cannot start cargo")?;
+    // It reads all before it writes anything, so that neither waits for the other.
+    let mut input = runner.stdin.take().context("the runner has an input")?;
+    input.write_all(request.to_string().as_bytes()).context("the runner does not listen")?;
+    drop(input);
+    let output = runner.wait_with_output()?;
+    ensure!(output.status.success(), "the runner of rapier has failed: {}", output.status);
+    serde_json::from_slice(&output.stdout).context("what the runner of rapier tells")
+}
+
+/// The rows of the table.
+pub fn rows(compared: &Compared) -> Vec<Vec<String>> {
+    let row = |seen: &Seen| {
+        vec![
+            compared.scene.to_owned(),
+            format!("{:.2}", seen.step / compared.tau),
+            format!("{:.1}", seen.seconds / seen.duration / compared.seconds),
+            format!("{:.3}", seen.collisions as f64 / seen.duration / compared.rate),
+            format!("{:+.1e}", seen.energy_change),
+            seen.overlapping.to_string(),
+            format!("{:.1e}", seen.deepest),
+            seen.escaped.to_string(),
+            format!("{:.1}", seen.duration / compared.tau),
+        ]
+    };
+    compared.seen.iter().map(row).collect()
+}
+
+/// A line for each step, for the terminal.
+pub fn lines(compared: &Compared) -> Vec<String> {
+    let line = |row: Vec<String>| {
+        format!(
+            "{:<11} rapier, step {} τ: time {:>6}, contacts {}, energy {}, overlaps {} {}, outside {}, run {} τ",
+            row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8]
+        )
+    };
+    rows(compared).into_iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_runner_is_asked_for_every_body_in_the_box_and_no_wall() {
+        let scene = carom::Scene::from_toml(
+            "[box]\nseed = 1\n[[wall]]\nx = 0.0\n[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]\n[[gas]]\nradius = 0.02\nmass = 1.0\n\
+             energy = 1.0\ncount = 20",
+        )
+        .unwrap();
+        let simulation = Simulation::new(&scene).unwrap();
+        let plan = Plan { rounds: 1, turn: 0.1, states: 1, blocks: 1, most_seconds: 1.0, finest_step: 2 };
+        let request = request(&simulation.view(), 0.5, &plan);
+        let bodies = request["bodies"].as_array().unwrap();
+        assert_eq!(bodies.len(), 21);
+        assert_eq!(bodies.iter().filter(|body| body["fixed"] == true).count(), 1);
+        let inside =
+            |body: &Value| (0..2).all(|axis| (0.0..1.0).contains(&body["at"][axis].as_f64().unwrap()));
+        assert!(bodies.iter().all(inside));
+        assert_eq!(request["duration"], 5.0);
+    }
+}
