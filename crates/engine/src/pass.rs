@@ -140,7 +140,7 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
                 let after = Motion { velocity: after, ..before };
                 Side { body, atom: Some(0), arm: DVec2::ZERO, before, after }
             };
-            let normal = d.normalize_or(DVec2::X);
+            let normal = ContactFrame { line_of_centres: d, arms: [DVec2::ZERO; 2] }.normal();
             self.observer.collision(&CollisionReport {
                 time: self.world.epoch.after(time),
                 sides: [
