@@ -339,7 +339,7 @@ impl State {
         time: f64,
         [places, velocities]: [[DVec2; 2]; 2],
     ) {
-        if self.coverings.is_empty() {
+        if !(self.coverings.is_covering(bodies[0]) | self.coverings.is_covering(bodies[1])) {
             self.launch::<K>(bodies[0], places[0], velocities[0], time);
             self.launch::<K>(bodies[1], places[1], velocities[1], time);
             if !self.grid.is_dilute() & !self.grid.holds_molecules() {
@@ -373,7 +373,7 @@ impl State {
         line.version = line.version.wrapping_add(1);
     }
 
-    /// Finds the soonest events of two small discs in a dense gas of nothing else.
+    /// Finds the soonest events of two small discs in a dense gas.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn predict_two_discs<D: Detection, K: Kernel>(
