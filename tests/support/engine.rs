@@ -11,6 +11,10 @@ use carom_kinematics::Instant;
 use carom_response::Impact;
 use glam::DVec2;
 
+#[path = "../../xtask/src/experiment_extremes/cases/bodies.rs"]
+mod bodies;
+pub use bodies::{bumper, disc, frozen, named};
+
 /// Runs a check with each scheduler.
 macro_rules! with_each_scheduler {
     ($check:ident) => {
@@ -19,27 +23,6 @@ macro_rules! with_each_scheduler {
     };
 }
 pub(crate) use with_each_scheduler;
-
-/// One disc.
-pub fn disc(radius: f64, mass: f64, at: [f64; 2], velocity: [f64; 2]) -> MoleculeSpec {
-    MoleculeSpec { velocity, ..named("disc", radius, mass, at) }
-}
-
-/// A molecule at rest, by the name of its shape.
-pub fn named(shape: &str, atom_radius: f64, atom_mass: f64, at: [f64; 2]) -> MoleculeSpec {
-    MoleculeSpec {
-        shape: Some(shape.to_owned()),
-        atom_radius: Some(atom_radius),
-        atom_mass: Some(atom_mass),
-        at,
-        ..MoleculeSpec::default()
-    }
-}
-
-/// A fixed disc.
-pub fn bumper(radius: f64, at: [f64; 2]) -> BumperSpec {
-    BumperSpec { tags: vec![], radius, at }
-}
 
 /// A gas of so many molecules of a named shape, of total mass 1 and energy 1 each.
 pub fn gas(shape: &str, atom_radius: f64, count: usize) -> GasSpec {
@@ -170,37 +153,6 @@ pub fn head_on<S: Scheduler>(options: &S::Options) -> Simulation<Exact, Impact, 
 /// A rule of elasticity.
 pub fn rule(between: &[&str], coefficient: f64) -> ElasticityRule {
     ElasticityRule { between: between.iter().map(|&tag| tag.to_owned()).collect(), coefficient }
-}
-
-/// The bodies of a view as a scene of single molecules that begins where the view stands; its walls are to be added.
-pub fn frozen(view: &View<'_>) -> Scene {
-    let molecule = view
-        .bodies()
-        .filter(|view| view.body.molecule().face().is_none())
-        .map(|view| MoleculeSpec {
-            atoms: view
-                .body
-                .molecule()
-                .atoms()
-                .iter()
-                .map(|atom| AtomSpec {
-                    at: atom.offset().to_array(),
-                    radius: atom.radius(),
-                    mass: atom.mass(),
-                })
-                .collect(),
-            at: view.motion.position.to_array(),
-            orientation_turns: Some(view.motion.orientation.turns()),
-            velocity: view.motion.velocity.to_array(),
-            angular_velocity: view.motion.angular_velocity,
-            rotation: if view.body.is_locked() { Rotation::Locked } else { Rotation::Free },
-            fixed: view.body.is_fixed(),
-            ..MoleculeSpec::default()
-        })
-        .collect();
-    let mut scene = scene(molecule);
-    scene.bounds.sides = view.bounds().sides().to_array();
-    scene
 }
 
 /// Every number of every body's motion, as bits.

@@ -67,7 +67,15 @@ impl Limits {
         if now > STALE_STRETCHES * stretch {
             self.contacts_left = 1;
         }
-        refuse_blow_up(world, names, bodies, now, velocities, spin)
+        for (body, velocity) in bodies.into_iter().zip(velocities) {
+            let body = &world.bodies[body as usize];
+            let speed = velocity.length() + spin * body.kind.molecule.bounding_radius();
+            if !(speed <= carom_geometry::LARGEST && spin.is_finite()) {
+                let (time, body) = (world.epoch.after(now), BodyName::new(body, names));
+                return Err(RunError::BlowUp { time, body, speed });
+            }
+        }
+        Ok(())
     }
 
     /// Counts a contact; tells whether the epoch ends with it.
@@ -83,25 +91,4 @@ impl Limits {
 fn stretch(world: &World, speed_squared: f64, spin: f64) -> f64 {
     let side = world.bounds.sides().min_element();
     (side / speed_squared.sqrt()).min(TURNS_PER_EPOCH * std::f64::consts::TAU / spin)
-}
-
-#[cold]
-#[inline(never)]
-fn refuse_blow_up(
-    world: &World,
-    names: &TagNames,
-    bodies: [u32; 2],
-    now: f64,
-    velocities: [DVec2; 2],
-    spin: f64,
-) -> Result<(), RunError> {
-    for (body, velocity) in bodies.into_iter().zip(velocities) {
-        let body = &world.bodies[body as usize];
-        let speed = velocity.length() + spin * body.kind.molecule.bounding_radius();
-        if !(speed <= carom_geometry::LARGEST && spin.is_finite()) {
-            let (time, body) = (world.epoch.after(now), BodyName::new(body, names));
-            return Err(RunError::BlowUp { time, body, speed });
-        }
-    }
-    Ok(())
 }

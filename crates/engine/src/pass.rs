@@ -43,11 +43,11 @@ pub(crate) struct Pass<'a, D, R, O> {
     /// How far the epoch has been run (time).
     pub now: &'a mut f64,
     pub observer: &'a mut O,
-    /// How far it is to be run (offset in the epoch, time), and through how many contacts.
+    /// How far it is to be run (offset in the epoch, time).
     pub target: f64,
-    pub most: u64,
-    /// Counts them.
+    /// Contacts so far, and how many there may be.
     pub contacts: &'a mut u64,
+    pub most: u64,
 }
 
 /// How a pass ended.
@@ -67,7 +67,6 @@ impl<D: Detection, R: Response, O: Observer> EventLoop for Pass<'_, D, R, O> {
     #[expect(clippy::inline_always, reason = "compiled in one piece with the queue, with its instructions")]
     fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
         let all_elastic = self.elasticity.is_elastic();
-        let last = self.contacts.saturating_add(self.most);
         loop {
             let limit = self.limits.time();
             let stop = if limit < self.target { limit } else { self.target };
@@ -95,7 +94,7 @@ impl<D: Detection, R: Response, O: Observer> EventLoop for Pass<'_, D, R, O> {
             if self.limits.count_contact() {
                 return Ok(Ended::WithContact(time));
             }
-            if *self.contacts == last {
+            if *self.contacts == self.most {
                 return Ok(Ended::AsAsked);
             }
         }
@@ -123,17 +122,18 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
         let elasticity = Elasticity::ELASTIC;
         let impulse = self.response.impulse_of_discs(d, [velocity_a, velocity_b], inverse_masses, elasticity);
         let mut after = [velocity_a - impulse * inverse_masses[0], velocity_b + impulse * inverse_masses[1]];
-        if (inverse_masses[0] == 0.0) | (inverse_masses[1] == 0.0) {
+        let met_fixed = (inverse_masses[0] == 0.0) | (inverse_masses[1] == 0.0);
+        if met_fixed {
             after = [
                 reflected(self.response, d, velocity_a, inverse_masses[0]),
                 reflected(self.response, -d, velocity_b, inverse_masses[1]),
             ];
-            self.counters.fixed_collisions += 1;
         }
         if !self.limits.hold(after) {
             self.limits.accept(self.world, self.names, bodies, time, after, 0.0)?;
         }
         self.counters.collisions += 1;
+        self.counters.fixed_collisions += u64::from(met_fixed);
         if self.observer.is_watching() {
             let side = |body, position, before: DVec2, after| {
                 let before = Motion { velocity: before, time, ..Motion::at_rest(position) };

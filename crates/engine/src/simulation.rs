@@ -173,8 +173,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             now: &mut self.offset,
             observer,
             target,
-            most: most - *contacts,
             contacts,
+            most,
         };
         match self.scheduler.run(pass)? {
             Ended::AsAsked => return Ok(true),

@@ -5,7 +5,8 @@ use carom::Scene;
 
 use super::cases::{
     Engine,
-    engine::{bumper, disc, gas, in_box},
+    bodies::{bumper, disc},
+    engine::{gas, in_box},
     watch::run_collisions,
 };
 use crate::{progress::Progress, summary::Totals, there_and_back::line};

@@ -12,7 +12,8 @@ use glam::DVec2;
 use super::{
     cases::{
         Engine, Finding,
-        engine::{disc, gas, in_box, named},
+        bodies::{disc, named},
+        engine::{gas, in_box},
         gases::{aged, later, mixture},
         lattice::packed,
         watch::{survey, velocity},

@@ -85,10 +85,6 @@ impl Coverings {
         self.pending.clear();
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.list.is_empty()
-    }
-
     /// Makes room for what the contacts of so many bodies are.
     pub fn expect_contacts(&mut self, bodies: usize) {
         self.pending.resize(bodies, Pending::NOTHING);

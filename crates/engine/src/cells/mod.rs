@@ -52,7 +52,7 @@ use self::{
     calendar::Calendar,
     covering::Coverings,
     grid::CellGrid,
-    line::{Kind, Line, flight_of},
+    line::{Kind, Line},
     molecules::Molecules,
     neighbourhood::Neighbourhoods,
     roster::Rosters,
@@ -226,7 +226,6 @@ impl State {
             }
         }
         self.like = self.grid.like(world).map(|radius| Like::new(radius, self.separation_error));
-        self.calendar.lay_out(0, 0.0);
         self.list_all(world);
         // Predict everybody first: their times tell how far apart events are.
         vector::foresee_all(self, world, detection);
@@ -310,9 +309,7 @@ impl State {
         let now = motions[0].time;
         for (body, motion) in bodies.into_iter().zip(&motions) {
             if !self.coverings.is_fixed(body) {
-                let line = &mut self.lines[body as usize];
-                K::write(&mut line.flight, flight_of(motion));
-                line.version = line.version.wrapping_add(1);
+                self.launch::<K>(body, motion.position, motion.velocity, now);
                 self.coverings.set_motion(body, motion);
                 self.molecules.set_motion(body, motion);
             }
@@ -339,18 +336,18 @@ impl State {
         time: f64,
         [places, velocities]: [[DVec2; 2]; 2],
     ) {
-        if !(self.coverings.is_covering(bodies[0]) | self.coverings.is_covering(bodies[1])) {
-            self.launch::<K>(bodies[0], places[0], velocities[0], time);
-            self.launch::<K>(bodies[1], places[1], velocities[1], time);
-            if !self.grid.is_dilute() & !self.grid.holds_molecules() {
-                return self.predict_two_discs::<D, K>(world, detection, bodies, time);
-            }
-        } else {
+        if self.coverings.is_covering(bodies[0]) | self.coverings.is_covering(bodies[1]) {
             for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
                 if !self.coverings.is_fixed(body) {
                     self.launch::<K>(body, place, velocity, time);
                     self.coverings.set_flight(body, time, place, velocity);
                 }
+            }
+        } else {
+            self.launch::<K>(bodies[0], places[0], velocities[0], time);
+            self.launch::<K>(bodies[1], places[1], velocities[1], time);
+            if !self.grid.is_dilute() & !self.grid.holds_molecules() {
+                return self.predict_two_discs::<D, K>(world, detection, bodies, time);
             }
         }
         for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {

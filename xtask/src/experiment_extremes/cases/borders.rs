@@ -9,7 +9,8 @@ use glam::DVec2;
 
 use super::{
     Case, Effort, Engine, Finding,
-    engine::{bumper, disc, gas, in_box},
+    bodies::{bumper, disc},
+    engine::{gas, in_box},
     watch::{Watch, run_collisions, velocity},
 };
 

@@ -8,7 +8,8 @@ use carom::{
 
 use super::{
     Case, Effort, Engine, Finding,
-    engine::{bumper, disc, in_box, named},
+    bodies::{bumper, disc, named},
+    engine::in_box,
 };
 
 pub fn cases<E: Engine>() -> Vec<Case> {

@@ -9,7 +9,8 @@ use glam::DVec2;
 
 use super::{
     Case, Effort, Engine, Finding,
-    engine::{Run, bumper, directions, disc, in_box, named},
+    bodies::{bumper, disc, named},
+    engine::{Run, directions, in_box},
     watch::{Watch, velocity},
 };
 

@@ -3,7 +3,7 @@
 use carom::{
     Cells, Detection, Exact, GoldenSecant, Impact, Orientation, Scene, SceneError, Scheduler, Simulation,
     Thesis,
-    engine::{AtomSpec, BodyView, BumperSpec, GasSpec, MoleculeSpec, Rotation, View},
+    engine::{GasSpec, MoleculeSpec},
 };
 use glam::DVec2;
 
@@ -51,27 +51,6 @@ impl Engine for Theses {
     const NAME: &'static str = "GoldenSecant, Thesis";
 }
 
-/// One disc.
-pub fn disc(radius: f64, mass: f64, at: [f64; 2], velocity: [f64; 2]) -> MoleculeSpec {
-    MoleculeSpec { velocity, ..named("disc", radius, mass, at) }
-}
-
-/// A molecule at rest, by the name of its shape.
-pub fn named(shape: &str, atom_radius: f64, atom_mass: f64, at: [f64; 2]) -> MoleculeSpec {
-    MoleculeSpec {
-        shape: Some(shape.to_owned()),
-        atom_radius: Some(atom_radius),
-        atom_mass: Some(atom_mass),
-        at,
-        ..MoleculeSpec::default()
-    }
-}
-
-/// A fixed disc.
-pub fn bumper(radius: f64, at: [f64; 2]) -> BumperSpec {
-    BumperSpec { tags: Vec::new(), radius, at }
-}
-
 /// A gas of energy 1 each.
 pub fn gas(shape: &str, radius: f64, atom_mass: f64, count: usize) -> GasSpec {
     GasSpec {
@@ -95,26 +74,4 @@ pub fn in_box(sides: [f64; 2], molecule: Vec<MoleculeSpec>) -> Scene {
 /// Unit vectors in directions that are spread evenly and never repeat: multiples of the golden ratio of a turn.
 pub fn directions() -> impl Iterator<Item = DVec2> {
     (1..).map(|k: u32| Orientation::from_turns(f64::from(k) * 0.618_033_988_749_894_9).cos_sin())
-}
-
-/// The bodies of a view as single molecules that begin where the view stands; walls are left out.
-pub fn frozen(view: &View<'_>) -> Scene {
-    let spec = |body: &BodyView<'_>| MoleculeSpec {
-        atoms: body
-            .body
-            .molecule()
-            .atoms()
-            .iter()
-            .map(|atom| AtomSpec { at: atom.offset().to_array(), radius: atom.radius(), mass: atom.mass() })
-            .collect(),
-        at: body.motion.position.to_array(),
-        orientation_turns: Some(body.motion.orientation.turns()),
-        velocity: body.motion.velocity.to_array(),
-        angular_velocity: body.motion.angular_velocity,
-        rotation: if body.body.is_locked() { Rotation::Locked } else { Rotation::Free },
-        fixed: body.body.is_fixed(),
-        ..MoleculeSpec::default()
-    };
-    let molecules = view.bodies().filter(|body| !body.body.is_wall()).map(|body| spec(&body)).collect();
-    in_box(view.bounds().sides().to_array(), molecules)
 }

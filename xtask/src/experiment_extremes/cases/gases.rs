@@ -8,7 +8,8 @@ use carom::{
 
 use super::{
     Case, Effort, Engine, Finding,
-    engine::{Run, directions, disc, gas, in_box},
+    bodies::disc,
+    engine::{Run, directions, gas, in_box},
     watch::{survey, survey_of},
 };
 

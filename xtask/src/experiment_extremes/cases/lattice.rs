@@ -7,7 +7,8 @@ use carom::{Observer, Pressure, Scene};
 
 use super::{
     Case, Effort, Engine, Finding,
-    engine::{directions, disc, in_box},
+    bodies::disc,
+    engine::{directions, in_box},
     watch::{Watch, run_collisions},
 };
 

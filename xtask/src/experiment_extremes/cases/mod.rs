@@ -2,6 +2,7 @@
 //!
 //! Generic over the [`Engine`], so that the thesis's is asked the same; on the facade alone, so that the tests run them too.
 
+pub mod bodies;
 mod borders;
 mod construction;
 mod crowds;

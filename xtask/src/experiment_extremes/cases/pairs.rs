@@ -11,7 +11,8 @@ use glam::DVec2;
 
 use super::{
     Case, Effort, Engine, Finding,
-    engine::{bumper, disc, in_box},
+    bodies::{bumper, disc},
+    engine::in_box,
     watch::{Watch, place, velocity},
 };
 

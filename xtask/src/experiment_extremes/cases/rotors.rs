@@ -11,7 +11,8 @@ use glam::DVec2;
 
 use super::{
     Case, Effort, Engine, Finding,
-    engine::{gas, in_box, named},
+    bodies::named,
+    engine::{gas, in_box},
     watch::{Watch, survey},
 };
 

@@ -13,7 +13,8 @@ use glam::DVec2;
 
 use super::{
     Case, Effort, Engine, Finding,
-    engine::{bumper, disc, gas, in_box, named},
+    bodies::{bumper, disc, named},
+    engine::{gas, in_box},
     watch::{Watch, run_collisions, survey, velocity},
 };
 

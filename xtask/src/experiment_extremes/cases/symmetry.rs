@@ -9,7 +9,8 @@ use glam::DVec2;
 
 use super::{
     Case, Effort, Engine, Finding,
-    engine::{Run, bumper, frozen, gas, in_box, named},
+    bodies::{bumper, frozen, named},
+    engine::{Run, gas, in_box},
     watch::Watch,
 };
 
