@@ -5,7 +5,10 @@
 //! taking a body out and putting it in have no branches. What lies beyond the ring waits in one more such list, which is gone
 //! through once in each turn of the ring.
 
-use super::line::{Kind, Line};
+use super::{
+    line::{Kind, Line},
+    vector,
+};
 
 /// Previous and next in a circular list.
 type Link = [u32; 2];
@@ -93,10 +96,11 @@ impl Calendar {
         (place + SHIFT).to_bits() - SHIFT.to_bits()
     }
 
-    /// The soonest event, if there is one at `stop` or before; it is taken off the calendar.
+    /// The soonest event, if there is one at `stop` or before; it is taken off the calendar. Calls `opening` before each bin that
+    /// is opened.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn take_soonest(&mut self, lines: &[Line], stop: f64) -> Option<(f64, u32)> {
+    pub fn take_soonest(&mut self, lines: &[Line], stop: f64, opening: impl Fn(&Self)) -> Option<(f64, u32)> {
         loop {
             while let Some(&(time, body)) = self.open.last() {
                 if lines[body as usize].time == time {
@@ -108,12 +112,26 @@ impl Calendar {
                 }
                 self.open.pop();
             }
+            opening(self);
             if self.next_bin < self.turn {
                 self.open_bin(lines);
             } else if !self.go_round(lines, stop) {
                 return None;
             }
         }
+    }
+
+    /// The bodies in the bin that many after the next.
+    pub fn coming(&self, bins: u32) -> impl Iterator<Item = u32> {
+        let place = self.next_place + bins % self.ring;
+        let head = self.bodies + if place < self.ring { place } else { place - self.ring };
+        let after = move |body: u32| Some(self.links[body as usize][NEXT]).filter(|&next| next != head);
+        std::iter::successors(after(head), move |&body| after(body))
+    }
+
+    /// Asks for what is read and written when a body is taken out.
+    pub fn expect(&self, body: u32) {
+        vector::expect(&self.links, body as usize);
     }
 
     #[inline(always)]
@@ -238,7 +256,7 @@ mod tests {
             let mut now = 0.0;
             for _ in 0..5000 {
                 let earliest = lines.iter().map(|line| line.time).fold(f64::INFINITY, f64::min);
-                let (time, body) = calendar.take_soonest(&lines, f64::MAX).unwrap();
+                let (time, body) = calendar.take_soonest(&lines, f64::MAX, |_| ()).unwrap();
                 assert_eq!(time, earliest, "width {width}");
                 assert!(time >= now);
                 now = time;
@@ -249,7 +267,7 @@ mod tests {
                     calendar.schedule(&lines, body, lines[body as usize].time);
                 }
             }
-            assert!(calendar.take_soonest(&lines, now - 1.0).is_none());
+            assert!(calendar.take_soonest(&lines, now - 1.0, |_| ()).is_none());
         }
     }
 
@@ -259,6 +277,6 @@ mod tests {
         calendar.lay_out(3, 1.0);
         let lines = vec![Line::dummy(); 3];
         (0..3).for_each(|body| calendar.schedule(&lines, body, f64::INFINITY));
-        assert_eq!(calendar.take_soonest(&lines, f64::MAX), None);
+        assert_eq!(calendar.take_soonest(&lines, f64::MAX, |_| ()), None);
     }
 }

@@ -38,6 +38,7 @@ mod dilute;
 mod discs;
 mod grid;
 mod line;
+mod look_ahead;
 mod molecules;
 mod neighbourhood;
 mod roster;
@@ -53,6 +54,7 @@ use self::{
     covering::Coverings,
     grid::CellGrid,
     line::{Kind, Line},
+    look_ahead::look_ahead,
     molecules::Molecules,
     neighbourhood::Neighbourhoods,
     roster::Rosters,
@@ -266,8 +268,14 @@ impl State {
         detection: &D,
         stop: f64,
     ) -> Option<ContactEvent> {
+        let is_large = self.is_large();
         loop {
-            let (now, body) = self.calendar.take_soonest(&self.lines, stop)?;
+            let (lines, neighbourhoods) = (&self.lines, &self.neighbourhoods);
+            let (now, body) = self.calendar.take_soonest(lines, stop, |calendar| {
+                if is_large {
+                    look_ahead(calendar, lines, neighbourhoods);
+                }
+            })?;
             let line = &self.lines[body as usize];
             let kind = line.kind();
             match kind {

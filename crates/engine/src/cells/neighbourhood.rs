@@ -6,7 +6,7 @@ use carom_detection::DISC_LANES;
 
 use super::{
     line::{INDEX_BITS, INDEX_MASK},
-    vector::Kernel,
+    vector::{self, Kernel},
 };
 
 /// Slots of a list before it overflows: one cache line.
@@ -111,6 +111,13 @@ impl Neighbourhoods {
         let cell = self.index(cell);
         let mark = self.marks[cell as usize];
         Around { cell, slots: &self.lists[cell as usize].0, at_border: mark & AT_BORDER != 0, mark }
+    }
+
+    /// Asks for what stands around a cell.
+    pub fn expect(&self, cell: [u16; 2]) {
+        let cell = self.index(cell) as usize;
+        vector::expect(&self.lists, cell);
+        vector::expect(&self.marks, cell);
     }
 
     /// What found no slot in the list of this cell.

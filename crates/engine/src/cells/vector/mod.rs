@@ -2,7 +2,7 @@
 //!
 //! The one place of the project with unsafe code: calling functions that were compiled with instructions which the
 //! compiler does not take for granted, after having asked the processor for them; loads of eight lines whose indices
-//! were compared with the number of lines at once; stores of a register. Neither version fuses a multiplication and
+//! were compared with the number of lines at once; stores of a register; hints to memory. Neither version fuses a multiplication and
 //! an addition, and both do the same operations in the same order, so both compute the same bits.
 //!
 //! Tests are built with debug assertions, in which the standard library checks each unchecked access; those of the
@@ -226,6 +226,19 @@ impl Kernel for Portable {
         }
         found
     }
+}
+
+/// Asks memory for an element that will be needed soon. A hint: it changes nothing, wherever the element is.
+#[inline]
+pub(super) fn expect<T>(slice: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: every processor of this kind has the instruction, and it reads nothing.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(slice.as_ptr().wrapping_add(index).cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (slice, index);
 }
 
 /// What of the wish this processor can fulfil.

@@ -1,0 +1,60 @@
+//! Asking memory for what the next events will need, where a system does not fit into the caches.
+//!
+//! Events follow each other in time, not in space, so in a large system nearly everything that one touches has to come from
+//! far away. But the calendar knows what comes: with each bin that is opened, what those some bins later need is asked
+//! for, one step of each chain (bin, body, cell, neighbours) at a time, since an address must be there before it can be
+//! followed. These are hints only: they change no number.
+
+use super::{
+    State,
+    calendar::Calendar,
+    line::{INDEX_MASK, Line},
+    neighbourhood::Neighbourhoods,
+    vector,
+};
+
+/// Bodies from which on it pays. Below, all is in the caches, and asking costs 5%.
+const LEAST_BODIES: usize = 1 << 15;
+
+/// How many bins ahead each step is done. Nearer: memory answers too late. Farther: more is replaced before it is used, and
+/// more that comes into these bins later has not been asked for.
+const FIRST_OF_BIN: u32 = 36;
+const SECOND_OF_BIN: u32 = 30;
+const THIRD_OF_BIN: u32 = 24;
+const AROUND: u32 = 18;
+const NEIGHBOURS: u32 = 9;
+
+/// Bodies of a bin for which this is done.
+const MOST_OF_BIN: usize = 3;
+
+/// To be called before a bin is opened.
+#[cold]
+#[inline(never)]
+pub(super) fn look_ahead(calendar: &Calendar, lines: &[Line], neighbourhoods: &Neighbourhoods) {
+    for (bins, nth) in [(FIRST_OF_BIN, 0), (SECOND_OF_BIN, 1), (THIRD_OF_BIN, 2)] {
+        if let Some(body) = calendar.coming(bins).nth(nth) {
+            vector::expect(lines, body as usize);
+            calendar.expect(body);
+        }
+    }
+    for body in calendar.coming(AROUND).take(MOST_OF_BIN) {
+        let line = &lines[body as usize];
+        neighbourhoods.expect(line.cell());
+        vector::expect(lines, line.partner() as usize);
+        calendar.expect(line.partner());
+    }
+    for body in calendar.coming(NEIGHBOURS).take(MOST_OF_BIN) {
+        let line = &lines[body as usize];
+        for slot in neighbourhoods.list(line.cell()).halves()[0] {
+            vector::expect(lines, (slot & INDEX_MASK) as usize);
+        }
+        neighbourhoods.expect(lines[line.partner() as usize].cell());
+    }
+}
+
+impl State {
+    /// Whether the system is so large that looking ahead pays.
+    pub(super) fn is_large(&self) -> bool {
+        self.lines.len() >= LEAST_BODIES && !self.grid.is_dilute()
+    }
+}
