@@ -59,7 +59,7 @@ pub(crate) struct BodyKind {
 impl BodyKind {
     /// Whether nothing tells the two apart.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.molecule, &other.molecule)
+        (Arc::ptr_eq(&self.molecule, &other.molecule) || self.molecule == other.molecule)
             && self.inertia == other.inertia
             && self.tags == other.tags
             && self.elasticity_class == other.elasticity_class

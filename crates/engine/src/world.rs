@@ -7,6 +7,9 @@ use carom_kinematics::{Instant, Motion, kinetic_energy};
 
 use crate::{Body, BodyKey, body::BodyKind};
 
+/// Bodies that a new one is compared with. Fewer: the bodies of a mixture share less.
+const LAST_FEW: usize = 16;
+
 /// All bodies and their motions. Bodies stand in order of insertion; their times are offsets from the
 /// start of the epoch.
 #[derive(Debug, Clone)]
@@ -155,9 +158,9 @@ impl World {
         key
     }
 
-    /// Adds a body, which shares its kind with the one before if they are alike.
+    /// Adds a body, which shares its kind with one of the last few if they are alike: what is shared stays in the caches.
     pub(crate) fn push_body(&mut self, key: BodyKey, kind: BodyKind) {
-        let shared = self.bodies.last().filter(|before| before.kind.is_like(&kind));
+        let shared = self.bodies.iter().rev().take(LAST_FEW).find(|before| before.kind.is_like(&kind));
         let kind = shared.map_or_else(|| Arc::new(kind), |before| Arc::clone(&before.kind));
         self.bodies.push(Body { key, kind });
     }
@@ -202,5 +205,44 @@ impl World {
             *time -= offset;
         }
         self.epoch = self.epoch.new_epoch(offset);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Cells, GasSpec, MoleculeSpec, Scene, Simulation};
+    use carom_detection::Exact;
+    use carom_response::Impact;
+
+    /// How many descriptions the bodies of a scene have among them.
+    fn kinds(scene: &Scene) -> usize {
+        let simulation = Simulation::<Exact, Impact, Cells>::new(scene).unwrap();
+        let mut kinds: Vec<_> = simulation.world.bodies.iter().map(|body| Arc::as_ptr(&body.kind)).collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        kinds.len()
+    }
+
+    #[test]
+    fn like_bodies_share_their_description_however_they_are_listed() {
+        let disc = |number: u32, radius: f64| MoleculeSpec {
+            shape: Some("disc".to_owned()),
+            atom_radius: Some(radius),
+            atom_mass: Some(1.0),
+            at: [f64::from(number % 10) * 0.1, f64::from(number / 10) * 0.1],
+            ..MoleculeSpec::default()
+        };
+        let molecule =
+            (0..100).map(|number| disc(number, if number % 3 == 0 { 0.03 } else { 0.02 })).collect();
+        assert_eq!(kinds(&Scene { molecule, ..Scene::default() }), 2);
+        let gas = |radius| GasSpec {
+            radius: Some(radius),
+            mass: Some(1.0),
+            count: Some(200),
+            energy: 1.0,
+            ..GasSpec::default()
+        };
+        assert!(kinds(&Scene { gas: vec![gas(0.01), gas(0.02)], ..Scene::default() }) <= 4);
     }
 }

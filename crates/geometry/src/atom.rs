@@ -16,7 +16,7 @@ use crate::{GeometryError, Outline, check_length, check_positive};
 /// assert_eq!(atom.arm(), 0.5);
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(into = "PlainAtom", try_from = "PlainAtom")]
 #[doc(alias = "disc")]
 pub struct Atom {

@@ -40,6 +40,13 @@ pub struct Molecule {
     face: Option<Face>,
 }
 
+/// Equal if the atoms and the face are, from which all else follows.
+impl PartialEq for Molecule {
+    fn eq(&self, other: &Self) -> bool {
+        self.atoms == other.atoms && self.face == other.face
+    }
+}
+
 /// What detection needs to know of a shape: its atoms and the circles that hold them.
 #[derive(Debug, Clone, Copy)]
 pub struct Outline<'a> {
