@@ -21,6 +21,7 @@ pub mod oracle;
 pub mod output;
 pub mod overrides;
 pub mod page;
+pub mod pieces;
 pub mod plot;
 pub mod polar;
 pub mod power_law;

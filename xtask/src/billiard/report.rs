@@ -48,9 +48,11 @@ pub fn write(
     folder.write_table("blocks.csv", &["flight", "block", "path", "hits"], rows)?;
     let chart = chart(setup, hits, comparison)?;
     folder.write("directions.svg", &chart)?;
+    let deviations = deviations(hits, comparison)?;
+    folder.write("deviations.svg", &deviations)?;
     let molecule = molecule_picture::svg(&setup.molecule, &setup.region, setup.gas_radius);
     folder.write("molecule.svg", &molecule)?;
-    folder.write("report.html", page(setup, hits, summary, command, [&chart, &molecule]).html())
+    folder.write("report.html", page(setup, hits, summary, command, [&chart, &deviations, &molecule]).html())
 }
 
 /// The histogram in units of one atom's share: its levels are whole numbers.
@@ -82,7 +84,45 @@ fn chart(setup: &Setup, hits: &Hits, comparison: &Comparison) -> Result<String> 
     .svg()
 }
 
-fn page(setup: &Setup, hits: &Hits, summary: &Summary, command: &str, [chart, molecule]: [&str; 2]) -> Page {
+/// How far each sector is from its prediction, in standard errors.
+fn deviations(hits: &Hits, comparison: &Comparison) -> Result<String> {
+    let total = hits.total() as f64;
+    let sectors = hits.directions.iter().zip(&comparison.directions);
+    let values: Vec<f64> = sectors
+        .filter(|(_, share)| **share > 0.0)
+        .map(|(&count, share)| (count as f64 - total * share) / (total * share).sqrt())
+        .collect();
+    // The density of the deviations against that of Gauss, in quarters of a standard error.
+    let (most, bins) = (5.0, 40);
+    let width = 2.0 * most / f64::from(bins);
+    let mut found = vec![0.0; bins as usize];
+    for value in &values {
+        let bin = ((value + most) / width).clamp(0.0, f64::from(bins) - 1.0) as usize;
+        found[bin] += 1.0 / (values.len() as f64 * width);
+    }
+    let gauss = |x: f64| (-0.5 * x * x).exp() / std::f64::consts::TAU.sqrt();
+    let curve = (0..=200).map(|step| most * (0.01 * f64::from(step) - 1.0)).map(|x| (x, gauss(x))).collect();
+    let top = found.iter().copied().fold(gauss(0.0), f64::max);
+    let layer = |name: &str, colour, shape| Layer { name: name.to_owned(), colour, shape };
+    Chart {
+        title: "Deviations from the prediction".to_owned(),
+        x: Axis { label: "measured less predicted [standard errors]".to_owned(), range: (-most, most) },
+        y: Axis { label: "share of sectors per standard error".to_owned(), range: (0.0, 1.4 * top) },
+        layers: vec![
+            layer("sectors", colour::BLUE, Shape::Line(staircase(-most, most, &found))),
+            layer("chance alone (Gauss)", colour::VERMILLION, Shape::Line(curve)),
+        ],
+    }
+    .svg()
+}
+
+fn page(
+    setup: &Setup,
+    hits: &Hits,
+    summary: &Summary,
+    command: &str,
+    [chart, deviations, molecule]: [&str; 3],
+) -> Page {
     let mut page = Page::new(
         &summary.title,
         "One disc flies around one fixed molecule in a periodic box. How far it flies from hit to hit on average, from \
@@ -103,7 +143,7 @@ fn page(setup: &Setup, hits: &Hits, summary: &Summary, command: &str, [chart, mo
             ),
         ),
         ("radius of the disc", setup.gas_radius.to_string()),
-        ("side of the box", setup.side.to_string()),
+        ("side of the box", format!("{:.6}", setup.side)),
         ("flights", (hits.blocks.len() / BLOCKS).to_string()),
         ("hits", hits.total().to_string()),
     ]);
@@ -122,10 +162,18 @@ fn page(setup: &Setup, hits: &Hits, summary: &Summary, command: &str, [chart, mo
     );
     page.pictures(
         Layout::Beside,
-        &[(
-            molecule,
-            "The molecule, and the boundary of the region that the disc's centre cannot enter, arc by arc.",
-        )],
+        &[
+            (
+                molecule,
+                "The molecule, and the boundary of the region that the disc's centre cannot enter, arc by arc. An atom with a \
+                 broken line is never touched.",
+            ),
+            (
+                deviations,
+                "How far the sectors are from their predictions. If only chance is left, they follow the curve; what lies \
+                 beyond the axis is counted in the last bars.",
+            ),
+        ],
     );
     page.paragraph(
         "The error of the mean free path comes from the scatter of blocks: the box has straight corridors without end, along \
