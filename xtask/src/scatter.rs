@@ -136,7 +136,16 @@ impl Scatter {
                 root.draw(&PathElement::new(vec![(x, y), (left - 2, top + HEIGHT / 2)], colour.mix(0.5)))?;
             }
         }
-        canvas::legend(&mut chart, SeriesLabelPosition::UpperRight)
+        // In the upper corner in which less stands.
+        let (middle, high) = ((left * right).sqrt(), (bottom * top).sqrt());
+        let upper = || self.points.iter().filter(|point| point.y > high);
+        let on_the_right = upper().filter(|point| point.x > middle).count();
+        let corner = if 2 * on_the_right > upper().count() {
+            SeriesLabelPosition::UpperLeft
+        } else {
+            SeriesLabelPosition::UpperRight
+        };
+        canvas::legend(&mut chart, corner)
     }
 }
 

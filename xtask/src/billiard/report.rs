@@ -12,6 +12,7 @@ use crate::{
     output::Folder,
     page::{Layout, Page},
     plot::{Axis, Chart, Layer, Shape, colour, staircase},
+    polar::Polar,
     summary::Summary,
 };
 
@@ -48,18 +49,26 @@ pub fn write(
     folder.write_table("blocks.csv", &["flight", "block", "path", "hits"], rows)?;
     let chart = chart(setup, hits, comparison)?;
     folder.write("directions.svg", &chart)?;
-    let deviations = deviations(hits, comparison)?;
+    let [polar, deviations] = [polar(setup, hits, comparison)?, deviations(hits, comparison)?];
+    folder.write("polar.svg", &polar)?;
     folder.write("deviations.svg", &deviations)?;
     let molecule = molecule_picture::svg(&setup.molecule, &setup.region, setup.gas_radius);
     folder.write("molecule.svg", &molecule)?;
-    folder.write("report.html", page(setup, hits, summary, command, [&chart, &deviations, &molecule]).html())
+    folder.write(
+        "report.html",
+        page(setup, hits, summary, command, [&chart, &molecule, &polar, &deviations]).html(),
+    )
+}
+
+/// The share of a sector in which one atom is exposed, upside down.
+fn unit(setup: &Setup) -> f64 {
+    let level = (setup.atom_radius + setup.gas_radius) * (360.0 / SECTORS as f64).to_radians();
+    setup.region.perimeter() / level
 }
 
 /// The histogram in units of one atom's share: its levels are whole numbers.
 fn chart(setup: &Setup, hits: &Hits, comparison: &Comparison) -> Result<String> {
-    let level = (setup.atom_radius + setup.gas_radius) * (360.0 / SECTORS as f64).to_radians();
-    let unit = setup.region.perimeter() / level;
-    let total = hits.total() as f64;
+    let (unit, total) = (unit(setup), hits.total() as f64);
     let measured: Vec<f64> = hits.directions.iter().map(|&count| unit * count as f64 / total).collect();
     let errors: Vec<f64> =
         hits.directions.iter().map(|&count| unit * (count as f64).sqrt() / total).collect();
@@ -80,6 +89,23 @@ fn chart(setup: &Setup, hits: &Hits, comparison: &Comparison) -> Result<String> 
             layer("measured", colour::BLUE, Shape::Thin(staircase(0.0, 360.0, &measured))),
             layer("exposed atoms N(φ)", colour::VERMILLION, Shape::Line(staircase(0.0, 360.0, &predicted))),
         ],
+    }
+    .svg()
+}
+
+/// The same, round the clock.
+fn polar(setup: &Setup, hits: &Hits, comparison: &Comparison) -> Result<String> {
+    let (unit, total) = (unit(setup), hits.total() as f64);
+    let measured = hits.directions.iter().map(|&count| unit * count as f64 / total).collect();
+    let predicted = comparison.directions.iter().map(|share| unit * share).collect();
+    Polar {
+        title: "Hits by direction, round the clock".to_owned(),
+        label: "distance: hits, in units of one exposed atom".to_owned(),
+        curves: vec![
+            ("measured".to_owned(), colour::BLUE, measured),
+            ("exposed atoms N(φ)".to_owned(), colour::VERMILLION, predicted),
+        ],
+        errors: hits.directions.iter().map(|&count| unit * (count as f64).sqrt() / total).collect(),
     }
     .svg()
 }
@@ -121,7 +147,7 @@ fn page(
     hits: &Hits,
     summary: &Summary,
     command: &str,
-    [chart, deviations, molecule]: [&str; 3],
+    [chart, molecule, polar, deviations]: [&str; 4],
 ) -> Page {
     let mut page = Page::new(
         &summary.title,
@@ -168,12 +194,16 @@ fn page(
                 "The molecule, and the boundary of the region that the disc's centre cannot enter, arc by arc. An atom with a \
                  broken line is never touched.",
             ),
-            (
-                deviations,
-                "How far the sectors are from their predictions. If only chance is left, they follow the curve; what lies \
-                 beyond the axis is counted in the last bars.",
-            ),
+            (polar, "0° is x′, 90° is y′. A hit points to where the molecule is pushed."),
         ],
+    );
+    page.pictures(
+        Layout::Full,
+        &[(
+            deviations,
+            "How far the sectors are from their predictions. If only chance is left, they follow the curve; what lies beyond \
+             the axis is counted in the last bars.",
+        )],
     );
     page.paragraph(
         "The error of the mean free path comes from the scatter of blocks: the box has straight corridors without end, along \

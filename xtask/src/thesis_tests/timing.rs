@@ -10,13 +10,11 @@ use crate::{interruption::Signals, say, summary::Totals};
 /// How long the thesis lets its scenes run (time).
 pub const THESIS_TIME: f64 = 100.0;
 
-/// A stretch takes at least this share of the budget, between so many seconds of processor time. Shorter: the clock's own
-/// ticks, and bringing all bodies to one time at its end, count. Longer: fewer of them, and a coarser error.
-const SHARE_OF_STRETCH: f64 = 1.0 / 64.0;
-const SHORTEST_STRETCH: f64 = 2e-3;
-const LONGEST_STRETCH: f64 = 0.1;
+/// So many stretches are joined two by two, and those that follow are twice as long. Fewer: a coarser error. More: bringing
+/// all bodies to one time at the end of each counts.
+const MOST_STRETCHES: usize = 64;
 
-/// The first stretch, as a share of the thesis's time: no detector is so slow that this is too much. Those after it double.
+/// The first stretch, as a share of the thesis's time: no detector is so slow that this is too much.
 const FIRST_STRETCH: f64 = 1e-6;
 
 /// A case of which the thesis's time is over goes on until its times are known to this share, if its budget allows.
@@ -57,6 +55,17 @@ pub struct Stretch {
     pub queries: u64,
     /// Contacts.
     pub collisions: u64,
+}
+
+impl Stretch {
+    fn sum(stretches: &[Self]) -> Self {
+        stretches.iter().fold(Self::default(), |sum, next| Self {
+            time: sum.time + next.time,
+            seconds: sum.seconds + next.seconds,
+            queries: sum.queries + next.queries,
+            collisions: sum.collisions + next.collisions,
+        })
+    }
 }
 
 impl Timing {
@@ -129,7 +138,6 @@ pub fn time<D: Detection, S: Scheduler>(
         stretches: Vec::new(),
         totals: Totals::default(),
     };
-    let shortest = (SHARE_OF_STRETCH * budget).clamp(SHORTEST_STRETCH, LONGEST_STRETCH);
     let mut length = FIRST_STRETCH * THESIS_TIME;
     while timing.whole.seconds < budget && !(timing.is_whole() && timing.is_good_enough()) {
         signals.check()?;
@@ -152,10 +160,9 @@ pub fn time<D: Detection, S: Scheduler>(
             queries: timing.whole.queries - before.queries,
             collisions: timing.whole.collisions - before.collisions,
         });
-        if seconds < shortest && timing.stretches.len() < LEAST_STRETCHES {
-            // Those that count are equally long, and long enough.
+        if timing.stretches.len() == MOST_STRETCHES {
+            timing.stretches = timing.stretches.chunks(2).map(Stretch::sum).collect();
             length *= 2.0;
-            timing.stretches.clear();
         }
     }
     energy.standby(&simulation.view());
