@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Between two checkpoints at least. Shorter: the disk is busy. Longer: more is done twice after a kill.
-const INTERVAL: Duration = Duration::from_secs(2);
+const INTERVAL: Duration = Duration::from_millis(500);
 
 /// Choices about folders and checkpoints, the same for every command whose work comes in pieces.
 #[derive(Debug, Clone, Default, Args)]
@@ -81,7 +81,11 @@ impl Pieces {
     /// # Errors
     /// It cannot be written.
     pub fn begin(&self) -> Result<()> {
-        self.save(&mut self.lock())
+        let mut finished = self.lock();
+        self.save(&mut finished)?;
+        // The first piece is kept at once.
+        finished.saved = None;
+        Ok(())
     }
 
     /// Whether a piece is finished.
