@@ -13,6 +13,7 @@ pub mod encounters;
 pub mod experiment_encounters;
 pub mod experiment_extremes;
 pub mod film;
+pub mod fixed_energy;
 pub mod growing;
 pub mod interruption;
 pub mod manifest;

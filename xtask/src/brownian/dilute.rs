@@ -11,7 +11,7 @@ use super::{
     prediction::{collision_rate, contact_density_of_disc},
     setup::{BUMPER_RADIUS, GAS_MASS, GAS_RADIUS},
 };
-use crate::{chi_square::ChiSquare, summary::Check};
+use crate::{chi_square::ChiSquare, fixed_energy::mean_speed, summary::Check};
 
 /// Share of the box below which a gas is taken for ideal: the first correction, by what two gas discs keep free of each
 /// other near the molecule, is of this order.
@@ -45,26 +45,20 @@ pub struct FewDiscs {
 impl FewDiscs {
     /// An ideal gas, n √(kT / 2π) ∮ μ^(−1/2) ds and n kT P, with three corrections of a percent: the centres have the room that
     /// the molecule and the bumper leave; the discs crowd at the rim as at that of a disc of the same perimeter; and all
-    /// share one energy, so that the mean of a speed is not that of Maxwell (see [`at_fixed_energy`]).
+    /// share one energy, so that the mean of a speed is not that of Maxwell (see [`crate::fixed_energy`]).
     pub fn of(group: &Group<'_>) -> Self {
         let (discs, temperature) = (group.density(), group.temperature());
         let region = &group.prediction.boundary;
         let bumper = BUMPER_RADIUS + GAS_RADIUS;
         let room = 1.0 - region.area() - PI * bumper * bumper;
         let rim = contact_density_of_disc(region.perimeter() / TAU - GAS_RADIUS, discs) / room;
-        let slowed = at_fixed_energy(2.0 * discs + if group.case.turns() { 3.0 } else { 2.0 });
+        let slowed = mean_speed(2.0 * discs + if group.case.turns() { 3.0 } else { 2.0 });
         let kicks = rim * slowed * group.prediction.ideal_rate(discs, temperature);
         // A disc meets all but itself; the bumper gives nobody else a collision.
         let among_gas = (discs - 1.0) * collision_rate(discs, temperature) * slowed;
         let on_bumper = discs / room * slowed * (temperature / (TAU * GAS_MASS)).sqrt() * TAU * bumper;
         Self { rim, kicks, collisions: (among_gas + on_bumper + 2.0 * kicks) / (discs + 1.0) }
     }
-}
-
-/// The mean magnitude of a velocity component where the energy of f degrees of freedom is given, relative to that at a given
-/// temperature 2E/f: √(f/2) Γ(f/2) / Γ((f + 1)/2), as the velocities are spread evenly over a sphere of f dimensions.
-fn at_fixed_energy(freedom: f64) -> f64 {
-    (0.5 * freedom).sqrt() * (libm::lgamma(0.5 * freedom) - libm::lgamma(0.5 * (freedom + 1.0))).exp()
 }
 
 /// Directions by number and by impulse, and atoms, against the exposed arcs; none in a dense gas or after few kicks.
@@ -100,17 +94,4 @@ pub fn checks(group: &Group<'_>) -> Vec<Check> {
 
 fn grouped(values: &[f64]) -> Vec<f64> {
     values.chunks(values.len() / GROUPS).map(|group| group.iter().sum()).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// One dimension: |v| is √2 times that of Maxwell, √(2/π); two: a component of a unit vector has the mean 2/π.
-    #[test]
-    fn mean_speeds_at_fixed_energy() {
-        assert!((at_fixed_energy(1.0) - (0.5 * PI).sqrt()).abs() < 1e-14);
-        assert!((at_fixed_energy(2.0) - 2.0 / PI.sqrt()).abs() < 1e-14);
-        assert!((at_fixed_energy(1000.0) - 1.0 - 1.0 / 4000.0).abs() < 1e-6);
-    }
 }

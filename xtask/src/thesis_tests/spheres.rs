@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use anyhow::Result;
 use carom::{
-    Cells, Exact, Fineness, Instructions, Scene, Thesis,
+    Cells, Exact, Fineness, Instructions, Scene, Simulation, Thesis,
     engine::{BoxSpec, GasSpec},
 };
 
@@ -14,6 +14,7 @@ use super::{
     timing::{THESIS_TIME, Timing, time},
 };
 use crate::{
+    fixed_energy::mean_speed,
     pieces::Pieces,
     power_law::PowerLaw,
     summary::{Figure, Verdict},
@@ -46,13 +47,21 @@ fn scene(count: usize, seed: u64) -> Scene {
     Scene { bounds: BoxSpec { seed, ..BoxSpec::default() }, gas: vec![gas], ..Scene::default() }
 }
 
-/// Collisions of all discs in the thesis's time, by Enskog: t N n σ χ √(π kT / m) with kT the energy of a disc and
-/// χ = (1 − 7η/16)/(1 − η)² (Henderson 1975).
-fn collisions(count: usize) -> f64 {
+/// kT of a gas: its energy without that of the wind, over two degrees of freedom of each disc but one.
+fn temperature(count: usize, seed: u64) -> Result<f64> {
+    let simulation = Simulation::new(&scene(count, seed))?;
+    let (view, n) = (simulation.view(), count as f64);
+    Ok((view.energy() - 0.5 * view.momentum().length_squared() / n) / (n - 1.0))
+}
+
+/// Collisions of all discs in the thesis's time, by Enskog: t N (N − 1) σ χ √(π kT / m) with χ = (1 − 7η/16)/(1 − η)²
+/// (Henderson 1975); few discs share one energy.
+fn collisions(count: usize, temperature: f64) -> f64 {
     let n = count as f64;
     let fraction = n * PI * RADIUS * RADIUS;
     let contact = (1.0 - 7.0 * fraction / 16.0) / (1.0 - fraction).powi(2);
-    THESIS_TIME * n * n * 2.0 * RADIUS * contact * PI.sqrt()
+    let speed = (PI * temperature).sqrt() * mean_speed(2.0 * n - 2.0);
+    THESIS_TIME * n * (n - 1.0) * 2.0 * RADIUS * contact * speed
 }
 
 /// Runs the test and writes its folder.
@@ -91,11 +100,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
                     points: timings.iter().filter_map(each).collect(),
                     published: published()
                         .into_iter()
-                        .map(|(name, count, seconds)| (name, count, seconds / collisions(count)))
+                        .map(|(name, count, seconds)| (name, count, seconds / collisions(count, 1.0)))
                         .collect(),
                 },
             ],
-            figures: figures(&timings),
+            figures: figures(&timings, options.seed)?,
             header: [
                 "engine",
                 "discs",
@@ -107,7 +116,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
                 "time units run",
             ]
             .to_vec(),
-            rows: timings.iter().map(row).collect(),
+            rows: timings.iter().map(|timing| row(timing, options.seed)).collect::<Result<_>>()?,
             timings,
         })
     })
@@ -132,7 +141,7 @@ fn published() -> Vec<(String, usize, f64)> {
     without.chain(with).collect()
 }
 
-fn row(timing: &Timing) -> Vec<String> {
+fn row(timing: &Timing, seed: u64) -> Result<Vec<String>> {
     let line = TABLE_2_1.iter().find(|line| line.0 == timing.size);
     let thesis = line.map_or_else(String::new, |&(_, without, with)| match timing.engine.as_str() {
         NO_GRID => without.map_or_else(|| "> 7200".to_owned(), |seconds| seconds.to_string()),
@@ -140,19 +149,19 @@ fn row(timing: &Timing) -> Vec<String> {
         _ => "–".to_owned(),
     });
     let share = THESIS_TIME / timing.totals.simulated_time;
-    vec![
+    Ok(vec![
         timing.engine.clone(),
         timing.size.to_string(),
         format!("{:.0}", timing.totals.collisions as f64 * share),
-        format!("{:.0}", collisions(timing.size)),
+        format!("{:.0}", collisions(timing.size, temperature(timing.size, seed)?)),
         cell(timing.for_thesis_time(), 1.0),
         thesis,
         cell(timing.per_collision(), 1e-6),
         number(timing.totals.simulated_time),
-    ]
+    ])
 }
 
-fn figures(timings: &[Timing]) -> Vec<Figure> {
+fn figures(timings: &[Timing], seed: u64) -> Result<Vec<Figure>> {
     let mut figures = Vec::new();
     let of = |engine: &'static str| timings.iter().filter(move |timing| timing.engine == engine);
     for engine in ENGINES {
@@ -167,14 +176,15 @@ fn figures(timings: &[Timing]) -> Vec<Figure> {
     figures
         .extend(exponent("table 2.1 of the thesis, grid: exponent", table().map(|(n, _, with)| (n, with))));
     let collided = ENGINES.into_iter().flat_map(of).filter(|timing| timing.totals.collisions > 0);
-    figures.extend(collided.map(|timing| {
+    for timing in collided {
         let count = timing.totals.collisions as f64;
         let rate = count / timing.totals.simulated_time;
-        Figure::new(format!("{}: collisions of {} discs", timing.engine, timing.size), rate, "1/time")
-            .error(rate / count.sqrt())
-            .predicted(collisions(timing.size) / THESIS_TIME, "Enskog")
-    }));
-    figures
+        let predicted = collisions(timing.size, temperature(timing.size, seed)?) / THESIS_TIME;
+        let name = format!("{}: collisions of {} discs", timing.engine, timing.size);
+        let figure = Figure::new(name, rate, "1/time").error(rate / count.sqrt());
+        figures.push(figure.predicted(predicted, "Enskog, few discs at fixed energy"));
+    }
+    Ok(figures)
 }
 
 /// The exponent of a power of the number of discs.
@@ -191,14 +201,16 @@ mod tests {
     #[test]
     fn collisions_of_a_thin_gas() {
         let dilute = THESIS_TIME * 0.5 * 1000.0 * (2.0 * 1000.0 * 0.002 * PI.sqrt());
-        assert!((collisions(1000) / dilute - 1.0).abs() < 0.006 && collisions(1000) > dilute);
+        let found = collisions(1000, 1.0);
+        assert!((found / dilute - 1.0).abs() < 0.006 && found > dilute);
     }
 
     #[test]
     fn all_engines_count_the_collisions_of_the_same_gas() {
         for engine in [GRID, "cells"] {
             let timing = case(engine, 500, 3, 0.2, &Pieces::default()).unwrap();
-            let expected = collisions(500) * timing.totals.simulated_time / THESIS_TIME;
+            let expected =
+                collisions(500, temperature(500, 3).unwrap()) * timing.totals.simulated_time / THESIS_TIME;
             let found = timing.totals.collisions as f64;
             assert!(
                 (found - expected).abs() < 6.0 * expected.sqrt() + 0.02 * expected,
