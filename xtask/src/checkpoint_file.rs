@@ -129,6 +129,14 @@ pub fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, FileError> {
     Ok(postcard::to_stdvec(value)?)
 }
 
+/// One value from [`encode`].
+///
+/// # Errors
+/// [`FileError::Content`] if it is none of this kind.
+pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FileError> {
+    Ok(postcard::from_bytes(bytes)?)
+}
+
 /// Writes a file of encoded values.
 ///
 /// # Errors

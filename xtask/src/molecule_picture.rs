@@ -24,7 +24,8 @@ pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
     let hex =
         |colour: plotters::style::RGBColor| format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2);
     let hidden = region.unreachable();
-    for (index, (letter, atom)) in ('A'..='Z').chain('a'..='z').cycle().zip(molecule.atoms()).enumerate() {
+    for (index, atom) in molecule.atoms().iter().enumerate() {
+        let letter = name(index);
         // An atom that the probe never touches.
         let stroke = if hidden.contains(&index) {
             format!("{}\" stroke-width=\"3\" stroke-dasharray=\"6 4", hex(colour::PURPLE))
@@ -65,6 +66,11 @@ pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
     }
     svg.push_str("</svg>\n");
     svg
+}
+
+/// An atom's letter, by its index; its number where letters do not suffice.
+pub fn name(index: usize) -> String {
+    ('A'..='Z').chain('a'..='z').nth(index).map_or_else(|| index.to_string(), String::from)
 }
 
 /// Arrows along x′ and y′ through the centre of mass, which is in the middle.

@@ -49,11 +49,16 @@ pub struct Choices {
 impl Choices {
     /// What is done about files that are there already.
     pub fn existing(&self) -> Existing {
-        match (self.force, self.resume) {
-            (true, _) => Existing::Replace,
-            (_, true) => Existing::Resume,
-            _ => Existing::Refuse,
-        }
+        existing(self.force, self.resume)
+    }
+}
+
+/// What `--force` and `--resume` say about files that are there already.
+pub fn existing(force: bool, resume: bool) -> Existing {
+    match (force, resume) {
+        (true, _) => Existing::Replace,
+        (_, true) => Existing::Resume,
+        _ => Existing::Refuse,
     }
 }
 
@@ -250,7 +255,10 @@ impl Task<'_> {
 }
 
 /// Refuses a checkpoint of another run, and names the first thing in which they differ.
-fn refuse_other(there: &str, here: &str) -> Result<()> {
+///
+/// # Errors
+/// They differ.
+pub fn refuse_other(there: &str, here: &str) -> Result<()> {
     if there == here {
         return Ok(());
     }

@@ -28,6 +28,10 @@ pub struct Point {
 pub enum Mark {
     /// As a dot.
     Measured,
+    /// As a dot, joined by a line to the point of its family before it.
+    Joined,
+    /// As a ring, joined likewise: by others.
+    Published,
     /// As a ring with an arrow downwards: not larger than this.
     AtMost,
     /// As a dot with a line up to where almost all is below.
@@ -101,20 +105,23 @@ impl Scatter {
             let colour = COLOURS[index % COLOURS.len()];
             let own = || self.points.iter().filter(move |point| point.family == index);
             let dots = own().map(|point| {
-                let style = if point.mark == Mark::AtMost { colour.stroke_width(2) } else { colour.filled() };
+                let is_ring = matches!(point.mark, Mark::AtMost | Mark::Published);
+                let style = if is_ring { colour.stroke_width(2) } else { colour.filled() };
                 Circle::new((point.x, point.y), 5, style)
             });
-            chart
-                .draw_series(dots)?
-                .label(family)
-                .legend(move |(x, y)| Circle::new((x + 9, y), 5, colour.filled()));
+            let is_published = own().all(|point| point.mark == Mark::Published);
+            let style = if is_published { colour.stroke_width(2) } else { colour.filled() };
+            chart.draw_series(dots)?.label(family).legend(move |(x, y)| Circle::new((x + 9, y), 5, style));
+            let joined = own().filter(|point| matches!(point.mark, Mark::Joined | Mark::Published));
+            let line: Vec<(f64, f64)> = joined.map(|point| (point.x, point.y)).collect();
+            chart.draw_series([PathElement::new(line, colour.mix(0.5))])?;
             for point in own() {
                 let line =
                     |to: f64| PathElement::new(vec![(point.x, point.y), (point.x, to)], colour.mix(0.6));
                 match point.mark {
                     Mark::UpTo(top) => drop(chart.draw_series([line(top)])?),
                     Mark::AtMost => drop(chart.draw_series([line(point.y / arrow(bottom, top))])?),
-                    Mark::Measured => {}
+                    Mark::Measured | Mark::Joined | Mark::Published => {}
                 }
             }
         }
@@ -129,7 +136,16 @@ impl Scatter {
                 root.draw(&PathElement::new(vec![(x, y), (left - 2, top + HEIGHT / 2)], colour.mix(0.5)))?;
             }
         }
-        canvas::legend(&mut chart, SeriesLabelPosition::UpperRight)
+        // In the upper corner in which less stands.
+        let (middle, high) = ((left * right).sqrt(), (bottom * top).sqrt());
+        let upper = || self.points.iter().filter(|point| point.y > high);
+        let on_the_right = upper().filter(|point| point.x > middle).count();
+        let corner = if 2 * on_the_right > upper().count() {
+            SeriesLabelPosition::UpperLeft
+        } else {
+            SeriesLabelPosition::UpperRight
+        };
+        canvas::legend(&mut chart, corner)
     }
 }
 
@@ -201,7 +217,7 @@ mod tests {
 
     #[test]
     fn points_have_their_names_and_zero_is_refused() {
-        for mark in [Mark::Measured, Mark::AtMost, Mark::UpTo(1e-9)] {
+        for mark in [Mark::Measured, Mark::Joined, Mark::Published, Mark::AtMost, Mark::UpTo(1e-9)] {
             let svg = scatter(1e-15, mark).svg().unwrap();
             assert!(svg.contains("default") && svg.contains("Exact") && !svg.contains("NaN"));
         }

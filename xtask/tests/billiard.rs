@@ -5,6 +5,7 @@ use clap::Parser as _;
 use xtask::{
     billiard::{Options, fly},
     chi_square::ChiSquare,
+    pieces::Pieces,
 };
 
 #[derive(clap::Parser)]
@@ -23,7 +24,7 @@ fn a_disc_flies_as_far_and_hits_as_integral_geometry_says() {
         let mut options = options(&["--shape", shape, "--atom-radius", radius, "--seed", "11"]);
         options.hits = Some(40_000);
         let setup = options.setup().unwrap();
-        let hits = fly(&setup).unwrap();
+        let hits = fly(&setup, &Pieces::default()).unwrap();
         let (path, error) = hits.mean_free_path();
         let predicted = setup.mean_free_path();
         assert!((path - predicted).abs() < 4.0 * error, "{shape}: {path} ± {error}, {predicted}");
@@ -44,7 +45,7 @@ fn the_number_of_threads_changes_no_hit() {
     let setup = options.setup().unwrap();
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| fly(&setup)).unwrap()
+        pool.install(|| fly(&setup, &Pieces::default())).unwrap()
     };
     let (one, two) = (on(1), on(2));
     assert_eq!((one.blocks, one.directions), (two.blocks, two.directions));

@@ -193,6 +193,31 @@ fn a_campaign_killed_at_any_moment_resumes_to_the_bit() {
     check_interrupted(&[CAMPAIGN, &LONG].concat(), 2, kill);
 }
 
+/// Four flights.
+const BILLIARD: &[&str] = &["experiment", "billiard", "--out", "out", "--hits"];
+
+#[test]
+fn flights_that_have_ended_are_kept_and_more_can_follow() {
+    let words = [BILLIARD, &["1000000"]].concat();
+    let straight = Place::new().complete(&[&words]);
+    let place = Place::new();
+    let mut child = place.start(&[&words]);
+    // As long as no flight has ended it holds no more than its head.
+    while !fs::metadata(place.path("out/checkpoint")).is_ok_and(|file| file.len() > 400) {
+        assert!(child.try_wait().unwrap().is_none(), "it ends before it is killed");
+        sleep(Duration::from_millis(2));
+    }
+    kill(&mut child);
+    child.wait().unwrap();
+    let (code, said) = place.finish(&[&words, &["--seed", "2", "--resume"]]);
+    assert!(code == Some(2) && said.contains("another run"), "{said}");
+    assert_same(&place.complete(&[&words, &["--resume"]]), &straight);
+
+    let short = [BILLIARD, &["500000"]].concat();
+    let place = Place::new().complete(&[&short]);
+    assert_same(&place.complete(&[&words, &["--resume"]]), &straight);
+}
+
 #[cfg(unix)]
 #[test]
 fn asked_to_end_a_run_leaves_a_checkpoint_and_says_how_to_go_on() {

@@ -7,6 +7,11 @@ use crate::{BodyName, RunError, TagNames, World};
 /// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose digits.
 const TURNS_PER_EPOCH: f64 = 64.0;
 
+/// Sides of the box after which an epoch ends in which one body alone moves. Among others a body meets many within one side;
+/// alone it may fly several sides from contact to contact, and would begin more epochs than it has contacts. Smaller: that.
+/// Larger: places lose digits.
+const SIDES_PER_EPOCH_OF_BILLIARD: f64 = 8.0;
+
 /// An epoch older than this many stretches of a body that has become so much faster ends with the contact that made it so:
 /// at such a speed, the rounding of the time itself would be too coarse. Larger: places lose digits. Smaller: more epochs.
 const STALE_STRETCHES: f64 = 4.0;
@@ -14,7 +19,7 @@ const STALE_STRETCHES: f64 = 4.0;
 /// The end of an epoch, in time and in contacts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Limits {
-    /// When it ends at the latest: the fastest body has gone one side of the box by then.
+    /// When it ends at the latest: the fastest body has gone [`sides_per_epoch`] by then.
     time: f64,
     contacts_left: u64,
     /// Square of the speed at which `time` was set.
@@ -87,8 +92,13 @@ impl Limits {
     }
 }
 
+/// How many sides of the box the fastest body goes in an epoch at most.
+pub(crate) fn sides_per_epoch(world: &World) -> f64 {
+    if world.is_billiard() { SIDES_PER_EPOCH_OF_BILLIARD } else { 1.0 }
+}
+
 /// How long a body of this speed and spin may fly before its place or angle has used up digits (time).
 fn stretch(world: &World, speed_squared: f64, spin: f64) -> f64 {
-    let side = world.bounds.sides().min_element();
-    (side / speed_squared.sqrt()).min(TURNS_PER_EPOCH * std::f64::consts::TAU / spin)
+    let way = sides_per_epoch(world) * world.bounds.sides().min_element();
+    (way / speed_squared.sqrt()).min(TURNS_PER_EPOCH * std::f64::consts::TAU / spin)
 }

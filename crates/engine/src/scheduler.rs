@@ -5,7 +5,7 @@ use carom_geometry::Molecule;
 use carom_kinematics::{HALF_ULP, Motion};
 use glam::DVec2;
 
-use crate::{GridError, SchedulerCounters, World};
+use crate::{GridError, SchedulerCounters, World, limits::sides_per_epoch};
 
 /// The next contact of two bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,9 +65,9 @@ impl From<Touch> for Parts {
 }
 
 /// Bound on the rounding of the separation of two bodies within an epoch (length): it is (x − x') + (v − v') t + image,
-/// and each of these is at most two sides long.
+/// and each of these is at most two sides long for each side that a body goes in it.
 pub(crate) fn separation_error(world: &World) -> f64 {
-    HALF_ULP * 16.0 * world.bounds().sides().element_sum()
+    HALF_ULP * 16.0 * (sides_per_epoch(world) * world.bounds().sides().element_sum())
 }
 
 /// A pair with the body inserted first in front, and the image of the second as seen from it.

@@ -39,6 +39,10 @@ pub struct Thesis {
     /// Goes up each time a body's motion changes: what was predicted with an older one is stale.
     versions: Vec<u32>,
     limit: f64,
+    /// Bound on the rounding of a separation in this epoch (length).
+    separation_error: f64,
+    /// Scratch space.
+    asked: Asked,
     done: SchedulerCounters,
 }
 
@@ -108,6 +112,8 @@ impl Scheduler for Thesis {
             windings: Vec::new(),
             versions: Vec::new(),
             limit: 0.0,
+            separation_error: 0.0,
+            asked: Asked::default(),
             done: SchedulerCounters::default(),
         })
     }
@@ -115,12 +121,13 @@ impl Scheduler for Thesis {
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
         self.heap.clear();
         self.limit = limit;
+        self.separation_error = separation_error(world);
         self.grid.fill(world, self.counts);
         self.motions.clone_from(&world.motions);
         self.windings.clone_from(&world.windings);
         self.versions.clear();
         self.versions.resize(world.bodies.len(), 0);
-        let mut asked = Asked::default();
+        let mut asked = self.take_asked();
         for body in 0..world.bodies().len() as u32 {
             if world.bodies()[body as usize].is_fixed() {
                 continue;
@@ -138,6 +145,7 @@ impl Scheduler for Thesis {
             self.predict(world, detection, body, &asked, 0.0);
             self.schedule_crossing(body, 0.0);
         }
+        self.asked = asked;
     }
 
     fn run<L: EventLoop>(&mut self, events: L) -> L::End {
@@ -155,6 +163,7 @@ impl Scheduler for Thesis {
             + self.motions.capacity() * size_of::<Motion>()
             + self.windings.capacity() * size_of::<[i64; 2]>()
             + self.versions.capacity() * size_of::<u32>()
+            + self.asked.0.capacity() * size_of::<(u32, [i32; 2])>()
     }
 
     fn counters(&self) -> SchedulerCounters {
@@ -213,7 +222,7 @@ impl EventQueue for Thesis {
                 self.versions[body as usize] = self.versions[body as usize].wrapping_add(1);
             }
         }
-        let mut asked = Asked::default();
+        let mut asked = self.take_asked();
         for (turn, &body) in bodies.iter().enumerate() {
             if world.bodies()[body as usize].is_fixed() {
                 continue;
@@ -233,11 +242,12 @@ impl EventQueue for Thesis {
             self.predict(world, detection, body, &asked, now);
             self.schedule_crossing(body, now);
         }
+        self.asked = asked;
     }
 }
 
 /// Neighbours to be asked for a contact, with their images.
-#[derive(Default)]
+#[derive(Debug, Clone, Default)]
 struct Asked(Vec<(u32, [i32; 2])>);
 
 impl Asked {
@@ -251,6 +261,13 @@ impl Asked {
 }
 
 impl Thesis {
+    /// The scratch space, empty; to be put back.
+    fn take_asked(&mut self) -> Asked {
+        let mut asked = std::mem::take(&mut self.asked);
+        asked.clear();
+        asked
+    }
+
     fn cross<D: Detection>(&mut self, world: &World, detection: &D, body: u32, step: Step, now: f64) {
         self.done.crossings += 1;
         let mut walls_before: SmallVec<[(u32, [i32; 2]); 4]> = SmallVec::from_slice(self.grid.walls(body));
@@ -261,7 +278,7 @@ impl Thesis {
             self.windings[body as usize][step.axis] += i64::from(wrapped);
             walls_before.iter_mut().for_each(|(_, image)| image[step.axis] -= wrapped);
         }
-        let mut asked = Asked::default();
+        let mut asked = self.take_asked();
         for cell in self.grid.ahead(body, step) {
             for &other in cell.bodies {
                 if other != body {
@@ -272,6 +289,7 @@ impl Thesis {
         let walls = self.grid.walls(body).iter().filter(|wall| !walls_before.contains(wall));
         asked.0.extend(walls);
         self.predict(world, detection, body, &asked, now);
+        self.asked = asked;
         self.schedule_crossing(body, now);
     }
 
@@ -286,7 +304,7 @@ impl Thesis {
         }
         let speed = self.motions[body as usize].velocity.abs().element_sum();
         let radius = shape.bounding_radius();
-        let empty = DiscLanes::empty(separation_error(world), speed);
+        let empty = DiscLanes::empty(self.separation_error, speed);
         let (mut lanes, mut partners) = (empty, SmallVec::<[(u32, [i32; 2]); DISC_LANES]>::new());
         for &(other, image) in &asked.0 {
             let partner = &world.bodies()[other as usize].kind.molecule;
@@ -304,7 +322,9 @@ impl Thesis {
                 partners.clear();
             }
         }
-        self.predict_discs(detection, body, &lanes, &partners, now);
+        if !partners.is_empty() {
+            self.predict_discs(detection, body, &lanes, &partners, now);
+        }
     }
 
     fn predict_discs<D: Detection>(

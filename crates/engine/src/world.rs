@@ -139,6 +139,11 @@ impl World {
         moving.map(|body| body.kind.molecule.bounding_radius()).fold(0.0, f64::max)
     }
 
+    /// Whether one body moves and all others are fixed: a billiard.
+    pub(crate) fn is_billiard(&self) -> bool {
+        self.bodies.iter().filter(|body| !body.is_fixed()).take(2).count() == 1
+    }
+
     /// Memory kept on the heap (bytes), shapes not included.
     pub(crate) fn heap_bytes(&self) -> usize {
         self.bodies.capacity() * size_of::<Body>()

@@ -10,8 +10,11 @@ use super::{
 };
 use crate::{
     chi_square::ChiSquare,
+    interruption::Signals,
     manifest::Manifest,
+    molecule_picture,
     output::Folder,
+    pieces::Pieces,
     say,
     summary::{Check, Figure, Summary, Verdict},
 };
@@ -91,7 +94,7 @@ impl Comparison {
         let shares = self.atoms.iter().zip(&hits.atoms).enumerate().take(MOST_ATOMS);
         figures.extend(shares.map(|(atom, (&predicted, &count))| {
             let share = count as f64 / total;
-            Figure::new(format!("share of atom {atom}"), share, "1")
+            Figure::new(format!("share of atom {}", molecule_picture::name(atom)), share, "1")
                 .error((share * (1.0 - share) / total).sqrt())
                 .predicted(predicted, "exposed arcs")
         }));
@@ -105,8 +108,10 @@ impl Comparison {
 /// Choices that make no sense, a folder that is not empty, a run that cannot go on.
 pub fn run(options: &Options) -> Result<Verdict> {
     let setup = options.setup()?;
-    let folder = Folder::create(&options.folder(), options.existing())?;
+    let signals = Signals::watch()?;
+    let folder = Folder::create(&options.folder(), options.choices.existing())?;
     let _alone = folder.lock()?;
+    let pieces = Pieces::find(&folder, options.what(&setup), &options.choices, signals)?;
     if !options.note().is_empty() {
         say(&options.note());
     }
@@ -115,8 +120,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let head = format!("# Written by `{command}`: the first of {} flights.\n\n", scenes.len());
     folder.write("config.toml", head + &scenes[0].to_toml())?;
     let manifest = Manifest::begin(&folder, &command, &scenes.iter().collect::<Vec<_>>())?;
+    pieces.begin()?;
     let pool = ThreadPoolBuilder::new().num_threads(options.threads.map_or(0, usize::from)).build()?;
-    let hits = pool.install(|| fly(&setup))?;
+    let hits = pool.install(|| fly(&setup, &pieces))?;
+    pieces.end()?;
     let comparison = Comparison::new(&setup, &hits);
     let summary = Summary {
         title: format!("Billiard around a fixed {}", setup.shape),

@@ -5,9 +5,10 @@ use anyhow::{Context, Result};
 use carom::{DirectionHistogram, EnergyLedger, Observer as _, OverlapCheck, Simulation};
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::Setup;
-use crate::{progress::Progress, summary::Totals};
+use crate::{pieces::Pieces, progress::Progress, summary::Totals};
 
 /// Sectors of the histogram of directions: one a degree.
 pub const SECTORS: usize = 360;
@@ -16,7 +17,7 @@ pub const SECTORS: usize = 360;
 pub const BLOCKS: usize = 16;
 
 /// The hits of all discs together.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Hits {
     /// By direction of the impulse on the molecule.
     pub directions: Vec<u64>,
@@ -58,13 +59,19 @@ impl Hits {
     }
 }
 
-/// Lets all discs fly, on the threads of the present pool.
+/// Lets all discs fly, on the threads of the present pool; each flight is a piece.
 ///
 /// # Errors
-/// A scene that cannot be built, or a run that cannot go on.
-pub fn fly(setup: &Setup) -> Result<Hits> {
+/// A scene that cannot be built, a run that cannot go on, or a piece that cannot be kept.
+pub fn fly(setup: &Setup, pieces: &Pieces) -> Result<Hits> {
     let progress = Progress::new(setup.duration() * setup.flights() as f64);
-    let one = |replica| flight(setup, replica, &progress).with_context(|| format!("flight {replica}"));
+    let one = |replica| {
+        let name = format!("flight {replica}");
+        if pieces.has(&name) {
+            progress.skip(setup.duration());
+        }
+        pieces.finish(&name, || flight(setup, replica, &progress).with_context(|| name.clone()))
+    };
     // In the order of the replicas, whichever ends first.
     let flights: Vec<Hits> = (0..setup.flights()).into_par_iter().map(one).collect::<Result<_>>()?;
     let totals: Vec<Totals> = flights.iter().map(|flight| flight.totals).collect();

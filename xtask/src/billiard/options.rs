@@ -12,7 +12,7 @@ use clap::Args;
 use glam::DVec2;
 use rand::RngExt as _;
 
-use crate::output::Existing;
+use crate::pieces::Choices;
 
 /// Choices of `cargo xtask experiment billiard`.
 #[derive(Debug, Clone, Args)]
@@ -35,7 +35,7 @@ pub struct Options {
     /// The run to quote from: 10⁸ hits
     #[arg(long)]
     pub paper: bool,
-    /// About so many hits instead
+    /// About so many hits instead; more of them, in whole quarters of a million, extend a run with --resume
     #[arg(long, value_parser = clap::value_parser!(u64).range(10_000..=1_000_000_000_000))]
     pub hits: Option<u64>,
     /// Seed of all random numbers
@@ -48,9 +48,9 @@ pub struct Options {
     /// Where to write; out/billiard-SHAPE if not given
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// Replace files of an earlier run in that folder
-    #[arg(long)]
-    pub force: bool,
+    /// Folders that are there already
+    #[command(flatten)]
+    pub choices: Choices,
 }
 
 /// The molecule, the disc, the box, and how long.
@@ -178,16 +178,20 @@ impl Options {
         self.out.clone().unwrap_or_else(named)
     }
 
-    /// What is done about files that are there already.
-    pub fn existing(&self) -> Existing {
-        if self.force { Existing::Replace } else { Existing::Refuse }
+    /// What a flight depends on, but for its number: so many of them more extend a run.
+    pub fn what(&self, setup: &Setup) -> String {
+        format!("{}\nflights of {} each", self.flight(setup), setup.duration())
+    }
+
+    fn flight(&self, setup: &Setup) -> String {
+        format!(
+            "cargo xtask experiment billiard --shape {} --atom-radius {} --gas-radius {} --side {} --seed {}",
+            self.shape, self.atom_radius, self.gas_radius, setup.side, self.seed
+        )
     }
 
     /// The command with every choice written out that the results depend on.
     pub fn command(&self, setup: &Setup) -> String {
-        format!(
-            "cargo xtask experiment billiard --shape {} --atom-radius {} --gas-radius {} --side {} --hits {} --seed {}",
-            self.shape, self.atom_radius, self.gas_radius, setup.side, setup.hits, self.seed
-        )
+        format!("{} --hits {}", self.flight(setup), setup.hits)
     }
 }

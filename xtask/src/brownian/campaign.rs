@@ -219,7 +219,7 @@ fn one(
     if !summary.note.is_empty() {
         page.note(&summary.note);
     }
-    report::question(&mut page);
+    report::question(&mut page, options.area_fraction);
     page.heading("What was run");
     report::setting(&mut page, &group, job.size, plan);
     totals(&mut page, &summary);
@@ -316,11 +316,11 @@ fn several(
             .figures
             .extend(figures.into_iter().map(|figure| Figure { name: named(&figure.name), ..figure }));
     }
-    let mut page = Page::new(&summary.title, "A T of five discs, and a disc, in a dense gas.");
+    let mut page = Page::new(&summary.title, "A T of five discs, and a disc, in a gas of discs.");
     if !summary.note.is_empty() {
         page.note(&summary.note);
     }
-    report::question(&mut page);
+    report::question(&mut page, options.area_fraction);
     page.heading("What was run");
     totals(&mut page, &summary);
     page.heading("The system");

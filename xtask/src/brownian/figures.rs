@@ -7,12 +7,18 @@ use carom::{
 use glam::DVec2;
 
 use super::{
-    Case, dilute,
+    Case,
+    dilute::{self, FewDiscs},
     measurement::{Kicks, Measurement, SECTORS, increments},
     pooled::Pooled,
     prediction::{Prediction, collision_rate, contact_density_of_disc},
 };
 use crate::summary::{Check, Figure};
+
+const ENSKOG: &str = "Enskog with the contact value of hard discs (virial series of Clisby and McCoy 2006; Henderson 1975), \
+                      good to 0.3 %: the room that the molecule takes is neglected";
+const FEW_DISCS: &str = "ideal gas, n √(kT / 2π) ∮ μ^(−1/2) ds and n kT P, in the room that is left to so few discs, at \
+                         fixed energy; good to 0.3 %";
 
 /// Runs of one case and size, and what theory says of them.
 #[derive(Debug)]
@@ -98,13 +104,13 @@ impl<'a> Group<'a> {
         let count = rates.len() as f64;
         let value = rates.iter().map(|rate| rate.0).sum::<f64>() / count;
         let error = rates.iter().map(|rate| rate.1 * rate.1).sum::<f64>().sqrt() / count;
-        (!rates.is_empty()).then(|| {
-            Figure::new("collisions per body", value, "1/time").error(error).predicted(
-                collision_rate(self.density(), self.temperature()),
-                "Enskog with the contact value of hard discs (virial series of Clisby and McCoy 2006; Henderson 1975), \
-                 good to 0.3 %: the room that the molecule takes is neglected",
-            )
-        })
+        let figure = Figure::new("collisions per body", value, "1/time").error(error);
+        let (predicted, source) = if dilute::is_dilute(self) {
+            (FewDiscs::of(self).collisions, FEW_DISCS)
+        } else {
+            (collision_rate(self.density(), self.temperature()), ENSKOG)
+        };
+        (!rates.is_empty()).then(|| figure.predicted(predicted, source))
     }
 
     fn hit_figures(&self) -> Vec<Figure> {
@@ -124,9 +130,8 @@ impl<'a> Group<'a> {
             Figure::new("gas density at the molecule's rim", impulse / duration / ideal, "mean density")
                 .error(force_error / ideal);
         if dilute::is_dilute(self) {
-            let source = "ideal gas: n √(kT / 2π) ∮ μ^(−1/2) ds and n kT P";
-            let ideal = self.prediction.ideal_rate(density, temperature);
-            return vec![rate.predicted(ideal, source), contact.predicted(1.0, source)];
+            let few = FewDiscs::of(self);
+            return vec![rate.predicted(few.kicks, FEW_DISCS), contact.predicted(few.rim, FEW_DISCS)];
         }
         if self.case != Case::Control {
             return vec![rate, contact];

@@ -273,14 +273,14 @@ pub fn data(page: &mut Page, hits: u64, most: u64) {
 }
 
 /// What was asked, in words.
-pub fn question(page: &mut Page) {
+pub fn question(page: &mut Page, area_fraction: f64) {
     page.heading("What was asked");
-    page.paragraph(
+    page.paragraph(&format!(
         "A molecule that gas discs cannot touch from every side: is it pushed evenly? A T of five discs is set into a \
-         gas that covers half of a periodic unit square. Every kick that it receives is sorted by direction in its own \
+         gas that covers the share {area_fraction} of a periodic unit square. Every kick that it receives is sorted by direction in its own \
          frame: x′ along the bar of the T, y′ from the stem to the bar. The control is a disc of the same area and \
-         mass. After Montanari (2017), chapter 3.",
-    );
+         mass. After Montanari (2017), chapter 3."
+    ));
 }
 
 /// What was run, in words and numbers.

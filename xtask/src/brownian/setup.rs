@@ -19,6 +19,9 @@ pub const GAS_ENERGY: f64 = 1.0;
 /// Share of the box that the gas discs cover.
 pub const AREA_FRACTION: f64 = 0.5;
 
+/// Radius of the fixed disc that stops the wind (length).
+pub const BUMPER_RADIUS: f64 = 0.0025;
+
 /// Mass of each of the tee's five atoms.
 const ATOM_MASS: f64 = 2.0;
 
@@ -28,7 +31,7 @@ pub fn scene(case: Case, size: Size, seed: u64, replica: u64, plan: &Plan) -> Sc
     Scene {
         bounds: BoxSpec { seed, replica, ..BoxSpec::default() },
         molecule: vec![molecule(case, size)],
-        bumper: vec![BumperSpec { tags: vec!["bumper".to_owned()], radius: 0.0025, at: [0.1, 0.1] }],
+        bumper: vec![BumperSpec { tags: vec!["bumper".to_owned()], radius: BUMPER_RADIUS, at: [0.1, 0.1] }],
         gas: vec![GasSpec {
             tags: vec!["gas".to_owned()],
             radius: Some(GAS_RADIUS),

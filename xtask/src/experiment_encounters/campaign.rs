@@ -3,11 +3,13 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
+use carom_detection::{Answer, Outcome};
 use rayon::{ThreadPoolBuilder, prelude::*};
+use serde::{Deserialize, Serialize};
 
 use super::{
     Options,
-    cases::{self, Case, Group},
+    cases::{self, Group},
     charts::Charts,
     options::Plan,
     overall,
@@ -18,8 +20,10 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
+    interruption::Signals,
     manifest::Manifest,
     output::Folder,
+    pieces::Pieces,
     say,
     summary::{Check, Summary, Totals, Verdict},
 };
@@ -45,7 +49,7 @@ pub struct ClassResult {
 }
 
 /// What parry answered.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct ParryResult {
     /// Its answers; a call that does not return counts as given up.
     pub tally: Tally,
@@ -55,6 +59,24 @@ pub struct ParryResult {
     pub asked: usize,
     /// Calls that did not return.
     pub hung: usize,
+}
+
+impl ParryResult {
+    fn sum<'a>(rounds: impl Iterator<Item = &'a Self> + Clone) -> Self {
+        Self {
+            tally: Tally::sum(rounds.clone().map(|round| &round.tally)),
+            ratios: rounds.clone().flat_map(|round| &round.ratios).copied().collect(),
+            asked: rounds.clone().map(|round| round.asked).sum(),
+            hung: rounds.map(|round| round.hung).sum(),
+        }
+    }
+}
+
+/// The answers of all detectors about one class.
+#[derive(Debug, Serialize, Deserialize)]
+struct Answers {
+    unresolved: usize,
+    tallies: Vec<Tally>,
 }
 
 /// All there is to report.
@@ -74,12 +96,16 @@ pub struct Results {
 /// A folder that is not empty or cannot be written, a run to record from that breaks off.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
-    let folder = Folder::create(&options.folder(), options.existing())?;
+    let signals = Signals::watch()?;
+    let folder = Folder::create(&options.folder(), options.choices.existing())?;
+    let _alone = folder.lock()?;
+    let pieces = Pieces::find(&folder, options.command(), &options.choices, signals)?;
     if !options.note().is_empty() {
         say(&options.note());
     }
     folder.write("config.toml", configuration(options, &plan))?;
     let manifest = Manifest::begin(&folder, &options.command(), &[])?;
+    pieces.begin()?;
     let begun = cpu_time::ProcessTime::now();
     let threads = usize::from(options.threads.unwrap_or(0));
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().context("threads")?;
@@ -90,27 +116,21 @@ pub fn run(options: &Options) -> Result<Verdict> {
         groups.len()
     ));
     let settings = settings();
-    let tallies = pool.install(|| ask(&groups, &settings, &plan));
+    let answers = pool.install(|| ask(&groups, &settings, &plan, &pieces))?;
     say("answers are judged; now times");
-    let parries = ask_parry(&groups, &plan)?;
-    let classes = groups
-        .iter()
-        .zip(tallies)
-        .zip(parries)
-        .map(|((group, tallies), parry)| {
-            let detectors: Vec<(Detector, &Tally)> =
-                settings.iter().map(|setting| setting.detector).zip(&tallies).collect();
-            let timings = timing::time(&detectors, &group.cases, plan.rounds);
-            ClassResult {
-                name: group.name.clone(),
-                about: group.about.clone(),
-                unresolved: group.unresolved(),
-                tallies,
-                timings,
-                parry,
-            }
-        })
-        .collect();
+    let parries = ask_parry(&groups, &plan, &pieces)?;
+    let class = |((group, answers), parry): ((&Group, Answers), ParryResult)| -> Result<ClassResult> {
+        let Answers { unresolved, tallies } = answers;
+        let detectors: Vec<(Detector, &Tally)> =
+            settings.iter().map(|setting| setting.detector).zip(&tallies).collect();
+        let timings = pieces.finish(&format!("times of {}", group.name), || {
+            Ok(timing::time(&detectors, &group.cases, plan.rounds))
+        })?;
+        let (name, about) = (group.name.clone(), group.about.clone());
+        Ok(ClassResult { name, about, unresolved, tallies, timings, parry })
+    };
+    let classes = groups.iter().zip(answers).zip(parries).map(class).collect::<Result<_>>()?;
+    pieces.end()?;
     let results = Results { settings, classes, totals };
     let summary = write(&folder, &results, &groups, options)?;
     manifest.complete(&folder, begun.elapsed().as_secs_f64())?;
@@ -133,46 +153,63 @@ fn configuration(options: &Options, plan: &Plan) -> String {
 }
 
 /// All detectors about all cases: for each group, the answers at each setting.
-fn ask(groups: &[Group], settings: &[Setting], plan: &Plan) -> Vec<Vec<Tally>> {
+fn ask(groups: &[Group], settings: &[Setting], plan: &Plan, pieces: &Pieces) -> Result<Vec<Answers>> {
     let of_group = |group: &Group| {
-        settings.par_iter().map(|setting| Tally::of(setting.detector, &group.cases, plan)).collect()
+        pieces.finish(&format!("answers about {}", group.name), || {
+            group.solve();
+            let of_setting = |setting: &Setting| Tally::of(setting.detector, &group.cases, plan);
+            let tallies = settings.par_iter().map(of_setting).collect();
+            Ok(Answers { unresolved: group.unresolved(), tallies })
+        })
     };
     groups.par_iter().map(of_group).collect()
 }
 
 /// parry about the first cases of all groups in turn, until too many calls have not returned.
-fn ask_parry(groups: &[Group], plan: &Plan) -> Result<Vec<ParryResult>> {
-    let mut worker = Worker::start()?;
-    let mut results = vec![ParryResult::default(); groups.len()];
+fn ask_parry(groups: &[Group], plan: &Plan, pieces: &Pieces) -> Result<Vec<ParryResult>> {
+    let mut worker = None;
+    let mut rounds: Vec<Vec<ParryResult>> = Vec::new();
     let mut hung = 0;
-    'all: for index in 0..plan.parry_cases {
-        for (group, result) in groups.iter().zip(&mut results) {
-            if hung >= plan.most_hung {
-                break 'all;
-            }
-            let Some(case) = group.cases.get(index) else { continue };
-            result.asked += 1;
-            match worker.ask(&case.encounter)? {
-                Cast::Hung => {
-                    hung += 1;
-                    result.hung += 1;
-                    let none = carom_detection::Answer {
-                        outcome: carom_detection::Outcome::Unresolved(0.0),
-                        evaluations: 0,
-                    };
-                    result.tally.add(index, case, case.reference.judge(&case.encounter, &none));
-                }
-                Cast::Returned { answer, ratio } => {
-                    result.ratios.push(ratio);
-                    result.tally.add(index, case, case.reference.judge(&case.encounter, &answer));
-                }
-            }
+    for index in 0..plan.parry_cases {
+        let round: Vec<ParryResult> = pieces.finish(&format!("parry about case {index}"), || {
+            let worker = match &mut worker {
+                Some(worker) => worker,
+                none => none.insert(Worker::start()?),
+            };
+            let mut hung = hung;
+            groups.iter().map(|group| ask_parry_once(worker, group, index, plan, &mut hung)).collect()
+        })?;
+        hung += round.iter().map(|result| result.hung).sum::<usize>();
+        rounds.push(round);
+    }
+    let of_group = |group| ParryResult::sum(rounds.iter().map(move |round| &round[group]));
+    Ok((0..groups.len()).map(of_group).collect())
+}
+
+/// parry about one case, if there is one and not too many calls have not returned.
+fn ask_parry_once(
+    worker: &mut Worker,
+    group: &Group,
+    index: usize,
+    plan: &Plan,
+    hung: &mut usize,
+) -> Result<ParryResult> {
+    let mut result = ParryResult::default();
+    let Some(case) = group.cases.get(index).filter(|_| *hung < plan.most_hung) else { return Ok(result) };
+    result.asked = 1;
+    let answer = match worker.ask(&case.encounter)? {
+        Cast::Hung => {
+            *hung += 1;
+            result.hung = 1;
+            Answer { outcome: Outcome::Unresolved(0.0), evaluations: 0 }
         }
-    }
-    for result in &mut results {
-        result.tally.deviations.sort_by(f64::total_cmp);
-    }
-    Ok(results)
+        Cast::Returned { answer, ratio } => {
+            result.ratios.push(ratio);
+            answer
+        }
+    };
+    result.tally.add(index, case, case.reference().judge(&case.encounter, &answer));
+    Ok(result)
 }
 
 fn write(folder: &Folder, results: &Results, groups: &[Group], options: &Options) -> Result<Summary> {
@@ -252,7 +289,8 @@ fn violations(results: &Results, groups: &[Group]) -> String {
             }
             for (index, judgement) in tally.violations.iter().take(MOST_PRINTED.saturating_sub(printed)) {
                 printed += 1;
-                let Case { encounter, reference } = &group.cases[*index];
+                let case = &group.cases[*index];
+                let (encounter, reference) = (&case.encounter, case.reference());
                 let answer = setting.detector.ask(encounter);
                 let _ = writeln!(
                     text,

@@ -1,4 +1,6 @@
-//! The cases: encounters of all classes, drawn or recorded, with what the oracle knows of each.
+//! The cases: encounters of all classes, drawn or recorded, and what the oracle knows of each.
+
+use std::sync::OnceLock;
 
 use anyhow::Result;
 use carom_detection::encounters::{Class, Encounter};
@@ -18,8 +20,16 @@ use crate::{
 pub struct Case {
     /// The pair.
     pub encounter: Encounter,
-    /// Its first contact.
-    pub reference: Reference<DoubleDouble>,
+    oracle: Oracle,
+    /// Once it has been asked for: it takes long, and a run that is gone on with needs few.
+    reference: OnceLock<Reference<DoubleDouble>>,
+}
+
+impl Case {
+    /// What the oracle knows of its first contact.
+    pub fn reference(&self) -> &Reference<DoubleDouble> {
+        self.reference.get_or_init(|| self.oracle.first_contact(&self.encounter))
+    }
 }
 
 /// The cases of one kind.
@@ -35,13 +45,20 @@ pub struct Group {
 
 impl Group {
     fn new(name: String, about: String, encounters: Vec<Encounter>, oracle: Oracle) -> Self {
-        let solve = |encounter: Encounter| Case { reference: oracle.first_contact(&encounter), encounter };
-        Self { name, about, cases: encounters.into_par_iter().map(solve).collect() }
+        let case = |encounter| Case { encounter, oracle, reference: OnceLock::new() };
+        Self { name, about, cases: encounters.into_iter().map(case).collect() }
+    }
+
+    /// Asks the oracle about all cases, on the threads of the present pool.
+    pub fn solve(&self) {
+        self.cases.par_iter().for_each(|case| {
+            case.reference();
+        });
     }
 
     /// Cases about which the oracle itself does not know.
     pub fn unresolved(&self) -> usize {
-        self.cases.iter().filter(|case| matches!(case.reference, Reference::Unresolved)).count()
+        self.cases.iter().filter(|case| matches!(case.reference(), Reference::Unresolved)).count()
     }
 }
 

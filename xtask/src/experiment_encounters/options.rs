@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::output::Existing;
+use crate::pieces::Choices;
 
 /// Choices of `cargo xtask experiment encounters`.
 #[derive(Debug, Clone, Args)]
@@ -24,9 +24,9 @@ pub struct Options {
     /// Where to write; out/encounters if not given
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// Replace files of an earlier run in that folder
-    #[arg(long)]
-    pub force: bool,
+    /// Folders that are there already
+    #[command(flatten)]
+    pub choices: Choices,
 }
 
 /// How much is done.
@@ -83,11 +83,6 @@ impl Options {
     /// Folder to write to.
     pub fn folder(&self) -> PathBuf {
         self.out.clone().unwrap_or_else(|| "out/encounters".into())
-    }
-
-    /// What is done about files that are there already.
-    pub fn existing(&self) -> Existing {
-        if self.force { Existing::Replace } else { Existing::Refuse }
     }
 
     /// The command with every choice written out that the results depend on.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{cases::Case, options::Plan, settings::Detector};
 use crate::oracle::{Judgement, Reference, Verdict};
@@ -12,7 +12,7 @@ use crate::oracle::{Judgement, Reference, Verdict};
 pub const FAR_OFF: f64 = 1e-6;
 
 /// The answers of one detector to the cases of one class.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Tally {
     /// The indices of the cases that it was asked about, with what each took.
     pub asked: Vec<(usize, u32)>,
@@ -67,7 +67,7 @@ impl Tally {
             let answer = detector.ask(&case.encounter);
             tally.evaluations += u64::from(answer.evaluations);
             tally.asked.push((index, answer.evaluations));
-            tally.add(index, case, case.reference.judge(&case.encounter, &answer));
+            tally.add(index, case, case.reference().judge(&case.encounter, &answer));
             if tally.evaluations > plan.most_evaluations && !matches!(detector, Detector::Exact(_)) {
                 break;
             }
@@ -79,7 +79,7 @@ impl Tally {
     /// Counts one judgement; none where the oracle does not know.
     pub fn add(&mut self, index: usize, case: &Case, judgement: Option<Judgement>) {
         let Some(judgement) = judgement else { return };
-        self.contacts += u64::from(matches!(case.reference, Reference::Deep(_)));
+        self.contacts += u64::from(matches!(case.reference(), Reference::Deep(_)));
         *self.verdicts.entry(judgement.verdict).or_default() += 1;
         self.deviations.extend(judgement.deviation);
         let beyond_rounding = matches!(judgement.verdict, Verdict::Late | Verdict::Early);

@@ -4,6 +4,7 @@ use std::{hint::black_box, time::Duration};
 
 use carom_detection::encounters::Encounter;
 use cpu_time::ThreadTime;
+use serde::{Deserialize, Serialize};
 
 use super::{cases::Case, settings::Detector, tally::Tally};
 
@@ -18,7 +19,7 @@ const MOST_EVALUATIONS: u32 = 10_000_000;
 const SHORTEST: Duration = Duration::from_micros(100);
 
 /// Times of one detector on cases of one class.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Timing {
     /// How many cases.
     pub cases: usize,

@@ -1,11 +1,12 @@
 //! What the answer of a detector is worth.
 
 use carom_detection::{Answer, ErrorBound, Outcome, Part, Touch, encounters::Encounter};
+use serde::{Deserialize, Serialize};
 
 use super::{Number, Reference, exclusion::Deep, face::FacePair, flight::Pair};
 
 /// How an answer compares with the reference.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Verdict {
     /// The first contact, or none where there is none.
     Right,
@@ -26,7 +27,7 @@ pub enum Verdict {
 }
 
 /// A verdict, and how far off the time is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
     /// The verdict.
     pub verdict: Verdict,

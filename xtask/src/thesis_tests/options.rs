@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::output::Existing;
+use crate::pieces::Choices;
 
 /// Choices of `cargo xtask experiment spheres` and `pair`.
 #[derive(Debug, Clone, Args)]
@@ -12,7 +12,8 @@ pub struct Options {
     /// A short run to look at, under two minutes: each case for a second of processor time at most (the default)
     #[arg(long, conflicts_with = "paper")]
     pub quick: bool,
-    /// The run of the thesis: each case to 100 time units, or for ten minutes of processor time at most
+    /// The run of the thesis: each case to 100 time units, and on until its times are known to 1 %; for ten minutes of
+    /// processor time at most
     #[arg(long)]
     pub paper: bool,
     /// Processor time of each case at most (seconds) instead
@@ -24,9 +25,9 @@ pub struct Options {
     /// Where to write; out/spheres or out/pair if not given
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// Replace files of an earlier run in that folder
-    #[arg(long)]
-    pub force: bool,
+    /// Folders that are there already
+    #[command(flatten)]
+    pub choices: Choices,
 }
 
 impl Options {
@@ -49,11 +50,6 @@ impl Options {
     /// Folder to write to.
     pub fn folder(&self, test: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| format!("out/{test}").into())
-    }
-
-    /// What is done about files that are there already.
-    pub fn existing(&self) -> Existing {
-        if self.force { Existing::Replace } else { Existing::Refuse }
     }
 
     /// The command with every choice written out that the results depend on.

@@ -8,10 +8,11 @@ use carom::{
 
 use super::{
     Options,
-    report::{self, Test},
+    report::{Costs, Results, Test, cell, number},
     timing::{Timing, time},
 };
 use crate::{
+    pieces::Pieces,
     power_law::PowerLaw,
     summary::{Figure, Verdict},
 };
@@ -22,7 +23,9 @@ const ATOMS: [usize; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
 /// Radius of the atoms (length).
 const RADIUS: f64 = 0.001;
 
-const DETECTORS: [&str; 2] = ["GoldenSecant", "Exact"];
+const GOLDEN: &str = "GoldenSecant";
+const EXACT: &str = "Exact";
+const DETECTORS: [&str; 2] = [GOLDEN, EXACT];
 
 /// From so many atoms on the growth is fitted: below, what does not depend on the atoms counts more.
 const FIT_FROM: usize = 16;
@@ -68,21 +71,32 @@ pub fn run(options: &Options) -> Result<Verdict> {
                performance test of Montanari (2017), section 2.3.2, with the thesis's search for the first contact, \
                repaired, and with the certified one. Without a grid, as in the thesis.",
         size: "atoms of each rod",
-        cost: "time of one query [s]",
     };
-    test.run(options, |budget| {
+    test.run(options, |budget, pieces| {
         let mut timings = Vec::new();
         for atoms in ATOMS {
-            let scene = scene(atoms, options.seed);
-            let golden = (GoldenSecant::default(), Fineness::Given(1));
-            timings.push(time::<_, Thesis>(DETECTORS[0], atoms, &scene, golden, budget)?);
-            let exact = (Exact::default(), Fineness::Given(1));
-            timings.push(time::<_, Thesis>(DETECTORS[1], atoms, &scene, exact, budget)?);
+            for detector in DETECTORS {
+                timings.push(case(detector, atoms, options.seed, budget, pieces)?);
+            }
         }
-        let point = |timing: &Timing| Some((timing.engine, timing.size, timing.per_query()?));
-        Ok(report::Results {
-            points: timings.iter().filter_map(point).collect(),
-            published: Vec::new(),
+        let each = |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.per_query()?.0));
+        let times = |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.for_thesis_time()?.0));
+        let fit = |atoms| Some(("fit of figure 2.4, as published".to_owned(), atoms, figure_2_4(atoms)?));
+        Ok(Results {
+            charts: vec![
+                Costs {
+                    file: "query.svg",
+                    what: "time of one query [s]",
+                    points: timings.iter().filter_map(each).collect(),
+                    published: Vec::new(),
+                },
+                Costs {
+                    file: "cost.svg",
+                    what: "time for 100 time units [s]",
+                    points: timings.iter().filter_map(times).collect(),
+                    published: ATOMS.into_iter().filter_map(fit).collect(),
+                },
+            ],
             figures: figures(&timings),
             header: [
                 "detector",
@@ -101,32 +115,58 @@ pub fn run(options: &Options) -> Result<Verdict> {
     })
 }
 
+/// Rods of so many atoms with one detector.
+fn case(detector: &str, atoms: usize, seed: u64, budget: f64, pieces: &Pieces) -> Result<Timing> {
+    let (scene, no_grid, signals) = (scene(atoms, seed), Fineness::Given(1), pieces.signals());
+    pieces.finish(&format!("{detector}, {atoms}"), || {
+        if detector == GOLDEN {
+            let golden = GoldenSecant::default();
+            time::<_, Thesis>(detector, atoms, &scene, (golden, no_grid), budget, signals)
+        } else {
+            time::<_, Thesis>(detector, atoms, &scene, (Exact::default(), no_grid), budget, signals)
+        }
+    })
+}
+
 fn row(timing: &Timing) -> Vec<String> {
-    let dash = || "–".to_owned();
     vec![
-        timing.engine.to_owned(),
+        timing.engine.clone(),
         timing.size.to_string(),
         timing.totals.collisions.to_string(),
-        timing.queries.to_string(),
-        timing.per_query().map_or_else(dash, |seconds| report::number(seconds * 1e6)),
-        report::number(timing.for_thesis_time()),
-        figure_2_4(timing.size).map_or_else(dash, report::number),
-        report::number(timing.totals.simulated_time),
+        timing.whole.queries.to_string(),
+        cell(timing.per_query(), 1e-6),
+        cell(timing.for_thesis_time(), 1.0),
+        figure_2_4(timing.size).map_or_else(|| "–".to_owned(), number),
+        number(timing.totals.simulated_time),
     ]
 }
 
 fn figures(timings: &[Timing]) -> Vec<Figure> {
-    let law = |detector: &'static str| {
+    let mut figures = Vec::new();
+    for detector in DETECTORS {
         let of = timings.iter().filter(|timing| timing.engine == detector && timing.size >= FIT_FROM);
         let points: Vec<(f64, f64)> =
-            of.filter_map(|timing| Some((timing.size as f64, timing.per_query()?))).collect();
-        PowerLaw::through(&points).map(|law| {
+            of.filter_map(|timing| Some((timing.size as f64, timing.per_query()?.0))).collect();
+        figures.extend(PowerLaw::through(&points).map(|law| {
             let name =
                 format!("{detector}: exponent of the time per query against the atoms, from {FIT_FROM} on");
-            Figure::new(name, law.exponent, "1").error(law.error)
-        })
+            let figure = Figure::new(name, law.exponent, "1").error(law.error);
+            if detector == GOLDEN { figure.predicted(2.0, "the thesis: all pairs of atoms") } else { figure }
+        }));
+    }
+    let cost = |detector, atoms| {
+        let case = timings.iter().find(|timing| timing.engine == detector && timing.size == atoms)?;
+        case.per_query()
     };
-    DETECTORS.into_iter().filter_map(law).collect()
+    figures.extend(ATOMS.into_iter().filter_map(|atoms| {
+        let ((golden, error_of_golden), (exact, error_of_exact)) =
+            (cost(GOLDEN, atoms)?, cost(EXACT, atoms)?);
+        let error = error_of_golden.zip(error_of_exact).map(|(a, b)| (a / golden).hypot(b / exact));
+        let ratio = golden / exact;
+        let name = format!("{GOLDEN} over {EXACT}, time per query, rods of {atoms}");
+        Some(Figure::new(name, ratio, "1").error(error.map(|error| error * ratio)))
+    }));
+    figures
 }
 
 #[cfg(test)]
@@ -136,14 +176,7 @@ mod tests {
     #[test]
     fn rods_of_every_length_begin_apart_and_meet() {
         for atoms in [1, 2, 16] {
-            let timing = time::<_, Thesis>(
-                "Exact",
-                atoms,
-                &scene(atoms, 1),
-                (Exact::default(), Fineness::Given(1)),
-                0.05,
-            )
-            .unwrap();
+            let timing = case(EXACT, atoms, 1, 0.05, &Pieces::default()).unwrap();
             assert!(timing.totals.collisions > 0 && timing.totals.overlapping_pairs == 0, "{timing:?}");
             assert!(timing.totals.energy_drift < 1e-12);
         }

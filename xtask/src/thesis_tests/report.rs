@@ -2,11 +2,16 @@
 
 use anyhow::Result;
 
-use super::{Options, timing::Timing};
+use super::{
+    Options,
+    timing::{Measured, Timing},
+};
 use crate::{
+    interruption::Signals,
     manifest::Manifest,
     output::Folder,
-    page::{Layout, Page},
+    page::{Layout, Page, with_error},
+    pieces::Pieces,
     say,
     scatter::{Mark, Point, Scatter},
     summary::{Figure, Summary, Totals, Verdict},
@@ -23,8 +28,6 @@ pub struct Test {
     pub lead: &'static str,
     /// What grows.
     pub size: &'static str,
-    /// What it costs.
-    pub cost: &'static str,
 }
 
 /// What came out.
@@ -32,16 +35,35 @@ pub struct Test {
 pub struct Results {
     /// The cases.
     pub timings: Vec<Timing>,
-    /// Points of the chart: which engine, how many, what it costs.
-    pub points: Vec<(&'static str, usize, f64)>,
-    /// The same from the thesis.
-    pub published: Vec<(&'static str, usize, f64)>,
+    /// The charts, the first of which is the most telling.
+    pub charts: Vec<Costs>,
     /// Exponents and counts.
     pub figures: Vec<Figure>,
     /// Header of the table.
     pub header: Vec<&'static str>,
     /// The table.
     pub rows: Vec<Vec<String>>,
+}
+
+/// What something costs against its size.
+#[derive(Debug)]
+pub struct Costs {
+    /// Name of the file.
+    pub file: &'static str,
+    /// What it costs, with its unit.
+    pub what: &'static str,
+    /// Which engine, how many, what it costs.
+    pub points: Vec<(String, usize, f64)>,
+    /// The same from the thesis.
+    pub published: Vec<(String, usize, f64)>,
+}
+
+/// A measured figure in units of `unit`, a dash where there is none.
+pub fn cell(measured: Option<Measured>, unit: f64) -> String {
+    measured.map_or_else(
+        || "–".to_owned(),
+        |(value, error)| with_error(value / unit, error.map(|error| error / unit)),
+    )
 }
 
 /// A figure to three digits.
@@ -54,16 +76,24 @@ impl Test {
     ///
     /// # Errors
     /// A folder that is not empty or cannot be written, a run that cannot go on.
-    pub fn run(&self, options: &Options, measure: impl FnOnce(f64) -> Result<Results>) -> Result<Verdict> {
-        let folder = Folder::create(&options.folder(self.name), options.existing())?;
+    pub fn run(
+        &self,
+        options: &Options,
+        measure: impl FnOnce(f64, &Pieces) -> Result<Results>,
+    ) -> Result<Verdict> {
+        let signals = Signals::watch()?;
+        let folder = Folder::create(&options.folder(self.name), options.choices.existing())?;
         let _alone = folder.lock()?;
+        let pieces = Pieces::find(&folder, options.command(self.name), &options.choices, signals)?;
         if !options.note().is_empty() {
             say(&options.note());
         }
         let command = options.command(self.name);
         folder.write("config.toml", format!("command = \"{command}\"\n"))?;
         let manifest = Manifest::begin(&folder, &command, &[])?;
-        let results = measure(options.budget())?;
+        pieces.begin()?;
+        let results = measure(options.budget(), &pieces)?;
+        pieces.end()?;
         let totals: Vec<Totals> = results.timings.iter().map(|timing| timing.totals).collect();
         let totals = Totals::of(&totals);
         let summary = Summary {
@@ -74,18 +104,23 @@ impl Test {
             figures: results.figures.clone(),
             runs: Vec::new(),
         };
-        let chart = self.chart(&results)?;
-        folder.write("cost.svg", &chart)?;
+        let charts: Vec<String> =
+            results.charts.iter().map(|costs| self.chart(costs)).collect::<Result<_>>()?;
+        for (costs, chart) in results.charts.iter().zip(&charts) {
+            folder.write(costs.file, chart)?;
+        }
         let rows = results.timings.iter().map(|timing| {
-            let Timing { engine, size, queries, seconds, totals } = timing;
+            let Timing { engine, size, whole, .. } = timing;
+            let (reckoned, error) = timing.for_thesis_time().unzip();
             (
                 engine,
                 size,
-                totals.simulated_time,
-                totals.collisions,
-                queries,
-                seconds,
-                timing.for_thesis_time(),
+                whole.time,
+                whole.collisions,
+                whole.queries,
+                whole.seconds,
+                reckoned,
+                error.flatten(),
             )
         });
         let header = [
@@ -96,36 +131,33 @@ impl Test {
             "queries",
             "cpu_seconds",
             "cpu_seconds_for_100",
+            "standard_error",
         ];
         folder.write_table("times.csv", &header, rows)?;
-        folder.write("report.html", self.page(&results, &summary, &chart, &command).html())?;
+        folder.write("report.html", self.page(&results, &summary, &charts, &command).html())?;
         folder.write_json("summary.json", &summary)?;
-        manifest.complete(&folder, results.timings.iter().map(|timing| timing.seconds).sum())?;
+        manifest.complete(&folder, results.timings.iter().map(|timing| timing.whole.seconds).sum())?;
         crate::conclude(&folder, &summary);
         Ok(summary.verdict())
     }
 
-    fn chart(&self, results: &Results) -> Result<String> {
+    fn chart(&self, costs: &Costs) -> Result<String> {
         let mut families: Vec<String> = Vec::new();
         let mut points = Vec::new();
-        for &(name, size, cost) in results.points.iter().chain(&results.published) {
+        let measured = costs.points.iter().map(|point| (point, Mark::Joined));
+        let published = costs.published.iter().map(|point| (point, Mark::Published));
+        for ((name, size, cost), mark) in measured.chain(published) {
             let family = families.iter().position(|known| known == name).unwrap_or_else(|| {
-                families.push(name.to_owned());
+                families.push(name.clone());
                 families.len() - 1
             });
-            points.push(Point {
-                family,
-                label: String::new(),
-                x: size as f64,
-                y: cost,
-                mark: Mark::Measured,
-            });
+            points.push(Point { family, label: String::new(), x: *size as f64, y: *cost, mark });
         }
         let title = self.title.to_owned();
         Scatter {
             title,
             x_label: self.size.to_owned(),
-            y_label: self.cost.to_owned(),
+            y_label: costs.what.to_owned(),
             families,
             points,
             front: Vec::new(),
@@ -133,7 +165,7 @@ impl Test {
         .svg()
     }
 
-    fn page(&self, results: &Results, summary: &Summary, chart: &str, command: &str) -> Page {
+    fn page(&self, results: &Results, summary: &Summary, charts: &[String], command: &str) -> Page {
         let mut page = Page::new(self.title, self.lead);
         if !summary.note.is_empty() {
             page.note(&summary.note);
@@ -141,14 +173,16 @@ impl Test {
         page.checks(&summary.checks);
         page.heading("What it takes");
         page.table(&results.header, &results.rows);
-        page.pictures(
-            Layout::Full,
-            &[(chart, "Both axes are logarithmic: a power of the size is a straight line.")],
-        );
+        for chart in charts {
+            let caption = "Both axes are logarithmic: a power of the size is a straight line. Dots: measured here; rings: the \
+                           thesis's own.";
+            page.pictures(Layout::Full, &[(chart, caption)]);
+        }
         let broken = results.timings.iter().filter(|timing| !timing.is_whole()).count();
         page.paragraph(&format!(
-            "Processor time of the thread, without building the scene. {broken} of {} cases were broken off when their \
-             time was over; their figures for 100 time units are reckoned from what was done. The thesis's numbers are of an \
+            "Processor time of the thread, without building the scene, with standard errors from the scatter of equally long \
+             stretches of the run. {broken} of {} cases were broken off when their time was over; their figures for 100 time \
+             units are reckoned from what was done, where that were ten collisions at least. The thesis's numbers are of an \
              Intel Core i5-7200U.",
             results.timings.len()
         ));

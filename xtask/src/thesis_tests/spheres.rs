@@ -4,16 +4,18 @@ use std::f64::consts::PI;
 
 use anyhow::Result;
 use carom::{
-    Cells, Exact, Fineness, Instructions, Scene, Thesis,
+    Cells, Exact, Fineness, Instructions, Scene, Simulation, Thesis,
     engine::{BoxSpec, GasSpec},
 };
 
 use super::{
     Options,
-    report::{self, Test},
+    report::{Costs, Results, Test, cell, number},
     timing::{THESIS_TIME, Timing, time},
 };
 use crate::{
+    fixed_energy::mean_speed,
+    pieces::Pieces,
     power_law::PowerLaw,
     summary::{Figure, Verdict},
 };
@@ -30,7 +32,9 @@ const TABLE_2_1: [(usize, Option<f64>, f64); 5] = [
 /// Radius of the discs (length).
 const RADIUS: f64 = 0.001;
 
-const ENGINES: [&str; 3] = ["Thesis, no grid", "Thesis, grid", "Cells"];
+const NO_GRID: &str = "thesis, no grid";
+const GRID: &str = "thesis, grid";
+const ENGINES: [&str; 3] = [NO_GRID, GRID, "cells"];
 
 fn scene(count: usize, seed: u64) -> Scene {
     let gas = GasSpec {
@@ -43,13 +47,21 @@ fn scene(count: usize, seed: u64) -> Scene {
     Scene { bounds: BoxSpec { seed, ..BoxSpec::default() }, gas: vec![gas], ..Scene::default() }
 }
 
-/// Collisions of all discs in the thesis's time, by Enskog: t N n σ χ √(π kT / m) with kT the energy of a disc and
-/// χ = (1 − 7η/16)/(1 − η)² (Henderson 1975).
-fn collisions(count: usize) -> f64 {
+/// kT of a gas: its energy without that of the wind, over two degrees of freedom of each disc but one.
+fn temperature(count: usize, seed: u64) -> Result<f64> {
+    let simulation = Simulation::new(&scene(count, seed))?;
+    let (view, n) = (simulation.view(), count as f64);
+    Ok((view.energy() - 0.5 * view.momentum().length_squared() / n) / (n - 1.0))
+}
+
+/// Collisions of all discs in the thesis's time, by Enskog: t N (N − 1) σ χ √(π kT / m) with χ = (1 − 7η/16)/(1 − η)²
+/// (Henderson 1975); few discs share one energy.
+fn collisions(count: usize, temperature: f64) -> f64 {
     let n = count as f64;
     let fraction = n * PI * RADIUS * RADIUS;
     let contact = (1.0 - 7.0 * fraction / 16.0) / (1.0 - fraction).powi(2);
-    THESIS_TIME * n * n * 2.0 * RADIUS * contact * PI.sqrt()
+    let speed = (PI * temperature).sqrt() * mean_speed(2.0 * n - 2.0);
+    THESIS_TIME * n * (n - 1.0) * 2.0 * RADIUS * contact * speed
 }
 
 /// Runs the test and writes its folder.
@@ -64,38 +76,35 @@ pub fn run(options: &Options) -> Result<Verdict> {
                Montanari (2017), section 2.3.1, with the thesis's scheme of events, repaired, and with the one that carom \
                uses.",
         size: "discs",
-        cost: "time for 100 time units [s]",
     };
-    test.run(options, |budget| {
+    test.run(options, |budget, pieces| {
         let mut timings = Vec::new();
         for (count, _, _) in TABLE_2_1 {
-            let scene = scene(count, options.seed);
-            // The thesis takes the integer closest to √N.
-            let fine = Fineness::Given((count as f64).sqrt().round() as u32);
-            let exact = Exact::default;
-            timings.push(time::<_, Thesis>(
-                ENGINES[0],
-                count,
-                &scene,
-                (exact(), Fineness::Given(1)),
-                budget,
-            )?);
-            timings.push(time::<_, Thesis>(ENGINES[1], count, &scene, (exact(), fine), budget)?);
-            timings.push(time::<_, Cells>(
-                ENGINES[2],
-                count,
-                &scene,
-                (exact(), Instructions::Widest),
-                budget,
-            )?);
+            for engine in ENGINES {
+                timings.push(case(engine, count, options.seed, budget, pieces)?);
+            }
         }
-        Ok(report::Results {
-            points: timings
-                .iter()
-                .map(|timing| (timing.engine, timing.size, timing.for_thesis_time()))
-                .collect(),
-            published: published(),
-            figures: figures(&timings),
+        let times = |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.for_thesis_time()?.0));
+        let each = |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.per_collision()?.0));
+        Ok(Results {
+            charts: vec![
+                Costs {
+                    file: "cost.svg",
+                    what: "time for 100 time units [s]",
+                    points: timings.iter().filter_map(times).collect(),
+                    published: published(),
+                },
+                Costs {
+                    file: "collision.svg",
+                    what: "time of one collision [s]",
+                    points: timings.iter().filter_map(each).collect(),
+                    published: published()
+                        .into_iter()
+                        .map(|(name, count, seconds)| (name, count, seconds / collisions(count, 1.0)))
+                        .collect(),
+                },
+            ],
+            figures: figures(&timings, options.seed)?,
             header: [
                 "engine",
                 "discs",
@@ -103,75 +112,85 @@ pub fn run(options: &Options) -> Result<Verdict> {
                 "by Enskog",
                 "time for 100 [s]",
                 "thesis, table 2.1 [s]",
-                "ns per collision",
+                "µs per collision",
                 "time units run",
             ]
             .to_vec(),
-            rows: timings.iter().map(row).collect(),
+            rows: timings.iter().map(|timing| row(timing, options.seed)).collect::<Result<_>>()?,
             timings,
         })
     })
 }
 
-fn published() -> Vec<(&'static str, usize, f64)> {
-    let without =
-        TABLE_2_1.iter().filter_map(|&(count, seconds, _)| Some(("thesis, no grid", count, seconds?)));
-    let with = TABLE_2_1.iter().map(|&(count, _, seconds)| ("thesis, grid", count, seconds));
+/// One number of discs on one engine.
+fn case(engine: &str, count: usize, seed: u64, budget: f64, pieces: &Pieces) -> Result<Timing> {
+    let (scene, exact, signals) = (scene(count, seed), Exact::default(), pieces.signals());
+    // The thesis takes the integer closest to √N.
+    let fine = (count as f64).sqrt().round() as u32;
+    pieces.finish(&format!("{engine}, {count}"), || match engine {
+        NO_GRID => time::<_, Thesis>(engine, count, &scene, (exact, Fineness::Given(1)), budget, signals),
+        GRID => time::<_, Thesis>(engine, count, &scene, (exact, Fineness::Given(fine)), budget, signals),
+        _ => time::<_, Cells>(engine, count, &scene, (exact, Instructions::Widest), budget, signals),
+    })
+}
+
+fn published() -> Vec<(String, usize, f64)> {
+    let of = |name: &str, count, seconds| (format!("{name}, as published"), count, seconds);
+    let without = TABLE_2_1.iter().filter_map(|&(count, seconds, _)| Some(of(NO_GRID, count, seconds?)));
+    let with = TABLE_2_1.iter().map(|&(count, _, seconds)| of(GRID, count, seconds));
     without.chain(with).collect()
 }
 
-fn row(timing: &Timing) -> Vec<String> {
+fn row(timing: &Timing, seed: u64) -> Result<Vec<String>> {
     let line = TABLE_2_1.iter().find(|line| line.0 == timing.size);
-    let thesis = line.map_or_else(String::new, |&(_, without, with)| match (timing.engine, without) {
-        (engine, Some(seconds)) if engine == ENGINES[0] => seconds.to_string(),
-        (engine, None) if engine == ENGINES[0] => "> 7200".to_owned(),
-        (engine, _) if engine == ENGINES[1] => with.to_string(),
+    let thesis = line.map_or_else(String::new, |&(_, without, with)| match timing.engine.as_str() {
+        NO_GRID => without.map_or_else(|| "> 7200".to_owned(), |seconds| seconds.to_string()),
+        GRID => with.to_string(),
         _ => "–".to_owned(),
     });
     let share = THESIS_TIME / timing.totals.simulated_time;
-    vec![
-        timing.engine.to_owned(),
+    Ok(vec![
+        timing.engine.clone(),
         timing.size.to_string(),
         format!("{:.0}", timing.totals.collisions as f64 * share),
-        format!("{:.0}", collisions(timing.size)),
-        report::number(timing.for_thesis_time()),
+        format!("{:.0}", collisions(timing.size, temperature(timing.size, seed)?)),
+        cell(timing.for_thesis_time(), 1.0),
         thesis,
-        timing.per_collision().map_or_else(|| "–".to_owned(), |seconds| format!("{:.0}", seconds * 1e9)),
-        report::number(timing.totals.simulated_time),
-    ]
+        cell(timing.per_collision(), 1e-6),
+        number(timing.totals.simulated_time),
+    ])
 }
 
-fn figures(timings: &[Timing]) -> Vec<Figure> {
+fn figures(timings: &[Timing], seed: u64) -> Result<Vec<Figure>> {
     let mut figures = Vec::new();
+    let of = |engine: &'static str| timings.iter().filter(move |timing| timing.engine == engine);
     for engine in ENGINES {
-        let of = || timings.iter().filter(move |timing| timing.engine == engine);
-        let all: Vec<(f64, f64)> = of().map(|t| (t.size as f64, t.for_thesis_time())).collect();
-        let each: Vec<(f64, f64)> = of().filter_map(|t| Some((t.size as f64, t.per_collision()?))).collect();
-        for (what, points) in [("time for 100 time units", all), ("time per collision", each)] {
-            figures.extend(PowerLaw::through(&points).map(|law| {
-                Figure::new(format!("{engine}: exponent of the {what} against N"), law.exponent, "1")
-                    .error(law.error)
-            }));
-        }
-        figures.extend(of().filter(|timing| timing.totals.collisions > 0).map(|timing| {
-            let count = timing.totals.collisions as f64;
-            let rate = count / timing.totals.simulated_time;
-            Figure::new(format!("{engine}: collisions of {} discs", timing.size), rate, "1/time")
-                .error(rate / count.sqrt())
-                .predicted(collisions(timing.size) / THESIS_TIME, "Enskog")
-        }));
+        let times = of(engine).filter_map(|t| Some((t.size as f64, t.for_thesis_time()?.0)));
+        let each = of(engine).filter_map(|t| Some((t.size as f64, t.per_collision()?.0)));
+        figures.extend(exponent(&format!("{engine}: exponent of the time for 100 time units"), times));
+        figures.extend(exponent(&format!("{engine}: exponent of the time of one collision"), each));
     }
-    for (name, with) in [("without", false), ("with", true)] {
-        let points: Vec<(f64, f64)> = TABLE_2_1
-            .iter()
-            .filter_map(|&(count, without, grid)| Some((count as f64, if with { grid } else { without? })))
-            .collect();
-        figures.extend(PowerLaw::through(&points).map(|law| {
-            Figure::new(format!("the thesis's own table 2.1, {name} grid: exponent"), law.exponent, "1")
-                .error(law.error)
-        }));
-    }
+    let table = || TABLE_2_1.iter().map(|&(count, without, with)| (count as f64, without, with));
+    let without = table().filter_map(|(count, without, _)| Some((count, without?)));
+    figures.extend(exponent("table 2.1 of the thesis, no grid: exponent", without));
     figures
+        .extend(exponent("table 2.1 of the thesis, grid: exponent", table().map(|(n, _, with)| (n, with))));
+    let collided = ENGINES.into_iter().flat_map(of).filter(|timing| timing.totals.collisions > 0);
+    for timing in collided {
+        let count = timing.totals.collisions as f64;
+        let rate = count / timing.totals.simulated_time;
+        let predicted = collisions(timing.size, temperature(timing.size, seed)?) / THESIS_TIME;
+        let name = format!("{}: collisions of {} discs", timing.engine, timing.size);
+        let figure = Figure::new(name, rate, "1/time").error(rate / count.sqrt());
+        figures.push(figure.predicted(predicted, "Enskog, few discs at fixed energy"));
+    }
+    Ok(figures)
+}
+
+/// The exponent of a power of the number of discs.
+fn exponent(name: &str, points: impl Iterator<Item = (f64, f64)>) -> Option<Figure> {
+    let law = PowerLaw::through(&points.collect::<Vec<_>>())?;
+    Some(Figure::new(name, law.exponent, "1").error(law.error))
 }
 
 #[cfg(test)]
@@ -182,18 +201,16 @@ mod tests {
     #[test]
     fn collisions_of_a_thin_gas() {
         let dilute = THESIS_TIME * 0.5 * 1000.0 * (2.0 * 1000.0 * 0.002 * PI.sqrt());
-        assert!((collisions(1000) / dilute - 1.0).abs() < 0.006 && collisions(1000) > dilute);
+        let found = collisions(1000, 1.0);
+        assert!((found / dilute - 1.0).abs() < 0.006 && found > dilute);
     }
 
     #[test]
     fn all_engines_count_the_collisions_of_the_same_gas() {
-        let scene = scene(500, 3);
-        let budget = 0.2;
-        let exact = Exact::default;
-        let thesis = time::<_, Thesis>("a", 500, &scene, (exact(), Fineness::Given(22)), budget).unwrap();
-        let cells = time::<_, Cells>("b", 500, &scene, (exact(), Instructions::Widest), budget).unwrap();
-        for timing in [thesis, cells] {
-            let expected = collisions(500) * timing.totals.simulated_time / THESIS_TIME;
+        for engine in [GRID, "cells"] {
+            let timing = case(engine, 500, 3, 0.2, &Pieces::default()).unwrap();
+            let expected =
+                collisions(500, temperature(500, 3).unwrap()) * timing.totals.simulated_time / THESIS_TIME;
             let found = timing.totals.collisions as f64;
             assert!(
                 (found - expected).abs() < 6.0 * expected.sqrt() + 0.02 * expected,

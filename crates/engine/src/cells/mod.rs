@@ -77,7 +77,8 @@ pub enum Instructions {
 
 /// The fast scheduler; see the source for its design and the proof that it misses nothing.
 ///
-/// A box too small for a grid of three cells a side is run by [`Thesis`], which looks at every image.
+/// A box too small for a grid of three cells a side is run by [`Thesis`], which looks at every image, and so is a single
+/// body among fixed ones: what makes this one fast is the lists of those that move.
 #[derive(Debug, Clone)]
 pub struct Cells(Layout);
 
@@ -121,7 +122,8 @@ impl Scheduler for Cells {
     fn new(instructions: &Instructions, world: &World) -> Result<Self, GridError> {
         // Also refuses a box in which a molecule would meet itself.
         Grid::counts_for(world, Fineness::Given(1))?;
-        let Some(grid) = CellGrid::new(world) else {
+        let grid = if world.is_billiard() { None } else { CellGrid::new(world) };
+        let Some(grid) = grid else {
             return Thesis::new(&Fineness::Automatic, world)
                 .map(|thesis| Self(Layout::AllPairs(Box::new(thesis))));
         };

@@ -1,0 +1,209 @@
+//! Work in pieces that do not depend on each other: each that is finished is kept, and not done again after an interruption.
+//!
+//! The checkpoint holds what is run, as text, and the results of the pieces by name. A piece is short; what is lost by a kill
+//! is the pieces under way, and those of the last moments.
+
+use std::{
+    collections::BTreeMap,
+    io,
+    path::{Path, PathBuf},
+    sync::{Mutex, MutexGuard, PoisonError},
+    time::{Duration, Instant},
+};
+
+use anyhow::{Context, Result};
+use clap::Args;
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::{
+    checkpoint_file::{self, Body, FileError},
+    interruption::Signals,
+    output::{Existing, Folder},
+    resumable::{CHECKPOINT, existing, refuse_other},
+};
+
+/// Between two checkpoints at least. Shorter: the disk is busy. Longer: more is done twice after a kill.
+const INTERVAL: Duration = Duration::from_millis(500);
+
+/// Choices about folders and checkpoints, the same for every command whose work comes in pieces.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Choices {
+    /// Replace files of an earlier run in that folder
+    #[arg(long)]
+    pub force: bool,
+    /// Go on with the run in that folder; what is finished in it is kept
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+}
+
+impl Choices {
+    /// What is done about files that are there already.
+    pub fn existing(&self) -> Existing {
+        existing(self.force, self.resume)
+    }
+}
+
+/// The pieces of one run that are finished. By default they are kept in memory only.
+#[derive(Debug, Default)]
+pub struct Pieces {
+    path: Option<PathBuf>,
+    what: String,
+    signals: Signals,
+    finished: Mutex<Finished>,
+}
+
+#[derive(Debug, Default)]
+struct Finished {
+    /// Encoded results.
+    by_name: BTreeMap<String, Vec<u8>>,
+    saved: Option<Instant>,
+    is_saved: bool,
+}
+
+impl Pieces {
+    /// Those that an earlier process has finished, if it is to be gone on with; nothing is written.
+    ///
+    /// # Errors
+    /// The checkpoint cannot be read, or is of another run.
+    pub fn find(folder: &Folder, what: String, choices: &Choices, signals: Signals) -> Result<Self> {
+        let path = folder.path().join(CHECKPOINT);
+        let by_name = if choices.resume {
+            read(&path, &what).with_context(|| format!("cannot resume from {}", path.display()))?
+        } else {
+            BTreeMap::new()
+        };
+        let finished = Finished { by_name, ..Finished::default() };
+        Ok(Self { path: Some(path), what, signals, finished: Mutex::new(finished) })
+    }
+
+    /// Takes the place of an older checkpoint.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn begin(&self) -> Result<()> {
+        let mut finished = self.lock();
+        self.save(&mut finished)?;
+        // The first piece is kept at once.
+        finished.saved = None;
+        Ok(())
+    }
+
+    /// Whether a piece is finished.
+    pub fn has(&self, name: &str) -> bool {
+        self.lock().by_name.contains_key(name)
+    }
+
+    /// Who may ask the program to end.
+    pub fn signals(&self) -> &Signals {
+        &self.signals
+    }
+
+    /// The result of a piece: what is kept of it, or else the work is done, and its result kept.
+    ///
+    /// # Errors
+    /// The work fails, the program has been asked to end, or a checkpoint cannot be written or does not fit this program.
+    pub fn finish<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        work: impl FnOnce() -> Result<T>,
+    ) -> Result<T> {
+        if let Some(kept) = self.lock().by_name.get(name) {
+            return checkpoint_file::decode(kept)
+                .with_context(|| format!("cannot use what is kept of {name}"));
+        }
+        let done = self.signals.check().map_err(Into::into).and_then(|()| work());
+        let mut finished = self.lock();
+        if let Ok(result) = &done {
+            finished.by_name.insert(name.to_owned(), checkpoint_file::encode(result)?);
+            finished.is_saved = false;
+        }
+        let timely = finished.saved.is_none_or(|saved| saved.elapsed() >= INTERVAL);
+        // Whoever is the last to end leaves all there is.
+        if timely || done.is_err() || self.signals.check().is_err() {
+            self.save(&mut finished)?;
+        }
+        done
+    }
+
+    /// Keeps what has not been kept yet.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn end(&self) -> Result<()> {
+        self.save(&mut self.lock())
+    }
+
+    fn save(&self, finished: &mut Finished) -> Result<()> {
+        if let Some(path) = self.path.as_ref().filter(|_| !finished.is_saved) {
+            let parts = [checkpoint_file::encode(&self.what)?, checkpoint_file::encode(&finished.by_name)?];
+            checkpoint_file::write(path, &[&parts[0], &parts[1]])?;
+            finished.is_saved = true;
+            finished.saved = Some(Instant::now());
+        }
+        Ok(())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Finished> {
+        self.finished.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn read(path: &Path, what: &str) -> Result<BTreeMap<String, Vec<u8>>> {
+    let mut body = match Body::read(path) {
+        // Killed before its first.
+        Err(FileError::Unreadable(error)) if error.kind() == io::ErrorKind::NotFound => {
+            return Ok(BTreeMap::new());
+        }
+        body => body?,
+    };
+    let there: String = body.take()?;
+    refuse_other(&there, what)?;
+    Ok(body.take()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::bail;
+
+    fn pieces(folder: &Folder, what: &str, resume: bool) -> Result<Pieces> {
+        Pieces::find(folder, what.to_owned(), &Choices { force: !resume, resume }, Signals::default())
+    }
+
+    #[test]
+    fn what_is_finished_is_not_done_again_and_comes_back_to_the_bit() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
+        let first = pieces(&folder, "a run", false).unwrap();
+        first.begin().unwrap();
+        let sum: f64 = 0.1 + 0.2;
+        assert_eq!(first.finish("a", || Ok(vec![sum, -0.0])).unwrap(), [sum, -0.0]);
+        assert!(first.finish::<u8>("b", || bail!("broken")).is_err());
+        drop(first);
+
+        let again = pieces(&folder, "a run", true).unwrap();
+        assert!(again.has("a") && !again.has("b"));
+        let kept: Vec<f64> = again.finish("a", || bail!("done again")).unwrap();
+        assert_eq!(
+            kept.iter().map(|x| x.to_bits()).collect::<Vec<_>>(),
+            [sum.to_bits(), (-0.0f64).to_bits()]
+        );
+        assert_eq!(again.finish("b", || Ok(7u8)).unwrap(), 7);
+        assert!(again.finish::<String>("b", || Ok(String::new())).is_err(), "it is a number");
+    }
+
+    #[test]
+    fn a_checkpoint_of_another_run_is_refused_and_replaced_only_if_asked() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
+        let first = pieces(&folder, "a run", false).unwrap();
+        first.finish("a", || Ok(1u8)).unwrap();
+        first.end().unwrap();
+        let refused = format!("{:#}", pieces(&folder, "another", true).unwrap_err());
+        assert!(refused.contains("another run: there it says `a run`, here `another`"), "{refused}");
+        let forced = pieces(&folder, "another", false).unwrap();
+        assert!(!forced.has("a"));
+        forced.begin().unwrap();
+        assert!(pieces(&folder, "another", true).is_ok());
+    }
+}
