@@ -24,9 +24,25 @@ const MOST_CONTACTS_AT_ONCE: u32 = 1000;
 /// Contacts at one instant, for each body that has had one since time last moved on.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct AtOnce {
-    /// The instant, as an offset in the epoch.
+    /// The instant, as an offset in the epoch; that of the last edit, if there was no contact since.
     pub time: f64,
     pub counts: BTreeMap<u32, u32>,
+}
+
+impl AtOnce {
+    /// Goes on to another instant, if this is one.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    pub fn begin(&mut self, time: f64) -> bool {
+        let later = time > self.time;
+        if later {
+            self.time = time;
+            if !self.counts.is_empty() {
+                self.counts.clear();
+            }
+        }
+        later
+    }
 }
 
 /// All that a contact may ask for or change, the queue of events apart.
@@ -239,14 +255,7 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn bound_contacts_at_once(&mut self, bodies: [u32; 2], time: f64) -> Result<(), RunError> {
-        if time > self.at_once.time {
-            self.at_once.time = time;
-            if !self.at_once.counts.is_empty() {
-                self.at_once.counts.clear();
-            }
-            return Ok(());
-        }
-        self.count_contacts_at_once(bodies, time)
+        if self.at_once.begin(time) { Ok(()) } else { self.count_contacts_at_once(bodies, time) }
     }
 
     #[cold]
