@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Context, Result};
-use rayon::{ThreadPoolBuilder, prelude::*};
+use anyhow::Result;
+use rayon::prelude::*;
 
 use super::{
     Options,
@@ -18,7 +18,7 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
-    manifest::Manifest,
+    experiment::{Experiment, Opening, threads},
     output::Folder,
     say,
     summary::{Check, Summary, Totals, Verdict},
@@ -74,15 +74,18 @@ pub struct Results {
 /// A folder that is not empty or cannot be written, a run to record from that breaks off.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
-    let folder = Folder::create(&options.folder(), options.existing())?;
-    if !options.note().is_empty() {
-        say(&options.note());
-    }
-    folder.write("config.toml", configuration(options, &plan))?;
-    let manifest = Manifest::begin(&folder, &options.command(), &[])?;
-    let begun = cpu_time::ProcessTime::now();
-    let threads = usize::from(options.threads.unwrap_or(0));
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build().context("threads")?;
+    let experiment = Experiment::begin(
+        &options.destination,
+        &Opening {
+            folder: "out/encounters",
+            note: &options.note(),
+            command: &options.command(),
+            configuration: Some(configuration(options, &plan)),
+            scenes: &[],
+        },
+    )?;
+    let folder = &experiment.folder;
+    let pool = threads(options.threads)?;
     let (groups, totals) = pool.install(|| cases::groups(options.seed, &plan))?;
     say(&format!(
         "{} cases of {} classes",
@@ -112,9 +115,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
         })
         .collect();
     let results = Results { settings, classes, totals };
-    let summary = write(&folder, &results, &groups, options)?;
-    manifest.complete(&folder, begun.elapsed().as_secs_f64())?;
-    say(&format!("{}", folder.path().join("report.html").display()));
+    let summary = write(folder, &results, &groups, options)?;
+    say(&format!("{}", experiment.complete()?.path().join("report.html").display()));
     Ok(summary.verdict())
 }
 

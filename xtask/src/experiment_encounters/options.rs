@@ -1,10 +1,8 @@
 //! What can be chosen about the experiment, and how much work follows from it.
 
-use std::path::PathBuf;
-
 use clap::Args;
 
-use crate::output::Existing;
+use crate::output::Destination;
 
 /// Choices of `cargo xtask experiment encounters`.
 #[derive(Debug, Clone, Args)]
@@ -21,12 +19,9 @@ pub struct Options {
     /// Threads that search at once; as many as there are processors if not given. Only times of the clock depend on it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
-    /// Where to write; out/encounters if not given
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Replace files of an earlier run in that folder
-    #[arg(long)]
-    pub force: bool,
+    /// Where to write, and over what
+    #[command(flatten)]
+    pub destination: Destination,
 }
 
 /// How much is done.
@@ -78,16 +73,6 @@ impl Options {
             "This is a short run, to look at: rates below some 1e-3 cannot be seen. The full run is --paper."
                 .to_owned()
         }
-    }
-
-    /// Folder to write to.
-    pub fn folder(&self) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| "out/encounters".into())
-    }
-
-    /// What is done about files that are there already.
-    pub fn existing(&self) -> Existing {
-        if self.force { Existing::Replace } else { Existing::Refuse }
     }
 
     /// The command with every choice written out that the results depend on.

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Context, Result};
-use rayon::{ThreadPoolBuilder, prelude::*};
+use anyhow::Result;
+use rayon::prelude::*;
 
 use super::{
     Options,
@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     conclude,
-    manifest::Manifest,
+    experiment::{Experiment, Opening, threads},
     output::Folder,
     progress::Progress,
     say,
@@ -45,21 +45,22 @@ const MOST_OF_THESIS: u64 = 20_000;
 /// A folder that is not empty or cannot be written, a run that breaks off where none may.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
-    let folder = Folder::create(&options.folder(), options.existing())?;
-    if !options.note().is_empty() {
-        say(&options.note());
-    }
-    folder.write("config.toml", configuration(options, &plan))?;
     let drifting = scenes();
     let scenes_of: Vec<&carom::Scene> = drifting.iter().map(|(_, scene)| scene).collect();
-    let manifest = Manifest::begin(&folder, &options.command(), &scenes_of)?;
-    let begun = cpu_time::ProcessTime::now();
-    let threads = usize::from(options.threads.unwrap_or(0));
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build().context("threads")?;
-    let results = pool.install(|| measure(&plan))?;
-    let summary = write(&folder, &results, options)?;
-    manifest.complete(&folder, begun.elapsed().as_secs_f64())?;
-    conclude(&folder, &summary);
+    let experiment = Experiment::begin(
+        &options.destination,
+        &Opening {
+            folder: "out/extremes",
+            note: &options.note(),
+            command: &options.command(),
+            configuration: Some(configuration(options, &plan)),
+            scenes: &scenes_of,
+        },
+    )?;
+    let folder = &experiment.folder;
+    let results = threads(options.threads)?.install(|| measure(&plan))?;
+    let summary = write(folder, &results, options)?;
+    conclude(&experiment.complete()?, &summary);
     Ok(summary.verdict())
 }
 

@@ -1,10 +1,10 @@
 //! What can be chosen about the experiment, and how much work follows from it.
 
-use std::{path::PathBuf, time::Duration};
+use std::time::Duration;
 
 use clap::Args;
 
-use crate::output::Existing;
+use crate::output::Destination;
 
 /// Choices of `cargo xtask experiment extremes`.
 #[derive(Debug, Clone, Args)]
@@ -18,12 +18,9 @@ pub struct Options {
     /// Threads; as many as there are processors if not given. Only times of the clock depend on it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
-    /// Where to write; out/extremes if not given
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Replace files of an earlier run in that folder
-    #[arg(long)]
-    pub force: bool,
+    /// Where to write, and over what
+    #[command(flatten)]
+    pub destination: Destination,
 }
 
 /// How much is done.
@@ -77,16 +74,6 @@ impl Options {
              5e6 collisions of a gas. The full run is --paper."
                 .to_owned()
         }
-    }
-
-    /// Folder to write to.
-    pub fn folder(&self) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| "out/extremes".into())
-    }
-
-    /// What is done about files that are there already.
-    pub fn existing(&self) -> Existing {
-        if self.force { Existing::Replace } else { Existing::Refuse }
     }
 
     /// The command with every choice written out that the results depend on.
