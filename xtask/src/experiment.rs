@@ -20,8 +20,8 @@ pub struct Opening<'a> {
     pub note: &'a str,
     /// The command with every choice written out that the results depend on.
     pub command: &'a str,
-    /// `config.toml`: the command and what follows from it; none if there is no more to say.
-    pub configuration: Option<String>,
+    /// What follows from the command, as further lines of `config.toml`.
+    pub configuration: &'a str,
     /// The scenes whose random numbers are told of.
     pub scenes: &'a [&'a Scene],
 }
@@ -45,9 +45,8 @@ impl Experiment {
         if !opening.note.is_empty() {
             say(opening.note);
         }
-        if let Some(configuration) = &opening.configuration {
-            folder.write("config.toml", configuration)?;
-        }
+        let Opening { command, configuration, .. } = opening;
+        folder.write("config.toml", format!("command = \"{command}\"\n{configuration}"))?;
         let manifest = Manifest::begin(&folder, opening.command, opening.scenes)?;
         Ok(Self { folder, manifest, begun: ProcessTime::now() })
     }
@@ -82,11 +81,14 @@ mod tests {
             folder: "out/never",
             note: "",
             command: "cargo xtask experiment none",
-            configuration: Some("seed = 1\n".to_owned()),
+            configuration: "seed = 1\n",
             scenes: &[],
         };
         let experiment = Experiment::begin(&destination, &opening).unwrap();
-        assert_eq!(experiment.folder.read("config.toml").unwrap(), "seed = 1\n");
+        assert_eq!(
+            experiment.folder.read("config.toml").unwrap(),
+            "command = \"cargo xtask experiment none\"\nseed = 1\n"
+        );
         assert!(!Manifest::is_complete(&experiment.folder));
         assert!(Manifest::is_complete(&experiment.complete().unwrap()));
         assert!(Experiment::begin(&destination, &opening).is_err(), "nothing is overwritten unasked");

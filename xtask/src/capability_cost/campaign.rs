@@ -121,7 +121,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
             folder: "out/capability-cost",
             note: "",
             command: &options.command(),
-            configuration: None,
+            configuration: &format!(
+                "intervals_counted = {}\nrounds_of_times = {}\n",
+                plan.counted, plan.rounds
+            ),
             scenes: &[],
         },
     )?;

@@ -80,7 +80,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
             folder: "out/encounters",
             note: &options.note(),
             command: &options.command(),
-            configuration: Some(configuration(options, &plan)),
+            configuration: &configuration(options, &plan),
             scenes: &[],
         },
     )?;
@@ -122,15 +122,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
 
 fn configuration(options: &Options, plan: &Plan) -> String {
     format!(
-        "command = \"{}\"\nseed = {}\ncases_of_each_class = {}\nmost_intervals_of_the_oracle = {}\n\
+        "seed = {}\ncases_of_each_class = {}\nmost_intervals_of_the_oracle = {}\n\
          most_evaluations_of_each_detector_in_a_class = {}\nrounds_of_times = {}\ncalls_of_parry_in_a_class = {}\n",
-        options.command(),
-        options.seed,
-        plan.cases,
-        plan.most_intervals,
-        plan.most_evaluations,
-        plan.rounds,
-        plan.parry_cases,
+        options.seed, plan.cases, plan.most_intervals, plan.most_evaluations, plan.rounds, plan.parry_cases,
     )
 }
 

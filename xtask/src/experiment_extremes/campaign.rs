@@ -53,7 +53,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
             folder: "out/extremes",
             note: &options.note(),
             command: &options.command(),
-            configuration: Some(configuration(options, &plan)),
+            configuration: &configuration(&plan),
             scenes: &scenes_of,
         },
     )?;
@@ -64,12 +64,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
     Ok(summary.verdict())
 }
 
-fn configuration(options: &Options, plan: &Plan) -> String {
+fn configuration(plan: &Plan) -> String {
     format!(
-        "command = \"{}\"\ncollisions_of_each_gas = {}\ncollisions_of_each_trial_of_an_edge = {}\n\
+        "collisions_of_each_gas = {}\ncollisions_of_each_trial_of_an_edge = {}\n\
          halvings_of_an_edge = {}\nstarts_of_the_reversal = {}\ncollisions_of_the_drift = {:?}\n\
          patience_seconds_of_processor_time = {}\n",
-        options.command(),
         plan.collisions,
         plan.edge_collisions,
         plan.halvings,

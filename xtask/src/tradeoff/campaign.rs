@@ -86,7 +86,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
             folder: "out/tradeoff",
             note: &options.note(),
             command: &options.command(),
-            configuration: None,
+            configuration: &plan.configuration(),
             scenes: &scenes_of,
         },
     )?;

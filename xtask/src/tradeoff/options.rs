@@ -45,6 +45,17 @@ pub struct Plan {
     pub finest_step: i32,
 }
 
+impl Plan {
+    /// Its numbers, as lines of `config.toml`.
+    pub fn configuration(&self) -> String {
+        format!(
+            "rounds_of_times = {}\nseconds_of_a_turn = {}\nstates_replayed = {}\nblocks = {}\n\
+             most_seconds_of_a_setting = {}\nfinest_step = 1e-{}\n",
+            self.rounds, self.turn, self.states, self.blocks, self.most_seconds, self.finest_step,
+        )
+    }
+}
+
 impl Options {
     /// How much is done.
     pub fn plan(&self) -> Plan {

@@ -193,6 +193,6 @@ pub fn page(results: &[SceneResult], compared: &[Compared], summary: &Summary, c
     page.heading("Again");
     page.code(command);
     let charts = results.iter().flat_map(|result| result.charts.iter().map(|(name, _)| name.as_str()));
-    page.links(["settings.csv", "summary.json", "manifest.json"].into_iter().chain(charts));
+    page.links(["settings.csv", "summary.json", "manifest.json", "config.toml"].into_iter().chain(charts));
     page
 }
