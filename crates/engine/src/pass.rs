@@ -30,18 +30,11 @@ pub(crate) struct AtOnce {
 }
 
 impl AtOnce {
-    /// Goes on to another instant, if this is one.
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn begin(&mut self, time: f64) -> bool {
-        let later = time > self.time;
-        if later {
-            self.time = time;
-            if !self.counts.is_empty() {
-                self.counts.clear();
-            }
+    /// Begins anew at the start of the epoch, unless this is the instant already.
+    pub fn begin(&mut self) {
+        if self.time < 0.0 {
+            *self = Self::default();
         }
-        later
     }
 }
 
@@ -255,7 +248,14 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn bound_contacts_at_once(&mut self, bodies: [u32; 2], time: f64) -> Result<(), RunError> {
-        if self.at_once.begin(time) { Ok(()) } else { self.count_contacts_at_once(bodies, time) }
+        if time > self.at_once.time {
+            self.at_once.time = time;
+            if !self.at_once.counts.is_empty() {
+                self.at_once.counts.clear();
+            }
+            return Ok(());
+        }
+        self.count_contacts_at_once(bodies, time)
     }
 
     #[cold]
