@@ -68,13 +68,14 @@ fn configuration(plan: &Plan) -> String {
     format!(
         "collisions_of_each_gas = {}\ncollisions_of_each_trial_of_an_edge = {}\n\
          halvings_of_an_edge = {}\nstarts_of_the_reversal = {}\ncollisions_of_the_drift = {:?}\n\
-         patience_seconds_of_processor_time = {}\n",
+         patience_seconds_of_processor_time = {}\npatience_seconds_of_a_trial_of_an_edge = {}\n",
         plan.collisions,
         plan.edge_collisions,
         plan.halvings,
         plan.reversals,
         plan.drift,
         plan.patience.as_secs(),
+        plan.edge_patience.as_secs(),
     )
 }
 
@@ -104,7 +105,7 @@ fn measure(plan: &Plan) -> Result<Results> {
         .collect();
     // Last, as trials that hang go on in the background.
     say("edges");
-    let find = |edge: &Edge| edge.find(plan.edge_collisions, plan.halvings, plan.patience / 2);
+    let find = |edge: &Edge| edge.find(plan.edge_collisions, plan.halvings, plan.edge_patience);
     let edges = edges::<Ours>()
         .into_par_iter()
         .zip(edges::<Theses>())

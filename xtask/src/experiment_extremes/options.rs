@@ -12,7 +12,7 @@ pub struct Options {
     /// A short run to look at, under two minutes (the default)
     #[arg(long, conflicts_with = "paper")]
     pub quick: bool,
-    /// The run to quote from: 1e6 collisions of each gas, drift over 1e9 collisions
+    /// The run to quote from: 1e6 collisions of each gas, drift over 1e9 collisions. Under an hour on two cores
     #[arg(long)]
     pub paper: bool,
     /// Threads; as many as there are processors if not given. Only times of the clock depend on it
@@ -38,6 +38,8 @@ pub struct Plan {
     pub drift: [u64; 2],
     /// How much processor time a scene may take before it counts as hanging.
     pub patience: Duration,
+    /// The same for a trial in the search for an edge.
+    pub edge_patience: Duration,
 }
 
 impl Options {
@@ -51,6 +53,7 @@ impl Options {
                 reversals: 64,
                 drift: [1_000_000_000; 2],
                 patience: Duration::from_mins(10),
+                edge_patience: Duration::from_mins(1),
             }
         } else {
             Plan {
@@ -61,6 +64,7 @@ impl Options {
                 // A single disc keeps no others busy at once: its collisions take longest.
                 drift: [1_000_000, 5_000_000],
                 patience: Duration::from_secs(6),
+                edge_patience: Duration::from_secs(3),
             }
         }
     }

@@ -60,7 +60,7 @@ impl Options {
     /// How much is done.
     pub fn plan(&self) -> Plan {
         if self.paper {
-            Plan { rounds: 11, turn: 0.2, states: 300, blocks: 400, most_seconds: 20.0, finest_step: 5 }
+            Plan { rounds: 11, turn: 0.2, states: 300, blocks: 400, most_seconds: 12.0, finest_step: 5 }
         } else {
             Plan { rounds: 5, turn: 0.02, states: 12, blocks: 20, most_seconds: 0.3, finest_step: 2 }
         }
