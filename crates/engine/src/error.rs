@@ -209,7 +209,7 @@ pub enum RunError {
         /// Its angular velocity (radians per time).
         spin: f64,
         /// The slow body.
-        outpaced: BodyName,
+        outpaced: Box<BodyName>,
         /// How far that goes in an epoch (length).
         way: f64,
     },

@@ -137,7 +137,7 @@ pub(crate) fn refuse_outpaced(
         body: BodyName::new(&world.bodies[fast], names),
         speed: motion.velocity.length(),
         spin: motion.angular_velocity,
-        outpaced: BodyName::new(&world.bodies[slow], names),
+        outpaced: Box::new(BodyName::new(&world.bodies[slow], names)),
         way: way(slow),
     })
 }

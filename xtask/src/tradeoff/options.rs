@@ -6,7 +6,6 @@ use crate::output::Destination;
 
 /// Choices of `cargo xtask experiment tradeoff`.
 #[derive(Debug, Clone, Args)]
-#[expect(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 pub struct Options {
     /// A short run to look at, under two minutes (the default)
     #[arg(long, conflicts_with = "paper")]
