@@ -4,10 +4,12 @@
 #[path = "support/engine.rs"]
 mod support;
 
+use carom_detection::Exact;
 use carom_engine::{
-    Cells, Fineness, Instructions, Observer, Rotation, Scene, Scheduler, Thesis, View, WallSpec,
+    Cells, Fineness, Instructions, Observer, Rotation, Scene, Scheduler, Simulation, Thesis, View, WallSpec,
 };
 use carom_kinematics::{Instant, Orientation};
+use carom_response::Impact;
 use glam::DVec2;
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
 use rand_pcg::Pcg64;
@@ -65,7 +67,10 @@ fn check_pieces<S: Scheduler>(options: &S::Options) {
 struct Silent;
 
 impl Observer for Silent {
-    const WATCHES_COLLISIONS: bool = false;
+    #[inline]
+    fn is_watching(&self) -> bool {
+        false
+    }
 }
 
 #[test]
@@ -76,6 +81,15 @@ fn velocities_times_a_power_of_two_give_the_same_paths() {
 fn check_scaling<S: Scheduler>(options: &S::Options) {
     let mut base = frozen(&simulate::<S>(&menagerie(2), options).view());
     base.elasticity.default = 0.95;
+    check_scaling_of::<S>(&base, options, &[-60, -31, -1, 1, 30, 61]);
+}
+
+/// Runs a scene of single bodies, and again with velocities times powers of two; gives the first run.
+fn check_scaling_of<S: Scheduler>(
+    base: &Scene,
+    options: &S::Options,
+    exponents: &[i32],
+) -> Simulation<Exact, Impact, S> {
     let run = |factor: f64| {
         let mut scaled = base.clone();
         for molecule in &mut scaled.molecule {
@@ -87,18 +101,20 @@ fn check_scaling<S: Scheduler>(options: &S::Options) {
         simulation
     };
     let one = run(1.0);
-    let expected: Vec<_> = one.view().bodies().map(|body| body.motion).collect();
-    for exponent in [-60, -31, -1, 1, 30, 61] {
+    for &exponent in exponents {
         let factor = 2f64.powi(exponent);
         let scaled = run(factor);
-        assert_eq!(scaled.view().counters(), one.view().counters(), "2^{exponent}");
-        for (motion, expected) in scaled.view().bodies().map(|body| body.motion).zip(&expected) {
-            assert_eq!(motion.position, expected.position, "2^{exponent}");
-            assert_eq!(motion.orientation, expected.orientation);
-            assert_eq!(motion.velocity, expected.velocity * factor);
-            assert_eq!(motion.angular_velocity, expected.angular_velocity * factor);
+        let case = format!("e = {}, 2^{exponent}", base.elasticity.default);
+        assert_eq!(scaled.view().counters(), one.view().counters(), "{case}");
+        for (found, expected) in scaled.view().bodies().zip(one.view().bodies()) {
+            let (found, expected) = (found.motion, expected.motion);
+            assert_eq!(found.position, expected.position, "{case}");
+            assert_eq!(found.orientation, expected.orientation, "{case}");
+            assert_eq!(found.velocity, expected.velocity * factor, "{case}");
+            assert_eq!(found.angular_velocity, expected.angular_velocity * factor, "{case}");
         }
     }
+    one
 }
 
 #[test]
@@ -145,31 +161,9 @@ fn check_scaling_between_walls<S: Scheduler>(options: &S::Options) {
         let mut base = walled::<S>(options, Rotation::Free);
         base.elasticity.default = e;
         base.elasticity.contact_time = contact_time;
-        let run = |factor: f64| {
-            let mut scaled = base.clone();
-            for molecule in &mut scaled.molecule {
-                molecule.velocity = molecule.velocity.map(|v| v * factor);
-                molecule.angular_velocity *= factor;
-            }
-            let mut simulation = simulate::<S>(&scaled, options);
-            simulation.run_until(UNTIL / factor).unwrap();
-            simulation
-        };
-        let one = run(1.0);
+        let one = check_scaling_of::<S>(&base, options, &[-50, -1, 31]);
         assert!(one.view().counters().fixed_collisions > 20);
         assert_eq!(one.view().counters().guarded_collisions > 0, contact_time > 1e-3, "e = {e}");
-        for exponent in [-50, -1, 31] {
-            let factor = 2f64.powi(exponent);
-            let scaled = run(factor);
-            assert_eq!(scaled.view().counters(), one.view().counters(), "e = {e}, 2^{exponent}");
-            for (found, expected) in scaled.view().bodies().zip(one.view().bodies()) {
-                let (found, expected) = (found.motion, expected.motion);
-                assert_eq!(found.position, expected.position, "e = {e}, 2^{exponent}");
-                assert_eq!(found.orientation, expected.orientation);
-                assert_eq!(found.velocity, expected.velocity * factor);
-                assert_eq!(found.angular_velocity, expected.angular_velocity * factor);
-            }
-        }
     }
 }
 

@@ -3,10 +3,10 @@
 #[path = "support/engine.rs"]
 mod support;
 
-use carom_engine::{RunError, Scene, Scheduler, Simulation};
+use carom_engine::{MoleculeSpec, RunError, Scene, Scheduler, Simulation};
 use carom_kinematics::Instant;
 use glam::DVec2;
-use support::{Encounters, bits, bumper, disc, gas, scene, simulate, velocity, with_each_scheduler};
+use support::{Encounters, bits, bumper, disc, gas, named, scene, simulate, velocity, with_each_scheduler};
 
 #[test]
 fn superelastic_contacts_end_in_a_blow_up() {
@@ -229,4 +229,53 @@ fn check_wedge<S: Scheduler>(options: &S::Options) {
     funnel.bumper = vec![bumper(0.125, [0.625, 0.5 - away]), bumper(0.125, [0.625, 0.5 + away])];
     let ended = simulate::<S>(&funnel, options).run_until(1.0);
     assert!(matches!(ended, Err(RunError::Stalled { contacts: 1001, .. })), "{ended:?}");
+}
+
+#[test]
+fn a_body_too_fast_for_another_to_be_seen_moving_has_its_name() {
+    with_each_scheduler!(check_outpaced);
+}
+
+fn check_outpaced<S: Scheduler>(options: &S::Options) {
+    let with_slow = |fast| scene(vec![fast, disc(0.02, 1.0, [0.7, 0.1], [1.0, 0.25])]);
+    // 64 turns, in which an epoch ends, or a crossing of the box, in which the slow disc moves by 1e-14 of the side.
+    let rotor = |spin: f64| MoleculeSpec { angular_velocity: spin, ..named("rod:6", 0.02, 10.0, [0.3, 0.5]) };
+    let flier = |speed: f64| disc(0.02, 1.0, [0.3, 0.5], [speed, 0.0]);
+    let ended = |scene: &Scene, until: f64| simulate::<S>(scene, options).run_until(until);
+    for fast in [rotor(4e16), rotor(4e30), flier(1e14), flier(1e30)] {
+        let scene = with_slow(fast);
+        let mut simulation = simulate::<S>(&scene, options);
+        let error = simulation.run_until(0.2).unwrap_err();
+        let RunError::Outpaced { time, speed, spin, way, .. } = error.clone() else { panic!("{error}") };
+        assert!(spin == scene.molecule[0].angular_velocity && speed == scene.molecule[0].velocity[0]);
+        // It is told before any place is off by more than 1e-10.
+        assert!(time.to_f64() > 0.0 && time.to_f64() < 1e-8 && way < 1e-13, "{time} {way}");
+        assert!(error.to_string().contains("body 0") && error.to_string().contains("body 1"), "{error}");
+        // There is no way on, and trying changes nothing.
+        assert_eq!(simulation.run_until(0.2), Err(error));
+        assert_eq!(simulation.view().overlaps().pairs, 0);
+    }
+    // In the middle of a run as well, and no sooner than if it had begun there.
+    let mut simulation = simulate::<S>(&with_slow(flier(1.0)), options);
+    simulation.run_until(0.05).unwrap();
+    let key = simulation.view().bodies().next().unwrap().body.key();
+    simulation.reset_energy(key, 0.5e28).unwrap();
+    let error = simulation.run_until(0.2).unwrap_err();
+    assert!(matches!(error, RunError::Outpaced { time, .. } if time.to_f64() > 0.05 + 1e-10), "{error}");
+    // The same at any speed, to the bit.
+    let times = [0, 40].map(|power: i32| {
+        let factor = 2f64.powi(power);
+        let mut scene = with_slow(rotor(4e16 * factor));
+        scene.molecule[1].velocity = [factor, 0.25 * factor];
+        let Err(RunError::Outpaced { time, .. }) = ended(&scene, 0.2 / factor) else { panic!() };
+        time.to_f64() * factor
+    });
+    assert!(times[1] == times[0], "{times:?}");
+    // Nobody is refused who is only fast, turns among bodies at rest, or need not move so far.
+    assert_eq!(ended(&with_slow(flier(1e3)), 100.0), Ok(()));
+    let mut resting = with_slow(rotor(1.0));
+    resting.molecule[1].velocity = [0.0; 2];
+    assert_eq!(ended(&resting, 3e7), Ok(()));
+    resting.molecule[1].velocity = [1e-20, 0.0];
+    assert_eq!(ended(&resting, 3e7), Ok(()));
 }

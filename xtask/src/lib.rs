@@ -10,6 +10,7 @@ pub mod chi_square;
 pub mod cli;
 pub mod detect;
 pub mod encounters;
+pub mod experiment;
 pub mod experiment_encounters;
 pub mod experiment_extremes;
 pub mod film;

@@ -7,6 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail, ensure};
+use clap::Args;
 use serde::Serialize;
 
 /// The file that every run writes first.
@@ -21,6 +22,29 @@ pub enum Existing {
     Replace,
     /// They are gone on with; they must be those of a run.
     Resume,
+}
+
+/// Where a run writes that cannot be resumed.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Destination {
+    /// Where to write; a folder in out/ that is named after the command if not given
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Replace files of an earlier run in that folder
+    #[arg(long)]
+    pub force: bool,
+}
+
+impl Destination {
+    /// Folder to write to: what was asked for, or else `usual`.
+    pub fn folder(&self, usual: &str) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| usual.into())
+    }
+
+    /// What is done about files that are there already.
+    pub fn existing(&self) -> Existing {
+        if self.force { Existing::Replace } else { Existing::Refuse }
+    }
 }
 
 /// An output folder.

@@ -105,7 +105,7 @@ impl Page {
         self.body.push_str("</table></div>\n");
     }
 
-    /// A table of any columns; the first is text, the others numbers.
+    /// A table of any columns; the first is text, the others are numbers, or text where they are too long for one.
     pub fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
         self.body.push_str("<div class=\"wide\"><table>\n<tr>");
         for name in header {
@@ -114,7 +114,8 @@ impl Page {
         for row in rows {
             self.body.push_str("</tr>\n<tr>");
             for (column, cell) in row.iter().enumerate() {
-                let class = if column == 0 { "" } else { " class=\"number\"" };
+                let is_text = column == 0 || cell.chars().count() > LONGEST_NUMBER;
+                let class = if is_text { "" } else { " class=\"number\"" };
                 let _ = write!(self.body, "<td{class}>{}</td>", escape(cell));
             }
         }
@@ -188,6 +189,10 @@ impl Page {
     }
 }
 
+/// A cell of a table with more characters than this is no number, and may be broken into lines. Less: numbers with their
+/// errors are broken. More: words in a table make it wider than the page.
+const LONGEST_NUMBER: usize = 24;
+
 /// A prediction to one digit more than the measured value.
 fn predicted(value: f64, figure: &Figure) -> String {
     match figure.standard_error {
@@ -255,6 +260,14 @@ mod tests {
         assert_eq!(html.matches("</script").count(), 3, "{html}");
         assert!(!html.contains("{{"), "a placeholder is left");
         assert!(html.contains("&lt;script&gt;"));
+    }
+
+    #[test]
+    fn words_in_a_table_may_be_broken_into_lines_and_numbers_not() {
+        let mut page = Page::section();
+        let row = ["name", "350.62 ± 0.12", "no end in the processor time allowed"].map(str::to_owned);
+        page.table(&["a", "b", "c"], &[row.to_vec()]);
+        assert!(page.body.contains("<td>name</td><td class=\"number\">350.62 ± 0.12</td><td>no end"));
     }
 
     #[test]

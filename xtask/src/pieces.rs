@@ -18,8 +18,8 @@ use serde::{Serialize, de::DeserializeOwned};
 use crate::{
     checkpoint_file::{self, Body, FileError},
     interruption::Signals,
-    output::{Existing, Folder},
-    resumable::{CHECKPOINT, existing, refuse_other},
+    output::{Destination, Existing, Folder},
+    resumable::{CHECKPOINT, refuse_other},
 };
 
 /// Between two checkpoints at least. Shorter: the disk is busy. Longer: more is done twice after a kill.
@@ -28,9 +28,9 @@ const INTERVAL: Duration = Duration::from_millis(500);
 /// Choices about folders and checkpoints, the same for every command whose work comes in pieces.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Choices {
-    /// Replace files of an earlier run in that folder
-    #[arg(long)]
-    pub force: bool,
+    /// Where to write, and over what
+    #[command(flatten)]
+    pub destination: Destination,
     /// Go on with the run in that folder; what is finished in it is kept
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
@@ -39,7 +39,7 @@ pub struct Choices {
 impl Choices {
     /// What is done about files that are there already.
     pub fn existing(&self) -> Existing {
-        existing(self.force, self.resume)
+        if self.resume { Existing::Resume } else { self.destination.existing() }
     }
 }
 
@@ -167,7 +167,8 @@ mod tests {
     use anyhow::bail;
 
     fn pieces(folder: &Folder, what: &str, resume: bool) -> Result<Pieces> {
-        Pieces::find(folder, what.to_owned(), &Choices { force: !resume, resume }, Signals::default())
+        let choices = Choices { resume, ..Choices::default() };
+        Pieces::find(folder, what.to_owned(), &choices, Signals::default())
     }
 
     #[test]

@@ -141,9 +141,48 @@ impl Chart {
             self.draw_layer(&mut chart, layer)?;
         }
         if self.layers.iter().any(|layer| !layer.name.is_empty()) {
-            canvas::legend(&mut chart, SeriesLabelPosition::UpperRight)?;
+            canvas::legend(&mut chart, self.freest_corner())?;
         }
         Ok(())
+    }
+
+    /// The corner in which a legend hides least; of several as free, the upper right.
+    fn freest_corner(&self) -> SeriesLabelPosition {
+        let share = |value: f64, (low, high): (f64, f64)| (value - low) / (high - low);
+        let mut places: Vec<[f64; 2]> = Vec::new();
+        let mut note = |points: Vec<(f64, f64)>| {
+            let points: Vec<[f64; 2]> =
+                points.iter().map(|&(x, y)| [share(x, self.x.range), share(y, self.y.range)]).collect();
+            for ends in points.windows(2) {
+                let between =
+                    |part: f64| [0, 1].map(|axis| ends[0][axis] + part * (ends[1][axis] - ends[0][axis]));
+                places.extend((0..=8).map(|part| between(f64::from(part) / 8.0)));
+            }
+        };
+        for layer in &self.layers {
+            match &layer.shape {
+                Shape::Line(points) | Shape::Thin(points) => note(points.clone()),
+                Shape::Band(points) => {
+                    note(points.iter().map(|&(x, low, _)| (x, low)).collect());
+                    note(points.iter().map(|&(x, _, high)| (x, high)).collect());
+                }
+            }
+        }
+        let height = 0.06 + 0.05 * self.layers.iter().filter(|layer| !layer.name.is_empty()).count() as f64;
+        let hidden = |right: bool, upper: bool| {
+            let near = |[x, y]: &&[f64; 2]| {
+                (if right { 1.0 - x } else { *x }) < 0.34 && (if upper { 1.0 - y } else { *y }) < height
+            };
+            places.iter().filter(near).count()
+        };
+        let corners = [
+            (hidden(true, true), SeriesLabelPosition::UpperRight),
+            (hidden(false, true), SeriesLabelPosition::UpperLeft),
+            (hidden(true, false), SeriesLabelPosition::LowerRight),
+            (hidden(false, false), SeriesLabelPosition::LowerLeft),
+        ];
+        let [first, rest @ ..] = corners;
+        rest.into_iter().fold(first, |best, corner| if corner.0 < best.0 { corner } else { best }).1
     }
 
     fn draw_layer(&self, chart: &mut Plane<'_, Scale, Scale>, layer: &Layer) -> Result<()> {
@@ -194,6 +233,20 @@ pub(crate) fn tick(value: f64, (low, high): (f64, f64)) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_legend_stands_where_no_line_is() {
+        let corner = |points: &[(f64, f64)]| {
+            let shape = Shape::Line(points.to_vec());
+            let layers = vec![Layer { name: "a".to_owned(), colour: colour::BLUE, shape }];
+            let chart = Chart { title: String::new(), x: axis((0.0, 1.0)), y: axis((0.0, 1.0)), layers };
+            format!("{:?}", chart.freest_corner())
+        };
+        assert_eq!(corner(&[(0.0, 1.0), (1.0, 0.0)]), "UpperRight");
+        assert_eq!(corner(&[(0.0, 0.0), (1.0, 1.0)]), "UpperLeft");
+        assert_eq!(corner(&[(0.0, 1.0), (1.0, 1.0)]), "LowerRight");
+        assert_eq!(corner(&[(0.0, 1.0), (1.0, 1.0), (1.0, 0.0)]), "LowerLeft");
+    }
 
     fn axis(range: (f64, f64)) -> Axis {
         Axis { label: "t <time>".to_owned(), range }

@@ -49,16 +49,11 @@ pub struct Choices {
 impl Choices {
     /// What is done about files that are there already.
     pub fn existing(&self) -> Existing {
-        existing(self.force, self.resume)
-    }
-}
-
-/// What `--force` and `--resume` say about files that are there already.
-pub fn existing(force: bool, resume: bool) -> Existing {
-    match (force, resume) {
-        (true, _) => Existing::Replace,
-        (_, true) => Existing::Resume,
-        _ => Existing::Refuse,
+        match (self.force, self.resume) {
+            (true, _) => Existing::Replace,
+            (_, true) => Existing::Resume,
+            _ => Existing::Refuse,
+        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Points with names on two logarithmic axes, as SVG.
 
+use std::ops::Range;
+
 use anyhow::{Result, ensure};
 use plotters::{coord::Shift, prelude::*};
 
@@ -104,6 +106,9 @@ impl Scatter {
         for (index, family) in self.families.iter().enumerate() {
             let colour = COLOURS[index % COLOURS.len()];
             let own = || self.points.iter().filter(move |point| point.family == index);
+            if own().next().is_none() {
+                continue;
+            }
             let dots = own().map(|point| {
                 let is_ring = matches!(point.mark, Mark::AtMost | Mark::Published);
                 let style = if is_ring { colour.stroke_width(2) } else { colour.filled() };
@@ -127,8 +132,9 @@ impl Scatter {
         }
         let places: Vec<(i32, i32)> =
             self.points.iter().map(|point| chart.backend_coord(&(point.x, point.y))).collect();
+        let rows = chart.plotting_area().get_pixel_range().1;
         let labels: Vec<&str> = self.points.iter().map(|point| point.label.as_str()).collect();
-        for (index, (left, top)) in beside(&places, &labels).into_iter().enumerate() {
+        for (index, (left, top)) in beside(&places, &labels, &rows).into_iter().enumerate() {
             let colour = COLOURS[self.points[index].family % COLOURS.len()];
             root.draw(&Text::new(labels[index], (left, top), (FONT, 11).into_font().color(&colour)))?;
             let (x, y) = places[index];
@@ -153,20 +159,22 @@ impl Scatter {
 const HEIGHT: i32 = 13;
 const LETTER: i32 = 6;
 
-/// Where labels stand: to the right of their points, moved up or down until they cover no other and no point.
-fn beside(places: &[(i32, i32)], labels: &[&str]) -> Vec<(i32, i32)> {
+/// Where labels stand: to the right of their points, moved up or down within `rows` until they cover no other and no point.
+fn beside(places: &[(i32, i32)], labels: &[&str], rows: &Range<i32>) -> Vec<(i32, i32)> {
     let mut taken: Vec<[i32; 4]> = places.iter().map(|&(x, y)| [x - 5, y - 5, x + 5, y + 5]).collect();
     let mut found = Vec::new();
     for (&(x, y), label) in places.iter().zip(labels) {
         let width = LETTER * label.chars().count() as i32;
         let at = |shift: i32| [x + 10, y - HEIGHT / 2 + shift, x + 10 + width, y + HEIGHT / 2 + shift];
         let free = |rectangle: &[i32; 4]| {
-            taken.iter().all(|other| {
-                rectangle[2] < other[0]
-                    || other[2] < rectangle[0]
-                    || rectangle[3] < other[1]
-                    || other[3] < rectangle[1]
-            })
+            let inside = rows.start <= rectangle[1] && rectangle[3] <= rows.end;
+            inside
+                && taken.iter().all(|other| {
+                    rectangle[2] < other[0]
+                        || other[2] < rectangle[0]
+                        || rectangle[3] < other[1]
+                        || other[3] < rectangle[1]
+                })
         };
         let shifts = (0..24).flat_map(|step| [3 * step, -3 * step]);
         let rectangle = shifts.map(at).find(free).unwrap_or(at(0));
@@ -236,8 +244,10 @@ mod tests {
     fn labels_do_not_cover_each_other() {
         let places = [(100, 100); 5];
         let labels = ["one", "two", "three", "four", "five"];
-        let mut tops: Vec<i32> = beside(&places, &labels).into_iter().map(|(_, top)| top).collect();
+        let mut tops: Vec<i32> =
+            beside(&places, &labels, &(95..400)).into_iter().map(|(_, top)| top).collect();
         tops.sort_unstable();
+        assert!(tops[0] >= 95, "none leaves the chart: {tops:?}");
         assert!(tops.windows(2).all(|pair| pair[1] - pair[0] >= HEIGHT - 1), "{tops:?}");
     }
 

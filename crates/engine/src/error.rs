@@ -191,6 +191,28 @@ pub enum RunError {
         /// How long the epoch would have been (time).
         stretch: f64,
     },
+    /// One body turns or flies so much faster than another moves that the other's way is lost in the rounding of places: many
+    /// epochs have gone by without a contact, each so short that the slow one hardly moves in it.
+    ///
+    /// At the earliest beyond 9e12 turns of the one, or 1e11 crossings of the box, while the other goes one side.
+    #[error(
+        "at time {time} {body}, of speed {speed:e} and spin {spin:e}, is too fast for {outpaced}, which moves by {way:e} \
+         in an epoch and is lost in rounding"
+    )]
+    Outpaced {
+        /// When.
+        time: Instant,
+        /// The fastest body.
+        body: BodyName,
+        /// Its speed (length per time).
+        speed: f64,
+        /// Its angular velocity (radians per time).
+        spin: f64,
+        /// The slow body.
+        outpaced: Box<BodyName>,
+        /// How far that goes in an epoch (length).
+        way: f64,
+    },
     /// Speeds have grown beyond what can be computed with (superelastic contacts do this).
     #[error("at time {time} {body} is too fast to go on: speed {speed:e}")]
     BlowUp {

@@ -1,5 +1,6 @@
-//! When an epoch has to end: before the fastest body has used up the digits of its place, or the fastest rotor of its angle.
+//! When an epoch has to end, before the fastest body has used up the digits of its place or angle, and when that is too soon.
 
+use carom_kinematics::HALF_ULP;
 use glam::DVec2;
 
 use crate::{BodyName, RunError, TagNames, World};
@@ -15,6 +16,14 @@ const SIDES_PER_EPOCH_OF_BILLIARD: f64 = 8.0;
 /// An epoch older than this many stretches of a body that has become so much faster ends with the contact that made it so:
 /// at such a speed, the rounding of the time itself would be too coarse. Larger: places lose digits. Smaller: more epochs.
 const STALE_STRETCHES: f64 = 4.0;
+
+/// Epochs without a contact before a run is asked whether it gets anywhere. Fewer: a dilute scene is refused although no place
+/// is off by more than 2⁻³⁶ of the side. More: it takes longer until one that gets nowhere has its name.
+const EPOCHS_OF_PATIENCE: f64 = (1 << 16) as f64;
+
+/// A body that goes less far than this share of the side up to the time asked for need not be seen to move. Smaller: bodies at
+/// rest but for a rounding of their velocity end runs. Larger: bodies may stand still that ought to move.
+const UNSEEN: f64 = 1.0 / (1u64 << 36) as f64;
 
 /// The end of an epoch, in time and in contacts.
 #[derive(Debug, Clone, Copy)]
@@ -95,6 +104,52 @@ impl Limits {
 /// How many sides of the box the fastest body goes in an epoch at most.
 pub(crate) fn sides_per_epoch(world: &World) -> f64 {
     if world.is_billiard() { SIDES_PER_EPOCH_OF_BILLIARD } else { 1.0 }
+}
+
+/// Refuses a run in which a fast body makes the epochs so short that another no longer moves, or nearly so.
+///
+/// A place is rounded once an epoch, so that k epochs without a contact leave it uncertain by k u × side. Where that is more
+/// than the way of the body in one epoch, the run neither resolves its motion nor comes to its end in any
+/// reasonable number of epochs. The epoch has just begun, and lasts `stretch`; the last contact was at `last_contact` (an
+/// offset in the epoch, hence not positive), and the run is to go on for `remaining`.
+pub(crate) fn refuse_outpaced(
+    world: &World,
+    names: &TagNames,
+    stretch: f64,
+    last_contact: f64,
+    remaining: f64,
+) -> Result<(), RunError> {
+    let epochs = -last_contact / stretch;
+    if !(epochs >= EPOCHS_OF_PATIENCE && stretch < remaining) {
+        return Ok(());
+    }
+    let side = world.bounds.sides().min_element();
+    let rounding = epochs * HALF_ULP * side;
+    let way = |index: usize| world.motions[index].velocity.length() * stretch;
+    let outpaced = |&index: &usize| {
+        let going = way(index) * ((remaining - last_contact) / stretch);
+        way(index) > 0.0 && way(index) < rounding && going > UNSEEN * side
+    };
+    let all = 0..world.motions.len();
+    let slowest = all.clone().filter(outpaced).min_by(|&one, &other| way(one).total_cmp(&way(other)));
+    let Some(slow) = slowest else { return Ok(()) };
+    let shortest = |&one: &usize, &other: &usize| {
+        let of = |index: usize| {
+            let motion = &world.motions[index];
+            self::stretch(world, motion.velocity.length_squared(), motion.angular_velocity.abs())
+        };
+        of(one).total_cmp(&of(other))
+    };
+    let fast = all.min_by(shortest).unwrap_or(slow);
+    let motion = &world.motions[fast];
+    Err(RunError::Outpaced {
+        time: world.epoch,
+        body: BodyName::new(&world.bodies[fast], names),
+        speed: motion.velocity.length(),
+        spin: motion.angular_velocity,
+        outpaced: Box::new(BodyName::new(&world.bodies[slow], names)),
+        way: way(slow),
+    })
 }
 
 /// How long a body of this speed and spin may fly before its place or angle has used up digits (time).

@@ -24,13 +24,11 @@ use crate::{CollisionReport, View};
 /// }
 /// ```
 pub trait Observer {
-    /// Whether reports of collisions are wanted at all.
-    const WATCHES_COLLISIONS: bool = true;
-
-    /// Whether reports of collisions are wanted now: asked before each is made, for observers whose wishes change.
+    /// Whether reports of collisions are wanted now: asked before each is made. An observer that wants none ever says so here,
+    /// and one that holds others asks them; the compiler then leaves the reports out.
     #[inline]
     fn is_watching(&self) -> bool {
-        Self::WATCHES_COLLISIONS
+        true
     }
 
     /// The run begins, or goes on after an edit.
@@ -50,12 +48,13 @@ pub trait Observer {
 }
 
 impl Observer for () {
-    const WATCHES_COLLISIONS: bool = false;
+    #[inline]
+    fn is_watching(&self) -> bool {
+        false
+    }
 }
 
 impl<O: Observer> Observer for &mut O {
-    const WATCHES_COLLISIONS: bool = O::WATCHES_COLLISIONS;
-
     #[inline]
     fn is_watching(&self) -> bool {
         (**self).is_watching()
@@ -75,8 +74,6 @@ impl<O: Observer> Observer for &mut O {
 }
 
 impl<O: Observer> Observer for Option<O> {
-    const WATCHES_COLLISIONS: bool = O::WATCHES_COLLISIONS;
-
     #[inline]
     fn is_watching(&self) -> bool {
         self.as_ref().is_some_and(Observer::is_watching)
@@ -104,8 +101,6 @@ impl<O: Observer> Observer for Option<O> {
 macro_rules! tuple_of_observers {
     ($($member:ident),+) => {
         impl<$($member: Observer),+> Observer for ($($member,)+) {
-            const WATCHES_COLLISIONS: bool = $($member::WATCHES_COLLISIONS)||+;
-
             #[inline]
             #[expect(non_snake_case, reason = "type parameters double as names of the members")]
             fn is_watching(&self) -> bool {

@@ -24,9 +24,18 @@ const MOST_CONTACTS_AT_ONCE: u32 = 1000;
 /// Contacts at one instant, for each body that has had one since time last moved on.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct AtOnce {
-    /// The instant, as an offset in the epoch.
+    /// The instant, as an offset in the epoch; that of the last edit, if there was no contact since.
     pub time: f64,
     pub counts: BTreeMap<u32, u32>,
+}
+
+impl AtOnce {
+    /// Begins anew at the start of the epoch, unless this is the instant already.
+    pub fn begin(&mut self) {
+        if self.time < 0.0 {
+            *self = Self::default();
+        }
+    }
 }
 
 /// All that a contact may ask for or change, the queue of events apart.

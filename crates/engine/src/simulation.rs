@@ -7,7 +7,7 @@ use carom_response::{Impact, Response};
 use crate::{
     Cells, Counters, ElasticityTable, Ledger, Observer, RunError, Scheduler, SchedulerCounters, TagNames,
     View, World,
-    limits::Limits,
+    limits::{Limits, refuse_outpaced},
     pass::{AtOnce, Ended, Pass},
 };
 
@@ -157,8 +157,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         contacts: &mut u64,
         observer: &mut O,
     ) -> Result<bool, RunError> {
-        self.begin_epoch();
         let target = until.since(self.world.epoch);
+        self.begin_epoch(target)?;
         let Epoch::Running(limits) = &mut self.epoch else { return Ok(false) };
         let pass = Pass {
             world: &mut self.world,
@@ -201,10 +201,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.counters.scheduler = self.work_before + self.scheduler.counters();
     }
 
-    /// Begins the epoch if it has not begun.
-    fn begin_epoch(&mut self) {
+    /// Begins the epoch if it has not begun; the run goes on to `target` (offset in it, time).
+    fn begin_epoch(&mut self, target: f64) -> Result<(), RunError> {
         if let Epoch::Running(_) = self.epoch {
-            return;
+            return Ok(());
         }
         let motions = &self.world.motions;
         let fastest_squared = motions.iter().map(|m| m.velocity.length_squared()).fold(0.0, f64::max);
@@ -212,9 +212,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let moving = self.world.bodies.iter().filter(|body| !body.is_fixed()).count() as u64;
         let contacts = (S::CONTACTS_PER_EPOCH * moving).div_ceil(2).max(1);
         let limits = Limits::new(&self.world, fastest_squared, fastest_spin, contacts);
+        refuse_outpaced(&self.world, &self.names, limits.time(), self.at_once.time, target)?;
         self.epoch = Epoch::Running(limits);
         self.counters.epochs += 1;
         self.scheduler.begin_epoch(&self.world, &self.detection, limits.time());
+        Ok(())
     }
 
     /// Brings all bodies to `offset` and makes it the start of the next epoch.

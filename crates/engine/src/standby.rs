@@ -227,6 +227,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if self.offset != 0.0 || !matches!(self.epoch, Epoch::ToBegin) {
             self.end_epoch(self.offset);
         }
+        self.at_once.begin();
         let inertia = self.world.bodies[index].kind.inertia;
         let before = kinetic_energy(&self.world.motions[index], &inertia);
         change(&mut self.world.motions[index]);

@@ -111,7 +111,10 @@ impl<O: Additive> Block<O> {
 }
 
 impl<O: Observer + Additive> Observer for Blocks<O> {
-    const WATCHES_COLLISIONS: bool = O::WATCHES_COLLISIONS;
+    #[inline]
+    fn is_watching(&self) -> bool {
+        self.open.observed.is_watching()
+    }
 
     fn start(&mut self, view: &View<'_>) {
         self.began.get_or_insert(view.time());
@@ -144,6 +147,10 @@ mod tests {
     struct Diary(Vec<f64>);
 
     impl Observer for Diary {
+        fn is_watching(&self) -> bool {
+            self.0.is_empty()
+        }
+
         fn standby(&mut self, view: &View<'_>) {
             self.0.push(view.time().to_f64());
         }
@@ -175,6 +182,8 @@ mod tests {
                 assert_eq!(block.observed.0.len() as u64, length);
                 assert_eq!(block.duration, 0.5 * length as f64);
             }
+            // It wants what its open block wants, even if that is another after each standby.
+            assert_eq!(diary.is_watching(), diary.open.observed.0.is_empty());
             let total = diary.total();
             let expected: Vec<f64> = (1..=standbys).map(|standby| 0.5 * f64::from(standby)).collect();
             assert_eq!((total.duration, total.observed.0), (0.5 * f64::from(standbys), expected));

@@ -63,7 +63,10 @@ impl CollisionRate {
 }
 
 impl Observer for CollisionRate {
-    const WATCHES_COLLISIONS: bool = false;
+    #[inline]
+    fn is_watching(&self) -> bool {
+        false
+    }
 
     fn start(&mut self, view: &View<'_>) {
         self.began = Some((view.time(), *view.counters()));

@@ -61,7 +61,10 @@ impl EnergyLedger {
 }
 
 impl Observer for EnergyLedger {
-    const WATCHES_COLLISIONS: bool = false;
+    #[inline]
+    fn is_watching(&self) -> bool {
+        false
+    }
 
     fn standby(&mut self, view: &View<'_>) {
         self.series.push(LedgerPoint {

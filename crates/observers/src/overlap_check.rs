@@ -53,7 +53,10 @@ impl OverlapCheck {
 }
 
 impl Observer for OverlapCheck {
-    const WATCHES_COLLISIONS: bool = false;
+    #[inline]
+    fn is_watching(&self) -> bool {
+        false
+    }
 
     fn standby(&mut self, view: &View<'_>) {
         let census = view.overlaps();

@@ -114,7 +114,10 @@ impl PairDistribution {
 }
 
 impl Observer for PairDistribution {
-    const WATCHES_COLLISIONS: bool = false;
+    #[inline]
+    fn is_watching(&self) -> bool {
+        false
+    }
 
     fn standby(&mut self, view: &View<'_>) {
         if *view.bounds() != self.bounds {

@@ -119,7 +119,10 @@ impl ThermostatLedger {
 }
 
 impl Observer for ThermostatLedger {
-    const WATCHES_COLLISIONS: bool = false;
+    #[inline]
+    fn is_watching(&self) -> bool {
+        false
+    }
 
     fn standby(&mut self, view: &View<'_>) {
         let (time, ledger) = (view.time(), view.ledger());

@@ -163,7 +163,10 @@ impl TimeCorrelation {
 }
 
 impl Observer for TimeCorrelation {
-    const WATCHES_COLLISIONS: bool = false;
+    #[inline]
+    fn is_watching(&self) -> bool {
+        false
+    }
 
     fn standby(&mut self, view: &View<'_>) {
         if !self.is_due(view.time()) {

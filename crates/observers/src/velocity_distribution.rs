@@ -117,7 +117,10 @@ impl VelocityDistribution {
 }
 
 impl Observer for VelocityDistribution {
-    const WATCHES_COLLISIONS: bool = false;
+    #[inline]
+    fn is_watching(&self) -> bool {
+        false
+    }
 
     fn standby(&mut self, view: &View<'_>) {
         let moving = view.bodies().filter(|view| !view.body.is_fixed() && self.group.contains(view.body));

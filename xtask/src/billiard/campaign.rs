@@ -1,7 +1,6 @@
 //! The experiment from end to end: the flights, what they say against the prediction, and what is written.
 
 use anyhow::Result;
-use rayon::ThreadPoolBuilder;
 
 use super::{
     Options, Setup,
@@ -10,12 +9,8 @@ use super::{
 };
 use crate::{
     chi_square::ChiSquare,
-    interruption::Signals,
-    manifest::Manifest,
-    molecule_picture,
-    output::Folder,
-    pieces::Pieces,
-    say,
+    experiment::{Experiment, Opening, threads},
+    molecule_picture, say,
     summary::{Check, Figure, Summary, Verdict},
 };
 
@@ -108,22 +103,22 @@ impl Comparison {
 /// Choices that make no sense, a folder that is not empty, a run that cannot go on.
 pub fn run(options: &Options) -> Result<Verdict> {
     let setup = options.setup()?;
-    let signals = Signals::watch()?;
-    let folder = Folder::create(&options.folder(), options.choices.existing())?;
-    let _alone = folder.lock()?;
-    let pieces = Pieces::find(&folder, options.what(&setup), &options.choices, signals)?;
-    if !options.note().is_empty() {
-        say(&options.note());
-    }
     let command = options.command(&setup);
     let scenes = (0..setup.flights()).map(|replica| setup.scene(replica)).collect::<Result<Vec<_>>>()?;
     let head = format!("# Written by `{command}`: the first of {} flights.\n\n", scenes.len());
-    folder.write("config.toml", head + &scenes[0].to_toml())?;
-    let manifest = Manifest::begin(&folder, &command, &scenes.iter().collect::<Vec<_>>())?;
-    pieces.begin()?;
-    let pool = ThreadPoolBuilder::new().num_threads(options.threads.map_or(0, usize::from)).build()?;
-    let hits = pool.install(|| fly(&setup, &pieces))?;
-    pieces.end()?;
+    let experiment = Experiment::begin_in_pieces(
+        &options.choices,
+        options.what(&setup),
+        &Opening {
+            folder: &options.usual_folder(),
+            note: &options.note(),
+            command: &command,
+            configuration: head + &scenes[0].to_toml(),
+            scenes: &scenes.iter().collect::<Vec<_>>(),
+        },
+    )?;
+    let folder = &experiment.folder;
+    let hits = threads(options.threads)?.install(|| fly(&setup, &experiment.pieces))?;
     let comparison = Comparison::new(&setup, &hits);
     let summary = Summary {
         title: format!("Billiard around a fixed {}", setup.shape),
@@ -133,12 +128,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
         figures: comparison.figures(&setup, &hits),
         runs: Vec::new(),
     };
-    report::write(&folder, &setup, &hits, &comparison, &summary, &command)?;
+    report::write(folder, &setup, &hits, &comparison, &summary, &command)?;
     folder.write_json("summary.json", &summary)?;
-    manifest.complete(&folder, summary.totals.cpu_seconds())?;
     for figure in &summary.figures[..4] {
         say(&format!("{}: {}", figure.name, crate::page::with_error(figure.value, figure.standard_error)));
     }
-    crate::conclude(&folder, &summary);
+    crate::conclude(&experiment.complete_after(summary.totals.cpu_seconds())?, &summary);
     Ok(summary.verdict())
 }

@@ -1,7 +1,5 @@
 //! What can be chosen about the experiment, and the set-up that follows from it.
 
-use std::path::PathBuf;
-
 use anyhow::{Context, Result, ensure};
 use carom::{
     Molecule, Scene, Shape,
@@ -45,10 +43,7 @@ pub struct Options {
     /// depend on it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
-    /// Where to write; out/billiard-SHAPE if not given
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Folders that are there already
+    /// Where to write, over what, and whether to go on
     #[command(flatten)]
     pub choices: Choices,
 }
@@ -172,10 +167,9 @@ impl Options {
         }
     }
 
-    /// Folder to write to.
-    pub fn folder(&self) -> PathBuf {
-        let named = || format!("out/billiard-{}", self.shape).replace(':', "-").into();
-        self.out.clone().unwrap_or_else(named)
+    /// Folder to write to if no other is asked for.
+    pub fn usual_folder(&self) -> String {
+        format!("out/billiard-{}", self.shape).replace(':', "-")
     }
 
     /// What a flight depends on, but for its number: so many of them more extend a run.

@@ -11,7 +11,10 @@ use serde::{Deserialize, Serialize};
 pub struct FromGas<O>(pub O);
 
 impl<O: Observer> Observer for FromGas<O> {
-    const WATCHES_COLLISIONS: bool = O::WATCHES_COLLISIONS;
+    #[inline]
+    fn is_watching(&self) -> bool {
+        self.0.is_watching()
+    }
 
     fn start(&mut self, view: &View<'_>) {
         self.0.start(view);
@@ -55,5 +58,7 @@ mod tests {
         let fixed = simulation.view().counters().fixed_collisions;
         assert!(fixed > 0);
         assert_eq!(kicks.0.0, all.0 - fixed);
+        // It wants reports only if what it passes them on to does.
+        assert!(FromGas(all).is_watching() && !FromGas(()).is_watching());
     }
 }

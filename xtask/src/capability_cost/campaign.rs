@@ -14,7 +14,7 @@ use super::{
     subject::{Subject, WARM_UP},
 };
 use crate::{
-    manifest::Manifest,
+    experiment::{Experiment, Opening, configuration},
     output::Folder,
     progress::Progress,
     say,
@@ -115,9 +115,20 @@ pub fn work(variant: &str, intervals: u32) -> Result<Verdict> {
 /// A folder that is not empty or cannot be written, a run that breaks off.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
-    let folder = Folder::create(&options.folder(), options.existing())?;
-    let manifest = Manifest::begin(&folder, &options.command(), &[])?;
-    let begun = cpu_time::ProcessTime::now();
+    let experiment = Experiment::begin(
+        &options.destination,
+        &Opening {
+            folder: "out/capability-cost",
+            note: "",
+            command: &options.command(),
+            configuration: configuration(
+                &options.command(),
+                &format!("intervals_counted = {}\nrounds_of_times = {}\n", plan.counted, plan.rounds),
+            ),
+            scenes: &[],
+        },
+    )?;
+    let folder = &experiment.folder;
     let variants = Variant::all();
     say("times");
     let (mut found, totals) = time(&variants, plan)?;
@@ -129,7 +140,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         let counted: Vec<[Counted; 2]> = variants
             .par_iter()
             .map(|&variant| {
-                let counted = ends(variant, plan, &folder)?;
+                let counted = ends(variant, plan, folder)?;
                 progress.advance(1.0, counted[1].collisions);
                 Ok(counted)
             })
@@ -158,11 +169,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
     folder.write_table("costs.csv", &report::HEADER, report::rows(&results))?;
     folder.write("report.html", report::page(&results, &summary, &options.command()).html())?;
     folder.write_json("summary.json", &summary)?;
-    manifest.complete(&folder, begun.elapsed().as_secs_f64())?;
     for line in report::lines(&results) {
         say(&line);
     }
-    crate::conclude(&folder, &summary);
+    crate::conclude(&experiment.complete()?, &summary);
     Ok(summary.verdict())
 }
 

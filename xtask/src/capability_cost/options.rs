@@ -1,10 +1,8 @@
 //! What can be chosen about the experiment, and how much work follows from it.
 
-use std::path::PathBuf;
-
 use clap::Args;
 
-use crate::output::Existing;
+use crate::output::Destination;
 
 /// Choices of `cargo xtask experiment capability-cost`.
 #[derive(Debug, Clone, Args)]
@@ -15,12 +13,9 @@ pub struct Options {
     /// The run to quote from: ten times as many collisions
     #[arg(long)]
     pub paper: bool,
-    /// Where to write; out/capability-cost if not given
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Replace files of an earlier run in that folder
-    #[arg(long)]
-    pub force: bool,
+    /// Where to write, and over what
+    #[command(flatten)]
+    pub destination: Destination,
 }
 
 /// How much is done.
@@ -36,16 +31,6 @@ impl Options {
     /// How much is done.
     pub fn plan(&self) -> Plan {
         if self.paper { Plan { counted: 100, rounds: 41 } } else { Plan { counted: 3, rounds: 11 } }
-    }
-
-    /// Folder to write to.
-    pub fn folder(&self) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| "out/capability-cost".into())
-    }
-
-    /// What is done about files that are there already.
-    pub fn existing(&self) -> Existing {
-        if self.force { Existing::Replace } else { Existing::Refuse }
     }
 
     /// The command with every choice written out that the results depend on.

@@ -126,6 +126,6 @@ pub fn page(results: &Results, summary: &Summary, command: &str) -> Page {
     }
     page.heading("Again");
     page.code(command);
-    page.links(["costs.csv", "summary.json", "manifest.json"]);
+    page.links(["costs.csv", "summary.json", "manifest.json", "config.toml"]);
     page
 }

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use carom_detection::{Answer, Outcome};
-use rayon::{ThreadPoolBuilder, prelude::*};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -20,8 +20,7 @@ use super::{
     timing::{self, Timing},
 };
 use crate::{
-    interruption::Signals,
-    manifest::Manifest,
+    experiment::{Experiment, Opening, configuration, threads},
     output::Folder,
     pieces::Pieces,
     say,
@@ -96,19 +95,19 @@ pub struct Results {
 /// A folder that is not empty or cannot be written, a run to record from that breaks off.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
-    let signals = Signals::watch()?;
-    let folder = Folder::create(&options.folder(), options.choices.existing())?;
-    let _alone = folder.lock()?;
-    let pieces = Pieces::find(&folder, options.command(), &options.choices, signals)?;
-    if !options.note().is_empty() {
-        say(&options.note());
-    }
-    folder.write("config.toml", configuration(options, &plan))?;
-    let manifest = Manifest::begin(&folder, &options.command(), &[])?;
-    pieces.begin()?;
-    let begun = cpu_time::ProcessTime::now();
-    let threads = usize::from(options.threads.unwrap_or(0));
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build().context("threads")?;
+    let experiment = Experiment::begin_in_pieces(
+        &options.choices,
+        options.command(),
+        &Opening {
+            folder: "out/encounters",
+            note: &options.note(),
+            command: &options.command(),
+            configuration: configuration(&options.command(), &settings_of(options, &plan)),
+            scenes: &[],
+        },
+    )?;
+    let (folder, pieces) = (&experiment.folder, &experiment.pieces);
+    let pool = threads(options.threads)?;
     let (groups, totals) = pool.install(|| cases::groups(options.seed, &plan))?;
     say(&format!(
         "{} cases of {} classes",
@@ -116,9 +115,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
         groups.len()
     ));
     let settings = settings();
-    let answers = pool.install(|| ask(&groups, &settings, &plan, &pieces))?;
+    let answers = pool.install(|| ask(&groups, &settings, &plan, pieces))?;
     say("answers are judged; now times");
-    let parries = ask_parry(&groups, &plan, &pieces)?;
+    let parries = ask_parry(&groups, &plan, pieces)?;
     let class = |((group, answers), parry): ((&Group, Answers), ParryResult)| -> Result<ClassResult> {
         let Answers { unresolved, tallies } = answers;
         let detectors: Vec<(Detector, &Tally)> =
@@ -130,25 +129,17 @@ pub fn run(options: &Options) -> Result<Verdict> {
         Ok(ClassResult { name, about, unresolved, tallies, timings, parry })
     };
     let classes = groups.iter().zip(answers).zip(parries).map(class).collect::<Result<_>>()?;
-    pieces.end()?;
     let results = Results { settings, classes, totals };
-    let summary = write(&folder, &results, &groups, options)?;
-    manifest.complete(&folder, begun.elapsed().as_secs_f64())?;
-    say(&format!("{}", folder.path().join("report.html").display()));
+    let summary = write(folder, &results, &groups, options)?;
+    say(&format!("{}", experiment.complete()?.path().join("report.html").display()));
     Ok(summary.verdict())
 }
 
-fn configuration(options: &Options, plan: &Plan) -> String {
+fn settings_of(options: &Options, plan: &Plan) -> String {
     format!(
-        "command = \"{}\"\nseed = {}\ncases_of_each_class = {}\nmost_intervals_of_the_oracle = {}\n\
+        "seed = {}\ncases_of_each_class = {}\nmost_intervals_of_the_oracle = {}\n\
          most_evaluations_of_each_detector_in_a_class = {}\nrounds_of_times = {}\ncalls_of_parry_in_a_class = {}\n",
-        options.command(),
-        options.seed,
-        plan.cases,
-        plan.most_intervals,
-        plan.most_evaluations,
-        plan.rounds,
-        plan.parry_cases,
+        options.seed, plan.cases, plan.most_intervals, plan.most_evaluations, plan.rounds, plan.parry_cases,
     )
 }
 

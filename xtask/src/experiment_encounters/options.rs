@@ -1,7 +1,5 @@
 //! What can be chosen about the experiment, and how much work follows from it.
 
-use std::path::PathBuf;
-
 use clap::Args;
 
 use crate::pieces::Choices;
@@ -21,10 +19,7 @@ pub struct Options {
     /// Threads that search at once; as many as there are processors if not given. Only times of the clock depend on it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
-    /// Where to write; out/encounters if not given
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Folders that are there already
+    /// Where to write, over what, and whether to go on
     #[command(flatten)]
     pub choices: Choices,
 }
@@ -78,11 +73,6 @@ impl Options {
             "This is a short run, to look at: rates below some 1e-3 cannot be seen. The full run is --paper."
                 .to_owned()
         }
-    }
-
-    /// Folder to write to.
-    pub fn folder(&self) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| "out/encounters".into())
     }
 
     /// The command with every choice written out that the results depend on.

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Context, Result};
-use rayon::{ThreadPoolBuilder, prelude::*};
+use anyhow::Result;
+use rayon::prelude::*;
 
 use super::{
     Options,
@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     conclude,
-    manifest::Manifest,
+    experiment::{Experiment, Opening, configuration, threads},
     output::Folder,
     progress::Progress,
     say,
@@ -45,36 +45,37 @@ const MOST_OF_THESIS: u64 = 20_000;
 /// A folder that is not empty or cannot be written, a run that breaks off where none may.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
-    let folder = Folder::create(&options.folder(), options.existing())?;
-    if !options.note().is_empty() {
-        say(&options.note());
-    }
-    folder.write("config.toml", configuration(options, &plan))?;
     let drifting = scenes();
     let scenes_of: Vec<&carom::Scene> = drifting.iter().map(|(_, scene)| scene).collect();
-    let manifest = Manifest::begin(&folder, &options.command(), &scenes_of)?;
-    let begun = cpu_time::ProcessTime::now();
-    let threads = usize::from(options.threads.unwrap_or(0));
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build().context("threads")?;
-    let results = pool.install(|| measure(&plan))?;
-    let summary = write(&folder, &results, options)?;
-    manifest.complete(&folder, begun.elapsed().as_secs_f64())?;
-    conclude(&folder, &summary);
+    let experiment = Experiment::begin(
+        &options.destination,
+        &Opening {
+            folder: "out/extremes",
+            note: &options.note(),
+            command: &options.command(),
+            configuration: configuration(&options.command(), &settings(&plan)),
+            scenes: &scenes_of,
+        },
+    )?;
+    let folder = &experiment.folder;
+    let results = threads(options.threads)?.install(|| measure(&plan))?;
+    let summary = write(folder, &results, options)?;
+    conclude(&experiment.complete()?, &summary);
     Ok(summary.verdict())
 }
 
-fn configuration(options: &Options, plan: &Plan) -> String {
+fn settings(plan: &Plan) -> String {
     format!(
-        "command = \"{}\"\ncollisions_of_each_gas = {}\ncollisions_of_each_trial_of_an_edge = {}\n\
+        "collisions_of_each_gas = {}\ncollisions_of_each_trial_of_an_edge = {}\n\
          halvings_of_an_edge = {}\nstarts_of_the_reversal = {}\ncollisions_of_the_drift = {:?}\n\
-         patience_seconds_of_processor_time = {}\n",
-        options.command(),
+         patience_seconds_of_processor_time = {}\npatience_seconds_of_a_trial_of_an_edge = {}\n",
         plan.collisions,
         plan.edge_collisions,
         plan.halvings,
         plan.reversals,
         plan.drift,
         plan.patience.as_secs(),
+        plan.edge_patience.as_secs(),
     )
 }
 
@@ -104,7 +105,7 @@ fn measure(plan: &Plan) -> Result<Results> {
         .collect();
     // Last, as trials that hang go on in the background.
     say("edges");
-    let find = |edge: &Edge| edge.find(plan.edge_collisions, plan.halvings, plan.patience / 2);
+    let find = |edge: &Edge| edge.find(plan.edge_collisions, plan.halvings, plan.edge_patience);
     let edges = edges::<Ours>()
         .into_par_iter()
         .zip(edges::<Theses>())

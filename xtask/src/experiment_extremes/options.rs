@@ -1,10 +1,10 @@
 //! What can be chosen about the experiment, and how much work follows from it.
 
-use std::{path::PathBuf, time::Duration};
+use std::time::Duration;
 
 use clap::Args;
 
-use crate::output::Existing;
+use crate::output::Destination;
 
 /// Choices of `cargo xtask experiment extremes`.
 #[derive(Debug, Clone, Args)]
@@ -12,18 +12,15 @@ pub struct Options {
     /// A short run to look at, under two minutes (the default)
     #[arg(long, conflicts_with = "paper")]
     pub quick: bool,
-    /// The run to quote from: 1e6 collisions of each gas, drift over 1e9 collisions
+    /// The run to quote from: 1e6 collisions of each gas, drift over 1e9 collisions. Under an hour on two cores
     #[arg(long)]
     pub paper: bool,
     /// Threads; as many as there are processors if not given. Only times of the clock depend on it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
-    /// Where to write; out/extremes if not given
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Replace files of an earlier run in that folder
-    #[arg(long)]
-    pub force: bool,
+    /// Where to write, and over what
+    #[command(flatten)]
+    pub destination: Destination,
 }
 
 /// How much is done.
@@ -41,6 +38,8 @@ pub struct Plan {
     pub drift: [u64; 2],
     /// How much processor time a scene may take before it counts as hanging.
     pub patience: Duration,
+    /// The same for a trial in the search for an edge.
+    pub edge_patience: Duration,
 }
 
 impl Options {
@@ -54,6 +53,7 @@ impl Options {
                 reversals: 64,
                 drift: [1_000_000_000; 2],
                 patience: Duration::from_mins(10),
+                edge_patience: Duration::from_mins(1),
             }
         } else {
             Plan {
@@ -64,6 +64,7 @@ impl Options {
                 // A single disc keeps no others busy at once: its collisions take longest.
                 drift: [1_000_000, 5_000_000],
                 patience: Duration::from_secs(6),
+                edge_patience: Duration::from_secs(3),
             }
         }
     }
@@ -77,16 +78,6 @@ impl Options {
              5e6 collisions of a gas. The full run is --paper."
                 .to_owned()
         }
-    }
-
-    /// Folder to write to.
-    pub fn folder(&self) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| "out/extremes".into())
-    }
-
-    /// What is done about files that are there already.
-    pub fn existing(&self) -> Existing {
-        if self.force { Existing::Replace } else { Existing::Refuse }
     }
 
     /// The command with every choice written out that the results depend on.

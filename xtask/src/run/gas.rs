@@ -178,7 +178,10 @@ fn contact_density(group: Group, view: &View<'_>) -> Result<ContactDensity> {
 }
 
 impl Observer for AtStandbys {
-    const WATCHES_COLLISIONS: bool = false;
+    #[inline]
+    fn is_watching(&self) -> bool {
+        false
+    }
 
     fn standby(&mut self, view: &View<'_>) {
         for (_, looker) in &mut self.0 {
@@ -241,6 +244,11 @@ fn write_velocities(folder: &Folder, asked: &Asked, velocities: &VelocityDistrib
 }
 
 impl Observer for AtContacts {
+    #[inline]
+    fn is_watching(&self) -> bool {
+        self.0.iter().any(|(_, density)| density.is_watching()) || self.1.is_watching()
+    }
+
     fn start(&mut self, view: &View<'_>) {
         self.0.iter_mut().for_each(|(_, density)| density.start(view));
     }

@@ -1,7 +1,5 @@
 //! What can be chosen about the two tests.
 
-use std::path::PathBuf;
-
 use clap::Args;
 
 use crate::pieces::Choices;
@@ -22,10 +20,7 @@ pub struct Options {
     /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Where to write; out/spheres or out/pair if not given
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Folders that are there already
+    /// Where to write, over what, and whether to go on
     #[command(flatten)]
     pub choices: Choices,
 }
@@ -45,11 +40,6 @@ impl Options {
              from what was done. The run of the thesis is --paper."
                 .to_owned()
         }
-    }
-
-    /// Folder to write to.
-    pub fn folder(&self, test: &str) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| format!("out/{test}").into())
     }
 
     /// The command with every choice written out that the results depend on.

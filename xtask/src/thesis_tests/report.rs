@@ -7,12 +7,9 @@ use super::{
     timing::{Measured, Timing},
 };
 use crate::{
-    interruption::Signals,
-    manifest::Manifest,
-    output::Folder,
+    experiment::{Experiment, Opening, configuration},
     page::{Layout, Page, with_error},
     pieces::Pieces,
-    say,
     scatter::{Mark, Point, Scatter},
     summary::{Figure, Summary, Totals, Verdict},
 };
@@ -81,19 +78,20 @@ impl Test {
         options: &Options,
         measure: impl FnOnce(f64, &Pieces) -> Result<Results>,
     ) -> Result<Verdict> {
-        let signals = Signals::watch()?;
-        let folder = Folder::create(&options.folder(self.name), options.choices.existing())?;
-        let _alone = folder.lock()?;
-        let pieces = Pieces::find(&folder, options.command(self.name), &options.choices, signals)?;
-        if !options.note().is_empty() {
-            say(&options.note());
-        }
         let command = options.command(self.name);
-        folder.write("config.toml", format!("command = \"{command}\"\n"))?;
-        let manifest = Manifest::begin(&folder, &command, &[])?;
-        pieces.begin()?;
-        let results = measure(options.budget(), &pieces)?;
-        pieces.end()?;
+        let experiment = Experiment::begin_in_pieces(
+            &options.choices,
+            command.clone(),
+            &Opening {
+                folder: &format!("out/{}", self.name),
+                note: &options.note(),
+                command: &command,
+                configuration: configuration(&command, ""),
+                scenes: &[],
+            },
+        )?;
+        let folder = &experiment.folder;
+        let results = measure(options.budget(), &experiment.pieces)?;
         let totals: Vec<Totals> = results.timings.iter().map(|timing| timing.totals).collect();
         let totals = Totals::of(&totals);
         let summary = Summary {
@@ -136,8 +134,8 @@ impl Test {
         folder.write_table("times.csv", &header, rows)?;
         folder.write("report.html", self.page(&results, &summary, &charts, &command).html())?;
         folder.write_json("summary.json", &summary)?;
-        manifest.complete(&folder, results.timings.iter().map(|timing| timing.whole.seconds).sum())?;
-        crate::conclude(&folder, &summary);
+        let seconds = results.timings.iter().map(|timing| timing.whole.seconds).sum();
+        crate::conclude(&experiment.complete_after(seconds)?, &summary);
         Ok(summary.verdict())
     }
 

@@ -18,8 +18,7 @@ use super::{
     scenes::{self, Named},
 };
 use crate::{
-    manifest::Manifest,
-    output::Folder,
+    experiment::{Experiment, Opening, configuration},
     progress::Progress,
     say,
     summary::{Check, Figure, Summary, Totals, Verdict},
@@ -77,19 +76,21 @@ pub struct SceneResult {
 /// A folder that is not empty or cannot be written, an exact run that breaks off.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
-    let folder = Folder::create(&options.folder(), options.existing())?;
-    if !options.note().is_empty() {
-        say(&options.note());
-    }
     let mut scenes = scenes::all(options.seed);
     scenes.retain(|named| named.name.starts_with(&options.scene));
     anyhow::ensure!(!scenes.is_empty(), "no scene has a name that begins with '{}'", options.scene);
-    let manifest = Manifest::begin(
-        &folder,
-        &options.command(),
-        &scenes.iter().map(|named| &named.scene).collect::<Vec<_>>(),
+    let scenes_of: Vec<&carom::Scene> = scenes.iter().map(|named| &named.scene).collect();
+    let experiment = Experiment::begin(
+        &options.destination,
+        &Opening {
+            folder: "out/tradeoff",
+            note: &options.note(),
+            command: &options.command(),
+            configuration: configuration(&options.command(), &plan.configuration()),
+            scenes: &scenes_of,
+        },
     )?;
-    let begun = cpu_time::ProcessTime::now();
+    let folder = &experiment.folder;
     let progress = Progress::new(2.0 * scenes.len() as f64);
     let mut totals = Totals::default();
     let mut results = Vec::new();
@@ -130,8 +131,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     folder.write_table("settings.csv", &report::HEADER, results.iter().flat_map(report::rows))?;
     folder.write("report.html", report::page(&results, &compared, &summary, &options.command()).html())?;
     folder.write_json("summary.json", &summary)?;
-    manifest.complete(&folder, begun.elapsed().as_secs_f64())?;
-    crate::conclude(&folder, &summary);
+    crate::conclude(&experiment.complete()?, &summary);
     Ok(summary.verdict())
 }
 

@@ -1,14 +1,11 @@
 //! What can be chosen about the experiment, and how much work follows from it.
 
-use std::path::PathBuf;
-
 use clap::Args;
 
-use crate::output::Existing;
+use crate::output::Destination;
 
 /// Choices of `cargo xtask experiment tradeoff`.
 #[derive(Debug, Clone, Args)]
-#[expect(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 pub struct Options {
     /// A short run to look at, under two minutes (the default)
     #[arg(long, conflicts_with = "paper")]
@@ -25,12 +22,9 @@ pub struct Options {
     /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Where to write; out/tradeoff if not given
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Replace files of an earlier run in that folder
-    #[arg(long)]
-    pub force: bool,
+    /// Where to write, and over what
+    #[command(flatten)]
+    pub destination: Destination,
 }
 
 /// How much is done.
@@ -50,11 +44,22 @@ pub struct Plan {
     pub finest_step: i32,
 }
 
+impl Plan {
+    /// Its numbers, as lines of `config.toml`.
+    pub fn configuration(&self) -> String {
+        format!(
+            "rounds_of_times = {}\nseconds_of_a_turn = {}\nstates_replayed = {}\nblocks = {}\n\
+             most_seconds_of_a_setting = {}\nfinest_step = 1e-{}\n",
+            self.rounds, self.turn, self.states, self.blocks, self.most_seconds, self.finest_step,
+        )
+    }
+}
+
 impl Options {
     /// How much is done.
     pub fn plan(&self) -> Plan {
         if self.paper {
-            Plan { rounds: 11, turn: 0.2, states: 300, blocks: 400, most_seconds: 20.0, finest_step: 5 }
+            Plan { rounds: 11, turn: 0.2, states: 300, blocks: 400, most_seconds: 12.0, finest_step: 5 }
         } else {
             Plan { rounds: 5, turn: 0.02, states: 12, blocks: 20, most_seconds: 0.3, finest_step: 2 }
         }
@@ -69,16 +74,6 @@ impl Options {
              fixed steps are left out. The full run is --paper."
                 .to_owned()
         }
-    }
-
-    /// Folder to write to.
-    pub fn folder(&self) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| "out/tradeoff".into())
-    }
-
-    /// What is done about files that are there already.
-    pub fn existing(&self) -> Existing {
-        if self.force { Existing::Replace } else { Existing::Refuse }
     }
 
     /// The command with every choice written out that the results depend on.

@@ -33,6 +33,9 @@ pub const HEADER: [&str; 17] = [
     "share of hits",
 ];
 
+/// Columns of the two tables into which the page divides it, so that they are no wider than it.
+const PARTS: [&[usize]; 2] = [&[1, 2, 3, 4, 5, 6, 7, 8, 9], &[2, 3, 10, 11, 12, 13, 14, 15, 16]];
+
 fn percent(mean: Option<Mean>) -> String {
     mean.map_or_else(
         || "–".to_owned(),
@@ -130,8 +133,12 @@ pub fn page(results: &[SceneResult], compared: &[Compared], summary: &Summary, c
         let pictures: Vec<(&str, &str)> =
             result.charts.iter().map(|(_, svg)| (svg.as_str(), captions)).collect();
         page.pictures(Layout::Full, &pictures);
-        let rows: Vec<Vec<String>> = rows(result).into_iter().map(|row| row[1..].to_vec()).collect();
-        page.table(&HEADER[1..], &rows);
+        let rows = rows(result);
+        for columns in PARTS {
+            let pick = |row: &[String]| columns.iter().map(|&column| row[column].clone()).collect::<Vec<_>>();
+            let header: Vec<&str> = columns.iter().map(|&column| HEADER[column]).collect();
+            page.table(&header, &rows.iter().map(|row| pick(row)).collect::<Vec<_>>());
+        }
     }
     page.heading("Advice: which knob buys what");
     for result in results {
@@ -186,6 +193,6 @@ pub fn page(results: &[SceneResult], compared: &[Compared], summary: &Summary, c
     page.heading("Again");
     page.code(command);
     let charts = results.iter().flat_map(|result| result.charts.iter().map(|(name, _)| name.as_str()));
-    page.links(["settings.csv", "summary.json", "manifest.json"].into_iter().chain(charts));
+    page.links(["settings.csv", "summary.json", "manifest.json", "config.toml"].into_iter().chain(charts));
     page
 }
