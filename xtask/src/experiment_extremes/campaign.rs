@@ -10,6 +10,7 @@ use super::{
     cases::{Case, Effort, Engine, Finding, Ours, cases, engine::Theses},
     drift::{Drift, drift, scenes},
     edges::{Edge, Found, edges},
+    gaps::MOST_ROUNDINGS,
     options::Plan,
     report,
     reversal::{Reversal, reversals},
@@ -208,7 +209,13 @@ fn checks(results: &Results, totals: &[Totals]) -> Vec<Check> {
         Check::at_most(&name, reversal.effective_error, LARGEST_EFFECTIVE_ERROR)
     });
     let drifts = totals.iter().flat_map(Totals::checks);
-    scenes.chain(edges).chain(ends).chain(reversals).chain(drifts).collect()
+    let gaps = results.drifts.iter().flat_map(|drift| {
+        [("deepest", drift.gaps.deepest), ("farthest", drift.gaps.farthest)].map(|(which, gap)| {
+            let name = format!("{which} contact, {} (eps × side)", drift.name);
+            Check::at_most(&name, gap, MOST_ROUNDINGS)
+        })
+    });
+    scenes.chain(edges).chain(ends).chain(reversals).chain(drifts).chain(gaps).collect()
 }
 
 fn figures(results: &Results) -> Vec<Figure> {

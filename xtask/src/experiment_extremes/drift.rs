@@ -3,11 +3,14 @@
 use anyhow::Result;
 use carom::Scene;
 
-use super::cases::{
-    Engine,
-    bodies::{bumper, disc},
-    engine::{gas, in_box},
-    watch::run_collisions,
+use super::{
+    cases::{
+        Engine,
+        bodies::{bumper, disc},
+        engine::{gas, in_box},
+        watch::run_collisions,
+    },
+    gaps::Gaps,
 };
 use crate::{progress::Progress, summary::Totals, there_and_back::line};
 
@@ -24,6 +27,8 @@ pub struct Drift {
     pub exponent: f64,
     /// Totals of the run.
     pub totals: Totals,
+    /// How exactly the discs touched in each collision.
+    pub gaps: Gaps,
 }
 
 /// The scenes, by name.
@@ -53,10 +58,11 @@ pub fn drift<E: Engine>(
     let mut points = vec![(0.0, 0.0)];
     let (mut pairs, mut deepest) = (0, 0.0f64);
     let mut worst = 0.0f64;
+    let mut gaps = Gaps::new(run.view().bounds());
     for sample in 1..=SAMPLES {
         let before = run.view().counters().collisions;
         let wanted = collisions * sample / SAMPLES;
-        run_collisions::<E, _>(&mut run, wanted.saturating_sub(before), &mut (), |_| {})?;
+        run_collisions::<E, _>(&mut run, wanted.saturating_sub(before), &mut gaps, |_| {})?;
         let view = run.view();
         let energy = view.energy() / view.ledger().initial - 1.0;
         points.push((view.counters().collisions as f64, energy));
@@ -80,7 +86,7 @@ pub fn drift<E: Engine>(
     let changes = changes(&points);
     let logs: Vec<(f64, f64)> =
         changes.iter().filter(|change| change.1 > 0.0).map(|(n, change)| (n.ln(), change.ln())).collect();
-    Ok(Drift { name, points, changes, exponent: line(&logs).1, totals })
+    Ok(Drift { name, points, changes, exponent: line(&logs).1, totals, gaps })
 }
 
 /// Root mean square of the change over 1, 2, 4, … samples, up to an eighth of all.

@@ -4,6 +4,7 @@ mod campaign;
 mod cases;
 mod drift;
 mod edges;
+mod gaps;
 mod options;
 mod report;
 mod reversal;

@@ -5,6 +5,7 @@ use anyhow::Result;
 use super::{
     campaign::Results,
     cases::{Engine, Ours, engine::Theses},
+    drift::Drift,
     edges::Found,
     trial::Ending,
 };
@@ -88,23 +89,7 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
         &["engine and density", "effective error (eps × side)", "e-foldings per collision of each"],
         &rows,
     );
-    page.heading("Drift of the energy");
-    let rows: Vec<Vec<String>> = results
-        .drifts
-        .iter()
-        .map(|drift| {
-            let last = drift.points.last().map_or(f64::NAN, |point| point.1);
-            vec![
-                drift.name.to_owned(),
-                drift.totals.collisions.to_string(),
-                format!("{last:.1e}"),
-                format!("{:.1e}", drift.totals.energy_drift),
-                format!("{:.2}", drift.exponent),
-                drift.law().to_owned(),
-            ]
-        })
-        .collect();
-    page.table(&["scene", "collisions", "at the end, relative", "largest", "exponent", "law"], &rows);
+    tell_of_drifts(&mut page, &results.drifts);
     for (_, svg) in charts {
         page.pictures(Layout::Full, &[(svg, "")]);
     }
@@ -123,6 +108,39 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
         "manifest.json",
     ]);
     page
+}
+
+fn tell_of_drifts(page: &mut Page, drifts: &[Drift]) {
+    page.heading("Drift of the energy");
+    let rows: Vec<Vec<String>> = drifts
+        .iter()
+        .map(|drift| {
+            let last = drift.points.last().map_or(f64::NAN, |point| point.1);
+            vec![
+                drift.name.to_owned(),
+                drift.totals.collisions.to_string(),
+                format!("{last:.1e}"),
+                format!("{:.1e}", drift.totals.energy_drift),
+                format!("{:.2}", drift.exponent),
+                drift.law().to_owned(),
+                format!("{:.2}", drift.gaps.deepest),
+                format!("{:.2}", drift.gaps.farthest),
+            ]
+        })
+        .collect();
+    page.table(
+        &[
+            "scene",
+            "collisions",
+            "at the end, relative",
+            "largest",
+            "exponent",
+            "law",
+            "deepest contact (eps × side)",
+            "farthest contact (eps × side)",
+        ],
+        &rows,
+    );
 }
 
 const COLOURS: [plotters::style::RGBColor; 5] = [
