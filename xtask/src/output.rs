@@ -4,6 +4,8 @@ use std::{
     fs::{self, File, TryLockError},
     io::{self, Write as _},
     path::{Path, PathBuf},
+    thread,
+    time::Duration,
 };
 
 use anyhow::{Context, Result, bail, ensure};
@@ -47,6 +49,11 @@ impl Destination {
     }
 }
 
+/// A process that was killed while it started another (`git`, for the manifest) holds its lock until that one is under way. Fewer:
+/// what was killed on a busy machine cannot be resumed at once. More: a refusal takes longer.
+const LOCK_TRIES: u32 = 40;
+const LOCK_PAUSE: Duration = Duration::from_millis(50);
+
 /// An output folder.
 #[derive(Debug, Clone)]
 pub struct Folder {
@@ -89,13 +96,14 @@ impl Folder {
     /// Another process writes into it.
     pub fn lock(&self) -> Result<Option<File>> {
         let Ok(folder) = File::open(&self.path) else { return Ok(None) };
-        match folder.try_lock() {
-            Ok(()) => Ok(Some(folder)),
-            Err(TryLockError::WouldBlock) => {
-                bail!("another process writes into {}: wait until it has ended", self.path.display())
+        for _ in 0..LOCK_TRIES {
+            match folder.try_lock() {
+                Ok(()) => return Ok(Some(folder)),
+                Err(TryLockError::WouldBlock) => thread::sleep(LOCK_PAUSE),
+                Err(TryLockError::Error(_)) => return Ok(None),
             }
-            Err(TryLockError::Error(_)) => Ok(None),
         }
+        bail!("another process writes into {}: wait until it has ended", self.path.display())
     }
 
     /// A folder inside this one, new or not.
