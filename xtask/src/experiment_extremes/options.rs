@@ -62,9 +62,9 @@ impl Options {
                 halvings: 3,
                 reversals: 12,
                 // A single disc keeps no others busy at once: its collisions take longest.
-                drift: [1_000_000, 5_000_000],
+                drift: [1_000_000, 100_000_000],
                 patience: Duration::from_secs(6),
-                edge_patience: Duration::from_secs(3),
+                edge_patience: Duration::from_secs(10),
             }
         }
     }
