@@ -26,7 +26,7 @@ pub enum Existing {
     Resume,
 }
 
-/// Where a run writes that cannot be resumed.
+/// Where a run writes, and over what.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Destination {
     /// Where to write; a folder in out/ that is named after the command if not given

@@ -75,7 +75,7 @@ impl Options {
             String::new()
         } else {
             "This is a short run, to look at: gases of 2e4 collisions, drift over 1e6 hits of one disc and \
-             5e6 collisions of a gas. The full run is --paper."
+             1e8 collisions of a gas. The full run is --paper."
                 .to_owned()
         }
     }

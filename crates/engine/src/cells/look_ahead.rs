@@ -28,7 +28,6 @@ const NEIGHBOURS: u32 = 9;
 const MOST_OF_BIN: usize = 3;
 
 /// To be called before a bin is opened.
-#[cold]
 #[inline(never)]
 pub(super) fn look_ahead(calendar: &Calendar, lines: &[Line], neighbourhoods: &Neighbourhoods) {
     for (bins, nth) in [(FIRST_OF_BIN, 0), (SECOND_OF_BIN, 1), (THIRD_OF_BIN, 2)] {
