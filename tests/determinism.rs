@@ -6,7 +6,8 @@ mod support;
 
 use carom_detection::Exact;
 use carom_engine::{
-    Cells, Fineness, Instructions, Observer, Rotation, Scene, Scheduler, Simulation, Thesis, View, WallSpec,
+    Body, Cells, Fineness, Instructions, Observer, Rotation, Scene, Scheduler, Simulation, Thesis, View,
+    WallSpec,
 };
 use carom_kinematics::{Instant, Orientation};
 use carom_response::Impact;
@@ -68,7 +69,7 @@ struct Silent;
 
 impl Observer for Silent {
     #[inline]
-    fn is_watching(&self) -> bool {
+    fn watches(&self, _: [&Body; 2]) -> bool {
         false
     }
 }

@@ -30,8 +30,8 @@ use carom::{
     OverlapCheck, RunningAverage, Scene, Simulation, Subscriptions,
     engine::{AtomSpec, GasSpec, MoleculeSpec},
     observers::{
-        ContactDensity, Group, PairDistribution, Pressure, TagFilter, ThermostatLedger, TimeCorrelation,
-        VelocityDistribution,
+        Axis, ContactDensity, Drift, Group, ImpulseLog, PairDistribution, Pressure, ProjectionHistogram,
+        TagFilter, ThermostatLedger, TimeCorrelation, VelocityDistribution,
     },
 };
 use glam::DVec2;
@@ -100,6 +100,39 @@ impl<T, F: FnMut(&CollisionReport<'_>) -> Option<T>> Observer for ByHand<T, F> {
     fn collision(&mut self, report: &CollisionReport<'_>) {
         self.0.extend((self.1)(report));
     }
+}
+
+/// What it does not want is not reported to it, unless somebody else wants it: that must make no difference.
+#[test]
+fn observers_of_one_body_see_the_same_whoever_else_watches() {
+    let mut scene = Scene { molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)], ..Scene::default() };
+    scene.gas.push(gas("gas", 100));
+    let mut alone = Simulation::new(&scene).unwrap();
+    let mut in_company = alone.clone();
+    let tee = key(&alone, 0);
+    let contacts = ContactDensity::new(alone.view().body(tee).unwrap().body, 0.02, 36).unwrap();
+    let of_the_tee = || {
+        (
+            DirectionHistogram::new(tee, 360),
+            RunningAverage::new(tee),
+            Drift::new(tee),
+            ImpulseLog::new(tee, 50),
+            ProjectionHistogram::new(tee, Axis::X, 3.0, 24).unwrap(),
+            contacts.clone(),
+        )
+    };
+    let (mut one, mut other) = (of_the_tee(), of_the_tee());
+    let mut all = ByHand(Vec::new(), |report: &CollisionReport<'_>| Some(report.side_of(tee).is_some()));
+    observe(&mut alone, &mut one, 3.0, 7);
+    observe(&mut in_company, &mut (&mut other, &mut all), 3.0, 7);
+    assert_eq!(format!("{one:?}"), format!("{other:?}"));
+    // The company has seen all collisions, the tee's among them.
+    assert_eq!(all.0.len() as u64, in_company.view().counters().collisions);
+    assert_eq!(
+        one.0.counts().iter().sum::<u64>(),
+        all.0.iter().filter(|&&of_the_tee| of_the_tee).count() as u64
+    );
+    assert!(all.0.contains(&true) && all.0.contains(&false));
 }
 
 #[test]

@@ -66,6 +66,14 @@ impl BodyKind {
     }
 }
 
+impl BodyKey {
+    /// Whether it is the handle of one of these two.
+    #[inline]
+    pub fn is_among(self, bodies: [&Body; 2]) -> bool {
+        (bodies[0].key == self) | (bodies[1].key == self)
+    }
+}
+
 impl Body {
     /// Handle of the body.
     pub fn key(&self) -> BodyKey {

@@ -1,6 +1,6 @@
 //! What watches a run: told of each contact and each standby, unable to change anything.
 
-use crate::{CollisionReport, View};
+use crate::{Body, CollisionReport, View};
 
 /// Watches a run. Every method has a default that does nothing.
 ///
@@ -24,10 +24,12 @@ use crate::{CollisionReport, View};
 /// }
 /// ```
 pub trait Observer {
-    /// Whether reports of collisions are wanted now: asked before each is made. An observer that wants none ever says so here,
-    /// and one that holds others asks them; the compiler then leaves the reports out.
+    /// Whether a report of a collision of these two is wanted: asked before it is made. An observer of one body, or of
+    /// none, says so here, and one that holds others asks them; the compiler then leaves out what nobody wants. It may be told
+    /// of collisions that it does not want: because another observer does.
     #[inline]
-    fn is_watching(&self) -> bool {
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        let _ = bodies;
         true
     }
 
@@ -49,15 +51,15 @@ pub trait Observer {
 
 impl Observer for () {
     #[inline]
-    fn is_watching(&self) -> bool {
+    fn watches(&self, _: [&Body; 2]) -> bool {
         false
     }
 }
 
 impl<O: Observer> Observer for &mut O {
     #[inline]
-    fn is_watching(&self) -> bool {
-        (**self).is_watching()
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        (**self).watches(bodies)
     }
 
     fn start(&mut self, view: &View<'_>) {
@@ -75,8 +77,8 @@ impl<O: Observer> Observer for &mut O {
 
 impl<O: Observer> Observer for Option<O> {
     #[inline]
-    fn is_watching(&self) -> bool {
-        self.as_ref().is_some_and(Observer::is_watching)
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.as_ref().is_some_and(|observer| observer.watches(bodies))
     }
 
     fn start(&mut self, view: &View<'_>) {
@@ -103,9 +105,9 @@ macro_rules! tuple_of_observers {
         impl<$($member: Observer),+> Observer for ($($member,)+) {
             #[inline]
             #[expect(non_snake_case, reason = "type parameters double as names of the members")]
-            fn is_watching(&self) -> bool {
+            fn watches(&self, bodies: [&Body; 2]) -> bool {
                 let ($($member,)+) = self;
-                $($member.is_watching())||+
+                $($member.watches(bodies))||+
             }
 
             #[expect(non_snake_case, reason = "type parameters double as names of the members")]

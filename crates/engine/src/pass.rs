@@ -143,7 +143,7 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
         }
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from(met_fixed);
-        if self.observer.is_watching() {
+        if self.observer.watches([body_a, body_b]) {
             let side = |body, position, before: DVec2, after| {
                 let before = Motion { velocity: before, time, ..Motion::at_rest(position) };
                 let after = Motion { velocity: after, ..before };
@@ -221,7 +221,7 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
             };
             self.ledger.lost += energy(&before) - energy(&after);
         }
-        if self.observer.is_watching() {
+        if self.observer.watches([body_a, body_b]) {
             let (atoms, radius) = parts.atoms_and_first_radius(body_a.molecule());
             let side = |n: usize, body| Side {
                 body,

@@ -3,7 +3,7 @@
 //! A block is 2ᵏ standbys long. When there are 64 of them, neighbours are joined and k goes up by one: 32 to 63 blocks cover
 //! a run of any length, without its end being known beforehand (blocking; Flyvbjerg & Petersen 1989).
 
-use carom_engine::{CollisionReport, Observer, View};
+use carom_engine::{Body, CollisionReport, Observer, View};
 use carom_kinematics::Instant;
 use serde::{Deserialize, Serialize};
 
@@ -112,8 +112,8 @@ impl<O: Additive> Block<O> {
 
 impl<O: Observer + Additive> Observer for Blocks<O> {
     #[inline]
-    fn is_watching(&self) -> bool {
-        self.open.observed.is_watching()
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.open.observed.watches(bodies)
     }
 
     fn start(&mut self, view: &View<'_>) {
@@ -147,7 +147,7 @@ mod tests {
     struct Diary(Vec<f64>);
 
     impl Observer for Diary {
-        fn is_watching(&self) -> bool {
+        fn watches(&self, _: [&Body; 2]) -> bool {
             self.0.is_empty()
         }
 
@@ -183,7 +183,9 @@ mod tests {
                 assert_eq!(block.duration, 0.5 * length as f64);
             }
             // It wants what its open block wants, even if that is another after each standby.
-            assert_eq!(diary.is_watching(), diary.open.observed.0.is_empty());
+            let view = simulation.view();
+            let bumper = view.bodies().next().unwrap().body;
+            assert_eq!(diary.watches([bumper; 2]), diary.open.observed.0.is_empty());
             let total = diary.total();
             let expected: Vec<f64> = (1..=standbys).map(|standby| 0.5 * f64::from(standby)).collect();
             assert_eq!((total.duration, total.observed.0), (0.5 * f64::from(standbys), expected));

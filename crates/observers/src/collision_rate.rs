@@ -4,7 +4,7 @@
 //! for the one that moves; N bodies move. For hard discs at equilibrium Γ = 2 n σ χ √(π kT / m) (Enskog's
 //! theory in two dimensions; n bodies per area, χ the pair distribution at contact).
 
-use carom_engine::{Counters, Observer, View};
+use carom_engine::{Body, Counters, Observer, View};
 use carom_kinematics::Instant;
 use serde::{Deserialize, Serialize};
 
@@ -64,7 +64,7 @@ impl CollisionRate {
 
 impl Observer for CollisionRate {
     #[inline]
-    fn is_watching(&self) -> bool {
+    fn watches(&self, _: [&Body; 2]) -> bool {
         false
     }
 

@@ -171,6 +171,11 @@ impl ContactDensity {
 }
 
 impl Observer for ContactDensity {
+    #[inline]
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.body.is_among(bodies)
+    }
+
     fn start(&mut self, view: &View<'_>) {
         self.began.get_or_insert(view.time());
     }

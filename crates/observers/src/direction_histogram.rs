@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-use carom_engine::{BodyKey, CollisionReport, Observer, View};
+use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -89,6 +89,11 @@ impl DirectionHistogram {
 }
 
 impl Observer for DirectionHistogram {
+    #[inline]
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.body.is_among(bodies)
+    }
+
     fn start(&mut self, view: &View<'_>) {
         if let Some(watched) = view.body(self.body) {
             self.atom_counts.resize(watched.body.molecule().atoms().len(), 0);

@@ -6,7 +6,7 @@
 //! how it is turned, nor v on θ. Σ J of a body that does not turn is the change of its momentum, and Σ r × J of one that does
 //! is the change of its spin: these stay bounded. The other sums diffuse.
 
-use carom_engine::{BodyKey, CollisionReport, Observer, View};
+use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
 use carom_kinematics::{Instant, Motion};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -126,6 +126,11 @@ impl Drift {
 }
 
 impl Observer for Drift {
+    #[inline]
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.body.is_among(bodies)
+    }
+
     fn start(&mut self, view: &View<'_>) {
         self.followed_until.get_or_insert(view.time());
     }

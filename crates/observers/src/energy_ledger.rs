@@ -3,7 +3,7 @@
 //! E = Σ ½ m v² + ½ I ω² (mass × length² / time²); booked: energy at the start, less what inelastic contacts
 //! took, plus what edits put in. Their difference is rounding and nothing else.
 
-use carom_engine::{Observer, View};
+use carom_engine::{Body, Observer, View};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -62,7 +62,7 @@ impl EnergyLedger {
 
 impl Observer for EnergyLedger {
     #[inline]
-    fn is_watching(&self) -> bool {
+    fn watches(&self, _: [&Body; 2]) -> bool {
         false
     }
 

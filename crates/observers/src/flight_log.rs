@@ -1,6 +1,6 @@
 //! Who flies how from when on: all there is to know to draw a gas in motion, over a stretch of so many contacts.
 
-use carom_engine::{CollisionReport, Observer, View};
+use carom_engine::{Body, CollisionReport, Observer, View};
 use carom_kinematics::{Instant, Motion};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -77,6 +77,11 @@ fn flight(time: Instant, body: u64, motion: &Motion) -> Flight {
 }
 
 impl Observer for FlightLog {
+    #[inline]
+    fn watches(&self, _: [&Body; 2]) -> bool {
+        !self.is_full()
+    }
+
     fn start(&mut self, view: &View<'_>) {
         if self.flights.is_empty() {
             let bodies = view.bodies().take(self.capacity);

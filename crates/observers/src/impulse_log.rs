@@ -1,6 +1,6 @@
 //! Every single impulse Δp that a body receives, contact by contact (Montanari 2017, section 3.2, items 1 and 2).
 
-use carom_engine::{BodyKey, CollisionReport, Observer};
+use carom_engine::{Body, BodyKey, CollisionReport, Observer};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -78,6 +78,11 @@ impl ImpulseLog {
 }
 
 impl Observer for ImpulseLog {
+    #[inline]
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.body.is_among(bodies)
+    }
+
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let Some((side, impulse)) = report.side_of(self.body) else { return };
         // A touch that changes nothing is no impulse.

@@ -3,7 +3,7 @@
 //! Depth of a pair: −(distance of the nearest atoms' centres − the sum of their radii), a length; also in units of
 //! the smaller diameter. What counts as rounding: [`carom_engine::rounding_bound`].
 
-use carom_engine::{Observer, View};
+use carom_engine::{Body, Observer, View};
 use serde::{Deserialize, Serialize};
 
 /// The worst overlaps seen at any standby.
@@ -54,7 +54,7 @@ impl OverlapCheck {
 
 impl Observer for OverlapCheck {
     #[inline]
-    fn is_watching(&self) -> bool {
+    fn watches(&self, _: [&Body; 2]) -> bool {
         false
     }
 

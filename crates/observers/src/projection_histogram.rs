@@ -3,7 +3,7 @@
 //! With J the impulse on the body (mass × length / time) and θ its orientation at contact, a contact counts at the
 //! x′ or y′ component of R(−θ) J. Bin k of n holds [−w + 2wk/n, −w + 2w(k+1)/n), w being the half-width.
 
-use carom_engine::{BodyKey, CollisionReport, Observer};
+use carom_engine::{Body, BodyKey, CollisionReport, Observer};
 use carom_geometry::{GeometryError, check_positive};
 use serde::{Deserialize, Serialize};
 
@@ -72,6 +72,11 @@ impl ProjectionHistogram {
 }
 
 impl Observer for ProjectionHistogram {
+    #[inline]
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.body.is_among(bodies)
+    }
+
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let Some((side, impulse)) = report.side_of(self.body) else { return };
         let own = in_body_frame(impulse, side.before.orientation);

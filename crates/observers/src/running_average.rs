@@ -4,7 +4,7 @@
 //! With J the impulses on the body since t₀ and θ its orientation at each: F′(t) = Σ R(−θ) J / (t − t₀)
 //! (mass × length / time²), and v̄′(t) is the mean of R(−θ) v over the standbys so far (length / time).
 
-use carom_engine::{BodyKey, CollisionReport, Observer, View};
+use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
 use carom_kinematics::Instant;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -71,6 +71,11 @@ impl RunningAverage {
 }
 
 impl Observer for RunningAverage {
+    #[inline]
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.body.is_among(bodies)
+    }
+
     fn start(&mut self, view: &View<'_>) {
         self.began.get_or_insert(view.time());
     }

@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use carom_engine::{CollisionReport, Observer, View};
+use carom_engine::{Body, CollisionReport, Observer, View};
 use slotmap::SlotMap;
 
 use crate::TagFilter;
@@ -85,6 +85,16 @@ impl Subscription {
             Self::Standby(_) => EventKind::Standby,
         }
     }
+
+    /// Whether it is told of collisions of these two.
+    fn wants(&self, bodies: [&Body; 2]) -> bool {
+        let with_fixed = bodies.iter().any(|body| body.is_fixed());
+        match self {
+            Self::Collision(filter, _) => !with_fixed && filter.matches(bodies),
+            Self::FixedCollision(filter, _) => with_fixed && filter.matches(bodies),
+            Self::Standby(_) => false,
+        }
+    }
 }
 
 impl Subscriptions {
@@ -142,17 +152,15 @@ impl Subscriptions {
 
 impl Observer for Subscriptions {
     #[inline]
-    fn is_watching(&self) -> bool {
-        self.of_collisions > 0
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.of_collisions > 0 && self.list.values().any(|subscription| subscription.wants(bodies))
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let with_fixed = report.sides.iter().any(|side| side.body.is_fixed());
-        for subscription in self.list.values_mut() {
-            match subscription {
-                Subscription::Collision(filter, f) if !with_fixed && filter.matches(report) => f(report),
-                Subscription::FixedCollision(filter, f) if with_fixed && filter.matches(report) => f(report),
-                _ => {}
+        let bodies = report.sides.each_ref().map(|side| side.body);
+        for subscription in self.list.values_mut().filter(|subscription| subscription.wants(bodies)) {
+            if let Subscription::Collision(_, f) | Subscription::FixedCollision(_, f) = subscription {
+                f(report);
             }
         }
     }

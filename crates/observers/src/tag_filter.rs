@@ -1,6 +1,6 @@
 //! Which collisions are wanted, by the tags of the two bodies.
 
-use carom_engine::{CollisionReport, Tag};
+use carom_engine::{Body, Tag};
 use serde::{Deserialize, Serialize};
 
 /// Which collisions are wanted. A body with several tags counts for each of them.
@@ -16,9 +16,8 @@ pub enum TagFilter {
 }
 
 impl TagFilter {
-    /// Whether this collision is wanted.
-    pub fn matches(&self, report: &CollisionReport<'_>) -> bool {
-        let [a, b] = report.sides.each_ref().map(|side| side.body);
+    /// Whether a collision of these two is wanted.
+    pub fn matches(&self, [a, b]: [&Body; 2]) -> bool {
         match *self {
             Self::Any => true,
             Self::One(tag) => a.has_tag(tag) || b.has_tag(tag),

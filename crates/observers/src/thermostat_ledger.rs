@@ -3,7 +3,7 @@
 //! E(t) − E(0) = Σ (work of resets) − Σ ½ (1 − e²) μ u² (mass × length² / time²), u being the speed of approach of a
 //! contact and μ its reduced mass; the power of each is its change in an interval divided by the length of that.
 
-use carom_engine::{Observer, View};
+use carom_engine::{Body, Observer, View};
 use carom_kinematics::Instant;
 use serde::{Deserialize, Serialize};
 
@@ -120,7 +120,7 @@ impl ThermostatLedger {
 
 impl Observer for ThermostatLedger {
     #[inline]
-    fn is_watching(&self) -> bool {
+    fn watches(&self, _: [&Body; 2]) -> bool {
         false
     }
 

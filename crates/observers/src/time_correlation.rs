@@ -8,7 +8,7 @@
 
 use std::collections::VecDeque;
 
-use carom_engine::{Observer, View};
+use carom_engine::{Body, Observer, View};
 use carom_geometry::{GeometryError, check_positive};
 use carom_kinematics::Instant;
 use glam::DVec2;
@@ -164,7 +164,7 @@ impl TimeCorrelation {
 
 impl Observer for TimeCorrelation {
     #[inline]
-    fn is_watching(&self) -> bool {
+    fn watches(&self, _: [&Body; 2]) -> bool {
         false
     }
 

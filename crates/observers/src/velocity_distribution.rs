@@ -6,7 +6,7 @@
 
 use std::f64::consts::{E, PI};
 
-use carom_engine::{Observer, View};
+use carom_engine::{Body, Observer, View};
 use carom_geometry::{GeometryError, check_positive};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -118,7 +118,7 @@ impl VelocityDistribution {
 
 impl Observer for VelocityDistribution {
     #[inline]
-    fn is_watching(&self) -> bool {
+    fn watches(&self, _: [&Body; 2]) -> bool {
         false
     }
 

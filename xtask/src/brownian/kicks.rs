@@ -1,6 +1,6 @@
 //! Contacts of the molecule with the gas alone: those with the fixed bumper are left out.
 
-use carom::{CollisionReport, Observer, View};
+use carom::{CollisionReport, Observer, View, engine::Body};
 use serde::{Deserialize, Serialize};
 
 /// Passes on only collisions between bodies that move.
@@ -12,8 +12,8 @@ pub struct FromGas<O>(pub O);
 
 impl<O: Observer> Observer for FromGas<O> {
     #[inline]
-    fn is_watching(&self) -> bool {
-        self.0.is_watching()
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.0.watches(bodies) && bodies.iter().all(|body| !body.is_fixed())
     }
 
     fn start(&mut self, view: &View<'_>) {
@@ -59,6 +59,12 @@ mod tests {
         assert!(fixed > 0);
         assert_eq!(kicks.0.0, all.0 - fixed);
         // It wants reports only if what it passes them on to does.
-        assert!(FromGas(all).is_watching() && !FromGas(()).is_watching());
+        let view = simulation.view();
+        let bodies: Vec<_> = view.bodies().map(|body| body.body).collect();
+        let disc = |fixed: bool| bodies.iter().filter(move |body| body.is_fixed() == fixed);
+        let (mut moving, bumper) = (disc(false), disc(true).next().unwrap());
+        let [one, other] = [moving.next().unwrap(), moving.next().unwrap()];
+        assert!(FromGas(&mut all).watches([one, other]) && !FromGas(()).watches([one, other]));
+        assert!(!FromGas(&mut all).watches([one, bumper]));
     }
 }

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail, ensure};
 use carom::{
     CollisionReport, ContactDensity, Group, Observer, PairDistribution, ThermostatLedger, TimeCorrelation,
     VelocityDistribution, View,
-    engine::{BodyView, RunSpec},
+    engine::{Body, BodyView, RunSpec},
     observers::ImpulseLog,
 };
 
@@ -179,7 +179,7 @@ fn contact_density(group: Group, view: &View<'_>) -> Result<ContactDensity> {
 
 impl Observer for AtStandbys {
     #[inline]
-    fn is_watching(&self) -> bool {
+    fn watches(&self, _: [&Body; 2]) -> bool {
         false
     }
 
@@ -245,8 +245,8 @@ fn write_velocities(folder: &Folder, asked: &Asked, velocities: &VelocityDistrib
 
 impl Observer for AtContacts {
     #[inline]
-    fn is_watching(&self) -> bool {
-        self.0.iter().any(|(_, density)| density.is_watching()) || self.1.is_watching()
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.0.iter().any(|(_, density)| density.watches(bodies)) || self.1.watches(bodies)
     }
 
     fn start(&mut self, view: &View<'_>) {
