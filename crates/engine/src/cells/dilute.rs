@@ -9,13 +9,13 @@
 
 use std::hint::select_unpredictable as select;
 
-use carom_detection::Detection;
+use carom_detection::{DISC_LANES, Detection};
 
 use super::{
     State,
-    line::{INDEX_MASK, Kind},
-    roster::AROUND,
-    vector::{Kernel, Question},
+    line::{INDEX_BITS, INDEX_MASK, Kind},
+    roster::{AHEAD, AROUND},
+    vector::{Kernel, Like, Question, Soonest},
 };
 
 impl State {
@@ -51,13 +51,10 @@ impl State {
         let is_inside = (0..self.grid.counts()[axis] as i32).contains(&next);
         to[axis] = if is_inside { next as u16 } else { self.wrap_place(disc, axis, direction) };
         self.lines[disc as usize].set_cell(to);
-        self.rosters.leave::<K>(disc, from);
-        self.rosters.enter(disc, to);
-        let mut ahead = [[direction; 2]; 3];
-        for (offset, sideways) in ahead.iter_mut().zip(-1..) {
-            offset[1 - axis] = sideways;
-        }
-        let (soonest, partner) = self.ask_cells::<D, K>(detection, disc, &ahead, now);
+        self.rosters.leave(disc);
+        self.rosters.enter(disc, to, self.lines[disc as usize].flight);
+        let ahead = &AHEAD[axis][usize::from(direction > 0)];
+        let (soonest, partner) = self.ask_cells::<D, K>(detection, disc, ahead, now);
         let contact_time = now + soonest;
         let line = &self.lines[disc as usize];
         let version = self.lines[partner as usize].version;
@@ -96,15 +93,13 @@ impl State {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn ask_cells<D: Detection, K: Kernel>(
-        &mut self,
+        &self,
         detection: &D,
         disc: u32,
-        offsets: &[[i32; 2]],
+        numbers: &[usize],
         now: f64,
     ) -> (f64, u32) {
-        let dummy = self.lines.len() as u32 - 1;
         let from = &self.lines[disc as usize];
-        let (eights, images) = self.rosters.gather(from.cell(), offsets, dummy);
         let question = Question {
             lines: &self.lines,
             from,
@@ -113,22 +108,48 @@ impl State {
             sides: self.sides,
             like: self.like,
         };
+        let like = self.like.unwrap_or_else(|| Like::new(self.grid.largest_small(), self.separation_error));
         let (mut time, mut partner) = (f64::INFINITY, 0);
-        for slots in eights {
-            let soonest = K::eight(&question, slots, images);
-            let mut found = (soonest.time, slots[(soonest.slots.trailing_zeros() & 7) as usize] & INDEX_MASK);
-            let several = soonest.slots & (soonest.slots.wrapping_sub(1)) != 0;
-            if (several & (soonest.time < f64::INFINITY))
-                | soonest.in_contact
-                | !detection.decides_discs_in_closed_form()
-            {
-                found = question.look_closer(detection, slots, images);
+        let mut offer = |(other_time, other): (f64, u32)| {
+            let tie = (other_time == time) & (other < partner) & (time < f64::INFINITY);
+            if (other_time < time) | tie {
+                (time, partner) = (other_time, other);
             }
-            let sooner =
-                (found.0 < time) | ((found.0 == time) & (found.1 < partner) & (time < f64::INFINITY));
-            time = select(sooner, found.0, time);
-            partner = select(sooner, found.1, partner);
+        };
+        let around = self.rosters.around(from.cell());
+        for &number in numbers {
+            let slot = around[number];
+            let shift = self.shifts[(slot >> INDEX_BITS) as usize];
+            for block in self.rosters.blocks(slot) {
+                let in_closed_form = detection.decides_discs_in_closed_form();
+                let soonest = if in_closed_form {
+                    K::in_block(&from.flight, now, &like, self.rosters.flights(block), shift)
+                } else {
+                    None
+                };
+                match soonest {
+                    Some(Soonest { time, slots, in_contact: false }) if slots.is_power_of_two() => {
+                        offer((time, self.rosters.discs(block)[(slots.trailing_zeros() & 7) as usize]));
+                    }
+                    // Nearly always nobody comes near.
+                    None if in_closed_form => {}
+                    _ => offer(look_closer(&question, detection, slot, self.rosters.discs(block))),
+                }
+            }
         }
         (time, partner)
     }
+}
+
+/// The soonest contact with the discs of a block, and with whom, as the detector decides it.
+#[cold]
+#[inline(never)]
+fn look_closer<D: Detection>(
+    question: &Question<'_>,
+    detection: &D,
+    slot: u32,
+    discs: &[u32; DISC_LANES],
+) -> (f64, u32) {
+    let seen = discs.map(|disc| disc | slot & !INDEX_MASK);
+    question.look_closer(detection, &seen, true)
 }

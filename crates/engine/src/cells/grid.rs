@@ -24,7 +24,7 @@ pub(super) struct CellGrid {
 const DILUTE: f64 = 4.0;
 
 /// Cells for each disc of a dilute gas.
-const CELLS_PER_BODY_WHERE_DILUTE: f64 = 0.5;
+const CELLS_PER_BODY_WHERE_DILUTE: f64 = 0.25;
 
 /// A body is small if it is at most this many times the median radius. Smaller: bodies of a narrow mixture have to be
 /// listed one by one. Larger: cells, and with them the lists of all, grow with the few large ones.

@@ -53,10 +53,10 @@ use self::{
     calendar::Calendar,
     covering::Coverings,
     grid::CellGrid,
-    line::{Kind, Line},
+    line::{INDEX_BITS, Kind, Line},
     look_ahead::look_ahead,
     molecules::Molecules,
-    neighbourhood::Neighbourhoods,
+    neighbourhood::{Neighbourhoods, image_of},
     roster::Rosters,
     vector::{Kernel, Like},
 };
@@ -109,6 +109,8 @@ struct State {
     separation_error: f64,
     /// Sides of the box (length).
     sides: [f64; 2],
+    /// By how much something is shifted that is seen in an image (length), by the image's code in a slot.
+    shifts: [[f64; 2]; 16],
     /// What holds for any two small discs, if they are all alike.
     like: Option<Like>,
     done: SchedulerCounters,
@@ -140,6 +142,7 @@ impl Scheduler for Cells {
             limit: 0.0,
             separation_error: 0.0,
             sides: world.bounds().sides().to_array(),
+            shifts: shifts(world.bounds().sides()),
             like: None,
             done: SchedulerCounters::default(),
         }))))
@@ -192,6 +195,14 @@ impl Scheduler for Cells {
     }
 }
 
+/// By how much something is shifted (length) that is seen in the image of each code.
+fn shifts(sides: DVec2) -> [[f64; 2]; 16] {
+    std::array::from_fn(|code| {
+        let [x, y] = image_of((code as u32) << INDEX_BITS);
+        [f64::from(x) * sides.x, f64::from(y) * sides.y]
+    })
+}
+
 impl State {
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
         self.limit = limit;
@@ -210,8 +221,9 @@ impl State {
         let [columns, rows] = self.grid.counts();
         self.coverings.clear();
         self.molecules.clear();
+        self.rosters.clear();
         if self.grid.is_dilute() {
-            self.rosters.lay_out([columns, rows]);
+            self.rosters.lay_out([columns, rows], bodies as u32);
         } else {
             self.neighbourhoods.lay_out(columns, rows, bodies as u32);
         }
@@ -221,7 +233,8 @@ impl State {
         }
         for (index, body) in world.bodies().iter().enumerate() {
             if self.grid.is_dilute() {
-                self.rosters.enter(index as u32, self.lines[index].cell());
+                let line = &self.lines[index];
+                self.rosters.enter(index as u32, line.cell(), line.flight);
             } else if self.grid.covers(body) {
                 let among_molecules = self.grid.holds_molecules();
                 self.coverings.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
@@ -322,6 +335,7 @@ impl State {
                 self.launch::<K>(body, motion.position, motion.velocity, now);
                 self.coverings.set_motion(body, motion);
                 self.molecules.set_motion(body, motion);
+                self.rosters.set_flight(body, self.lines[body as usize].flight);
             }
         }
         let excused = self.excused(bodies);
@@ -362,6 +376,7 @@ impl State {
         }
         for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
             self.molecules.set_flight(body, time, place, velocity);
+            self.rosters.set_flight(body, self.lines[body as usize].flight);
         }
         for body in bodies {
             if !self.coverings.is_fixed(body) {

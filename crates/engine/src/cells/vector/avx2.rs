@@ -5,15 +5,15 @@ use std::arch::x86_64::{
     __m256d, _CMP_EQ_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm_cvtsd_f64, _mm_min_pd, _mm_unpackhi_pd,
     _mm256_add_pd, _mm256_and_pd, _mm256_and_si256, _mm256_blendv_pd, _mm256_castpd256_pd128,
     _mm256_castsi256_ps, _mm256_cmp_pd, _mm256_cmpeq_epi32, _mm256_div_pd, _mm256_extractf128_pd,
-    _mm256_lddqu_si256, _mm256_loadu_si256, _mm256_max_epu32, _mm256_min_pd, _mm256_movemask_pd,
-    _mm256_movemask_ps, _mm256_mul_pd, _mm256_or_pd, _mm256_permute2f128_pd, _mm256_set1_epi32,
-    _mm256_set1_pd, _mm256_setr_pd, _mm256_setzero_pd, _mm256_sqrt_pd, _mm256_storeu_pd, _mm256_sub_pd,
-    _mm256_testz_si256, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
+    _mm256_lddqu_si256, _mm256_loadu_pd, _mm256_loadu_si256, _mm256_max_epu32, _mm256_min_pd,
+    _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_or_pd, _mm256_permute2f128_pd,
+    _mm256_set1_epi32, _mm256_set1_pd, _mm256_setr_pd, _mm256_setzero_pd, _mm256_sqrt_pd, _mm256_storeu_pd,
+    _mm256_sub_pd, _mm256_testz_si256, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
 };
 
 use carom_kinematics::HALF_ULP;
 
-use super::{Around, DISC_LANES, INDEX_MASK, Kernel, Line, Question, SLOTS, Soonest, image_of};
+use super::{Around, DISC_LANES, INDEX_MASK, Kernel, Like, Line, Question, SLOTS, Soonest, image_of};
 
 /// Four numbers at a time. To be used in code compiled for AVX2 only: this is what its functions rely on.
 pub(in crate::cells) struct Avx2;
@@ -35,9 +35,15 @@ impl Kernel for Avx2 {
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn eight(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> Soonest {
+    fn in_block(
+        from: &[f64; 4],
+        now: f64,
+        like: &Like,
+        flights: &[[f64; DISC_LANES]; 4],
+        shift: [f64; 2],
+    ) -> Option<Soonest> {
         // SAFETY: as above.
-        unsafe { if images { eight::<true>(question, slots, 0) } else { eight::<false>(question, slots, 0) } }
+        unsafe { in_block(from, now, like, flights, shift) }
     }
 
     #[inline(always)]
@@ -101,8 +107,24 @@ unsafe fn eight<const IMAGES: bool>(
     unsafe {
         let [a, b, c, d, e, f, g, h] = bodies::<IMAGES>(question, slots);
         let [s, t, u, v, w, x, y, z] = *slots;
-        let (low, low_contact) = four::<IMAGES>(question, [a, b, c, d], [s, t, u, v]);
-        let (high, high_contact) = four::<IMAGES>(question, [e, f, g, h], [w, x, y, z]);
+        let shifts = |slots| IMAGES.then(|| shifts(question, slots));
+        let low = Four::of_lines(question, [a, b, c, d], shifts([s, t, u, v]));
+        let high = Four::of_lines(question, [e, f, g, h], shifts([w, x, y, z]));
+        soonest_of(low, high, first)
+    }
+}
+
+/// The soonest of eight, in the slots from `first` on.
+///
+/// # Safety
+/// As [`soonest`].
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+unsafe fn soonest_of(low: Four, high: Four, first: usize) -> Soonest {
+    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+    unsafe {
+        let in_contact = _mm256_or_pd(low.in_contact(), high.in_contact());
+        let (low, high) = (low.times(), high.times());
         let least = _mm256_min_pd(low, high);
         let least = _mm_min_pd(_mm256_castpd256_pd128(least), _mm256_extractf128_pd::<1>(least));
         let time = _mm_cvtsd_f64(_mm_min_pd(least, _mm_unpackhi_pd(least, least)));
@@ -111,9 +133,52 @@ unsafe fn eight<const IMAGES: bool>(
         Soonest {
             time,
             slots: (equal(low) | equal(high) << 4) << first,
-            in_contact: _mm256_movemask_pd(_mm256_or_pd(low_contact, high_contact)) != 0,
+            in_contact: _mm256_movemask_pd(in_contact) != 0,
         }
     }
+}
+
+/// The soonest of eight discs whose flights stand number by number, if any is on its way to a contact: most often none is,
+/// and the roots and quotients are left out.
+///
+/// # Safety
+/// As [`soonest`].
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+unsafe fn in_block(
+    from: &[f64; 4],
+    now: f64,
+    like: &Like,
+    flights: &[[f64; DISC_LANES]; 4],
+    shift: [f64; 2],
+) -> Option<Soonest> {
+    let [[x, far_x], [y, far_y], [vx, far_vx], [vy, far_vy]] = flights.each_ref().map(|eight| {
+        let (halves, _) = eight.as_chunks::<4>();
+        [&halves[0], &halves[1]]
+    });
+    // SAFETY: the caller vouches for AVX2, which is all that these functions need.
+    unsafe {
+        let low = Four::of_flights(from, now, like, [x, y, vx, vy], shift);
+        let high = Four::of_flights(from, now, like, [far_x, far_y, far_vx, far_vy], shift);
+        let closing = _mm256_or_pd(low.closes, high.closes);
+        if _mm256_movemask_pd(closing) == 0 { None } else { Some(soonest_of(low, high, 0)) }
+    }
+}
+
+/// By how much the discs in four slots are shifted by the images in which they are seen (length), x and y.
+///
+/// # Safety
+/// As [`soonest`].
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+unsafe fn shifts(question: &Question<'_>, slots: [u32; 4]) -> [__m256d; 2] {
+    let [a, b, c, d] = slots.map(image_of);
+    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+    let shift = |axis: usize| unsafe {
+        let [a, b, c, d] = [a[axis], b[axis], c[axis], d[axis]].map(f64::from);
+        _mm256_mul_pd(_mm256_setr_pd(a, b, c, d), _mm256_set1_pd(question.sides[axis]))
+    };
+    [shift(0), shift(1)]
 }
 
 /// The eight bodies of eight slots; a slot without an image is an index itself.
@@ -148,68 +213,149 @@ unsafe fn bodies<'a, const IMAGES: bool>(
     })
 }
 
-/// Times of contact of four discs, and a mask of those that need a closer look.
-///
-/// # Safety
-/// As [`soonest`].
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn four<const IMAGES: bool>(
-    question: &Question<'_>,
-    [a, b, c, d]: [&Line; 4],
-    slots: [u32; 4],
-) -> (__m256d, __m256d) {
-    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
-    unsafe {
-        let load = |row: &[f64; 4]| _mm256_setr_pd(row[0], row[1], row[2], row[3]);
-        let (sigma_squared, touching) = if let Some(like) = &question.like {
-            (_mm256_set1_pd(like.sigma_squared), _mm256_set1_pd(like.touching))
-        } else {
-            let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
-            let sigma = _mm256_add_pd(radii, _mm256_set1_pd(question.from.radius));
-            // 4 σ (error + 8 u σ), multiplied in the same order.
-            let error = _mm256_set1_pd(question.separation_error);
-            let error = _mm256_add_pd(error, _mm256_mul_pd(_mm256_set1_pd(8.0 * HALF_ULP), sigma));
-            (_mm256_mul_pd(sigma, sigma), _mm256_mul_pd(_mm256_mul_pd(_mm256_set1_pd(4.0), sigma), error))
-        };
-        let from = load(&question.from.flight);
-        // From the other to the asking one, which is what one instruction gives. Every sum and product below has the bits
-        // that it has the other way round.
-        let (a, b) = (_mm256_sub_pd(from, load(&a.flight)), _mm256_sub_pd(from, load(&b.flight)));
-        let (c, d) = (_mm256_sub_pd(from, load(&c.flight)), _mm256_sub_pd(from, load(&d.flight)));
-        // From a row for each disc to a register for each of x, y, vx, vy.
-        let (x_vx_ab, x_vx_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
-        let (y_vy_ab, y_vy_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
-        let vx = _mm256_permute2f128_pd::<0x31>(x_vx_ab, x_vx_cd);
-        let vy = _mm256_permute2f128_pd::<0x31>(y_vy_ab, y_vy_cd);
-        let now = _mm256_set1_pd(question.now);
-        let origin_x = _mm256_permute2f128_pd::<0x20>(x_vx_ab, x_vx_cd);
-        let origin_y = _mm256_permute2f128_pd::<0x20>(y_vy_ab, y_vy_cd);
-        let mut dx = _mm256_add_pd(origin_x, _mm256_mul_pd(vx, now));
-        let mut dy = _mm256_add_pd(origin_y, _mm256_mul_pd(vy, now));
-        if IMAGES {
-            let [e, f, g, h] = slots.map(image_of);
-            let shift = |axis: usize| {
-                let boxes = [e[axis], f[axis], g[axis], h[axis]].map(f64::from);
-                _mm256_mul_pd(load(&boxes), _mm256_set1_pd(question.sides[axis]))
+/// Four discs on their way past the asking one.
+#[derive(Clone, Copy)]
+struct Four {
+    /// d·v and d·d − σ², d and v from the other disc to the asking one.
+    b: __m256d,
+    c: __m256d,
+    /// σ² v² − (d × v)².
+    discriminant: __m256d,
+    /// Which of them come to a contact.
+    closes: __m256d,
+    /// c of a pair that may touch already is this at most.
+    touching: __m256d,
+}
+
+impl Four {
+    /// Four bodies by their lines, seen in images that shift them by `shifts` (length).
+    ///
+    /// # Safety
+    /// As [`soonest`].
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    unsafe fn of_lines(
+        question: &Question<'_>,
+        [a, b, c, d]: [&Line; 4],
+        shifts: Option<[__m256d; 2]>,
+    ) -> Self {
+        // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+        unsafe {
+            let load = |row: &[f64; 4]| _mm256_setr_pd(row[0], row[1], row[2], row[3]);
+            let (sigma_squared, touching) = if let Some(like) = &question.like {
+                (_mm256_set1_pd(like.sigma_squared), _mm256_set1_pd(like.touching))
+            } else {
+                let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
+                let sigma = _mm256_add_pd(radii, _mm256_set1_pd(question.from.radius));
+                // 4 σ (error + 8 u σ), multiplied in the same order.
+                let error = _mm256_set1_pd(question.separation_error);
+                let error = _mm256_add_pd(error, _mm256_mul_pd(_mm256_set1_pd(8.0 * HALF_ULP), sigma));
+                let touching = _mm256_mul_pd(_mm256_mul_pd(_mm256_set1_pd(4.0), sigma), error);
+                (_mm256_mul_pd(sigma, sigma), touching)
             };
-            (dx, dy) = (_mm256_sub_pd(dx, shift(0)), _mm256_sub_pd(dy, shift(1)));
+            let from = load(&question.from.flight);
+            // From the other to the asking one, which is what one instruction gives. Every sum and product below has the
+            // bits that it has the other way round.
+            let (a, b) = (_mm256_sub_pd(from, load(&a.flight)), _mm256_sub_pd(from, load(&b.flight)));
+            let (c, d) = (_mm256_sub_pd(from, load(&c.flight)), _mm256_sub_pd(from, load(&d.flight)));
+            // From a row for each disc to a register for each of x, y, vx, vy.
+            let (x_vx_ab, x_vx_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
+            let (y_vy_ab, y_vy_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
+            let vx = _mm256_permute2f128_pd::<0x31>(x_vx_ab, x_vx_cd);
+            let vy = _mm256_permute2f128_pd::<0x31>(y_vy_ab, y_vy_cd);
+            let now = _mm256_set1_pd(question.now);
+            let origin_x = _mm256_permute2f128_pd::<0x20>(x_vx_ab, x_vx_cd);
+            let origin_y = _mm256_permute2f128_pd::<0x20>(y_vy_ab, y_vy_cd);
+            let mut dx = _mm256_add_pd(origin_x, _mm256_mul_pd(vx, now));
+            let mut dy = _mm256_add_pd(origin_y, _mm256_mul_pd(vy, now));
+            if let Some([x, y]) = shifts {
+                (dx, dy) = (_mm256_sub_pd(dx, x), _mm256_sub_pd(dy, y));
+            }
+            Self::of([dx, dy], [vx, vy], sigma_squared, touching)
         }
-        let b = _mm256_add_pd(_mm256_mul_pd(dx, vx), _mm256_mul_pd(dy, vy));
-        let d_squared = _mm256_add_pd(_mm256_mul_pd(dx, dx), _mm256_mul_pd(dy, dy));
-        let c = _mm256_sub_pd(d_squared, sigma_squared);
-        let cross = _mm256_sub_pd(_mm256_mul_pd(dx, vy), _mm256_mul_pd(dy, vx));
-        let v_squared = _mm256_add_pd(_mm256_mul_pd(vx, vx), _mm256_mul_pd(vy, vy));
-        let discriminant =
-            _mm256_sub_pd(_mm256_mul_pd(sigma_squared, v_squared), _mm256_mul_pd(cross, cross));
-        let zero = _mm256_setzero_pd();
-        let real = _mm256_cmp_pd::<_CMP_GT_OQ>(discriminant, zero);
-        // NaN where there is no root, and then not looked at.
-        let root = _mm256_sqrt_pd(discriminant);
-        let closes = _mm256_and_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(b, zero), real);
-        let time = _mm256_div_pd(c, _mm256_sub_pd(root, b));
-        let time = _mm256_blendv_pd(_mm256_set1_pd(f64::INFINITY), time, closes);
-        let in_contact = _mm256_and_pd(closes, _mm256_cmp_pd::<_CMP_LE_OQ>(c, touching));
-        (time, in_contact)
+    }
+
+    /// Four discs by their flights, number by number, seen shifted (length).
+    ///
+    /// # Safety
+    /// As [`soonest`].
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    unsafe fn of_flights(
+        from: &[f64; 4],
+        now: f64,
+        like: &Like,
+        [x, y, vx, vy]: [&[f64; 4]; 4],
+        shift: [f64; 2],
+    ) -> Self {
+        // SAFETY: the caller vouches for AVX2; four numbers are read where four numbers are.
+        unsafe {
+            let vx = _mm256_sub_pd(_mm256_set1_pd(from[2]), _mm256_loadu_pd(vx.as_ptr()));
+            let vy = _mm256_sub_pd(_mm256_set1_pd(from[3]), _mm256_loadu_pd(vy.as_ptr()));
+            let origin_x = _mm256_sub_pd(_mm256_set1_pd(from[0]), _mm256_loadu_pd(x.as_ptr()));
+            let origin_y = _mm256_sub_pd(_mm256_set1_pd(from[1]), _mm256_loadu_pd(y.as_ptr()));
+            let now = _mm256_set1_pd(now);
+            let dx = _mm256_add_pd(origin_x, _mm256_mul_pd(vx, now));
+            let dy = _mm256_add_pd(origin_y, _mm256_mul_pd(vy, now));
+            let dx = _mm256_sub_pd(dx, _mm256_set1_pd(shift[0]));
+            let dy = _mm256_sub_pd(dy, _mm256_set1_pd(shift[1]));
+            let sigma_squared = _mm256_set1_pd(like.sigma_squared);
+            Self::of([dx, dy], [vx, vy], sigma_squared, _mm256_set1_pd(like.touching))
+        }
+    }
+
+    /// Four discs from their places and velocities.
+    ///
+    /// # Safety
+    /// As [`soonest`].
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    unsafe fn of(
+        [dx, dy]: [__m256d; 2],
+        [vx, vy]: [__m256d; 2],
+        sigma_squared: __m256d,
+        touching: __m256d,
+    ) -> Self {
+        // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+        unsafe {
+            let b = _mm256_add_pd(_mm256_mul_pd(dx, vx), _mm256_mul_pd(dy, vy));
+            let d_squared = _mm256_add_pd(_mm256_mul_pd(dx, dx), _mm256_mul_pd(dy, dy));
+            let c = _mm256_sub_pd(d_squared, sigma_squared);
+            let cross = _mm256_sub_pd(_mm256_mul_pd(dx, vy), _mm256_mul_pd(dy, vx));
+            let v_squared = _mm256_add_pd(_mm256_mul_pd(vx, vx), _mm256_mul_pd(vy, vy));
+            let discriminant =
+                _mm256_sub_pd(_mm256_mul_pd(sigma_squared, v_squared), _mm256_mul_pd(cross, cross));
+            let zero = _mm256_setzero_pd();
+            let real = _mm256_cmp_pd::<_CMP_GT_OQ>(discriminant, zero);
+            let closes = _mm256_and_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(b, zero), real);
+            Self { b, c, discriminant, closes, touching }
+        }
+    }
+
+    /// Times of contact, infinite for never.
+    ///
+    /// # Safety
+    /// As [`soonest`].
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    unsafe fn times(self) -> __m256d {
+        // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+        unsafe {
+            // NaN where there is no root, and then not looked at.
+            let root = _mm256_sqrt_pd(self.discriminant);
+            let time = _mm256_div_pd(self.c, _mm256_sub_pd(root, self.b));
+            _mm256_blendv_pd(_mm256_set1_pd(f64::INFINITY), time, self.closes)
+        }
+    }
+
+    /// A mask of those that need a closer look.
+    ///
+    /// # Safety
+    /// As [`soonest`].
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    unsafe fn in_contact(self) -> __m256d {
+        // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+        unsafe { _mm256_and_pd(self.closes, _mm256_cmp_pd::<_CMP_LE_OQ>(self.c, self.touching)) }
     }
 }

@@ -86,8 +86,15 @@ pub(super) trait Kernel {
     /// The answer at the border of the box, where a slot says in which image its disc is seen.
     fn at_border(question: Question<'_>, list: Around<'_>) -> Soonest;
 
-    /// The answer for eight slots, with or without images.
-    fn eight(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> Soonest;
+    /// The answer to a disc on its flight, at a time, for eight like discs on theirs, seen shifted (length); none if nobody
+    /// comes to a contact.
+    fn in_block(
+        from: &[f64; 4],
+        now: f64,
+        like: &Like,
+        flights: &[[f64; DISC_LANES]; 4],
+        shift: [f64; 2],
+    ) -> Option<Soonest>;
 
     /// Writes a flight the way the others read it: numbers written one by one cannot be read as one register until
     /// they have reached the cache, and the flight is read again at once.
@@ -209,8 +216,49 @@ impl Kernel for Portable {
     }
 
     #[inline]
-    fn eight(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> Soonest {
-        Self::eight_of(question, slots, images, 0)
+    fn in_block(
+        from: &[f64; 4],
+        now: f64,
+        like: &Like,
+        flights: &[[f64; DISC_LANES]; 4],
+        shift: [f64; 2],
+    ) -> Option<Soonest> {
+        let velocity = [0, 1].map(|axis| flights[axis + 2].map(|velocity| velocity - from[axis + 2]));
+        let separation = [0, 1].map(|axis| {
+            let mut separation = flights[axis].map(|origin| origin - from[axis]);
+            for (separation, velocity) in separation.iter_mut().zip(&velocity[axis]) {
+                *separation = (*separation + velocity * now) + shift[axis];
+            }
+            separation
+        });
+        let mut soonest = Soonest { time: f64::INFINITY, slots: 0, in_contact: false };
+        let mut b = [0.0; DISC_LANES];
+        let mut discriminant = [0.0; DISC_LANES];
+        let mut closes = false;
+        for lane in 0..DISC_LANES {
+            let (dx, dy) = (separation[0][lane], separation[1][lane]);
+            let (vx, vy) = (velocity[0][lane], velocity[1][lane]);
+            b[lane] = dx * vx + dy * vy;
+            let cross = dx * vy - dy * vx;
+            discriminant[lane] = like.sigma_squared * (vx * vx + vy * vy) - cross * cross;
+            closes |= (b[lane] < 0.0) & (discriminant[lane] > 0.0);
+        }
+        if !closes {
+            return None;
+        }
+        for lane in 0..DISC_LANES {
+            if (b[lane] < 0.0) & (discriminant[lane] > 0.0) {
+                let (dx, dy) = (separation[0][lane], separation[1][lane]);
+                let c = (dx * dx + dy * dy) - like.sigma_squared;
+                let time = c / (discriminant[lane].sqrt() - b[lane]);
+                soonest.in_contact |= c <= like.touching;
+                if time < soonest.time {
+                    (soonest.time, soonest.slots) = (time, 0);
+                }
+                soonest.slots |= u32::from(time == soonest.time) << lane;
+            }
+        }
+        Some(soonest)
     }
 
     #[inline]
