@@ -27,6 +27,7 @@ pub fn all() -> Vec<(&'static str, Build)> {
     }
     scenes.push(("dense-0.7", Box::new(|| gas_only(filling(10_000, 0.7)))));
     scenes.push(("mixture-10", Box::new(|| mixture(10_000, 100, 10.0))));
+    scenes.push(("mixture-10-without", Box::new(|| gas_only(filling(10_000, among(0.2, 0.2))))));
     scenes.push(("mixture-100", Box::new(|| mixture(40_000, 4, 100.0))));
     scenes.push(("tee", Box::new(tee)));
     scenes.push(("tees-50", Box::new(tees)));
@@ -34,6 +35,10 @@ pub fn all() -> Vec<(&'static str, Build)> {
     scenes.push(("dumbbells-0.26", Box::new(|| gas_only(dumbbells(0.26)))));
     scenes.push(("dumbbells-0.4", Box::new(|| gas_only(dumbbells(0.4)))));
     scenes.push(("one-big-disc", Box::new(one_big_disc)));
+    scenes.push((
+        "one-big-disc-without",
+        Box::new(|| gas_only(filling(10_000, among(0.4, 400.0 * 0.4 / 1e4)))),
+    ));
     scenes
 }
 
@@ -47,6 +52,12 @@ fn fraction(radius: f64, area_fraction: f64) -> GasSpec {
 
 fn filling(count: usize, area_fraction: f64) -> GasSpec {
     discs((area_fraction / (PI * count as f64)).sqrt(), 1.0, count)
+}
+
+/// The share of what large bodies leave free that discs cover which cover so much of the box: as many discs, as densely packed,
+/// are the gas without the large bodies.
+fn among(discs: f64, large: f64) -> f64 {
+    discs / (1.0 - large)
 }
 
 fn gas_only(gas: GasSpec) -> Scene {

@@ -108,7 +108,13 @@ impl Neighbourhoods {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn list(&self, cell: [u16; 2]) -> Around<'_> {
-        let cell = self.index(cell);
+        self.list_of(self.index(cell))
+    }
+
+    /// What stands around the cell of an index.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    pub fn list_of(&self, cell: u32) -> Around<'_> {
         let mark = self.marks[cell as usize];
         Around { cell, slots: &self.lists[cell as usize].0, at_border: mark & AT_BORDER != 0, mark }
     }

@@ -60,18 +60,38 @@ impl State {
         except: Option<u32>,
     ) {
         let Some(index) = self.coverings.get(body) else { return };
-        let covering = &self.coverings.list[index];
-        if covering.fixed {
+        if self.coverings.list[index].fixed {
             self.lines[body as usize].set_event(f64::INFINITY, Kind::Nothing, 0, 0);
             return;
         }
-        let is_disc = covering.is_disc_among_discs;
-        let mut best = Soonest::before(leaves_shell(covering, now), Kind::Shell);
         let mut asked = std::mem::take(&mut self.coverings.asked);
         let mut candidates = std::mem::take(&mut self.coverings.candidates);
+        let covering = &self.coverings.list[index];
+        let is_disc = covering.is_disc_among_discs;
+        let mut best = Soonest::before(leaves_shell(covering, now), Kind::Shell);
+        let by_lists = is_disc && except.is_none() && detection.decides_discs_in_closed_form();
+        let mut question = self.question(body, now);
+        // The discs are alike, but this one is not.
+        question.like = None;
+        let mut pairs = 0;
         asked.clear();
         candidates.clear();
         for tile in &covering.tiles {
+            let list = self.neighbourhoods.list_of(tile.who);
+            if by_lists && tile.image == [0; 2] && !list.at_border && !list.has_overflowed() {
+                let soonest = K::inside(question, list);
+                let several = soonest.slots & (soonest.slots.wrapping_sub(1)) != 0;
+                let touches = soonest.time < f64::INFINITY;
+                if !soonest.in_contact && !(several && touches) {
+                    pairs += list.count() as u64;
+                    if touches {
+                        let other = list.slots[(soonest.slots.trailing_zeros() & 15) as usize];
+                        let image = self.path_image([body, other], [0; 2]);
+                        best.offer(now + soonest.time, other, Pending { parts: Parts::Discs, image });
+                    }
+                    continue;
+                }
+            }
             let seen = self.neighbourhoods.seen_from(tile.who).filter(|&(who, _)| Some(who) != except);
             for (who, image) in seen {
                 asked.push(Listed { who, image: [image[0] + tile.image[0], image[1] + tile.image[1]] });
@@ -96,6 +116,7 @@ impl State {
                 }
             }
         }
+        self.done.pairs += pairs;
         let to_search = if is_disc { &asked[discs..] } else { &asked[..] };
         let outline = world.bodies()[body as usize].kind.molecule.outline();
         let asker = Asker::new(outline, &covering.motion, now);
