@@ -64,8 +64,6 @@ pub enum EventKind {
 #[derive(Default)]
 pub struct Subscriptions {
     list: SlotMap<SubscriptionKey, Subscription>,
-    /// How many of them are told of collisions: with none, no reports are made.
-    of_collisions: usize,
 }
 
 type OnCollision = Box<dyn FnMut(&CollisionReport<'_>)>;
@@ -105,7 +103,6 @@ impl Subscriptions {
         filter: TagFilter,
         f: impl FnMut(&CollisionReport<'_>) + 'static,
     ) -> SubscriptionKey {
-        self.of_collisions += 1;
         self.list.insert(Subscription::Collision(filter, Box::new(f)))
     }
 
@@ -116,7 +113,6 @@ impl Subscriptions {
         filter: TagFilter,
         f: impl FnMut(&CollisionReport<'_>) + 'static,
     ) -> SubscriptionKey {
-        self.of_collisions += 1;
         self.list.insert(Subscription::FixedCollision(filter, Box::new(f)))
     }
 
@@ -128,10 +124,7 @@ impl Subscriptions {
 
     /// Ends a subscription; `false` if it had ended already.
     pub fn unsubscribe(&mut self, key: SubscriptionKey) -> bool {
-        let ended = self.list.remove(key);
-        let of_collisions = ended.as_ref().is_some_and(|ended| ended.kind() != EventKind::Standby);
-        self.of_collisions -= usize::from(of_collisions);
-        ended.is_some()
+        self.list.remove(key).is_some()
     }
 
     /// What a subscription is told of; `None` if it has ended.
@@ -153,7 +146,7 @@ impl Subscriptions {
 impl Observer for Subscriptions {
     #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {
-        self.of_collisions > 0 && self.list.values().any(|subscription| subscription.wants(bodies))
+        self.list.values().any(|subscription| subscription.wants(bodies))
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {

@@ -54,8 +54,8 @@ fn filling(count: usize, area_fraction: f64) -> GasSpec {
     discs((area_fraction / (PI * count as f64)).sqrt(), 1.0, count)
 }
 
-/// The share of what large bodies leave free that discs cover which cover so much of the box: as many discs, as densely packed,
-/// are the gas without the large bodies.
+/// Area fraction of small discs in what the large ones leave free, both given as shares of the box: a gas as dense is the
+/// mixture without the large ones.
 fn among(discs: f64, large: f64) -> f64 {
     discs / (1.0 - large)
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{
     Options,
     cases::{Case, Effort, Engine, Finding, Ours, cases, engine::Theses},
-    drift::{Drift, drift, scenes},
+    drift::{Drift, drift, scenes as scenes_of_drift},
     edges::{Edge, Found, edges},
     gaps::MOST_ROUNDINGS,
     options::Plan,
@@ -46,7 +46,7 @@ const MOST_OF_THESIS: u64 = 20_000;
 /// A folder that is not empty or cannot be written, a run that breaks off where none may.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
-    let drifting = scenes();
+    let drifting = scenes_of_drift();
     let scenes_of: Vec<&carom::Scene> = drifting.iter().map(|(_, scene)| scene).collect();
     let experiment = Experiment::begin(
         &options.destination,
@@ -59,7 +59,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         },
     )?;
     let folder = &experiment.folder;
-    let results = threads(options.threads)?.install(|| measure(&plan))?;
+    let results = threads(options.threads)?.install(|| measure(&plan, &options.scene))?;
     let summary = write(folder, &results, options)?;
     conclude(&experiment.complete()?, &summary);
     Ok(summary.verdict())
@@ -80,9 +80,8 @@ fn settings(plan: &Plan) -> String {
     )
 }
 
-fn measure(plan: &Plan) -> Result<Results> {
-    let drifting = scenes();
-    let progress = Progress::new(plan.drift.iter().sum::<u64>() as f64);
+/// Everything; or the scenes alone whose number begins with `number`, if there is one.
+fn measure(plan: &Plan, number: &str) -> Result<Results> {
     say("scenes");
     let ask = |case: &Case, collisions: u64| {
         let case = *case;
@@ -91,11 +90,17 @@ fn measure(plan: &Plan) -> Result<Results> {
     let scenes = cases::<Ours>()
         .into_par_iter()
         .zip(cases::<Theses>())
+        .filter(|(case, _)| case.id.starts_with(number))
         .map(|(ours, theses)| {
             let endings = [ask(&ours, plan.collisions), ask(&theses, plan.collisions.min(MOST_OF_THESIS))];
             (ours, endings)
         })
         .collect();
+    if !number.is_empty() {
+        return Ok(Results { scenes, edges: Vec::new(), reversals: Default::default(), drifts: Vec::new() });
+    }
+    let drifting = scenes_of_drift();
+    let progress = Progress::new(plan.drift.iter().sum::<u64>() as f64);
     say("reversal");
     let reversals = [reversals::<Ours>(plan.reversals)?, reversals::<Theses>(plan.reversals)?];
     say("drift");

@@ -15,6 +15,9 @@ pub struct Options {
     /// The run to quote from: 1e6 collisions of each gas, drift over 1e9 collisions. Under an hour on two cores
     #[arg(long)]
     pub paper: bool,
+    /// Only scenes whose number begins with this, and nothing but scenes; all there is without
+    #[arg(long, default_value = "")]
+    pub scene: String,
     /// Threads; as many as there are processors if not given. Only times of the clock depend on it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
@@ -82,6 +85,8 @@ impl Options {
 
     /// The command with every choice written out that the results depend on.
     pub fn command(&self) -> String {
-        format!("cargo xtask experiment extremes {}", if self.paper { "--paper" } else { "--quick" })
+        let size = if self.paper { "--paper" } else { "--quick" };
+        let scene = if self.scene.is_empty() { String::new() } else { format!(" --scene {}", self.scene) };
+        format!("cargo xtask experiment extremes {size}{scene}")
     }
 }

@@ -169,11 +169,14 @@ fn chart(title: &str, [x, y]: [&str; 2], curves: Vec<(String, Vec<(f64, f64)>)>)
     Chart { title: title.to_owned(), x, y, layers }.svg()
 }
 
-/// The charts, with the names of their files.
+/// The charts, with the names of their files; none where only scenes were run.
 ///
 /// # Errors
 /// A figure that is not finite.
 pub fn charts(results: &Results) -> Result<Vec<(&'static str, String)>> {
+    if results.drifts.is_empty() {
+        return Ok(Vec::new());
+    }
     let reversal = results.reversals[0]
         .iter()
         .map(|reversal| {

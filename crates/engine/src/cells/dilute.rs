@@ -15,7 +15,7 @@ use super::{
     State,
     line::{INDEX_BITS, INDEX_MASK, Kind},
     roster::{AHEAD, AROUND},
-    vector::{Kernel, Like, Question, Soonest},
+    vector::{Kernel, Question},
 };
 
 impl State {
@@ -51,7 +51,7 @@ impl State {
         let is_inside = (0..self.grid.counts()[axis] as i32).contains(&next);
         to[axis] = if is_inside { next as u16 } else { self.wrap_place(disc, axis, direction) };
         self.lines[disc as usize].set_cell(to);
-        self.rosters.leave(disc);
+        self.rosters.leave(disc, from);
         self.rosters.enter(disc, to, self.lines[disc as usize].flight);
         let ahead = &AHEAD[axis][usize::from(direction > 0)];
         let (soonest, partner) = self.ask_cells::<D, K>(detection, disc, ahead, now);
@@ -108,7 +108,7 @@ impl State {
             sides: self.sides,
             like: self.like,
         };
-        let like = self.like.unwrap_or_else(|| Like::new(self.grid.largest_small(), self.separation_error));
+        let Some(like) = self.like else { unreachable!("discs of a dilute gas that are not alike") };
         let (mut time, mut partner) = (f64::INFINITY, 0);
         let mut offer = |(other_time, other): (f64, u32)| {
             let tie = (other_time == time) & (other < partner) & (time < f64::INFINITY);
@@ -128,8 +128,9 @@ impl State {
                     None
                 };
                 match soonest {
-                    Some(Soonest { time, slots, in_contact: false }) if slots.is_power_of_two() => {
-                        offer((time, self.rosters.discs(block)[(slots.trailing_zeros() & 7) as usize]));
+                    Some(soonest) if !soonest.is_doubtful() => {
+                        let lane = (soonest.slots.trailing_zeros() & 7) as usize;
+                        offer((soonest.time, self.rosters.discs(block)[lane]));
                     }
                     // Nearly always nobody comes near.
                     None if in_closed_form => {}

@@ -19,15 +19,12 @@ impl State {
         let question = self.question(disc, now);
         let list = self.neighbourhoods.list(question.from.cell());
         let soonest = if list.at_border { K::at_border(question, list) } else { K::inside(question, list) };
-        let several = soonest.slots & (soonest.slots.wrapping_sub(1)) != 0;
         let (crossing_time, crossing) = self.crossing(question.from, now);
         Asked {
             contact_time: now + soonest.time,
             partner: list.slots[(soonest.slots.trailing_zeros() & 15) as usize] & INDEX_MASK,
             // No branch before it is known: this hangs on the end of the chain.
-            is_doubtful: (several & (soonest.time < f64::INFINITY))
-                | soonest.in_contact
-                | list.has_overflowed(),
+            is_doubtful: soonest.is_doubtful() | list.has_overflowed(),
             covered: list.is_covered().then_some(list.cell),
             crossing_time,
             crossing,

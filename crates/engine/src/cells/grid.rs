@@ -23,7 +23,8 @@ pub(super) struct CellGrid {
 /// what they hold. Larger: more crossings between two contacts.
 const DILUTE: f64 = 4.0;
 
-/// Cells for each disc of a dilute gas.
+/// Cells for each disc of a dilute gas, so that one holds four, half of what is looked at in one go. More: they are left
+/// more often, and hold more empty places. Fewer: a cell needs a second block too often.
 const CELLS_PER_BODY_WHERE_DILUTE: f64 = 0.25;
 
 /// A body is small if it is at most this many times the median radius. Smaller: bodies of a narrow mixture have to be

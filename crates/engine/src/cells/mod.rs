@@ -221,7 +221,6 @@ impl State {
         let [columns, rows] = self.grid.counts();
         self.coverings.clear();
         self.molecules.clear();
-        self.rosters.clear();
         if self.grid.is_dilute() {
             self.rosters.lay_out([columns, rows], bodies as u32);
         } else {

@@ -24,7 +24,8 @@ pub(super) const AHEAD: [[[usize; 3]; 2]; 2] = [[[0, 3, 6], [2, 5, 8]], [[0, 1, 
 /// No block.
 const NONE: u32 = u32::MAX;
 
-/// Places at the start of the epoch and velocities, x₀, y₀, vx, vy of eight discs after each other; places that are free hold NaN.
+/// Places at the start of the epoch and velocities, x₀, y₀, vx, vy of eight discs after each other. Where nobody is, x₀ is
+/// NaN, and with it all that decides whether somebody comes near: every comparison with it is false.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 struct Flights([[f64; DISC_LANES]; 4]);
@@ -58,11 +59,6 @@ pub(super) struct Rosters {
 }
 
 impl Rosters {
-    /// No rosters.
-    pub fn clear(&mut self) {
-        self.places.clear();
-    }
-
     /// Empty rosters for so many discs; the next index is that of the dummy.
     pub fn lay_out(&mut self, [columns, rows]: [u32; 2], discs: u32) {
         if [self.columns, self.rows] != [columns, rows] {
@@ -110,7 +106,7 @@ impl Rosters {
         std::iter::successors(Some(slot & INDEX_MASK), next)
     }
 
-    /// The flights of a block's discs; a place that is free holds NaN.
+    /// The flights of a block's discs.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn flights(&self, block: u32) -> &[[f64; DISC_LANES]; 4] {
@@ -158,9 +154,9 @@ impl Rosters {
         self.next[block as usize]
     }
 
-    /// Takes a disc off its roster.
+    /// Takes a disc off the roster of a cell.
     #[inline]
-    pub fn leave(&mut self, disc: u32) {
+    pub fn leave(&mut self, disc: u32, cell: [u16; 2]) {
         let (block, lane) = self.place(disc);
         let members = &mut self.members[block];
         let last = (members.count as usize).wrapping_sub(1) & (DISC_LANES - 1);
@@ -173,18 +169,19 @@ impl Rosters {
         flights.0[0][last] = f64::NAN;
         self.places[moved as usize] = (block * DISC_LANES + lane) as u32;
         if last == 0 && block as u32 >= self.columns * self.rows {
-            self.release(block as u32);
+            self.release(block as u32, cell);
         }
     }
 
-    /// Takes an empty block out of its roster.
+    /// Takes an empty block out of the roster of a cell.
     #[cold]
-    fn release(&mut self, block: u32) {
-        let after = std::mem::replace(&mut self.next[block as usize], NONE);
-        if let Some(before) = self.next.iter_mut().find(|next| **next == block) {
-            *before = after;
+    fn release(&mut self, block: u32, [column, row]: [u16; 2]) {
+        let first = u32::from(row) * self.columns + u32::from(column);
+        let before = self.blocks(first).find(|&before| self.next[before as usize] == block);
+        if let Some(before) = before {
+            self.next[before as usize] = std::mem::replace(&mut self.next[block as usize], NONE);
+            self.free.push(block);
         }
-        self.free.push(block);
     }
 
     /// Takes over the flight of a disc, if it stands on a roster.
@@ -250,7 +247,7 @@ mod tests {
                     flights[disc] = flights[disc].map(|number| number + 100.0);
                     rosters.set_flight(disc as u32, flights[disc]);
                 }
-                rosters.leave(disc as u32);
+                rosters.leave(disc as u32, cells[disc]);
                 cells[disc] = [x % columns, y % rows];
                 rosters.enter(disc as u32, cells[disc], flights[disc]);
             }
@@ -286,8 +283,8 @@ mod tests {
                 }
             }
             // What a roster needs besides is given back.
-            for disc in 0..cells.len() {
-                rosters.leave(disc as u32);
+            for (disc, &cell) in cells.iter().enumerate() {
+                rosters.leave(disc as u32, cell);
             }
             prop_assert_eq!(rosters.free.len(), rosters.next.len() - usize::from(columns) * usize::from(rows));
         }

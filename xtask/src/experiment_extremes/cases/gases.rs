@@ -158,8 +158,8 @@ fn equipartition<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     )])
 }
 
-/// Most contacts of a gas that loses energy. More: no longer run is to be had, since after some ten contacts a body all that
-/// is left is a motion in common, and each further contact takes longer than all before.
+/// Most contacts of a gas that loses energy. More: what is left after a hundred contacts of each body at e = 0.5 is a motion
+/// in common, in which as many contacts again take as long as all before, time and again.
 const CONTACTS_WHILE_COOLING: u64 = 20_000;
 
 fn inelastic<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {

@@ -80,11 +80,9 @@ impl State {
             let list = self.neighbourhoods.list_of(tile.who);
             if by_lists && tile.image == [0; 2] && !list.at_border && !list.has_overflowed() {
                 let soonest = K::inside(question, list);
-                let several = soonest.slots & (soonest.slots.wrapping_sub(1)) != 0;
-                let touches = soonest.time < f64::INFINITY;
-                if !soonest.in_contact && !(several && touches) {
+                if !soonest.is_doubtful() {
                     pairs += list.count() as u64;
-                    if touches {
+                    if soonest.time < f64::INFINITY {
                         let other = list.slots[(soonest.slots.trailing_zeros() & 15) as usize];
                         let image = self.path_image([body, other], [0; 2]);
                         best.offer(now + soonest.time, other, Pending { parts: Parts::Discs, image });

@@ -2,7 +2,7 @@
 //!
 //! The one place of the project with unsafe code: calling functions that were compiled with instructions which the
 //! compiler does not take for granted, after having asked the processor for them; loads of eight lines whose indices
-//! were compared with the number of lines at once; stores of a register; hints to memory. Neither version fuses a multiplication and
+//! were compared with the number of lines at once; loads of four numbers from eight; stores of a register; hints to memory. Neither version fuses a multiplication and
 //! an addition, and both do the same operations in the same order, so both compute the same bits.
 //!
 //! Tests are built with debug assertions, in which the standard library checks each unchecked access; those of the
@@ -168,6 +168,15 @@ impl Soonest {
             slots |= u32::from(other == time) << (first + lane);
         }
         Self { time, slots, in_contact }
+    }
+
+    /// Whether the question needs a closer look: several are touched at once, or something may touch already. Nobody is
+    /// touched at an infinite time.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    pub fn is_doubtful(&self) -> bool {
+        let several = self.slots & (self.slots.wrapping_sub(1)) != 0;
+        (several & (self.time < f64::INFINITY)) | self.in_contact
     }
 
     #[inline(always)]
@@ -404,5 +413,102 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
         flights: [[DVec2; 2]; 2],
     ) {
         self.0.flights_changed::<D, K>(world, detection, bodies, time, flights);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    type Flights = [[f64; DISC_LANES]; 4];
+
+    /// As one would write it down.
+    fn by_lanes(
+        from: &[f64; 4],
+        now: f64,
+        radius: f64,
+        flights: &Flights,
+        shift: [f64; 2],
+    ) -> Option<Soonest> {
+        let mut lanes = DiscLanes::empty(1e-15, from[2].abs() + from[3].abs());
+        (0..DISC_LANES).for_each(|lane| {
+            let to = |number: usize| flights[number][lane] - from[number];
+            let velocity = DVec2::new(to(2), to(3));
+            let separation = (DVec2::new(to(0), to(1)) + velocity * now) + DVec2::from_array(shift);
+            lanes.set(lane, separation, velocity, radius + radius);
+        });
+        let (times, in_contact) = lanes.closed_form();
+        let soonest = Soonest::of(&times, in_contact, 0);
+        (soonest.time < f64::INFINITY).then_some(soonest)
+    }
+
+    fn with_widest(
+        from: &[f64; 4],
+        now: f64,
+        like: &Like,
+        flights: &Flights,
+        shift: [f64; 2],
+    ) -> Option<Soonest> {
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+            fn with_avx2(
+                from: &[f64; 4],
+                now: f64,
+                like: &Like,
+                flights: &Flights,
+                shift: [f64; 2],
+            ) -> Option<Soonest> {
+                avx2::Avx2::in_block(from, now, like, flights, shift)
+            }
+            if available(Instructions::Widest) == Instructions::Widest {
+                // SAFETY: `available` gives `Widest` only where the processor reports all of these.
+                return unsafe { with_avx2(from, now, like, flights, shift) };
+            }
+        }
+        Portable::in_block(from, now, like, flights, shift)
+    }
+
+    fn bits(soonest: Option<Soonest>) -> Option<(u64, u32, bool)> {
+        soonest.map(|soonest| (soonest.time.to_bits(), soonest.slots, soonest.in_contact))
+    }
+
+    proptest! {
+        /// Eight flights, some places empty, some discs touching, some twice there: the same answer in all three ways.
+        #[test]
+        fn a_block_is_asked_the_same_question_in_all_ways(
+            others in prop::collection::vec((-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64), DISC_LANES),
+            kinds in prop::collection::vec(0u8..6, DISC_LANES),
+            velocity in (-1.0..1.0f64, -1.0..1.0f64), now in 0.0..2.0f64, image in (-1i32..2, -1i32..2),
+        ) {
+            let from = [0.1, -0.2, velocity.0, velocity.1];
+            let shift = [f64::from(image.0), f64::from(image.1) * 0.5];
+            let radius = 0.15;
+            let mut flights = [[f64::NAN; DISC_LANES]; 4];
+            for (lane, (&(x, y, vx, vy), kind)) in others.iter().zip(&kinds).enumerate() {
+                let flight = match kind {
+                    // Nobody.
+                    0 => continue,
+                    // At contact to rounding, and coming.
+                    1 => {
+                        let normal = DVec2::new(x, y).normalize_or(DVec2::X);
+                        let there = DVec2::new(from[0], from[1]) + 2.0 * radius * normal
+                            - DVec2::from_array(shift) + now * (DVec2::new(from[2], from[3]) - DVec2::new(vx, vy));
+                        [there.x, there.y, vx, vy]
+                    }
+                    // Where the one before is.
+                    2 if lane > 0 => flights.map(|numbers| numbers[lane - 1]),
+                    _ => [x, y, vx, vy],
+                };
+                for (numbers, number) in flights.iter_mut().zip(flight) {
+                    numbers[lane] = number;
+                }
+            }
+            let like = Like::new(radius, 1e-15);
+            let expected = bits(by_lanes(&from, now, radius, &flights, shift));
+            prop_assert_eq!(bits(Portable::in_block(&from, now, &like, &flights, shift)), expected);
+            prop_assert_eq!(bits(with_widest(&from, now, &like, &flights, shift)), expected);
+        }
     }
 }
