@@ -75,3 +75,19 @@ fn the_whole_scene_of_the_thesis() {
         assert_eq!(census.pairs, 0, "at {time}: {census:?}");
     }
 }
+
+/// Memory was once asked ahead for the cell of a body that lives in none.
+#[test]
+fn a_molecule_among_so_many_discs_that_memory_is_asked_ahead() {
+    let mut scene = scene(vec![named("tee", 0.005, 2.0, [0.5, 0.5])]);
+    scene.gas = vec![gas("disc", 0.0017, 33_000)];
+    let mut simulation = simulate::<Cells>(&scene, &Instructions::Widest);
+    let mut tee = OfTheFirst::default();
+    let mut time = 0.0;
+    while tee.0 < 100 {
+        time += 1e-4;
+        simulation.observe_until(time, &mut tee).unwrap();
+    }
+    assert!(simulation.view().counters().collisions > 10_000);
+    assert_eq!(simulation.view().overlaps().pairs, 0);
+}

@@ -119,7 +119,12 @@ impl Neighbourhoods {
         Around { cell, slots: &self.lists[cell as usize].0, at_border: mark & AT_BORDER != 0, mark }
     }
 
-    /// Asks for what stands around a cell.
+    /// The slots of a cell's list, if there is such a cell.
+    pub fn slots(&self, cell: [u16; 2]) -> Option<&[u32; SLOTS]> {
+        self.lists.get(self.index(cell) as usize).map(|list| &list.0)
+    }
+
+    /// Asks for what stands around a cell, if there is such a cell.
     pub fn expect(&self, cell: [u16; 2]) {
         let cell = self.index(cell) as usize;
         vector::expect(&self.lists, cell);
