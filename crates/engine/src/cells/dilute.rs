@@ -99,15 +99,8 @@ impl State {
         numbers: &[usize],
         now: f64,
     ) -> (f64, u32) {
-        let from = &self.lines[disc as usize];
-        let question = Question {
-            lines: &self.lines,
-            from,
-            now,
-            separation_error: self.separation_error,
-            sides: self.sides,
-            like: self.like,
-        };
+        let question = self.question(disc, now);
+        let from = question.from;
         let Some(like) = self.like else { unreachable!("discs of a dilute gas that are not alike") };
         let (mut time, mut partner) = (f64::INFINITY, 0);
         let mut offer = |(other_time, other): (f64, u32)| {

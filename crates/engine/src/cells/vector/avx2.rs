@@ -42,8 +42,18 @@ impl Kernel for Avx2 {
         flights: &[[f64; DISC_LANES]; 4],
         shift: [f64; 2],
     ) -> Option<Soonest> {
+        let [[x, far_x], [y, far_y], [vx, far_vx], [vy, far_vy]] = flights.each_ref().map(|eight| {
+            let (halves, _) = eight.as_chunks::<4>();
+            [&halves[0], &halves[1]]
+        });
         // SAFETY: as above.
-        unsafe { in_block(from, now, like, flights, shift) }
+        unsafe {
+            let low = Four::of_flights(from, now, like, [x, y, vx, vy], shift);
+            let high = Four::of_flights(from, now, like, [far_x, far_y, far_vx, far_vy], shift);
+            // Most often nobody closes, and the roots and quotients are left out.
+            let closing = _mm256_or_pd(low.closes, high.closes);
+            if _mm256_movemask_pd(closing) == 0 { None } else { Some(soonest_of(low, high, 0)) }
+        }
     }
 
     #[inline(always)]
@@ -135,33 +145,6 @@ unsafe fn soonest_of(low: Four, high: Four, first: usize) -> Soonest {
             slots: (equal(low) | equal(high) << 4) << first,
             in_contact: _mm256_movemask_pd(in_contact) != 0,
         }
-    }
-}
-
-/// The soonest of eight discs whose flights stand number by number, if any is on its way to a contact: most often none is,
-/// and the roots and quotients are left out.
-///
-/// # Safety
-/// As [`soonest`].
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn in_block(
-    from: &[f64; 4],
-    now: f64,
-    like: &Like,
-    flights: &[[f64; DISC_LANES]; 4],
-    shift: [f64; 2],
-) -> Option<Soonest> {
-    let [[x, far_x], [y, far_y], [vx, far_vx], [vy, far_vy]] = flights.each_ref().map(|eight| {
-        let (halves, _) = eight.as_chunks::<4>();
-        [&halves[0], &halves[1]]
-    });
-    // SAFETY: the caller vouches for AVX2, which is all that these functions need.
-    unsafe {
-        let low = Four::of_flights(from, now, like, [x, y, vx, vy], shift);
-        let high = Four::of_flights(from, now, like, [far_x, far_y, far_vx, far_vy], shift);
-        let closing = _mm256_or_pd(low.closes, high.closes);
-        if _mm256_movemask_pd(closing) == 0 { None } else { Some(soonest_of(low, high, 0)) }
     }
 }
 
