@@ -49,6 +49,8 @@ pub(crate) struct Pass<'a, D, R, O> {
     pub ledger: &'a mut Ledger,
     pub at_once: &'a mut AtOnce,
     pub limits: &'a mut Limits,
+    /// The inverse mass of all discs, if it is the same.
+    pub like: Option<f64>,
     /// How far the epoch has been run (time).
     pub now: &'a mut f64,
     pub observer: &'a mut O,
@@ -127,7 +129,10 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
         if image != [0, 0] {
             d += self.world.bounds.shift(image);
         }
-        let inverse_masses = [body_a.kind.inertia.inverse_mass, body_b.kind.inertia.inverse_mass];
+        let inverse_masses = self.like.map_or_else(
+            || [body_a.kind.inertia.inverse_mass, body_b.kind.inertia.inverse_mass],
+            |inverse_mass| [inverse_mass; 2],
+        );
         let elasticity = Elasticity::ELASTIC;
         let impulse = self.response.impulse_of_discs(d, [velocity_a, velocity_b], inverse_masses, elasticity);
         let mut after = [velocity_a - impulse * inverse_masses[0], velocity_b + impulse * inverse_masses[1]];

@@ -16,10 +16,15 @@ impl State {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn ask<K: Kernel>(&self, disc: u32, now: f64) -> Asked {
-        let question = self.question(disc, now);
-        let list = self.neighbourhoods.list(question.from.cell());
-        let soonest = if list.at_border { K::at_border(question, list) } else { K::inside(question, list) };
-        let (crossing_time, crossing) = self.crossing(question.from, now);
+        let from = &self.lines[disc as usize];
+        let list = self.neighbourhoods.list(from.cell());
+        // The question is put together where it is put: one that is passed on has to be written to memory.
+        let soonest = if list.at_border {
+            K::at_border(self.question(disc, now), self.neighbourhoods.list(from.cell()))
+        } else {
+            K::inside(self.question(disc, now), list)
+        };
+        let (crossing_time, crossing) = self.crossing(from, now);
         Asked {
             contact_time: now + soonest.time,
             partner: list.slots[(soonest.slots.trailing_zeros() & 15) as usize] & INDEX_MASK,
@@ -114,9 +119,8 @@ impl State {
             select(velocity == 0.0, f64::INFINITY, time)
         };
         let (x, y) = (along(0), along(1));
-        let kind_x = select(goes_down[0] == 0, Kind::Right, Kind::Left);
-        let kind_y = select(goes_down[1] == 0, Kind::Up, Kind::Down);
-        let kind = select(x <= y, kind_x, kind_y);
+        let axis = u32::from(y < x);
+        let kind = Kind::crossing(axis, select(y < x, goes_down[1], goes_down[0]));
         let time = if y < x { y } else { x };
         (if time > now { time } else { now }, kind)
     }

@@ -292,28 +292,28 @@ impl State {
             })?;
             let line = &self.lines[body as usize];
             let kind = line.kind();
-            match kind {
-                Kind::Discs | Kind::Covering => {
-                    let partner = line.partner();
-                    if self.lines[partner as usize].version == line.partner_version {
-                        let bodies = if body < partner { [body, partner] } else { [partner, body] };
-                        return Some(if kind == Kind::Discs {
-                            self.contact_of_discs(bodies, now)
-                        } else {
-                            self.contact_of_covering(body, bodies, now)
-                        });
-                    }
-                    self.done.stale += 1;
+            if kind.is_contact() {
+                let partner = line.partner();
+                if self.lines[partner as usize].version == line.partner_version {
+                    let bodies = if body < partner { [body, partner] } else { [partner, body] };
+                    return Some(if kind == Kind::Discs {
+                        self.contact_of_discs(bodies, now)
+                    } else {
+                        self.contact_of_covering(body, bodies, now)
+                    });
                 }
-                Kind::Right | Kind::Left | Kind::Up | Kind::Down if self.grid.is_dilute() => {
+                self.done.stale += 1;
+            } else if kind.is_crossing() {
+                if self.grid.is_dilute() {
                     let time = self.cross_among_few::<D, K>(detection, body, kind, now);
                     self.calendar.schedule(&self.lines, body, time);
                     continue;
                 }
-                Kind::Right | Kind::Left | Kind::Up | Kind::Down => self.cross::<K>(body, kind),
-                Kind::Shell => self.leave_shell(world, body, now),
-                Kind::Recheck => self.done.rechecks += 1,
-                Kind::Nothing => {}
+                self.cross::<K>(body, kind);
+            } else if kind == Kind::Shell {
+                self.leave_shell(world, body, now);
+            } else if kind == Kind::Recheck {
+                self.done.rechecks += 1;
             }
             self.predict::<D, K>(world, detection, body, now);
         }
