@@ -1,13 +1,14 @@
 //! The closed form of [`DiscLanes::closed_form`](carom_detection::DiscLanes::closed_form) in registers of four numbers,
 //! operation by operation.
 
+use std::arch::asm;
 use std::arch::x86_64::{
     __m256d, _CMP_EQ_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm_cvtsd_f64, _mm_min_pd, _mm_unpackhi_pd,
     _mm256_add_pd, _mm256_and_pd, _mm256_and_si256, _mm256_blendv_pd, _mm256_castpd256_pd128,
     _mm256_castsi256_ps, _mm256_cmp_pd, _mm256_cmpeq_epi32, _mm256_div_pd, _mm256_extractf128_pd,
     _mm256_lddqu_si256, _mm256_loadu_pd, _mm256_loadu_si256, _mm256_max_epu32, _mm256_min_pd,
     _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_or_pd, _mm256_permute2f128_pd,
-    _mm256_set1_epi32, _mm256_set1_pd, _mm256_setr_pd, _mm256_setzero_pd, _mm256_sqrt_pd, _mm256_storeu_pd,
+    _mm256_set1_epi32, _mm256_set1_pd, _mm256_setr_pd, _mm256_setzero_pd, _mm256_sqrt_pd,
     _mm256_sub_pd, _mm256_testz_si256, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
 };
 
@@ -59,8 +60,8 @@ impl Kernel for Avx2 {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn write(flight: &mut [f64; 4], [x, y, vx, vy]: [f64; 4]) {
-        // SAFETY: as above; `flight` is four floats that may be written, wherever they are.
-        unsafe { _mm256_storeu_pd(flight.as_mut_ptr(), _mm256_setr_pd(x, y, vx, vy)) }
+        // SAFETY: as above.
+        unsafe { store(flight, _mm256_setr_pd(x, y, vx, vy)) }
     }
 
     #[inline(always)]
@@ -75,6 +76,17 @@ impl Kernel for Avx2 {
             };
             eight(0) | eight(DISC_LANES) << DISC_LANES
         }
+    }
+}
+
+/// Stores a register as one. The compiler would take one apart that it has just put together from two halves, and whoever
+/// reads it as one then waits until both have reached the cache.
+#[target_feature(enable = "avx2")]
+#[inline]
+fn store(numbers: &mut [f64; 4], register: __m256d) {
+    // SAFETY: the four numbers may be written, wherever they are; nothing else is touched.
+    unsafe {
+        asm!("vmovupd [{}], {}", in(reg) numbers, in(ymm_reg) register, options(nostack, preserves_flags));
     }
 }
 
