@@ -121,6 +121,14 @@ impl Calendar {
         }
     }
 
+    /// Takes the event of a body out of the opened bins, if it is the next: the partner's of a contact, mostly.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    pub fn drop_next(&mut self, body: u32) {
+        let is_next = self.open.last().map_or(false, |&(_, next)| next == body);
+        self.open.truncate(self.open.len() - usize::from(is_next));
+    }
+
     /// The bodies in the bin that many after the next.
     pub fn coming(&self, bins: u32) -> impl Iterator<Item = u32> {
         let place = self.next_place + bins % self.ring;
