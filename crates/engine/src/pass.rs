@@ -49,8 +49,8 @@ pub(crate) struct Pass<'a, D, R, O> {
     pub ledger: &'a mut Ledger,
     pub at_once: &'a mut AtOnce,
     pub limits: &'a mut Limits,
-    /// The inverse mass of all discs, if it is the same.
-    pub like: Option<f64>,
+    /// The inverse mass of all discs, if it is the same: it need not be looked up then, far away, for each of them.
+    pub inverse_mass_of_discs: Option<f64>,
     /// How far the epoch has been run (time).
     pub now: &'a mut f64,
     pub observer: &'a mut O,
@@ -129,7 +129,7 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
         if image != [0, 0] {
             d += self.world.bounds.shift(image);
         }
-        let inverse_masses = self.like.map_or_else(
+        let inverse_masses = self.inverse_mass_of_discs.map_or_else(
             || [body_a.kind.inertia.inverse_mass, body_b.kind.inertia.inverse_mass],
             |inverse_mass| [inverse_mass; 2],
         );

@@ -125,7 +125,7 @@ impl Calendar {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn drop_next(&mut self, body: u32) {
-        let is_next = self.open.last().map_or(false, |&(_, next)| next == body);
+        let is_next = self.open.last().is_some_and(|&(_, next)| next == body);
         self.open.truncate(self.open.len() - usize::from(is_next));
     }
 

@@ -295,6 +295,7 @@ impl State {
             if kind.is_contact() {
                 let partner = line.partner();
                 if self.lines[partner as usize].version == line.partner_version {
+                    // It is predicted anew, whatever it waited for; most often, for the same contact.
                     self.calendar.drop_next(partner);
                     let bodies = if body < partner { [body, partner] } else { [partner, body] };
                     return Some(if kind == Kind::Discs {

@@ -8,8 +8,8 @@ use std::arch::x86_64::{
     _mm256_castsi256_ps, _mm256_cmp_pd, _mm256_cmpeq_epi32, _mm256_div_pd, _mm256_extractf128_pd,
     _mm256_lddqu_si256, _mm256_loadu_pd, _mm256_loadu_si256, _mm256_max_epu32, _mm256_min_pd,
     _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_or_pd, _mm256_permute2f128_pd,
-    _mm256_set1_epi32, _mm256_set1_pd, _mm256_setr_pd, _mm256_setzero_pd, _mm256_sqrt_pd,
-    _mm256_sub_pd, _mm256_testz_si256, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
+    _mm256_set1_epi32, _mm256_set1_pd, _mm256_setr_pd, _mm256_setzero_pd, _mm256_sqrt_pd, _mm256_sub_pd,
+    _mm256_testz_si256, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
 };
 
 use carom_kinematics::HALF_ULP;
