@@ -1,8 +1,10 @@
 //! `cargo xtask bench gas`: collisions per second of whole simulations, by scene and by engine.
 //!
 //! All engines of a scene run in one process, one after the other in each round, and are timed by the processor time of
-//! the thread; the figure is the median of the rounds. On a machine that others use, ratios mean more than nanoseconds.
+//! the thread; the figure is the median of the rounds. On a machine that others use, ratios mean more than nanoseconds, and so
+//! do cycles of the clock as it was in each turn.
 
+mod clock;
 mod scenes;
 
 use anyhow::Result;
@@ -15,6 +17,7 @@ use clap::{Args, Subcommand};
 use cpu_time::ThreadTime;
 use serde::Serialize;
 
+use self::clock::clock_in_gigahertz;
 use crate::{say, summary::Verdict};
 
 /// What to time.
@@ -48,6 +51,7 @@ struct Timing {
     engine: &'static str,
     collisions_per_second: f64,
     ns_per_collision: f64,
+    cycles_per_collision: f64,
     ratio_to_thesis: f64,
     bytes_per_body: f64,
     n: usize,
@@ -77,22 +81,30 @@ pub fn run(bench: &Bench) -> Result<Verdict> {
 
 fn row(timing: &Timing) -> String {
     format!(
-        "{:<16} {:<15} {:>9} bodies {:>10.1} ns/collision {:>8.3} M/s {:>7.2} x thesis {:>6.0} B/body",
+        "{:<16} {:<15} {:>9} bodies {:>9.1} ns = {:>6.0} cycles/collision {:>7.3} M/s {:>7.2} x thesis {:>6.0} B/body",
         timing.scene,
         timing.engine,
         timing.n,
         timing.ns_per_collision,
+        timing.cycles_per_collision,
         timing.collisions_per_second / 1e6,
         timing.ratio_to_thesis,
         timing.bytes_per_body,
     )
 }
 
+/// How long a collision took in one engine's turn.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    nanoseconds: f64,
+    cycles: f64,
+}
+
 /// One engine in the middle of a scene.
 trait Runner {
     fn name(&self) -> &'static str;
-    /// Runs on for about so many processor seconds; tells nanoseconds per collision.
-    fn turn(&mut self, seconds: f64) -> Result<f64>;
+    /// Runs on for about so many processor seconds.
+    fn turn(&mut self, seconds: f64) -> Result<Turn>;
     fn bytes_per_body(&self) -> f64;
 }
 
@@ -118,7 +130,8 @@ impl<S: Scheduler> Runner for Engine<S> {
         self.name
     }
 
-    fn turn(&mut self, seconds: f64) -> Result<f64> {
+    fn turn(&mut self, seconds: f64) -> Result<Turn> {
+        let gigahertz = clock_in_gigahertz();
         let before = self.simulation.view().counters().collisions;
         let begun = self.simulation.time().to_f64();
         let clock = ThreadTime::now();
@@ -134,7 +147,9 @@ impl<S: Scheduler> Runner for Engine<S> {
         }
         self.pace = (self.simulation.time().to_f64() - begun) / spent;
         let collisions = self.simulation.view().counters().collisions - before;
-        Ok(1e9 * spent / collisions.max(1) as f64)
+        let nanoseconds = 1e9 * spent / collisions.max(1) as f64;
+        let gigahertz = 0.5 * (gigahertz + clock_in_gigahertz());
+        Ok(Turn { nanoseconds, cycles: gigahertz * nanoseconds })
     }
 
     fn bytes_per_body(&self) -> f64 {
@@ -160,21 +175,27 @@ fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Ve
             times.push(engine.turn(options.turn)?);
         }
     }
-    let medians: Vec<f64> = rounds.into_iter().map(median).collect();
-    let thesis = *medians.last().unwrap_or(&f64::NAN);
-    let timing = |engine: &dyn Runner, ns: f64| Timing {
+    let medians: Vec<Turn> = rounds.iter().map(|turns| median(turns)).collect();
+    let thesis = medians.last().map_or(f64::NAN, |turn| turn.nanoseconds);
+    let timing = |engine: &dyn Runner, turn: Turn| Timing {
         scene: name,
         engine: engine.name(),
-        collisions_per_second: 1e9 / ns,
-        ns_per_collision: ns,
-        ratio_to_thesis: thesis / ns,
+        collisions_per_second: 1e9 / turn.nanoseconds,
+        ns_per_collision: turn.nanoseconds,
+        cycles_per_collision: turn.cycles,
+        ratio_to_thesis: thesis / turn.nanoseconds,
         bytes_per_body: engine.bytes_per_body(),
         n,
     };
-    Ok(engines.iter().zip(medians).map(|(engine, ns)| timing(engine.as_ref(), ns)).collect())
+    Ok(engines.iter().zip(medians).map(|(engine, turn)| timing(engine.as_ref(), turn)).collect())
 }
 
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
+/// The median of nanoseconds, and that of cycles.
+fn median(turns: &[Turn]) -> Turn {
+    let of = |number: fn(&Turn) -> f64| {
+        let mut numbers: Vec<f64> = turns.iter().map(number).collect();
+        numbers.sort_by(f64::total_cmp);
+        numbers[numbers.len() / 2]
+    };
+    Turn { nanoseconds: of(|turn| turn.nanoseconds), cycles: of(|turn| turn.cycles) }
 }
