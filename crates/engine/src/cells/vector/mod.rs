@@ -61,7 +61,12 @@ pub(super) struct Like {
 impl Like {
     /// For discs of this radius, at separations known to this error (both lengths).
     pub fn new(radius: f64, separation_error: f64) -> Self {
-        let sigma = radius + radius;
+        Self::at(radius + radius, separation_error)
+    }
+
+    /// For two discs that touch at this distance of their centres (length).
+    #[inline]
+    fn at(sigma: f64, separation_error: f64) -> Self {
         let touching = 4.0 * sigma * (separation_error + 8.0 * HALF_ULP * sigma);
         Self { sigma, sigma_squared: sigma * sigma, touching }
     }
@@ -160,14 +165,18 @@ impl Question<'_> {
 
 impl Soonest {
     /// The soonest of eight times, in the slots from `first` on.
+    #[inline]
     fn of(times: &[f64; DISC_LANES], in_contact: bool, first: usize) -> Self {
+        // Halved again and again: one after the other they would have to wait for each other.
         let least = |a: f64, b: f64| if b < a { b } else { a };
-        let time = times.iter().copied().fold(f64::INFINITY, least);
+        let [a, b, c, d, e, f, g, h] = *times;
+        let [a, b, c, d] = [least(a, e), least(b, f), least(c, g), least(d, h)];
+        let time = least(least(a, c), least(b, d));
         let mut slots = 0;
         for (lane, &other) in times.iter().enumerate() {
-            slots |= u32::from(other == time) << (first + lane);
+            slots |= if other == time { 1_u64 << lane } else { 0 };
         }
-        Self { time, slots, in_contact }
+        Self { time, slots: (slots as u32) << first, in_contact }
     }
 
     /// Whether the question needs a closer look: several are touched at once, or something may touch already. Nobody is
@@ -195,33 +204,92 @@ impl Soonest {
 pub(super) struct Portable;
 
 impl Portable {
-    #[inline]
-    fn soonest(question: &Question<'_>, list: &Around<'_>, images: bool) -> Soonest {
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
+    fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> Soonest {
         let [first, second] = list.halves();
-        let soonest = Self::eight_of(question, first, images, 0);
+        let soonest = Self::eight_of::<IMAGES>(question, first, 0);
         if list.count() > DISC_LANES {
-            soonest.or(Self::eight_of(question, second, images, DISC_LANES))
+            soonest.or(Self::eight_of::<IMAGES>(question, second, DISC_LANES))
         } else {
             soonest
         }
     }
 
-    #[inline]
-    fn eight_of(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool, first: usize) -> Soonest {
-        let (times, in_contact) = question.lanes(slots, images).closed_form();
-        Soonest::of(&times, in_contact, first)
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
+    fn eight_of<const IMAGES: bool>(
+        question: &Question<'_>,
+        slots: &[u32; DISC_LANES],
+        first: usize,
+    ) -> Soonest {
+        if let Some(Like { sigma_squared, touching, .. }) = question.like {
+            return Self::eight::<IMAGES>(question, slots, first, |_| (sigma_squared, touching));
+        }
+        let (radius, error) = (question.from.radius, question.separation_error);
+        Self::eight::<IMAGES>(question, slots, first, |other| {
+            let Like { sigma_squared, touching, .. } = Like::at(other.radius + radius, error);
+            (sigma_squared, touching)
+        })
+    }
+
+    /// [`DiscLanes::closed_form`] of eight slots without writing the lanes down; `like` tells the square of the contact distance
+    /// (length squared), and by how much more that of a pair is that may touch already.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
+    fn eight<const IMAGES: bool>(
+        question: &Question<'_>,
+        slots: &[u32; DISC_LANES],
+        first: usize,
+        like: impl Fn(&Line) -> (f64, f64),
+    ) -> Soonest {
+        let Question { lines, from, now, sides, .. } = *question;
+        let [x, y, vx, vy] = from.flight.map(DVec2::splat);
+        let (mut b, mut c) = ([0.0; DISC_LANES], [0.0; DISC_LANES]);
+        let (mut discriminant, mut touching) = ([0.0; DISC_LANES], [0.0; DISC_LANES]);
+        // Two discs at a time: every processor of this kind has registers of two numbers. A vector here is one number of both.
+        for lane in (0..DISC_LANES).step_by(2) {
+            let two = [slots[lane], slots[lane + 1]];
+            let [one, other] = two.map(|slot| &lines[if IMAGES { slot & INDEX_MASK } else { slot } as usize]);
+            let number = |n: usize| DVec2::new(one.flight[n], other.flight[n]);
+            let (vx, vy) = (number(2) - vx, number(3) - vy);
+            let mut dx = (number(0) - x) + vx * now;
+            let mut dy = (number(1) - y) + vy * now;
+            if IMAGES {
+                let [one, other] = two.map(|slot| image_of(slot).map(f64::from));
+                dx += DVec2::new(one[0], other[0]) * sides[0];
+                dy += DVec2::new(one[1], other[1]) * sides[1];
+            }
+            let ((one_squared, one_touching), (other_squared, other_touching)) = (like(one), like(other));
+            let sigma_squared = DVec2::new(one_squared, other_squared);
+            let cross = dx * vy - dy * vx;
+            (dx * vx + dy * vy).write_to_slice(&mut b[lane..]);
+            ((dx * dx + dy * dy) - sigma_squared).write_to_slice(&mut c[lane..]);
+            (sigma_squared * (vx * vx + vy * vy) - cross * cross).write_to_slice(&mut discriminant[lane..]);
+            DVec2::new(one_touching, other_touching).write_to_slice(&mut touching[lane..]);
+        }
+        let mut times = [f64::INFINITY; DISC_LANES];
+        let mut touch = 0_u64;
+        // Who closes cannot be foreseen by a branch.
+        for lane in 0..DISC_LANES {
+            let root = if discriminant[lane] > 0.0 { discriminant[lane] } else { 0.0 }.sqrt();
+            let closes = (b[lane] < 0.0) & (discriminant[lane] > 0.0);
+            touch += u64::from(closes & (c[lane] <= touching[lane]));
+            times[lane] = if closes { c[lane] / (root - b[lane]) } else { f64::INFINITY };
+        }
+        Soonest::of(&times, touch > 0, first)
     }
 }
 
 impl Kernel for Portable {
     #[inline]
     fn inside(question: Question<'_>, list: Around<'_>) -> Soonest {
-        Self::soonest(&question, &list, false)
+        Self::soonest::<false>(&question, &list)
     }
 
     #[inline(never)]
     fn at_border(question: Question<'_>, list: Around<'_>) -> Soonest {
-        Self::soonest(&question, &list, true)
+        Self::soonest::<true>(&question, &list)
     }
 
     #[inline]
