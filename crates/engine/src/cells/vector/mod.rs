@@ -487,6 +487,7 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cells::line::INDEX_BITS;
     use proptest::prelude::*;
 
     type Flights = [[f64; DISC_LANES]; 4];
@@ -543,6 +544,44 @@ mod tests {
     }
 
     proptest! {
+        /// Eight discs of any radii, or all alike, in any images, some of them nobody: what detection's closed form says.
+        #[test]
+        fn eight_slots_are_asked_as_detection_does(
+            others in prop::collection::vec(
+                (-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64, 0.01..0.3f64), DISC_LANES),
+            images in prop::collection::vec(0u32..9, DISC_LANES),
+            empty in 0usize..DISC_LANES, alike in any::<bool>(), now in 0.0..2.0f64,
+        ) {
+            let line = |&(x, y, vx, vy, radius): &(f64, f64, f64, f64, f64)| {
+                let motion = Motion { velocity: DVec2::new(vx, vy), ..Motion::at_rest(DVec2::new(x, y)) };
+                Line::new(&motion, if alike { 0.15 } else { radius })
+            };
+            let mut lines: Vec<Line> = others.iter().map(line).collect();
+            lines.push(Line::dummy());
+            let mut slots: [u32; DISC_LANES] = std::array::from_fn(|lane| {
+                let code = (images[lane] % 3) | ((images[lane] / 3) << 2);
+                lane as u32 | (code << INDEX_BITS)
+            });
+            slots[empty] = DISC_LANES as u32;
+            let question = Question {
+                lines: &lines,
+                from: &lines[0],
+                now,
+                separation_error: 1e-15,
+                sides: [1.0, 0.75],
+                like: alike.then(|| Like::new(0.15, 1e-15)),
+            };
+            let ask = |images: bool, soonest: Soonest, slots| {
+                let (times, in_contact) = question.lanes(slots, images).closed_form();
+                let expected = bits(Some(Soonest::of(&times, in_contact, 0)));
+                prop_assert_eq!(bits(Some(soonest)), expected);
+                Ok(())
+            };
+            ask(true, Portable::eight_of::<true>(&question, &slots, 0), &slots)?;
+            let unshifted = slots.map(|slot| slot & INDEX_MASK);
+            ask(false, Portable::eight_of::<false>(&question, &unshifted, 0), &unshifted)?;
+        }
+
         /// Eight flights, some places empty, some discs touching, some twice there: the same answer in all three ways.
         #[test]
         fn a_block_is_asked_the_same_question_in_all_ways(
