@@ -10,8 +10,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::{
     interruption::Signals,
     manifest::Manifest,
-    output::{Destination, Folder},
-    pieces::{Choices, Pieces},
+    output::{Destination, Folder, Resumption},
+    pieces::Pieces,
     say,
 };
 
@@ -56,10 +56,10 @@ impl Experiment {
     ///
     /// # Errors
     /// The same, or a checkpoint that cannot be read or is of another run.
-    pub fn begin_in_pieces(choices: &Choices, what: String, opening: &Opening<'_>) -> Result<Self> {
+    pub fn begin_in_pieces(resumption: &Resumption, what: String, opening: &Opening<'_>) -> Result<Self> {
         let signals = Signals::watch()?;
-        let folder = Folder::create(&choices.destination.folder(opening.folder), choices.existing())?;
-        Self::begin_in(folder, opening, |folder| Pieces::find(folder, what, choices, signals))
+        let folder = Folder::create(&resumption.destination.folder(opening.folder), resumption.existing())?;
+        Self::begin_in(folder, opening, |folder| Pieces::find(folder, what, resumption, signals))
     }
 
     fn begin_in(

@@ -49,6 +49,24 @@ impl Destination {
     }
 }
 
+/// Where a run writes that can be interrupted, and whether it goes on there.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Resumption {
+    /// Where to write, and over what
+    #[command(flatten)]
+    pub destination: Destination,
+    /// Go on with the run in that folder; what is finished in it is kept
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+}
+
+impl Resumption {
+    /// What is done about files that are there already.
+    pub fn existing(&self) -> Existing {
+        if self.resume { Existing::Resume } else { self.destination.existing() }
+    }
+}
+
 /// A process that was killed while it started another (`git`, for the manifest) holds its lock until that one is under way. Fewer:
 /// what was killed on a busy machine cannot be resumed at once. More: a refusal takes longer.
 const LOCK_TRIES: u32 = 40;

@@ -12,36 +12,17 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use clap::Args;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{
     checkpoint_file::{self, Body, FileError},
     interruption::Signals,
-    output::{Destination, Existing, Folder},
+    output::{Folder, Resumption},
     resumable::{CHECKPOINT, refuse_other},
 };
 
 /// Between two checkpoints at least. Shorter: the disk is busy. Longer: more is done twice after a kill.
 const INTERVAL: Duration = Duration::from_millis(500);
-
-/// Choices about folders and checkpoints, the same for every command whose work comes in pieces.
-#[derive(Debug, Clone, Default, Args)]
-pub struct Choices {
-    /// Where to write, and over what
-    #[command(flatten)]
-    pub destination: Destination,
-    /// Go on with the run in that folder; what is finished in it is kept
-    #[arg(long, conflicts_with = "force")]
-    pub resume: bool,
-}
-
-impl Choices {
-    /// What is done about files that are there already.
-    pub fn existing(&self) -> Existing {
-        if self.resume { Existing::Resume } else { self.destination.existing() }
-    }
-}
 
 /// The pieces of one run that are finished. By default they are kept in memory only.
 #[derive(Debug, Default)]
@@ -65,9 +46,9 @@ impl Pieces {
     ///
     /// # Errors
     /// The checkpoint cannot be read, or is of another run.
-    pub fn find(folder: &Folder, what: String, choices: &Choices, signals: Signals) -> Result<Self> {
+    pub fn find(folder: &Folder, what: String, resumption: &Resumption, signals: Signals) -> Result<Self> {
         let path = folder.path().join(CHECKPOINT);
-        let by_name = if choices.resume {
+        let by_name = if resumption.resume {
             read(&path, &what).with_context(|| format!("cannot resume from {}", path.display()))?
         } else {
             BTreeMap::new()
@@ -164,11 +145,12 @@ fn read(path: &Path, what: &str) -> Result<BTreeMap<String, Vec<u8>>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::Existing;
     use anyhow::bail;
 
     fn pieces(folder: &Folder, what: &str, resume: bool) -> Result<Pieces> {
-        let choices = Choices { resume, ..Choices::default() };
-        Pieces::find(folder, what.to_owned(), &choices, Signals::default())
+        let resumption = Resumption { resume, ..Resumption::default() };
+        Pieces::find(folder, what.to_owned(), &resumption, Signals::default())
     }
 
     #[test]

@@ -22,7 +22,7 @@ use crate::{
     checkpoint_file::{self, Body, FileError},
     growing::{Growing, Length},
     interruption::Signals,
-    output::{Existing, Folder},
+    output::{Folder, Resumption},
 };
 
 /// Name of the file in the folder of a run.
@@ -32,29 +32,15 @@ pub const CHECKPOINT: &str = "checkpoint";
 /// fewer runs have an epoch's end so late.
 const NEARLY_DONE: f64 = 0.99;
 
-/// Choices about folders and checkpoints, the same for every command that can be interrupted.
+/// Choices about folders and checkpoints, the same for every command that runs one scene or several to their end.
 #[derive(Debug, Clone, Args)]
 pub struct Choices {
-    /// Replace files of an earlier run in that folder
-    #[arg(long)]
-    pub force: bool,
-    /// Go on with the run in that folder, from its last checkpoint; a later --until extends one that has ended
-    #[arg(long, conflicts_with = "force")]
-    pub resume: bool,
+    /// Where to write, and whether to go on there, from the last checkpoint; a later end extends a run that has ended
+    #[command(flatten)]
+    pub resumption: Resumption,
     /// Seconds between two checkpoints: what is lost at most if the program is killed
     #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = seconds)]
     pub checkpoint_every: Duration,
-}
-
-impl Choices {
-    /// What is done about files that are there already.
-    pub fn existing(&self) -> Existing {
-        match (self.force, self.resume) {
-            (true, _) => Existing::Replace,
-            (_, true) => Existing::Resume,
-            _ => Existing::Refuse,
-        }
-    }
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
@@ -153,7 +139,7 @@ impl Task<'_> {
     /// # Errors
     /// It cannot be read, is of another run, or lies beyond the end.
     pub fn find(&self) -> Result<Option<Found>> {
-        if !self.choices.resume {
+        if !self.choices.resumption.resume {
             return Ok(None);
         }
         let path = self.path();

@@ -107,7 +107,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let scenes = (0..setup.flights()).map(|replica| setup.scene(replica)).collect::<Result<Vec<_>>>()?;
     let head = format!("# Written by `{command}`: the first of {} flights.\n\n", scenes.len());
     let experiment = Experiment::begin_in_pieces(
-        &options.choices,
+        &options.resumption,
         options.what(&setup),
         &Opening {
             folder: &options.usual_folder(),

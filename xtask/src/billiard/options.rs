@@ -10,7 +10,7 @@ use clap::Args;
 use glam::DVec2;
 use rand::RngExt as _;
 
-use crate::pieces::Choices;
+use crate::output::Resumption;
 
 /// Choices of `cargo xtask experiment billiard`.
 #[derive(Debug, Clone, Args)]
@@ -45,7 +45,7 @@ pub struct Options {
     pub threads: Option<u16>,
     /// Where to write, over what, and whether to go on
     #[command(flatten)]
-    pub choices: Choices,
+    pub resumption: Resumption,
 }
 
 /// The molecule, the disc, the box, and how long.

@@ -114,10 +114,10 @@ fn title(case: Case, size: Size) -> String {
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan()?;
     let signals = Signals::watch()?;
-    let folder = Folder::create(&options.folder(), options.choices.existing())?;
+    let folder = Folder::create(&options.folder(), options.choices.resumption.existing())?;
     let _alone = folder.lock()?;
     let jobs = jobs(options, &plan);
-    if options.choices.resume {
+    if options.choices.resumption.resume {
         refuse_other_layout(&jobs, &folder)?;
     }
     let folders = match jobs.as_slice() {

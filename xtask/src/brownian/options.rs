@@ -46,9 +46,6 @@ pub struct Options {
     /// Rows of impulses.csv at most, in each run: every single kick, first those first (0.2 kB each)
     #[arg(long, value_name = "ROWS", default_value_t = 1_000_000)]
     pub impulses: u64,
-    /// Where to write; out/brownian-CASE-SIZE if not given
-    #[arg(long)]
-    pub out: Option<PathBuf>,
     /// Folders that are there already, and checkpoints
     #[command(flatten)]
     pub choices: Choices,
@@ -240,8 +237,8 @@ impl Options {
 
     /// Folder to write to.
     pub fn folder(&self) -> PathBuf {
-        let named = || format!("out/brownian-{}-{}", self.case().name(), self.size().name()).into();
-        self.out.clone().unwrap_or_else(named)
+        let named = format!("out/brownian-{}-{}", self.case().name(), self.size().name());
+        self.choices.resumption.destination.folder(&named)
     }
 
     /// The command with every choice written out that the results depend on.

@@ -96,7 +96,7 @@ pub struct Results {
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
     let experiment = Experiment::begin_in_pieces(
-        &options.choices,
+        &options.resumption,
         options.command(),
         &Opening {
             folder: "out/encounters",

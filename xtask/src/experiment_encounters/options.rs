@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::pieces::Choices;
+use crate::output::Resumption;
 
 /// Choices of `cargo xtask experiment encounters`.
 #[derive(Debug, Clone, Args)]
@@ -21,7 +21,7 @@ pub struct Options {
     pub threads: Option<u16>,
     /// Where to write, over what, and whether to go on
     #[command(flatten)]
-    pub choices: Choices,
+    pub resumption: Resumption,
 }
 
 /// How much is done.

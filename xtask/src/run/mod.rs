@@ -3,10 +3,7 @@
 mod gas;
 mod outcome;
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::{fs, path::PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use carom::{Scene, Simulation, engine::RunSpec};
@@ -38,9 +35,6 @@ pub struct Options {
     /// An entry to change, such as gas.0.count=100; may be given often
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     pub set: Vec<Override>,
-    /// Where to write; out/run-SCENE if not given
-    #[arg(long)]
-    pub out: Option<PathBuf>,
     /// Folders that are there already, and checkpoints
     #[command(flatten)]
     pub choices: Choices,
@@ -64,7 +58,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let simulation = Simulation::new(&scene).with_context(|| format!("scene {}", options.scene.display()))?;
     let asked = gas::observers(&scene.run, &simulation.view())?;
     let signals = Signals::watch()?;
-    let folder = Folder::create(&folder_path(options), options.choices.existing())?;
+    let folder = Folder::create(&folder_path(options), options.choices.resumption.existing())?;
     let _alone = folder.lock()?;
     let command = format!("cargo xtask run {}", folder.path().join("config.toml").display());
     let task = Task {
@@ -151,7 +145,7 @@ fn check(run: &RunSpec) -> Result<()> {
 
 fn folder_path(options: &Options) -> PathBuf {
     let name = options.scene.file_stem().unwrap_or_else(|| "scene".as_ref()).to_string_lossy();
-    options.out.clone().unwrap_or_else(|| Path::new("out").join(format!("run-{name}")))
+    options.choices.resumption.destination.folder(&format!("out/run-{name}"))
 }
 
 #[cfg(test)]

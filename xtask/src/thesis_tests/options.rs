@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::pieces::Choices;
+use crate::output::Resumption;
 
 /// Choices of `cargo xtask experiment spheres` and `pair`.
 #[derive(Debug, Clone, Args)]
@@ -22,7 +22,7 @@ pub struct Options {
     pub seed: u64,
     /// Where to write, over what, and whether to go on
     #[command(flatten)]
-    pub choices: Choices,
+    pub resumption: Resumption,
 }
 
 impl Options {

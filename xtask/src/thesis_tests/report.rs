@@ -80,7 +80,7 @@ impl Test {
     ) -> Result<Verdict> {
         let command = options.command(self.name);
         let experiment = Experiment::begin_in_pieces(
-            &options.choices,
+            &options.resumption,
             command.clone(),
             &Opening {
                 folder: &format!("out/{}", self.name),
