@@ -58,7 +58,7 @@ impl Experiment {
     /// The same, or a checkpoint that cannot be read or is of another run.
     pub fn begin_in_pieces(resumption: &Resumption, what: String, opening: &Opening<'_>) -> Result<Self> {
         let signals = Signals::watch()?;
-        let folder = Folder::create(&resumption.destination.folder(opening.folder), resumption.existing())?;
+        let folder = Folder::create(&resumption.folder(opening.folder), resumption.existing())?;
         Self::begin_in(folder, opening, |folder| Pieces::find(folder, what, resumption, signals))
     }
 

@@ -29,7 +29,7 @@ pub enum Existing {
 /// Where a run writes, and over what.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Destination {
-    /// Where to write; a folder in out/ that is named after the command if not given
+    /// Where to write; if not given, a folder in out/ that is named after the command and what it is given
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// Replace files of an earlier run in that folder
@@ -52,15 +52,21 @@ impl Destination {
 /// Where a run writes that can be interrupted, and whether it goes on there.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Resumption {
-    /// Where to write, and over what
+    /// Where to write, and over what.
     #[command(flatten)]
     pub destination: Destination,
-    /// Go on with the run in that folder; what is finished in it is kept
+    /// Go on with the run in that folder, from its last checkpoint; a later end, or more of something, extends one that has
+    /// ended
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
 }
 
 impl Resumption {
+    /// Folder to write to: what was asked for, or else `usual`.
+    pub fn folder(&self, usual: &str) -> PathBuf {
+        self.destination.folder(usual)
+    }
+
     /// What is done about files that are there already.
     pub fn existing(&self) -> Existing {
         if self.resume { Existing::Resume } else { self.destination.existing() }

@@ -35,7 +35,7 @@ const NEARLY_DONE: f64 = 0.99;
 /// Choices about folders and checkpoints, the same for every command that runs one scene or several to their end.
 #[derive(Debug, Clone, Args)]
 pub struct Choices {
-    /// Where to write, and whether to go on there, from the last checkpoint; a later end extends a run that has ended
+    /// Where to write, and whether to go on there.
     #[command(flatten)]
     pub resumption: Resumption,
     /// Seconds between two checkpoints: what is lost at most if the program is killed

@@ -49,8 +49,6 @@ pub(crate) struct Pass<'a, D, R, O> {
     pub ledger: &'a mut Ledger,
     pub at_once: &'a mut AtOnce,
     pub limits: &'a mut Limits,
-    /// The inverse mass of all discs, if it is the same: it need not be looked up then, far away, for each of them.
-    pub inverse_mass_of_discs: Option<f64>,
     /// How far the epoch has been run (time).
     pub now: &'a mut f64,
     pub observer: &'a mut O,
@@ -122,14 +120,14 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
         contact: ContactEvent,
         [[place_a, velocity_a], [place_b, velocity_b]]: [[DVec2; 2]; 2],
     ) -> Result<[DVec2; 2], RunError> {
-        let ContactEvent { time, bodies, image, .. } = contact;
+        let ContactEvent { time, bodies, image, inverse_mass, .. } = contact;
         let (a, b) = (bodies[0] as usize, bodies[1] as usize);
         let (body_a, body_b) = (&self.world.bodies[a], &self.world.bodies[b]);
         let mut d = place_b - place_a;
         if image != [0, 0] {
             d += self.world.bounds.shift(image);
         }
-        let inverse_masses = self.inverse_mass_of_discs.map_or_else(
+        let inverse_masses = inverse_mass.map_or_else(
             || [body_a.kind.inertia.inverse_mass, body_b.kind.inertia.inverse_mass],
             |inverse_mass| [inverse_mass; 2],
         );
@@ -174,7 +172,7 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
     /// Any contact; gives the motions after it.
     #[inline(never)]
     fn resolve(&mut self, contact: ContactEvent, before: [Motion; 2]) -> Result<[Motion; 2], RunError> {
-        let ContactEvent { time, bodies, image, parts } = contact;
+        let ContactEvent { time, bodies, image, parts, .. } = contact;
         let [body_a, body_b] = bodies.map(|body| &self.world.bodies[body as usize]);
         let arms = match parts {
             Parts::Atoms(i, j) => [arm(body_a, i, &before[0]), arm(body_b, j, &before[1])],

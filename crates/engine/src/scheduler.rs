@@ -18,6 +18,9 @@ pub struct ContactEvent {
     pub image: [i64; 2],
     /// The parts that touch.
     pub parts: Parts,
+    /// The inverse mass of either body (1/mass), if it is the same and the queue has it at hand: it need not be looked up then,
+    /// far away, for each of them.
+    pub inverse_mass: Option<f64>,
 }
 
 /// The parts of two bodies that touch.

@@ -39,11 +39,7 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = Cells> {
 pub(crate) enum Epoch {
     /// It has not begun: everything is to be predicted.
     ToBegin,
-    Running {
-        limits: Limits,
-        /// That of all discs, if it is the same.
-        inverse_mass_of_discs: Option<f64>,
-    },
+    Running(Limits),
 }
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
@@ -163,7 +159,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ) -> Result<bool, RunError> {
         let target = until.since(self.world.epoch);
         self.begin_epoch(target)?;
-        let Epoch::Running { limits, inverse_mass_of_discs } = &mut self.epoch else { return Ok(false) };
+        let Epoch::Running(limits) = &mut self.epoch else { return Ok(false) };
         let pass = Pass {
             world: &mut self.world,
             detection: &self.detection,
@@ -174,7 +170,6 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             ledger: &mut self.ledger,
             at_once: &mut self.at_once,
             limits,
-            inverse_mass_of_discs: *inverse_mass_of_discs,
             now: &mut self.offset,
             observer,
             target,
@@ -200,7 +195,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Brings the world up to date with the scheduler, whose motions are the true ones within an epoch.
     fn stand_by(&mut self) {
-        if let Epoch::Running { .. } = self.epoch {
+        if let Epoch::Running(_) = self.epoch {
             self.scheduler.store(&mut self.world);
         }
         self.counters.scheduler = self.work_before + self.scheduler.counters();
@@ -208,7 +203,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Begins the epoch if it has not begun; the run goes on to `target` (offset in it, time).
     fn begin_epoch(&mut self, target: f64) -> Result<(), RunError> {
-        if let Epoch::Running { .. } = self.epoch {
+        if let Epoch::Running(_) = self.epoch {
             return Ok(());
         }
         let motions = &self.world.motions;
@@ -218,8 +213,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let contacts = (S::CONTACTS_PER_EPOCH * moving).div_ceil(2).max(1);
         let limits = Limits::new(&self.world, fastest_squared, fastest_spin, contacts);
         refuse_outpaced(&self.world, &self.names, limits.time(), self.at_once.time, target)?;
-        let inverse_mass_of_discs = self.world.inverse_mass_of_discs();
-        self.epoch = Epoch::Running { limits, inverse_mass_of_discs };
+        self.epoch = Epoch::Running(limits);
         self.counters.epochs += 1;
         self.scheduler.begin_epoch(&self.world, &self.detection, limits.time());
         Ok(())

@@ -191,7 +191,13 @@ impl EventQueue for Thesis {
             match entry.kind {
                 Kind::Contact(parts) => {
                     let image = self.present_image(&entry);
-                    return Some(ContactEvent { time: entry.time, bodies: entry.bodies, image, parts });
+                    return Some(ContactEvent {
+                        time: entry.time,
+                        bodies: entry.bodies,
+                        image,
+                        parts,
+                        inverse_mass: None,
+                    });
                 }
                 Kind::Recheck => {
                     self.done.rechecks += 1;

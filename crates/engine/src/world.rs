@@ -144,13 +144,6 @@ impl World {
         self.bodies.iter().filter(|body| !body.is_fixed()).take(2).count() == 1
     }
 
-    /// The inverse mass of all discs, if it is the same, and not that of what is fixed.
-    pub(crate) fn inverse_mass_of_discs(&self) -> Option<f64> {
-        let mut discs = self.bodies.iter().filter(|body| body.kind.molecule.is_disc());
-        let first = discs.next()?.kind.inertia.inverse_mass;
-        (first > 0.0 && discs.all(|body| body.kind.inertia.inverse_mass == first)).then_some(first)
-    }
-
     /// Memory kept on the heap (bytes), shapes not included.
     pub(crate) fn heap_bytes(&self) -> usize {
         self.bodies.capacity() * size_of::<Body>()

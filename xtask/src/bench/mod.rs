@@ -1,8 +1,8 @@
 //! `cargo xtask bench gas`: collisions per second of whole simulations, by scene and by engine.
 //!
 //! All engines of a scene run in one process, one after the other in each round, and are timed by the processor time of
-//! the thread; the figure is the median of the rounds. On a machine that others use, ratios mean more than nanoseconds, and so
-//! do cycles of the clock as it was in each turn.
+//! the thread; the figure is the median of the rounds. On a machine that others use, ratios mean more than nanoseconds; cycles of
+//! the clock as it was in each turn take out its changes, but not that two threads share a core.
 
 mod clock;
 mod scenes;
@@ -17,7 +17,7 @@ use clap::{Args, Subcommand};
 use cpu_time::ThreadTime;
 use serde::Serialize;
 
-use self::clock::clock_in_gigahertz;
+use self::clock::gigahertz;
 use crate::{say, summary::Verdict};
 
 /// What to time.
@@ -37,7 +37,7 @@ pub struct Options {
     #[arg(long, default_value_t = 5)]
     rounds: usize,
     /// Processor seconds of one engine's turn
-    #[arg(long, default_value_t = 0.2)]
+    #[arg(long, default_value = "0.2", value_parser = seconds)]
     turn: f64,
     /// Print a JSON array instead of a table
     #[arg(long)]
@@ -77,6 +77,12 @@ pub fn run(bench: &Bench) -> Result<Verdict> {
         say(&serde_json::to_string_pretty(&all)?);
     }
     Ok(Verdict::Passed)
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    let is_fine = seconds > 0.0 && seconds.is_finite();
+    if is_fine { Ok(seconds) } else { Err("a time is greater than 0, and ends".to_owned()) }
 }
 
 fn row(timing: &Timing) -> String {
@@ -131,7 +137,7 @@ impl<S: Scheduler> Runner for Engine<S> {
     }
 
     fn turn(&mut self, seconds: f64) -> Result<Turn> {
-        let gigahertz = clock_in_gigahertz();
+        let clock_before = gigahertz();
         let before = self.simulation.view().counters().collisions;
         let begun = self.simulation.time().to_f64();
         let clock = ThreadTime::now();
@@ -148,8 +154,8 @@ impl<S: Scheduler> Runner for Engine<S> {
         self.pace = (self.simulation.time().to_f64() - begun) / spent;
         let collisions = self.simulation.view().counters().collisions - before;
         let nanoseconds = 1e9 * spent / collisions.max(1) as f64;
-        let gigahertz = 0.5 * (gigahertz + clock_in_gigahertz());
-        Ok(Turn { nanoseconds, cycles: gigahertz * nanoseconds })
+        let cycles = clock_before.zip(gigahertz()).map(|(a, b)| 0.5 * (a + b) * nanoseconds);
+        Ok(Turn { nanoseconds, cycles: cycles.unwrap_or(f64::NAN) })
     }
 
     fn bytes_per_body(&self) -> f64 {

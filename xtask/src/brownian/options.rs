@@ -238,7 +238,7 @@ impl Options {
     /// Folder to write to.
     pub fn folder(&self) -> PathBuf {
         let named = format!("out/brownian-{}-{}", self.case().name(), self.size().name());
-        self.choices.resumption.destination.folder(&named)
+        self.choices.resumption.folder(&named)
     }
 
     /// The command with every choice written out that the results depend on.

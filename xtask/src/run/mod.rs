@@ -145,7 +145,7 @@ fn check(run: &RunSpec) -> Result<()> {
 
 fn folder_path(options: &Options) -> PathBuf {
     let name = options.scene.file_stem().unwrap_or_else(|| "scene".as_ref()).to_string_lossy();
-    options.choices.resumption.destination.folder(&format!("out/run-{name}"))
+    options.choices.resumption.folder(&format!("out/run-{name}"))
 }
 
 #[cfg(test)]

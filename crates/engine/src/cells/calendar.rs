@@ -5,10 +5,7 @@
 //! taking a body out and putting it in have no branches. What lies beyond the ring waits in one more such list, which is gone
 //! through once in each turn of the ring.
 
-use super::{
-    line::{Kind, Line},
-    vector,
-};
+use super::{line::Line, vector};
 
 /// Previous and next in a circular list.
 type Link = [u32; 2];
@@ -235,10 +232,7 @@ fn sink(lines: &[Line], open: &mut [(f64, u32)], mut place: usize) {
 fn is_before(lines: &[Line], a: u32, b: u32) -> bool {
     let rank = |body: u32| {
         let line = &lines[body as usize];
-        let other = match line.kind() {
-            Kind::Discs | Kind::Covering => line.partner(),
-            _ => body,
-        };
+        let other = if line.kind().is_contact() { line.partner() } else { body };
         (body.min(other), body.max(other), body)
     };
     rank(a) < rank(b)
@@ -269,6 +263,11 @@ mod tests {
                 assert!(time >= now);
                 now = time;
                 let later = |random: &mut rand_pcg::Pcg64| now + random.random::<f64>().powi(3);
+                // Somebody's event is dropped, if it is the next one, or a dead one of his is; he gets another then.
+                let dropped = random.random_range(0..lines.len() as u32);
+                calendar.drop_next(dropped);
+                lines[dropped as usize].set_event(later(&mut random), Kind::Nothing, 0, 0);
+                calendar.schedule(&lines, dropped, lines[dropped as usize].time);
                 // The body itself, and another taken from wherever it is, earlier or later than it was.
                 for body in [body, random.random_range(0..lines.len() as u32)] {
                     lines[body as usize].set_event(later(&mut random), Kind::Nothing, 0, 0);

@@ -18,7 +18,7 @@ impl State {
     pub(super) fn ask<K: Kernel>(&self, disc: u32, now: f64) -> Asked {
         let from = &self.lines[disc as usize];
         let list = self.neighbourhoods.list(from.cell());
-        // The question is put together where it is put: one that is passed on has to be written to memory.
+        // Each branch makes its own question: one that both share would be written to memory first.
         let soonest = if list.at_border {
             K::at_border(self.question(disc, now), self.neighbourhoods.list(from.cell()))
         } else {
@@ -174,7 +174,7 @@ impl State {
         if !(is_next(steps[0]) & is_next(steps[1])) {
             image = steps.map(|steps| i64::from(steps < -1) - i64::from(steps > 1));
         }
-        ContactEvent { time, bodies, image, parts: Parts::Discs }
+        ContactEvent { time, bodies, image, parts: Parts::Discs, inverse_mass: self.inverse_mass }
     }
 }
 

@@ -121,6 +121,13 @@ impl CellGrid {
         radii.all(|radius| radius == first).then_some(first)
     }
 
+    /// The inverse mass of the bodies that live in cells, if it is the same (1/mass).
+    pub fn inverse_mass(&self, world: &World) -> Option<f64> {
+        let mut small = world.bodies().iter().filter(|body| !self.covers(body));
+        let first = small.next()?.inertia().inverse_mass;
+        small.all(|body| body.inertia().inverse_mass == first).then_some(first)
+    }
+
     pub fn cell_of(&self, place: DVec2) -> [u16; 2] {
         let cell = |x: f64, side: f64, count: u32| ((x / side) as u32).min(count - 1) as u16;
         [cell(place.x, self.side.x, self.counts[0]), cell(place.y, self.side.y, self.counts[1])]

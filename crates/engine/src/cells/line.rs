@@ -33,10 +33,10 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// The crossing along an axis, down or up it.
+    /// The crossing along an axis (0 or 1), whose direction has this sign bit (1 for downwards).
     #[inline]
-    pub fn crossing(axis: u32, is_down: u32) -> Self {
-        Self::from_bits(Self::Right as u32 + 2 * axis + is_down)
+    pub fn crossing(axis: u32, sign: u32) -> Self {
+        Self::from_bits(Self::Right as u32 + 2 * axis + sign)
     }
 
     /// Whether it is a contact of two bodies.
@@ -171,5 +171,25 @@ impl Line {
         self.time = time;
         self.event = ((kind as u32) << INDEX_BITS) | partner;
         self.partner_version = partner_version;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_crossing_says_where_it_goes() {
+        for (axis, sign, kind) in
+            [(0, 0, Kind::Right), (0, 1, Kind::Left), (1, 0, Kind::Up), (1, 1, Kind::Down)]
+        {
+            assert_eq!(Kind::crossing(axis, sign), kind);
+            assert_eq!(kind.direction(), (axis as usize, if sign == 0 { 1 } else { -1 }));
+            assert!(kind.is_crossing() && !kind.is_contact());
+        }
+        for kind in [Kind::Discs, Kind::Covering, Kind::Shell, Kind::Recheck, Kind::Nothing] {
+            assert!(!kind.is_crossing());
+            assert_eq!(kind.is_contact(), kind == Kind::Discs || kind == Kind::Covering);
+        }
     }
 }

@@ -24,7 +24,8 @@
 //! the relation begun later; so the pair was among k's candidates, and k's event is at t or before: k keeps the soonest of
 //! its contacts, its crossing or shell event, and its re-checks ("certified free until", which is before t). A
 //! candidate is passed over only when it is certainly not before the event that k keeps. k's event changes only by a new
-//! prediction, which asks for the pair again. So the soonest event of all is never later than the next contact. Versions
+//! prediction, which asks for the pair again: a contact takes the events of both its bodies off the calendar, and both are
+//! predicted before the next is asked for, or the epoch begins anew. So the soonest event of all is never later than the next contact. Versions
 //! go up with every change of motion, so no event acts on a motion that is no more; a stale event is a lower bound of
 //! all its body's candidates, so predicting the body only then loses nothing. Of two bodies that have just met, the one
 //! predicted first need not ask for the other, since it is not the last.
@@ -113,6 +114,8 @@ struct State {
     shifts: [[f64; 2]; 16],
     /// What holds for any two small discs, if they are all alike.
     like: Option<Like>,
+    /// The inverse mass of the bodies that live in cells, if it is the same (1/mass).
+    inverse_mass: Option<f64>,
     done: SchedulerCounters,
 }
 
@@ -144,6 +147,7 @@ impl Scheduler for Cells {
             sides: world.bounds().sides().to_array(),
             shifts: shifts(world.bounds().sides()),
             like: None,
+            inverse_mass: None,
             done: SchedulerCounters::default(),
         }))))
     }
@@ -242,6 +246,7 @@ impl State {
             }
         }
         self.like = self.grid.like(world).map(|radius| Like::new(radius, self.separation_error));
+        self.inverse_mass = self.grid.inverse_mass(world);
         self.list_all(world);
         // Predict everybody first: their times tell how far apart events are.
         vector::foresee_all(self, world, detection);
@@ -295,7 +300,7 @@ impl State {
             if kind.is_contact() {
                 let partner = line.partner();
                 if self.lines[partner as usize].version == line.partner_version {
-                    // It is predicted anew, whatever it waited for; most often, for the same contact.
+                    // The partner is predicted anew, whatever it waited for; most often, for the same contact.
                     self.calendar.drop_next(partner);
                     let bodies = if body < partner { [body, partner] } else { [partner, body] };
                     return Some(if kind == Kind::Discs {

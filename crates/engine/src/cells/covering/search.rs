@@ -244,7 +244,7 @@ impl State {
         let [a, b] = bodies.map(|body| self.windings[body as usize]);
         let image =
             [0, 1].map(|axis| i64::from(pending.image[axis].wrapping_add(b[axis].wrapping_sub(a[axis]))));
-        ContactEvent { time, bodies, image, parts: pending.parts }
+        ContactEvent { time, bodies, image, parts: pending.parts, inverse_mass: None }
     }
 
     /// The image of the pair's second body along their paths without periodic jumps, as seen from the one inserted

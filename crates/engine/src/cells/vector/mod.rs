@@ -3,7 +3,7 @@
 //! The one place of the project with unsafe code: calling functions that were compiled with instructions which the
 //! compiler does not take for granted, after having asked the processor for them; loads of eight lines whose indices
 //! were compared with the number of lines at once; loads of four numbers from eight; the store of a register; hints to
-//! memory. Neither version fuses a multiplication and an addition, and both do the same operations in the same order, so both
+//! memory. The store is in assembly. Neither version fuses a multiplication and an addition, and both do the same operations in the same order, so both
 //! compute the same bits.
 //!
 //! Tests are built with debug assertions, in which the standard library checks each unchecked access; those of the
@@ -172,6 +172,7 @@ impl Soonest {
         let [a, b, c, d, e, f, g, h] = *times;
         let [a, b, c, d] = [least(a, e), least(b, f), least(c, g), least(d, h)];
         let time = least(least(a, c), least(b, d));
+        // In as many bits as a number has, so that registers of numbers do it.
         let mut slots = 0;
         for (lane, &other) in times.iter().enumerate() {
             slots |= if other == time { 1_u64 << lane } else { 0 };
@@ -247,7 +248,7 @@ impl Portable {
         let [x, y, vx, vy] = from.flight.map(DVec2::splat);
         let (mut b, mut c) = ([0.0; DISC_LANES], [0.0; DISC_LANES]);
         let (mut discriminant, mut touching) = ([0.0; DISC_LANES], [0.0; DISC_LANES]);
-        // Two discs at a time: every processor of this kind has registers of two numbers. A vector here is one number of both.
+        // Two discs at a time, as the registers of most processors have room for. A vector here is one number of both.
         for lane in (0..DISC_LANES).step_by(2) {
             let two = [slots[lane], slots[lane + 1]];
             let [one, other] = two.map(|slot| &lines[if IMAGES { slot & INDEX_MASK } else { slot } as usize]);
@@ -269,15 +270,16 @@ impl Portable {
             DVec2::new(one_touching, other_touching).write_to_slice(&mut touching[lane..]);
         }
         let mut times = [f64::INFINITY; DISC_LANES];
-        let mut touch = 0_u64;
+        // Counted in as many bits as a number has, so that registers of numbers do it.
+        let mut touching_now = 0_u64;
         // Who closes cannot be foreseen by a branch.
         for lane in 0..DISC_LANES {
             let root = if discriminant[lane] > 0.0 { discriminant[lane] } else { 0.0 }.sqrt();
             let closes = (b[lane] < 0.0) & (discriminant[lane] > 0.0);
-            touch += u64::from(closes & (c[lane] <= touching[lane]));
+            touching_now += u64::from(closes & (c[lane] <= touching[lane]));
             times[lane] = if closes { c[lane] / (root - b[lane]) } else { f64::INFINITY };
         }
-        Soonest::of(&times, touch > 0, first)
+        Soonest::of(&times, touching_now > 0, first)
     }
 }
 
@@ -487,7 +489,7 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::line::INDEX_BITS;
+    use crate::cells::neighbourhood::Neighbourhoods;
     use proptest::prelude::*;
 
     type Flights = [[f64; DISC_LANES]; 4];
@@ -539,30 +541,67 @@ mod tests {
         Portable::in_block(from, now, like, flights, shift)
     }
 
+    fn ask<K: Kernel>(question: Question<'_>, list: Around<'_>) -> Soonest {
+        if list.at_border { K::at_border(question, list) } else { K::inside(question, list) }
+    }
+
+    fn ask_with_widest(question: Question<'_>, list: Around<'_>) -> Soonest {
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+            fn with_avx2(question: Question<'_>, list: Around<'_>) -> Soonest {
+                ask::<avx2::Avx2>(question, list)
+            }
+            if available(Instructions::Widest) == Instructions::Widest {
+                // SAFETY: `available` gives `Widest` only where the processor reports all of these.
+                return unsafe { with_avx2(question, list) };
+            }
+        }
+        ask::<Portable>(question, list)
+    }
+
     fn bits(soonest: Option<Soonest>) -> Option<(u64, u32, bool)> {
         soonest.map(|soonest| (soonest.time.to_bits(), soonest.slots, soonest.in_contact))
     }
 
     proptest! {
-        /// Eight discs of any radii, or all alike, in any images, some of them nobody: what detection's closed form says.
+        /// The discs around a cell, inside the box or at its border, of any radii or all alike, some touching, some twice there:
+        /// what detection's closed form says, in all ways.
         #[test]
-        fn eight_slots_are_asked_as_detection_does(
+        fn a_list_is_asked_as_detection_does(
             others in prop::collection::vec(
-                (-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64, 0.01..0.3f64), DISC_LANES),
-            images in prop::collection::vec(0u32..9, DISC_LANES),
-            empty in 0usize..DISC_LANES, alike in any::<bool>(), now in 0.0..2.0f64,
+                (0u16..5, 0u16..5, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64), 1..40),
+            kinds in prop::collection::vec(0u8..6, 40), alike in any::<bool>(), at_border in any::<bool>(),
+            velocity in (-1.0..1.0f64, -1.0..1.0f64), now in 0.0..2.0f64,
         ) {
-            let line = |&(x, y, vx, vy, radius): &(f64, f64, f64, f64, f64)| {
-                let motion = Motion { velocity: DVec2::new(vx, vy), ..Motion::at_rest(DVec2::new(x, y)) };
-                Line::new(&motion, if alike { 0.15 } else { radius })
-            };
-            let mut lines: Vec<Line> = others.iter().map(line).collect();
+            let radius = |kind: u8| if alike { 0.15 } else { 0.05 + 0.05 * f64::from(kind) };
+            let moving = |velocity, place| Motion { velocity, ..Motion::at_rest(place) };
+            let asking = moving(DVec2::from(velocity), DVec2::new(0.1, -0.2));
+            let mut lines = vec![Line::new(&asking, radius(0))];
+            for (&(_, _, x, y, vx, vy), &kind) in others.iter().zip(&kinds) {
+                let (place, velocity) = (DVec2::new(x, y), DVec2::new(vx, vy));
+                let line = match kind {
+                    // At contact to rounding.
+                    1 => {
+                        let normal = place.normalize_or(DVec2::X);
+                        let there = asking.position_at(now) + (radius(0) + radius(kind)) * normal;
+                        Line::new(&moving(velocity, there - velocity * now), radius(kind))
+                    }
+                    // Where the one before is.
+                    2 => lines[lines.len() - 1],
+                    _ => Line::new(&moving(velocity, place), radius(kind)),
+                };
+                lines.push(line);
+            }
+            let dummy = lines.len() as u32;
             lines.push(Line::dummy());
-            let mut slots: [u32; DISC_LANES] = std::array::from_fn(|lane| {
-                let code = (images[lane] % 3) | ((images[lane] / 3) << 2);
-                lane as u32 | (code << INDEX_BITS)
-            });
-            slots[empty] = DISC_LANES as u32;
+            let mut neighbourhoods = Neighbourhoods::default();
+            neighbourhoods.lay_out(5, 5, dummy);
+            for (disc, &(column, row, ..)) in others.iter().enumerate() {
+                neighbourhoods.enter(disc as u32 + 1, [column, row]);
+            }
+            let list = neighbourhoods.list(if at_border { [4, 0] } else { [2, 2] });
+            prop_assert_eq!(list.at_border, at_border);
             let question = Question {
                 lines: &lines,
                 from: &lines[0],
@@ -571,15 +610,12 @@ mod tests {
                 sides: [1.0, 0.75],
                 like: alike.then(|| Like::new(0.15, 1e-15)),
             };
-            let ask = |images: bool, soonest: Soonest, slots| {
-                let (times, in_contact) = question.lanes(slots, images).closed_form();
-                let expected = bits(Some(Soonest::of(&times, in_contact, 0)));
-                prop_assert_eq!(bits(Some(soonest)), expected);
-                Ok(())
-            };
-            ask(true, Portable::eight_of::<true>(&question, &slots, 0), &slots)?;
-            let unshifted = slots.map(|slot| slot & INDEX_MASK);
-            ask(false, Portable::eight_of::<false>(&question, &unshifted, 0), &unshifted)?;
+            let [first, second] = list.halves().map(|slots| question.lanes(slots, at_border).closed_form());
+            let first = Soonest::of(&first.0, first.1, 0);
+            let second = Soonest::of(&second.0, second.1, DISC_LANES);
+            let expected = if list.count() > DISC_LANES { first.or(second) } else { first };
+            prop_assert_eq!(bits(Some(ask::<Portable>(question, list))), bits(Some(expected)));
+            prop_assert_eq!(bits(Some(ask_with_widest(question, list))), bits(Some(expected)));
         }
 
         /// Eight flights, some places empty, some discs touching, some twice there: the same answer in all three ways.
