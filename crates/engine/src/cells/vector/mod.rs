@@ -269,6 +269,19 @@ impl Portable {
             (sigma_squared * (vx * vx + vy * vy) - cross * cross).write_to_slice(&mut discriminant[lane..]);
             DVec2::new(one_touching, other_touching).write_to_slice(&mut touching[lane..]);
         }
+        Self::soonest_of(&b, &c, &discriminant, &touching, first)
+    }
+
+    /// The soonest of eight discs, in the slots from `first` on: with d and v from the asking to the other disc, b = d·v,
+    /// c = d·d − σ² and the discriminant σ² v² − (d × v)²; c of a pair that may touch already is `touching` at most.
+    #[inline]
+    fn soonest_of(
+        b: &[f64; DISC_LANES],
+        c: &[f64; DISC_LANES],
+        discriminant: &[f64; DISC_LANES],
+        touching: &[f64; DISC_LANES],
+        first: usize,
+    ) -> Soonest {
         let mut times = [f64::INFINITY; DISC_LANES];
         // Counted in as many bits as a number has, so that registers of numbers do it.
         let mut touching_now = 0_u64;
@@ -310,7 +323,6 @@ impl Kernel for Portable {
             }
             separation
         });
-        let mut soonest = Soonest { time: f64::INFINITY, slots: 0, in_contact: false };
         let mut b = [0.0; DISC_LANES];
         let mut discriminant = [0.0; DISC_LANES];
         let mut closes = false;
@@ -325,19 +337,9 @@ impl Kernel for Portable {
         if !closes {
             return None;
         }
-        for lane in 0..DISC_LANES {
-            if (b[lane] < 0.0) & (discriminant[lane] > 0.0) {
-                let (dx, dy) = (separation[0][lane], separation[1][lane]);
-                let c = (dx * dx + dy * dy) - like.sigma_squared;
-                let time = c / (discriminant[lane].sqrt() - b[lane]);
-                soonest.in_contact |= c <= like.touching;
-                if time < soonest.time {
-                    (soonest.time, soonest.slots) = (time, 0);
-                }
-                soonest.slots |= u32::from(time == soonest.time) << lane;
-            }
-        }
-        Some(soonest)
+        let [dx, dy] = &separation;
+        let c = std::array::from_fn(|lane| (dx[lane] * dx[lane] + dy[lane] * dy[lane]) - like.sigma_squared);
+        Some(Self::soonest_of(&b, &c, &discriminant, &[like.touching; DISC_LANES], 0))
     }
 
     #[inline]
