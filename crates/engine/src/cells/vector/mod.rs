@@ -274,7 +274,8 @@ impl Portable {
 
     /// The soonest of eight discs, in the slots from `first` on: with d and v from the asking to the other disc, b = d·v,
     /// c = d·d − σ² and the discriminant σ² v² − (d × v)²; c of a pair that may touch already is `touching` at most.
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as writing all this down")]
     fn soonest_of(
         b: &[f64; DISC_LANES],
         c: &[f64; DISC_LANES],
