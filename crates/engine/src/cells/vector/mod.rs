@@ -316,30 +316,24 @@ impl Kernel for Portable {
         flights: &[[f64; DISC_LANES]; 4],
         shift: [f64; 2],
     ) -> Option<Soonest> {
-        let velocity = [0, 1].map(|axis| flights[axis + 2].map(|velocity| velocity - from[axis + 2]));
-        let separation = [0, 1].map(|axis| {
-            let mut separation = flights[axis].map(|origin| origin - from[axis]);
-            for (separation, velocity) in separation.iter_mut().zip(&velocity[axis]) {
-                *separation = (*separation + velocity * now) + shift[axis];
-            }
-            separation
-        });
-        let mut b = [0.0; DISC_LANES];
-        let mut discriminant = [0.0; DISC_LANES];
-        let mut closes = false;
-        for lane in 0..DISC_LANES {
-            let (dx, dy) = (separation[0][lane], separation[1][lane]);
-            let (vx, vy) = (velocity[0][lane], velocity[1][lane]);
-            b[lane] = dx * vx + dy * vy;
+        let [x, y, vx, vy] = from.map(DVec2::splat);
+        let [mut b, mut c, mut discriminant] = [[0.0; DISC_LANES]; 3];
+        // Two discs at a time, as above.
+        for lane in (0..DISC_LANES).step_by(2) {
+            let number = |n: usize| DVec2::from_slice(&flights[n][lane..]);
+            let (vx, vy) = (number(2) - vx, number(3) - vy);
+            let dx = ((number(0) - x) + vx * now) + shift[0];
+            let dy = ((number(1) - y) + vy * now) + shift[1];
             let cross = dx * vy - dy * vx;
-            discriminant[lane] = like.sigma_squared * (vx * vx + vy * vy) - cross * cross;
-            closes |= (b[lane] < 0.0) & (discriminant[lane] > 0.0);
+            (dx * vx + dy * vy).write_to_slice(&mut b[lane..]);
+            ((dx * dx + dy * dy) - like.sigma_squared).write_to_slice(&mut c[lane..]);
+            (like.sigma_squared * (vx * vx + vy * vy) - cross * cross)
+                .write_to_slice(&mut discriminant[lane..]);
         }
-        if !closes {
+        let closing: u64 = b.iter().zip(&discriminant).map(|(&b, &d)| u64::from((b < 0.0) & (d > 0.0))).sum();
+        if closing == 0 {
             return None;
         }
-        let [dx, dy] = &separation;
-        let c = std::array::from_fn(|lane| (dx[lane] * dx[lane] + dy[lane] * dy[lane]) - like.sigma_squared);
         Some(Self::soonest_of(&b, &c, &discriminant, &[like.touching; DISC_LANES], 0))
     }
 
