@@ -113,19 +113,21 @@ impl CellGrid {
         !may_be_small || body.kind.molecule.bounding_radius() > self.largest_small
     }
 
-    /// Bounding radius of the small bodies, if they are all alike (length).
+    /// Bounding radius of the bodies that live in cells, if it is the same (length).
     pub fn like(&self, world: &World) -> Option<f64> {
-        let mut radii =
-            world.bodies().iter().filter(|body| !self.covers(body)).map(|b| b.molecule().bounding_radius());
-        let first = radii.next()?;
-        radii.all(|radius| radius == first).then_some(first)
+        self.common(world, |body| body.molecule().bounding_radius())
     }
 
     /// The inverse mass of the bodies that live in cells, if it is the same (1/mass).
     pub fn inverse_mass(&self, world: &World) -> Option<f64> {
-        let mut small = world.bodies().iter().filter(|body| !self.covers(body));
-        let first = small.next()?.inertia().inverse_mass;
-        small.all(|body| body.inertia().inverse_mass == first).then_some(first)
+        self.common(world, |body| body.inertia().inverse_mass)
+    }
+
+    /// What a number is for all bodies that live in cells, if it is the same.
+    fn common(&self, world: &World, of: impl Fn(&Body) -> f64) -> Option<f64> {
+        let mut numbers = world.bodies().iter().filter(|body| !self.covers(body)).map(of);
+        let first = numbers.next()?;
+        numbers.all(|number| number == first).then_some(first)
     }
 
     pub fn cell_of(&self, place: DVec2) -> [u16; 2] {

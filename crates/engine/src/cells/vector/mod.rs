@@ -511,50 +511,48 @@ mod tests {
         (soonest.time < f64::INFINITY).then_some(soonest)
     }
 
-    fn with_widest(
-        from: &[f64; 4],
+    /// A question that can be put to any kernel.
+    trait Put {
+        fn to<K: Kernel>(&self) -> Option<Soonest>;
+    }
+
+    /// To the discs of a block.
+    struct Block<'a> {
+        from: &'a [f64; 4],
         now: f64,
-        like: &Like,
-        flights: &Flights,
+        like: &'a Like,
+        flights: &'a Flights,
         shift: [f64; 2],
-    ) -> Option<Soonest> {
+    }
+
+    /// To the discs of a list.
+    struct List<'a>(Question<'a>, Around<'a>);
+
+    impl Put for Block<'_> {
+        fn to<K: Kernel>(&self) -> Option<Soonest> {
+            K::in_block(self.from, self.now, self.like, self.flights, self.shift)
+        }
+    }
+
+    impl Put for List<'_> {
+        fn to<K: Kernel>(&self) -> Option<Soonest> {
+            Some(if self.1.at_border { K::at_border(self.0, self.1) } else { K::inside(self.0, self.1) })
+        }
+    }
+
+    fn with_widest(question: &impl Put) -> Option<Soonest> {
         #[cfg(target_arch = "x86_64")]
         {
             #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-            fn with_avx2(
-                from: &[f64; 4],
-                now: f64,
-                like: &Like,
-                flights: &Flights,
-                shift: [f64; 2],
-            ) -> Option<Soonest> {
-                avx2::Avx2::in_block(from, now, like, flights, shift)
+            fn with_avx2(question: &impl Put) -> Option<Soonest> {
+                question.to::<avx2::Avx2>()
             }
             if available(Instructions::Widest) == Instructions::Widest {
                 // SAFETY: `available` gives `Widest` only where the processor reports all of these.
-                return unsafe { with_avx2(from, now, like, flights, shift) };
+                return unsafe { with_avx2(question) };
             }
         }
-        Portable::in_block(from, now, like, flights, shift)
-    }
-
-    fn ask<K: Kernel>(question: Question<'_>, list: Around<'_>) -> Soonest {
-        if list.at_border { K::at_border(question, list) } else { K::inside(question, list) }
-    }
-
-    fn ask_with_widest(question: Question<'_>, list: Around<'_>) -> Soonest {
-        #[cfg(target_arch = "x86_64")]
-        {
-            #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-            fn with_avx2(question: Question<'_>, list: Around<'_>) -> Soonest {
-                ask::<avx2::Avx2>(question, list)
-            }
-            if available(Instructions::Widest) == Instructions::Widest {
-                // SAFETY: `available` gives `Widest` only where the processor reports all of these.
-                return unsafe { with_avx2(question, list) };
-            }
-        }
-        ask::<Portable>(question, list)
+        question.to::<Portable>()
     }
 
     fn bits(soonest: Option<Soonest>) -> Option<(u64, u32, bool)> {
@@ -611,8 +609,9 @@ mod tests {
             let first = Soonest::of(&first.0, first.1, 0);
             let second = Soonest::of(&second.0, second.1, DISC_LANES);
             let expected = if list.count() > DISC_LANES { first.or(second) } else { first };
-            prop_assert_eq!(bits(Some(ask::<Portable>(question, list))), bits(Some(expected)));
-            prop_assert_eq!(bits(Some(ask_with_widest(question, list))), bits(Some(expected)));
+            let question = List(question, list);
+            prop_assert_eq!(bits(question.to::<Portable>()), bits(Some(expected)));
+            prop_assert_eq!(bits(with_widest(&question)), bits(Some(expected)));
         }
 
         /// Eight flights, some places empty, some discs touching, some twice there: the same answer in all three ways.
@@ -647,8 +646,9 @@ mod tests {
             }
             let like = Like::new(radius, 1e-15);
             let expected = bits(by_lanes(&from, now, radius, &flights, shift));
-            prop_assert_eq!(bits(Portable::in_block(&from, now, &like, &flights, shift)), expected);
-            prop_assert_eq!(bits(with_widest(&from, now, &like, &flights, shift)), expected);
+            let question = Block { from: &from, now, like: &like, flights: &flights, shift };
+            prop_assert_eq!(bits(question.to::<Portable>()), expected);
+            prop_assert_eq!(bits(with_widest(&question)), expected);
         }
     }
 }
