@@ -7,9 +7,9 @@ use carom_engine::{Cells, Fineness, Instructions, MoleculeSpec, Thesis};
 use carom_kinematics::Instant;
 use support::{Encounters, disc, named, scene, scenes, simulate};
 
-/// Discs of one diameter in a box a hundred wide, all in one heap: their lists overflow, and nothing is lost.
+/// Discs of one diameter in a box a hundred wide, all in one heap: their lists grow long, and nothing is lost.
 #[test]
-fn crowded_cells_overflow_and_miss_nothing() {
+fn crowded_cells_have_long_lists_and_miss_nothing() {
     check_heap(|at, velocity| disc(0.001, 1.0, at, velocity));
 }
 

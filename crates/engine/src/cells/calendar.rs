@@ -13,8 +13,11 @@ const PREVIOUS: usize = 0;
 const NEXT: usize = 1;
 
 /// The width of a bin in mean intervals between the events of the system. Narrower: more empty bins, and more that lies
-/// beyond the ring. Wider: more to sort.
-const EVENTS_PER_BIN: f64 = 3.0;
+/// beyond the ring. Wider: more to sort. From 1.5 to 6 it makes no difference in time, and the fewer bins, the less memory.
+const EVENTS_PER_BIN: f64 = 6.0;
+
+/// Bodies for each bin of the ring, which is then so long that one body in twenty waits beyond it.
+const BODIES_PER_BIN: u32 = 2;
 
 /// 2^52: adding it leaves the nearest integer in the last bits. Monotonic, which is all that matters.
 const SHIFT: f64 = 4_503_599_627_370_496.0;
@@ -40,10 +43,10 @@ pub(super) struct Calendar {
 }
 
 impl Calendar {
-    /// Lays out a ring of a bin a body for events so far apart on average (time), from time 0, with no events.
+    /// Lays out a ring of bins for events so far apart on average (time), from time 0, with no events.
     pub fn lay_out(&mut self, bodies: usize, interval: f64) {
         self.bodies = bodies as u32;
-        self.ring = self.bodies.max(1);
+        self.ring = (self.bodies / BODIES_PER_BIN).max(1);
         self.links.clear();
         self.links.extend((0..=self.bodies + self.ring).map(|head| [head; 2]));
         let width = EVENTS_PER_BIN * interval;

@@ -2,7 +2,7 @@
 
 use std::hint::select_unpredictable as select;
 
-use carom_detection::{DISC_LANES, Detection};
+use carom_detection::Detection;
 
 use super::{
     State,
@@ -18,18 +18,29 @@ impl State {
     pub(super) fn ask<K: Kernel>(&self, disc: u32, now: f64) -> Asked {
         let from = &self.lines[disc as usize];
         let list = self.neighbourhoods.list(from.cell());
-        // Each branch makes its own question: one that both share would be written to memory first.
-        let soonest = if list.at_border {
-            K::at_border(self.question(disc, now), self.neighbourhoods.list(from.cell()))
-        } else {
-            K::inside(self.question(disc, now), list)
+        // Each branch makes its own question: one that both share would be written to memory first. No branch on what
+        // they answer: that hangs on the end of the chain.
+        let soonest = match (list.plain(), &self.like) {
+            (Some((slots, None)), Some(like)) => {
+                K::eight(self.question(disc, now), Some(like), slots).among(slots)
+            }
+            (Some((first, second)), like) => {
+                let soonest = K::eight(self.question(disc, now), like.as_ref(), first).among(first);
+                match second {
+                    None => soonest,
+                    Some(second) => {
+                        let other = K::eight(self.question(disc, now), like.as_ref(), second);
+                        soonest.or(other.among(second))
+                    }
+                }
+            }
+            (None, _) => K::any(&self.question(disc, now), &list),
         };
         let (crossing_time, crossing) = self.crossing(from, now);
         Asked {
             contact_time: now + soonest.time,
-            partner: list.slots[(soonest.slots.trailing_zeros() & 15) as usize] & INDEX_MASK,
-            // No branch before it is known: this hangs on the end of the chain.
-            is_doubtful: soonest.is_doubtful() | list.has_overflowed(),
+            partner: soonest.slot & INDEX_MASK,
+            is_doubtful: soonest.is_doubtful,
             covered: list.is_covered().then_some(list.cell),
             crossing_time,
             crossing,
@@ -85,24 +96,20 @@ impl State {
     }
 
     /// The soonest contact, and with whom, where some pair may be in contact already, several discs are touched at once,
-    /// some have found no slot in the list, or the detector has a way of its own with discs. Of contacts at one time it is
+    /// or the detector has a way of its own with discs. Of contacts at one time it is
     /// that with the disc inserted first.
     #[cold]
     #[inline(never)]
     fn look_closer<D: Detection>(&self, detection: &D, disc: u32, now: f64) -> (f64, u32) {
         let question = self.question(disc, now);
         let list = self.neighbourhoods.list(question.from.cell());
-        let dummy = self.lines.len() as u32 - 1;
         let (mut soonest, mut partner) = (f64::INFINITY, 0);
-        let overflow = self.neighbourhoods.overflow(list.cell);
-        for some in list.in_use().chunks(DISC_LANES).chain(overflow.chunks(DISC_LANES)) {
-            let mut slots = [dummy; DISC_LANES];
-            slots[..some.len()].copy_from_slice(some);
-            let (time, other) = question.look_closer(detection, &slots, list.at_border);
+        list.for_each_eight(|slots| {
+            let (time, other) = question.look_closer(detection, slots, list.at_border);
             if time < soonest || (time == soonest && time < f64::INFINITY && other < partner) {
                 (soonest, partner) = (time, other);
             }
-        }
+        });
         (soonest, partner)
     }
 

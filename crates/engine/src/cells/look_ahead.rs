@@ -5,8 +5,6 @@
 //! for, one step of each chain (bin, body, cell, neighbours) at a time, since an address must be there before it can be
 //! followed. These are hints only: they change no number.
 
-use carom_detection::DISC_LANES;
-
 use super::{
     State,
     calendar::Calendar,
@@ -47,7 +45,7 @@ pub(super) fn look_ahead(calendar: &Calendar, lines: &[Line], neighbourhoods: &N
     for body in calendar.coming(NEIGHBOURS).take(MOST_OF_BIN) {
         let line = &lines[body as usize];
         // What covers cells lives in none.
-        for slot in neighbourhoods.slots(line.cell()).into_iter().flatten().take(DISC_LANES) {
+        for slot in neighbourhoods.first(line.cell()).into_iter().flatten() {
             vector::expect(lines, (slot & INDEX_MASK) as usize);
         }
         neighbourhoods.expect(lines[line.partner() as usize].cell());

@@ -228,7 +228,10 @@ impl State {
         if self.grid.is_dilute() {
             self.rosters.lay_out([columns, rows], bodies as u32);
         } else {
-            self.neighbourhoods.lay_out(columns, rows, bodies as u32);
+            self.list_in_cells(world);
+            if self.neighbourhoods.fit_width() {
+                self.list_in_cells(world);
+            }
         }
         if self.grid.holds_molecules() {
             self.molecules.take_over(world.motions());
@@ -241,8 +244,6 @@ impl State {
             } else if self.grid.covers(body) {
                 let among_molecules = self.grid.holds_molecules();
                 self.coverings.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
-            } else {
-                self.neighbourhoods.enter(index as u32, self.lines[index].cell());
             }
         }
         self.like = self.grid.like(world).map(|radius| Like::new(radius, self.separation_error));
@@ -254,6 +255,17 @@ impl State {
         self.calendar.lay_out(bodies, interval);
         for body in 0..bodies as u32 {
             self.calendar.schedule(&self.lines, body, self.lines[body as usize].time);
+        }
+    }
+
+    /// Lists everything that lives in a cell.
+    fn list_in_cells(&mut self, world: &World) {
+        let [columns, rows] = self.grid.counts();
+        self.neighbourhoods.lay_out(columns, rows, world.bodies().len() as u32);
+        for (index, body) in world.bodies().iter().enumerate() {
+            if !self.grid.covers(body) {
+                self.neighbourhoods.enter(index as u32, self.lines[index].cell());
+            }
         }
     }
 

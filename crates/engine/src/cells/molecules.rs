@@ -4,7 +4,7 @@
 //! leaves its cell is told for eight at a time, by their bounding circles and its own rectangle; these few are searched in the
 //! order of the bounds so found, each up to the soonest event so far.
 
-use carom_detection::{Asker, DISC_LANES, Detection};
+use carom_detection::{Asker, Detection};
 use carom_kinematics::Motion;
 use glam::DVec2;
 
@@ -123,12 +123,8 @@ impl State {
         let covered = list.is_covered().then_some(list.cell);
         let outline = world.bodies()[body as usize].kind.molecule.outline();
         let asker = Asker::new(outline, &self.molecules.motions[body as usize], now);
-        let dummy = self.lines.len() as u32 - 1;
-        let overflow = self.neighbourhoods.overflow(list.cell);
-        for some in list.in_use().chunks(DISC_LANES).chain(overflow.chunks(DISC_LANES)) {
-            let mut slots = [dummy; DISC_LANES];
-            slots[..some.len()].copy_from_slice(some);
-            let lanes = question.lanes(&slots, list.at_border);
+        list.for_each_eight(|slots| {
+            let lanes = question.lanes(slots, list.at_border);
             let times = detection.apart_until(&asker, &lanes, best.time - now);
             for (&slot, bound) in slots.iter().zip(times) {
                 let other = slot & INDEX_MASK;
@@ -136,7 +132,7 @@ impl State {
                     candidates.push((bound, slot));
                 }
             }
-        }
+        });
         // The soonest bound first: most need not be searched.
         while let Some((bound, slot)) = take_least(&mut candidates, |slot| slot & INDEX_MASK) {
             if now + bound >= best.time.min(self.limit) {

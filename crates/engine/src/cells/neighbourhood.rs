@@ -1,7 +1,5 @@
 //! Neighbourhood lists: for each cell, every disc of the 3 × 3 cells around it, with the image it is seen in.
 
-use std::collections::BTreeMap;
-
 use carom_detection::DISC_LANES;
 
 use super::{
@@ -9,55 +7,96 @@ use super::{
     vector::{self, Kernel},
 };
 
-/// Slots of a list before it overflows: one cache line.
-pub(super) const SLOTS: usize = 16;
-
-/// Set in a cell's mark if its list has overflowed.
-const OVERFLOWED: u8 = 0x80;
-/// Set in a cell's mark if a covering body is listed there.
-const COVERED: u8 = 0x40;
+/// How many of its own slots a list uses, in the mark of its cell.
+const COUNT: u8 = 0x1f;
 /// Set in a cell's mark if some discs around it are seen through the border of the box.
 const AT_BORDER: u8 = 0x20;
-const COUNT: u8 = 0x1f;
+/// Set in a cell's mark if a covering body is listed there.
+const COVERED: u8 = 0x40;
+/// Set in a cell's mark if its list is longer than its own slots.
+const LONG: u8 = 0x80;
 
-/// A list in one cache line. Unused slots hold the dummy.
+/// Where one list in so many would hold more than eight discs, all have sixteen slots of their own. Fewer: too many are long,
+/// which takes twice the time. More: memory, and with it time where that is scarce.
+const LISTS_FOR_EACH_LONG_ONE: usize = 100;
+
+/// Images that no slot has: the slot tells where the list goes on.
+const LINK: u32 = 0xf << INDEX_BITS;
+
+/// Eight slots; those not in use hold the dummy.
+///
+/// If a list is longer than its own slots, the last of these is a link to eight more, and so on.
 #[derive(Debug, Clone, Copy)]
-#[repr(C, align(64))]
-struct List([u32; SLOTS]);
+#[repr(C, align(32))]
+struct Eight([u32; DISC_LANES]);
+
+impl Eight {
+    /// Where the list goes on.
+    #[inline]
+    fn next(&self) -> Option<u32> {
+        let last = self.0[DISC_LANES - 1];
+        (last >= LINK).then_some(last & INDEX_MASK)
+    }
+}
 
 /// What stands around a cell.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Around<'a> {
     pub cell: u32,
-    /// Slots not in use hold the dummy.
-    pub slots: &'a [u32; SLOTS],
     /// Whether some discs are seen through the border of the box.
     pub at_border: bool,
     mark: u8,
+    first: &'a Eight,
+    /// If it has sixteen slots of its own, and more than eight are in use.
+    second: Option<&'a Eight>,
+    more: &'a [Eight],
+    dummy: u32,
 }
 
-impl Around<'_> {
-    /// How many slots are in use.
+impl<'a> Around<'a> {
+    /// The first eight slots, and eight more if these are in use, unless there are still more, or some disc is seen through
+    /// the border of the box.
     #[inline]
-    pub fn count(&self) -> usize {
-        (self.mark & COUNT) as usize
+    pub fn plain(&self) -> Option<(&'a [u32; DISC_LANES], Option<&'a [u32; DISC_LANES]>)> {
+        let is_plain = self.mark & (LONG | AT_BORDER) == 0;
+        is_plain.then_some((&self.first.0, self.second.map(|second| &second.0)))
     }
 
-    /// The slots in two halves; the second is worth a look only if more than the first are in use.
+    /// The eight slots that come after some of them.
     #[inline]
-    pub fn halves(&self) -> [&[u32; DISC_LANES]; 2] {
-        let (halves, _) = self.slots.as_chunks::<DISC_LANES>();
-        [&halves[0], &halves[1]]
+    fn after(&self, eight: &'a Eight) -> Option<&'a Eight> {
+        match (eight.next(), self.second) {
+            (Some(next), _) => Some(&self.more[next as usize]),
+            (None, Some(second)) if std::ptr::eq(eight, self.first) => Some(second),
+            _ => None,
+        }
+    }
+
+    /// Goes through all slots, eight at a time; those not in use hold the dummy.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    pub fn for_each_eight(&self, mut act: impl FnMut(&[u32; DISC_LANES])) {
+        let mut without_link;
+        let mut rest = Some(self.first);
+        // One call, so that it is inlined.
+        while let Some(eight) = rest {
+            rest = self.after(eight);
+            let slots = if eight.next().is_some() {
+                without_link = eight.0;
+                without_link[DISC_LANES - 1] = self.dummy;
+                &without_link
+            } else {
+                &eight.0
+            };
+            act(slots);
+        }
     }
 
     /// The slots that are in use.
-    pub fn in_use(&self) -> &[u32] {
-        &self.slots[..self.count()]
-    }
-
-    /// Whether some discs have found no slot.
-    pub fn has_overflowed(&self) -> bool {
-        self.mark & OVERFLOWED != 0
+    pub fn slots(self) -> impl Iterator<Item = u32> {
+        let all = std::iter::successors(Some(self.first), move |eight| self.after(eight));
+        let all = all.flat_map(|eight| eight.0);
+        all.filter(move |&slot| slot < LINK && slot != self.dummy)
     }
 
     /// Whether a covering body is listed in the cell.
@@ -71,37 +110,59 @@ impl Around<'_> {
 pub(super) struct Neighbourhoods {
     columns: u32,
     rows: u32,
-    lists: Vec<List>,
-    /// How many slots are used, and the flags.
+    /// The slots of each cell's own, eight or sixteen.
+    lists: Vec<Eight>,
+    is_wide: bool,
+    /// How many of them are used, and the flags.
     marks: Vec<u8>,
-    /// What found no slot: cells with more discs around them than a list holds.
-    overflow: BTreeMap<u32, Vec<u32>>,
+    /// The others of long lists, and those of them that no list uses.
+    more: Vec<Eight>,
+    unused: Vec<u32>,
     dummy: u32,
 }
 
 impl Neighbourhoods {
-    /// Empty lists; `dummy` is the index that fills unused slots.
+    /// Empty lists, as wide as those before; `dummy` is the index that fills unused slots.
     pub fn lay_out(&mut self, columns: u32, rows: u32, dummy: u32) {
         let cells = (columns * rows) as usize;
         (self.columns, self.rows, self.dummy) = (columns, rows, dummy);
         self.lists.clear();
-        self.lists.resize(cells, List([dummy; SLOTS]));
+        self.lists.resize(cells << u32::from(self.is_wide), Eight([dummy; DISC_LANES]));
+        self.more.clear();
+        self.unused.clear();
         self.marks.clear();
         for cell in 0..cells as u32 {
             let (column, row) = (cell % columns, cell / columns);
             let inside = column > 0 && row > 0 && column + 1 < columns && row + 1 < rows;
             self.marks.push(if inside { 0 } else { AT_BORDER });
         }
-        self.overflow.clear();
+    }
+
+    /// Chooses how many slots lists have from how long they are. Tells whether that has changed; they are to be laid out anew
+    /// then.
+    pub fn fit_width(&mut self) -> bool {
+        let is_long = |&&mark: &&u8| mark & LONG != 0 || (mark & COUNT) as usize > DISC_LANES;
+        let long = self.marks.iter().filter(is_long).count();
+        let was_wide =
+            std::mem::replace(&mut self.is_wide, long * LISTS_FOR_EACH_LONG_ONE > self.marks.len());
+        was_wide != self.is_wide
     }
 
     pub fn heap_bytes(&self) -> usize {
-        let overflow: usize = self.overflow.values().map(|list| list.capacity() * size_of::<u32>()).sum();
-        self.lists.capacity() * size_of::<List>() + self.marks.capacity() + overflow
+        (self.lists.capacity() + self.more.capacity()) * size_of::<Eight>()
+            + self.unused.capacity() * size_of::<u32>()
+            + self.marks.capacity()
     }
 
     pub fn index(&self, cell: [u16; 2]) -> u32 {
         u32::from(cell[1]) * self.columns + u32::from(cell[0])
+    }
+
+    /// Where the slots of a cell's own begin.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    fn own(&self, cell: u32) -> usize {
+        (cell as usize) << u32::from(self.is_wide)
     }
 
     /// What stands around a cell.
@@ -116,27 +177,29 @@ impl Neighbourhoods {
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn list_of(&self, cell: u32) -> Around<'_> {
         let mark = self.marks[cell as usize];
-        Around { cell, slots: &self.lists[cell as usize].0, at_border: mark & AT_BORDER != 0, mark }
+        let first = self.own(cell);
+        let has_second = self.is_wide & ((mark & COUNT) as usize > DISC_LANES);
+        Around {
+            cell,
+            at_border: mark & AT_BORDER != 0,
+            mark,
+            first: &self.lists[first],
+            second: has_second.then(|| &self.lists[first + 1]),
+            more: &self.more,
+            dummy: self.dummy,
+        }
     }
 
-    /// The slots of a cell's list, if there is such a cell.
-    pub fn slots(&self, cell: [u16; 2]) -> Option<&[u32; SLOTS]> {
-        self.lists.get(self.index(cell) as usize).map(|list| &list.0)
+    /// The first eight slots of a cell's list, if there is such a cell.
+    pub fn first(&self, cell: [u16; 2]) -> Option<&[u32; DISC_LANES]> {
+        self.lists.get(self.own(self.index(cell))).map(|list| &list.0)
     }
 
     /// Asks for what stands around a cell, if there is such a cell.
     pub fn expect(&self, cell: [u16; 2]) {
-        let cell = self.index(cell) as usize;
-        vector::expect(&self.lists, cell);
-        vector::expect(&self.marks, cell);
-    }
-
-    /// What found no slot in the list of this cell.
-    pub fn overflow(&self, cell: u32) -> &[u32] {
-        if self.marks[cell as usize] & OVERFLOWED == 0 {
-            return &[];
-        }
-        self.overflow.get(&cell).map_or(&[], Vec::as_slice)
+        let cell = self.index(cell);
+        vector::expect(&self.lists, self.own(cell));
+        vector::expect(&self.marks, cell as usize);
     }
 
     pub fn set_covered(&mut self, cell: u32, covered: bool) {
@@ -146,9 +209,7 @@ impl Neighbourhoods {
 
     /// Every disc seen from a cell, with its image.
     pub fn seen_from(&self, cell: u32) -> impl Iterator<Item = (u32, [i32; 2])> {
-        let count = (self.marks[cell as usize] & COUNT) as usize;
-        let seen = self.lists[cell as usize].0[..count].iter().chain(self.overflow(cell));
-        seen.map(|&slot| (slot & INDEX_MASK, image_of(slot)))
+        self.list_of(cell).slots().map(|slot| (slot & INDEX_MASK, image_of(slot)))
     }
 
     /// Lists a disc in the nine cells around its own.
@@ -182,12 +243,28 @@ impl Neighbourhoods {
         let (ahead, sideways) = (strides[axis], strides[1 - axis]);
         let ahead = if direction > 0 { ahead } else { ahead.wrapping_neg() };
         let (behind, ahead) = (start.wrapping_sub(ahead), end.wrapping_add(ahead));
-        self.drop(behind - sideways, disc, K::find);
-        self.drop(behind, disc, K::find);
-        self.drop(behind + sideways, disc, K::find);
-        self.put(ahead - sideways, disc);
-        self.put(ahead, disc);
-        self.put(ahead + sideways, disc);
+        if self.is_wide {
+            self.move_inside::<K, 2>(disc, behind, ahead, sideways);
+        } else {
+            self.move_inside::<K, 1>(disc, behind, ahead, sideways);
+        }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    fn move_inside<K: Kernel, const EIGHTS: usize>(
+        &mut self,
+        disc: u32,
+        behind: u32,
+        ahead: u32,
+        sideways: u32,
+    ) {
+        self.drop::<EIGHTS>(behind - sideways, disc, K::find);
+        self.drop::<EIGHTS>(behind, disc, K::find);
+        self.drop::<EIGHTS>(behind + sideways, disc, K::find);
+        self.put::<EIGHTS>(ahead - sideways, disc);
+        self.put::<EIGHTS>(ahead, disc);
+        self.put::<EIGHTS>(ahead + sideways, disc);
     }
 
     #[inline(never)]
@@ -206,68 +283,133 @@ impl Neighbourhoods {
     fn add(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
         let (list, image) = self.neighbour(cell, offset);
         // Seen from over there, the disc stands the other way round the border.
-        self.put(list, disc | (image_code(-image[0]) | image_code(-image[1]) << 2) << INDEX_BITS);
+        let slot = disc | (image_code(-image[0]) | image_code(-image[1]) << 2) << INDEX_BITS;
+        if self.is_wide { self.put::<2>(list, slot) } else { self.put::<1>(list, slot) }
     }
 
     fn remove(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
         let (list, _) = self.neighbour(cell, offset);
         // At the border a slot says in which image the disc is seen.
-        self.drop(list, disc, |slots, disc| {
+        let find = |slots: &[u32; DISC_LANES], disc| {
             slots.iter().position(|&slot| slot & INDEX_MASK == disc).map_or(0, |place| 1 << place)
-        });
+        };
+        if self.is_wide { self.drop::<2>(list, disc, find) } else { self.drop::<1>(list, disc, find) }
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    fn put(&mut self, list: u32, slot: u32) {
+    fn put<const EIGHTS: usize>(&mut self, list: u32, slot: u32) {
+        let own = list as usize * EIGHTS;
         let mark = &mut self.marks[list as usize];
         let count = (*mark & COUNT) as usize;
-        if count < SLOTS {
-            self.lists[list as usize].0[count] = slot;
+        if count < DISC_LANES * EIGHTS {
+            self.lists[own + count / DISC_LANES].0[count % DISC_LANES] = slot;
             *mark += 1;
         } else {
-            self.put_aside(list, slot);
+            self.put_on_long(list, slot);
         }
     }
 
-    #[cold]
-    fn put_aside(&mut self, list: u32, slot: u32) {
-        self.marks[list as usize] |= OVERFLOWED;
-        self.overflow.entry(list).or_default().push(slot);
-    }
-
-    /// Takes a disc off a list, where `find` tells in which slots it stands.
+    /// Takes a disc off a list, where `find` tells in which of eight slots it stands.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    fn drop(&mut self, list: u32, disc: u32, find: impl Fn(&[u32; SLOTS], u32) -> u32) {
-        let slots = &mut self.lists[list as usize].0;
+    fn drop<const EIGHTS: usize>(
+        &mut self,
+        list: u32,
+        disc: u32,
+        find: impl Fn(&[u32; DISC_LANES], u32) -> u32,
+    ) {
+        let own = &mut self.lists[list as usize * EIGHTS..][..EIGHTS];
         let mark = &mut self.marks[list as usize];
-        let last = ((*mark & COUNT) as usize).wrapping_sub(1) & (SLOTS - 1);
-        let place = find(slots, disc).trailing_zeros() as usize;
-        if place <= last && *mark & OVERFLOWED == 0 {
+        let last = ((*mark & COUNT) as usize).wrapping_sub(1);
+        let mut places = find(&own[0].0, disc);
+        if EIGHTS == 2 {
+            places |= find(&own[1].0, disc) << DISC_LANES;
+        }
+        let place = places.trailing_zeros() as usize;
+        if *mark & LONG == 0 && last < DISC_LANES * EIGHTS && place <= last {
             *mark -= 1;
-            slots[place] = slots[last];
-            slots[last] = self.dummy;
+            own[place / DISC_LANES].0[place % DISC_LANES] = own[last / DISC_LANES].0[last % DISC_LANES];
+            own[last / DISC_LANES].0[last % DISC_LANES] = self.dummy;
         } else {
-            self.remove_overflowed(list, disc, place);
+            self.drop_from_long(list, disc);
         }
     }
 
-    /// Takes a disc off a list that has overflowed, and fills its slot from the overflow.
-    #[cold]
-    fn remove_overflowed(&mut self, list: u32, disc: u32, place: usize) {
-        let Some(overflow) = self.overflow.get_mut(&list) else { return };
-        if let Some(place) = overflow.iter().position(|&slot| slot & INDEX_MASK == disc) {
-            overflow.swap_remove(place);
-        } else if place < SLOTS
-            && let Some(slot) = overflow.pop()
-        {
-            self.lists[list as usize].0[place] = slot;
+    /// Puts a slot on a list that is long, or becomes so.
+    #[inline(never)]
+    fn put_on_long(&mut self, list: u32, slot: u32) {
+        let (last, _) = self.ends(list);
+        let dummy = self.dummy;
+        let slots = self.eight(list, last);
+        if let Some(free) = slots.iter_mut().find(|free| **free == dummy) {
+            *free = slot;
+            return;
         }
-        if overflow.is_empty() {
-            self.overflow.remove(&list);
-            self.marks[list as usize] &= !OVERFLOWED;
+        let mut both = [dummy; DISC_LANES];
+        [both[0], both[1]] = [slots[DISC_LANES - 1], slot];
+        let next = self.unused.pop().unwrap_or(self.more.len() as u32);
+        if next as usize == self.more.len() {
+            self.more.push(Eight(both));
+        } else {
+            self.more[next as usize] = Eight(both);
         }
+        self.eight(list, last)[DISC_LANES - 1] = LINK | next;
+        self.marks[list as usize] |= LONG;
+    }
+
+    /// Takes a disc off a long list, and puts what was last there in its place.
+    #[inline(never)]
+    fn drop_from_long(&mut self, list: u32, disc: u32) {
+        let (Some(last), before) = self.ends(list) else { return };
+        let dummy = self.dummy;
+        let slots = &mut self.more[last as usize].0;
+        let used = slots.iter().take_while(|&&slot| slot != dummy).count();
+        let moved = std::mem::replace(&mut slots[used - 1], dummy);
+        if used == 2 {
+            // The one that is left goes to where the link was.
+            let left = slots[0];
+            self.unused.push(last);
+            self.eight(list, before)[DISC_LANES - 1] = left;
+            if before.is_none() {
+                self.marks[list as usize] &= !LONG;
+            }
+        }
+        if moved & INDEX_MASK == disc {
+            return;
+        }
+        let is_disc = |slot: &&mut u32| **slot < LINK && **slot & INDEX_MASK == disc;
+        let own = self.own(list);
+        if let Some(slot) = self.lists[own].0.iter_mut().find(is_disc) {
+            *slot = moved;
+            return;
+        }
+        let mut at = Some(None);
+        while let Some(number) = at {
+            let slots = self.eight(list, number);
+            at = Eight(*slots).next().map(Some);
+            if let Some(slot) = slots.iter_mut().find(is_disc) {
+                *slot = moved;
+                return;
+            }
+        }
+    }
+
+    /// The last eight of a list and those before them; its own have no number.
+    fn ends(&self, list: u32) -> (Option<u32>, Option<u32>) {
+        let (mut last, mut before) = (None, None);
+        let mut eight = &self.lists[self.own(list) + usize::from(self.is_wide)];
+        while let Some(next) = eight.next() {
+            (last, before) = (Some(next), last);
+            eight = &self.more[next as usize];
+        }
+        (last, before)
+    }
+
+    /// The eight of this number, or the last eight of a list's own.
+    fn eight(&mut self, list: u32, number: Option<u32>) -> &mut [u32; DISC_LANES] {
+        let last_of_own = self.own(list) + usize::from(self.is_wide);
+        &mut number.map_or(&mut self.lists[last_of_own], |number| &mut self.more[number as usize]).0
     }
 
     /// A cell at an offset of at most one from another, and how many boxes away it lies.
@@ -306,7 +448,7 @@ mod tests {
         /// Any discs in any cells (all in one, too), moved about: the lists are what they should be.
         #[test]
         fn lists_hold_exactly_the_discs_around(
-            columns in 3u16..6, rows in 3u16..6, crowd in any::<bool>(),
+            columns in 3u16..6, rows in 3u16..6, crowd in any::<bool>(), is_wide in any::<bool>(),
             starts in prop::collection::vec((0u16..6, 0u16..6), 1..60),
             moves in prop::collection::vec((0usize..60, 0usize..2, any::<bool>()), 0..200),
         ) {
@@ -315,7 +457,7 @@ mod tests {
                 .iter()
                 .map(|&(x, y)| if crowd { [0, 0] } else { [x % columns, y % rows] })
                 .collect();
-            let mut lists = Neighbourhoods::default();
+            let mut lists = Neighbourhoods { is_wide, ..Neighbourhoods::default() };
             lists.lay_out(u32::from(columns), u32::from(rows), cells.len() as u32);
             for (disc, &cell) in cells.iter().enumerate() {
                 lists.enter(disc as u32, cell);

@@ -78,12 +78,15 @@ impl State {
         candidates.clear();
         for tile in &covering.tiles {
             let list = self.neighbourhoods.list_of(tile.who);
-            if by_lists && tile.image == [0; 2] && !list.at_border && !list.has_overflowed() {
-                let soonest = K::inside(question, list);
-                if !soonest.is_doubtful() {
-                    pairs += list.count() as u64;
+            if by_lists && tile.image == [0; 2] && !list.at_border {
+                let soonest = match list.plain() {
+                    Some((slots, None)) => K::eight(question, None, slots).among(slots),
+                    _ => K::any(&question, &list),
+                };
+                if !soonest.is_doubtful {
+                    pairs += list.slots().count() as u64;
                     if soonest.time < f64::INFINITY {
-                        let other = list.slots[(soonest.slots.trailing_zeros() & 15) as usize];
+                        let other = soonest.slot;
                         let image = self.path_image([body, other], [0; 2]);
                         best.offer(now + soonest.time, other, Pending { parts: Parts::Discs, image });
                     }

@@ -14,7 +14,7 @@ use std::arch::x86_64::{
 
 use carom_kinematics::HALF_ULP;
 
-use super::{Around, DISC_LANES, INDEX_MASK, Kernel, Like, Line, Question, SLOTS, Soonest, image_of};
+use super::{Around, DISC_LANES, INDEX_MASK, Kernel, Like, Line, Question, Soonest, SoonestSlot, image_of};
 
 /// Four numbers at a time. To be used in code compiled for AVX2 only: this is what its functions rely on.
 pub(in crate::cells) struct Avx2;
@@ -22,16 +22,18 @@ pub(in crate::cells) struct Avx2;
 impl Kernel for Avx2 {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn inside(question: Question<'_>, list: Around<'_>) -> Soonest {
+    fn eight(question: Question<'_>, like: Option<&Like>, slots: &[u32; DISC_LANES]) -> Soonest {
         // SAFETY: `Avx2` is named only in functions that are compiled for AVX2 and called where it is there.
-        unsafe { soonest::<false>(&question, &list) }
+        unsafe { eight::<false>(&question, like, slots) }
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn at_border(question: Question<'_>, list: Around<'_>) -> Soonest {
+    fn any(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
         // SAFETY: as above.
-        unsafe { soonest_at_border(question, list) }
+        unsafe {
+            if list.at_border { soonest::<true>(question, list) } else { soonest::<false>(question, list) }
+        }
     }
 
     #[inline(always)]
@@ -53,7 +55,7 @@ impl Kernel for Avx2 {
             let high = Four::of_flights(from, now, like, [far_x, far_y, far_vx, far_vy], shift);
             // Most often nobody closes, and the roots and quotients are left out.
             let closing = _mm256_or_pd(low.closes, high.closes);
-            if _mm256_movemask_pd(closing) == 0 { None } else { Some(soonest_of(low, high, 0)) }
+            if _mm256_movemask_pd(closing) == 0 { None } else { Some(soonest_of(low, high)) }
         }
     }
 
@@ -66,15 +68,12 @@ impl Kernel for Avx2 {
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn find(slots: &[u32; SLOTS], slot: u32) -> u32 {
-        // SAFETY: as above; eight of the sixteen slots begin at each of the two places that are read.
+    fn find(slots: &[u32; DISC_LANES], slot: u32) -> u32 {
+        // SAFETY: as above; eight slots are read where eight slots are.
         unsafe {
-            let wanted = _mm256_set1_epi32(slot as i32);
-            let eight = |first: usize| {
-                let slots = _mm256_loadu_si256(slots.as_ptr().add(first).cast());
-                _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(slots, wanted))) as u32
-            };
-            eight(0) | eight(DISC_LANES) << DISC_LANES
+            let slots = _mm256_loadu_si256(slots.as_ptr().cast());
+            let equal = _mm256_cmpeq_epi32(slots, _mm256_set1_epi32(slot as i32));
+            _mm256_movemask_ps(_mm256_castsi256_ps(equal)) as u32
         }
     }
 }
@@ -90,11 +89,12 @@ fn store(numbers: &mut [f64; 4], register: __m256d) {
     }
 }
 
+/// Of any list: with or without images, discs alike or not, eight or more.
 #[target_feature(enable = "avx2")]
 #[inline(never)]
-fn soonest_at_border(question: Question<'_>, list: Around<'_>) -> Soonest {
+fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
     // SAFETY: this function itself requires AVX2.
-    unsafe { soonest::<true>(&question, &list) }
+    SoonestSlot::of(list, |slots| unsafe { eight::<IMAGES>(question, question.like.as_ref(), slots) })
 }
 
 /// Inlined in any case: a call would write registers to memory and read them back.
@@ -103,46 +103,29 @@ fn soonest_at_border(question: Question<'_>, list: Around<'_>) -> Soonest {
 /// Only in code that is compiled for AVX2.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> Soonest {
-    // SAFETY: the caller vouches for AVX2, which is all that these functions need.
-    unsafe {
-        let [first, second] = list.halves();
-        let soonest = eight::<IMAGES>(question, first, 0);
-        if list.count() > DISC_LANES {
-            soonest.or(eight::<IMAGES>(question, second, DISC_LANES))
-        } else {
-            soonest
-        }
-    }
-}
-
-/// # Safety
-/// As [`soonest`].
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 unsafe fn eight<const IMAGES: bool>(
     question: &Question<'_>,
+    like: Option<&Like>,
     slots: &[u32; DISC_LANES],
-    first: usize,
 ) -> Soonest {
     // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
     unsafe {
         let [a, b, c, d, e, f, g, h] = bodies::<IMAGES>(question, slots);
         let [s, t, u, v, w, x, y, z] = *slots;
         let shifts = |slots| IMAGES.then(|| shifts(question, slots));
-        let low = Four::of_lines(question, [a, b, c, d], shifts([s, t, u, v]));
-        let high = Four::of_lines(question, [e, f, g, h], shifts([w, x, y, z]));
-        soonest_of(low, high, first)
+        let low = Four::of_lines(question, like, [a, b, c, d], shifts([s, t, u, v]));
+        let high = Four::of_lines(question, like, [e, f, g, h], shifts([w, x, y, z]));
+        soonest_of(low, high)
     }
 }
 
-/// The soonest of eight, in the slots from `first` on.
+/// The soonest of eight.
 ///
 /// # Safety
-/// As [`soonest`].
+/// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn soonest_of(low: Four, high: Four, first: usize) -> Soonest {
+unsafe fn soonest_of(low: Four, high: Four) -> Soonest {
     // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
     unsafe {
         let in_contact = _mm256_or_pd(low.in_contact(), high.in_contact());
@@ -154,7 +137,7 @@ unsafe fn soonest_of(low: Four, high: Four, first: usize) -> Soonest {
         let equal = |times| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(times, spread)) as u32;
         Soonest {
             time,
-            slots: (equal(low) | equal(high) << 4) << first,
+            slots: equal(low) | equal(high) << 4,
             in_contact: _mm256_movemask_pd(in_contact) != 0,
         }
     }
@@ -163,7 +146,7 @@ unsafe fn soonest_of(low: Four, high: Four, first: usize) -> Soonest {
 /// By how much the discs in four slots are shifted by the images in which they are seen (length), x and y.
 ///
 /// # Safety
-/// As [`soonest`].
+/// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 unsafe fn shifts(question: &Question<'_>, slots: [u32; 4]) -> [__m256d; 2] {
@@ -179,7 +162,7 @@ unsafe fn shifts(question: &Question<'_>, slots: [u32; 4]) -> [__m256d; 2] {
 /// The eight bodies of eight slots; a slot without an image is an index itself.
 ///
 /// # Safety
-/// As [`soonest`].
+/// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 unsafe fn bodies<'a, const IMAGES: bool>(
@@ -226,18 +209,19 @@ impl Four {
     /// Four bodies by their lines, seen in images that shift them by `shifts` (length).
     ///
     /// # Safety
-    /// As [`soonest`].
+    /// As [`eight`].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     unsafe fn of_lines(
         question: &Question<'_>,
+        like: Option<&Like>,
         [a, b, c, d]: [&Line; 4],
         shifts: Option<[__m256d; 2]>,
     ) -> Self {
         // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
         unsafe {
             let load = |row: &[f64; 4]| _mm256_setr_pd(row[0], row[1], row[2], row[3]);
-            let (sigma_squared, touching) = if let Some(like) = &question.like {
+            let (sigma_squared, touching) = if let Some(like) = like {
                 (_mm256_set1_pd(like.sigma_squared), _mm256_set1_pd(like.touching))
             } else {
                 let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
@@ -273,7 +257,7 @@ impl Four {
     /// Four discs by their flights, number by number, seen shifted (length).
     ///
     /// # Safety
-    /// As [`soonest`].
+    /// As [`eight`].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     unsafe fn of_flights(
@@ -302,7 +286,7 @@ impl Four {
     /// Four discs from their places and velocities.
     ///
     /// # Safety
-    /// As [`soonest`].
+    /// As [`eight`].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     unsafe fn of(
@@ -330,7 +314,7 @@ impl Four {
     /// Times of contact, infinite for never.
     ///
     /// # Safety
-    /// As [`soonest`].
+    /// As [`eight`].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     unsafe fn times(self) -> __m256d {
@@ -346,7 +330,7 @@ impl Four {
     /// A mask of those that need a closer look.
     ///
     /// # Safety
-    /// As [`soonest`].
+    /// As [`eight`].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     unsafe fn in_contact(self) -> __m256d {

@@ -28,7 +28,7 @@ use glam::DVec2;
 use super::{
     Instructions, State,
     line::{INDEX_MASK, Line},
-    neighbourhood::{Around, SLOTS, image_of},
+    neighbourhood::{Around, image_of},
 };
 use crate::{ContactEvent, EventLoop, EventQueue, World};
 
@@ -72,24 +72,35 @@ impl Like {
     }
 }
 
-/// The answer.
+/// The answer of eight discs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Soonest {
     /// From now on, infinite for never.
     pub time: f64,
-    /// Which slots are touched then, a bit each.
+    /// Which of them are touched then, a bit each.
     pub slots: u32,
     /// Some pair touches to rounding, or overlaps, while it seems to close: the question needs a closer look.
     pub in_contact: bool,
 }
 
+/// The answer of a list.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SoonestSlot {
+    /// From now on, infinite for never.
+    pub time: f64,
+    /// The slot of who is touched then; any for never.
+    pub slot: u32,
+    /// Whether the question needs a closer look.
+    pub is_doubtful: bool,
+}
+
 /// How the question is answered: with which instructions. The numbers are the same.
 pub(super) trait Kernel {
-    /// The answer where every disc of the list is seen without an image.
-    fn inside(question: Question<'_>, list: Around<'_>) -> Soonest;
+    /// The answer of eight discs, none of them seen through the border of the box, and all alike if so told.
+    fn eight(question: Question<'_>, like: Option<&Like>, slots: &[u32; DISC_LANES]) -> Soonest;
 
-    /// The answer at the border of the box, where a slot says in which image its disc is seen.
-    fn at_border(question: Question<'_>, list: Around<'_>) -> Soonest;
+    /// The answer of any list.
+    fn any(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot;
 
     /// The answer to a disc on its flight, at a time, for eight like discs on theirs, seen shifted (length); none if nobody
     /// comes to a contact.
@@ -106,7 +117,7 @@ pub(super) trait Kernel {
     fn write(flight: &mut [f64; 4], numbers: [f64; 4]);
 
     /// The slots that hold `slot`, a bit each.
-    fn find(slots: &[u32; SLOTS], slot: u32) -> u32;
+    fn find(slots: &[u32; DISC_LANES], slot: u32) -> u32;
 }
 
 impl Question<'_> {
@@ -164,9 +175,9 @@ impl Question<'_> {
 }
 
 impl Soonest {
-    /// The soonest of eight times, in the slots from `first` on.
+    /// The soonest of eight times.
     #[inline]
-    fn of(times: &[f64; DISC_LANES], in_contact: bool, first: usize) -> Self {
+    fn of(times: &[f64; DISC_LANES], in_contact: bool) -> Self {
         // Halved again and again: one after the other they would have to wait for each other.
         let least = |a: f64, b: f64| if b < a { b } else { a };
         let [a, b, c, d, e, f, g, h] = *times;
@@ -177,7 +188,7 @@ impl Soonest {
         for (lane, &other) in times.iter().enumerate() {
             slots |= if other == time { 1_u64 << lane } else { 0 };
         }
-        Self { time, slots: (slots as u32) << first, in_contact }
+        Self { time, slots: slots as u32, in_contact }
     }
 
     /// Whether the question needs a closer look: several are touched at once, or something may touch already. Nobody is
@@ -189,14 +200,35 @@ impl Soonest {
         (several & (self.time < f64::INFINITY)) | self.in_contact
     }
 
+    /// Who is touched, of those in the slots that were asked.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn or(self, other: Self) -> Self {
-        let (mine, its) = (self.time <= other.time, other.time <= self.time);
+    pub fn among(self, slots: &[u32; DISC_LANES]) -> SoonestSlot {
+        let lowest = self.slots.trailing_zeros() as usize % DISC_LANES;
+        SoonestSlot { time: self.time, slot: slots[lowest], is_doubtful: self.is_doubtful() }
+    }
+}
+
+impl SoonestSlot {
+    /// The soonest of a list, eight of which are asked at a time.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    fn of(list: &Around<'_>, ask: impl Fn(&[u32; DISC_LANES]) -> Soonest) -> Self {
+        let mut soonest = Self { time: f64::INFINITY, slot: 0, is_doubtful: false };
+        list.for_each_eight(|slots| soonest = soonest.or(ask(slots).among(slots)));
+        soonest
+    }
+
+    /// The sooner of both; in doubt if they are at one time.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    pub fn or(self, other: Self) -> Self {
+        let is_later = other.time > self.time;
+        let several = (other.time == self.time) & (other.time < f64::INFINITY);
         Self {
-            time: if its { other.time } else { self.time },
-            slots: if mine { self.slots } else { 0 } | if its { other.slots } else { 0 },
-            in_contact: self.in_contact | other.in_contact,
+            time: if is_later { self.time } else { other.time },
+            slot: if is_later { self.slot } else { other.slot },
+            is_doubtful: self.is_doubtful | other.is_doubtful | several,
         }
     }
 }
@@ -205,30 +237,23 @@ impl Soonest {
 pub(super) struct Portable;
 
 impl Portable {
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
-    fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> Soonest {
-        let [first, second] = list.halves();
-        let soonest = Self::eight_of::<IMAGES>(question, first, 0);
-        if list.count() > DISC_LANES {
-            soonest.or(Self::eight_of::<IMAGES>(question, second, DISC_LANES))
-        } else {
-            soonest
-        }
+    #[inline(never)]
+    fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
+        SoonestSlot::of(list, |slots| Self::eight_of::<IMAGES>(question, question.like.as_ref(), slots))
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
     fn eight_of<const IMAGES: bool>(
         question: &Question<'_>,
+        like: Option<&Like>,
         slots: &[u32; DISC_LANES],
-        first: usize,
     ) -> Soonest {
-        if let Some(Like { sigma_squared, touching, .. }) = question.like {
-            return Self::eight::<IMAGES>(question, slots, first, |_| (sigma_squared, touching));
+        if let Some(&Like { sigma_squared, touching, .. }) = like {
+            return Self::eight_with::<IMAGES>(question, slots, |_| (sigma_squared, touching));
         }
         let (radius, error) = (question.from.radius, question.separation_error);
-        Self::eight::<IMAGES>(question, slots, first, |other| {
+        Self::eight_with::<IMAGES>(question, slots, |other| {
             let Like { sigma_squared, touching, .. } = Like::at(other.radius + radius, error);
             (sigma_squared, touching)
         })
@@ -238,10 +263,9 @@ impl Portable {
     /// (length squared), and by how much more that of a pair is that may touch already.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
-    fn eight<const IMAGES: bool>(
+    fn eight_with<const IMAGES: bool>(
         question: &Question<'_>,
         slots: &[u32; DISC_LANES],
-        first: usize,
         like: impl Fn(&Line) -> (f64, f64),
     ) -> Soonest {
         let Question { lines, from, now, sides, .. } = *question;
@@ -269,10 +293,10 @@ impl Portable {
             (sigma_squared * (vx * vx + vy * vy) - cross * cross).write_to_slice(&mut discriminant[lane..]);
             DVec2::new(one_touching, other_touching).write_to_slice(&mut touching[lane..]);
         }
-        Self::soonest_of(&b, &c, &discriminant, &touching, first)
+        Self::soonest_of(&b, &c, &discriminant, &touching)
     }
 
-    /// The soonest of eight discs, in the slots from `first` on: with d and v from the asking to the other disc, b = d·v,
+    /// The soonest of eight discs: with d and v from the asking to the other disc, b = d·v,
     /// c = d·d − σ² and the discriminant σ² v² − (d × v)²; c of a pair that may touch already is `touching` at most.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as writing all this down")]
@@ -281,7 +305,6 @@ impl Portable {
         c: &[f64; DISC_LANES],
         discriminant: &[f64; DISC_LANES],
         touching: &[f64; DISC_LANES],
-        first: usize,
     ) -> Soonest {
         let mut times = [f64::INFINITY; DISC_LANES];
         // Counted in as many bits as a number has, so that registers of numbers do it.
@@ -293,19 +316,24 @@ impl Portable {
             touching_now += u64::from(closes & (c[lane] <= touching[lane]));
             times[lane] = if closes { c[lane] / (root - b[lane]) } else { f64::INFINITY };
         }
-        Soonest::of(&times, touching_now > 0, first)
+        Soonest::of(&times, touching_now > 0)
     }
 }
 
 impl Kernel for Portable {
-    #[inline]
-    fn inside(question: Question<'_>, list: Around<'_>) -> Soonest {
-        Self::soonest::<false>(&question, &list)
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as writing the question down")]
+    fn eight(question: Question<'_>, like: Option<&Like>, slots: &[u32; DISC_LANES]) -> Soonest {
+        Self::eight_of::<false>(&question, like, slots)
     }
 
-    #[inline(never)]
-    fn at_border(question: Question<'_>, list: Around<'_>) -> Soonest {
-        Self::soonest::<true>(&question, &list)
+    #[inline]
+    fn any(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
+        if list.at_border {
+            Self::soonest::<true>(question, list)
+        } else {
+            Self::soonest::<false>(question, list)
+        }
     }
 
     #[inline]
@@ -334,7 +362,7 @@ impl Kernel for Portable {
         if closing == 0 {
             return None;
         }
-        Some(Self::soonest_of(&b, &c, &discriminant, &[like.touching; DISC_LANES], 0))
+        Some(Self::soonest_of(&b, &c, &discriminant, &[like.touching; DISC_LANES]))
     }
 
     #[inline]
@@ -343,7 +371,7 @@ impl Kernel for Portable {
     }
 
     #[inline]
-    fn find(slots: &[u32; SLOTS], slot: u32) -> u32 {
+    fn find(slots: &[u32; DISC_LANES], slot: u32) -> u32 {
         let mut found = 0;
         for (place, &other) in slots.iter().enumerate() {
             found |= u32::from(other == slot) << place;
@@ -507,13 +535,14 @@ mod tests {
             lanes.set(lane, separation, velocity, radius + radius);
         });
         let (times, in_contact) = lanes.closed_form();
-        let soonest = Soonest::of(&times, in_contact, 0);
+        let soonest = Soonest::of(&times, in_contact);
         (soonest.time < f64::INFINITY).then_some(soonest)
     }
 
     /// A question that can be put to any kernel.
     trait Put {
-        fn to<K: Kernel>(&self) -> Option<Soonest>;
+        type Answer;
+        fn to<K: Kernel>(&self) -> Self::Answer;
     }
 
     /// To the discs of a block.
@@ -529,22 +558,30 @@ mod tests {
     struct List<'a>(Question<'a>, Around<'a>);
 
     impl Put for Block<'_> {
+        type Answer = Option<Soonest>;
+
         fn to<K: Kernel>(&self) -> Option<Soonest> {
             K::in_block(self.from, self.now, self.like, self.flights, self.shift)
         }
     }
 
     impl Put for List<'_> {
-        fn to<K: Kernel>(&self) -> Option<Soonest> {
-            Some(if self.1.at_border { K::at_border(self.0, self.1) } else { K::inside(self.0, self.1) })
+        type Answer = SoonestSlot;
+
+        fn to<K: Kernel>(&self) -> SoonestSlot {
+            let soonest = K::any(&self.0, &self.1);
+            if let Some((slots, None)) = self.1.plain() {
+                assert_eq!(K::eight(self.0, self.0.like.as_ref(), slots).among(slots), soonest);
+            }
+            soonest
         }
     }
 
-    fn with_widest(question: &impl Put) -> Option<Soonest> {
+    fn with_widest<Q: Put>(question: &Q) -> Q::Answer {
         #[cfg(target_arch = "x86_64")]
         {
             #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-            fn with_avx2(question: &impl Put) -> Option<Soonest> {
+            fn with_avx2<Q: Put>(question: &Q) -> Q::Answer {
                 question.to::<avx2::Avx2>()
             }
             if available(Instructions::Widest) == Instructions::Widest {
@@ -567,6 +604,7 @@ mod tests {
             others in prop::collection::vec(
                 (0u16..5, 0u16..5, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64), 1..40),
             kinds in prop::collection::vec(0u8..6, 40), alike in any::<bool>(), at_border in any::<bool>(),
+            may_be_wide in any::<bool>(),
             velocity in (-1.0..1.0f64, -1.0..1.0f64), now in 0.0..2.0f64,
         ) {
             let radius = |kind: u8| if alike { 0.15 } else { 0.05 + 0.05 * f64::from(kind) };
@@ -591,9 +629,15 @@ mod tests {
             let dummy = lines.len() as u32;
             lines.push(Line::dummy());
             let mut neighbourhoods = Neighbourhoods::default();
-            neighbourhoods.lay_out(5, 5, dummy);
-            for (disc, &(column, row, ..)) in others.iter().enumerate() {
-                neighbourhoods.enter(disc as u32 + 1, [column, row]);
+            let list_all = |neighbourhoods: &mut Neighbourhoods| {
+                neighbourhoods.lay_out(5, 5, dummy);
+                for (disc, &(column, row, ..)) in others.iter().enumerate() {
+                    neighbourhoods.enter(disc as u32 + 1, [column, row]);
+                }
+            };
+            list_all(&mut neighbourhoods);
+            if may_be_wide && neighbourhoods.fit_width() {
+                list_all(&mut neighbourhoods);
             }
             let list = neighbourhoods.list(if at_border { [4, 0] } else { [2, 2] });
             prop_assert_eq!(list.at_border, at_border);
@@ -605,13 +649,32 @@ mod tests {
                 sides: [1.0, 0.75],
                 like: alike.then(|| Like::new(0.15, 1e-15)),
             };
-            let [first, second] = list.halves().map(|slots| question.lanes(slots, at_border).closed_form());
-            let first = Soonest::of(&first.0, first.1, 0);
-            let second = Soonest::of(&second.0, second.1, DISC_LANES);
-            let expected = if list.count() > DISC_LANES { first.or(second) } else { first };
+            // Every slot on its own, in the order of the list.
+            let slots: Vec<u32> = list.slots().collect();
+            let (mut times, mut in_contact) = (Vec::new(), false);
+            for some in slots.chunks(DISC_LANES) {
+                let mut eight = [dummy; DISC_LANES];
+                eight[..some.len()].copy_from_slice(some);
+                let (times_of_some, touching) = question.lanes(&eight, at_border).closed_form();
+                times.extend(&times_of_some[..some.len()]);
+                in_contact |= touching;
+            }
+            let least = times.iter().copied().fold(f64::INFINITY, f64::min);
+            let touched = times.iter().filter(|&&time| time == least && time < f64::INFINITY).count();
             let question = List(question, list);
-            prop_assert_eq!(bits(question.to::<Portable>()), bits(Some(expected)));
-            prop_assert_eq!(bits(with_widest(&question)), bits(Some(expected)));
+            let answers = [question.to::<Portable>(), with_widest(&question)];
+            for answer in answers {
+                prop_assert_eq!(answer.time.to_bits(), least.to_bits());
+                // Doubt costs time only; its absence is a promise.
+                prop_assert!(answer.is_doubtful || (touched < 2 && !in_contact));
+                if touched == 1 {
+                    let place = times.iter().position(|&time| time == least);
+                    prop_assert_eq!(Some(answer.slot), place.map(|place| slots[place]));
+                }
+            }
+            prop_assert_eq!(answers[0], answers[1]);
+            // Of no more than eight, doubt is exactly what it should be.
+            prop_assert!(slots.len() > DISC_LANES || answers[0].is_doubtful == (touched > 1 || in_contact));
         }
 
         /// Eight flights, some places empty, some discs touching, some twice there: the same answer in all three ways.
