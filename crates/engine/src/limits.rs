@@ -8,10 +8,13 @@ use crate::{BodyName, RunError, TagNames, World};
 /// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose digits.
 const TURNS_PER_EPOCH: f64 = 64.0;
 
-/// Sides of the box after which an epoch ends in which one body alone moves. Among others a body meets many within one side;
-/// alone it may fly several sides from contact to contact, and would begin more epochs than it has contacts. Smaller: that.
-/// Larger: places lose digits.
-const SIDES_PER_EPOCH_OF_BILLIARD: f64 = 8.0;
+/// Mean free paths after which an epoch may end: an epoch costs a prediction of every body. Fewer: that. More: places lose
+/// digits.
+const FREE_PATHS_PER_EPOCH: f64 = 64.0;
+
+/// Sides of the box after which an epoch ends however few contacts there are. Smaller: a thin gas begins more epochs than it has
+/// contacts. Larger: places lose digits.
+const MOST_SIDES_PER_EPOCH: f64 = 8.0;
 
 /// An epoch older than this many stretches of a body that has become so much faster ends with the contact that made it so:
 /// at such a speed, the rounding of the time itself would be too coarse. Larger: places lose digits. Smaller: more epochs.
@@ -35,13 +38,16 @@ pub(crate) struct Limits {
     fastest_squared: f64,
     /// Magnitude of the spin at which `time` was set.
     fastest_spin: f64,
+    /// How far the fastest body may go (length).
+    way: f64,
 }
 
 impl Limits {
     /// For bodies of so much speed and spin at most, and after so many contacts at the latest.
     pub fn new(world: &World, fastest_squared: f64, fastest_spin: f64, contacts: u64) -> Self {
-        let time = stretch(world, fastest_squared, fastest_spin);
-        Self { time, contacts_left: contacts, fastest_squared, fastest_spin }
+        let way = way_per_epoch(world);
+        let time = stretch(way, fastest_squared, fastest_spin);
+        Self { time, contacts_left: contacts, fastest_squared, fastest_spin, way }
     }
 
     /// When the epoch ends at the latest (offset in it, time).
@@ -76,7 +82,7 @@ impl Limits {
         let speed_squared = velocities[0].length_squared().max(velocities[1].length_squared());
         self.fastest_squared = self.fastest_squared.max(speed_squared);
         self.fastest_spin = self.fastest_spin.max(spin);
-        let stretch = stretch(world, self.fastest_squared, self.fastest_spin);
+        let stretch = stretch(self.way, self.fastest_squared, self.fastest_spin);
         self.time = self.time.min(now + stretch);
         if now > STALE_STRETCHES * stretch {
             self.contacts_left = 1;
@@ -101,9 +107,25 @@ impl Limits {
     }
 }
 
-/// How many sides of the box the fastest body goes in an epoch at most.
+/// How many sides of the box the fastest body goes in an epoch at most: one, or more in a thin gas.
 pub(crate) fn sides_per_epoch(world: &World) -> f64 {
-    if world.is_billiard() { SIDES_PER_EPOCH_OF_BILLIARD } else { 1.0 }
+    if world.is_billiard() {
+        return MOST_SIDES_PER_EPOCH;
+    }
+    let sides = world.bounds.sides();
+    let (mut moving, mut largest) = (0_u32, 0.0_f64);
+    for body in world.bodies.iter().filter(|body| !body.is_fixed()) {
+        moving += 1;
+        largest = largest.max(body.reach());
+    }
+    // 1 / (√8 n σ), with the diameter σ of the largest: the kinetic theory of n discs in a unit of area.
+    let free_path = sides.x * sides.y / (8.0_f64.sqrt() * f64::from(moving) * (2.0 * largest));
+    (FREE_PATHS_PER_EPOCH * free_path / sides.min_element()).clamp(1.0, MOST_SIDES_PER_EPOCH)
+}
+
+/// How far the fastest body goes in an epoch at most (length).
+fn way_per_epoch(world: &World) -> f64 {
+    sides_per_epoch(world) * world.bounds.sides().min_element()
 }
 
 /// Refuses a run in which a fast body makes the epochs so short that another no longer moves, or nearly so.
@@ -131,12 +153,13 @@ pub(crate) fn refuse_outpaced(
         way(index) > 0.0 && way(index) < rounding && going > UNSEEN * side
     };
     let all = 0..world.motions.len();
+    let way_per_epoch = way_per_epoch(world);
     let slowest = all.clone().filter(outpaced).min_by(|&one, &other| way(one).total_cmp(&way(other)));
     let Some(slow) = slowest else { return Ok(()) };
     let shortest = |&one: &usize, &other: &usize| {
         let of = |index: usize| {
             let motion = &world.motions[index];
-            self::stretch(world, motion.velocity.length_squared(), motion.angular_velocity.abs())
+            self::stretch(way_per_epoch, motion.velocity.length_squared(), motion.angular_velocity.abs())
         };
         of(one).total_cmp(&of(other))
     };
@@ -152,8 +175,7 @@ pub(crate) fn refuse_outpaced(
     })
 }
 
-/// How long a body of this speed and spin may fly before its place or angle has used up digits (time).
-fn stretch(world: &World, speed_squared: f64, spin: f64) -> f64 {
-    let way = sides_per_epoch(world) * world.bounds.sides().min_element();
+/// How long a body of this speed and spin may fly before it has gone so far, or its angle has used up digits (time).
+fn stretch(way: f64, speed_squared: f64, spin: f64) -> f64 {
     (way / speed_squared.sqrt()).min(TURNS_PER_EPOCH * std::f64::consts::TAU / spin)
 }
