@@ -319,4 +319,4 @@ fn the_trajectory_is_pinned() {
 }
 
 /// With the thesis's scheduler, and with the fast one.
-const PINNED: [u64; 2] = [0x54d9_c853_3363_4a17, 0xf274_831c_ee2b_ee7f];
+const PINNED: [u64; 2] = [0x7179_2ff4_ab13_55cf, 0x1487_b124_244b_ce29];

@@ -10,7 +10,7 @@ const TURNS_PER_EPOCH: f64 = 64.0;
 
 /// Mean free paths after which an epoch may end: an epoch costs a prediction of every body. Fewer: that. More: places lose
 /// digits.
-const FREE_PATHS_PER_EPOCH: f64 = 64.0;
+const FREE_PATHS_PER_EPOCH: f64 = 32.0;
 
 /// Sides of the box after which an epoch ends however few contacts there are. Smaller: a thin gas begins more epochs than it has
 /// contacts. Larger: places lose digits.
