@@ -238,7 +238,7 @@ fn a_body_too_fast_for_another_to_be_seen_moving_has_its_name() {
 
 fn check_outpaced<S: Scheduler>(options: &S::Options) {
     let with_slow = |fast| scene(vec![fast, disc(0.02, 1.0, [0.7, 0.1], [1.0, 0.25])]);
-    // 64 turns, in which an epoch ends, or a crossing of the box, in which the slow disc moves by 1e-14 of the side.
+    // 64 turns, in which an epoch ends, or a few crossings of the box, in which the slow disc moves by some 1e-14 of the side.
     let rotor = |spin: f64| MoleculeSpec { angular_velocity: spin, ..named("rod:6", 0.02, 10.0, [0.3, 0.5]) };
     let flier = |speed: f64| disc(0.02, 1.0, [0.3, 0.5], [speed, 0.0]);
     let ended = |scene: &Scene, until: f64| simulate::<S>(scene, options).run_until(until);

@@ -183,8 +183,10 @@ pub enum RunError {
         /// How many contacts.
         contacts: u32,
     },
-    /// A body is so fast that the time in which it crosses the box does not move the clock on.
-    #[error("at time {time} the fastest body crosses the box in {stretch:e}, which no longer moves time on")]
+    /// A body is so fast that the time in which it crosses the box a few times does not move the clock on.
+    #[error(
+        "at time {time} the fastest body allows a step of {stretch:e} only, which no longer moves time on"
+    )]
     TimeStandsStill {
         /// When.
         time: Instant,

@@ -63,7 +63,8 @@ pub struct Step {
 }
 
 /// The share of the longer side of the box at which two bodies must at least touch. Places are rounded by some 1e-16 of
-/// the side: below this share by more than a thousandth of that distance, and directions of impulses by as much.
+/// the side, by some times more in the longer epochs of a few bodies: below this share by more than some thousandths or hundredths
+/// of that distance, and directions of impulses by as much.
 const SMALLEST_SHARE: f64 = 1e-13;
 
 impl Grid {

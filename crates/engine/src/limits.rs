@@ -8,13 +8,16 @@ use crate::{BodyName, RunError, TagNames, World};
 /// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose digits.
 const TURNS_PER_EPOCH: f64 = 64.0;
 
-/// Mean free paths after which an epoch may end: an epoch costs a prediction of every body. Fewer: that. More: places lose
-/// digits.
+/// Mean free paths of the fastest body after which an epoch may end: an epoch costs a prediction of every body. Fewer: that.
+/// More: places lose digits.
 const FREE_PATHS_PER_EPOCH: f64 = 32.0;
 
-/// Sides of the box after which an epoch ends however few contacts there are. Smaller: a thin gas begins more epochs than it has
-/// contacts. Larger: places lose digits.
-const MOST_SIDES_PER_EPOCH: f64 = 8.0;
+/// Sides of the box after which an epoch ends however few contacts there are. Smaller: a few small bodies begin more epochs than
+/// they have contacts. Larger: gaps of contacts come near the sixteen roundings of the side that are promised.
+const MOST_SIDES_PER_EPOCH: f64 = 4.0;
+
+/// The same where one body alone moves: it may fly many sides from contact to contact, and half as much is rounded.
+const SIDES_PER_EPOCH_OF_BILLIARD: f64 = 8.0;
 
 /// An epoch older than this many stretches of a body that has become so much faster ends with the contact that made it so:
 /// at such a speed, the rounding of the time itself would be too coarse. Larger: places lose digits. Smaller: more epochs.
@@ -107,19 +110,16 @@ impl Limits {
     }
 }
 
-/// How many sides of the box the fastest body goes in an epoch at most: one, or more in a thin gas.
+/// How many sides of the box the fastest body goes in an epoch at most: one, or more where there is little to meet on the way.
 pub(crate) fn sides_per_epoch(world: &World) -> f64 {
     if world.is_billiard() {
-        return MOST_SIDES_PER_EPOCH;
+        return SIDES_PER_EPOCH_OF_BILLIARD;
     }
     let sides = world.bounds.sides();
-    let (mut moving, mut largest) = (0_u32, 0.0_f64);
-    for body in world.bodies.iter().filter(|body| !body.is_fixed()) {
-        moving += 1;
-        largest = largest.max(body.reach());
-    }
-    // 1 / (√8 n σ), with the diameter σ of the largest: the kinetic theory of n discs in a unit of area.
-    let free_path = sides.x * sides.y / (8.0_f64.sqrt() * f64::from(moving) * (2.0 * largest));
+    let moving = world.bodies.iter().filter(|body| !body.is_fixed());
+    let largest = moving.map(crate::Body::reach).fold(0.0, f64::max);
+    // 1 / (√8 n σ) for n discs of diameter σ in a unit of area, as if all were as large as the largest that moves.
+    let free_path = sides.x * sides.y / (8.0_f64.sqrt() * world.bodies.len() as f64 * (2.0 * largest));
     (FREE_PATHS_PER_EPOCH * free_path / sides.min_element()).clamp(1.0, MOST_SIDES_PER_EPOCH)
 }
 
@@ -178,4 +178,60 @@ pub(crate) fn refuse_outpaced(
 /// How long a body of this speed and spin may fly before it has gone so far, or its angle has used up digits (time).
 fn stretch(way: f64, speed_squared: f64, spin: f64) -> f64 {
     (way / speed_squared.sqrt()).min(TURNS_PER_EPOCH * std::f64::consts::TAU / spin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{AtomSpec, BumperSpec, GasSpec, MoleculeSpec, Scene, Simulation};
+
+    fn gas(radius: f64, count: usize) -> Scene {
+        let gas = GasSpec {
+            radius: Some(radius),
+            mass: Some(1.0),
+            energy: 1.0,
+            count: Some(count),
+            ..GasSpec::default()
+        };
+        Scene { gas: vec![gas], ..Scene::default() }
+    }
+
+    fn sides(scene: &Scene) -> f64 {
+        let simulation: Simulation = Simulation::new(scene).unwrap();
+        sides_per_epoch(simulation.view().world)
+    }
+
+    #[test]
+    fn an_epoch_is_as_long_as_there_is_little_to_meet() {
+        // The free path of the thesis's gas is 1/90 of a side.
+        assert_eq!(sides(&gas(0.01, 1592)), 1.0);
+        // 32 / (√8 2000 0.002), thesis's test 1.
+        let thin = sides(&gas(0.001, 2000));
+        assert!((thin - 2.828_427_124_746_19).abs() < 1e-12, "{thin}");
+        assert_eq!(sides(&gas(0.001, 50)), MOST_SIDES_PER_EPOCH);
+    }
+
+    #[test]
+    fn what_is_fixed_is_met_as_well_and_a_body_alone_goes_farthest() {
+        let disc = |radius, x| {
+            let atoms = vec![AtomSpec { at: [0.0; 2], radius, mass: 1.0 }];
+            MoleculeSpec { atoms, at: [x, 0.5], velocity: [1.0, 0.0], ..MoleculeSpec::default() }
+        };
+        let bumpers = (0..200).map(|n| {
+            let at = [0.05 * f64::from(n % 20) + 0.02, 0.05 * f64::from(n / 20) + 0.52];
+            BumperSpec { tags: Vec::new(), at, radius: 0.005 }
+        });
+        let bumper: Vec<BumperSpec> = bumpers.collect();
+        let one = Scene { molecule: vec![disc(0.01, 0.1)], ..Scene::default() };
+        let two = Scene { molecule: vec![disc(0.01, 0.1), disc(0.01, 0.2)], ..Scene::default() };
+        assert_eq!(sides(&one), SIDES_PER_EPOCH_OF_BILLIARD);
+        assert_eq!(sides(&two), MOST_SIDES_PER_EPOCH);
+        let among = sides(&Scene { bumper, ..two });
+        assert!((among - 32.0 / (8.0_f64.sqrt() * 202.0 * 0.02)).abs() < 1e-12, "{among}");
+        let none = Scene {
+            bumper: vec![BumperSpec { tags: Vec::new(), at: [0.5; 2], radius: 0.1 }],
+            ..Scene::default()
+        };
+        assert_eq!(sides(&none), MOST_SIDES_PER_EPOCH);
+    }
 }

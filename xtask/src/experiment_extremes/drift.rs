@@ -32,12 +32,15 @@ pub struct Drift {
 }
 
 /// The scenes, by name.
-pub fn scenes() -> [(&'static str, Scene); 2] {
+pub fn scenes() -> [(&'static str, Scene); 3] {
     let mut sinai = in_box([1.0, 1.0], vec![disc(0.1, 1.0, [0.05, 0.15], [0.6, 0.8])]);
     sinai.bumper = vec![bumper(0.2, [0.5, 0.5])];
     let mut thesis = in_box([1.0, 1.0], Vec::new());
     thesis.gas = vec![gas("disc", 0.01, 1.0, 1592)];
-    [("Sinai billiard", sinai), ("gas of the thesis, 1592 discs at 0.5", thesis)]
+    // Hardly anything to meet: epochs are as long as they get in a gas.
+    let mut few = in_box([1.0, 0.75], Vec::new());
+    few.gas = vec![gas("disc", 0.001, 1.0, 50)];
+    [("Sinai billiard", sinai), ("gas of the thesis, 1592 discs at 0.5", thesis), ("50 small discs", few)]
 }
 
 /// Samples of the energy.

@@ -96,8 +96,7 @@ impl State {
     }
 
     /// The soonest contact, and with whom, where some pair may be in contact already, several discs are touched at once,
-    /// or the detector has a way of its own with discs. Of contacts at one time it is
-    /// that with the disc inserted first.
+    /// or the detector has a way of its own with discs. Of contacts at one time it is that with the disc inserted first.
     #[cold]
     #[inline(never)]
     fn look_closer<D: Detection>(&self, detection: &D, disc: u32, now: f64) -> (f64, u32) {

@@ -16,21 +16,20 @@ use super::{
 /// Bodies from which on it pays. Below, all is in the caches, and asking costs 5%.
 const LEAST_BODIES: usize = 1 << 15;
 
-/// How many bins ahead each step is done. Nearer: memory answers too late. Farther: more is replaced before it is used, and
-/// more that comes into these bins later has not been asked for.
-const FIRST_OF_BIN: u32 = 36;
-const SECOND_OF_BIN: u32 = 30;
-const THIRD_OF_BIN: u32 = 24;
-const AROUND: u32 = 18;
-const NEIGHBOURS: u32 = 9;
+/// How many bins ahead each step is done: for the first, second, … body of a bin, which is known when the one before has come.
+/// Nearer: memory answers too late. Farther: more is replaced before it is used, and more that comes into these bins later has
+/// not been asked for. To be measured anew with the width of a bin.
+const NTH_OF_BIN: [u32; MOST_OF_BIN] = [19, 17, 15, 13, 12, 11];
+const AROUND: u32 = 9;
+const NEIGHBOURS: u32 = 5;
 
 /// Bodies of a bin for which this is done.
-const MOST_OF_BIN: usize = 3;
+const MOST_OF_BIN: usize = 6;
 
 /// To be called before a bin is opened.
 #[inline(never)]
 pub(super) fn look_ahead(calendar: &Calendar, lines: &[Line], neighbourhoods: &Neighbourhoods) {
-    for (bins, nth) in [(FIRST_OF_BIN, 0), (SECOND_OF_BIN, 1), (THIRD_OF_BIN, 2)] {
+    for (nth, bins) in NTH_OF_BIN.into_iter().enumerate() {
         if let Some(body) = calendar.coming(bins).nth(nth) {
             vector::expect(lines, body as usize);
             calendar.expect(body);

@@ -96,7 +96,7 @@ struct State {
     grid: CellGrid,
     /// One for each body, and the dummy.
     lines: Vec<Line>,
-    /// Boxes left behind, as far as 16 bits go: within an epoch a body leaves one or two behind.
+    /// Boxes left behind, as far as 16 bits go: within an epoch a body leaves a few behind.
     windings: Vec<[i16; 2]>,
     calendar: Calendar,
     neighbourhoods: Neighbourhoods,
@@ -228,10 +228,10 @@ impl State {
         if self.grid.is_dilute() {
             self.rosters.lay_out([columns, rows], bodies as u32);
         } else {
-            self.list_in_cells(world);
-            if self.neighbourhoods.fit_width() {
-                self.list_in_cells(world);
-            }
+            let in_cells = world.bodies().iter().zip(&self.lines).enumerate();
+            let in_cells = in_cells.filter(|(_, (body, _))| !self.grid.covers(body));
+            let discs = in_cells.map(|(index, (_, line))| (index as u32, line.cell()));
+            self.neighbourhoods.list_all([columns, rows], bodies as u32, discs);
         }
         if self.grid.holds_molecules() {
             self.molecules.take_over(world.motions());
@@ -255,17 +255,6 @@ impl State {
         self.calendar.lay_out(bodies, interval);
         for body in 0..bodies as u32 {
             self.calendar.schedule(&self.lines, body, self.lines[body as usize].time);
-        }
-    }
-
-    /// Lists everything that lives in a cell.
-    fn list_in_cells(&mut self, world: &World) {
-        let [columns, rows] = self.grid.counts();
-        self.neighbourhoods.lay_out(columns, rows, world.bodies().len() as u32);
-        for (index, body) in world.bodies().iter().enumerate() {
-            if !self.grid.covers(body) {
-                self.neighbourhoods.enter(index as u32, self.lines[index].cell());
-            }
         }
     }
 

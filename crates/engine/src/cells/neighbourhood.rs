@@ -18,7 +18,7 @@ const LONG: u8 = 0x80;
 
 /// Where one list in so many would hold more than eight discs, all have sixteen slots of their own. Fewer: too many are long,
 /// which takes twice the time. More: memory, and with it time where that is scarce.
-const LISTS_FOR_EACH_LONG_ONE: usize = 100;
+const LISTS_FOR_EACH_LONG_ONE: usize = 50;
 
 /// Images that no slot has: the slot tells where the list goes on.
 const LINK: u32 = 0xf << INDEX_BITS;
@@ -92,6 +92,11 @@ impl<'a> Around<'a> {
         }
     }
 
+    /// How many slots are in use.
+    pub fn count(self) -> usize {
+        if self.mark & LONG == 0 { (self.mark & COUNT) as usize } else { self.slots().count() }
+    }
+
     /// The slots that are in use.
     pub fn slots(self) -> impl Iterator<Item = u32> {
         let all = std::iter::successors(Some(self.first), move |eight| self.after(eight));
@@ -112,6 +117,8 @@ pub(super) struct Neighbourhoods {
     rows: u32,
     /// The slots of each cell's own, eight or sixteen.
     lists: Vec<Eight>,
+    /// Where the first list begins.
+    start: usize,
     is_wide: bool,
     /// How many of them are used, and the flags.
     marks: Vec<u8>,
@@ -122,12 +129,33 @@ pub(super) struct Neighbourhoods {
 }
 
 impl Neighbourhoods {
-    /// Empty lists, as wide as those before; `dummy` is the index that fills unused slots.
-    pub fn lay_out(&mut self, columns: u32, rows: u32, dummy: u32) {
+    /// Lists discs in their cells, anew; `dummy` is the index that fills unused slots.
+    pub fn list_all(
+        &mut self,
+        [columns, rows]: [u32; 2],
+        dummy: u32,
+        discs: impl Iterator<Item = (u32, [u16; 2])> + Clone,
+    ) {
+        self.lay_out(columns, rows, dummy);
+        discs.clone().for_each(|(disc, cell)| self.enter(disc, cell));
+        let should_be_wide = self.count_long() * LISTS_FOR_EACH_LONG_ONE > self.marks.len();
+        if should_be_wide != self.is_wide {
+            *self = Self { is_wide: should_be_wide, ..Self::default() };
+            self.lay_out(columns, rows, dummy);
+            discs.for_each(|(disc, cell)| self.enter(disc, cell));
+        }
+    }
+
+    /// Empty lists, as wide as those before.
+    fn lay_out(&mut self, columns: u32, rows: u32, dummy: u32) {
         let cells = (columns * rows) as usize;
         (self.columns, self.rows, self.dummy) = (columns, rows, dummy);
         self.lists.clear();
-        self.lists.resize(cells << u32::from(self.is_wide), Eight([dummy; DISC_LANES]));
+        let eights = cells << u32::from(self.is_wide);
+        self.lists.reserve_exact(eights + 1);
+        // So that a list of sixteen lies in one cache line: memory is handed out in halves of one.
+        self.start = self.lists.as_ptr().align_offset(64).min(1);
+        self.lists.resize(self.start + eights, Eight([dummy; DISC_LANES]));
         self.more.clear();
         self.unused.clear();
         self.marks.clear();
@@ -138,14 +166,10 @@ impl Neighbourhoods {
         }
     }
 
-    /// Chooses how many slots lists have from how long they are. Tells whether that has changed; they are to be laid out anew
-    /// then.
-    pub fn fit_width(&mut self) -> bool {
+    /// How many lists hold more than eight discs.
+    fn count_long(&self) -> usize {
         let is_long = |&&mark: &&u8| mark & LONG != 0 || (mark & COUNT) as usize > DISC_LANES;
-        let long = self.marks.iter().filter(is_long).count();
-        let was_wide =
-            std::mem::replace(&mut self.is_wide, long * LISTS_FOR_EACH_LONG_ONE > self.marks.len());
-        was_wide != self.is_wide
+        self.marks.iter().filter(is_long).count()
     }
 
     pub fn heap_bytes(&self) -> usize {
@@ -162,7 +186,7 @@ impl Neighbourhoods {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn own(&self, cell: u32) -> usize {
-        (cell as usize) << u32::from(self.is_wide)
+        self.start + ((cell as usize) << u32::from(self.is_wide))
     }
 
     /// What stands around a cell.
@@ -299,7 +323,7 @@ impl Neighbourhoods {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn put<const EIGHTS: usize>(&mut self, list: u32, slot: u32) {
-        let own = list as usize * EIGHTS;
+        let own = self.start + list as usize * EIGHTS;
         let mark = &mut self.marks[list as usize];
         let count = (*mark & COUNT) as usize;
         if count < DISC_LANES * EIGHTS {
@@ -319,7 +343,7 @@ impl Neighbourhoods {
         disc: u32,
         find: impl Fn(&[u32; DISC_LANES], u32) -> u32,
     ) {
-        let own = &mut self.lists[list as usize * EIGHTS..][..EIGHTS];
+        let own = &mut self.lists[self.start + list as usize * EIGHTS..][..EIGHTS];
         let mark = &mut self.marks[list as usize];
         let last = ((*mark & COUNT) as usize).wrapping_sub(1);
         let mut places = find(&own[0].0, disc);
@@ -393,6 +417,7 @@ impl Neighbourhoods {
                 return;
             }
         }
+        debug_assert!(false, "disc {disc} stands in no slot of list {list}");
     }
 
     /// The last eight of a list and those before them; its own have no number.
@@ -444,6 +469,31 @@ mod tests {
     use crate::cells::vector::Portable;
     use proptest::prelude::*;
 
+    #[test]
+    fn lists_are_as_wide_as_they_need_to_be_and_keep_no_room_that_they_do_not() {
+        // One disc in each cell of a grid of 20 × 20: nine around each. Then one in four.
+        let cells = |every: u16| {
+            (0..400_u16).filter(move |n| n % every == 0).map(|n| (u32::from(n), [n % 20, n / 20]))
+        };
+        let mut lists = Neighbourhoods::default();
+        lists.list_all([20, 20], 400, cells(1));
+        assert!(lists.is_wide && lists.more.is_empty());
+        assert_eq!(lists.seen_from(lists.index([7, 7])).count(), 9);
+        let wide = lists.heap_bytes();
+        assert!(
+            lists.lists.as_ptr().wrapping_add(lists.start).align_offset(64) == 0,
+            "a list lies in one cache line"
+        );
+        lists.list_all([20, 20], 400, cells(4));
+        assert!(!lists.is_wide && lists.heap_bytes() * 10 < wide * 6, "{} {wide}", lists.heap_bytes());
+        // Three around each, and more in one cell: with six, nine lists of 400 are longer than eight; with five none.
+        let crowd = |more| cells(4).chain((0..more).map(|n| (4 * n + 1, [8, 8])));
+        lists.list_all([20, 20], 400, crowd(6));
+        assert!(lists.is_wide);
+        lists.list_all([20, 20], 400, crowd(5));
+        assert!(!lists.is_wide);
+    }
+
     proptest! {
         /// Any discs in any cells (all in one, too), moved about: the lists are what they should be.
         #[test]
@@ -477,6 +527,19 @@ mod tests {
                 }
                 cells[disc] = to;
             }
+            for cell in 0..u32::from(columns) * u32::from(rows) {
+                let list = lists.list_of(cell);
+                let own = if is_wide { 2 } else { 1 } * DISC_LANES;
+                prop_assert_eq!(list.count(), list.slots().count());
+                prop_assert_eq!(list.mark & LONG != 0, list.count() > own);
+                let mut seen: Vec<u32> = Vec::new();
+                list.for_each_eight(|slots| seen.extend(slots.iter().filter(|&&slot| slot != lists.dummy)));
+                prop_assert_eq!(seen, list.slots().collect::<Vec<_>>());
+                if let Some((first, second)) = list.plain() {
+                    let slots = first.iter().chain(second.into_iter().flatten());
+                    prop_assert_eq!(slots.filter(|&&slot| slot != lists.dummy).count(), list.count());
+                }
+            }
             for row in 0..rows {
                 for column in 0..columns {
                     let mut listed: Vec<_> = lists.seen_from(lists.index([column, row])).collect();
@@ -495,6 +558,13 @@ mod tests {
                     prop_assert_eq!(listed, expected);
                 }
             }
+            // Once everybody has left, nothing is.
+            for (disc, &cell) in cells.iter().enumerate() {
+                lists.leave(disc as u32, cell);
+            }
+            prop_assert!(lists.marks.iter().all(|&mark| mark & (COUNT | LONG) == 0));
+            prop_assert!(lists.lists[lists.start..].iter().all(|eight| eight.0 == [lists.dummy; DISC_LANES]));
+            prop_assert_eq!(lists.unused.len(), lists.more.len());
         }
     }
 }

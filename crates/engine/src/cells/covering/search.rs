@@ -84,7 +84,7 @@ impl State {
                     _ => K::any(&question, &list),
                 };
                 if !soonest.is_doubtful {
-                    pairs += list.slots().count() as u64;
+                    pairs += list.count() as u64;
                     if soonest.time < f64::INFINITY {
                         let other = soonest.slot;
                         let image = self.path_image([body, other], [0; 2]);

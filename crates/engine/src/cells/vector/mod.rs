@@ -3,8 +3,8 @@
 //! The one place of the project with unsafe code: calling functions that were compiled with instructions which the
 //! compiler does not take for granted, after having asked the processor for them; loads of eight lines whose indices
 //! were compared with the number of lines at once; loads of four numbers from eight; the store of a register; hints to
-//! memory. The store is in assembly. Neither version fuses a multiplication and an addition, and both do the same operations in the same order, so both
-//! compute the same bits.
+//! memory. The store is in assembly. Neither version fuses a multiplication and an addition, and both do the same operations in
+//! the same order, so both compute the same bits.
 //!
 //! Tests are built with debug assertions, in which the standard library checks each unchecked access; those of the
 //! schedulers run their scenes both ways.
@@ -596,7 +596,25 @@ mod tests {
         soonest.map(|soonest| (soonest.time.to_bits(), soonest.slots, soonest.in_contact))
     }
 
+    /// Which slots hold what.
+    struct Find<'a>(&'a [u32; DISC_LANES], u32);
+
+    impl Put for Find<'_> {
+        type Answer = u32;
+
+        fn to<K: Kernel>(&self) -> u32 {
+            K::find(self.0, self.1)
+        }
+    }
+
     proptest! {
+        #[test]
+        fn a_disc_is_found_in_every_slot_that_holds_it(slots in prop::array::uniform8(0u32..5), disc in 0u32..5) {
+            let expected = (0..DISC_LANES).filter(|&place| slots[place] == disc).map(|place| 1 << place).sum::<u32>();
+            prop_assert_eq!(Find(&slots, disc).to::<Portable>(), expected);
+            prop_assert_eq!(with_widest(&Find(&slots, disc)), expected);
+        }
+
         /// The discs around a cell, inside the box or at its border, of any radii or all alike, some touching, some twice there:
         /// what detection's closed form says, in all ways.
         #[test]
@@ -604,7 +622,6 @@ mod tests {
             others in prop::collection::vec(
                 (0u16..5, 0u16..5, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64), 1..40),
             kinds in prop::collection::vec(0u8..6, 40), alike in any::<bool>(), at_border in any::<bool>(),
-            may_be_wide in any::<bool>(),
             velocity in (-1.0..1.0f64, -1.0..1.0f64), now in 0.0..2.0f64,
         ) {
             let radius = |kind: u8| if alike { 0.15 } else { 0.05 + 0.05 * f64::from(kind) };
@@ -629,16 +646,8 @@ mod tests {
             let dummy = lines.len() as u32;
             lines.push(Line::dummy());
             let mut neighbourhoods = Neighbourhoods::default();
-            let list_all = |neighbourhoods: &mut Neighbourhoods| {
-                neighbourhoods.lay_out(5, 5, dummy);
-                for (disc, &(column, row, ..)) in others.iter().enumerate() {
-                    neighbourhoods.enter(disc as u32 + 1, [column, row]);
-                }
-            };
-            list_all(&mut neighbourhoods);
-            if may_be_wide && neighbourhoods.fit_width() {
-                list_all(&mut neighbourhoods);
-            }
+            let cells = others.iter().map(|&(column, row, ..)| [column, row]);
+            neighbourhoods.list_all([5, 5], dummy, (1..).zip(cells));
             let list = neighbourhoods.list(if at_border { [4, 0] } else { [2, 2] });
             prop_assert_eq!(list.at_border, at_border);
             let question = Question {
