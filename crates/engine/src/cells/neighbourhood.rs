@@ -374,6 +374,10 @@ impl Neighbourhoods {
         [both[0], both[1]] = [slots[DISC_LANES - 1], slot];
         let next = self.unused.pop().unwrap_or(self.more.len() as u32);
         if next as usize == self.more.len() {
+            if self.more.len() == self.more.capacity() {
+                // A few more, not twice as many.
+                self.more.reserve_exact(self.more.len() / 16 + 1);
+            }
             self.more.push(Eight(both));
         } else {
             self.more[next as usize] = Eight(both);
