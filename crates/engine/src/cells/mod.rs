@@ -25,9 +25,9 @@
 //! its contacts, its crossing or shell event, and its re-checks ("certified free until", which is before t). A
 //! candidate is passed over only when it is certainly not before the event that k keeps. k's event changes only by a new
 //! prediction, which asks for the pair again: a contact takes the events of both its bodies off the calendar, and both are
-//! predicted before the next is asked for, or the epoch begins anew. So the soonest event of all is never later than the next contact. Versions
-//! go up with every change of motion, so no event acts on a motion that is no more; a stale event is a lower bound of
-//! all its body's candidates, so predicting the body only then loses nothing. Of two bodies that have just met, the one
+//! predicted before the next is asked for, or the epoch begins anew. So the soonest event of all is never later than the next
+//! contact. Versions go up with every change of motion, so no event acts on a motion that is no more; a stale event is a lower
+//! bound of all its body's candidates, so predicting the body only then loses nothing. Of two bodies that have just met, the one
 //! predicted first need not ask for the other, since it is not the last.
 //!
 //! **Every epoch begins anew** from the state of the world: places, lists, events. So the state at an epoch's end is all
