@@ -68,6 +68,10 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         scene
     };
     let of_discs = |radius, count| with(vec![], vec![], vec![gas("disc", radius, count)]);
+    // Soon they are faster than anybody was at the start.
+    let light = GasSpec { atom_mass: Some(1e-3), energy: 1e-9, ..gas("disc", 0.004, 60) };
+    let mut kicked = with(vec![], vec![], vec![gas("disc", 0.004, 60), light]);
+    kicked.bounds.sides = [1.5, 0.5];
     let middle = |shape: &str, atom_radius| named(shape, atom_radius, 2.0, [0.5, 0.5]);
     let big = disc(0.15, 25.0, [0.9, 0.1], [0.0; 2]);
     let small = |x, y| bumper(0.02, [x, y]);
@@ -86,6 +90,7 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
     vec![
         ("dense discs", of_discs(0.04, 95)),
         ("dilute discs", of_discs(0.004, 100)),
+        ("dilute light discs among heavy ones in a wide box", kicked),
         ("a wide box", wide),
         ("like sizes", with(vec![], vec![], vec![gas("disc", 0.03, 60), gas("disc", 0.02, 60)])),
         ("unlike sizes", with(vec![big.clone()], vec![], vec![gas("disc", 0.02, 150)])),

@@ -6,6 +6,8 @@
 //! related since was asked at the crossing that made it so, or crossed over itself and asked then; whoever has changed its
 //! motion since has asked. If the partner of the contact kept has changed since, its time is still a lower bound of
 //! all those, and the full prediction is made when it comes up.
+//!
+//! Most that are seen in the cells are not met, and are sorted out at a glance: see `glance`.
 
 use std::hint::select_unpredictable as select;
 
@@ -14,8 +16,7 @@ use carom_detection::{DISC_LANES, Detection};
 use super::{
     State,
     line::{INDEX_BITS, INDEX_MASK, Kind},
-    roster::{AHEAD, AROUND},
-    vector::{Kernel, Question},
+    vector::Kernel,
 };
 
 impl State {
@@ -28,7 +29,8 @@ impl State {
         disc: u32,
         now: f64,
     ) -> f64 {
-        let (soonest, partner) = self.ask_cells::<D, K>(detection, disc, &AROUND, now);
+        let around = self.rosters.around(self.lines[disc as usize].cell());
+        let (soonest, partner) = self.ask_cells::<D, K, _>(detection, disc, around, now);
         let version = self.lines[partner as usize].version;
         self.settle_among_few(disc, now, now + soonest, partner, version)
     }
@@ -45,16 +47,18 @@ impl State {
     ) -> f64 {
         self.done.crossings += 1;
         let (axis, direction) = kind.direction();
-        let from = self.lines[disc as usize].cell();
-        let mut to = from;
-        let next = i32::from(from[axis]) + direction;
-        let is_inside = (0..self.grid.counts()[axis] as i32).contains(&next);
-        to[axis] = if is_inside { next as u16 } else { self.wrap_place(disc, axis, direction) };
-        self.lines[disc as usize].set_cell(to);
-        self.rosters.leave(disc, from);
-        self.rosters.enter(disc, to, self.lines[disc as usize].flight);
-        let ahead = &AHEAD[axis][usize::from(direction > 0)];
-        let (soonest, partner) = self.ask_cells::<D, K>(detection, disc, ahead, now);
+        let line = &mut self.lines[disc as usize];
+        let from = line.cell();
+        if let Some(next) = self.grid.next(line.cell_along(axis), axis, direction) {
+            line.set_cell_along(axis, next);
+        } else {
+            self.wrap_place(disc, axis, direction);
+        }
+        let to = self.lines[disc as usize].cell();
+        self.rosters.leave::<K>(disc, from);
+        self.rosters.enter::<K>(disc, to, self.lines[disc as usize].flight);
+        let ahead = self.rosters.ahead(to, axis, direction);
+        let (soonest, partner) = self.ask_cells::<D, K, _>(detection, disc, ahead, now);
         let contact_time = now + soonest;
         let line = &self.lines[disc as usize];
         let version = self.lines[partner as usize].version;
@@ -65,6 +69,16 @@ impl State {
         let partner = select(sooner, partner, line.partner());
         let version = select(sooner, version, line.partner_version);
         self.settle_among_few(disc, now, time, partner, version)
+    }
+
+    /// Takes a disc's new flight over into its roster, if it stands on one.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub(super) fn keep_on_roster<K: Kernel>(&mut self, disc: u32) {
+        if self.grid.is_dilute() {
+            let line = &self.lines[disc as usize];
+            self.rosters.set_flight::<K>(disc, line.cell(), line.flight);
+        }
     }
 
     #[inline(always)]
@@ -92,58 +106,53 @@ impl State {
     /// one time it is that with the disc inserted first.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn ask_cells<D: Detection, K: Kernel>(
+    fn ask_cells<D: Detection, K: Kernel, const N: usize>(
         &self,
         detection: &D,
         disc: u32,
-        numbers: &[usize],
+        cells: [u32; N],
         now: f64,
     ) -> (f64, u32) {
         let question = self.question(disc, now);
-        let from = question.from;
-        let Some(like) = self.like else { unreachable!("discs of a dilute gas that are not alike") };
-        let (mut time, mut partner) = (f64::INFINITY, 0);
-        let mut offer = |(other_time, other): (f64, u32)| {
-            let tie = (other_time == time) & (other < partner) & (time < f64::INFINITY);
-            if (other_time < time) | tie {
-                (time, partner) = (other_time, other);
-            }
-        };
-        let around = self.rosters.around(from.cell());
-        for &number in numbers {
-            let slot = around[number];
-            let shift = self.shifts[(slot >> INDEX_BITS) as usize];
-            for block in self.rosters.blocks(slot) {
-                let in_closed_form = detection.decides_discs_in_closed_form();
-                let soonest = if in_closed_form {
-                    K::in_block(&from.flight, now, &like, self.rosters.flights(block), shift)
-                } else {
-                    None
-                };
-                match soonest {
-                    Some(soonest) if !soonest.is_doubtful() => {
-                        let lane = (soonest.slots.trailing_zeros() & 7) as usize;
-                        offer((soonest.time, self.rosters.discs(block)[lane]));
+        let (blocks, units) = (self.rosters.blocks(), self.rosters.units());
+        let glance = units.glance(&question.from.flight, now);
+        let in_closed_form = detection.decides_discs_in_closed_form();
+        let everybody = if in_closed_form && !units.is_blind() { 0 } else { (1 << DISC_LANES) - 1 };
+        let mut soonest = (f64::INFINITY, 0);
+        // First who may be met, then when: so the first loop, which is gone through far more often, has all registers.
+        let (mut slots, mut count) = ([0; DISC_LANES], 0);
+        for cell in cells {
+            let glance = glance.through(units, (cell >> INDEX_BITS) as usize);
+            for (flights, discs) in blocks.of(cell) {
+                let mut near = K::near(&glance, flights) | everybody;
+                while near != 0 {
+                    let other = discs[near.trailing_zeros() as usize % DISC_LANES];
+                    slots[count] = other | cell & !INDEX_MASK;
+                    count += usize::from(other != disc);
+                    near &= near - 1;
+                    if count == DISC_LANES {
+                        soonest = sooner(soonest, question.look_closer(detection, &slots, true));
+                        count = 0;
                     }
-                    // Nearly always nobody comes near.
-                    None if in_closed_form => {}
-                    _ => offer(look_closer(&question, detection, slot, self.rosters.discs(block))),
                 }
             }
         }
-        (time, partner)
+        if !in_closed_form {
+            slots[count..].fill(self.rosters.dummy());
+            return sooner(soonest, question.look_closer(detection, &slots, true));
+        }
+        for &slot in &slots[..count] {
+            let [time] = question.lanes(&[slot], true).contact_times();
+            soonest = sooner(soonest, (time, slot & INDEX_MASK));
+        }
+        soonest
     }
 }
 
-/// The soonest contact with the discs of a block, and with whom, as the detector decides it.
-#[cold]
-#[inline(never)]
-fn look_closer<D: Detection>(
-    question: &Question<'_>,
-    detection: &D,
-    slot: u32,
-    discs: &[u32; DISC_LANES],
-) -> (f64, u32) {
-    let seen = discs.map(|disc| disc | slot & !INDEX_MASK);
-    question.look_closer(detection, &seen, true)
+/// Of two contacts the sooner, or that with the disc inserted first.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+fn sooner(one: (f64, u32), other: (f64, u32)) -> (f64, u32) {
+    let tie = (other.0 == one.0) & (other.1 < one.1) & (one.0 < f64::INFINITY);
+    if (other.0 < one.0) | tie { other } else { one }
 }

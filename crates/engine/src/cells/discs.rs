@@ -139,12 +139,9 @@ impl State {
         let (axis, direction) = kind.direction();
         let line = &mut self.lines[disc as usize];
         let from = line.cell();
-        let count = self.grid.counts()[axis] as i32;
-        let next = i32::from(from[axis]) + direction;
-        if (0..count).contains(&next) {
-            let mut to = from;
-            to[axis] = next as u16;
-            line.set_cell(to);
+        if let Some(next) = self.grid.next(line.cell_along(axis), axis, direction) {
+            line.set_cell_along(axis, next);
+            let to = line.cell();
             self.neighbourhoods.step::<K>(disc, from, to, axis, direction);
         } else {
             self.wrap(disc, axis, direction);
@@ -153,20 +150,19 @@ impl State {
 
     #[cold]
     fn wrap(&mut self, disc: u32, axis: usize, direction: i32) {
-        let mut cell = self.lines[disc as usize].cell();
-        self.neighbourhoods.leave(disc, cell);
-        cell[axis] = self.wrap_place(disc, axis, direction);
-        self.lines[disc as usize].set_cell(cell);
-        self.neighbourhoods.enter(disc, cell);
+        self.neighbourhoods.leave(disc, self.lines[disc as usize].cell());
+        self.wrap_place(disc, axis, direction);
+        self.neighbourhoods.enter(disc, self.lines[disc as usize].cell());
     }
 
-    /// Brings the place of a disc that crosses the border of the box back into it; tells the column or row in which it is now.
-    pub(super) fn wrap_place(&mut self, disc: u32, axis: usize, direction: i32) -> u16 {
-        self.lines[disc as usize].flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
+    /// Brings a disc that crosses the border of the box back into it on the other side.
+    pub(super) fn wrap_place(&mut self, disc: u32, axis: usize, direction: i32) {
+        let line = &mut self.lines[disc as usize];
+        line.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
+        line.set_cell_along(axis, if direction > 0 { 0 } else { (self.grid.counts()[axis] - 1) as u16 });
         let winding = &mut self.windings[disc as usize][axis];
         *winding = winding.wrapping_add(direction as i16);
         self.wrap_motion(disc, axis, direction);
-        if direction > 0 { 0 } else { (self.grid.counts()[axis] - 1) as u16 }
     }
 
     /// The contact of two discs; the image follows from their cells, which are adjacent.

@@ -92,6 +92,13 @@ impl CellGrid {
         self.counts
     }
 
+    /// The next cell along an axis, upwards or downwards, unless the border of the box is there.
+    #[inline]
+    pub fn next(&self, number: u16, axis: usize, direction: i32) -> Option<u16> {
+        let next = (i32::from(number) + direction) as u32;
+        (next < self.counts[axis]).then_some(next as u16)
+    }
+
     /// Sides of a cell (length).
     pub fn side(&self) -> DVec2 {
         self.side

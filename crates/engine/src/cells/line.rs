@@ -150,6 +150,19 @@ impl Line {
         self.cell = u32::from(column) | u32::from(row) << 16;
     }
 
+    /// Number of the cell along an axis, its column or row.
+    #[inline]
+    pub fn cell_along(&self, axis: usize) -> u16 {
+        (self.cell >> (16 * axis)) as u16
+    }
+
+    /// Sets the number of the cell along an axis. By arithmetic: what is written in two pieces cannot be read as one until it
+    /// has reached the cache, and the cell is read at once.
+    #[inline]
+    pub fn set_cell_along(&mut self, axis: usize, number: u16) {
+        self.cell = self.cell & !(0xffff << (16 * axis)) | u32::from(number) << (16 * axis);
+    }
+
     /// In a dilute gas: the time of its soonest contact, be a crossing before it or not.
     pub fn later(&self) -> f64 {
         self.radius

@@ -37,6 +37,7 @@ mod calendar;
 mod covering;
 mod dilute;
 mod discs;
+mod glance;
 mod grid;
 mod line;
 mod look_ahead;
@@ -53,13 +54,14 @@ use glam::DVec2;
 use self::{
     calendar::Calendar,
     covering::Coverings,
+    glance::Units,
     grid::CellGrid,
-    line::{INDEX_BITS, Kind, Line},
+    line::{Kind, Line},
     look_ahead::look_ahead,
     molecules::Molecules,
-    neighbourhood::{Neighbourhoods, image_of},
+    neighbourhood::Neighbourhoods,
     roster::Rosters,
-    vector::{Kernel, Like},
+    vector::{Kernel, Like, Portable},
 };
 use crate::{
     ContactEvent, EventLoop, Fineness, GridError, Scheduler, SchedulerCounters, Thesis, World, grid::Grid,
@@ -110,8 +112,6 @@ struct State {
     separation_error: f64,
     /// Sides of the box (length).
     sides: [f64; 2],
-    /// By how much something is shifted that is seen in an image (length), by the image's code in a slot.
-    shifts: [[f64; 2]; 16],
     /// What holds for any two small discs, if they are all alike.
     like: Option<Like>,
     /// The inverse mass of the bodies that live in cells, if it is the same (1/mass).
@@ -145,7 +145,6 @@ impl Scheduler for Cells {
             limit: 0.0,
             separation_error: 0.0,
             sides: world.bounds().sides().to_array(),
-            shifts: shifts(world.bounds().sides()),
             like: None,
             inverse_mass: None,
             done: SchedulerCounters::default(),
@@ -199,14 +198,6 @@ impl Scheduler for Cells {
     }
 }
 
-/// By how much something is shifted (length) that is seen in the image of each code.
-fn shifts(sides: DVec2) -> [[f64; 2]; 16] {
-    std::array::from_fn(|code| {
-        let [x, y] = image_of((code as u32) << INDEX_BITS);
-        [f64::from(x) * sides.x, f64::from(y) * sides.y]
-    })
-}
-
 impl State {
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
         self.limit = limit;
@@ -226,7 +217,10 @@ impl State {
         self.coverings.clear();
         self.molecules.clear();
         if self.grid.is_dilute() {
-            self.rosters.lay_out([columns, rows], bodies as u32);
+            let velocities = world.motions().iter().map(|motion| motion.velocity);
+            let reach = 2.0 * self.grid.largest_small();
+            let units = Units::new(reach, world.bounds().sides(), limit, velocities);
+            self.rosters.lay_out([columns, rows], bodies as u32, units);
         } else {
             let in_cells = world.bodies().iter().zip(&self.lines).enumerate();
             let in_cells = in_cells.filter(|(_, (body, _))| !self.grid.covers(body));
@@ -240,7 +234,7 @@ impl State {
         for (index, body) in world.bodies().iter().enumerate() {
             if self.grid.is_dilute() {
                 let line = &self.lines[index];
-                self.rosters.enter(index as u32, line.cell(), line.flight);
+                self.rosters.enter::<Portable>(index as u32, line.cell(), line.flight);
             } else if self.grid.covers(body) {
                 let among_molecules = self.grid.holds_molecules();
                 self.coverings.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
@@ -342,7 +336,7 @@ impl State {
                 self.launch::<K>(body, motion.position, motion.velocity, now);
                 self.coverings.set_motion(body, motion);
                 self.molecules.set_motion(body, motion);
-                self.rosters.set_flight(body, self.lines[body as usize].flight);
+                self.keep_on_roster::<K>(body);
             }
         }
         let excused = self.excused(bodies);
@@ -383,7 +377,7 @@ impl State {
         }
         for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
             self.molecules.set_flight(body, time, place, velocity);
-            self.rosters.set_flight(body, self.lines[body as usize].flight);
+            self.keep_on_roster::<K>(body);
         }
         for body in bodies {
             if !self.coverings.is_fixed(body) {

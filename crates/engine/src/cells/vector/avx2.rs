@@ -3,18 +3,22 @@
 
 use std::arch::asm;
 use std::arch::x86_64::{
-    __m256d, _CMP_EQ_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm_cvtsd_f64, _mm_min_pd, _mm_unpackhi_pd,
-    _mm256_add_pd, _mm256_and_pd, _mm256_and_si256, _mm256_blendv_pd, _mm256_castpd256_pd128,
-    _mm256_castsi256_ps, _mm256_cmp_pd, _mm256_cmpeq_epi32, _mm256_div_pd, _mm256_extractf128_pd,
-    _mm256_lddqu_si256, _mm256_loadu_pd, _mm256_loadu_si256, _mm256_max_epu32, _mm256_min_pd,
-    _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_or_pd, _mm256_permute2f128_pd,
-    _mm256_set1_epi32, _mm256_set1_pd, _mm256_setr_pd, _mm256_setzero_pd, _mm256_sqrt_pd, _mm256_sub_pd,
-    _mm256_testz_si256, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
+    __m256d, _CMP_EQ_OQ, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm_cvtsd_f64, _mm_min_pd,
+    _mm_unpackhi_pd, _mm256_add_pd, _mm256_add_ps, _mm256_and_pd, _mm256_and_ps, _mm256_and_si256,
+    _mm256_blendv_pd, _mm256_castpd256_pd128, _mm256_castsi256_ps, _mm256_cmp_pd, _mm256_cmp_ps,
+    _mm256_cmpeq_epi32, _mm256_div_pd, _mm256_extractf128_pd, _mm256_lddqu_si256, _mm256_loadu_ps,
+    _mm256_loadu_si256, _mm256_max_epu32, _mm256_min_pd, _mm256_movemask_pd, _mm256_movemask_ps,
+    _mm256_mul_pd, _mm256_mul_ps, _mm256_or_pd, _mm256_permute2f128_pd, _mm256_set1_epi32, _mm256_set1_pd,
+    _mm256_set1_ps, _mm256_setr_pd, _mm256_setzero_pd, _mm256_sqrt_pd, _mm256_storeu_pd, _mm256_sub_pd,
+    _mm256_sub_ps, _mm256_testz_si256, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
 };
 
 use carom_kinematics::HALF_ULP;
 
-use super::{Around, DISC_LANES, INDEX_MASK, Kernel, Like, Line, Question, Soonest, SoonestSlot, image_of};
+use super::{
+    Around, DISC_LANES, DiscLanes, Flights, Glance, INDEX_MASK, Kernel, Like, Line, Question, Soonest,
+    SoonestSlot, image_of,
+};
 
 /// Four numbers at a time. To be used in code compiled for AVX2 only: this is what its functions rely on.
 pub(in crate::cells) struct Avx2;
@@ -38,25 +42,16 @@ impl Kernel for Avx2 {
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn in_block(
-        from: &[f64; 4],
-        now: f64,
-        like: &Like,
-        flights: &[[f64; DISC_LANES]; 4],
-        shift: [f64; 2],
-    ) -> Option<Soonest> {
-        let [[x, far_x], [y, far_y], [vx, far_vx], [vy, far_vy]] = flights.each_ref().map(|eight| {
-            let (halves, _) = eight.as_chunks::<4>();
-            [&halves[0], &halves[1]]
-        });
+    fn lanes(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
         // SAFETY: as above.
-        unsafe {
-            let low = Four::of_flights(from, now, like, [x, y, vx, vy], shift);
-            let high = Four::of_flights(from, now, like, [far_x, far_y, far_vx, far_vy], shift);
-            // Most often nobody closes, and the roots and quotients are left out.
-            let closing = _mm256_or_pd(low.closes, high.closes);
-            if _mm256_movemask_pd(closing) == 0 { None } else { Some(soonest_of(low, high)) }
-        }
+        unsafe { if images { lanes::<true>(question, slots) } else { lanes::<false>(question, slots) } }
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    fn near(glance: &Glance, flights: &Flights) -> u32 {
+        // SAFETY: as above.
+        unsafe { near(glance, flights) }
     }
 
     #[inline(always)]
@@ -159,6 +154,125 @@ unsafe fn shifts(question: &Question<'_>, slots: [u32; 4]) -> [__m256d; 2] {
     [shift(0), shift(1)]
 }
 
+/// A row of four numbers.
+///
+/// # Safety
+/// As [`eight`].
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+unsafe fn load(row: &[f64; 4]) -> __m256d {
+    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+    unsafe { _mm256_setr_pd(row[0], row[1], row[2], row[3]) }
+}
+
+/// From a row for each of four discs to a register for each of x, y, vx, vy.
+///
+/// # Safety
+/// As [`eight`].
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+unsafe fn by_number([a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
+    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+    unsafe {
+        let (x_vx_ab, x_vx_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
+        let (y_vy_ab, y_vy_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
+        [
+            _mm256_permute2f128_pd::<0x20>(x_vx_ab, x_vx_cd),
+            _mm256_permute2f128_pd::<0x20>(y_vy_ab, y_vy_cd),
+            _mm256_permute2f128_pd::<0x31>(x_vx_ab, x_vx_cd),
+            _mm256_permute2f128_pd::<0x31>(y_vy_ab, y_vy_cd),
+        ]
+    }
+}
+
+/// Eight slots, as seen from the asking disc: [`Question::lanes`], written down in whole registers, as it is read.
+///
+/// # Safety
+/// As [`eight`].
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+unsafe fn lanes<const IMAGES: bool>(question: &Question<'_>, slots: &[u32; DISC_LANES]) -> DiscLanes {
+    let mut lanes = DiscLanes::empty(question.separation_error, question.speed());
+    // SAFETY: the caller vouches for AVX2; four numbers are written where four numbers are.
+    unsafe {
+        let [a, b, c, d, e, f, g, h] = bodies::<IMAGES>(question, slots);
+        let [s, t, u, v, w, x, y, z] = *slots;
+        write_lanes::<IMAGES, 0>(question, [a, b, c, d], [s, t, u, v], &mut lanes);
+        write_lanes::<IMAGES, 4>(question, [e, f, g, h], [w, x, y, z], &mut lanes);
+    }
+    lanes
+}
+
+/// Four bodies into the lanes from the `FIRST` on.
+///
+/// # Safety
+/// As [`eight`].
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+unsafe fn write_lanes<const IMAGES: bool, const FIRST: usize>(
+    question: &Question<'_>,
+    [a, b, c, d]: [&Line; 4],
+    slots: [u32; 4],
+    lanes: &mut DiscLanes,
+) {
+    // SAFETY: the caller vouches for AVX2; four numbers are written where four numbers are.
+    unsafe {
+        let from = load(&question.from.flight);
+        let reach = if let Some(like) = question.like {
+            _mm256_set1_pd(like.sigma)
+        } else {
+            let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
+            _mm256_add_pd(radii, _mm256_set1_pd(question.from.radius))
+        };
+        let (a, b) = (_mm256_sub_pd(load(&a.flight), from), _mm256_sub_pd(load(&b.flight), from));
+        let (c, d) = (_mm256_sub_pd(load(&c.flight), from), _mm256_sub_pd(load(&d.flight), from));
+        let [x, y, vx, vy] = by_number([a, b, c, d]);
+        let now = _mm256_set1_pd(question.now);
+        let mut dx = _mm256_add_pd(x, _mm256_mul_pd(vx, now));
+        let mut dy = _mm256_add_pd(y, _mm256_mul_pd(vy, now));
+        if IMAGES {
+            let [x, y] = shifts(question, slots);
+            (dx, dy) = (_mm256_add_pd(dx, x), _mm256_add_pd(dy, y));
+        }
+        let DiscLanes { separation, velocity, contact_distance, .. } = lanes;
+        _mm256_storeu_pd(separation[0][FIRST..FIRST + 4].as_mut_ptr(), dx);
+        _mm256_storeu_pd(separation[1][FIRST..FIRST + 4].as_mut_ptr(), dy);
+        _mm256_storeu_pd(velocity[0][FIRST..FIRST + 4].as_mut_ptr(), vx);
+        _mm256_storeu_pd(velocity[1][FIRST..FIRST + 4].as_mut_ptr(), vy);
+        _mm256_storeu_pd(contact_distance[FIRST..FIRST + 4].as_mut_ptr(), reach);
+    }
+}
+
+/// Which of eight discs may be met, as [`Glance::near`] says it.
+///
+/// # Safety
+/// As [`eight`].
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+unsafe fn near(glance: &Glance, flights: &Flights) -> u32 {
+    // SAFETY: the caller vouches for AVX2; eight numbers are read where eight numbers are.
+    unsafe {
+        let [x, y, vx, vy] = flights;
+        let (x, y) = (_mm256_loadu_ps(x.as_ptr()), _mm256_loadu_ps(y.as_ptr()));
+        let (vx, vy) = (_mm256_loadu_ps(vx.as_ptr()), _mm256_loadu_ps(vy.as_ptr()));
+        let now = _mm256_set1_ps(glance.now);
+        let (x, y) = (_mm256_add_ps(x, _mm256_mul_ps(vx, now)), _mm256_add_ps(y, _mm256_mul_ps(vy, now)));
+        let dx = _mm256_sub_ps(_mm256_set1_ps(glance.place[0]), x);
+        let dy = _mm256_sub_ps(_mm256_set1_ps(glance.place[1]), y);
+        let vx = _mm256_sub_ps(_mm256_set1_ps(glance.velocity[0]), vx);
+        let vy = _mm256_sub_ps(_mm256_set1_ps(glance.velocity[1]), vy);
+        let b = _mm256_add_ps(_mm256_mul_ps(dx, vx), _mm256_mul_ps(dy, vy));
+        let cross = _mm256_sub_ps(_mm256_mul_ps(dx, vy), _mm256_mul_ps(dy, vx));
+        let v_squared = _mm256_add_ps(_mm256_mul_ps(vx, vx), _mm256_mul_ps(vy, vy));
+        let reach_squared = _mm256_set1_ps(glance.reach_squared);
+        let discriminant =
+            _mm256_sub_ps(_mm256_mul_ps(reach_squared, v_squared), _mm256_mul_ps(cross, cross));
+        let approaches = _mm256_cmp_ps::<_CMP_LT_OQ>(b, _mm256_set1_ps(glance.receding));
+        let comes_near = _mm256_cmp_ps::<_CMP_GE_OQ>(discriminant, _mm256_set1_ps(Glance::LEAST));
+        _mm256_movemask_ps(_mm256_and_ps(approaches, comes_near)) as u32
+    }
+}
+
 /// The eight bodies of eight slots; a slot without an image is an index itself.
 ///
 /// # Safety
@@ -220,7 +334,6 @@ impl Four {
     ) -> Self {
         // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
         unsafe {
-            let load = |row: &[f64; 4]| _mm256_setr_pd(row[0], row[1], row[2], row[3]);
             let (sigma_squared, touching) = if let Some(like) = like {
                 (_mm256_set1_pd(like.sigma_squared), _mm256_set1_pd(like.touching))
             } else {
@@ -237,49 +350,14 @@ impl Four {
             // bits that it has the other way round.
             let (a, b) = (_mm256_sub_pd(from, load(&a.flight)), _mm256_sub_pd(from, load(&b.flight)));
             let (c, d) = (_mm256_sub_pd(from, load(&c.flight)), _mm256_sub_pd(from, load(&d.flight)));
-            // From a row for each disc to a register for each of x, y, vx, vy.
-            let (x_vx_ab, x_vx_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
-            let (y_vy_ab, y_vy_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
-            let vx = _mm256_permute2f128_pd::<0x31>(x_vx_ab, x_vx_cd);
-            let vy = _mm256_permute2f128_pd::<0x31>(y_vy_ab, y_vy_cd);
+            let [origin_x, origin_y, vx, vy] = by_number([a, b, c, d]);
             let now = _mm256_set1_pd(question.now);
-            let origin_x = _mm256_permute2f128_pd::<0x20>(x_vx_ab, x_vx_cd);
-            let origin_y = _mm256_permute2f128_pd::<0x20>(y_vy_ab, y_vy_cd);
             let mut dx = _mm256_add_pd(origin_x, _mm256_mul_pd(vx, now));
             let mut dy = _mm256_add_pd(origin_y, _mm256_mul_pd(vy, now));
             if let Some([x, y]) = shifts {
                 (dx, dy) = (_mm256_sub_pd(dx, x), _mm256_sub_pd(dy, y));
             }
             Self::of([dx, dy], [vx, vy], sigma_squared, touching)
-        }
-    }
-
-    /// Four discs by their flights, number by number, seen shifted (length).
-    ///
-    /// # Safety
-    /// As [`eight`].
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    unsafe fn of_flights(
-        from: &[f64; 4],
-        now: f64,
-        like: &Like,
-        [x, y, vx, vy]: [&[f64; 4]; 4],
-        shift: [f64; 2],
-    ) -> Self {
-        // SAFETY: the caller vouches for AVX2; four numbers are read where four numbers are.
-        unsafe {
-            let vx = _mm256_sub_pd(_mm256_set1_pd(from[2]), _mm256_loadu_pd(vx.as_ptr()));
-            let vy = _mm256_sub_pd(_mm256_set1_pd(from[3]), _mm256_loadu_pd(vy.as_ptr()));
-            let origin_x = _mm256_sub_pd(_mm256_set1_pd(from[0]), _mm256_loadu_pd(x.as_ptr()));
-            let origin_y = _mm256_sub_pd(_mm256_set1_pd(from[1]), _mm256_loadu_pd(y.as_ptr()));
-            let now = _mm256_set1_pd(now);
-            let dx = _mm256_add_pd(origin_x, _mm256_mul_pd(vx, now));
-            let dy = _mm256_add_pd(origin_y, _mm256_mul_pd(vy, now));
-            let dx = _mm256_sub_pd(dx, _mm256_set1_pd(shift[0]));
-            let dy = _mm256_sub_pd(dy, _mm256_set1_pd(shift[1]));
-            let sigma_squared = _mm256_set1_pd(like.sigma_squared);
-            Self::of([dx, dy], [vx, vy], sigma_squared, _mm256_set1_pd(like.touching))
         }
     }
 

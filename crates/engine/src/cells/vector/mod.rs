@@ -2,12 +2,15 @@
 //!
 //! The one place of the project with unsafe code: calling functions that were compiled with instructions which the
 //! compiler does not take for granted, after having asked the processor for them; loads of eight lines whose indices
-//! were compared with the number of lines at once; loads of four numbers from eight; the store of a register; hints to
-//! memory. The store is in assembly. Neither version fuses a multiplication and an addition, and both do the same operations in
+//! were compared with the number of lines at once; loads and stores of as many numbers as there are; the store of a flight,
+//! in assembly; hints to memory. Neither version fuses a multiplication and an addition, and both do the same operations in
 //! the same order, so both compute the same bits.
 //!
 //! Tests are built with debug assertions, in which the standard library checks each unchecked access; those of the
 //! schedulers run their scenes both ways.
+//!
+//! What is written in pieces and read at once as a whole register has to wait until all of it has reached the cache, and with
+//! it all that hangs on it. So flights and lanes are written in whole registers, and cells of the grid in one piece.
 //!
 //! Registers of eight numbers (AVX-512) were tried, and were slower by 3% to 5%.
 
@@ -27,6 +30,7 @@ use glam::DVec2;
 
 use super::{
     Instructions, State,
+    glance::{Flights, Glance},
     line::{INDEX_MASK, Line},
     neighbourhood::{Around, image_of},
 };
@@ -102,15 +106,11 @@ pub(super) trait Kernel {
     /// The answer of any list.
     fn any(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot;
 
-    /// The answer to a disc on its flight, at a time, for eight like discs on theirs, seen shifted (length); none if nobody
-    /// comes to a contact.
-    fn in_block(
-        from: &[f64; 4],
-        now: f64,
-        like: &Like,
-        flights: &[[f64; DISC_LANES]; 4],
-        shift: [f64; 2],
-    ) -> Option<Soonest>;
+    /// [`Question::lanes`] of eight slots.
+    fn lanes(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes;
+
+    /// Which of eight discs may be met at all, a bit each.
+    fn near(glance: &Glance, flights: &Flights) -> u32;
 
     /// Writes a flight the way the others read it: numbers written one by one cannot be read as one register until
     /// they have reached the cache, and the flight is read again at once.
@@ -121,15 +121,22 @@ pub(super) trait Kernel {
 }
 
 impl Question<'_> {
-    /// Eight slots, as seen from the asking disc.
-    pub fn lanes(&self, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
+    /// |vx| + |vy| of the asking disc (length per time).
+    #[inline]
+    fn speed(&self) -> f64 {
+        self.from.flight[2].abs() + self.from.flight[3].abs()
+    }
+
+    /// Some slots, as seen from the asking disc.
+    #[inline]
+    pub fn lanes<const N: usize>(&self, slots: &[u32; N], images: bool) -> DiscLanes<N> {
         let from = &self.from.flight;
         let mut lanes = DiscLanes {
-            separation: [[0.0; DISC_LANES]; 2],
-            velocity: [[0.0; DISC_LANES]; 2],
-            contact_distance: [0.0; DISC_LANES],
+            separation: [[0.0; N]; 2],
+            velocity: [[0.0; N]; 2],
+            contact_distance: [0.0; N],
             separation_error: self.separation_error,
-            speed: from[2].abs() + from[3].abs(),
+            speed: self.speed(),
         };
         for (lane, &slot) in slots.iter().enumerate() {
             let other = &self.lines[(slot & INDEX_MASK) as usize];
@@ -337,32 +344,13 @@ impl Kernel for Portable {
     }
 
     #[inline]
-    fn in_block(
-        from: &[f64; 4],
-        now: f64,
-        like: &Like,
-        flights: &[[f64; DISC_LANES]; 4],
-        shift: [f64; 2],
-    ) -> Option<Soonest> {
-        let [x, y, vx, vy] = from.map(DVec2::splat);
-        let [mut b, mut c, mut discriminant] = [[0.0; DISC_LANES]; 3];
-        // Two discs at a time, as above.
-        for lane in (0..DISC_LANES).step_by(2) {
-            let number = |n: usize| DVec2::from_slice(&flights[n][lane..]);
-            let (vx, vy) = (number(2) - vx, number(3) - vy);
-            let dx = ((number(0) - x) + vx * now) + shift[0];
-            let dy = ((number(1) - y) + vy * now) + shift[1];
-            let cross = dx * vy - dy * vx;
-            (dx * vx + dy * vy).write_to_slice(&mut b[lane..]);
-            ((dx * dx + dy * dy) - like.sigma_squared).write_to_slice(&mut c[lane..]);
-            (like.sigma_squared * (vx * vx + vy * vy) - cross * cross)
-                .write_to_slice(&mut discriminant[lane..]);
-        }
-        let closing: u64 = b.iter().zip(&discriminant).map(|(&b, &d)| u64::from((b < 0.0) & (d > 0.0))).sum();
-        if closing == 0 {
-            return None;
-        }
-        Some(Self::soonest_of(&b, &c, &discriminant, &[like.touching; DISC_LANES]))
+    fn lanes(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
+        question.lanes(slots, images)
+    }
+
+    #[inline]
+    fn near(glance: &Glance, flights: &Flights) -> u32 {
+        glance.near(flights)
     }
 
     #[inline]
@@ -514,30 +502,8 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::neighbourhood::Neighbourhoods;
+    use crate::cells::{glance::Units, line::INDEX_BITS, neighbourhood::Neighbourhoods};
     use proptest::prelude::*;
-
-    type Flights = [[f64; DISC_LANES]; 4];
-
-    /// As one would write it down.
-    fn by_lanes(
-        from: &[f64; 4],
-        now: f64,
-        radius: f64,
-        flights: &Flights,
-        shift: [f64; 2],
-    ) -> Option<Soonest> {
-        let mut lanes = DiscLanes::empty(1e-15, from[2].abs() + from[3].abs());
-        (0..DISC_LANES).for_each(|lane| {
-            let to = |number: usize| flights[number][lane] - from[number];
-            let velocity = DVec2::new(to(2), to(3));
-            let separation = (DVec2::new(to(0), to(1)) + velocity * now) + DVec2::from_array(shift);
-            lanes.set(lane, separation, velocity, radius + radius);
-        });
-        let (times, in_contact) = lanes.closed_form();
-        let soonest = Soonest::of(&times, in_contact);
-        (soonest.time < f64::INFINITY).then_some(soonest)
-    }
 
     /// A question that can be put to any kernel.
     trait Put {
@@ -545,23 +511,17 @@ mod tests {
         fn to<K: Kernel>(&self) -> Self::Answer;
     }
 
-    /// To the discs of a block.
-    struct Block<'a> {
-        from: &'a [f64; 4],
-        now: f64,
-        like: &'a Like,
-        flights: &'a Flights,
-        shift: [f64; 2],
-    }
+    /// Who of a block may be met.
+    struct Look<'a>(&'a Glance, &'a Flights);
 
     /// To the discs of a list.
     struct List<'a>(Question<'a>, Around<'a>);
 
-    impl Put for Block<'_> {
-        type Answer = Option<Soonest>;
+    impl Put for Look<'_> {
+        type Answer = u32;
 
-        fn to<K: Kernel>(&self) -> Option<Soonest> {
-            K::in_block(self.from, self.now, self.like, self.flights, self.shift)
+        fn to<K: Kernel>(&self) -> u32 {
+            K::near(self.0, self.1)
         }
     }
 
@@ -570,6 +530,20 @@ mod tests {
 
         fn to<K: Kernel>(&self) -> SoonestSlot {
             let soonest = K::any(&self.0, &self.1);
+            self.1.for_each_eight(|slots| {
+                let images = self.1.at_border;
+                let (lanes, expected) = (K::lanes(&self.0, slots, images), self.0.lanes(slots, images));
+                let bits = |lanes: &DiscLanes| {
+                    let numbers = lanes.separation.iter().chain(&lanes.velocity).flatten();
+                    let rest = [lanes.separation_error, lanes.speed];
+                    numbers
+                        .chain(&lanes.contact_distance)
+                        .chain(&rest)
+                        .map(|n| n.to_bits())
+                        .collect::<Vec<_>>()
+                };
+                assert_eq!(bits(&lanes), bits(&expected));
+            });
             if let Some((slots, None)) = self.1.plain() {
                 assert_eq!(K::eight(self.0, self.0.like.as_ref(), slots).among(slots), soonest);
             }
@@ -590,10 +564,6 @@ mod tests {
             }
         }
         question.to::<Portable>()
-    }
-
-    fn bits(soonest: Option<Soonest>) -> Option<(u64, u32, bool)> {
-        soonest.map(|soonest| (soonest.time.to_bits(), soonest.slots, soonest.in_contact))
     }
 
     /// Which slots hold what.
@@ -686,41 +656,122 @@ mod tests {
             prop_assert!(slots.len() > DISC_LANES || answers[0].is_doubtful == (touched > 1 || in_contact));
         }
 
-        /// Eight flights, some places empty, some discs touching, some twice there: the same answer in all three ways.
+        /// Whoever is met before the epoch ends may be met at a glance: at a distance, at contact, in a graze to rounding, at
+        /// nearly the same velocity, in any units; and those at rest relative to each other that touch.
         #[test]
-        fn a_block_is_asked_the_same_question_in_all_ways(
-            others in prop::collection::vec((-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64), DISC_LANES),
-            kinds in prop::collection::vec(0u8..6, DISC_LANES),
-            velocity in (-1.0..1.0f64, -1.0..1.0f64), now in 0.0..2.0f64, image in (-1i32..2, -1i32..2),
+        fn a_glance_leaves_nobody_out(
+            others in prop::collection::vec(
+                (-0.66..0.66f64, -0.66..0.66f64, -1.0..1.0f64, -1.0..1.0f64), DISC_LANES),
+            kinds in prop::collection::vec(0u8..7, DISC_LANES), grazes in -1.0..1.0f64, slow in 0.0..12.0f64,
+            place in (0.0..1.0f64, 0.0..1.0f64), velocity in (-1.0..1.0f64, -1.0..1.0f64),
+            radius in 1.0..5.0f64, now in 0.0..1.0f64, limit in 0.1..8.0f64,
+            units in (-30i32..30, -30i32..30), image in 0usize..9,
         ) {
-            let from = [0.1, -0.2, velocity.0, velocity.1];
-            let shift = [f64::from(image.0), f64::from(image.1) * 0.5];
-            let radius = 0.15;
-            let mut flights = [[f64::NAN; DISC_LANES]; 4];
+            let (side, speed) = (2f64.powi(units.0), 2f64.powi(units.1));
+            let limit = limit * side / speed;
+            let (now, radius) = (now * limit, side * 10f64.powf(-radius));
+            let sides = DVec2::new(side, 0.75 * side);
+            let velocity = speed * 0.7 * DVec2::from(velocity);
+            let here = sides * DVec2::from(place);
+            let code = (image as u32 % 3) | ((image as u32 / 3) << 2);
+            let shift = DVec2::from_array(image_of(code << INDEX_BITS).map(f64::from)) * sides;
+            let mut units = Units::new(2.0 * radius, sides, limit, [DVec2::new(0.5 * speed, 0.0)].into_iter());
+            let asking = Line::new(&Motion { velocity, time: now, ..Motion::at_rest(here) }, radius);
+            let mut lines = vec![asking];
+            let mut flights = [[f32::NAN; DISC_LANES]; 4];
             for (lane, (&(x, y, vx, vy), kind)) in others.iter().zip(&kinds).enumerate() {
-                let flight = match kind {
+                let (mut apart, mut theirs) = (DVec2::new(x, y) * sides, speed * 0.7 * DVec2::new(vx, vy));
+                let towards = -apart.normalize_or(DVec2::X);
+                match kind {
                     // Nobody.
-                    0 => continue,
+                    0 => { lines.push(Line::dummy()); continue }
                     // At contact to rounding, and coming.
-                    1 => {
-                        let normal = DVec2::new(x, y).normalize_or(DVec2::X);
-                        let there = DVec2::new(from[0], from[1]) + 2.0 * radius * normal
-                            - DVec2::from_array(shift) + now * (DVec2::new(from[2], from[3]) - DVec2::new(vx, vy));
-                        [there.x, there.y, vx, vy]
+                    1 => apart = -2.0 * radius * towards,
+                    // On a course that grazes to rounding.
+                    2 => {
+                        let course = (theirs - velocity).normalize_or(DVec2::X);
+                        let miss = 2.0 * radius * (1.0 + 1e-15 * grazes) * course.perp();
+                        apart = miss - course * apart.length();
                     }
-                    // Where the one before is.
-                    2 if lane > 0 => flights.map(|numbers| numbers[lane - 1]),
-                    _ => [x, y, vx, vy],
-                };
-                for (numbers, number) in flights.iter_mut().zip(flight) {
+                    // Straight on, hardly faster.
+                    3 => theirs = velocity + speed * 10f64.powf(-slow) * towards,
+                    // At contact at the same velocity, to rounding.
+                    4 => {
+                        apart = -2.0 * radius * towards;
+                        theirs = velocity * (1.0 + f64::EPSILON * grazes) + speed * 1e-18 * towards;
+                    }
+                    _ => {}
+                }
+                let motion = Motion { velocity: theirs, time: now, ..Motion::at_rest(here + apart - shift) };
+                let line = Line::new(&motion, radius);
+                for (numbers, number) in flights.iter_mut().zip(units.keep(line.flight)) {
                     numbers[lane] = number;
                 }
+                lines.push(line);
             }
-            let like = Like::new(radius, 1e-15);
-            let expected = bits(by_lanes(&from, now, radius, &flights, shift));
-            let question = Block { from: &from, now, like: &like, flights: &flights, shift };
-            prop_assert_eq!(bits(question.to::<Portable>()), expected);
-            prop_assert_eq!(bits(with_widest(&question)), expected);
+            prop_assert!(!units.is_blind());
+            let glance = units.glance(&lines[0].flight, now).through(&units, code as usize);
+            let near = Look(&glance, &flights).to::<Portable>();
+            prop_assert_eq!(with_widest(&Look(&glance, &flights)), near);
+            let question = Question {
+                lines: &lines,
+                from: &lines[0],
+                now,
+                separation_error: 0.0,
+                sides: sides.to_array(),
+                like: Some(Like::new(radius, 0.0)),
+            };
+            let slots: [u32; DISC_LANES] = std::array::from_fn(|lane| (lane as u32 + 1) | code << INDEX_BITS);
+            let times = question.lanes(&slots, true).contact_times();
+            for (lane, time) in times.into_iter().enumerate() {
+                let may_be_met = near & (1 << lane) != 0;
+                prop_assert!(may_be_met || now + time > limit, "lane {}, kind {}, {}", lane, kinds[lane], time);
+                prop_assert!(!may_be_met || kinds[lane] > 0, "nobody is not met");
+            }
+        }
+    }
+
+    #[test]
+    fn a_glance_sorts_out_nearly_everybody() {
+        // Discs of radius 0.001 in the eight cells around, each 0.04 long: of a course, 0.004 in the circumference of a circle
+        // of 0.04 comes near; half of them are on the way back.
+        use rand::{RngExt, SeedableRng};
+        let mut random = rand_pcg::Pcg64::seed_from_u64(11);
+        let mut number = move || random.random::<f64>() - 0.5;
+        let velocities = [DVec2::new(1.0, 0.0)];
+        let mut units = Units::new(0.002, DVec2::ONE, 2.0, velocities.into_iter());
+        let mut seen = 0;
+        for _ in 0..1000 {
+            let glance = units.glance(&[0.5, 0.5, number(), number()], 0.0);
+            let mut flights = [[0.0; DISC_LANES]; 4];
+            for lane in 0..DISC_LANES {
+                let angle = std::f64::consts::TAU * number();
+                let kept = [0.5 + 0.04 * angle.cos(), 0.5 + 0.04 * angle.sin(), number(), number()];
+                units
+                    .keep(kept)
+                    .into_iter()
+                    .zip(&mut flights)
+                    .for_each(|(kept, numbers)| numbers[lane] = kept);
+            }
+            seen += Look(&glance, &flights).to::<Portable>().count_ones();
+        }
+        // 8000 (2 · 0.002 / 0.04) / (2 π) = 127 ± 11.
+        assert!((85..=170).contains(&seen), "{seen}");
+    }
+
+    #[test]
+    fn whoever_is_too_fast_makes_everybody_worth_asking() {
+        let units = |limit, speed| {
+            Units::new(0.1, DVec2::ONE, limit, [DVec2::new(speed, 0.0), DVec2::ZERO].into_iter())
+        };
+        let mut ordinary = units(1.0, 1.0);
+        ordinary.keep([0.0, 0.0, 2.0, -2.0]);
+        assert!(!ordinary.is_blind());
+        ordinary.keep([0.0, 0.0, 0.0, -4.0]);
+        assert!(ordinary.is_blind());
+        for blind in [units(1e9, 1.0), units(f64::INFINITY, 1.0), units(1.0, 0.0), units(f64::INFINITY, 0.0)]
+        {
+            assert!(blind.is_blind());
         }
     }
 }

@@ -1,0 +1,156 @@
+//! A first glance in single precision: which of eight discs another may meet at all.
+//!
+//! In a dilute gas many discs are looked at for each that is met. So their flights are kept in single precision, eight to
+//! a register, and only those that may be met are asked exactly. A glance leaves nobody out, so what happens does not depend
+//! on it.
+//!
+//! **Nobody is left out.** In units of the longer side of the box, and of a speed that nobody exceeds ([`Units::keep`] sees
+//! to that), a place in the box and each component of a velocity are 1 at most; let the epoch last T, and u be 2⁻²⁴. A place
+//! at its start is kept to u (1 + T), a velocity to u, the time now to u T; so another disc's place now is off by u (2 + 4 T), the
+//! asking one's, with its image, by 4 u, their separation d by u (7 + 4 T), and their relative velocity v by 4 u, along each
+//! axis. Two discs that touch at a distance σ before the epoch ends come therefore, as they are seen here, within σ + ε,
+//! with ε = √2 u (7 + 8 T). Then |d × v| ≤ (σ + ε) |v|, and since |d| < 1 (they are in adjacent cells of three or more), the
+//! left side is off by 2 u |v|, the squares by 3 u of themselves: [`reach`](Units::new) has room for that. They also approach,
+//! unless they are that near already; the rounding of d·v is below u (40 + 16 T) in either case. What is too small for single
+//! precision is added where it counts, [`UNDERFLOW`].
+
+use carom_detection::DISC_LANES;
+use glam::DVec2;
+
+use super::neighbourhood::image_of;
+
+/// Rounding of a single-precision number of magnitude 1.
+const U: f64 = 0.5 * f32::EPSILON as f64;
+
+/// More than all squares together lose that are too small to have all their digits. Smaller: discs at the same velocity,
+/// to rounding, may not be seen to touch.
+const UNDERFLOW: f32 = f32::MIN_POSITIVE;
+
+/// Epochs longer than this (in the units of the glance) are not looked through: everybody may be met.
+const LONGEST: f64 = 1e3;
+
+/// Flights of eight discs, x₀, y₀, vx, vy after each other; x₀ of nobody is NaN, and every comparison with it false.
+pub(super) type Flights = [[f32; DISC_LANES]; 4];
+
+/// In which units flights are kept, and what follows for an epoch.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Units {
+    /// What the numbers of a flight are multiplied by (1/length twice, 1/speed twice).
+    per_unit: [f64; 4],
+    /// What a time is multiplied by (1/time).
+    per_time: f64,
+    /// Square of the distance within which discs have to come, in these units.
+    reach_squared: f32,
+    /// d·v from which on they recede, in these units.
+    receding: f32,
+    /// By how much somebody is shifted who is seen in an image, by its code in a slot.
+    shifts: [[f32; 2]; 16],
+    /// Whether somebody is too fast, or the epoch too long: then everybody may be met.
+    is_blind: bool,
+}
+
+impl Units {
+    /// For discs that touch at this distance of their centres (length), in a box of these sides, with these velocities at the
+    /// start of an epoch that ends at `limit` (time).
+    pub fn new(
+        contact_distance: f64,
+        sides: DVec2,
+        limit: f64,
+        velocities: impl ExactSizeIterator<Item = DVec2>,
+    ) -> Self {
+        let (side, speed) = (sides.max_element(), hardly_exceeded(velocities));
+        let per_time = speed / side;
+        let longest = limit * per_time;
+        let reach = (1.0 + 8.0 * U) * contact_distance / side + U * (16.0 + 16.0 * longest);
+        let numbers = [1.0 / side, 1.0 / speed, per_time];
+        Self {
+            per_unit: [1.0 / side, 1.0 / side, 1.0 / speed, 1.0 / speed],
+            per_time,
+            reach_squared: (reach * reach) as f32,
+            receding: (U * (48.0 + 20.0 * longest)) as f32,
+            shifts: std::array::from_fn(|code| {
+                let [x, y] = image_of((code as u32) << super::line::INDEX_BITS);
+                [(f64::from(x) * sides.x / side) as f32, (f64::from(y) * sides.y / side) as f32]
+            }),
+            is_blind: !(longest <= LONGEST && numbers.iter().all(|number| number.is_normal())),
+        }
+    }
+
+    /// Whether everybody may be met, whatever a glance says.
+    pub fn is_blind(&self) -> bool {
+        self.is_blind
+    }
+
+    /// A flight as it is kept. If it is too fast for these units, they hold for nobody any longer.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub fn keep(&mut self, flight: [f64; 4]) -> [f32; 4] {
+        let kept: [f64; 4] = std::array::from_fn(|number| flight[number] * self.per_unit[number]);
+        self.is_blind |= !((kept[2].abs() <= 1.0) & (kept[3].abs() <= 1.0));
+        kept.map(|number| number as f32)
+    }
+
+    /// The glance of a disc on its flight, at a time.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub fn glance(&self, flight: &[f64; 4], now: f64) -> Glance {
+        let place = [flight[0] + flight[2] * now, flight[1] + flight[3] * now];
+        Glance {
+            place: place.map(|number| (number * self.per_unit[0]) as f32),
+            velocity: [(flight[2] * self.per_unit[2]) as f32, (flight[3] * self.per_unit[3]) as f32],
+            now: (now * self.per_time) as f32,
+            reach_squared: self.reach_squared,
+            receding: self.receding,
+        }
+    }
+}
+
+/// A speed that few of some discs ever reach: twice that of the fastest, and four times their root mean square, which of a
+/// gas in equilibrium one in 10⁷ exceeds; at the start of a run all may have the same.
+fn hardly_exceeded(velocities: impl ExactSizeIterator<Item = DVec2>) -> f64 {
+    let count = velocities.len() as f64;
+    let (fastest, sum) = velocities.map(DVec2::length_squared).fold((0.0, 0.0), |(fastest, sum), square| {
+        (if square > fastest { square } else { fastest }, sum + square)
+    });
+    2.0 * f64::max(fastest, 4.0 * sum / count).sqrt()
+}
+
+/// What is to be known of a disc that looks who may be met, in the units of the epoch.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Glance {
+    pub place: [f32; 2],
+    pub velocity: [f32; 2],
+    pub now: f32,
+    pub reach_squared: f32,
+    pub receding: f32,
+}
+
+impl Glance {
+    /// The same at others that are seen in the image with this code.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub fn through(self, units: &Units, code: usize) -> Self {
+        let [x, y] = units.shifts[code];
+        Self { place: [self.place[0] - x, self.place[1] - y], ..self }
+    }
+
+    /// The least σ² v² − (d × v)² of those that may be met.
+    pub const LEAST: f32 = -UNDERFLOW;
+
+    /// Which of eight discs may be met, a bit each, one number after the other.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub fn near(&self, [x, y, vx, vy]: &Flights) -> u32 {
+        let mut near = 0;
+        for lane in 0..DISC_LANES {
+            let dx = self.place[0] - (x[lane] + vx[lane] * self.now);
+            let dy = self.place[1] - (y[lane] + vy[lane] * self.now);
+            let (vx, vy) = (self.velocity[0] - vx[lane], self.velocity[1] - vy[lane]);
+            let cross = dx * vy - dy * vx;
+            let discriminant = self.reach_squared * (vx * vx + vy * vy) - cross * cross;
+            let may_meet = (dx * vx + dy * vy < self.receding) & (discriminant >= Self::LEAST);
+            near |= if may_meet { 1 << lane } else { 0 };
+        }
+        near
+    }
+}
