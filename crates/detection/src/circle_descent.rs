@@ -26,7 +26,7 @@ const ALL: [u32; CircleTree::CROSSOVER] = {
 /// A body as a tree of circles, be it of a single one.
 #[derive(Clone, Copy)]
 pub(crate) struct Body<'a> {
-    outline: Outline<'a>,
+    outline: &'a Outline<'a>,
 }
 
 /// A node of such a tree.
@@ -37,14 +37,14 @@ enum Place<'a> {
 }
 
 impl<'a> Body<'a> {
-    pub(crate) fn new(outline: Outline<'a>) -> Self {
+    pub(crate) fn new(outline: &'a Outline<'a>) -> Self {
         Self { outline }
     }
 
     fn root(self) -> Place<'a> {
         match self.outline.tree() {
             Some(tree) => Place::InTree(tree, tree.root()),
-            None => Place::Whole(bounding_circle(self.outline)),
+            None => Place::Whole(bounding_circle(*self.outline)),
         }
     }
 

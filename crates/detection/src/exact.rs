@@ -195,7 +195,7 @@ pub(crate) fn turning(
     search: &mut Search,
 ) {
     let blocks = BlockSearch::new(flight, [a.bounding_radius, b.bounding_radius]);
-    let bodies = [Body::new(a), Body::new(b)];
+    let bodies = [Body::new(&a), Body::new(&b)];
     match bodies.map(Body::only_block) {
         [Some(a), Some(b)] => blocks.search(a, b, window.begin, search),
         _ => descend(&blocks, bodies, window.begin, search),

@@ -29,7 +29,10 @@ impl<'a> Flight<'a> {
         let mut flight = Self {
             motion,
             spin: motion.angular_velocity,
-            turning: [0, 1].map(|body| Turning::new(motion.orientation[body], motion.angular_velocity[body])),
+            turning: [
+                Turning::new(motion.orientation[0], motion.angular_velocity[0]),
+                Turning::new(motion.orientation[1], motion.angular_velocity[1]),
+            ],
             speed: motion.velocity.length(),
             rotation_at_start: [DVec2::X; 2],
         };

@@ -35,6 +35,7 @@ pub struct Asker<'a> {
 
 impl<'a> Asker<'a> {
     /// A body of this shape and motion at `now` (time).
+    #[inline]
     pub fn new(outline: Outline<'a>, motion: &Motion, now: f64) -> Self {
         let angular_velocity = motion.angular_velocity;
         let duration = now - motion.time;

@@ -211,6 +211,7 @@ impl Molecule {
     }
 
     /// What detection needs of this molecule.
+    #[inline]
     pub fn outline(&self) -> Outline<'_> {
         Outline {
             atoms: &self.atoms,

@@ -124,7 +124,7 @@ impl State {
         let outline = world.bodies()[body as usize].kind.molecule.outline();
         let asker = Asker::new(outline, &self.molecules.motions[body as usize], now);
         list.for_each_eight(|slots| {
-            let lanes = question.lanes(slots, list.at_border);
+            let lanes = K::lanes(&question, slots, list.at_border);
             let times = detection.apart_until(&asker, &lanes, best.time - now);
             for (&slot, bound) in slots.iter().zip(times) {
                 let other = slot & INDEX_MASK;

@@ -293,13 +293,11 @@ impl Neighbourhoods {
 
     #[inline(never)]
     fn step_along_border(&mut self, disc: u32, from: [u16; 2], to: [u16; 2], axis: usize, direction: i32) {
+        let offset =
+            |along: i32, sideways: i32| if axis == 0 { [along, sideways] } else { [sideways, along] };
         for sideways in -1..=1 {
-            let mut behind = [sideways; 2];
-            behind[axis] = -direction;
-            self.remove(disc, from, behind);
-            let mut ahead = [sideways; 2];
-            ahead[axis] = direction;
-            self.add(disc, to, ahead);
+            self.remove(disc, from, offset(-direction, sideways));
+            self.add(disc, to, offset(direction, sideways));
         }
     }
 
