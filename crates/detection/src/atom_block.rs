@@ -204,18 +204,15 @@ impl<'a> BlockSearch<'a> {
 impl<const N: usize> Row<N> {
     #[inline]
     fn new(atoms: Atoms<'_>) -> Self {
-        let mut row = Self { x: [0.0; N], y: [0.0; N], radius: [0.0; N], arm: [0.0; N], reach: [0.0; N] };
-        let last = atoms.indices.len().saturating_sub(1);
-        for lane in 0..N {
-            let Some(&index) = atoms.indices.get(lane.min(last)) else { break };
-            let atom = &atoms.all[index as usize];
-            row.x[lane] = atom.offset().x;
-            row.y[lane] = atom.offset().y;
-            row.radius[lane] = atom.radius();
-            row.arm[lane] = atom.arm();
-            row.reach[lane] = atom.arm() + atom.radius();
+        let last = atoms.indices.len() - 1;
+        let atoms: [&Atom; N] = std::array::from_fn(|lane| &atoms.all[atoms.indices[lane.min(last)] as usize]);
+        Self {
+            x: atoms.map(|atom| atom.offset().x),
+            y: atoms.map(|atom| atom.offset().y),
+            radius: atoms.map(Atom::radius),
+            arm: atoms.map(Atom::arm),
+            reach: atoms.map(|atom| atom.arm() + atom.radius()),
         }
-        row
     }
 }
 
