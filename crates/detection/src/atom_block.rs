@@ -205,7 +205,8 @@ impl<const N: usize> Row<N> {
     #[inline]
     fn new(atoms: Atoms<'_>) -> Self {
         let last = atoms.indices.len() - 1;
-        let atoms: [&Atom; N] = std::array::from_fn(|lane| &atoms.all[atoms.indices[lane.min(last)] as usize]);
+        let atoms: [&Atom; N] =
+            std::array::from_fn(|lane| &atoms.all[atoms.indices[lane.min(last)] as usize]);
         Self {
             x: atoms.map(|atom| atom.offset().x),
             y: atoms.map(|atom| atom.offset().y),

@@ -15,7 +15,7 @@
 //! precision is added where it counts, [`UNDERFLOW`].
 
 use carom_detection::DISC_LANES;
-use glam::DVec2;
+use glam::{DVec2, Vec4};
 
 use super::neighbourhood::image_of;
 
@@ -137,20 +137,22 @@ impl Glance {
     /// The least σ² v² − (d × v)² of those that may be met.
     pub const LEAST: f32 = -UNDERFLOW;
 
-    /// Which of eight discs may be met, a bit each, one number after the other.
+    /// Which of eight discs may be met, a bit each: four at a time, as the registers of every processor have room for.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub fn near(&self, [x, y, vx, vy]: &Flights) -> u32 {
-        let mut near = 0;
-        for lane in 0..DISC_LANES {
-            let dx = self.place[0] - (x[lane] + vx[lane] * self.now);
-            let dy = self.place[1] - (y[lane] + vy[lane] * self.now);
-            let (vx, vy) = (self.velocity[0] - vx[lane], self.velocity[1] - vy[lane]);
+    pub fn near(&self, flights: &Flights) -> u32 {
+        let [place_x, place_y] = self.place.map(Vec4::splat);
+        let [velocity_x, velocity_y] = self.velocity.map(Vec4::splat);
+        let (now, reach_squared) = (Vec4::splat(self.now), Vec4::splat(self.reach_squared));
+        let (receding, least) = (Vec4::splat(self.receding), Vec4::splat(Self::LEAST));
+        let four = |first: usize| {
+            let [x, y, vx, vy] = flights.each_ref().map(|numbers| Vec4::from_slice(&numbers[first..]));
+            let (dx, dy) = (place_x - (x + vx * now), place_y - (y + vy * now));
+            let (vx, vy) = (velocity_x - vx, velocity_y - vy);
             let cross = dx * vy - dy * vx;
-            let discriminant = self.reach_squared * (vx * vx + vy * vy) - cross * cross;
-            let may_meet = (dx * vx + dy * vy < self.receding) & (discriminant >= Self::LEAST);
-            near |= if may_meet { 1 << lane } else { 0 };
-        }
-        near
+            let discriminant = reach_squared * (vx * vx + vy * vy) - cross * cross;
+            ((dx * vx + dy * vy).cmplt(receding) & discriminant.cmpge(least)).bitmask()
+        };
+        four(0) | four(DISC_LANES / 2) << (DISC_LANES / 2)
     }
 }
