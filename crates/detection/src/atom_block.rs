@@ -204,6 +204,7 @@ impl<'a> BlockSearch<'a> {
 impl<const N: usize> Row<N> {
     #[inline]
     fn new(atoms: Atoms<'_>) -> Self {
+        // There is always one: what has no atoms has a face, and is not searched here.
         let last = atoms.indices.len() - 1;
         let atoms: [&Atom; N] =
             std::array::from_fn(|lane| &atoms.all[atoms.indices[lane.min(last)] as usize]);

@@ -29,6 +29,7 @@ impl<'a> Flight<'a> {
         let mut flight = Self {
             motion,
             spin: motion.angular_velocity,
+            // One by one: `map` would take them through memory more than once.
             turning: [
                 Turning::new(motion.orientation[0], motion.angular_velocity[0]),
                 Turning::new(motion.orientation[1], motion.angular_velocity[1]),

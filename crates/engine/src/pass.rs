@@ -95,6 +95,7 @@ impl<D: Detection, R: Response, O: Observer> EventLoop for Pass<'_, D, R, O> {
                 let flights = [[a[0], b[0]], after];
                 queue.flights_changed(self.world, self.detection, bodies, time, flights);
             } else {
+                // One by one: `map` would take them through memory more than once.
                 let before = [queue.motion(bodies[0]).at(time), queue.motion(bodies[1]).at(time)];
                 let after = self.resolve(contact, before)?;
                 queue.motions_changed(self.world, self.detection, bodies, after);

@@ -81,7 +81,8 @@ pub(crate) fn ordered(pair: [u32; 2], image: [i32; 2]) -> ([u32; 2], [i32; 2]) {
 /// Gives the contacts in order of time and takes over what becomes of them, while an epoch runs.
 ///
 /// The engine promises: after a contact the bodies' new motions are handed over before the next is asked for; the world
-/// does not change meanwhile. The queue promises: no contact of the present motions before the one it gives.
+/// does not change meanwhile; nothing is asked for beyond the end of the epoch, which comes no later than was said at its
+/// beginning. The queue promises: no contact of the present motions before the one it gives.
 #[doc(alias = "calendar")]
 pub trait EventQueue {
     /// Goes on to the next contact no later than `stop` (offset in the epoch, time).

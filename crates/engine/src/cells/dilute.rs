@@ -2,7 +2,7 @@
 //!
 //! Far apart, discs cross many cells between two contacts. So each keeps its soonest contact also while a crossing goes
 //! before it, and after the crossing asks only those it could not see before. The rule that nothing is missed stands:
-//! the contact kept is the soonest with all that were related when the disc was last predicted in full; whoever has become
+//! the contact kept is the soonest, in this epoch, with all that were related when the disc was last predicted in full; whoever has become
 //! related since was asked at the crossing that made it so, or crossed over itself and asked then; whoever has changed its
 //! motion since has asked. If the partner of the contact kept has changed since, its time is still a lower bound of
 //! all those, and the full prediction is made when it comes up.
@@ -16,7 +16,7 @@ use carom_detection::{DISC_LANES, Detection};
 use super::{
     State,
     line::{INDEX_BITS, INDEX_MASK, Kind},
-    vector::Kernel,
+    vector::{Kernel, goes_before, sooner},
 };
 
 impl State {
@@ -62,12 +62,10 @@ impl State {
         let contact_time = now + soonest;
         let line = &self.lines[disc as usize];
         let version = self.lines[partner as usize].version;
-        // Of two contacts at one time that with the disc inserted first.
-        let sooner = (contact_time < line.later())
-            | ((contact_time == line.later()) & (contact_time < f64::INFINITY) & (partner < line.partner()));
-        let time = select(sooner, contact_time, line.later());
-        let partner = select(sooner, partner, line.partner());
-        let version = select(sooner, version, line.partner_version);
+        let is_sooner = goes_before((contact_time, partner), (line.later(), line.partner()));
+        let time = select(is_sooner, contact_time, line.later());
+        let partner = select(is_sooner, partner, line.partner());
+        let version = select(is_sooner, version, line.partner_version);
         self.settle_among_few(disc, now, time, partner, version)
     }
 
@@ -102,8 +100,8 @@ impl State {
         time
     }
 
-    /// The soonest contact (from now on) with the discs of some cells around a disc's own, and with whom. Of contacts at
-    /// one time it is that with the disc inserted first.
+    /// The soonest contact in this epoch (from now on) with the discs of some cells around a disc's own, and with whom. Of
+    /// contacts at one time it is that with the disc inserted first.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn ask_cells<D: Detection, K: Kernel, const N: usize>(
@@ -114,6 +112,7 @@ impl State {
         now: f64,
     ) -> (f64, u32) {
         let question = self.question(disc, now);
+        debug_assert!(question.like.is_some(), "discs of a dilute gas that are not alike");
         let (blocks, units) = (self.rosters.blocks(), self.rosters.units());
         let glance = units.glance(&question.from.flight, now);
         let in_closed_form = detection.decides_discs_in_closed_form();
@@ -149,10 +148,34 @@ impl State {
     }
 }
 
-/// Of two contacts the sooner, or that with the disc inserted first.
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-fn sooner(one: (f64, u32), other: (f64, u32)) -> (f64, u32) {
-    let tie = (other.0 == one.0) & (other.1 < one.1) & (one.0 < f64::INFINITY);
-    if (other.0 < one.0) | tie { other } else { one }
+#[cfg(test)]
+mod tests {
+    use crate::{Cells, GasSpec, Instructions, Scene, Simulation, cells::Layout};
+    use carom_detection::Exact;
+    use carom_response::Impact;
+
+    fn disc(mass: f64, energy: f64) -> GasSpec {
+        GasSpec { radius: Some(0.004), mass: Some(mass), energy, count: Some(60), ..GasSpec::default() }
+    }
+
+    /// After how many of the contacts a glance told nothing.
+    fn blind(gas: Vec<GasSpec>, contacts: usize) -> usize {
+        let scene = Scene { gas, ..Scene::default() };
+        let mut simulation: Simulation<_, _, Cells> =
+            Simulation::with(&scene, Exact::default(), Impact, Instructions::Widest).unwrap();
+        let mut is_blind = || {
+            simulation.step(1e3, &mut ()).unwrap();
+            let Layout::Grid(state) = &simulation.scheduler.0 else { panic!("no cells") };
+            assert!(state.grid.is_dilute());
+            state.rosters.units().is_blind()
+        };
+        (0..contacts).filter(|_| is_blind()).count()
+    }
+
+    #[test]
+    fn a_gas_is_seen_through_unless_some_get_faster_than_anybody_was() {
+        assert_eq!(blind(vec![disc(1.0, 1.0)], 3000), 0);
+        let kicked = blind(vec![disc(1.0, 1.0), disc(1e-3, 1e-9)], 10_000);
+        assert!((100..9_900).contains(&kicked), "{kicked}");
+    }
 }

@@ -7,7 +7,7 @@ use carom_detection::Detection;
 use super::{
     State,
     line::{INDEX_MASK, Kind, Line},
-    vector::{Kernel, Question},
+    vector::{Kernel, Question, sooner},
 };
 use crate::{ContactEvent, Parts, World};
 
@@ -102,14 +102,11 @@ impl State {
     fn look_closer<D: Detection>(&self, detection: &D, disc: u32, now: f64) -> (f64, u32) {
         let question = self.question(disc, now);
         let list = self.neighbourhoods.list(question.from.cell());
-        let (mut soonest, mut partner) = (f64::INFINITY, 0);
+        let mut soonest = (f64::INFINITY, 0);
         list.for_each_eight(|slots| {
-            let (time, other) = question.look_closer(detection, slots, list.at_border);
-            if time < soonest || (time == soonest && time < f64::INFINITY && other < partner) {
-                (soonest, partner) = (time, other);
-            }
+            soonest = sooner(soonest, question.look_closer(detection, slots, list.at_border));
         });
-        (soonest, partner)
+        soonest
     }
 
     /// When a disc leaves its cell, and where to. A velocity of exactly 0 never does; 0/0 must not be formed.

@@ -9,24 +9,27 @@
 //! at its start is kept to u (1 + T), a velocity to u, the time now to u T; so another disc's place now is off by u (2 + 4 T), the
 //! asking one's, with its image, by 4 u, their separation d by u (7 + 4 T), and their relative velocity v by 4 u, along each
 //! axis. Two discs that touch at a distance σ before the epoch ends come therefore, as they are seen here, within σ + ε,
-//! with ε = √2 u (7 + 8 T). Then |d × v| ≤ (σ + ε) |v|, and since |d| < 1 (they are in adjacent cells of three or more), the
-//! left side is off by 2 u |v|, the squares by 3 u of themselves: [`reach`](Units::new) has room for that. They also approach,
-//! unless they are that near already; the rounding of d·v is below u (40 + 16 T) in either case. What is too small for single
-//! precision is added where it counts, [`UNDERFLOW`].
+//! with ε = √2 u (7 + 8 T). Then |d × v| ≤ (σ + ε) |v|; since |d| < 1 (they are in adjacent cells of three or more), the left
+//! side is off by 2 u |v|, and what is compared by 2.5 u of itself: σ (1 + 2.5 u) + u (12 + 11.4 T) is needed, and [`Units::new`]
+//! takes σ (1 + 8 u) + u (16 + 16 T). Whoever is met approaches, d·v < 0; its error here is below u (40 + 16 T), where 48 + 20 T
+//! is taken. What is too small for single precision is added where it counts, [`UNDERFLOW`].
+//!
+//! What comes after the end of the epoch may be left out or not. It never happens.
 
 use carom_detection::DISC_LANES;
 use glam::{DVec2, Vec4};
 
 use super::neighbourhood::image_of;
 
-/// Rounding of a single-precision number of magnitude 1.
-const U: f64 = 0.5 * f32::EPSILON as f64;
+/// u, the rounding of a single-precision number of magnitude 1.
+const U_SINGLE: f64 = 0.5 * f32::EPSILON as f64;
 
 /// More than all squares together lose that are too small to have all their digits. Smaller: discs at the same velocity,
 /// to rounding, may not be seen to touch.
 const UNDERFLOW: f32 = f32::MIN_POSITIVE;
 
-/// Epochs longer than this (in the units of the glance) are not looked through: everybody may be met.
+/// Epochs longer than this (in the units of the glance) are not looked through: everybody may be met. A few sides of the box
+/// at the greatest speed are never so long; this is for times that are no time. Larger: places would have no digits left.
 const LONGEST: f64 = 1e3;
 
 /// Flights of eight discs, x₀, y₀, vx, vy after each other; x₀ of nobody is NaN, and every comparison with it false.
@@ -61,13 +64,13 @@ impl Units {
         let (side, speed) = (sides.max_element(), hardly_exceeded(velocities));
         let per_time = speed / side;
         let longest = limit * per_time;
-        let reach = (1.0 + 8.0 * U) * contact_distance / side + U * (16.0 + 16.0 * longest);
+        let reach = (1.0 + 8.0 * U_SINGLE) * contact_distance / side + U_SINGLE * (16.0 + 16.0 * longest);
         let numbers = [1.0 / side, 1.0 / speed, per_time];
         Self {
             per_unit: [1.0 / side, 1.0 / side, 1.0 / speed, 1.0 / speed],
             per_time,
             reach_squared: (reach * reach) as f32,
-            receding: (U * (48.0 + 20.0 * longest)) as f32,
+            receding: (U_SINGLE * (48.0 + 20.0 * longest)) as f32,
             shifts: std::array::from_fn(|code| {
                 let [x, y] = image_of((code as u32) << super::line::INDEX_BITS);
                 [(f64::from(x) * sides.x / side) as f32, (f64::from(y) * sides.y / side) as f32]
@@ -86,7 +89,10 @@ impl Units {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub fn keep(&mut self, flight: [f64; 4]) -> [f32; 4] {
         let kept: [f64; 4] = std::array::from_fn(|number| flight[number] * self.per_unit[number]);
-        self.is_blind |= !((kept[2].abs() <= 1.0) & (kept[3].abs() <= 1.0));
+        // Not written unless it changes: it is read in one piece with what stands beside it.
+        if !((kept[2].abs() <= 1.0) & (kept[3].abs() <= 1.0)) {
+            self.is_blind = true;
+        }
         kept.map(|number| number as f32)
     }
 
@@ -154,5 +160,53 @@ impl Glance {
             ((dx * vx + dy * vy).cmplt(receding) & discriminant.cmpge(least)).bitmask()
         };
         four(0) | four(DISC_LANES / 2) << (DISC_LANES / 2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn units<const N: usize>(limit: f64, speeds: [f64; N]) -> Units {
+        Units::new(0.1, DVec2::ONE, limit, speeds.map(|speed| DVec2::new(0.0, speed)).into_iter())
+    }
+
+    #[test]
+    fn whoever_is_too_fast_makes_everybody_worth_asking() {
+        // Twice the fastest, or four times the root mean square.
+        for (speeds, bound) in
+            [([1.0, 0.0], 8.0_f64.sqrt()), ([1.0, 1.0], 4.0), ([1e-3, 0.0], 8e-6_f64.sqrt())]
+        {
+            let mut units = units(1.0, speeds);
+            units.keep([0.0, 0.0, 0.999 * bound, -0.999 * bound]);
+            assert!(!units.is_blind(), "{bound}");
+            units.keep([0.0, 0.0, 0.0, -1.001 * bound]);
+            assert!(units.is_blind(), "{bound}");
+        }
+        let mut units = units(1.0, [1.0]);
+        units.keep([0.0, 0.0, 0.0, f64::NAN]);
+        assert!(units.is_blind());
+    }
+
+    #[test]
+    fn where_nothing_can_be_seen_everybody_is_asked() {
+        let nobody = Units::new(0.1, DVec2::ONE, 1.0, [].into_iter());
+        let blind = [
+            nobody,
+            units(1e9, [1.0]),
+            units(f64::INFINITY, [1.0]),
+            units(f64::NAN, [1.0]),
+            units(1.0, [0.0]),
+            units(f64::INFINITY, [0.0]),
+            // Its square is 0.
+            units(1e300, [1e-300]),
+            units(1.0, [f64::NAN]),
+        ];
+        assert!(blind.iter().all(Units::is_blind), "{blind:?}");
+        // A square with few digits gives a speed that is kept to, whatever it is.
+        let mut coarse = units(1e161, [1e-161]);
+        assert!(!coarse.is_blind());
+        coarse.keep([0.0, 0.0, 0.0, 1e-160]);
+        assert!(coarse.is_blind());
     }
 }

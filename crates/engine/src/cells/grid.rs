@@ -19,9 +19,9 @@ pub(super) struct CellGrid {
     is_dilute: bool,
 }
 
-/// A gas of like discs is dilute if there is room for each of so many diameters a side. Smaller: cells are too long for
-/// what they hold. Larger: more crossings between two contacts.
-const DILUTE: f64 = 4.0;
+/// A gas of like discs is dilute if there is room for each of so many diameters a side, that is up to an area fraction of
+/// 0.074. Smaller: cells are too long for what they hold. Larger: more crossings between two contacts, and more memory.
+const DILUTE: f64 = 3.25;
 
 /// Cells for each disc of a dilute gas, so that one holds four, half of what is looked at in one go. More: they are left
 /// more often, and hold more empty places. Fewer: a cell needs a second block too often.

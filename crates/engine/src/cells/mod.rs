@@ -21,9 +21,10 @@
 //! crossing or a listing, and the body whose event that is is predicted right after the lists have changed.
 //! (3) *Invariant:* for a related pair with a first contact t under the present motions, let k be the one predicted
 //! last. Neither motion has changed since (whoever's does is predicted at that moment, and would be the last), nor has
-//! the relation begun later; so the pair was among k's candidates, and k's event is at t or before: k keeps the soonest of
-//! its contacts, its crossing or shell event, and its re-checks ("certified free until", which is before t). A
-//! candidate is passed over only when it is certainly not before the event that k keeps. k's event changes only by a new
+//! the relation begun later; so the pair was among k's candidates, and k's event is at t or before, if t is before the end of
+//! the epoch: k keeps the soonest of its contacts, its crossing or shell event, and its re-checks ("certified free until",
+//! which is before t). A candidate is passed over only when it is certainly not before the event that k keeps, or not before
+//! the end of the epoch (see `glance`), which never moves to a later time. k's event changes only by a new
 //! prediction, which asks for the pair again: a contact takes the events of both its bodies off the calendar, and both are
 //! predicted before the next is asked for, or the epoch begins anew. So the soonest event of all is never later than the next
 //! contact. Versions go up with every change of motion, so no event acts on a motion that is no more; a stale event is a lower

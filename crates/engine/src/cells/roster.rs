@@ -64,7 +64,7 @@ impl Rosters {
         self.units = units;
         let cells = (columns * rows) as usize;
         self.flights.clear();
-        self.flights.resize(cells, Block::NONE);
+        self.flights.resize(cells, Block::EMPTY);
         self.discs.clear();
         self.discs.resize(cells, [discs; DISC_LANES]);
         self.next.clear();
@@ -158,7 +158,7 @@ impl Rosters {
                     self.discs.reserve_exact(more);
                     self.next.reserve_exact(more);
                 }
-                self.flights.push(Block::NONE);
+                self.flights.push(Block::EMPTY);
                 self.discs.push([self.dummy; DISC_LANES]);
                 self.next.push(NONE);
                 self.next.len() as u32 - 1
@@ -247,7 +247,7 @@ fn lowest(places: u32) -> usize {
 }
 
 impl Block {
-    const NONE: Self = Self([[f32::NAN; DISC_LANES]; 4]);
+    const EMPTY: Self = Self([[f32::NAN; DISC_LANES]; 4]);
 
     #[inline]
     fn set(&mut self, lane: usize, flight: [f32; 4]) {

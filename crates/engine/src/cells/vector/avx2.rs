@@ -1,5 +1,5 @@
-//! The closed form of [`DiscLanes::closed_form`](carom_detection::DiscLanes::closed_form) in registers of four numbers,
-//! operation by operation.
+//! Discs asked in registers of four numbers, and seen at a glance in registers of eight, operation by operation as in
+//! [`DiscLanes::closed_form`], [`Question::lanes`] and [`Glance::near`].
 
 use std::arch::asm;
 use std::arch::x86_64::{
@@ -20,7 +20,7 @@ use super::{
     SoonestSlot, image_of,
 };
 
-/// Four numbers at a time. To be used in code compiled for AVX2 only: this is what its functions rely on.
+/// Registers of 256 bits. To be used in code compiled for AVX2 only: this is what its functions rely on.
 pub(in crate::cells) struct Avx2;
 
 impl Kernel for Avx2 {
@@ -193,7 +193,7 @@ unsafe fn by_number([a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 unsafe fn lanes<const IMAGES: bool>(question: &Question<'_>, slots: &[u32; DISC_LANES]) -> DiscLanes {
     let mut lanes = DiscLanes::empty(question.separation_error, question.speed());
-    // SAFETY: the caller vouches for AVX2; four numbers are written where four numbers are.
+    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
     unsafe {
         let [a, b, c, d, e, f, g, h] = bodies::<IMAGES>(question, slots);
         let [s, t, u, v, w, x, y, z] = *slots;

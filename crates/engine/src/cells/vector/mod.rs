@@ -12,7 +12,7 @@
 //! What is written in pieces and read at once as a whole register has to wait until all of it has reached the cache, and with
 //! it all that hangs on it. So flights and lanes are written in whole registers, and cells of the grid in one piece.
 //!
-//! Registers of eight numbers (AVX-512) were tried, and were slower by 3% to 5%.
+//! Registers of eight such numbers (AVX-512) were tried, and were slower by 3% to 5%.
 
 #![allow(
     unsafe_code,
@@ -169,16 +169,24 @@ impl Question<'_> {
         slots: &[u32; DISC_LANES],
         images: bool,
     ) -> (f64, u32) {
-        let (mut soonest, mut partner) = (f64::INFINITY, 0);
         let times = detection.disc_contacts(&self.lanes(slots, images));
-        for (&slot, time) in slots.iter().zip(times) {
-            let other = slot & INDEX_MASK;
-            if time < soonest || (time == soonest && time < f64::INFINITY && other < partner) {
-                (soonest, partner) = (time, other);
-            }
-        }
-        (soonest, partner)
+        let contacts = slots.iter().zip(times).map(|(&slot, time)| (time, slot & INDEX_MASK));
+        contacts.fold((f64::INFINITY, 0), sooner)
     }
+}
+
+/// Of two contacts, a time and with whom, the sooner; of two at one time that with the disc inserted first.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+pub(super) fn sooner(one: (f64, u32), other: (f64, u32)) -> (f64, u32) {
+    if goes_before(other, one) { other } else { one }
+}
+
+/// Whether a contact goes before another.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+pub(super) fn goes_before((time, with): (f64, u32), (other_time, with_other): (f64, u32)) -> bool {
+    (time < other_time) | ((time == other_time) & (with < with_other) & (time < f64::INFINITY))
 }
 
 impl Soonest {
@@ -202,7 +210,7 @@ impl Soonest {
     /// touched at an infinite time.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    pub fn is_doubtful(&self) -> bool {
+    fn is_doubtful(&self) -> bool {
         let several = self.slots & (self.slots.wrapping_sub(1)) != 0;
         (several & (self.time < f64::INFINITY)) | self.in_contact
     }
@@ -348,7 +356,8 @@ impl Kernel for Portable {
         question.lanes(slots, images)
     }
 
-    #[inline]
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "what the glance knows is to stay in registers")]
     fn near(glance: &Glance, flights: &Flights) -> u32 {
         glance.near(flights)
     }
@@ -671,16 +680,18 @@ mod tests {
             let limit = limit * side / speed;
             let (now, radius) = (now * limit, side * 10f64.powf(-radius));
             let sides = DVec2::new(side, 0.75 * side);
-            let velocity = speed * 0.7 * DVec2::from(velocity);
+            let velocity = speed * 0.9 * DVec2::from(velocity);
             let here = sides * DVec2::from(place);
             let code = (image as u32 % 3) | ((image as u32 / 3) << 2);
             let shift = DVec2::from_array(image_of(code << INDEX_BITS).map(f64::from)) * sides;
-            let mut units = Units::new(2.0 * radius, sides, limit, [DVec2::new(0.5 * speed, 0.0)].into_iter());
+            // A quarter: four times that is what nobody exceeds.
+            let at_start = [DVec2::new(0.25 * speed, 0.0)];
+            let mut units = Units::new(2.0 * radius, sides, limit, at_start.into_iter());
             let asking = Line::new(&Motion { velocity, time: now, ..Motion::at_rest(here) }, radius);
             let mut lines = vec![asking];
             let mut flights = [[f32::NAN; DISC_LANES]; 4];
             for (lane, (&(x, y, vx, vy), kind)) in others.iter().zip(&kinds).enumerate() {
-                let (mut apart, mut theirs) = (DVec2::new(x, y) * sides, speed * 0.7 * DVec2::new(vx, vy));
+                let (mut apart, mut theirs) = (DVec2::new(x, y) * sides, speed * DVec2::new(vx, vy));
                 let towards = -apart.normalize_or(DVec2::X);
                 match kind {
                     // Nobody.
@@ -694,7 +705,7 @@ mod tests {
                         apart = miss - course * apart.length();
                     }
                     // Straight on, hardly faster.
-                    3 => theirs = velocity + speed * 10f64.powf(-slow) * towards,
+                    3 => theirs = velocity + speed * 0.1 * 10f64.powf(-slow) * towards,
                     // At contact at the same velocity, to rounding.
                     4 => {
                         apart = -2.0 * radius * towards;
@@ -757,21 +768,5 @@ mod tests {
         }
         // 8000 (2 · 0.002 / 0.04) / (2 π) = 127 ± 11.
         assert!((85..=170).contains(&seen), "{seen}");
-    }
-
-    #[test]
-    fn whoever_is_too_fast_makes_everybody_worth_asking() {
-        let units = |limit, speed| {
-            Units::new(0.1, DVec2::ONE, limit, [DVec2::new(speed, 0.0), DVec2::ZERO].into_iter())
-        };
-        let mut ordinary = units(1.0, 1.0);
-        ordinary.keep([0.0, 0.0, 2.0, -2.0]);
-        assert!(!ordinary.is_blind());
-        ordinary.keep([0.0, 0.0, 0.0, -4.0]);
-        assert!(ordinary.is_blind());
-        for blind in [units(1e9, 1.0), units(f64::INFINITY, 1.0), units(1.0, 0.0), units(f64::INFINITY, 0.0)]
-        {
-            assert!(blind.is_blind());
-        }
     }
 }
