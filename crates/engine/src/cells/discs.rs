@@ -20,18 +20,16 @@ impl State {
         let list = self.neighbourhoods.list(from.cell());
         // Each branch makes its own question: one that both share would be written to memory first. No branch on what
         // they answer: that hangs on the end of the chain.
-        let soonest = match (list.plain(), &self.like) {
-            (Some((slots, None)), Some(like)) => {
-                K::eight(self.question(disc, now), Some(like), slots).among(slots)
+        let soonest = match (list.plain(), self.like) {
+            // Said once more, so that it is known where it is compiled.
+            (Some((slots, None)), like @ Some(_)) => {
+                K::eight(Question { like, ..self.question(disc, now) }, slots).among(slots)
             }
-            (Some((first, second)), like) => {
-                let soonest = K::eight(self.question(disc, now), like.as_ref(), first).among(first);
+            (Some((first, second)), _) => {
+                let soonest = K::eight(self.question(disc, now), first).among(first);
                 match second {
                     None => soonest,
-                    Some(second) => {
-                        let other = K::eight(self.question(disc, now), like.as_ref(), second);
-                        soonest.or(other.among(second))
-                    }
+                    Some(second) => soonest.or(K::eight(self.question(disc, now), second).among(second)),
                 }
             }
             (None, _) => K::any(&self.question(disc, now), &list),

@@ -16,8 +16,8 @@ use std::arch::x86_64::{
 use carom_kinematics::HALF_ULP;
 
 use super::{
-    Around, DISC_LANES, DiscLanes, Flights, Glance, INDEX_MASK, Kernel, Like, Line, Question, Soonest,
-    SoonestSlot, image_of,
+    Around, DISC_LANES, DiscLanes, Flights, Glance, INDEX_MASK, Kernel, Line, Question, Soonest, SoonestSlot,
+    image_of,
 };
 
 /// Registers of 256 bits. To be used in code compiled for AVX2 only: this is what its functions rely on.
@@ -26,9 +26,9 @@ pub(in crate::cells) struct Avx2;
 impl Kernel for Avx2 {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn eight(question: Question<'_>, like: Option<&Like>, slots: &[u32; DISC_LANES]) -> Soonest {
+    fn eight(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
         // SAFETY: `Avx2` is named only in functions that are compiled for AVX2 and called where it is there.
-        unsafe { eight::<false>(&question, like, slots) }
+        unsafe { eight::<false>(&question, slots) }
     }
 
     #[inline(always)]
@@ -89,7 +89,7 @@ fn store(numbers: &mut [f64; 4], register: __m256d) {
 #[inline(never)]
 fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
     // SAFETY: this function itself requires AVX2.
-    SoonestSlot::of(list, |slots| unsafe { eight::<IMAGES>(question, question.like.as_ref(), slots) })
+    SoonestSlot::of(list, |slots| unsafe { eight::<IMAGES>(question, slots) })
 }
 
 /// Inlined in any case: a call would write registers to memory and read them back.
@@ -98,18 +98,14 @@ fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> So
 /// Only in code that is compiled for AVX2.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn eight<const IMAGES: bool>(
-    question: &Question<'_>,
-    like: Option<&Like>,
-    slots: &[u32; DISC_LANES],
-) -> Soonest {
+unsafe fn eight<const IMAGES: bool>(question: &Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
     // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
     unsafe {
         let [a, b, c, d, e, f, g, h] = bodies::<IMAGES>(question, slots);
         let [s, t, u, v, w, x, y, z] = *slots;
         let shifts = |slots| IMAGES.then(|| shifts(question, slots));
-        let low = Four::of_lines(question, like, [a, b, c, d], shifts([s, t, u, v]));
-        let high = Four::of_lines(question, like, [e, f, g, h], shifts([w, x, y, z]));
+        let low = Four::of_lines(question, [a, b, c, d], shifts([s, t, u, v]));
+        let high = Four::of_lines(question, [e, f, g, h], shifts([w, x, y, z]));
         soonest_of(low, high)
     }
 }
@@ -328,13 +324,12 @@ impl Four {
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     unsafe fn of_lines(
         question: &Question<'_>,
-        like: Option<&Like>,
         [a, b, c, d]: [&Line; 4],
         shifts: Option<[__m256d; 2]>,
     ) -> Self {
         // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
         unsafe {
-            let (sigma_squared, touching) = if let Some(like) = like {
+            let (sigma_squared, touching) = if let Some(like) = question.like {
                 (_mm256_set1_pd(like.sigma_squared), _mm256_set1_pd(like.touching))
             } else {
                 let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);

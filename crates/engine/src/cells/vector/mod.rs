@@ -100,8 +100,8 @@ pub(super) struct SoonestSlot {
 
 /// How the question is answered: with which instructions. The numbers are the same.
 pub(super) trait Kernel {
-    /// The answer of eight discs, none of them seen through the border of the box, and all alike if so told.
-    fn eight(question: Question<'_>, like: Option<&Like>, slots: &[u32; DISC_LANES]) -> Soonest;
+    /// The answer of eight discs, none of them seen through the border of the box.
+    fn eight(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest;
 
     /// The answer of any list.
     fn any(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot;
@@ -254,17 +254,13 @@ pub(super) struct Portable;
 impl Portable {
     #[inline(never)]
     fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
-        SoonestSlot::of(list, |slots| Self::eight_of::<IMAGES>(question, question.like.as_ref(), slots))
+        SoonestSlot::of(list, |slots| Self::eight_of::<IMAGES>(question, slots))
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
-    fn eight_of<const IMAGES: bool>(
-        question: &Question<'_>,
-        like: Option<&Like>,
-        slots: &[u32; DISC_LANES],
-    ) -> Soonest {
-        if let Some(&Like { sigma_squared, touching, .. }) = like {
+    fn eight_of<const IMAGES: bool>(question: &Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
+        if let Some(Like { sigma_squared, touching, .. }) = question.like {
             return Self::eight_with::<IMAGES>(question, slots, |_| (sigma_squared, touching));
         }
         let (radius, error) = (question.from.radius, question.separation_error);
@@ -338,8 +334,8 @@ impl Portable {
 impl Kernel for Portable {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as writing the question down")]
-    fn eight(question: Question<'_>, like: Option<&Like>, slots: &[u32; DISC_LANES]) -> Soonest {
-        Self::eight_of::<false>(&question, like, slots)
+    fn eight(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
+        Self::eight_of::<false>(&question, slots)
     }
 
     #[inline]
@@ -554,7 +550,7 @@ mod tests {
                 assert_eq!(bits(&lanes), bits(&expected));
             });
             if let Some((slots, None)) = self.1.plain() {
-                assert_eq!(K::eight(self.0, self.0.like.as_ref(), slots).among(slots), soonest);
+                assert_eq!(K::eight(self.0, slots).among(slots), soonest);
             }
             soonest
         }
