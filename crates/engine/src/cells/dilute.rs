@@ -2,10 +2,10 @@
 //!
 //! Far apart, discs cross many cells between two contacts. So each keeps its soonest contact also while a crossing goes
 //! before it, and after the crossing asks only those it could not see before. The rule that nothing is missed stands:
-//! the contact kept is the soonest, in this epoch, with all that were related when the disc was last predicted in full; whoever has become
-//! related since was asked at the crossing that made it so, or crossed over itself and asked then; whoever has changed its
-//! motion since has asked. If the partner of the contact kept has changed since, its time is still a lower bound of
-//! all those, and the full prediction is made when it comes up.
+//! the contact kept is the soonest, in this epoch, with all that were related when the disc was last predicted in full;
+//! whoever has become related since was asked at the crossing that made it so, or crossed over itself and asked then; whoever
+//! has changed its motion since has asked. If the partner of the contact kept has changed since, its time is still a lower
+//! bound of all those, and the full prediction is made when it comes up.
 //!
 //! Most that are seen in the cells are not met, and are sorted out at a glance: see `glance`.
 

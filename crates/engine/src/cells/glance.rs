@@ -111,8 +111,8 @@ impl Units {
     }
 }
 
-/// A speed that few of some discs ever reach: twice that of the fastest, and four times their root mean square, which of a
-/// gas in equilibrium one in 10⁷ exceeds; at the start of a run all may have the same.
+/// A speed that few of some discs ever reach: at least twice that of the fastest, and at least four times their root mean
+/// square, which of a gas in equilibrium one in 10⁷ exceeds; at the start of a run all may have the same.
 fn hardly_exceeded(velocities: impl ExactSizeIterator<Item = DVec2>) -> f64 {
     let count = velocities.len() as f64;
     let (fastest, sum) = velocities.map(DVec2::length_squared).fold((0.0, 0.0), |(fastest, sum), square| {
