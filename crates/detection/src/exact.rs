@@ -147,7 +147,27 @@ impl Detection for Exact {
         asker.apart_until(lanes, horizon)
     }
 
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "it must be compiled with the vector instructions of its caller"
+    )]
+    fn one_apart_until(&self, asker: &Asker<'_>, lanes: &DiscLanes<1>, horizon: f64) -> f64 {
+        asker.one_apart_until(lanes, horizon)
+    }
+
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+        self.first_contact_after(0.0, a, b, motion, horizon)
+    }
+
+    fn first_contact_after(
+        &self,
+        begin: f64,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
         let horizon = horizon.min(f64::MAX);
         if a.face().is_some() || b.face().is_some() {
             return walls::first_contact(*self, a, b, motion, horizon);
@@ -158,6 +178,7 @@ impl Detection for Exact {
         let mut search = Search::new(window.end, self.most_steps);
         let flight = Flight::new(a, b, motion);
         if flight.turns() {
+            let window = Window { begin: window.begin.max(begin), ..window };
             turning(a, b, &flight, window, &mut search);
         } else {
             straight(a, b, &flight, &mut search);

@@ -47,8 +47,10 @@
 //! # Ok::<(), carom_geometry::GeometryError>(())
 //! ```
 
+mod asker;
 mod atom_block;
 mod atom_pair;
+mod atom_row;
 mod bounding_circles;
 mod circle_descent;
 mod crop;
@@ -76,6 +78,7 @@ mod strip;
 pub mod tolerance;
 mod walls;
 
+pub use asker::Asker;
 pub use bounding_circles::BoundingCircles;
 pub use disc::disc_contact;
 pub use error_bound::ErrorBound;
@@ -85,7 +88,6 @@ pub use fixed_step::{FixedStep, natural_time};
 pub use golden_secant::GoldenSecant;
 pub use lanes::{DISC_LANES, DiscLanes};
 pub use outcome::{Answer, Contact, Outcome, Part, Touch};
-pub use rectangle::Asker;
 pub use skimming::{Window, skim};
 
 use carom_geometry::{Atom, Outline};
@@ -106,6 +108,19 @@ pub trait Detection {
     /// A body with a [face](Outline::face) must not turn: what turns is answered by [`Outcome::Unresolved`] at time 0.
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer;
 
+    /// The same of a pair that is known to meet no sooner than `begin` (time).
+    fn first_contact_after(
+        &self,
+        begin: f64,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
+        let _ = begin;
+        self.first_contact(a, b, motion, horizon)
+    }
+
     /// When each of some bodies, taken for their bounding circles, may touch the asking one at the soonest (time from
     /// now, infinite for never): what is told without a search, to pass over most candidates for a first contact, and to
     /// search the others in order. What is at `horizon` or later need not be known better than that.
@@ -122,6 +137,22 @@ pub trait Detection {
     {
         let _ = (asker, horizon);
         lanes.entry_times()
+    }
+
+    /// The same of one body alone whose bounding circle is met: it pays to look at it more closely before it is searched.
+    ///
+    /// Without further knowledge it may be touched at once.
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "it must be compiled with the vector instructions of its caller"
+    )]
+    fn one_apart_until(&self, asker: &Asker<'_>, lanes: &DiscLanes<1>, horizon: f64) -> f64
+    where
+        Self: Sized,
+    {
+        let _ = (asker, lanes, horizon);
+        0.0
     }
 
     /// Whether pairs of discs are decided by the closed form of [`disc_contact`]: then a scheduler may compute it itself,

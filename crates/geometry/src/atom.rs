@@ -99,6 +99,7 @@ impl Atom {
             atoms: std::slice::from_ref(self),
             bounding_radius: reach(self),
             rectangle: None,
+            rows: &[],
             tree: None,
             face: None,
         }

@@ -124,6 +124,7 @@ impl HalfPlane {
             atoms: &[],
             bounding_radius: f64::INFINITY,
             rectangle: None,
+            rows: &[],
             tree: None,
             face: Some(&self.face),
         }

@@ -16,6 +16,7 @@
 //! ```
 
 mod atom;
+mod atom_row;
 mod circle_tree;
 mod error;
 mod excluded_region;
@@ -28,6 +29,7 @@ mod periodic_box;
 mod shape;
 
 pub use atom::Atom;
+pub use atom_row::AtomRow;
 pub use circle_tree::{Circle, CircleTree, Node};
 pub use error::GeometryError;
 pub use excluded_region::ExcludedRegion;

@@ -8,7 +8,7 @@ use parry2d_f64::{
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
-use crate::{Atom, CircleTree, Face, GeometryError, Shape, atom::reach};
+use crate::{Atom, AtomRow, CircleTree, Face, GeometryError, Shape, atom::reach};
 
 /// A rigid union of discs with its mass, moment of inertia and bounding circle.
 ///
@@ -36,6 +36,8 @@ pub struct Molecule {
     bounding_radius: f64,
     /// Corners of the rectangle that holds all atoms (length).
     rectangle: [DVec2; 2],
+    /// All atoms, if they are more than one and no more than [`CircleTree::CROSSOVER`].
+    rows: Vec<AtomRow>,
     tree: Option<CircleTree>,
     face: Option<Face>,
 }
@@ -55,6 +57,7 @@ pub struct Outline<'a> {
     /// Radius of the smallest circle about the centre of mass that holds all atoms (length).
     pub bounding_radius: f64,
     pub(crate) rectangle: Option<&'a [DVec2; 2]>,
+    pub(crate) rows: &'a [AtomRow],
     pub(crate) tree: Option<&'a CircleTree>,
     pub(crate) face: Option<&'a Face>,
 }
@@ -70,6 +73,11 @@ impl<'a> Outline<'a> {
     /// rounding; none for a single disc, nor for what has a face.
     pub fn rectangle(&self) -> Option<[DVec2; 2]> {
         self.rectangle.copied()
+    }
+
+    /// The atoms in rows, of molecules that turn and have no more than [`CircleTree::CROSSOVER`] of them.
+    pub fn rows(&self) -> &'a [AtomRow] {
+        self.rows
     }
 
     /// The straight face of a wall or a half-plane. A body that has one must not turn.
@@ -101,11 +109,13 @@ impl Molecule {
     /// A molecule of atoms that stand about their centre of mass already.
     fn of_centred(atoms: SmallVec<[Atom; 1]>) -> Self {
         let bounding_radius = atoms.iter().map(reach).fold(0.0, f64::max);
+        let is_few = (2..=CircleTree::CROSSOVER).contains(&atoms.len());
         Self {
             mass: atoms.iter().map(Atom::mass).sum(),
             moment_of_inertia: atoms.iter().map(inertia_about_origin).sum(),
             bounding_radius,
             rectangle: rectangle(&atoms),
+            rows: if is_few { AtomRow::of(&atoms).collect() } else { Vec::new() },
             tree: (atoms.len() > CircleTree::CROSSOVER).then(|| CircleTree::new(&atoms, bounding_radius)),
             atoms,
             face: None,
@@ -149,6 +159,7 @@ impl Molecule {
             moment_of_inertia: f64::INFINITY,
             bounding_radius: (face.half_length() + radius) * (1.0 + 4.0 * f64::EPSILON),
             rectangle: rectangle(&[]),
+            rows: Vec::new(),
             tree: None,
             face: Some(face),
         })
@@ -217,6 +228,7 @@ impl Molecule {
             atoms: &self.atoms,
             bounding_radius: self.bounding_radius,
             rectangle: (self.atoms.len() > 1 && self.face.is_none()).then_some(&self.rectangle),
+            rows: &self.rows,
             tree: self.tree.as_ref(),
             face: self.face.as_ref(),
         }

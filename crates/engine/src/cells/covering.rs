@@ -8,6 +8,7 @@
 //! they see each other. A fixed body has no shell, is listed once, and has no events. Of a wall only the surroundings of
 //! its face count, however long it is: see `walls`.
 
+mod large_disc;
 mod search;
 
 use carom_geometry::PeriodicBox;
@@ -15,8 +16,8 @@ use carom_kinematics::Motion;
 use glam::DVec2;
 use smallvec::SmallVec;
 
-pub(super) use self::search::{Soonest, take_least};
-use super::{State, walls::near_wall};
+pub(super) use self::search::Soonest;
+use super::{State, candidates::Candidates, walls::near_wall};
 use crate::{Body, Parts, World, wall::StandingWall};
 
 /// Column of a line whose body lives in no cell.
@@ -36,13 +37,21 @@ pub(super) struct Coverings {
     /// Which covering bodies are listed in a cell, by the cell's place in `pool_of`.
     pool: Vec<SmallVec<[Listed; 4]>>,
     pool_of: Vec<u32>,
-    /// Scratch space.
-    asked: Vec<Listed>,
-    candidates: Vec<(f64, Listed)>,
+    around: Around,
+}
+
+/// Scratch space: who stands around a covering body.
+#[derive(Debug, Clone, Default)]
+struct Around {
+    /// Bodies that it sees in its own box.
+    slots: Vec<u32>,
+    /// The others.
+    seen: Vec<Listed>,
+    candidates: Candidates<Listed>,
 }
 
 /// A body, and how many boxes over something in its frame appears (or it does in another's).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Listed {
     /// A covering body's place in the list of covering bodies, or a body's index; a cell.
     pub who: u32,
@@ -161,6 +170,14 @@ impl Coverings {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn get(&self, body: u32) -> Option<usize> {
         self.index_of.get(body as usize).filter(|&&index| index != u32::MAX).map(|&index| index as usize)
+    }
+}
+
+impl Around {
+    fn clear(&mut self) {
+        self.slots.clear();
+        self.seen.clear();
+        self.candidates.clear();
     }
 }
 

@@ -35,6 +35,7 @@
 //! there is to know of a run, and the order of lists and bins, which decides nothing, need not be kept.
 
 mod calendar;
+mod candidates;
 mod covering;
 mod dilute;
 mod discs;
@@ -261,6 +262,11 @@ impl State {
             + self.rosters.heap_bytes()
             + self.molecules.heap_bytes()
             + self.coverings.heap_bytes()
+    }
+
+    /// The index of the line that stands for nobody.
+    fn dummy(&self) -> u32 {
+        self.lines.len() as u32 - 1
     }
 
     /// Mean time between events of the system, from the median waiting time of its bodies: with rate λ each, half of

@@ -10,7 +10,8 @@ use glam::DVec2;
 
 use super::{
     State,
-    covering::{Soonest, take_least},
+    candidates::Candidates,
+    covering::{Listed, Soonest},
     line::INDEX_MASK,
     neighbourhood::image_of,
     vector::{self, Kernel},
@@ -22,8 +23,8 @@ use crate::World;
 pub(super) struct Molecules {
     /// By body. Those of covering bodies are not kept up.
     motions: Vec<Motion>,
-    /// Scratch space: until when a neighbour is certainly apart (from now on), and its slot in the list.
-    candidates: Vec<(f64, u32)>,
+    /// Scratch space: neighbours by their slots.
+    candidates: Candidates<u32>,
 }
 
 impl Molecules {
@@ -126,19 +127,18 @@ impl State {
         list.for_each_eight(|slots| {
             let lanes = K::lanes(&question, slots, list.at_border);
             let times = detection.apart_until(&asker, &lanes, best.time - now);
-            for (&slot, bound) in slots.iter().zip(times) {
-                let other = slot & INDEX_MASK;
-                if (now + bound < best.time) & (other != body) & (Some(other) != except) {
-                    candidates.push((bound, slot));
-                }
-            }
+            candidates.sift(times, best.time - now, |lane| {
+                let other = slots[lane] & INDEX_MASK;
+                ((other != body) & (Some(other) != except)).then_some(slots[lane])
+            });
         });
         // The soonest bound first: most need not be searched.
-        while let Some((bound, slot)) = take_least(&mut candidates, |slot| slot & INDEX_MASK) {
-            if now + bound >= best.time.min(self.limit) {
+        while let Some(candidate) = candidates.take_least(|slot| slot & INDEX_MASK) {
+            if now + candidate.bound >= best.time.min(self.limit) {
                 break;
             }
-            self.search(world, detection, [body, slot & INDEX_MASK], image_of(slot), now, &mut best);
+            let candidate = candidate.map(|slot| Listed { who: slot & INDEX_MASK, image: image_of(slot) });
+            self.search(world, detection, body, &candidate, now, &mut best);
         }
         self.molecules.candidates = candidates;
         self.settle(body, &best);

@@ -104,6 +104,20 @@ impl<'a> Around<'a> {
         all.filter(move |&slot| slot < LINK && slot != self.dummy)
     }
 
+    /// Appends the slots that are in use.
+    #[inline]
+    pub fn append_to(self, slots: &mut Vec<u32>) {
+        if self.mark & LONG != 0 {
+            slots.extend(self.slots());
+            return;
+        }
+        let count = (self.mark & COUNT) as usize;
+        slots.extend_from_slice(&self.first.0[..count.min(DISC_LANES)]);
+        if let Some(second) = self.second {
+            slots.extend_from_slice(&second.0[..count - DISC_LANES]);
+        }
+    }
+
     /// Whether a covering body is listed in the cell.
     pub fn is_covered(&self) -> bool {
         self.mark & COVERED != 0

@@ -1,19 +1,21 @@
 //! Whom a covering body meets first: those it may meet are searched one by one, the soonest bound first.
 //!
-//! Of the bodies around a molecule those are searched that may touch it before its event, as far as their bounding circles
-//! and its own rectangle tell ([`Detection::apart_until`]), each up to the soonest event so far. A disc in a covered cell asks
-//! about a covering body in the same way.
+//! Of the bodies around a molecule those are searched that may touch it before its event, each up to the soonest event so
+//! far. Whether they may is told in two steps: of eight at a time by their bounding circles and the molecule's rectangle
+//! ([`Detection::apart_until`]), then of one whose turn has come by the molecule's atoms ([`Detection::one_apart_until`]). A
+//! disc in a covered cell asks about a covering body in the same way.
 
-use carom_detection::{Asker, DISC_LANES, Detection, DiscLanes, Outcome, disc_contact};
+use carom_detection::{Asker, DISC_LANES, Detection, DiscLanes, Outcome};
 use carom_kinematics::RelativeMotion;
 
-use super::{Covering, Listed, Pending};
+use super::{Around, Covering, Listed, Pending};
 use crate::{
-    ContactEvent, Parts, World,
+    ContactEvent, World,
     cells::{
         State,
+        candidates::Candidate,
         line::{Kind, Line},
-        vector::Kernel,
+        vector::{self, Kernel},
     },
     scheduler::ordered,
 };
@@ -33,7 +35,7 @@ impl Soonest {
     }
 
     /// Takes a contact if it is sooner, or as soon and with a body inserted earlier.
-    fn offer(&mut self, time: f64, partner: u32, pending: Pending) {
+    pub(super) fn offer(&mut self, time: f64, partner: u32, pending: Pending) {
         let tie = time == self.time && self.kind == Kind::Covering && partner < self.partner;
         if time < self.time || tie {
             *self = Self { time, kind: Kind::Covering, partner, pending };
@@ -64,88 +66,98 @@ impl State {
             self.lines[body as usize].set_event(f64::INFINITY, Kind::Nothing, 0, 0);
             return;
         }
-        let mut asked = std::mem::take(&mut self.coverings.asked);
-        let mut candidates = std::mem::take(&mut self.coverings.candidates);
+        let mut around = std::mem::take(&mut self.coverings.around);
+        around.clear();
         let covering = &self.coverings.list[index];
-        let is_disc = covering.is_disc_among_discs;
         let mut best = Soonest::before(leaves_shell(covering, now), Kind::Shell);
-        let by_lists = is_disc && except.is_none() && detection.decides_discs_in_closed_form();
-        let mut question = self.question(body, now);
-        // The discs are alike, but this one is not.
-        question.like = None;
         let mut pairs = 0;
-        asked.clear();
-        candidates.clear();
-        for tile in &covering.tiles {
-            let list = self.neighbourhoods.list_of(tile.who);
-            if by_lists && tile.image == [0; 2] && !list.at_border {
-                let soonest = match list.plain() {
-                    Some((slots, None)) => K::eight(question, slots).among(slots),
-                    _ => K::any(&question, &list),
-                };
-                if !soonest.is_doubtful {
-                    pairs += list.count() as u64;
-                    if soonest.time < f64::INFINITY {
-                        let other = soonest.slot;
-                        let image = self.path_image([body, other], [0; 2]);
-                        best.offer(now + soonest.time, other, Pending { parts: Parts::Discs, image });
-                    }
-                    continue;
-                }
-            }
-            let seen = self.neighbourhoods.seen_from(tile.who).filter(|&(who, _)| Some(who) != except);
-            for (who, image) in seen {
-                asked.push(Listed { who, image: [image[0] + tile.image[0], image[1] + tile.image[1]] });
-            }
+        if covering.is_disc_among_discs {
+            pairs = self.meet_small_discs::<D, K>(detection, covering, now, except, &mut best);
+        } else {
+            self.gather(covering, &mut around);
         }
-        let discs = asked.len();
         for neighbour in &covering.neighbours {
             let other = &self.coverings.list[neighbour.who as usize];
-            if Some(other.body) != except {
-                asked.push(Listed { who: other.body, image: neighbour.image });
-            }
+            around.seen.push(Listed { who: other.body, image: neighbour.image });
         }
-        if is_disc {
-            for some in asked[..discs].chunks(DISC_LANES) {
-                let times = detection.disc_contacts(&self.lanes::<DISC_LANES>(world, body, some, now));
-                self.done.pairs += some.len() as u64;
-                for (&other, time) in some.iter().zip(times) {
-                    if time < f64::INFINITY {
-                        let image = self.path_image([body, other.who], other.image);
-                        best.offer(now + time, other.who, Pending { parts: Parts::Discs, image });
-                    }
-                }
-            }
-        }
-        self.done.pairs += pairs;
-        let to_search = if is_disc { &asked[discs..] } else { &asked[..] };
         let outline = world.bodies()[body as usize].kind.molecule.outline();
         let asker = Asker::new(outline, &covering.motion, now);
         let horizon = best.time - now;
-        for some in to_search.chunks(DISC_LANES) {
-            let times =
-                detection.apart_until(&asker, &self.lanes::<DISC_LANES>(world, body, some, now), horizon);
-            for (&other, bound) in some.iter().zip(times) {
-                if now + bound < best.time {
-                    candidates.push((bound, other));
-                }
-            }
+        let question = self.question_of_covering(body, now);
+        let Around { slots, seen, candidates } = &mut around;
+        slots.resize(slots.len().next_multiple_of(DISC_LANES), self.dummy());
+        for eight in slots.chunks_exact(DISC_LANES) {
+            let Ok(eight) = eight.try_into() else { break };
+            let bounds = detection.apart_until(&asker, &K::lanes(&question, eight, false), horizon);
+            candidates.sift(bounds, horizon, |lane| {
+                (Some(eight[lane]) != except).then_some(Listed { who: eight[lane], image: [0; 2] })
+            });
         }
+        for some in seen.chunks(DISC_LANES) {
+            let bounds = detection.apart_until(&asker, &self.lanes::<DISC_LANES>(body, some, now), horizon);
+            candidates.sift(bounds, horizon, |lane| {
+                some.get(lane).copied().filter(|other| Some(other.who) != except)
+            });
+        }
+        self.done.pairs += pairs;
         // The soonest bound first: most need not be searched.
-        while let Some((bound, other)) = take_least(&mut candidates, |listed| listed.who) {
+        while let Some(candidate) = candidates.take_least(|listed| listed.who) {
+            let Candidate { bound, who: other, is_close } = candidate;
             if now + bound >= best.time.min(self.limit) {
                 break;
             }
-            self.search(world, detection, [body, other.who], other.image, now, &mut best);
+            if !is_close {
+                let lanes = self.lanes::<1>(body, &[other], now);
+                let closer = detection.one_apart_until(&asker, &lanes, best.time - now);
+                if closer > bound {
+                    candidates.push(Candidate { bound: closer, is_close: true, ..candidate });
+                    continue;
+                }
+            }
+            self.search(world, detection, body, &candidate, now, &mut best);
         }
-        (self.coverings.asked, self.coverings.candidates) = (asked, candidates);
+        self.coverings.around = around;
         self.settle(body, &best);
+    }
+
+    /// Lists who may stand around a molecule, as its tiles tell.
+    fn gather(&self, covering: &Covering, around: &mut Around) {
+        for tile in &covering.tiles {
+            let list = self.neighbourhoods.list_of(tile.who);
+            if tile.image == [0; 2] && !list.at_border {
+                list.append_to(&mut around.slots);
+            } else {
+                around.seen.extend(self.seen_from(*tile));
+            }
+        }
+    }
+
+    /// The discs seen from a covering body's tile.
+    pub(super) fn seen_from(&self, tile: Listed) -> impl Iterator<Item = Listed> {
+        let [x, y] = tile.image;
+        let seen = self.neighbourhoods.seen_from(tile.who);
+        seen.map(move |(who, image)| Listed { who, image: [image[0] + x, image[1] + y] })
     }
 
     /// Looks for a disc's contacts with the covering bodies listed in its cell, before the event that it has.
     #[cold]
     #[inline(never)]
     pub(in crate::cells) fn meet_coverings<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        disc: u32,
+        cell: u32,
+        now: f64,
+        except: Option<u32>,
+    ) {
+        vector::meet_listed(self, world, detection, disc, cell, now, except);
+    }
+
+    /// The same, compiled with the instructions that were chosen.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    pub(in crate::cells) fn meet_listed<D: Detection, K: Kernel>(
         &mut self,
         world: &World,
         detection: &D,
@@ -168,18 +180,12 @@ impl State {
             let image = listed.image.map(|boxes| -boxes);
             let other = covering.body;
             if covering.is_disc_among_discs && detection.decides_discs_in_closed_form() {
-                let relative = self.relative_motion(world, [disc, other], image, now);
-                let sigma = self.lines[disc as usize].radius + covering.radius;
-                let errors = (relative.separation_error, relative.velocity_error);
-                let time = now + disc_contact(relative.separation, relative.velocity, sigma, errors);
+                let time = self.contact_with_large_disc(world, disc, covering, image, now);
+                self.offer_disc(disc, time, Listed { who: other, image }, &mut best);
                 self.done.pairs += 1;
-                if time < f64::INFINITY {
-                    let image = self.path_image([disc, other], image);
-                    best.offer(time, other, Pending { parts: Parts::Discs, image });
-                }
             } else {
                 let seen = [Listed { who: disc, image: listed.image }];
-                let lanes = self.lanes::<1>(world, other, &seen, now);
+                let lanes = self.lanes::<1>(other, &seen, now);
                 // Most are out of reach of the bounding circle, which is told without the molecule's rotation.
                 let [entry] = lanes.entry_times();
                 if now + entry >= best.time {
@@ -187,9 +193,10 @@ impl State {
                 }
                 let outline = world.bodies()[other as usize].kind.molecule.outline();
                 let asker = Asker::new(outline, &covering.motion, now);
-                let [bound] = detection.apart_until(&asker, &lanes, best.time - now);
+                let bound = detection.one_apart_until(&asker, &lanes, best.time - now);
                 if now + bound < best.time {
-                    self.search(world, detection, [disc, other], image, now, &mut best);
+                    let candidate = Candidate { bound, who: Listed { who: other, image }, is_close: true };
+                    self.search(world, detection, disc, &candidate, now, &mut best);
                 }
             }
         }
@@ -198,29 +205,29 @@ impl State {
         }
     }
 
-    /// Asks detection for the first contact of two bodies before the best event so far.
+    /// Asks detection for the first contact of a body with a candidate before the best event so far.
     pub(in crate::cells) fn search<D: Detection>(
         &mut self,
         world: &World,
         detection: &D,
-        pair: [u32; 2],
-        image: [i32; 2],
+        body: u32,
+        candidate: &Candidate<Listed>,
         now: f64,
         best: &mut Soonest,
     ) {
         self.done.pairs += 1;
-        let (asked, seen) = (pair, image);
+        let Candidate { bound, who: Listed { who: other, image: seen }, .. } = *candidate;
         // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
-        let (pair, image) = ordered(pair, image);
+        let (pair, image) = ordered([body, other], seen);
         let relative = self.relative_motion(world, pair, image, now);
         let outline = |body: u32| world.bodies()[body as usize].kind.molecule.outline();
         let (a, b) = (outline(pair[0]), outline(pair[1]));
         let horizon = best.time.min(self.limit) - now;
-        match detection.first_contact(a, b, &relative, horizon).outcome {
+        match detection.first_contact_after(bound, a, b, &relative, horizon).outcome {
             Outcome::Free => {}
             Outcome::Contact(contact) => {
-                let pending = Pending { parts: contact.touch.into(), image: self.path_image(asked, seen) };
-                best.offer(now + contact.time, asked[1], pending);
+                let image = self.path_image([body, other], seen);
+                best.offer(now + contact.time, other, Pending { parts: contact.touch.into(), image });
             }
             Outcome::FreeUntil(time) => best.offer_recheck((now + time).max(now.next_up())),
             Outcome::Unresolved(time) => {
@@ -252,14 +259,20 @@ impl State {
 
     /// The image of the pair's second body along their paths without periodic jumps, as seen from the one inserted
     /// first.
-    fn path_image(&self, pair: [u32; 2], image: [i32; 2]) -> [i16; 2] {
+    pub(super) fn path_image(&self, pair: [u32; 2], image: [i32; 2]) -> [i16; 2] {
         let [asking, other] = pair.map(|body| self.windings[body as usize]);
         let seen =
             [0, 1].map(|axis| (image[axis] as i16).wrapping_sub(other[axis].wrapping_sub(asking[axis])));
         if pair[0] < pair[1] { seen } else { seen.map(i16::wrapping_neg) }
     }
 
-    fn relative_motion(&self, world: &World, pair: [u32; 2], image: [i32; 2], now: f64) -> RelativeMotion {
+    pub(super) fn relative_motion(
+        &self,
+        world: &World,
+        pair: [u32; 2],
+        image: [i32; 2],
+        now: f64,
+    ) -> RelativeMotion {
         let (a, b) = (self.motion(pair[0]), self.motion(pair[1]));
         RelativeMotion::between(&a, &b, world.bounds().shift(image.map(i64::from)), now)
     }
@@ -267,9 +280,9 @@ impl State {
     /// Up to `N` bodies as seen from one, all as their bounding circles.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn lanes<const N: usize>(&self, world: &World, body: u32, others: &[Listed], now: f64) -> DiscLanes<N> {
+    pub(super) fn lanes<const N: usize>(&self, body: u32, others: &[Listed], now: f64) -> DiscLanes<N> {
         let me = &self.lines[body as usize];
-        let sides = world.bounds().sides().to_array();
+        let sides = self.sides;
         let dummy = Line::dummy();
         let mut lanes = DiscLanes {
             separation: [[0.0; N]; 2],
@@ -293,22 +306,6 @@ impl State {
         }
         lanes
     }
-}
-
-/// Takes out the candidate with the least bound; of equal ones that with the body inserted first.
-#[inline]
-pub(in crate::cells) fn take_least<T>(
-    candidates: &mut Vec<(f64, T)>,
-    body: impl Fn(&T) -> u32,
-) -> Option<(f64, T)> {
-    let mut least = 0;
-    for (place, (bound, candidate)) in candidates.iter().enumerate().skip(1) {
-        let (least_bound, least_candidate) = &candidates[least];
-        if bound < least_bound || (bound == least_bound && body(candidate) < body(least_candidate)) {
-            least = place;
-        }
-    }
-    (!candidates.is_empty()).then(|| candidates.swap_remove(least))
 }
 
 /// When a body's centre leaves its shell: a little early, never late.

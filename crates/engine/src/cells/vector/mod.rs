@@ -437,6 +437,7 @@ macro_rules! built_for_each {
 
 built_for_each!(foresee_all());
 built_for_each!(foresee_covering(body: u32, now: f64, except: Option<u32>));
+built_for_each!(meet_listed(disc: u32, cell: u32, now: f64, except: Option<u32>));
 built_for_each!(foresee_molecule(body: u32, now: f64, except: Option<u32>));
 
 /// Runs a loop over the events, compiled in one piece with the instructions that were chosen.

@@ -1,0 +1,329 @@
+//! What is told without a search of the bodies around one that asks: until when each is certainly apart from it.
+//!
+//! All others are taken for their bounding circles, discs. With more effort more is told: first when they come into the
+//! asking body's bounding circle; then when to its [rectangle](crate::rectangle), or to its [atoms](crate::atom_row).
+//!
+//! Seen by an observer who turns with the asking molecule (angular velocity ω), a centre that moves with V relative to its
+//! centre of mass is at p = R⁻¹ d, with p' = R⁻¹ V − ω J p, J being the quarter turn.
+//!
+//! **Rounding.** d is known to within the error e of the lanes and R to within an angle δ: p is off by e + δ |d|, p' by
+//! the error of V and |ω| e + δ (|V| + |ω| |d|). There are less than 32 roundings in a gap to a disc at p and in its rate
+//! each. Twice as much is taken off each.
+
+use carom_geometry::Outline;
+use carom_kinematics::{HALF_ULP as U, Motion};
+use glam::DVec2;
+
+use crate::{DiscLanes, atom_row::apart_from_atoms, rectangle::apart_from_rectangle};
+
+/// A body that asks for its contacts with others, as it is turned now.
+#[derive(Debug, Clone, Copy)]
+pub struct Asker<'a> {
+    /// Its shape.
+    pub outline: Outline<'a>,
+    /// (cos θ, sin θ).
+    pub rotation: DVec2,
+    /// Bound on the error of θ (radians).
+    pub rotation_error: f64,
+    /// Radians per time.
+    pub angular_velocity: f64,
+}
+
+/// A disc, as an asker sees it.
+pub(crate) struct View {
+    /// p and p' (length, and per time).
+    pub(crate) place: [f64; 2],
+    pub(crate) rate: [f64; 2],
+    /// Bounds on |d| and |V|.
+    pub(crate) distance: f64,
+    pub(crate) speed: f64,
+    /// Its radius (length).
+    pub(crate) radius: f64,
+    /// Bounds on the rounding of a gap to the disc and of its rate (length, and per time).
+    pub(crate) error: f64,
+    pub(crate) rate_error: f64,
+}
+
+impl<'a> Asker<'a> {
+    /// A body of this shape and motion at `now` (time).
+    #[inline]
+    pub fn new(outline: Outline<'a>, motion: &Motion, now: f64) -> Self {
+        let angular_velocity = motion.angular_velocity;
+        let duration = now - motion.time;
+        Self {
+            outline,
+            rotation: motion.orientation.turned(angular_velocity, duration).cos_sin(),
+            // As for a relative motion, and the rounding of cosine and sine.
+            rotation_error: U * (4.0 * (angular_velocity * duration).abs() + 8.0),
+            angular_velocity,
+        }
+    }
+
+    /// When each of some bodies may touch this one at the soonest (time from now), as far as their circles and its
+    /// rectangle tell: infinite for never. Steps beyond `horizon` say no more than that it is not before.
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "it must be compiled with the vector instructions of its caller"
+    )]
+    pub(crate) fn apart_until<const N: usize>(&self, lanes: &DiscLanes<N>, horizon: f64) -> [f64; N] {
+        let mut times = lanes.entry_times();
+        let Some(corners) = self.outline.rectangle() else { return times };
+        for (lane, time) in times.iter_mut().enumerate() {
+            let later =
+                apart_from_rectangle(corners, &self.view(lanes, lane), self.angular_velocity, horizon);
+            *time = if later > *time { later } else { *time };
+        }
+        times
+    }
+
+    /// The same of one body, within reach of this one's circle, as closely as is worth while: by the atoms, if they are few.
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "it must be compiled with the vector instructions of its caller"
+    )]
+    pub(crate) fn one_apart_until(&self, lanes: &DiscLanes<1>, horizon: f64) -> f64 {
+        let Some(corners) = self.outline.rectangle() else { return 0.0 };
+        let (disc, spin) = (self.view(lanes, 0), self.angular_velocity);
+        match self.outline.rows() {
+            [] => apart_from_rectangle(corners, &disc, spin, horizon),
+            rows => apart_from_atoms(rows, &disc, spin),
+        }
+    }
+
+    #[inline(always)]
+    #[expect(
+        clippy::inline_always,
+        reason = "it must be compiled with the vector instructions of its caller"
+    )]
+    fn view<const N: usize>(&self, lanes: &DiscLanes<N>, lane: usize) -> View {
+        let (cos, sin) = (self.rotation.x, self.rotation.y);
+        let spin = self.angular_velocity;
+        let (dx, dy) = (lanes.separation[0][lane], lanes.separation[1][lane]);
+        let (vx, vy) = (lanes.velocity[0][lane], lanes.velocity[1][lane]);
+        let (x, y) = (cos * dx + sin * dy, cos * dy - sin * dx);
+        let reach = lanes.contact_distance[lane];
+        let distance = dx.abs() + dy.abs();
+        let speed = vx.abs() + vy.abs();
+        View {
+            place: [x, y],
+            rate: [(cos * vx + sin * vy) + spin * y, (cos * vy - sin * vx) - spin * x],
+            distance,
+            speed,
+            radius: reach - self.outline.bounding_radius,
+            error: lanes.separation_error + self.rotation_error * distance + 64.0 * U * (distance + reach),
+            rate_error: lanes.velocity_error(lane)
+                + spin.abs() * lanes.separation_error
+                + (self.rotation_error + 64.0 * U) * (speed + spin.abs() * distance),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Detection, Exact};
+    use carom_geometry::{Atom, Molecule, Shape, gap_between};
+    use carom_kinematics::{Orientation, RelativeMotion};
+    use proptest::prelude::*;
+
+    /// A molecule that turns, as it asks after some time, and another body.
+    struct Encounter {
+        molecule: Molecule,
+        other: Molecule,
+        motion: Motion,
+        since: f64,
+        pair: RelativeMotion,
+    }
+
+    impl Encounter {
+        fn new(
+            [molecule, other]: [Molecule; 2],
+            motion: Motion,
+            since: f64,
+            (place, velocity): (DVec2, DVec2),
+            (turns, spin): (f64, f64),
+        ) -> Self {
+            let pair = RelativeMotion {
+                orientation: [
+                    motion.orientation.turned(motion.angular_velocity, since),
+                    Orientation::from_turns(turns),
+                ],
+                angular_velocity: [motion.angular_velocity, spin],
+                ..RelativeMotion::exactly(place, velocity)
+            };
+            Self { molecule, other, motion, since, pair }
+        }
+
+        fn asker(&self) -> Asker<'_> {
+            Asker::new(self.molecule.outline(), &self.motion, self.since)
+        }
+
+        fn gap(&self) -> f64 {
+            let [a, b] = self.pair.orientation.map(Orientation::cos_sin);
+            gap_between(&self.molecule, a, &self.other, b, self.pair.separation)
+        }
+
+        /// What is told of the other one alone.
+        fn apart_until(&self, horizon: f64) -> f64 {
+            let lane = |v: DVec2| [[v.x], [v.y]];
+            let lanes = DiscLanes {
+                separation: lane(self.pair.separation),
+                velocity: lane(self.pair.velocity),
+                contact_distance: [self.molecule.bounding_radius() + self.other.bounding_radius()],
+                separation_error: 0.0,
+                speed: 0.0,
+            };
+            Exact::default().one_apart_until(&self.asker(), &lanes, horizon)
+        }
+
+        fn first_contact(&self, begin: f64, horizon: f64) -> Option<f64> {
+            let (a, b) = (self.molecule.outline(), self.other.outline());
+            let answer = Exact::default().first_contact_after(begin, a, b, &self.pair, horizon);
+            answer.outcome.contact().map(|contact| contact.time)
+        }
+    }
+
+    fn turning(turns: f64, spin: f64) -> Motion {
+        Motion {
+            orientation: Orientation::from_turns(turns),
+            angular_velocity: spin,
+            ..Motion::at_rest(DVec2::ZERO)
+        }
+    }
+
+    fn shapes() -> impl Strategy<Value = Molecule> {
+        let shape = prop_oneof![
+            (2usize..20).prop_map(Shape::Rod),
+            Just(Shape::Tee),
+            Just(Shape::Cross),
+            Just(Shape::Dumbbell),
+            Just(Shape::Disc),
+        ];
+        shape.prop_map(|shape| Molecule::named(shape, 0.25, 1.0).unwrap())
+    }
+
+    proptest! {
+        /// The contact that is found is never before the bound, and the bound is worth something.
+        #[test]
+        fn no_contact_is_before_the_bound(
+            count in 2usize..20, turns in -0.5..0.5f64, spin in -3.0..3.0f64, since in 0.0..10.0f64,
+            places in prop::array::uniform8((-8.0..8.0f64, -8.0..8.0f64, -2.0..2.0f64, -2.0..2.0f64)),
+            horizon in 0.1..4.0f64,
+        ) {
+            let rod = Molecule::named(Shape::Rod(count), 0.25, 1.0).unwrap();
+            let disc = Molecule::disc(0.5, 1.0).unwrap();
+            let motion = turning(turns, spin);
+            let asker = Asker::new(rod.outline(), &motion, since);
+            let mut lanes = DiscLanes::empty(0.0, 0.0);
+            for (lane, (x, y, vx, vy)) in places.into_iter().enumerate() {
+                lanes.set(lane, DVec2::new(x, y), DVec2::new(vx, vy), rod.bounding_radius() + 0.5);
+            }
+            let bounds = Exact::default().apart_until(&asker, &lanes, horizon);
+            let entries = lanes.entry_times();
+            for (lane, (x, y, vx, vy)) in places.into_iter().enumerate() {
+                let flight = (DVec2::new(x, y), DVec2::new(vx, vy));
+                let encounter = Encounter::new([rod.clone(), disc.clone()], motion, since, flight, (0.0, 0.0));
+                prop_assert!(bounds[lane] >= entries[lane]);
+                if let Some(contact) = encounter.first_contact(0.0, horizon) {
+                    prop_assert!(contact >= bounds[lane].min(horizon), "{contact} {}", bounds[lane]);
+                }
+            }
+        }
+
+        /// Also of pairs whose bounding circles overlap, and of two molecules; and a search that begins there finds the same.
+        #[test]
+        fn no_contact_of_one_pair_is_before_its_bound(
+            molecule in shapes(), other in shapes(), turns in prop::array::uniform2(-0.5..0.5f64),
+            spins in prop::array::uniform2(-20.0..20.0f64), since in 0.0..10.0f64,
+            distance in 0.3..1.2f64, direction in -3.2..3.2f64, vx in -2.0..2.0f64, vy in -2.0..2.0f64,
+            horizon in 0.01..4.0f64,
+        ) {
+            let reach = molecule.bounding_radius() + other.bounding_radius();
+            let flight = (distance * reach * DVec2::from_angle(direction), DVec2::new(vx, vy));
+            let motion = turning(turns[0], spins[0]);
+            let encounter = Encounter::new([molecule, other], motion, since, flight, (turns[1], spins[1]));
+            prop_assume!(encounter.gap() > 1e-12);
+            let bound = encounter.apart_until(horizon);
+            let found = encounter.first_contact(0.0, horizon);
+            if let Some(contact) = found {
+                prop_assert!(contact >= bound.min(horizon), "{contact} {bound}");
+            }
+            match (found, encounter.first_contact(bound, horizon)) {
+                (Some(one), Some(other)) => prop_assert!((one - other).abs() < 1e-11, "{one} {other}"),
+                (one, other) => prop_assert_eq!(one, other),
+            }
+        }
+
+        /// A disc that has just left an atom is told to be apart up to where it may come back.
+        #[test]
+        fn a_pair_that_has_just_met_is_apart_until_it_may_meet_again(
+            atom in 0usize..5, turns in -0.5..0.5f64, spin in -20.0..20.0f64, direction in -3.2..3.2f64,
+            vx in -2.0..2.0f64, vy in -2.0..2.0f64,
+        ) {
+            let tee = Molecule::named(Shape::Tee, 0.25, 1.0).unwrap();
+            let disc = Molecule::disc(0.5, 1.0).unwrap();
+            let motion = turning(turns, spin);
+            let arm = motion.orientation.cos_sin().rotate(tee.atoms()[atom].offset());
+            let normal = DVec2::from_angle(direction);
+            let flight = (arm + 0.75 * normal, DVec2::new(vx, vy));
+            let encounter = Encounter::new([tee, disc], motion, 0.0, flight, (0.0, 0.0));
+            // No other atom is in the way.
+            prop_assume!(encounter.gap() > -1e-15);
+            let rate = normal.dot(DVec2::new(vx, vy) - spin * arm.perp());
+            prop_assume!(rate.abs() > 0.02);
+            let bound = encounter.apart_until(10.0);
+            let contact = encounter.first_contact(0.0, 10.0);
+            if rate < 0.0 {
+                prop_assert!(bound < 1e-12 && contact.is_some_and(|contact| contact < 1e-12), "{contact:?} {bound}");
+            } else {
+                // One that may be back at once is left to the search.
+                prop_assert!(bound > 0.0 || rate < 0.2);
+                prop_assert!(contact.is_none_or(|contact| contact >= bound), "{contact:?} {bound}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_disc_beside_a_resting_rod_is_apart_until_it_comes_to_its_side() {
+        let rod = Molecule::named(Shape::Rod(50), 0.25, 1.0).unwrap();
+        let asker = Asker::new(rod.outline(), &Motion::at_rest(DVec2::ZERO), 0.0);
+        let mut lanes = DiscLanes::empty(0.0, 0.0);
+        lanes.set(0, DVec2::new(3.0, 2.75), DVec2::new(0.3, -1.0), rod.bounding_radius() + 0.5);
+        assert_eq!(lanes.entry_times()[0], 0.0);
+        let bound = Exact::default().apart_until(&asker, &lanes, 10.0)[0];
+        assert!((bound - 2.0).abs() < 1e-12, "{bound}");
+    }
+
+    #[test]
+    fn a_disc_over_an_atom_of_a_resting_dumbbell_is_apart_until_it_touches_it() {
+        let [dumbbell, disc] = [Shape::Dumbbell, Shape::Disc].map(|shape| Molecule::named(shape, 1.0, 1.0));
+        // Down on the atom at x = 1.
+        let flight = (DVec2::new(1.0, 2.5), DVec2::new(0.0, -1.0));
+        let pair = [dumbbell.unwrap(), disc.unwrap()];
+        let encounter = Encounter::new(pair, turning(0.0, 0.0), 0.0, flight, (0.0, 0.0));
+        let bound = encounter.apart_until(10.0);
+        assert!((bound - 0.5).abs() < 1e-12, "{bound}");
+    }
+
+    /// An atom on a circle comes down on a disc within, which flies straight on beside it: g − ω² a t²/2.
+    #[test]
+    fn the_bounds_are_reached_by_a_disc_within_the_circle_of_an_atom() {
+        let atoms = [-10.0, 10.0].map(|x| Atom::new(DVec2::new(x, 0.0), 1.0, 1.0).unwrap());
+        let pair = || [Molecule::new(atoms).unwrap(), Molecule::disc(1.0, 1.0).unwrap()];
+        let spin = 0.5;
+        let acceleration = spin * spin * 10.0;
+        // Beside the atom and as fast, and touching it and leaving it.
+        let gap = 1e-3;
+        let (beside, leaving) = (f64::sqrt(2.0 * gap / acceleration), 2.0 * 0.05 / acceleration);
+        for (gap, away, expected) in [(gap, 0.0, beside), (0.0, 0.05, leaving)] {
+            let flight = (DVec2::new(8.0 - gap, 0.0), DVec2::new(-away, spin * 10.0));
+            let encounter = Encounter::new(pair(), turning(0.0, spin), 0.0, flight, (0.0, 0.0));
+            let bound = encounter.apart_until(10.0);
+            let contact = encounter.first_contact(0.0, 10.0).expect("it comes down");
+            assert!((bound / expected - 1.0).abs() < 1e-9, "{bound} {expected}");
+            assert!((1.0..1.01).contains(&(contact / bound)), "{contact} {bound}");
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Whom a body may meet: those not known to be apart until its event, the soonest bound first.
+
+use std::hint::select_unpredictable as select;
+
+/// One whom a body may meet.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidate<T> {
+    /// Until when both are certainly apart (time from now).
+    pub bound: f64,
+    pub who: T,
+    /// Whether the bound has been made as close as it can be without a search.
+    pub is_close: bool,
+}
+
+impl<T> Candidate<T> {
+    /// The same one, named otherwise.
+    pub fn map<U>(self, name: impl FnOnce(T) -> U) -> Candidate<U> {
+        Candidate { bound: self.bound, who: name(self.who), is_close: self.is_close }
+    }
+}
+
+/// Those whom a body may meet.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Candidates<T>(Vec<Candidate<T>>);
+
+impl<T: Copy> Candidates<T> {
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    pub fn push(&mut self, candidate: Candidate<T>) {
+        self.0.push(candidate);
+    }
+
+    /// Appends those of some bodies whose bounds are below `horizon` (time from now), as far as they are anybody.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    pub fn sift<const N: usize>(&mut self, bounds: [f64; N], horizon: f64, who: impl Fn(usize) -> Option<T>) {
+        // In as many bits as a number has, so that registers of numbers do it.
+        let mut wanted = 0;
+        for (lane, &bound) in bounds.iter().enumerate() {
+            wanted |= if bound < horizon { 1_u64 << lane } else { 0 };
+        }
+        while wanted != 0 {
+            let lane = wanted.trailing_zeros() as usize % N;
+            wanted &= wanted - 1;
+            if let Some(who) = who(lane) {
+                self.0.push(Candidate { bound: bounds[lane], who, is_close: false });
+            }
+        }
+    }
+
+    /// Takes out the one with the least bound; of equal ones that with the body inserted first.
+    #[inline]
+    pub fn take_least(&mut self, body: impl Fn(&T) -> u32) -> Option<Candidate<T>> {
+        let mut least = 0;
+        let mut soonest = (f64::INFINITY, u32::MAX);
+        for (place, candidate) in self.0.iter().enumerate() {
+            let this = (candidate.bound, body(&candidate.who));
+            let is_sooner = (this.0 < soonest.0) | ((this.0 == soonest.0) & (this.1 < soonest.1));
+            least = select(is_sooner, place, least);
+            soonest = (select(is_sooner, this.0, soonest.0), select(is_sooner, this.1, soonest.1));
+        }
+        (!self.0.is_empty()).then(|| self.0.swap_remove(least))
+    }
+}
