@@ -7,7 +7,7 @@ use carom_detection::Detection;
 use super::{
     State,
     line::{INDEX_MASK, Kind, Line},
-    vector::{Kernel, Question, sooner},
+    vector::{Kernel, Question, SoonestSlot, sooner},
 };
 use crate::{ContactEvent, Parts, World};
 
@@ -17,32 +17,43 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn ask<K: Kernel>(&self, disc: u32, now: f64) -> Asked {
         let from = &self.lines[disc as usize];
-        let list = self.neighbourhoods.list(from.cell());
+        let cell = self.neighbourhoods.index(from.cell());
         // Each branch makes its own question: one that both share would be written to memory first. No branch on what
         // they answer: that hangs on the end of the chain.
-        let soonest = match (list.plain(), self.like) {
+        let (soonest, covered) = match (self.neighbourhoods.only_eight(cell), self.like) {
             // Said once more, so that it is known where it is compiled.
-            (Some((slots, None)), like @ Some(_)) => {
-                K::eight(Question { like, ..self.question(disc, now) }, slots).among(slots)
+            (Some(slots), like @ Some(_)) => {
+                (K::eight(Question { like, ..self.question(disc, now) }, slots).among(slots), None)
             }
-            (Some((first, second)), _) => {
-                let soonest = K::eight(self.question(disc, now), first).among(first);
-                match second {
-                    None => soonest,
-                    Some(second) => soonest.or(K::eight(self.question(disc, now), second).among(second)),
-                }
-            }
-            (None, _) => K::any(&self.question(disc, now), &list),
+            _ => self.ask_any::<K>(disc, now, cell),
         };
         let (crossing_time, crossing) = self.crossing(from, now);
         Asked {
             contact_time: now + soonest.time,
             partner: soonest.slot & INDEX_MASK,
             is_doubtful: soonest.is_doubtful,
-            covered: list.is_covered().then_some(list.cell),
+            covered,
             crossing_time,
             crossing,
         }
+    }
+
+    /// Asks those around a cell, whatever its list is like; and the cell, if it is covered.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn ask_any<K: Kernel>(&self, disc: u32, now: f64, cell: u32) -> (SoonestSlot, Option<u32>) {
+        let list = self.neighbourhoods.list_of(cell);
+        let soonest = match list.plain() {
+            Some((first, second)) => {
+                let soonest = K::eight(self.question(disc, now), first).among(first);
+                match second {
+                    None => soonest,
+                    Some(second) => soonest.or(K::eight(self.question(disc, now), second).among(second)),
+                }
+            }
+            None => K::any(&self.question(disc, now), &list),
+        };
+        (soonest, list.is_covered().then_some(cell))
     }
 
     #[inline(always)]
@@ -112,7 +123,8 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn crossing(&self, me: &Line, now: f64) -> (f64, Kind) {
         let (side, cell) = (self.grid.side(), me.cell());
-        let goes_down = [me.flight[2], me.flight[3]].map(|velocity| (velocity.to_bits() >> 63) as u32);
+        let is_negative = |velocity: f64| (velocity.to_bits() >> 63) as u32;
+        let goes_down = [is_negative(me.flight[2]), is_negative(me.flight[3])];
         let along = |axis: usize| {
             let (velocity, origin) = (me.flight[axis + 2], me.flight[axis]);
             let border = f64::from(u32::from(cell[axis]) + 1 - goes_down[axis]) * side[axis];

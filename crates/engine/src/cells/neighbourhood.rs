@@ -228,6 +228,15 @@ impl Neighbourhoods {
         }
     }
 
+    /// The slots around a cell, if no more than eight are in use, none is seen through the border of the box, and nothing
+    /// covers it.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    pub fn only_eight(&self, cell: u32) -> Option<&[u32; DISC_LANES]> {
+        // No flag is set below.
+        (self.marks[cell as usize] <= DISC_LANES as u8).then(|| &self.lists[self.own(cell)].0)
+    }
+
     /// The first eight slots of a cell's list, if there is such a cell.
     pub fn first(&self, cell: [u16; 2]) -> Option<&[u32; DISC_LANES]> {
         self.lists.get(self.own(self.index(cell))).map(|list| &list.0)

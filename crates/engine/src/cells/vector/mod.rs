@@ -27,6 +27,7 @@ use std::marker::PhantomData;
 use carom_detection::{DISC_LANES, Detection, DiscLanes};
 use carom_kinematics::{HALF_ULP, Motion};
 use glam::DVec2;
+use wide::f64x2;
 
 use super::{
     Instructions, State,
@@ -190,22 +191,6 @@ pub(super) fn goes_before((time, with): (f64, u32), (other_time, with_other): (f
 }
 
 impl Soonest {
-    /// The soonest of eight times.
-    #[inline]
-    fn of(times: &[f64; DISC_LANES], in_contact: bool) -> Self {
-        // Halved again and again: one after the other they would have to wait for each other.
-        let least = |a: f64, b: f64| if b < a { b } else { a };
-        let [a, b, c, d, e, f, g, h] = *times;
-        let [a, b, c, d] = [least(a, e), least(b, f), least(c, g), least(d, h)];
-        let time = least(least(a, c), least(b, d));
-        // In as many bits as a number has, so that registers of numbers do it.
-        let mut slots = 0;
-        for (lane, &other) in times.iter().enumerate() {
-            slots |= if other == time { 1_u64 << lane } else { 0 };
-        }
-        Self { time, slots: slots as u32, in_contact }
-    }
-
     /// Whether the question needs a closer look: several are touched at once, or something may touch already. Nobody is
     /// touched at an infinite time.
     #[inline(always)]
@@ -248,7 +233,7 @@ impl SoonestSlot {
     }
 }
 
-/// As the compiler sees fit, for every processor.
+/// Registers of two numbers, as every processor has them, in safe code.
 pub(super) struct Portable;
 
 impl Portable {
@@ -276,59 +261,74 @@ impl Portable {
     #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
     fn eight_with<const IMAGES: bool>(
         question: &Question<'_>,
-        slots: &[u32; DISC_LANES],
+        [a, b, c, d, e, f, g, h]: &[u32; DISC_LANES],
         like: impl Fn(&Line) -> (f64, f64),
     ) -> Soonest {
-        let Question { lines, from, now, sides, .. } = *question;
-        let [x, y, vx, vy] = from.flight.map(DVec2::splat);
-        let (mut b, mut c) = ([0.0; DISC_LANES], [0.0; DISC_LANES]);
-        let (mut discriminant, mut touching) = ([0.0; DISC_LANES], [0.0; DISC_LANES]);
-        // Two discs at a time, as the registers of most processors have room for. A vector here is one number of both.
-        for lane in (0..DISC_LANES).step_by(2) {
-            let two = [slots[lane], slots[lane + 1]];
-            let [one, other] = two.map(|slot| &lines[if IMAGES { slot & INDEX_MASK } else { slot } as usize]);
-            let number = |n: usize| DVec2::new(one.flight[n], other.flight[n]);
-            let (vx, vy) = (number(2) - vx, number(3) - vy);
-            let mut dx = (number(0) - x) + vx * now;
-            let mut dy = (number(1) - y) + vy * now;
-            if IMAGES {
-                let [one, other] = two.map(|slot| image_of(slot).map(f64::from));
-                dx += DVec2::new(one[0], other[0]) * sides[0];
-                dy += DVec2::new(one[1], other[1]) * sides[1];
-            }
-            let ((one_squared, one_touching), (other_squared, other_touching)) = (like(one), like(other));
-            let sigma_squared = DVec2::new(one_squared, other_squared);
-            let cross = dx * vy - dy * vx;
-            (dx * vx + dy * vy).write_to_slice(&mut b[lane..]);
-            ((dx * dx + dy * dy) - sigma_squared).write_to_slice(&mut c[lane..]);
-            (sigma_squared * (vx * vx + vy * vy) - cross * cross).write_to_slice(&mut discriminant[lane..]);
-            DVec2::new(one_touching, other_touching).write_to_slice(&mut touching[lane..]);
+        let two = |one: &u32, other: &u32| Self::two_with::<IMAGES>(question, [*one, *other], &like);
+        let (ab, cd, ef, gh) = (two(a, b), two(c, d), two(e, f), two(g, h));
+        // Halved again and again: one after the other they would have to wait for each other.
+        let [one, other] = (ab.times.fast_min(cd.times)).fast_min(ef.times.fast_min(gh.times)).to_array();
+        let time = if other < one { other } else { one };
+        let soonest = f64x2::splat(time);
+        let slots = |of: &Two, place: u32| of.times.simd_eq(soonest).to_bitmask() << place;
+        let in_contact = (ab.in_contact | cd.in_contact) | (ef.in_contact | gh.in_contact);
+        Soonest {
+            time,
+            slots: (slots(&ab, 0) | slots(&cd, 2)) | (slots(&ef, 4) | slots(&gh, 6)),
+            in_contact: in_contact.to_bitmask() != 0,
         }
-        Self::soonest_of(&b, &c, &discriminant, &touching)
     }
 
-    /// The soonest of eight discs: with d and v from the asking to the other disc, b = d·v,
-    /// c = d·d − σ² and the discriminant σ² v² − (d × v)²; c of a pair that may touch already is `touching` at most.
+    /// Two at a time, as the registers of most processors have room for: with d and v from the asking to the other disc,
+    /// b = d·v, c = d·d − σ² and the discriminant σ² v² − (d × v)².
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as writing all this down")]
-    fn soonest_of(
-        b: &[f64; DISC_LANES],
-        c: &[f64; DISC_LANES],
-        discriminant: &[f64; DISC_LANES],
-        touching: &[f64; DISC_LANES],
-    ) -> Soonest {
-        let mut times = [f64::INFINITY; DISC_LANES];
-        // Counted in as many bits as a number has, so that registers of numbers do it.
-        let mut touching_now = 0_u64;
-        // Who closes cannot be foreseen by a branch.
-        for lane in 0..DISC_LANES {
-            let root = if discriminant[lane] > 0.0 { discriminant[lane] } else { 0.0 }.sqrt();
-            let closes = (b[lane] < 0.0) & (discriminant[lane] > 0.0);
-            touching_now += u64::from(closes & (c[lane] <= touching[lane]));
-            times[lane] = if closes { c[lane] / (root - b[lane]) } else { f64::INFINITY };
+    #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
+    fn two_with<const IMAGES: bool>(
+        question: &Question<'_>,
+        slots: [u32; 2],
+        like: impl Fn(&Line) -> (f64, f64),
+    ) -> Two {
+        let Question { lines, from, now, sides, .. } = *question;
+        let body = |slot| &lines[if IMAGES { slot & INDEX_MASK } else { slot } as usize];
+        let (one, other) = (body(slots[0]), body(slots[1]));
+        let pair = |line: &Line, first: usize| f64x2::new([line.flight[first], line.flight[first + 1]]);
+        let relative = |first| {
+            let from = pair(from, first);
+            f64x2::transpose([pair(one, first) - from, pair(other, first) - from])
+        };
+        let ([x, y], [vx, vy]) = (relative(0), relative(2));
+        let now = f64x2::splat(now);
+        let (mut dx, mut dy) = (x + vx * now, y + vy * now);
+        if IMAGES {
+            let (one, other) = (image_of(slots[0]), image_of(slots[1]));
+            let boxes = |axis: usize| f64x2::new([f64::from(one[axis]), f64::from(other[axis])]);
+            dx += boxes(0) * f64x2::splat(sides[0]);
+            dy += boxes(1) * f64x2::splat(sides[1]);
         }
-        Soonest::of(&times, touching_now > 0)
+        let ((one_squared, one_touching), (other_squared, other_touching)) = (like(one), like(other));
+        let sigma_squared = f64x2::new([one_squared, other_squared]);
+        let touching = f64x2::new([one_touching, other_touching]);
+        let zero = f64x2::ZERO;
+        let b = dx * vx + dy * vy;
+        let c = (dx * dx + dy * dy) - sigma_squared;
+        let cross = dx * vy - dy * vx;
+        let discriminant = sigma_squared * (vx * vx + vy * vy) - cross * cross;
+        // Who closes cannot be foreseen by a branch.
+        let closes = b.simd_lt(zero) & zero.simd_lt(discriminant);
+        let time = c / (discriminant.fast_max(zero).sqrt() - b);
+        Two {
+            times: closes.bitselect(time, f64x2::splat(f64::INFINITY)),
+            in_contact: closes & c.simd_le(touching),
+        }
     }
+}
+
+/// The answer of two discs.
+struct Two {
+    /// From now on, infinite for never.
+    times: f64x2,
+    /// Which of them touch to rounding, or overlap, while they seem to close: all bits or none.
+    in_contact: f64x2,
 }
 
 impl Kernel for Portable {
