@@ -43,6 +43,10 @@
 //! if they were atoms. What they hold lies inside, rounding included, and cannot touch before they do; so the
 //! parts of two circles begin where those were last certified.
 //!
+//! **Before a search.** Most bodies around one that asks are told to be apart until its next event without a search, by one
+//! step of the first kind from coarser data: circles, the rectangle that holds its atoms, its atoms against a circle
+//! ([`Asker`]). What the step does not decide is searched from its end on.
+//!
 //! **Rounding.** The computed g is off by at most E, g' by at most E', t + h by u t. A step is taken only where
 //! g > E, with g' − E' for g'. Over the step the exact gap is then at least −E − L u t, and L u t < E: nothing deeper
 //! than 2 E is passed. (The shared steps and the circles use g − E as well, and pass over nothing deeper than
