@@ -3,13 +3,12 @@
 //! With a the place of an atom in its molecule's frame, and a disc at p, as the [asking](crate::Asker) molecule sees it, the gap
 //! g = |p − a| − s has the rate g' = (p − a)·p'/|p − a|, and seen from outside the atom's acceleration is never more than
 //! K = ω² |a|. So there is no contact as long as g + g' h − K h²/2 is above 0: the shared step of
-//! [`Exact`](crate::Exact), and h = 2 g'/K at least, where g widens. As a pair that has just met, with g = 0 to rounding,
-//! comes no nearer up to there, it is apart so long, too. What is deeper tells nothing: the disc may be the bounding circle of
-//! a molecule. Nor is anything told of a pair that may be [back so soon](crate::tolerance::SOON) that only a search can tell
-//! when.
+//! [`Exact`](crate::Exact). Where g widens that is at least up to h = 2 g'/K; and as a pair that has just met, with g = 0 to
+//! rounding, is no nearer up to there than it is now, it is apart so long, too. Nothing is told of a pair that may be
+//! [back so soon](crate::tolerance::SOON) that only a search can tell when.
 //!
 //! **Rounding.** Of g and g' as the asking molecule sees them, and for the normal, which is off by 2 E/|p − a|, as in
-//! [`ErrorBound`](crate::ErrorBound).
+//! [`ErrorBound`](crate::ErrorBound). K g and g'² are of the order of a velocity squared, and so in range where all else is.
 
 use carom_geometry::AtomRow;
 
@@ -24,26 +23,24 @@ use crate::{
 pub(crate) fn apart_from_atoms(rows: &[AtomRow], disc: &View, spin: f64) -> f64 {
     let [px, py] = disc.place;
     let [vx, vy] = disc.rate;
-    // A bound on |p'|, and on the velocities of both relative to each other.
-    let fastest = disc.speed + spin.abs() * disc.distance;
-    let over_distance = 2.0 * disc.error * fastest;
+    // 2 E |p'|
+    let over_distance = 2.0 * disc.error * (disc.speed + spin.abs() * disc.distance);
     let mut soonest = [f64::INFINITY; AtomRow::LANES];
     for row in rows {
         let mut steps = [0.0; AtomRow::LANES];
         for (lane, step) in steps.iter_mut().enumerate() {
             let (x, y) = (px - row.offset[0][lane], py - row.offset[1][lane]);
             let k = spin * spin * row.arm[lane];
-            let squared = x * x + y * y;
-            let length = squared.sqrt();
+            let length = (x * x + y * y).sqrt();
             let reach = disc.radius + row.radius[lane];
             let apart = length - reach;
             let gap = positive(apart - disc.error);
-            // The rate times the length.
-            let rise = ((x * vx + y * vy) - over_distance) - disc.rate_error * length;
-            let root = (rise * rise + 2.0 * k * gap * squared).sqrt() * (1.0 + STEP_MARGIN);
-            let falling = positive(2.0 * gap * length / (root - rise));
+            let rate = ((x * vx + y * vy) - over_distance) / length - disc.rate_error;
+            let root = (rate * rate + 2.0 * k * gap).sqrt() * (1.0 + STEP_MARGIN);
+            let falling = positive(2.0 * gap / (root - rate));
             let touches = f64::from(u8::from(apart > -disc.error));
-            let rising = 2.0 * touches * positive(rise) / (k * length);
+            let rising = 2.0 * touches * positive(rate) / k;
+            let fastest = disc.speed + spin.abs() * row.arm[lane];
             let is_later = f64::from(u8::from(rising * fastest > SOON * reach));
             let rising = rising * is_later;
             *step = if rising > falling { rising } else { falling };

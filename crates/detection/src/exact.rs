@@ -44,8 +44,8 @@
 //! parts of two circles begin where those were last certified.
 //!
 //! **Before a search.** Most bodies around one that asks are told to be apart until its next event without a search, by one
-//! step of the first kind from coarser data: circles, the rectangle that holds its atoms, its atoms against a circle
-//! ([`Asker`]). What the step does not decide is searched from its end on.
+//! step from coarser data: circles, the rectangle that holds its atoms, or its atoms against a disc, which may just have
+//! left one of them; the rounding taken off is wider than E ([`Asker`]). A search of bodies that turn begins at its end.
 //!
 //! **Rounding.** The computed g is off by at most E, g' by at most E', t + h by u t. A step is taken only where
 //! g > E, with g' − E' for g'. Over the step the exact gap is then at least −E − L u t, and L u t < E: nothing deeper

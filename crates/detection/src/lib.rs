@@ -108,7 +108,7 @@ pub trait Detection {
     /// A body with a [face](Outline::face) must not turn: what turns is answered by [`Outcome::Unresolved`] at time 0.
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer;
 
-    /// The same of a pair that is known to meet no sooner than `begin` (time).
+    /// The same of a pair that is known to meet no sooner than `begin` (time), so that the search may begin there.
     fn first_contact_after(
         &self,
         begin: f64,
@@ -139,7 +139,8 @@ pub trait Detection {
         lanes.entry_times()
     }
 
-    /// The same of one body alone whose bounding circle is met: it pays to look at it more closely before it is searched.
+    /// The same of one disc alone, which comes into the asking body's bounding circle: it pays to look at it more closely
+    /// before it is searched. What lies beyond `horizon` may be told wrongly, as above.
     ///
     /// Without further knowledge it may be touched at once.
     #[inline(always)]

@@ -75,7 +75,7 @@ impl<'a> Outline<'a> {
         self.rectangle.copied()
     }
 
-    /// The atoms in rows, of molecules that turn and have no more than [`CircleTree::CROSSOVER`] of them.
+    /// The atoms in rows, of molecules that have more than one and no more than [`CircleTree::CROSSOVER`] of them.
     pub fn rows(&self) -> &'a [AtomRow] {
         self.rows
     }

@@ -32,14 +32,19 @@ impl<T: Copy> Candidates<T> {
         self.0.push(candidate);
     }
 
-    /// Appends those of some bodies whose bounds are below `horizon` (time from now), as far as they are anybody.
+    /// Appends those of some bodies that are wanted for their bounds (time from now), as far as they are anybody.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    pub fn sift<const N: usize>(&mut self, bounds: [f64; N], horizon: f64, who: impl Fn(usize) -> Option<T>) {
+    pub fn sift<const N: usize>(
+        &mut self,
+        bounds: [f64; N],
+        is_wanted: impl Fn(f64) -> bool,
+        who: impl Fn(usize) -> Option<T>,
+    ) {
         // In as many bits as a number has, so that registers of numbers do it.
         let mut wanted = 0;
         for (lane, &bound) in bounds.iter().enumerate() {
-            wanted |= if bound < horizon { 1_u64 << lane } else { 0 };
+            wanted |= if is_wanted(bound) { 1_u64 << lane } else { 0 };
         }
         while wanted != 0 {
             let lane = wanted.trailing_zeros() as usize % N;
@@ -62,5 +67,34 @@ impl<T: Copy> Candidates<T> {
             soonest = (select(is_sooner, this.0, soonest.0), select(is_sooner, this.1, soonest.1));
         }
         (!self.0.is_empty()).then(|| self.0.swap_remove(least))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_soonest_comes_first_and_of_several_at_once_the_one_inserted_first() {
+        let mut candidates = Candidates::default();
+        let who = [7, 3, 9, 4, 1, 8, 2, 6];
+        let bounds = [2.0, 1.0, f64::INFINITY, 1.0, 0.0, f64::NAN, 5.0, 3.0];
+        // Nobody stands in the last lane.
+        candidates.sift(bounds, |bound| bound < 4.0, |lane| (lane < 7).then(|| who[lane]));
+        candidates.sift([1.0], |bound| bound < 4.0, |_| Some(5));
+        let mut order = Vec::new();
+        while let Some(candidate) = candidates.take_least(|&body| body) {
+            order.push((candidate.bound, candidate.who));
+        }
+        assert_eq!(order, [(0.0, 1), (1.0, 3), (1.0, 4), (1.0, 5), (2.0, 7)]);
+    }
+
+    #[test]
+    fn those_that_are_never_met_come_out_as_well() {
+        let mut candidates = Candidates::default();
+        candidates.sift([f64::INFINITY; 2], |_| true, |lane| Some(lane as u32));
+        assert_eq!(candidates.take_least(|&body| body).map(|candidate| candidate.who), Some(0));
+        assert_eq!(candidates.take_least(|&body| body).map(|candidate| candidate.who), Some(1));
+        assert!(candidates.take_least(|&body| body).is_none());
     }
 }

@@ -37,12 +37,12 @@ pub(super) struct Coverings {
     /// Which covering bodies are listed in a cell, by the cell's place in `pool_of`.
     pool: Vec<SmallVec<[Listed; 4]>>,
     pool_of: Vec<u32>,
-    around: Around,
+    around: Surroundings,
 }
 
 /// Scratch space: who stands around a covering body.
 #[derive(Debug, Clone, Default)]
-struct Around {
+struct Surroundings {
     /// Bodies that it sees in its own box.
     slots: Vec<u32>,
     /// The others.
@@ -173,7 +173,7 @@ impl Coverings {
     }
 }
 
-impl Around {
+impl Surroundings {
     fn clear(&mut self) {
         self.slots.clear();
         self.seen.clear();

@@ -127,14 +127,18 @@ impl State {
         list.for_each_eight(|slots| {
             let lanes = K::lanes(&question, slots, list.at_border);
             let times = detection.apart_until(&asker, &lanes, best.time - now);
-            candidates.sift(times, best.time - now, |lane| {
-                let other = slots[lane] & INDEX_MASK;
-                ((other != body) & (Some(other) != except)).then_some(slots[lane])
-            });
+            candidates.sift(
+                times,
+                |bound| best.is_after(now, bound),
+                |lane| {
+                    let other = slots[lane] & INDEX_MASK;
+                    ((other != body) & (Some(other) != except)).then_some(slots[lane])
+                },
+            );
         });
         // The soonest bound first: most need not be searched.
         while let Some(candidate) = candidates.take_least(|slot| slot & INDEX_MASK) {
-            if now + candidate.bound >= best.time.min(self.limit) {
+            if !best.is_after(now, candidate.bound) || now + candidate.bound >= self.limit {
                 break;
             }
             let candidate = candidate.map(|slot| Listed { who: slot & INDEX_MASK, image: image_of(slot) });

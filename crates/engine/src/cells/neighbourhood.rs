@@ -534,6 +534,7 @@ mod tests {
                 .collect();
             let mut lists = Neighbourhoods { is_wide, ..Neighbourhoods::default() };
             lists.lay_out(u32::from(columns), u32::from(rows), cells.len() as u32);
+            lists.set_covered(u32::from(columns) + 1, true);
             for (disc, &cell) in cells.iter().enumerate() {
                 lists.enter(disc as u32, cell);
             }
@@ -559,7 +560,13 @@ mod tests {
                 prop_assert_eq!(list.mark & LONG != 0, list.count() > own);
                 let mut seen: Vec<u32> = Vec::new();
                 list.for_each_eight(|slots| seen.extend(slots.iter().filter(|&&slot| slot != lists.dummy)));
-                prop_assert_eq!(seen, list.slots().collect::<Vec<_>>());
+                prop_assert_eq!(&seen, &list.slots().collect::<Vec<_>>());
+                let mut appended = Vec::new();
+                list.append_to(&mut appended);
+                prop_assert_eq!(&appended, &seen);
+                let is_plain = list.mark & (LONG | AT_BORDER | COVERED) == 0 && seen.len() <= DISC_LANES;
+                let eight = lists.only_eight(cell).map(|slots| slots.as_slice());
+                prop_assert_eq!(eight, is_plain.then(|| list.first.0.as_slice()));
                 if let Some((first, second)) = list.plain() {
                     let slots = first.iter().chain(second.into_iter().flatten());
                     prop_assert_eq!(slots.filter(|&&slot| slot != lists.dummy).count(), list.count());

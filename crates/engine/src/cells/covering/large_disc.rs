@@ -30,13 +30,13 @@ impl State {
         let mut pairs = 0;
         for &tile in &covering.tiles {
             let list = self.neighbourhoods.list_of(tile.who);
-            pairs += list.count() as u64;
             if by_lists && tile.image == [0; 2] && !list.at_border {
                 let soonest = match list.plain() {
                     Some((slots, None)) => K::eight(question, slots).among(slots),
                     _ => K::any(&question, &list),
                 };
                 if !soonest.is_doubtful {
+                    pairs += list.count() as u64;
                     let other = Listed { who: soonest.slot, image: [0; 2] };
                     self.offer_disc(body, now + soonest.time, other, best);
                     continue;
@@ -48,6 +48,7 @@ impl State {
                 if some.is_empty() {
                     break;
                 }
+                pairs += some.len() as u64;
                 let times = detection.disc_contacts(&self.lanes::<DISC_LANES>(body, &some, now));
                 for (&other, time) in some.iter().zip(times) {
                     self.offer_disc(body, now + time, other, best);
@@ -57,7 +58,7 @@ impl State {
         pairs
     }
 
-    /// Takes a contact of a large and a small disc if it is sooner; infinite for none.
+    /// Takes a contact of a large and a small disc if it is sooner (time in the epoch, infinite for none).
     #[inline]
     pub(super) fn offer_disc(&self, body: u32, time: f64, other: Listed, best: &mut Soonest) {
         if time < f64::INFINITY {
@@ -72,7 +73,7 @@ impl State {
         Question { like: None, ..self.question(body, now) }
     }
 
-    /// When a disc in a cell meets a large one, infinite for never.
+    /// When a disc in a cell meets a large one (time in the epoch), infinite for never.
     pub(super) fn contact_with_large_disc(
         &self,
         world: &World,

@@ -2,13 +2,13 @@
 //!
 //! Of the bodies around a molecule those are searched that may touch it before its event, each up to the soonest event so
 //! far. Whether they may is told in two steps: of eight at a time by their bounding circles and the molecule's rectangle
-//! ([`Detection::apart_until`]), then of one whose turn has come by the molecule's atoms ([`Detection::one_apart_until`]). A
-//! disc in a covered cell asks about a covering body in the same way.
+//! ([`Detection::apart_until`]), then of a disc whose turn has come by the molecule's atoms ([`Detection::one_apart_until`]). A
+//! disc in a covered cell asks about the covering bodies one by one: by their bounding circles, then by their atoms.
 
 use carom_detection::{Asker, DISC_LANES, Detection, DiscLanes, Outcome};
 use carom_kinematics::RelativeMotion;
 
-use super::{Around, Covering, Listed, Pending};
+use super::{Covering, Listed, Pending, Surroundings};
 use crate::{
     ContactEvent, World,
     cells::{
@@ -32,6 +32,14 @@ impl Soonest {
     /// Nothing yet before an event that comes in any case.
     pub fn before(time: f64, kind: Kind) -> Self {
         Self { time, kind, partner: 0, pending: Pending::NOTHING }
+    }
+
+    /// Whether it does not come before a contact that is no sooner than `bound` (time from `now`).
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    pub fn is_after(&self, now: f64, bound: f64) -> bool {
+        // At one time it is decided by who meets.
+        (now + bound <= self.time) & (bound < f64::INFINITY)
     }
 
     /// Takes a contact if it is sooner, or as soon and with a body inserted earlier.
@@ -84,31 +92,34 @@ impl State {
         let asker = Asker::new(outline, &covering.motion, now);
         let horizon = best.time - now;
         let question = self.question_of_covering(body, now);
-        let Around { slots, seen, candidates } = &mut around;
+        let Surroundings { slots, seen, candidates } = &mut around;
         slots.resize(slots.len().next_multiple_of(DISC_LANES), self.dummy());
-        for eight in slots.chunks_exact(DISC_LANES) {
-            let Ok(eight) = eight.try_into() else { break };
+        for eight in slots.as_chunks::<DISC_LANES>().0 {
             let bounds = detection.apart_until(&asker, &K::lanes(&question, eight, false), horizon);
-            candidates.sift(bounds, horizon, |lane| {
-                (Some(eight[lane]) != except).then_some(Listed { who: eight[lane], image: [0; 2] })
-            });
+            candidates.sift(
+                bounds,
+                |bound| best.is_after(now, bound),
+                |lane| (Some(eight[lane]) != except).then_some(Listed { who: eight[lane], image: [0; 2] }),
+            );
         }
         for some in seen.chunks(DISC_LANES) {
             let bounds = detection.apart_until(&asker, &self.lanes::<DISC_LANES>(body, some, now), horizon);
-            candidates.sift(bounds, horizon, |lane| {
-                some.get(lane).copied().filter(|other| Some(other.who) != except)
-            });
+            candidates.sift(
+                bounds,
+                |bound| best.is_after(now, bound),
+                |lane| some.get(lane).copied().filter(|other| Some(other.who) != except),
+            );
         }
         self.done.pairs += pairs;
         // The soonest bound first: most need not be searched.
         while let Some(candidate) = candidates.take_least(|listed| listed.who) {
             let Candidate { bound, who: other, is_close } = candidate;
-            if now + bound >= best.time.min(self.limit) {
+            if !best.is_after(now, bound) || now + bound >= self.limit {
                 break;
             }
-            if !is_close {
+            if !is_close && world.bodies()[other.who as usize].kind.molecule.is_disc() {
                 let lanes = self.lanes::<1>(body, &[other], now);
-                let closer = detection.one_apart_until(&asker, &lanes, best.time - now);
+                let closer = detection.one_apart_until(&asker, &lanes, horizon);
                 if closer > bound {
                     candidates.push(Candidate { bound: closer, is_close: true, ..candidate });
                     continue;
@@ -121,7 +132,7 @@ impl State {
     }
 
     /// Lists who may stand around a molecule, as its tiles tell.
-    fn gather(&self, covering: &Covering, around: &mut Around) {
+    fn gather(&self, covering: &Covering, around: &mut Surroundings) {
         for tile in &covering.tiles {
             let list = self.neighbourhoods.list_of(tile.who);
             if tile.image == [0; 2] && !list.at_border {
@@ -169,6 +180,8 @@ impl State {
         let line = &self.lines[disc as usize];
         let pending = self.coverings.pending[disc as usize];
         let mut best = Soonest { time: line.time, kind: line.kind(), partner: line.partner(), pending };
+        // The same for all: the bounds must not depend on the order in which they are asked.
+        let horizon = best.time - now;
         let pool = self.coverings.pool_of[cell as usize] as usize;
         for place in 0..self.coverings.pool[pool].len() {
             let listed = self.coverings.pool[pool][place];
@@ -188,13 +201,19 @@ impl State {
                 let lanes = self.lanes::<1>(other, &seen, now);
                 // Most are out of reach of the bounding circle, which is told without the molecule's rotation.
                 let [entry] = lanes.entry_times();
-                if now + entry >= best.time {
+                if !best.is_after(now, entry) {
                     continue;
                 }
                 let outline = world.bodies()[other as usize].kind.molecule.outline();
                 let asker = Asker::new(outline, &covering.motion, now);
-                let bound = detection.one_apart_until(&asker, &lanes, best.time - now);
-                if now + bound < best.time {
+                let is_disc = world.bodies()[disc as usize].kind.molecule.is_disc();
+                let closer = if is_disc {
+                    detection.one_apart_until(&asker, &lanes, horizon)
+                } else {
+                    detection.apart_until(&asker, &lanes, horizon)[0]
+                };
+                let bound = if closer > entry { closer } else { entry };
+                if best.is_after(now, bound) {
                     let candidate = Candidate { bound, who: Listed { who: other, image }, is_close: true };
                     self.search(world, detection, disc, &candidate, now, &mut best);
                 }
