@@ -20,8 +20,14 @@ impl<T> Candidate<T> {
 }
 
 /// Those whom a body may meet.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Candidates<T>(Vec<Candidate<T>>);
+
+impl<T> Default for Candidates<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
 
 impl<T: Copy> Candidates<T> {
     pub fn clear(&mut self) {

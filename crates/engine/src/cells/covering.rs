@@ -51,7 +51,7 @@ struct Surroundings {
 }
 
 /// A body, and how many boxes over something in its frame appears (or it does in another's).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Listed {
     /// A covering body's place in the list of covering bodies, or a body's index; a cell.
     pub who: u32,
