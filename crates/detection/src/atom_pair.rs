@@ -12,7 +12,7 @@ use crate::{
     search::Search,
     skim,
     skimming::rounding_within,
-    tolerance::{FAST_ROTOR, SHORT_STEPS, SOON},
+    tolerance::{FAST_ROTOR, LEAST_JERK, SHORT_STEPS, SOON},
 };
 
 /// How the search for one atom pair ended.
@@ -78,15 +78,17 @@ impl<'a> AtomPair<'a> {
         let contact_distance = circles[0].radius + circles[1].radius;
         let jerk = spin_a.abs() * a + spin_b.abs() * b;
         let angle = error.speed() / contact_distance;
+        let gap_jerk = jerk + angle * (3.0 * (a + b) + 1.2 * angle * error.speed());
+        let (slower, apart) = (a.min(b), (spin_b - spin_a).abs());
         Self {
             flight,
             offsets: circles.map(|circle| circle.offset),
             arms: circles.map(|circle| circle.arm),
             contact_distance,
             centripetal: [a, b],
-            jerk,
-            gap_jerk: jerk + angle * (3.0 * (a + b) + 1.2 * angle * error.speed()),
-            relative_jerk: a.min(b) * (spin_b - spin_a).abs(),
+            jerk: or_none(jerk, a + b > 0.0),
+            gap_jerk: or_none(gap_jerk, a + b > 0.0),
+            relative_jerk: or_none(slower * apart, (slower > 0.0) & (apart > 0.0)),
             error,
         }
     }
@@ -367,6 +369,12 @@ impl Gap {
             && slope > 2.0 * rate_error + third;
         lands.then_some(landing)
     }
+}
+
+/// A bound that is a product of three velocities, or no bound (infinite) where that is not 0 but too small for a number.
+#[inline]
+fn or_none(bound: f64, is_positive: bool) -> f64 {
+    if is_positive & (bound < LEAST_JERK) { f64::INFINITY } else { bound }
 }
 
 fn contact_within(time: f64, limit: f64) -> PairOutcome {

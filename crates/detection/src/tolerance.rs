@@ -1,6 +1,6 @@
 //! All numbers on which a search depends: what each is for and what breaks if it changes.
 //!
-//! All are relative or counts, so that velocities times a power of two give the same bits.
+//! All but one ([`LEAST_JERK`]) are relative or counts, so that velocities times a power of two give the same bits.
 
 use carom_kinematics::HALF_ULP;
 
@@ -34,6 +34,11 @@ pub const NEARNESS: f64 = 0.2;
 /// moves by its own arm; then the atom's orbit is looked at, too. Smaller: work in vain for ordinary pairs. Larger:
 /// more steps for fast rotors.
 pub const FAST_ROTOR: f64 = 2.0;
+
+/// Bounds on third derivatives below this are not used: products of three velocities that are all but 0 have lost their
+/// digits. Smaller than about 10⁻³⁰⁷, spins below 10⁻¹⁰² are followed too far at once;
+/// larger, slow bodies are followed in shorter steps.
+pub const LEAST_JERK: f64 = 1e-300;
 
 /// A pair that may be back within this share of the time in which it moves by its own size is followed by its gap
 /// relative to the contact that it leaves. Smaller than 10⁻⁷: rattling pairs lose digits of the interval. Larger:
