@@ -36,8 +36,8 @@ pub const NEARNESS: f64 = 0.2;
 pub const FAST_ROTOR: f64 = 2.0;
 
 /// Bounds on third derivatives below this are not used: products of three velocities that are all but 0 have lost their
-/// digits. Smaller than about 10⁻³⁰⁷, spins below 10⁻¹⁰² are followed too far at once;
-/// larger, slow bodies are followed in shorter steps.
+/// digits. Smaller than about 10⁻³⁰⁷: the slowest rotors are followed too far at once. Larger: slow bodies are followed in
+/// shorter steps.
 pub const LEAST_JERK: f64 = 1e-300;
 
 /// A pair that may be back within this share of the time in which it moves by its own size is followed by its gap
