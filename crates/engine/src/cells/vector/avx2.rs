@@ -5,19 +5,21 @@ use std::arch::asm;
 use std::arch::x86_64::{
     __m256d, _CMP_EQ_OQ, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm_cvtsd_f64, _mm_min_pd,
     _mm_unpackhi_pd, _mm256_add_pd, _mm256_add_ps, _mm256_and_pd, _mm256_and_ps, _mm256_and_si256,
-    _mm256_blendv_pd, _mm256_castpd256_pd128, _mm256_castsi256_ps, _mm256_cmp_pd, _mm256_cmp_ps,
-    _mm256_cmpeq_epi32, _mm256_div_pd, _mm256_extractf128_pd, _mm256_lddqu_si256, _mm256_loadu_ps,
-    _mm256_loadu_si256, _mm256_max_epu32, _mm256_min_pd, _mm256_movemask_pd, _mm256_movemask_ps,
-    _mm256_mul_pd, _mm256_mul_ps, _mm256_or_pd, _mm256_permute2f128_pd, _mm256_set1_epi32, _mm256_set1_pd,
-    _mm256_set1_ps, _mm256_setr_pd, _mm256_setzero_pd, _mm256_sqrt_pd, _mm256_storeu_pd, _mm256_sub_pd,
-    _mm256_sub_ps, _mm256_testz_si256, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
+    _mm256_blendv_pd, _mm256_castpd256_pd128, _mm256_castsi256_ps, _mm256_castsi256_si128, _mm256_cmp_pd,
+    _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_cvtepi32_pd, _mm256_div_pd, _mm256_extractf128_pd,
+    _mm256_extracti128_si256, _mm256_lddqu_si256, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_max_epu32,
+    _mm256_min_pd, _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_mul_ps, _mm256_or_pd,
+    _mm256_permute2f128_pd, _mm256_set1_epi32, _mm256_set1_pd, _mm256_set1_ps, _mm256_setr_pd,
+    _mm256_setzero_pd, _mm256_slli_epi32, _mm256_sqrt_pd, _mm256_srai_epi32, _mm256_storeu_pd,
+    _mm256_sub_epi32, _mm256_sub_pd, _mm256_sub_ps, _mm256_testz_si256, _mm256_unpackhi_pd,
+    _mm256_unpacklo_pd,
 };
 
 use carom_kinematics::HALF_ULP;
 
 use super::{
-    Around, DISC_LANES, DiscLanes, Flights, Glance, INDEX_MASK, Kernel, Line, Question, Soonest, SoonestSlot,
-    image_of,
+    Around, DISC_LANES, DiscLanes, Flights, Glance, INDEX_BITS, INDEX_MASK, Kernel, Line, Question, Soonest,
+    SoonestSlot,
 };
 
 /// Registers of 256 bits. To be used in code compiled for AVX2 only: this is what its functions rely on.
@@ -102,10 +104,9 @@ unsafe fn eight<const IMAGES: bool>(question: &Question<'_>, slots: &[u32; DISC_
     // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
     unsafe {
         let [a, b, c, d, e, f, g, h] = bodies::<IMAGES>(question, slots);
-        let [s, t, u, v, w, x, y, z] = *slots;
-        let shifts = |slots| IMAGES.then(|| shifts(question, slots));
-        let low = Four::of_lines(question, [a, b, c, d], shifts([s, t, u, v]));
-        let high = Four::of_lines(question, [e, f, g, h], shifts([w, x, y, z]));
+        let shifts = IMAGES.then(|| shifts(question, slots));
+        let low = Four::of_lines(question, [a, b, c, d], shifts.map(|[low, _]| low));
+        let high = Four::of_lines(question, [e, f, g, h], shifts.map(|[_, high]| high));
         soonest_of(low, high)
     }
 }
@@ -134,20 +135,30 @@ unsafe fn soonest_of(low: Four, high: Four) -> Soonest {
     }
 }
 
-/// By how much the discs in four slots are shifted by the images in which they are seen (length), x and y.
+/// By how much the discs in eight slots are shifted by the images in which they are seen (length), x and y of four and of the
+/// other four: [`image_of`] of all at once, times the sides.
 ///
 /// # Safety
 /// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn shifts(question: &Question<'_>, slots: [u32; 4]) -> [__m256d; 2] {
-    let [a, b, c, d] = slots.map(image_of);
-    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
-    let shift = |axis: usize| unsafe {
-        let [a, b, c, d] = [a[axis], b[axis], c[axis], d[axis]].map(f64::from);
-        _mm256_mul_pd(_mm256_setr_pd(a, b, c, d), _mm256_set1_pd(question.sides[axis]))
-    };
-    [shift(0), shift(1)]
+unsafe fn shifts(question: &Question<'_>, slots: &[u32; DISC_LANES]) -> [[__m256d; 2]; 2] {
+    // SAFETY: the caller vouches for AVX2; eight slots are read where eight slots are.
+    unsafe {
+        let slots = _mm256_loadu_si256(slots.as_ptr().cast());
+        // Minus one where the bit is set that is so many from the highest.
+        let up_x = _mm256_srai_epi32::<31>(_mm256_slli_epi32::<{ 31 - INDEX_BITS as i32 }>(slots));
+        let down_x = _mm256_srai_epi32::<31>(_mm256_slli_epi32::<{ 30 - INDEX_BITS as i32 }>(slots));
+        let up_y = _mm256_srai_epi32::<31>(_mm256_slli_epi32::<{ 29 - INDEX_BITS as i32 }>(slots));
+        let down_y = _mm256_srai_epi32::<31>(slots);
+        let images = [_mm256_sub_epi32(down_x, up_x), _mm256_sub_epi32(down_y, up_y)];
+        let shift = |axis: usize, boxes| {
+            _mm256_mul_pd(_mm256_cvtepi32_pd(boxes), _mm256_set1_pd(question.sides[axis]))
+        };
+        let low = |axis: usize| shift(axis, _mm256_castsi256_si128(images[axis]));
+        let high = |axis: usize| shift(axis, _mm256_extracti128_si256::<1>(images[axis]));
+        [[low(0), low(1)], [high(0), high(1)]]
+    }
 }
 
 /// A row of four numbers.
@@ -192,9 +203,9 @@ unsafe fn lanes<const IMAGES: bool>(question: &Question<'_>, slots: &[u32; DISC_
     // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
     unsafe {
         let [a, b, c, d, e, f, g, h] = bodies::<IMAGES>(question, slots);
-        let [s, t, u, v, w, x, y, z] = *slots;
-        write_lanes::<IMAGES, 0>(question, [a, b, c, d], [s, t, u, v], &mut lanes);
-        write_lanes::<IMAGES, 4>(question, [e, f, g, h], [w, x, y, z], &mut lanes);
+        let shifts = IMAGES.then(|| shifts(question, slots));
+        write_lanes::<0>(question, [a, b, c, d], shifts.map(|[low, _]| low), &mut lanes);
+        write_lanes::<4>(question, [e, f, g, h], shifts.map(|[_, high]| high), &mut lanes);
     }
     lanes
 }
@@ -205,10 +216,10 @@ unsafe fn lanes<const IMAGES: bool>(question: &Question<'_>, slots: &[u32; DISC_
 /// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn write_lanes<const IMAGES: bool, const FIRST: usize>(
+unsafe fn write_lanes<const FIRST: usize>(
     question: &Question<'_>,
     [a, b, c, d]: [&Line; 4],
-    slots: [u32; 4],
+    shifts: Option<[__m256d; 2]>,
     lanes: &mut DiscLanes,
 ) {
     // SAFETY: the caller vouches for AVX2; four numbers are written where four numbers are.
@@ -226,8 +237,7 @@ unsafe fn write_lanes<const IMAGES: bool, const FIRST: usize>(
         let now = _mm256_set1_pd(question.now);
         let mut dx = _mm256_add_pd(x, _mm256_mul_pd(vx, now));
         let mut dy = _mm256_add_pd(y, _mm256_mul_pd(vy, now));
-        if IMAGES {
-            let [x, y] = shifts(question, slots);
+        if let Some([x, y]) = shifts {
             (dx, dy) = (_mm256_add_pd(dx, x), _mm256_add_pd(dy, y));
         }
         let DiscLanes { separation, velocity, contact_distance, .. } = lanes;

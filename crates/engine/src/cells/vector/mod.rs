@@ -32,7 +32,7 @@ use wide::f64x2;
 use super::{
     Instructions, State,
     glance::{Flights, Glance},
-    line::{INDEX_MASK, Line},
+    line::{INDEX_BITS, INDEX_MASK, Line},
     neighbourhood::{Around, image_of},
 };
 use crate::{ContactEvent, EventLoop, EventQueue, World};
@@ -508,7 +508,7 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::{glance::Units, line::INDEX_BITS, neighbourhood::Neighbourhoods};
+    use crate::cells::{glance::Units, neighbourhood::Neighbourhoods};
     use proptest::prelude::*;
 
     /// A question that can be put to any kernel.
