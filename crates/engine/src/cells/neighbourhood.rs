@@ -4,7 +4,7 @@ use carom_detection::DISC_LANES;
 
 use super::{
     line::{INDEX_BITS, INDEX_MASK},
-    vector::{self, Kernel},
+    vector::{self, Kernel, Portable},
 };
 
 /// How many of its own slots a list uses, in the mark of its cell.
@@ -272,7 +272,7 @@ impl Neighbourhoods {
     pub fn leave(&mut self, disc: u32, cell: [u16; 2]) {
         for dy in -1..=1 {
             for dx in -1..=1 {
-                self.remove(disc, cell, [dx, dy]);
+                self.remove::<Portable>(disc, cell, [dx, dy]);
             }
         }
     }
@@ -284,7 +284,7 @@ impl Neighbourhoods {
     pub fn step<K: Kernel>(&mut self, disc: u32, from: [u16; 2], to: [u16; 2], axis: usize, direction: i32) {
         let (start, end) = (self.index(from), self.index(to));
         if (self.marks[start as usize] | self.marks[end as usize]) & AT_BORDER != 0 {
-            return self.step_along_border(disc, from, to, axis, direction);
+            return self.step_along_border::<K>(disc, from, to, axis, direction);
         }
         let strides = [1, self.columns];
         let (ahead, sideways) = (strides[axis], strides[1 - axis]);
@@ -306,39 +306,49 @@ impl Neighbourhoods {
         ahead: u32,
         sideways: u32,
     ) {
-        self.drop::<EIGHTS>(behind - sideways, disc, K::find);
-        self.drop::<EIGHTS>(behind, disc, K::find);
-        self.drop::<EIGHTS>(behind + sideways, disc, K::find);
+        self.drop::<K, EIGHTS>(behind - sideways, disc);
+        self.drop::<K, EIGHTS>(behind, disc);
+        self.drop::<K, EIGHTS>(behind + sideways, disc);
         self.put::<EIGHTS>(ahead - sideways, disc);
         self.put::<EIGHTS>(ahead, disc);
         self.put::<EIGHTS>(ahead + sideways, disc);
     }
 
     #[inline(never)]
-    fn step_along_border(&mut self, disc: u32, from: [u16; 2], to: [u16; 2], axis: usize, direction: i32) {
+    fn step_along_border<K: Kernel>(
+        &mut self,
+        disc: u32,
+        from: [u16; 2],
+        to: [u16; 2],
+        axis: usize,
+        direction: i32,
+    ) {
         let offset =
             |along: i32, sideways: i32| if axis == 0 { [along, sideways] } else { [sideways, along] };
         for sideways in -1..=1 {
-            self.remove(disc, from, offset(-direction, sideways));
+            self.remove::<K>(disc, from, offset(-direction, sideways));
             self.add(disc, to, offset(direction, sideways));
         }
     }
 
     /// Lists a disc of `cell` in the cell at an offset from it.
     fn add(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
-        let (list, image) = self.neighbour(cell, offset);
-        // Seen from over there, the disc stands the other way round the border.
-        let slot = disc | (image_code(-image[0]) | image_code(-image[1]) << 2) << INDEX_BITS;
+        let (list, slot) = self.seen_at(disc, cell, offset);
         if self.is_wide { self.put::<2>(list, slot) } else { self.put::<1>(list, slot) }
     }
 
-    fn remove(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
-        let (list, _) = self.neighbour(cell, offset);
-        // At the border a slot says in which image the disc is seen.
-        let find = |slots: &[u32; DISC_LANES], disc| {
-            slots.iter().position(|&slot| slot & INDEX_MASK == disc).map_or(0, |place| 1 << place)
-        };
-        if self.is_wide { self.drop::<2>(list, disc, find) } else { self.drop::<1>(list, disc, find) }
+    fn remove<K: Kernel>(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
+        let (list, slot) = self.seen_at(disc, cell, offset);
+        if self.is_wide { self.drop::<K, 2>(list, slot) } else { self.drop::<K, 1>(list, slot) }
+    }
+
+    /// The list of the cell at an offset from `cell`, and the slot in it of a disc of `cell`.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    fn seen_at(&self, disc: u32, cell: [u16; 2], offset: [i32; 2]) -> (u32, u32) {
+        let (list, image) = self.neighbour(cell, offset);
+        // Seen from over there, the disc stands the other way round the border.
+        (list, disc | (image_code(-image[0]) | image_code(-image[1]) << 2) << INDEX_BITS)
     }
 
     #[inline(always)]
@@ -355,21 +365,16 @@ impl Neighbourhoods {
         }
     }
 
-    /// Takes a disc off a list, where `find` tells in which of eight slots it stands.
+    /// Takes a slot off a list.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    fn drop<const EIGHTS: usize>(
-        &mut self,
-        list: u32,
-        disc: u32,
-        find: impl Fn(&[u32; DISC_LANES], u32) -> u32,
-    ) {
+    fn drop<K: Kernel, const EIGHTS: usize>(&mut self, list: u32, slot: u32) {
         let own = &mut self.lists[self.start + list as usize * EIGHTS..][..EIGHTS];
         let mark = &mut self.marks[list as usize];
         let last = ((*mark & COUNT) as usize).wrapping_sub(1);
-        let mut places = find(&own[0].0, disc);
+        let mut places = K::find(&own[0].0, slot);
         if EIGHTS == 2 {
-            places |= find(&own[1].0, disc) << DISC_LANES;
+            places |= K::find(&own[1].0, slot) << DISC_LANES;
         }
         let place = places.trailing_zeros() as usize;
         if *mark & LONG == 0 && last < DISC_LANES * EIGHTS && place <= last {
@@ -377,7 +382,7 @@ impl Neighbourhoods {
             own[place / DISC_LANES].0[place % DISC_LANES] = own[last / DISC_LANES].0[last % DISC_LANES];
             own[last / DISC_LANES].0[last % DISC_LANES] = self.dummy;
         } else {
-            self.drop_from_long(list, disc);
+            self.drop_from_long(list, slot);
         }
     }
 
@@ -407,9 +412,9 @@ impl Neighbourhoods {
         self.marks[list as usize] |= LONG;
     }
 
-    /// Takes a disc off a long list, and puts what was last there in its place.
+    /// Takes a slot off a long list, and puts what was last there in its place.
     #[inline(never)]
-    fn drop_from_long(&mut self, list: u32, disc: u32) {
+    fn drop_from_long(&mut self, list: u32, slot: u32) {
         let (Some(last), before) = self.ends(list) else { return };
         let dummy = self.dummy;
         let slots = &mut self.more[last as usize].0;
@@ -424,25 +429,25 @@ impl Neighbourhoods {
                 self.marks[list as usize] &= !LONG;
             }
         }
-        if moved & INDEX_MASK == disc {
+        if moved == slot {
             return;
         }
-        let is_disc = |slot: &&mut u32| **slot < LINK && **slot & INDEX_MASK == disc;
+        let is_it = |other: &&mut u32| **other == slot;
         let own = self.own(list);
-        if let Some(slot) = self.lists[own].0.iter_mut().find(is_disc) {
-            *slot = moved;
+        if let Some(place) = self.lists[own].0.iter_mut().find(is_it) {
+            *place = moved;
             return;
         }
         let mut at = Some(None);
         while let Some(number) = at {
             let slots = self.eight(list, number);
             at = Eight(*slots).next().map(Some);
-            if let Some(slot) = slots.iter_mut().find(is_disc) {
-                *slot = moved;
+            if let Some(place) = slots.iter_mut().find(is_it) {
+                *place = moved;
                 return;
             }
         }
-        debug_assert!(false, "disc {disc} stands in no slot of list {list}");
+        debug_assert!(false, "no slot of list {list} holds {slot:#x}");
     }
 
     /// The last eight of a list and those before them; its own have no number.
