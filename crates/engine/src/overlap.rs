@@ -2,7 +2,6 @@
 
 use carom_geometry::gap_between;
 use glam::DVec2;
-use std::collections::BTreeMap;
 
 use crate::{BodyView, View};
 
@@ -34,26 +33,31 @@ pub(crate) fn census(view: &View<'_>) -> OverlapCensus {
     let reach = view.world.largest_reach();
     // At least one cell, and no more of them than bodies a side: an empty cell costs as much as a full one.
     let count = |side: f64| ((side / reach).min(1.0 + (bodies.len() as f64).sqrt()) as i64).max(1);
-    let cells = [count(sides.x), count(sides.y)];
+    let [columns, rows] = [count(sides.x), count(sides.y)];
+    let number = |[column, row]: [i64; 2]| (row * columns + column) as usize;
     let cell_of = |place: DVec2| {
         let index = |x: f64, side: f64, n: i64| ((x / side * n as f64) as i64).clamp(0, n - 1);
-        [index(place.x, sides.x, cells[0]), index(place.y, sides.y, cells[1])]
+        number([index(place.x, sides.x, columns), index(place.y, sides.y, rows)])
     };
-    let mut lists: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
-    for (index, body) in bodies.iter().enumerate().filter(|(_, body)| !body.body.is_wall()) {
-        lists.entry(cell_of(body.motion.position)).or_default().push(index);
-    }
+    // Bodies cell by cell, and where those of each cell begin.
+    let not_walls = bodies.iter().enumerate().filter(|(_, body)| !body.body.is_wall());
+    let mut listed: Vec<_> = not_walls.map(|(index, body)| (cell_of(body.motion.position), index)).collect();
+    listed.sort_unstable();
+    let starts: Vec<_> = (0..=number([0, rows]))
+        .scan(0, |start, cell| {
+            *start += listed[*start..].iter().take_while(|(other, _)| *other < cell).count();
+            Some(*start)
+        })
+        .collect();
+    let members = |cell| listed[starts[cell]..starts[cell + 1]].iter().map(|&(_, index)| index);
     let mut census = OverlapCensus::default();
-    for (cell, members) in &lists {
+    for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
         for step in 0..9 {
-            let (dx, dy) = (step % 3 - 1, step / 3 - 1);
-            let neighbour = [cell[0] + dx, cell[1] + dy];
-            let image = [neighbour[0].div_euclid(cells[0]), neighbour[1].div_euclid(cells[1])];
-            let there = [neighbour[0].rem_euclid(cells[0]), neighbour[1].rem_euclid(cells[1])];
-            let Some(others) = lists.get(&there) else { continue };
-            let shift = view.bounds().shift(image);
-            for &i in members {
-                for &j in others.iter().filter(|&&j| j > i) {
+            let [to_column, to_row] = [column + step % 3 - 1, row + step / 3 - 1];
+            let there = number([to_column.rem_euclid(columns), to_row.rem_euclid(rows)]);
+            let shift = view.bounds().shift([to_column.div_euclid(columns), to_row.div_euclid(rows)]);
+            for i in members(number([column, row])) {
+                for j in members(there).filter(|&j| j > i) {
                     look(&bodies[i], &bodies[j], shift, sides, &mut census);
                 }
             }

@@ -272,7 +272,7 @@ impl Neighbourhoods {
     pub fn leave(&mut self, disc: u32, cell: [u16; 2]) {
         for dy in -1..=1 {
             for dx in -1..=1 {
-                self.remove::<Portable>(disc, cell, [dx, dy]);
+                self.remove(disc, cell, [dx, dy]);
             }
         }
     }
@@ -284,7 +284,7 @@ impl Neighbourhoods {
     pub fn step<K: Kernel>(&mut self, disc: u32, from: [u16; 2], to: [u16; 2], axis: usize, direction: i32) {
         let (start, end) = (self.index(from), self.index(to));
         if (self.marks[start as usize] | self.marks[end as usize]) & AT_BORDER != 0 {
-            return self.step_along_border::<K>(disc, from, to, axis, direction);
+            return self.step_along_border(disc, from, to, axis, direction);
         }
         let strides = [1, self.columns];
         let (ahead, sideways) = (strides[axis], strides[1 - axis]);
@@ -315,18 +315,11 @@ impl Neighbourhoods {
     }
 
     #[inline(never)]
-    fn step_along_border<K: Kernel>(
-        &mut self,
-        disc: u32,
-        from: [u16; 2],
-        to: [u16; 2],
-        axis: usize,
-        direction: i32,
-    ) {
+    fn step_along_border(&mut self, disc: u32, from: [u16; 2], to: [u16; 2], axis: usize, direction: i32) {
         let offset =
             |along: i32, sideways: i32| if axis == 0 { [along, sideways] } else { [sideways, along] };
         for sideways in -1..=1 {
-            self.remove::<K>(disc, from, offset(-direction, sideways));
+            self.remove(disc, from, offset(-direction, sideways));
             self.add(disc, to, offset(direction, sideways));
         }
     }
@@ -337,9 +330,9 @@ impl Neighbourhoods {
         if self.is_wide { self.put::<2>(list, slot) } else { self.put::<1>(list, slot) }
     }
 
-    fn remove<K: Kernel>(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
+    fn remove(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
         let (list, slot) = self.seen_at(disc, cell, offset);
-        if self.is_wide { self.drop::<K, 2>(list, slot) } else { self.drop::<K, 1>(list, slot) }
+        if self.is_wide { self.drop::<Portable, 2>(list, slot) } else { self.drop::<Portable, 1>(list, slot) }
     }
 
     /// The list of the cell at an offset from `cell`, and the slot in it of a disc of `cell`.
