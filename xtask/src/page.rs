@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::summary::{Check, Figure, Totals};
+use crate::summary::{Check, Figure, OneRun, Totals};
 
 /// A page that is being written, from top to bottom.
 #[derive(Debug, Clone)]
@@ -155,6 +155,17 @@ impl Page {
             ("overlapping pairs", totals.overlapping_pairs.to_string()),
             ("deepest overlap, in diameters", number(totals.max_overlap)),
         ]);
+    }
+
+    /// The runs of a campaign, one by one.
+    pub fn runs(&mut self, runs: &[OneRun]) {
+        let row = |run: &OneRun| {
+            let rate = run.collisions as f64 / run.cpu_seconds / 1e6;
+            let seconds = format!("{:.1}", run.cpu_seconds);
+            vec![run.name.clone(), run.collisions.to_string(), seconds, format!("{rate:.2}")]
+        };
+        let header = ["run", "collisions", "processor seconds", "million collisions per processor second"];
+        self.table(&header, &runs.iter().map(row).collect::<Vec<_>>());
     }
 
     /// Checks, passed or not.

@@ -129,9 +129,27 @@ pub struct Summary {
     pub checks: Vec<Check>,
     /// Figures.
     pub figures: Vec<Figure>,
-    /// Folders of the single runs of a campaign.
+    /// The single runs of a campaign.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub runs: Vec<String>,
+    pub runs: Vec<OneRun>,
+}
+
+/// One run of a campaign.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OneRun {
+    /// Its folder.
+    pub name: String,
+    /// Contacts.
+    pub collisions: u64,
+    /// Processor time of the run phase (seconds).
+    pub cpu_seconds: f64,
+}
+
+impl OneRun {
+    /// A run in a folder, with its totals.
+    pub fn new(name: String, totals: &Totals) -> Self {
+        Self { name, collisions: totals.collisions, cpu_seconds: totals.cpu_seconds() }
+    }
 }
 
 impl Summary {

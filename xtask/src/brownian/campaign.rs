@@ -23,7 +23,7 @@ use crate::{
     progress::{Lines, Progress},
     resumable::{CHECKPOINT, Found, Task, without_end},
     say,
-    summary::{Check, Figure, Summary, Totals, Verdict},
+    summary::{Check, Figure, OneRun, Summary, Totals, Verdict},
 };
 
 /// One run.
@@ -205,8 +205,10 @@ fn one(
     let group = Group::new(job.case, runs, plan.from).context("a run without kicks to sum")?;
     let (charts, more) = (Charts::draw(&group)?, Distributions::draw(&group)?);
     write_group(folder, "", &group, &charts, &more)?;
+    let judged = Judged::new(&group, job.size);
     let mut checks = measured.totals.checks();
     checks.extend(group.checks());
+    checks.extend(judged.verdict.checks());
     let summary = Summary {
         title: job.title(),
         note: options.note(),
@@ -225,7 +227,6 @@ fn one(
     totals(&mut page, &summary);
     system::of_one_run(&mut page, &group, &charts, folder, plan)?;
     page.heading("What was found");
-    let judged = Judged::new(&group, job.size);
     judged.verdict.show(&mut page);
     page.subheading("Figures");
     page.figures(&summary.figures);
@@ -284,7 +285,7 @@ fn several(
         checks: totals_of_all.checks(),
         totals: totals_of_all,
         figures: Vec::new(),
-        runs: jobs.iter().map(Job::name).collect(),
+        runs: jobs.iter().zip(&all).map(|(job, totals)| OneRun::new(job.name(), totals)).collect(),
     };
     let mut sections = Page::section();
     let mut verdicts = Vec::new();
@@ -304,6 +305,8 @@ fn several(
         report::setting(&mut sections, &group, size, plan);
         system::of_molecule(&mut sections, &group, &charts, &folder.inner(&jobs[0].name())?)?;
         let judged = Judged::new(&group, size);
+        let checks = judged.verdict.checks().into_iter();
+        summary.checks.extend(checks.map(|check| Check { name: named(&check.name), ..check }));
         judged.verdict.show(&mut sections);
         verdicts.push(judged);
         sections.subheading("Figures");
@@ -356,6 +359,9 @@ fn write_group(
 /// What the whole took, and whether it can be trusted.
 fn totals(page: &mut Page, summary: &Summary) {
     page.totals(&summary.totals);
+    if !summary.runs.is_empty() {
+        page.runs(&summary.runs);
+    }
     page.subheading("Checks");
     page.checks(&summary.checks);
 }

@@ -7,8 +7,8 @@ use std::f64::consts::{PI, TAU};
 
 use super::{
     figures::{Group, impulse_error},
-    measurement::SECTORS,
-    prediction::{collision_rate, contact_density_of_disc},
+    measurement::{Kicks, SECTORS},
+    prediction::{Prediction, collision_rate, contact_density_of_disc},
     setup::{BUMPER_RADIUS, GAS_MASS, GAS_RADIUS},
 };
 use crate::{chi_square::ChiSquare, fixed_energy::mean_speed, summary::Check};
@@ -63,16 +63,19 @@ impl FewDiscs {
 
 /// Directions by number and by impulse, and atoms, against the exposed arcs; none in a dense gas or after few kicks.
 pub fn checks(group: &Group<'_>) -> Vec<Check> {
-    let kicks = &group.kicks;
-    if !is_dilute(group) || kicks.hits() < LEAST * GROUPS as u64 {
+    if is_dilute(group) { against_arcs(&group.kicks, &group.prediction) } else { Vec::new() }
+}
+
+fn against_arcs(kicks: &Kicks, prediction: &Prediction) -> Vec<Check> {
+    if kicks.hits() < LEAST * GROUPS as u64 {
         return Vec::new();
     }
     let counts = grouped(&kicks.counts.iter().map(|&count| count as f64).collect::<Vec<_>>());
     let counts: Vec<u64> = counts.iter().map(|&count| count as u64).collect();
-    let shares = grouped(&group.prediction.count_shares(SECTORS));
+    let shares = grouped(&prediction.count_shares(SECTORS));
     let by_count = ChiSquare::of(&counts, &shares);
     let hits = kicks.hits() as f64;
-    let impulse_shares = grouped(&group.prediction.impulse_shares(SECTORS));
+    let impulse_shares = grouped(&prediction.impulse_shares(SECTORS));
     let terms = grouped(&kicks.impulse).into_iter().zip(impulse_shares).zip(&shares).map(
         |((impulse, impulse_share), share)| {
             let expected = kicks.total_impulse() * impulse_share;
@@ -80,7 +83,7 @@ pub fn checks(group: &Group<'_>) -> Vec<Check> {
         },
     );
     let by_impulse = ChiSquare { value: terms.sum(), freedom: GROUPS - 1 };
-    let by_atom = ChiSquare::of(&kicks.by_atom, &group.prediction.atom_shares());
+    let by_atom = ChiSquare::of(&kicks.by_atom, &prediction.atom_shares());
     [("kicks by direction", by_count), ("impulse by direction", by_impulse), ("kicks by atom", by_atom)]
         .into_iter()
         // A single atom has all kicks, whatever happens.
@@ -94,4 +97,45 @@ pub fn checks(group: &Group<'_>) -> Vec<Check> {
 
 fn grouped(values: &[f64]) -> Vec<f64> {
     values.chunks(values.len() / GROUPS).map(|group| group.iter().sum()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brownian::Case;
+
+    /// A million kicks, shared out just as the exposed arcs say.
+    fn ideal(prediction: &Prediction) -> Kicks {
+        let out_of = |total: f64, shares: Vec<f64>| shares.into_iter().map(move |share| total * share);
+        Kicks {
+            counts: out_of(1e6, prediction.count_shares(SECTORS)).map(|count| count.round() as u64).collect(),
+            impulse: out_of(2.5e6, prediction.impulse_shares(SECTORS)).collect(),
+            by_atom: out_of(1e6, prediction.atom_shares()).map(|count| count.round() as u64).collect(),
+        }
+    }
+
+    fn passed(kicks: &Kicks, prediction: &Prediction) -> Vec<bool> {
+        against_arcs(kicks, prediction).iter().map(|check| check.passed).collect()
+    }
+
+    #[test]
+    fn kicks_as_from_the_arcs_pass_and_others_do_not() {
+        for case in [Case::Standard, Case::Locked0] {
+            let prediction = Prediction::of_case(case);
+            let kicks = ideal(&prediction);
+            assert_eq!(passed(&kicks, &prediction), [true; 3]);
+            // Turned by ten degrees; and a wing takes the kicks of the stem's end.
+            let mut turned = kicks.clone();
+            turned.counts.rotate_right(SECTORS / GROUPS);
+            turned.impulse.rotate_right(SECTORS / GROUPS);
+            turned.by_atom.swap(0, 4);
+            assert_eq!(passed(&turned, &prediction), [false; 3]);
+            // A hundredth more on one wing than on the other: 1800 kicks where chance makes 600.
+            let mut crooked = kicks.clone();
+            (crooked.by_atom[0], crooked.by_atom[2]) =
+                (kicks.by_atom[0] / 100 * 101, kicks.by_atom[2] / 100 * 99);
+            assert_eq!(passed(&crooked, &prediction), [true, true, false]);
+            assert_eq!(passed(&Kicks { counts: vec![1; SECTORS], ..kicks }, &prediction), [true; 0]);
+        }
+    }
 }

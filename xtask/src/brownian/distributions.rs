@@ -80,7 +80,9 @@ impl Distributions {
         page.pictures(Layout::Full, &[(&self.along_x, kicks), (&self.along_y, "The same along y′.")]);
         let gas = "Σ|J| / (t ds) over nkT is the density of gas centres at contact, in units of the mean density, along the \
                    boundary that they cannot cross. Each line belongs to the atom that is touched; an atom without a line \
-                   cannot be reached. In a dilute gas all would be at 1: the gas crowds into the corners, at the lines' ends.";
+                   cannot be reached. In a dilute gas all would be at 1: the gas crowds into the corners, at the lines' ends. \
+                   The bands are standard errors as if contacts were independent; in the corners, where a disc strikes more \
+                   than once, they are up to a quarter too narrow.";
         let velocity = "The mean velocity of the molecule along its own axes, over the standbys so far. At equilibrium it fades \
                         to 0; the band is √(kT/M) over the root of the number of standbys.";
         page.pictures(Layout::Full, &[(&self.contacts, gas), (&self.velocity, velocity)]);
@@ -232,7 +234,8 @@ fn velocity(group: &Group<'_>) -> Result<String> {
     let run = &group.runs[0];
     let (duration, standbys) = (run.duration, run.averages.len() as f64);
     let thermal = (group.temperature() / run.molecule.mass()).sqrt();
-    // One standby after another: independent velocities, since the molecule forgets its own within some hundredths.
+    // One standby after another: the molecule forgets its own velocity within some hundredths. That of the gas as a whole, which
+    // lasts some ten units where the bumper alone changes it, adds a few percent to the error, and is not in the band.
     let error_at = |time: f64| thermal / (standbys * time / duration).max(1.0).sqrt();
     let mut layers = vec![band_of_one_run(duration, error_at)];
     for (axis, name, colour) in [(0, "along x′", colour::BLUE), (1, "along y′", colour::GREEN)] {

@@ -114,15 +114,18 @@ mod tests {
     use crate::brownian::{Plan, Size, scene};
     use carom::Simulation;
 
-    fn prediction(case: Case) -> Prediction {
-        let plan = Plan { from: 0.0, until: 1.0, standby: 1.0 };
-        let simulation = Simulation::new(&scene(case, Size::Half, 1, 0, &plan)).unwrap();
-        Prediction::new(case, simulation.view().bodies().next().unwrap().body.molecule())
+    impl Prediction {
+        /// For the molecule of a case, with atoms of half the gas's radius.
+        pub fn of_case(case: Case) -> Self {
+            let plan = Plan { from: 0.0, until: 1.0, standby: 1.0 };
+            let simulation = Simulation::new(&scene(case, Size::Half, 1, 0, &plan)).unwrap();
+            Self::new(case, simulation.view().bodies().next().unwrap().body.molecule())
+        }
     }
 
     #[test]
     fn a_locked_molecule_is_hit_in_proportion_to_its_boundary() {
-        let locked = prediction(Case::Locked0);
+        let locked = Prediction::of_case(Case::Locked0);
         for (count, impulse) in locked.count_shares(360).iter().zip(locked.impulse_shares(360)) {
             assert!((count - impulse).abs() < 1e-15);
         }
@@ -133,7 +136,7 @@ mod tests {
 
     #[test]
     fn a_free_molecule_is_hit_more_often_far_from_its_centre() {
-        let (free, locked) = (prediction(Case::Standard), prediction(Case::Locked0));
+        let (free, locked) = (Prediction::of_case(Case::Standard), Prediction::of_case(Case::Locked0));
         assert!((free.ideal_rate(1.0, 1.0) - 0.070_917_76).abs() < 1e-8);
         assert!(free.atom_shares()[4] > locked.atom_shares()[4]);
         assert!((free.count_shares(360).iter().sum::<f64>() - 1.0).abs() < 1e-12);
@@ -141,7 +144,7 @@ mod tests {
 
     #[test]
     fn the_disc_is_hit_from_all_sides_alike() {
-        for share in prediction(Case::Control).count_shares(360) {
+        for share in Prediction::of_case(Case::Control).count_shares(360) {
             assert!((share * 360.0 - 1.0).abs() < 1e-12);
         }
     }

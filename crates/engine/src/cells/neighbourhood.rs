@@ -408,7 +408,10 @@ impl Neighbourhoods {
     /// Takes a slot off a long list, and puts what was last there in its place.
     #[inline(never)]
     fn drop_from_long(&mut self, list: u32, slot: u32) {
-        let (Some(last), before) = self.ends(list) else { return };
+        let (Some(last), before) = self.ends(list) else {
+            debug_assert!(false, "no slot of list {list} holds {slot:#x}");
+            return;
+        };
         let dummy = self.dummy;
         let slots = &mut self.more[last as usize].0;
         let used = slots.iter().take_while(|&&slot| slot != dummy).count();
