@@ -22,8 +22,13 @@ impl State {
         // they answer: that hangs on the end of the chain.
         let (soonest, covered) = match (self.neighbourhoods.only_eight(cell), self.like) {
             // Said once more, so that it is known where it is compiled.
-            (Some(slots), like @ Some(_)) => {
-                (K::eight(Question { like, ..self.question(disc, now) }, slots).among(slots), None)
+            (Some((slots, false)), like @ Some(_)) => {
+                let question = Question { like, ..self.question(disc, now) };
+                (K::eight::<false>(question, slots).among(slots), None)
+            }
+            (Some((slots, true)), like @ Some(_)) => {
+                let question = Question { like, ..self.question(disc, now) };
+                (K::eight::<true>(question, slots).among(slots), None)
             }
             _ => self.ask_any::<K>(disc, now, cell),
         };
@@ -45,10 +50,12 @@ impl State {
         let list = self.neighbourhoods.list_of(cell);
         let soonest = match list.plain() {
             Some((first, second)) => {
-                let soonest = K::eight(self.question(disc, now), first).among(first);
+                let soonest = K::eight::<false>(self.question(disc, now), first).among(first);
                 match second {
                     None => soonest,
-                    Some(second) => soonest.or(K::eight(self.question(disc, now), second).among(second)),
+                    Some(second) => {
+                        soonest.or(K::eight::<false>(self.question(disc, now), second).among(second))
+                    }
                 }
             }
             None => K::any(&self.question(disc, now), &list),

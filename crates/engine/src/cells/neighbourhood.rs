@@ -228,13 +228,15 @@ impl Neighbourhoods {
         }
     }
 
-    /// The slots around a cell, if no more than eight are in use, none is seen through the border of the box, and nothing
-    /// covers it.
+    /// The slots around a cell, and whether some are seen through the border of the box, if no more than eight are in use and
+    /// nothing covers it.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn only_eight(&self, cell: u32) -> Option<&[u32; DISC_LANES]> {
-        // No flag is set below.
-        (self.marks[cell as usize] <= DISC_LANES as u8).then(|| &self.lists[self.own(cell)].0)
+    pub fn only_eight(&self, cell: u32) -> Option<(&[u32; DISC_LANES], bool)> {
+        let mark = self.marks[cell as usize];
+        // No other flag is set below.
+        let only_eight = mark & !AT_BORDER <= DISC_LANES as u8;
+        only_eight.then(|| (&self.lists[self.own(cell)].0, mark & AT_BORDER != 0))
     }
 
     /// The first eight slots of a cell's list, if there is such a cell.
@@ -565,9 +567,9 @@ mod tests {
                 let mut appended = Vec::new();
                 list.append_to(&mut appended);
                 prop_assert_eq!(&appended, &seen);
-                let is_plain = list.mark & (LONG | AT_BORDER | COVERED) == 0 && seen.len() <= DISC_LANES;
-                let eight = lists.only_eight(cell);
-                prop_assert_eq!(eight, is_plain.then_some(&list.first.0));
+                let only_eight = list.mark & (LONG | COVERED) == 0 && seen.len() <= DISC_LANES;
+                let expected = only_eight.then_some((&list.first.0, list.at_border));
+                prop_assert_eq!(lists.only_eight(cell), expected);
                 if let Some((first, second)) = list.plain() {
                     let slots = first.iter().chain(second.into_iter().flatten());
                     prop_assert_eq!(slots.filter(|&&slot| slot != lists.dummy).count(), list.count());

@@ -32,7 +32,7 @@ impl State {
             let list = self.neighbourhoods.list_of(tile.who);
             if by_lists && tile.image == [0; 2] && !list.at_border {
                 let soonest = match list.plain() {
-                    Some((slots, None)) => K::eight(question, slots).among(slots),
+                    Some((slots, None)) => K::eight::<false>(question, slots).among(slots),
                     _ => K::any(&question, &list),
                 };
                 if !soonest.is_doubtful {

@@ -28,9 +28,9 @@ pub(in crate::cells) struct Avx2;
 impl Kernel for Avx2 {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn eight(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
+    fn eight<const IMAGES: bool>(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
         // SAFETY: `Avx2` is named only in functions that are compiled for AVX2 and called where it is there.
-        unsafe { eight::<false>(&question, slots) }
+        unsafe { eight::<IMAGES>(&question, slots) }
     }
 
     #[inline(always)]

@@ -101,8 +101,8 @@ pub(super) struct SoonestSlot {
 
 /// How the question is answered: with which instructions. The numbers are the same.
 pub(super) trait Kernel {
-    /// The answer of eight discs, none of them seen through the border of the box.
-    fn eight(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest;
+    /// The answer of eight discs, in the images of their slots or, without these, none of them seen through the border of the box.
+    fn eight<const IMAGES: bool>(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest;
 
     /// The answer of any list.
     fn any(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot;
@@ -334,8 +334,8 @@ struct Two {
 impl Kernel for Portable {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as writing the question down")]
-    fn eight(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
-        Self::eight_of::<false>(&question, slots)
+    fn eight<const IMAGES: bool>(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
+        Self::eight_of::<IMAGES>(&question, slots)
     }
 
     #[inline]
@@ -550,8 +550,13 @@ mod tests {
                 };
                 assert_eq!(bits(&lanes), bits(&expected));
             });
-            if let Some((slots, None)) = self.1.plain() {
-                assert_eq!(K::eight(self.0, slots).among(slots), soonest);
+            let mut eights = Vec::new();
+            self.1.for_each_eight(|slots| eights.push(*slots));
+            if let [slots] = eights.as_slice() {
+                assert_eq!(K::eight::<true>(self.0, slots).among(slots), soonest);
+                if !self.1.at_border {
+                    assert_eq!(K::eight::<false>(self.0, slots).among(slots), soonest);
+                }
             }
             soonest
         }
