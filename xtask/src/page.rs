@@ -161,10 +161,11 @@ impl Page {
     pub fn runs(&mut self, runs: &[OneRun]) {
         let row = |run: &OneRun| {
             let rate = run.collisions as f64 / run.cpu_seconds / 1e6;
-            let seconds = format!("{:.1}", run.cpu_seconds);
-            vec![run.name.clone(), run.collisions.to_string(), seconds, format!("{rate:.2}")]
+            let (seconds, rate) =
+                (format!("{:.1} s", run.cpu_seconds), format!("{rate:.2} million per processor second"));
+            vec![run.name.clone(), run.collisions.to_string(), seconds, rate]
         };
-        let header = ["run", "collisions", "processor seconds", "million collisions per processor second"];
+        let header = ["run", "collisions", "processor time", "rate"];
         self.table(&header, &runs.iter().map(row).collect::<Vec<_>>());
     }
 

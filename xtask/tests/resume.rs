@@ -125,7 +125,9 @@ impl Place {
                 } else if !["manifest.json", "checkpoint"].contains(&name.as_str()) {
                     let text = fs::read_to_string(&path).unwrap();
                     let speed = |line: &&str| {
-                        !line.contains("collisions_per_second") && !line.contains("per processor second")
+                        !["collisions_per_second", "per processor second", "cpu_seconds"]
+                            .iter()
+                            .any(|clock| line.contains(clock))
                     };
                     let text: Vec<&str> = text.lines().filter(speed).collect();
                     files.push((

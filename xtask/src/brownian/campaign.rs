@@ -331,7 +331,9 @@ fn several(
         "Run {}; each run has a page of its own, with its own moving view.",
         jobs[0].name()
     ));
-    system::moving(&mut page, &folder.inner(&jobs[0].name())?, plan)?;
+    let first = folder.inner(&jobs[0].name())?;
+    system::moving(&mut page, &first, plan)?;
+    system::before_and_after(&mut page, &first, plan)?;
     page.append(&sections);
     again(&mut page, &command);
     page.links(["summary.json", "manifest.json", "config.toml"]);

@@ -64,6 +64,14 @@ pub fn of_one_run(
     page.heading("The system");
     of_molecule(page, group, charts, folder)?;
     moving(page, folder, plan)?;
+    before_and_after(page, folder, plan)
+}
+
+/// The whole system as it is placed, and at the end.
+///
+/// # Errors
+/// A picture is gone.
+pub fn before_and_after(page: &mut Page, folder: &Folder, plan: &Plan) -> Result<()> {
     let [start, end] = [folder.read("start.svg")?, folder.read("end.svg")?];
     let (first, last) = ("At the start: a lattice, shaken.", format!("At t = {}.", plan.until));
     page.pictures(Layout::Beside, &[(&start, first), (&end, &last)]);
