@@ -297,16 +297,13 @@ fn several(
         let (charts, more) = (Charts::draw(&group)?, Distributions::draw(&group)?);
         write_group(folder, &format!("{name}-"), &group, &charts, &more)?;
         let named = |text: &str| format!("{name}: {text}");
-        summary
-            .checks
-            .extend(group.checks().into_iter().map(|check| Check { name: named(&check.name), ..check }));
+        let judged = Judged::new(&group, size);
+        let checks = group.checks().into_iter().chain(judged.verdict.checks());
+        summary.checks.extend(checks.map(|check| Check { name: named(&check.name), ..check }));
         let figures = group.figures();
         sections.heading(&title(case, size));
         report::setting(&mut sections, &group, size, plan);
         system::of_molecule(&mut sections, &group, &charts, &folder.inner(&jobs[0].name())?)?;
-        let judged = Judged::new(&group, size);
-        let checks = judged.verdict.checks().into_iter();
-        summary.checks.extend(checks.map(|check| Check { name: named(&check.name), ..check }));
         judged.verdict.show(&mut sections);
         verdicts.push(judged);
         sections.subheading("Figures");
