@@ -166,6 +166,7 @@ impl<S: Scheduler> Runner for Engine<S> {
 fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Vec<Timing>> {
     let mut engines = vec![
         Engine::<Cells>::boxed("cells", scene, Instructions::Widest)?,
+        Engine::<Cells>::boxed("cells-avx2", scene, Instructions::Avx2)?,
         Engine::<Cells>::boxed("cells-portable", scene, Instructions::Portable)?,
         Engine::<Thesis>::boxed("thesis", scene, Fineness::Automatic)?,
     ];

@@ -8,14 +8,15 @@
 //! they see each other. A fixed body has no shell, is listed once, and has no events. Of a wall only the surroundings of
 //! its face count, however long it is: see `walls`.
 
+mod covered;
 mod large_disc;
 mod search;
 
 use carom_geometry::PeriodicBox;
 use carom_kinematics::Motion;
 use glam::DVec2;
-use smallvec::SmallVec;
 
+use self::covered::CoveredCells;
 pub(super) use self::search::Soonest;
 use super::{State, candidates::Candidates, walls::near_wall};
 use crate::{Body, Parts, World, wall::StandingWall};
@@ -34,9 +35,10 @@ pub(super) struct Coverings {
     index_of: Vec<u32>,
     /// What the contact is that a body's event of kind `Covering` announces, by body.
     pending: Vec<Pending>,
-    /// Which covering bodies are listed in a cell, by the cell's place in `pool_of`.
-    pool: Vec<SmallVec<[Listed; 4]>>,
-    pool_of: Vec<u32>,
+    /// Which of them are listed in a cell, by their bodies.
+    covered: CoveredCells,
+    /// Whether there are any that are no discs among discs.
+    has_molecules: bool,
     around: Surroundings,
 }
 
@@ -92,6 +94,7 @@ impl Coverings {
         self.list.clear();
         self.index_of.clear();
         self.pending.clear();
+        self.has_molecules = false;
     }
 
     /// Makes room for what the contacts of so many bodies are.
@@ -104,10 +107,12 @@ impl Coverings {
         self.index_of.resize(bodies, u32::MAX);
         self.expect_contacts(bodies);
         self.index_of[index as usize] = self.list.len() as u32;
+        let is_disc_among_discs = body.kind.molecule.is_disc() && !among_molecules;
+        self.has_molecules |= !is_disc_among_discs;
         self.list.push(Covering {
             body: index,
             fixed: body.is_fixed(),
-            is_disc_among_discs: body.kind.molecule.is_disc() && !among_molecules,
+            is_disc_among_discs,
             wall: StandingWall::of(body, motion),
             radius: body.kind.molecule.bounding_radius(),
             motion: *motion,
@@ -117,6 +122,12 @@ impl Coverings {
             tiles: Vec::new(),
             neighbours: Vec::new(),
         });
+    }
+
+    /// Whether all are discs among discs.
+    #[inline]
+    pub fn are_large_discs(&self) -> bool {
+        !self.has_molecules
     }
 
     #[inline(always)]
@@ -138,9 +149,9 @@ impl Coverings {
         let listed: usize = self.list.iter().map(of).sum();
         self.list.capacity() * size_of::<Covering>()
             + listed * size_of::<Listed>()
-            + (self.index_of.capacity() + self.pool_of.capacity()) * size_of::<u32>()
+            + self.index_of.capacity() * size_of::<u32>()
             + self.pending.capacity() * size_of::<Pending>()
-            + self.pool.capacity() * size_of::<SmallVec<[Listed; 4]>>()
+            + self.covered.heap_bytes()
     }
 
     /// Takes over the new motion of a body, if it is one of these.
@@ -193,9 +204,7 @@ impl State {
             return;
         }
         let [columns, rows] = self.grid.counts();
-        self.coverings.pool.clear();
-        self.coverings.pool_of.clear();
-        self.coverings.pool_of.resize((columns * rows) as usize, u32::MAX);
+        self.coverings.covered.lay_out((columns * rows) as usize);
         for index in 0..count {
             let body = self.coverings.list[index].body;
             self.lines[body as usize].set_cell([NO_CELL; 2]);
@@ -234,11 +243,10 @@ impl State {
     fn unlist(&mut self, index: usize) {
         let me = index as u32;
         // Taken out and put back: what is listed again needs no new memory.
+        let body = self.coverings.list[index].body;
         let mut cells = std::mem::take(&mut self.coverings.list[index].cells);
         for listed in cells.drain(..) {
-            let pool = &mut self.coverings.pool[self.coverings.pool_of[listed.who as usize] as usize];
-            pool.retain(|entry| entry.who != me);
-            if pool.is_empty() {
+            if self.coverings.covered.leave(listed.who, body) {
                 self.neighbourhoods.set_covered(listed.who, false);
             }
         }
@@ -271,6 +279,15 @@ impl State {
             let outside = (low - centre).max(centre - high).max(DVec2::ZERO);
             outside.length_squared() <= reach * reach
         };
+        // Whether a block is so far inside a disc that no centre of another can be there.
+        let free_of_centres =
+            if covering.is_disc_among_discs { covering.radius - covering.shell } else { 0.0 };
+        let inside = |from: [i64; 2], to: [i64; 2]| {
+            let low = DVec2::new(from[0] as f64, from[1] as f64) * side;
+            let high = DVec2::new(to[0] as f64 + 1.0, to[1] as f64 + 1.0) * side;
+            let farthest = (centre - low).max(high - centre);
+            farthest.length_squared() < free_of_centres * free_of_centres
+        };
         let folded = |cell: [i64; 2]| {
             let [column, row] = [cell[0].rem_euclid(counts[0]), cell[1].rem_euclid(counts[1])];
             let image = [cell[0].div_euclid(counts[0]) as i32, cell[1].div_euclid(counts[1]) as i32];
@@ -290,7 +307,8 @@ impl State {
         tiles.clear();
         for row in (first[1] + 1..=last[1] + 1).step_by(3) {
             for column in (first[0] + 1..=last[0] + 1).step_by(3) {
-                if within([column - 1, row - 1], [column + 1, row + 1]) {
+                let block = ([column - 1, row - 1], [column + 1, row + 1]);
+                if within(block.0, block.1) && !inside(block.0, block.1) {
                     tiles.push(folded([column, row]));
                 }
             }
@@ -301,14 +319,9 @@ impl State {
 
     /// Lists a body in these cells.
     fn list_in(&mut self, index: usize, cells: Vec<Listed>) {
-        let me = index as u32;
+        let body = self.coverings.list[index].body;
         for &cell in &cells {
-            let place = &mut self.coverings.pool_of[cell.who as usize];
-            if *place == u32::MAX {
-                *place = self.coverings.pool.len() as u32;
-                self.coverings.pool.push(SmallVec::new());
-            }
-            self.coverings.pool[*place as usize].push(Listed { who: me, image: cell.image });
+            self.coverings.covered.enter(cell.who, Listed { who: body, image: cell.image });
             self.neighbourhoods.set_covered(cell.who, true);
         }
         self.coverings.list[index].cells = cells;
@@ -322,11 +335,12 @@ impl State {
         let mut neighbours = std::mem::take(&mut coverings.list[index].neighbours);
         let covering = &coverings.list[index];
         for cell in &covering.cells {
-            for other in &coverings.pool[coverings.pool_of[cell.who as usize] as usize] {
+            for place in 0..coverings.covered.count(cell.who) {
+                let other = coverings.covered.get(cell.who, place);
                 let image = [0, 1].map(|axis| cell.image[axis] - other.image[axis]);
-                let found = Listed { who: other.who, image };
-                let there = &coverings.list[other.who as usize];
-                if other.who == me || (covering.fixed && there.fixed) || neighbours.contains(&found) {
+                let found = Listed { who: coverings.index_of[other.who as usize], image };
+                let there = &coverings.list[found.who as usize];
+                if found.who == me || (covering.fixed && there.fixed) || neighbours.contains(&found) {
                     continue;
                 }
                 let shift = bounds.shift(image.map(i64::from));

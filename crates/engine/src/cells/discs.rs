@@ -22,13 +22,13 @@ impl State {
         // they answer: that hangs on the end of the chain.
         let (soonest, covered) = match (self.neighbourhoods.only_eight(cell), self.like) {
             // Said once more, so that it is known where it is compiled.
-            (Some((slots, false)), like @ Some(_)) => {
+            (Some((slots, false, is_covered)), like @ Some(_)) => {
                 let question = Question { like, ..self.question(disc, now) };
-                (K::eight::<false>(question, slots).among(slots), None)
+                (K::eight::<false>(question, slots).among(slots), is_covered.then_some(cell))
             }
-            (Some((slots, true)), like @ Some(_)) => {
+            (Some((slots, true, is_covered)), like @ Some(_)) => {
                 let question = Question { like, ..self.question(disc, now) };
-                (K::eight::<true>(question, slots).among(slots), None)
+                (K::eight::<true>(question, slots).among(slots), is_covered.then_some(cell))
             }
             _ => self.ask_any::<K>(disc, now, cell),
         };
@@ -105,6 +105,9 @@ impl State {
         let version = self.lines[partner as usize].version;
         self.lines[disc as usize].set_event(time, kind, partner, version);
         if let Some(cell) = covered {
+            if self.coverings.are_large_discs() && detection.decides_discs_in_closed_form() {
+                return self.meet_large_discs(disc, cell, now);
+            }
             self.meet_coverings(world, detection, disc, cell, now, None);
             return self.lines[disc as usize].time;
         }

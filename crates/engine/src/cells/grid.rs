@@ -31,7 +31,8 @@ const CELLS_PER_BODY_WHERE_DILUTE: f64 = 0.25;
 /// listed one by one. Larger: cells, and with them the lists of all, grow with the few large ones.
 const SMALL_IN_MEDIANS: f64 = 2.0;
 
-/// Most cells for each body, where small discs live in them: more are empty, and crossed for nothing.
+/// Most cells for each body in the area that small discs, who live in them, have for themselves: more are empty, and crossed for
+/// nothing.
 const MOST_CELLS_PER_BODY: f64 = 2.0;
 
 /// The same where there are fixed bodies only.
@@ -66,7 +67,9 @@ impl CellGrid {
             true => MOST_CELLS_PER_BODY,
             false => MOST_CELLS_PER_FIXED_BODY,
         };
-        let sparse = (sides.x * sides.y / (cells_per_body * bodies)).sqrt();
+        let free =
+            sides.x * sides.y - if largest_small > 0.0 { taken_area(world, largest_small) } else { 0.0 };
+        let sparse = (free / (cells_per_body * bodies)).sqrt();
         let length = (longest * (1.0 + MARGIN)).max(sparse);
         let count = |side: f64| {
             let fitting = (side / (longest * (1.0 + MARGIN))) as u32;
@@ -141,6 +144,14 @@ impl CellGrid {
         let cell = |x: f64, side: f64, count: u32| ((x / side) as u32).min(count - 1) as u16;
         [cell(place.x, self.side.x, self.counts[0]), cell(place.y, self.side.y, self.counts[1])]
     }
+}
+
+/// Area that fixed bodies and those larger than the small ones leave to nobody, up to half of the box (length²): cells there
+/// hold no disc, and need not be counted.
+fn taken_area(world: &World, largest_small: f64) -> f64 {
+    let takes = |body: &&Body| body.is_fixed() || body.molecule().bounding_radius() > largest_small;
+    let taken: f64 = world.bodies().iter().filter(takes).map(|body| body.molecule().area()).sum();
+    taken.min(0.5 * world.bounds().area())
 }
 
 /// Median bounding diameter of the bodies that are no walls, for a system in which nothing moves (length).

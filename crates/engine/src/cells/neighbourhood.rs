@@ -228,15 +228,15 @@ impl Neighbourhoods {
         }
     }
 
-    /// The slots around a cell, and whether some are seen through the border of the box, if no more than eight are in use and
-    /// nothing covers it.
+    /// The slots around a cell, if no more than eight are in use, and whether some are seen through the border of the box, and
+    /// whether a covering body is listed in the cell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn only_eight(&self, cell: u32) -> Option<(&[u32; DISC_LANES], bool)> {
+    pub fn only_eight(&self, cell: u32) -> Option<(&[u32; DISC_LANES], bool, bool)> {
         let mark = self.marks[cell as usize];
         // No other flag is set below.
-        let only_eight = mark & !AT_BORDER <= DISC_LANES as u8;
-        only_eight.then(|| (&self.lists[self.own(cell)].0, mark & AT_BORDER != 0))
+        let only_eight = mark & !(AT_BORDER | COVERED) <= DISC_LANES as u8;
+        only_eight.then(|| (&self.lists[self.own(cell)].0, mark & AT_BORDER != 0, mark & COVERED != 0))
     }
 
     /// The first eight slots of a cell's list, if there is such a cell.
@@ -567,8 +567,8 @@ mod tests {
                 let mut appended = Vec::new();
                 list.append_to(&mut appended);
                 prop_assert_eq!(&appended, &seen);
-                let only_eight = list.mark & (LONG | COVERED) == 0 && seen.len() <= DISC_LANES;
-                let expected = only_eight.then_some((&list.first.0, list.at_border));
+                let only_eight = list.mark & LONG == 0 && seen.len() <= DISC_LANES;
+                let expected = only_eight.then_some((&list.first.0, list.at_border, list.is_covered()));
                 prop_assert_eq!(lists.only_eight(cell), expected);
                 if let Some((first, second)) = list.plain() {
                     let slots = first.iter().chain(second.into_iter().flatten());

@@ -1,22 +1,22 @@
-//! Large discs among small ones, whom they meet as these meet each other: by the closed form, eight at a time.
+//! Large discs among small ones: they meet these and each other as small discs meet, by the closed form, eight at a time.
 
-use carom_detection::{DISC_LANES, Detection, disc_contact};
+use carom_detection::{DISC_LANES, Detection};
 use smallvec::SmallVec;
 
 use super::{Covering, Listed, Pending, Soonest};
 use crate::{
-    Parts, World,
+    Parts,
     cells::{
         State,
-        vector::{Kernel, Question},
+        vector::{Kernel, Question, SoonestSlot},
     },
 };
 
 impl State {
-    /// Looks for a large disc's contacts with the discs around it, and tells how many they are.
+    /// Looks for a large disc's contacts with the discs around it, small and large, and tells how many it asked for.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(super) fn meet_small_discs<D: Detection, K: Kernel>(
+    pub(super) fn meet_discs_around<D: Detection, K: Kernel>(
         &self,
         detection: &D,
         covering: &Covering,
@@ -27,43 +27,48 @@ impl State {
         let body = covering.body;
         let question = self.question_of_covering(body, now);
         let by_lists = except.is_none() && detection.decides_discs_in_closed_form();
+        let is_plain = |tile: &Listed| {
+            by_lists && tile.image == [0; 2] && !self.neighbourhoods.list_of(tile.who).at_border
+        };
         let mut pairs = 0;
-        for &tile in &covering.tiles {
+        let mut soonest = SoonestSlot::NOBODY;
+        for tile in covering.tiles.iter().filter(|tile| is_plain(tile)) {
             let list = self.neighbourhoods.list_of(tile.who);
-            if by_lists && tile.image == [0; 2] && !list.at_border {
-                let soonest = match list.plain() {
-                    Some((slots, None)) => K::eight::<false>(question, slots).among(slots),
-                    _ => K::any(&question, &list),
-                };
-                if !soonest.is_doubtful {
-                    pairs += list.count() as u64;
-                    let other = Listed { who: soonest.slot, image: [0; 2] };
-                    self.offer_disc(body, now + soonest.time, other, best);
-                    continue;
-                }
+            pairs += list.count() as u64;
+            soonest = soonest.or(match list.plain() {
+                Some((slots, None)) => K::eight::<false>(question, slots).among(slots),
+                _ => K::any(&question, &list),
+            });
+        }
+        if !soonest.is_doubtful {
+            self.offer_disc(body, now + soonest.time, Listed { who: soonest.slot, image: [0; 2] }, best);
+        }
+        let one_by_one = covering.tiles.iter().filter(|tile| soonest.is_doubtful || !is_plain(tile));
+        let small = one_by_one.flat_map(|&tile| self.seen_from(tile));
+        let large = covering.neighbours.iter().filter_map(|neighbour| {
+            let other = &self.coverings.list[neighbour.who as usize];
+            other.is_disc_among_discs.then_some(Listed { who: other.body, image: neighbour.image })
+        });
+        let mut others = small.chain(large).filter(|other| Some(other.who) != except);
+        loop {
+            let some: SmallVec<[Listed; DISC_LANES]> = others.by_ref().take(DISC_LANES).collect();
+            if some.is_empty() {
+                return pairs;
             }
-            let mut seen = self.seen_from(tile).filter(|other| Some(other.who) != except);
-            loop {
-                let some: SmallVec<[Listed; DISC_LANES]> = seen.by_ref().take(DISC_LANES).collect();
-                if some.is_empty() {
-                    break;
-                }
-                pairs += some.len() as u64;
-                let times = detection.disc_contacts(&self.lanes::<DISC_LANES>(body, &some, now));
-                for (&other, time) in some.iter().zip(times) {
-                    self.offer_disc(body, now + time, other, best);
-                }
+            pairs += some.len() as u64;
+            let times = detection.disc_contacts(&self.lanes::<DISC_LANES>(body, &some, now));
+            for (&other, time) in some.iter().zip(times) {
+                self.offer_disc(body, now + time, other, best);
             }
         }
-        pairs
     }
 
-    /// Takes a contact of a large and a small disc if it is sooner (time in the epoch, infinite for none).
+    /// Takes a contact of a large disc and another if it is sooner (time in the epoch, infinite for none).
     #[inline]
-    pub(super) fn offer_disc(&self, body: u32, time: f64, other: Listed, best: &mut Soonest) {
-        if time < f64::INFINITY {
+    fn offer_disc(&self, body: u32, time: f64, other: Listed, best: &mut Soonest) {
+        if time < f64::INFINITY && best.is_beaten_by(time, other.who) {
             let image = self.path_image([body, other.who], other.image);
-            best.offer(time, other.who, Pending { parts: Parts::Discs, image });
+            best.take(time, other.who, Pending { parts: Parts::Discs, image });
         }
     }
 
@@ -73,18 +78,12 @@ impl State {
         Question { like: None, ..self.question(body, now) }
     }
 
-    /// When a disc in a cell meets a large one (time in the epoch), infinite for never.
-    pub(super) fn contact_with_large_disc(
-        &self,
-        world: &World,
-        disc: u32,
-        large: &Covering,
-        image: [i32; 2],
-        now: f64,
-    ) -> f64 {
-        let relative = self.relative_motion(world, [disc, large.body], image, now);
-        let sigma = self.lines[disc as usize].radius + large.radius;
-        let errors = (relative.separation_error, relative.velocity_error);
-        now + disc_contact(relative.separation, relative.velocity, sigma, errors)
+    /// Asks when a disc in a cell meets a large one.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    pub(super) fn ask_large_disc(&mut self, disc: u32, large: Listed, now: f64, best: &mut Soonest) {
+        self.done.pairs += 1;
+        let [time] = self.lanes::<1>(disc, &[large], now).contact_times();
+        self.offer_disc(disc, now + time, large, best);
     }
 }

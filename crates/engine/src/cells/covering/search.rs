@@ -42,12 +42,17 @@ impl Soonest {
         (now + bound <= self.time) & (bound < f64::INFINITY)
     }
 
-    /// Takes a contact if it is sooner, or as soon and with a body inserted earlier.
-    pub(super) fn offer(&mut self, time: f64, partner: u32, pending: Pending) {
-        let tie = time == self.time && self.kind == Kind::Covering && partner < self.partner;
-        if time < self.time || tie {
-            *self = Self { time, kind: Kind::Covering, partner, pending };
-        }
+    /// Whether a contact comes before it: it is sooner, or as soon and with a body inserted earlier.
+    #[inline]
+    pub(super) fn is_beaten_by(&self, time: f64, partner: u32) -> bool {
+        let tie = (time == self.time) & (self.kind == Kind::Covering) & (partner < self.partner);
+        (time < self.time) | tie
+    }
+
+    /// Takes a contact that comes before it.
+    #[inline]
+    pub(super) fn take(&mut self, time: f64, partner: u32, pending: Pending) {
+        *self = Self { time, kind: Kind::Covering, partner, pending };
     }
 
     fn offer_recheck(&mut self, time: f64) {
@@ -74,20 +79,17 @@ impl State {
             self.lines[body as usize].set_event(f64::INFINITY, Kind::Nothing, 0, 0);
             return;
         }
-        let mut around = std::mem::take(&mut self.coverings.around);
-        around.clear();
         let covering = &self.coverings.list[index];
         let mut best = Soonest::before(leaves_shell(covering, now), Kind::Shell);
-        let mut pairs = 0;
         if covering.is_disc_among_discs {
-            pairs = self.meet_small_discs::<D, K>(detection, covering, now, except, &mut best);
-        } else {
-            self.gather(covering, &mut around);
+            self.done.pairs += self.meet_discs_around::<D, K>(detection, covering, now, except, &mut best);
+            if self.coverings.are_large_discs() {
+                return self.settle(body, &best);
+            }
         }
-        for neighbour in &covering.neighbours {
-            let other = &self.coverings.list[neighbour.who as usize];
-            around.seen.push(Listed { who: other.body, image: neighbour.image });
-        }
+        let mut around = std::mem::take(&mut self.coverings.around);
+        self.gather(index, &mut around);
+        let covering = &self.coverings.list[index];
         let outline = world.bodies()[body as usize].kind.molecule.outline();
         let asker = Asker::new(outline, &covering.motion, now);
         let horizon = best.time - now;
@@ -110,7 +112,6 @@ impl State {
                 |lane| some.get(lane).copied().filter(|other| Some(other.who) != except),
             );
         }
-        self.done.pairs += pairs;
         // The soonest bound first: most need not be searched.
         while let Some(candidate) = candidates.take_least(|listed| listed.who) {
             let Candidate { bound, who: other, is_close } = candidate;
@@ -131,14 +132,23 @@ impl State {
         self.settle(body, &best);
     }
 
-    /// Lists who may stand around a molecule, as its tiles tell.
-    fn gather(&self, covering: &Covering, around: &mut Surroundings) {
-        for tile in &covering.tiles {
+    /// Lists who may stand around a covering body, as its tiles and neighbours tell; without the discs around a disc.
+    fn gather(&self, index: usize, around: &mut Surroundings) {
+        around.clear();
+        let covering = &self.coverings.list[index];
+        let is_disc = covering.is_disc_among_discs;
+        for tile in covering.tiles.iter().filter(|_| !is_disc) {
             let list = self.neighbourhoods.list_of(tile.who);
             if tile.image == [0; 2] && !list.at_border {
                 list.append_to(&mut around.slots);
             } else {
                 around.seen.extend(self.seen_from(*tile));
+            }
+        }
+        for neighbour in &covering.neighbours {
+            let other = &self.coverings.list[neighbour.who as usize];
+            if !(is_disc && other.is_disc_among_discs) {
+                around.seen.push(Listed { who: other.body, image: neighbour.image });
             }
         }
     }
@@ -148,6 +158,22 @@ impl State {
         let [x, y] = tile.image;
         let seen = self.neighbourhoods.seen_from(tile.who);
         seen.map(move |(who, image)| Listed { who, image: [image[0] + x, image[1] + y] })
+    }
+
+    /// Looks for a disc's contacts with the covering bodies listed in its cell, all of them large discs, before the event that
+    /// it has, and tells when it has one.
+    #[inline(never)]
+    pub(in crate::cells) fn meet_large_discs(&mut self, disc: u32, cell: u32, now: f64) -> f64 {
+        let mut best = self.soonest_so_far(disc);
+        for place in 0..self.coverings.covered.count(cell) {
+            let Listed { who, image } = self.coverings.covered.get(cell, place);
+            // It appears `image` boxes over to the large one, hence this to it the other way.
+            self.ask_large_disc(disc, Listed { who, image: image.map(|boxes| -boxes) }, now, &mut best);
+        }
+        if best.kind == Kind::Covering {
+            self.settle(disc, &best);
+        }
+        best.time
     }
 
     /// Looks for a disc's contacts with the covering bodies listed in its cell, before the event that it has.
@@ -177,25 +203,20 @@ impl State {
         now: f64,
         except: Option<u32>,
     ) {
-        let line = &self.lines[disc as usize];
-        let pending = self.coverings.pending[disc as usize];
-        let mut best = Soonest { time: line.time, kind: line.kind(), partner: line.partner(), pending };
+        let mut best = self.soonest_so_far(disc);
         // The same for all: the bounds must not depend on the order in which they are asked.
         let horizon = best.time - now;
-        let pool = self.coverings.pool_of[cell as usize] as usize;
-        for place in 0..self.coverings.pool[pool].len() {
-            let listed = self.coverings.pool[pool][place];
-            let covering = &self.coverings.list[listed.who as usize];
-            if Some(covering.body) == except {
+        for place in 0..self.coverings.covered.count(cell) {
+            let listed = self.coverings.covered.get(cell, place);
+            let other = listed.who;
+            if Some(other) == except {
                 continue;
             }
             // The disc appears `image` boxes over to the covering body, hence this to the disc the other way.
             let image = listed.image.map(|boxes| -boxes);
-            let other = covering.body;
+            let covering = &self.coverings.list[self.coverings.index_of[other as usize] as usize];
             if covering.is_disc_among_discs && detection.decides_discs_in_closed_form() {
-                let time = self.contact_with_large_disc(world, disc, covering, image, now);
-                self.offer_disc(disc, time, Listed { who: other, image }, &mut best);
-                self.done.pairs += 1;
+                self.ask_large_disc(disc, Listed { who: other, image }, now, &mut best);
             } else {
                 let seen = [Listed { who: disc, image: listed.image }];
                 let lanes = self.lanes::<1>(other, &seen, now);
@@ -245,8 +266,11 @@ impl State {
         match detection.first_contact_after(bound, a, b, &relative, horizon).outcome {
             Outcome::Free => {}
             Outcome::Contact(contact) => {
-                let image = self.path_image([body, other], seen);
-                best.offer(now + contact.time, other, Pending { parts: contact.touch.into(), image });
+                let time = now + contact.time;
+                if best.is_beaten_by(time, other) {
+                    let image = self.path_image([body, other], seen);
+                    best.take(time, other, Pending { parts: contact.touch.into(), image });
+                }
             }
             Outcome::FreeUntil(time) => best.offer_recheck((now + time).max(now.next_up())),
             Outcome::Unresolved(time) => {
@@ -254,6 +278,18 @@ impl State {
                 best.offer_recheck((now + time).max(now.next_up()));
             }
         }
+    }
+
+    /// The event that a body has.
+    #[inline]
+    fn soonest_so_far(&self, body: u32) -> Soonest {
+        let line = &self.lines[body as usize];
+        let kind = line.kind();
+        let pending = match kind {
+            Kind::Covering => self.coverings.pending[body as usize],
+            _ => Pending::NOTHING,
+        };
+        Soonest { time: line.time, kind, partner: line.partner(), pending }
     }
 
     pub(in crate::cells) fn settle(&mut self, body: u32, best: &Soonest) {

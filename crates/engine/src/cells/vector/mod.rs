@@ -1,18 +1,19 @@
-//! The hot loop compiled twice: for every processor of this kind, and with AVX2 where there is AVX2.
+//! The hot loop compiled thrice: for every processor of this kind, with AVX2 where there is AVX2, and with the masks and the
+//! more registers of AVX-512 where there are these.
 //!
 //! The one place of the project with unsafe code: calling functions that were compiled with instructions which the
 //! compiler does not take for granted, after having asked the processor for them; loads of eight lines whose indices
 //! were compared with the number of lines at once; loads and stores of as many numbers as there are; the store of a flight,
-//! in assembly; hints to memory. Neither version fuses a multiplication and an addition, and both do the same operations in
-//! the same order, so both compute the same bits.
+//! in assembly; hints to memory. No version fuses a multiplication and an addition, and all do the same operations in
+//! the same order, so all compute the same bits.
 //!
 //! Tests are built with debug assertions, in which the standard library checks each unchecked access; those of the
-//! schedulers run their scenes both ways.
+//! schedulers run their scenes in all ways.
 //!
 //! What is written in pieces and read at once as a whole register has to wait until all of it has reached the cache, and with
 //! it all that hangs on it. So flights and lanes are written in whole registers, and cells of the grid in one piece.
 //!
-//! Registers of eight such numbers (AVX-512) were tried, and were slower by 3% to 5%.
+//! Registers of eight such numbers, as AVX-512 has them, were tried, and were slower by 3% to 5%: it is used with those of four.
 
 #![allow(
     unsafe_code,
@@ -20,7 +21,9 @@
 )]
 
 #[cfg(target_arch = "x86_64")]
-mod avx2;
+mod masks;
+#[cfg(target_arch = "x86_64")]
+mod registers;
 
 use std::marker::PhantomData;
 
@@ -210,11 +213,14 @@ impl Soonest {
 }
 
 impl SoonestSlot {
+    /// Nobody is touched.
+    pub const NOBODY: Self = Self { time: f64::INFINITY, slot: 0, is_doubtful: false };
+
     /// The soonest of a list, eight of which are asked at a time.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn of(list: &Around<'_>, ask: impl Fn(&[u32; DISC_LANES]) -> Soonest) -> Self {
-        let mut soonest = Self { time: f64::INFINITY, slot: 0, is_doubtful: false };
+        let mut soonest = Self::NOBODY;
         list.for_each_eight(|slots| soonest = soonest.or(ask(slots).among(slots)));
         soonest
     }
@@ -386,22 +392,70 @@ pub(super) fn expect<T>(slice: &[T], index: usize) {
     let _ = (slice, index);
 }
 
+/// Instructions that this processor has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Available(Instructions);
+
 /// What of the wish this processor can fulfil.
-pub(super) fn available(wish: Instructions) -> Instructions {
+pub(super) fn available(wish: Instructions) -> Available {
     #[cfg(target_arch = "x86_64")]
-    use std::arch::is_x86_feature_detected;
-    #[cfg(target_arch = "x86_64")]
-    if wish == Instructions::Widest
-        && is_x86_feature_detected!("avx2")
-        && is_x86_feature_detected!("bmi1")
-        && is_x86_feature_detected!("bmi2")
-        && is_x86_feature_detected!("lzcnt")
-        && is_x86_feature_detected!("popcnt")
     {
-        return Instructions::Widest;
+        use std::arch::is_x86_feature_detected;
+        let has_avx2 = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt");
+        let has_masks = has_avx2
+            && is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512vl")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512bw");
+        match wish {
+            Instructions::Widest if has_masks => return Available(Instructions::Widest),
+            Instructions::Widest | Instructions::Avx2 if has_avx2 => return Available(Instructions::Avx2),
+            _ => {}
+        }
     }
     let _ = wish;
-    Instructions::Portable
+    Available(Instructions::Portable)
+}
+
+/// Work that is compiled for each set of instructions.
+trait Work {
+    type Answer;
+
+    /// Does it with a kernel, inlined: compiled for what the kernel needs.
+    fn with<K: Kernel>(self) -> Self::Answer;
+}
+
+/// Does work in the build for certain instructions.
+#[inline]
+fn built_for<W: Work>(Available(instructions): Available, work: W) -> W::Answer {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use self::{
+            masks::{Bits, Wide},
+            registers::Registers,
+        };
+        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+        fn with_avx2<W: Work>(work: W) -> W::Answer {
+            work.with::<Registers<Wide>>()
+        }
+        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
+        fn with_masks<W: Work>(work: W) -> W::Answer {
+            work.with::<Registers<Bits>>()
+        }
+        match instructions {
+            // SAFETY: an `Available` says so only where the processor reports all of these.
+            Instructions::Widest => return unsafe { with_masks(work) },
+            // SAFETY: as above.
+            Instructions::Avx2 => return unsafe { with_avx2(work) },
+            Instructions::Portable => {}
+        }
+    }
+    let _ = instructions;
+    work.with::<Portable>()
 }
 
 /// Defines a function that calls a method of [`State`] in the build for the instructions that were chosen.
@@ -414,23 +468,21 @@ macro_rules! built_for_each {
             detection: &D
             $(, $argument: $type)*
         ) {
-            #[cfg(target_arch = "x86_64")]
-            {
-                #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-                fn with_avx2<D: Detection>(
-                    state: &mut State,
-                    world: &World,
-                    detection: &D
-                    $(, $argument: $type)*
-                ) {
-                    state.$name::<D, avx2::Avx2>(world, detection $(, $argument)*);
-                }
-                if state.instructions == Instructions::Widest {
-                    // SAFETY: `available` gives `Widest` only where the processor reports all of these.
-                    return unsafe { with_avx2(state, world, detection $(, $argument)*) };
+            struct Call<'a, D> {
+                state: &'a mut State,
+                world: &'a World,
+                detection: &'a D,
+                $($argument: $type,)*
+            }
+            impl<D: Detection> Work for Call<'_, D> {
+                type Answer = ();
+
+                #[inline(always)]
+                fn with<K: Kernel>(self) {
+                    self.state.$name::<D, K>(self.world, self.detection $(, self.$argument)*);
                 }
             }
-            state.$name::<D, Portable>(world, detection $(, $argument)*);
+            built_for(state.instructions, Call { state, world, detection $(, $argument)* });
         }
     };
 }
@@ -442,18 +494,17 @@ built_for_each!(foresee_molecule(body: u32, now: f64, except: Option<u32>));
 
 /// Runs a loop over the events, compiled in one piece with the instructions that were chosen.
 pub(super) fn run<L: EventLoop>(state: &mut State, events: L) -> L::End {
-    #[cfg(target_arch = "x86_64")]
-    {
-        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-        fn with_avx2<L: EventLoop>(state: &mut State, events: L) -> L::End {
-            events.run(&mut Events::<avx2::Avx2>(state, PhantomData))
-        }
-        if state.instructions == Instructions::Widest {
-            // SAFETY: as above.
-            return unsafe { with_avx2(state, events) };
+    struct Run<'a, L>(&'a mut State, L);
+    impl<L: EventLoop> Work for Run<'_, L> {
+        type Answer = L::End;
+
+        #[inline(always)]
+        #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+        fn with<K: Kernel>(self) -> L::End {
+            self.1.run(&mut Events::<K>(self.0, PhantomData))
         }
     }
-    events.run(&mut Events::<Portable>(state, PhantomData))
+    built_for(state.instructions, Run(state, events))
 }
 
 /// The events of an epoch, found with certain instructions.
@@ -511,30 +562,36 @@ mod tests {
     use crate::cells::{glance::Units, neighbourhood::Neighbourhoods};
     use proptest::prelude::*;
 
-    /// A question that can be put to any kernel.
-    trait Put {
-        type Answer;
-        fn to<K: Kernel>(&self) -> Self::Answer;
+    /// What is answered with each set of instructions that this processor has.
+    fn in_all_ways<W: Work<Answer: std::fmt::Debug + PartialEq> + Copy>(question: W) -> Vec<W::Answer> {
+        let wishes = [Instructions::Portable, Instructions::Avx2, Instructions::Widest];
+        wishes.into_iter().map(|wish| built_for(available(wish), question)).collect()
     }
 
     /// Who of a block may be met.
+    #[derive(Clone, Copy)]
     struct Look<'a>(&'a Glance, &'a Flights);
 
-    /// To the discs of a list.
+    /// What the discs of a list say.
+    #[derive(Clone, Copy)]
     struct List<'a>(Question<'a>, Around<'a>);
 
-    impl Put for Look<'_> {
+    impl Work for Look<'_> {
         type Answer = u32;
 
-        fn to<K: Kernel>(&self) -> u32 {
+        #[inline(always)]
+        #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+        fn with<K: Kernel>(self) -> u32 {
             K::near(self.0, self.1)
         }
     }
 
-    impl Put for List<'_> {
+    impl Work for List<'_> {
         type Answer = SoonestSlot;
 
-        fn to<K: Kernel>(&self) -> SoonestSlot {
+        #[inline(always)]
+        #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+        fn with<K: Kernel>(self) -> SoonestSlot {
             let soonest = K::any(&self.0, &self.1);
             self.1.for_each_eight(|slots| {
                 let images = self.1.at_border;
@@ -562,28 +619,16 @@ mod tests {
         }
     }
 
-    fn with_widest<Q: Put>(question: &Q) -> Q::Answer {
-        #[cfg(target_arch = "x86_64")]
-        {
-            #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-            fn with_avx2<Q: Put>(question: &Q) -> Q::Answer {
-                question.to::<avx2::Avx2>()
-            }
-            if available(Instructions::Widest) == Instructions::Widest {
-                // SAFETY: `available` gives `Widest` only where the processor reports all of these.
-                return unsafe { with_avx2(question) };
-            }
-        }
-        question.to::<Portable>()
-    }
-
     /// Which slots hold what.
+    #[derive(Clone, Copy)]
     struct Find<'a>(&'a [u32; DISC_LANES], u32);
 
-    impl Put for Find<'_> {
+    impl Work for Find<'_> {
         type Answer = u32;
 
-        fn to<K: Kernel>(&self) -> u32 {
+        #[inline(always)]
+        #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+        fn with<K: Kernel>(self) -> u32 {
             K::find(self.0, self.1)
         }
     }
@@ -592,8 +637,7 @@ mod tests {
         #[test]
         fn a_disc_is_found_in_every_slot_that_holds_it(slots in prop::array::uniform8(0u32..5), disc in 0u32..5) {
             let expected = (0..DISC_LANES).filter(|&place| slots[place] == disc).map(|place| 1 << place).sum::<u32>();
-            prop_assert_eq!(Find(&slots, disc).to::<Portable>(), expected);
-            prop_assert_eq!(with_widest(&Find(&slots, disc)), expected);
+            prop_assert_eq!(in_all_ways(Find(&slots, disc)), [expected; 3]);
         }
 
         /// The discs around a cell, inside the box or at its border, of any radii or all alike, some touching, some twice there:
@@ -652,8 +696,8 @@ mod tests {
             let least = times.iter().copied().fold(f64::INFINITY, f64::min);
             let touched = times.iter().filter(|&&time| time == least && time < f64::INFINITY).count();
             let question = List(question, list);
-            let answers = [question.to::<Portable>(), with_widest(&question)];
-            for answer in answers {
+            let answers = in_all_ways(question);
+            for answer in &answers {
                 prop_assert_eq!(answer.time.to_bits(), least.to_bits());
                 // Doubt costs time only; its absence is a promise.
                 prop_assert!(answer.is_doubtful || (touched < 2 && !in_contact));
@@ -662,7 +706,7 @@ mod tests {
                     prop_assert_eq!(Some(answer.slot), place.map(|place| slots[place]));
                 }
             }
-            prop_assert_eq!(answers[0], answers[1]);
+            prop_assert!(answers.iter().all(|answer| *answer == answers[0]));
             // Of no more than eight, doubt is exactly what it should be.
             prop_assert!(slots.len() > DISC_LANES || answers[0].is_doubtful == (touched > 1 || in_contact));
         }
@@ -724,8 +768,8 @@ mod tests {
             }
             prop_assert!(!units.is_blind());
             let glance = units.glance(&lines[0].flight, now).through(&units, code as usize);
-            let near = Look(&glance, &flights).to::<Portable>();
-            prop_assert_eq!(with_widest(&Look(&glance, &flights)), near);
+            let near = glance.near(&flights);
+            prop_assert_eq!(in_all_ways(Look(&glance, &flights)), [near; 3]);
             let question = Question {
                 lines: &lines,
                 from: &lines[0],
@@ -766,7 +810,7 @@ mod tests {
                     .zip(&mut flights)
                     .for_each(|(kept, numbers)| numbers[lane] = kept);
             }
-            seen += Look(&glance, &flights).to::<Portable>().count_ones();
+            seen += glance.near(&flights).count_ones();
         }
         // 8000 (2 · 0.002 / 0.04) / (2 π) = 127 ± 11.
         assert!((85..=170).contains(&seen), "{seen}");

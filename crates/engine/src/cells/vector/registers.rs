@@ -1,36 +1,33 @@
 //! Discs asked in registers of four numbers, and seen at a glance in registers of eight, operation by operation as in
 //! [`DiscLanes::closed_form`], [`Question::lanes`] and [`Glance::near`].
 
-use std::arch::asm;
 use std::arch::x86_64::{
-    __m256d, _CMP_EQ_OQ, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm_cvtsd_f64, _mm_min_pd,
-    _mm_unpackhi_pd, _mm256_add_pd, _mm256_add_ps, _mm256_and_pd, _mm256_and_ps, _mm256_and_si256,
-    _mm256_blendv_pd, _mm256_castpd256_pd128, _mm256_castsi256_ps, _mm256_castsi256_si128, _mm256_cmp_pd,
-    _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_cvtepi32_pd, _mm256_div_pd, _mm256_extractf128_pd,
-    _mm256_extracti128_si256, _mm256_lddqu_si256, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_max_epu32,
-    _mm256_min_pd, _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_mul_ps, _mm256_or_pd,
-    _mm256_permute2f128_pd, _mm256_set1_epi32, _mm256_set1_pd, _mm256_set1_ps, _mm256_setr_pd,
-    _mm256_setzero_pd, _mm256_slli_epi32, _mm256_sqrt_pd, _mm256_srai_epi32, _mm256_storeu_pd,
-    _mm256_sub_epi32, _mm256_sub_pd, _mm256_sub_ps, _mm256_testz_si256, _mm256_unpackhi_pd,
-    _mm256_unpacklo_pd,
+    __m256d, _mm_cvtsd_f64, _mm_min_pd, _mm_unpackhi_pd, _mm256_add_pd, _mm256_add_ps, _mm256_and_si256,
+    _mm256_castpd256_pd128, _mm256_castsi256_si128, _mm256_cvtepi32_pd, _mm256_extractf128_pd,
+    _mm256_extracti128_si256, _mm256_lddqu_si256, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_min_pd,
+    _mm256_mul_pd, _mm256_mul_ps, _mm256_permute2f128_pd, _mm256_set1_epi32, _mm256_set1_pd, _mm256_set1_ps,
+    _mm256_setr_pd, _mm256_slli_epi32, _mm256_sqrt_pd, _mm256_srai_epi32, _mm256_storeu_pd, _mm256_sub_epi32,
+    _mm256_sub_pd, _mm256_sub_ps, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
 };
+use std::{arch::asm, marker::PhantomData};
 
 use carom_kinematics::HALF_ULP;
 
 use super::{
     Around, DISC_LANES, DiscLanes, Flights, Glance, INDEX_BITS, INDEX_MASK, Kernel, Line, Question, Soonest,
-    SoonestSlot,
+    SoonestSlot, masks::Masks,
 };
 
-/// Registers of 256 bits. To be used in code compiled for AVX2 only: this is what its functions rely on.
-pub(in crate::cells) struct Avx2;
+/// Registers of 256 bits. To be used only in code compiled for AVX2 and for what the masks need: this is what its functions
+/// rely on.
+pub(in crate::cells) struct Registers<M>(PhantomData<M>);
 
-impl Kernel for Avx2 {
+impl<M: Masks> Kernel for Registers<M> {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn eight<const IMAGES: bool>(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
-        // SAFETY: `Avx2` is named only in functions that are compiled for AVX2 and called where it is there.
-        unsafe { eight::<IMAGES>(&question, slots) }
+        // SAFETY: this is named only in functions that are compiled for these instructions and called where they are there.
+        unsafe { eight::<M, IMAGES>(&question, slots) }
     }
 
     #[inline(always)]
@@ -38,7 +35,11 @@ impl Kernel for Avx2 {
     fn any(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
         // SAFETY: as above.
         unsafe {
-            if list.at_border { soonest::<true>(question, list) } else { soonest::<false>(question, list) }
+            if list.at_border {
+                M::soonest::<true>(question, list)
+            } else {
+                M::soonest::<false>(question, list)
+            }
         }
     }
 
@@ -46,14 +47,14 @@ impl Kernel for Avx2 {
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn lanes(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
         // SAFETY: as above.
-        unsafe { if images { lanes::<true>(question, slots) } else { lanes::<false>(question, slots) } }
+        unsafe { if images { lanes::<M, true>(question, slots) } else { lanes::<M, false>(question, slots) } }
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn near(glance: &Glance, flights: &Flights) -> u32 {
         // SAFETY: as above.
-        unsafe { near(glance, flights) }
+        unsafe { near::<M>(glance, flights) }
     }
 
     #[inline(always)]
@@ -69,8 +70,7 @@ impl Kernel for Avx2 {
         // SAFETY: as above; eight slots are read where eight slots are.
         unsafe {
             let slots = _mm256_loadu_si256(slots.as_ptr().cast());
-            let equal = _mm256_cmpeq_epi32(slots, _mm256_set1_epi32(slot as i32));
-            _mm256_movemask_ps(_mm256_castsi256_ps(equal)) as u32
+            M::equal_whole(slots, _mm256_set1_epi32(slot as i32))
         }
     }
 }
@@ -86,28 +86,23 @@ fn store(numbers: &mut [f64; 4], register: __m256d) {
     }
 }
 
-/// Of any list: with or without images, discs alike or not, eight or more.
-#[target_feature(enable = "avx2")]
-#[inline(never)]
-fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
-    // SAFETY: this function itself requires AVX2.
-    SoonestSlot::of(list, |slots| unsafe { eight::<IMAGES>(question, slots) })
-}
-
 /// Inlined in any case: a call would write registers to memory and read them back.
 ///
 /// # Safety
-/// Only in code that is compiled for AVX2.
+/// Only in code that is compiled for AVX2, and for what the masks need.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn eight<const IMAGES: bool>(question: &Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
-    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+pub(super) unsafe fn eight<M: Masks, const IMAGES: bool>(
+    question: &Question<'_>,
+    slots: &[u32; DISC_LANES],
+) -> Soonest {
+    // SAFETY: the caller vouches for AVX2 and what the masks need, which is all that these instructions need.
     unsafe {
-        let [a, b, c, d, e, f, g, h] = bodies::<IMAGES>(question, slots);
+        let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(question, slots);
         let shifts = IMAGES.then(|| shifts(question, slots));
         let low = Four::of_lines(question, [a, b, c, d], shifts.map(|[low, _]| low));
         let high = Four::of_lines(question, [e, f, g, h], shifts.map(|[_, high]| high));
-        soonest_of(low, high)
+        soonest_of::<M>(low, high)
     }
 }
 
@@ -117,21 +112,16 @@ unsafe fn eight<const IMAGES: bool>(question: &Question<'_>, slots: &[u32; DISC_
 /// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn soonest_of(low: Four, high: Four) -> Soonest {
+unsafe fn soonest_of<M: Masks>(low: Four, high: Four) -> Soonest {
     // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
     unsafe {
-        let in_contact = _mm256_or_pd(low.in_contact(), high.in_contact());
-        let (low, high) = (low.times(), high.times());
+        let in_contact = M::is_any([low.in_contact::<M>(), high.in_contact::<M>()]);
+        let (low, high) = (low.times::<M>(), high.times::<M>());
         let least = _mm256_min_pd(low, high);
         let least = _mm_min_pd(_mm256_castpd256_pd128(least), _mm256_extractf128_pd::<1>(least));
         let time = _mm_cvtsd_f64(_mm_min_pd(least, _mm_unpackhi_pd(least, least)));
         let spread = _mm256_set1_pd(time);
-        let equal = |times| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(times, spread)) as u32;
-        Soonest {
-            time,
-            slots: equal(low) | equal(high) << 4,
-            in_contact: _mm256_movemask_pd(in_contact) != 0,
-        }
+        Soonest { time, slots: M::equal(low, spread) | M::equal(high, spread) << 4, in_contact }
     }
 }
 
@@ -198,11 +188,14 @@ unsafe fn by_number([a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
 /// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn lanes<const IMAGES: bool>(question: &Question<'_>, slots: &[u32; DISC_LANES]) -> DiscLanes {
+unsafe fn lanes<M: Masks, const IMAGES: bool>(
+    question: &Question<'_>,
+    slots: &[u32; DISC_LANES],
+) -> DiscLanes {
     let mut lanes = DiscLanes::empty(question.separation_error, question.speed());
     // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
     unsafe {
-        let [a, b, c, d, e, f, g, h] = bodies::<IMAGES>(question, slots);
+        let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(question, slots);
         let shifts = IMAGES.then(|| shifts(question, slots));
         write_lanes::<0>(question, [a, b, c, d], shifts.map(|[low, _]| low), &mut lanes);
         write_lanes::<4>(question, [e, f, g, h], shifts.map(|[_, high]| high), &mut lanes);
@@ -255,7 +248,7 @@ unsafe fn write_lanes<const FIRST: usize>(
 /// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn near(glance: &Glance, flights: &Flights) -> u32 {
+unsafe fn near<M: Masks>(glance: &Glance, flights: &Flights) -> u32 {
     // SAFETY: the caller vouches for AVX2; eight numbers are read where eight numbers are.
     unsafe {
         let [x, y, vx, vy] = flights;
@@ -273,9 +266,8 @@ unsafe fn near(glance: &Glance, flights: &Flights) -> u32 {
         let reach_squared = _mm256_set1_ps(glance.reach_squared);
         let discriminant =
             _mm256_sub_ps(_mm256_mul_ps(reach_squared, v_squared), _mm256_mul_ps(cross, cross));
-        let approaches = _mm256_cmp_ps::<_CMP_LT_OQ>(b, _mm256_set1_ps(glance.receding));
-        let comes_near = _mm256_cmp_ps::<_CMP_GE_OQ>(discriminant, _mm256_set1_ps(Glance::LEAST));
-        _mm256_movemask_ps(_mm256_and_ps(approaches, comes_near)) as u32
+        let least = _mm256_set1_ps(Glance::LEAST);
+        M::below_and_at_least([b, _mm256_set1_ps(glance.receding)], [discriminant, least])
     }
 }
 
@@ -285,7 +277,7 @@ unsafe fn near(glance: &Glance, flights: &Flights) -> u32 {
 /// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn bodies<'a, const IMAGES: bool>(
+unsafe fn bodies<'a, M: Masks, const IMAGES: bool>(
     question: &Question<'a>,
     slots: &[u32; DISC_LANES],
 ) -> [&'a Line; DISC_LANES] {
@@ -298,10 +290,7 @@ unsafe fn bodies<'a, const IMAGES: bool>(
         if IMAGES {
             indices = _mm256_and_si256(indices, _mm256_set1_epi32(INDEX_MASK as i32));
         }
-        // The greater of an index and the number of lines is the index itself only where that is too great.
-        let greater = _mm256_max_epu32(indices, _mm256_set1_epi32(lines.len() as i32));
-        let too_great = _mm256_cmpeq_epi32(greater, indices);
-        _mm256_testz_si256(too_great, too_great) == 1
+        M::all_less(indices, _mm256_set1_epi32(lines.len() as i32))
     };
     assert!(within, "a slot holds a body that is not there");
     slots.map(|slot| {
@@ -319,8 +308,6 @@ struct Four {
     c: __m256d,
     /// σ² v² − (d × v)².
     discriminant: __m256d,
-    /// Which of them come to a contact.
-    closes: __m256d,
     /// c of a pair that may touch already is this at most.
     touching: __m256d,
 }
@@ -387,11 +374,19 @@ impl Four {
             let v_squared = _mm256_add_pd(_mm256_mul_pd(vx, vx), _mm256_mul_pd(vy, vy));
             let discriminant =
                 _mm256_sub_pd(_mm256_mul_pd(sigma_squared, v_squared), _mm256_mul_pd(cross, cross));
-            let zero = _mm256_setzero_pd();
-            let real = _mm256_cmp_pd::<_CMP_GT_OQ>(discriminant, zero);
-            let closes = _mm256_and_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(b, zero), real);
-            Self { b, c, discriminant, closes, touching }
+            Self { b, c, discriminant, touching }
         }
+    }
+
+    /// Which of them come to a contact.
+    ///
+    /// # Safety
+    /// As [`eight`].
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
+    unsafe fn closes<M: Masks>(self) -> M::Some {
+        // SAFETY: the caller vouches for what the masks need.
+        unsafe { M::below_and_above_zero(self.b, self.discriminant) }
     }
 
     /// Times of contact, infinite for never.
@@ -400,13 +395,12 @@ impl Four {
     /// As [`eight`].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    unsafe fn times(self) -> __m256d {
+    unsafe fn times<M: Masks>(self) -> __m256d {
         // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
         unsafe {
             // NaN where there is no root, and then not looked at.
             let root = _mm256_sqrt_pd(self.discriminant);
-            let time = _mm256_div_pd(self.c, _mm256_sub_pd(root, self.b));
-            _mm256_blendv_pd(_mm256_set1_pd(f64::INFINITY), time, self.closes)
+            M::quotients(self.closes::<M>(), self.c, _mm256_sub_pd(root, self.b))
         }
     }
 
@@ -416,8 +410,8 @@ impl Four {
     /// As [`eight`].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    unsafe fn in_contact(self) -> __m256d {
+    unsafe fn in_contact<M: Masks>(self) -> M::Some {
         // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
-        unsafe { _mm256_and_pd(self.closes, _mm256_cmp_pd::<_CMP_LE_OQ>(self.c, self.touching)) }
+        unsafe { M::at_most(self.closes::<M>(), self.c, self.touching) }
     }
 }

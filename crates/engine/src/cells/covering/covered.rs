@@ -1,0 +1,131 @@
+//! Which covering bodies are listed in a cell: none in most, one in many, and several where these stand close.
+
+use smallvec::SmallVec;
+
+use super::Listed;
+use crate::cells::{
+    line::{INDEX_BITS, INDEX_MASK},
+    neighbourhood::{image_code, image_of},
+};
+
+/// Images that nobody is seen in: the rest tells where those of the cell are listed.
+const SEVERAL: u32 = 0xf << INDEX_BITS;
+
+/// The place of a list where there is none.
+const NOBODY: u32 = u32::MAX;
+
+/// The covering bodies of all cells.
+#[derive(Debug, Clone, Default)]
+pub(super) struct CoveredCells {
+    /// One for each cell, since memory is what a disc in such a cell waits for: a body's index and the image that it is seen
+    /// in, or the place of a list.
+    slots: Vec<u32>,
+    several: Vec<SmallVec<[Listed; 4]>>,
+}
+
+impl CoveredCells {
+    /// Empties all cells.
+    pub fn lay_out(&mut self, cells: usize) {
+        self.slots.clear();
+        self.slots.resize(cells, NOBODY);
+        self.several.clear();
+    }
+
+    pub fn heap_bytes(&self) -> usize {
+        self.slots.capacity() * size_of::<u32>()
+            + self.several.capacity() * size_of::<SmallVec<[Listed; 4]>>()
+    }
+
+    /// Lists a body in a cell.
+    pub fn enter(&mut self, cell: u32, body: Listed) {
+        let slot = &mut self.slots[cell as usize];
+        match *slot {
+            NOBODY if body.image.iter().all(|boxes| boxes.abs() <= 1) => {
+                *slot = body.who | (image_code(body.image[0]) | image_code(body.image[1]) << 2) << INDEX_BITS;
+            }
+            known if known < SEVERAL || known == NOBODY => {
+                *slot = SEVERAL | self.several.len() as u32;
+                self.several
+                    .push((known != NOBODY).then(|| alone(known)).into_iter().chain([body]).collect());
+            }
+            place => self.several[(place & INDEX_MASK) as usize].push(body),
+        }
+    }
+
+    /// Takes a body off a cell, in whatever images it is listed there, and tells whether nobody is left.
+    pub fn leave(&mut self, cell: u32, body: u32) -> bool {
+        let slot = &mut self.slots[cell as usize];
+        match *slot {
+            NOBODY => {}
+            one if one < SEVERAL => {
+                if one & INDEX_MASK == body {
+                    *slot = NOBODY;
+                }
+            }
+            place => {
+                let listed = &mut self.several[(place & INDEX_MASK) as usize];
+                listed.retain(|other| other.who != body);
+                return listed.is_empty();
+            }
+        }
+        *slot == NOBODY
+    }
+
+    /// How many bodies are listed in a cell.
+    #[inline]
+    pub fn count(&self, cell: u32) -> usize {
+        match self.slots[cell as usize] {
+            NOBODY => 0,
+            one if one < SEVERAL => 1,
+            place => self.several[(place & INDEX_MASK) as usize].len(),
+        }
+    }
+
+    /// One of those listed in a cell, with the image in which the cell's discs appear in its frame.
+    #[inline]
+    pub fn get(&self, cell: u32, place: usize) -> Listed {
+        match self.slots[cell as usize] {
+            one if one < SEVERAL => alone(one),
+            several => self.several[(several & INDEX_MASK) as usize][place],
+        }
+    }
+}
+
+/// Who is listed in a slot.
+#[inline]
+fn alone(slot: u32) -> Listed {
+    Listed { who: slot & INDEX_MASK, image: image_of(slot) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Whatever comes and goes: a cell tells who is there, each in the images in which it came.
+        #[test]
+        fn a_cell_knows_who_covers_it(
+            moves in prop::collection::vec((0u32..3, 0u32..4, -2i32..3, -2i32..3, any::<bool>()), 0..60),
+        ) {
+            let mut cells = CoveredCells::default();
+            cells.lay_out(3);
+            let mut expected: [Vec<Listed>; 3] = Default::default();
+            for (cell, who, x, y, enters) in moves {
+                let there = &mut expected[cell as usize];
+                if enters {
+                    cells.enter(cell, Listed { who, image: [x, y] });
+                    there.push(Listed { who, image: [x, y] });
+                } else {
+                    there.retain(|other| other.who != who);
+                    prop_assert_eq!(cells.leave(cell, who), there.is_empty());
+                }
+                for (cell, there) in (0..).zip(&expected) {
+                    prop_assert_eq!(cells.count(cell), there.len());
+                    let listed: Vec<Listed> = (0..there.len()).map(|place| cells.get(cell, place)).collect();
+                    prop_assert_eq!(&listed, there);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Which of several numbers are meant: in registers as wide as theirs, as AVX2 says it, or in a bit each, as AVX-512 does.
+
+use std::arch::x86_64::{
+    __m256, __m256d, __m256i, __mmask8, _CMP_EQ_OQ, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ,
+    _mm256_and_pd, _mm256_and_ps, _mm256_blendv_pd, _mm256_castsi256_ps, _mm256_cmp_pd, _mm256_cmp_pd_mask,
+    _mm256_cmp_ps, _mm256_cmp_ps_mask, _mm256_cmpeq_epi32, _mm256_cmpeq_epi32_mask, _mm256_cmpge_epu32_mask,
+    _mm256_div_pd, _mm256_mask_cmp_pd_mask, _mm256_mask_cmp_ps_mask, _mm256_mask_div_pd, _mm256_max_epu32,
+    _mm256_movemask_pd, _mm256_movemask_ps, _mm256_or_pd, _mm256_set1_pd, _mm256_setzero_pd,
+    _mm256_testz_si256,
+};
+
+use super::{Around, Question, SoonestSlot, registers::eight};
+
+/// How it is said which numbers are meant, and what is done with these.
+///
+/// # Safety
+/// All functions: only in code that is compiled for the instructions of the implementation.
+pub(in crate::cells) trait Masks {
+    /// Some of four numbers.
+    type Some: Copy;
+
+    /// Those that are less than zero here and greater than zero there.
+    unsafe fn below_and_above_zero(here: __m256d, there: __m256d) -> Self::Some;
+
+    /// Those of some that are at most what they may be.
+    unsafe fn at_most(some: Self::Some, numbers: __m256d, most: __m256d) -> Self::Some;
+
+    /// Whether there is one among them.
+    unsafe fn is_any(some: [Self::Some; 2]) -> bool;
+
+    /// The quotients of some, infinity for the others.
+    unsafe fn quotients(some: Self::Some, dividends: __m256d, divisors: __m256d) -> __m256d;
+
+    /// Which of four numbers are equal, a bit each.
+    unsafe fn equal(numbers: __m256d, others: __m256d) -> u32;
+
+    /// Which of eight whole numbers are equal, a bit each.
+    unsafe fn equal_whole(numbers: __m256i, others: __m256i) -> u32;
+
+    /// Whether each of eight whole numbers is less than another.
+    unsafe fn all_less(numbers: __m256i, others: __m256i) -> bool;
+
+    /// Which of eight numbers are below a bound and others at least at another, a bit each.
+    unsafe fn below_and_at_least(below: [__m256; 2], at_least: [__m256; 2]) -> u32;
+
+    /// What a question is told by any list: with or without images, discs alike or not, eight or more.
+    unsafe fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot;
+}
+
+/// All bits of a number's place, or none: AVX2.
+pub(in crate::cells) struct Wide;
+
+/// A bit for each number: AVX-512 (F, VL, DQ, BW), in registers of 256 bits.
+pub(in crate::cells) struct Bits;
+
+#[expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+impl Masks for Wide {
+    type Some = __m256d;
+
+    #[inline(always)]
+    unsafe fn below_and_above_zero(here: __m256d, there: __m256d) -> __m256d {
+        // SAFETY: the caller vouches for AVX2, here and below.
+        unsafe {
+            let zero = _mm256_setzero_pd();
+            let above = _mm256_cmp_pd::<_CMP_GT_OQ>(there, zero);
+            _mm256_and_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(here, zero), above)
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn at_most(some: __m256d, numbers: __m256d, most: __m256d) -> __m256d {
+        // SAFETY: as above.
+        unsafe { _mm256_and_pd(some, _mm256_cmp_pd::<_CMP_LE_OQ>(numbers, most)) }
+    }
+
+    #[inline(always)]
+    unsafe fn is_any([some, others]: [__m256d; 2]) -> bool {
+        // SAFETY: as above.
+        unsafe { _mm256_movemask_pd(_mm256_or_pd(some, others)) != 0 }
+    }
+
+    #[inline(always)]
+    unsafe fn quotients(some: __m256d, dividends: __m256d, divisors: __m256d) -> __m256d {
+        // SAFETY: as above.
+        unsafe {
+            let quotients = _mm256_div_pd(dividends, divisors);
+            _mm256_blendv_pd(_mm256_set1_pd(f64::INFINITY), quotients, some)
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn equal(numbers: __m256d, others: __m256d) -> u32 {
+        // SAFETY: as above.
+        unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(numbers, others)) as u32 }
+    }
+
+    #[inline(always)]
+    unsafe fn equal_whole(numbers: __m256i, others: __m256i) -> u32 {
+        // SAFETY: as above.
+        unsafe { _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(numbers, others))) as u32 }
+    }
+
+    #[inline(always)]
+    unsafe fn all_less(numbers: __m256i, others: __m256i) -> bool {
+        // SAFETY: as above.
+        unsafe {
+            // The greater of both is the first only where that is not less.
+            let not_less = _mm256_cmpeq_epi32(_mm256_max_epu32(numbers, others), numbers);
+            _mm256_testz_si256(not_less, not_less) == 1
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn below_and_at_least([here, bound]: [__m256; 2], [there, least]: [__m256; 2]) -> u32 {
+        // SAFETY: as above.
+        unsafe {
+            let below = _mm256_cmp_ps::<_CMP_LT_OQ>(here, bound);
+            _mm256_movemask_ps(_mm256_and_ps(below, _mm256_cmp_ps::<_CMP_GE_OQ>(there, least))) as u32
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
+        #[target_feature(enable = "avx2")]
+        #[inline(never)]
+        fn out_of_line<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
+            // SAFETY: this function itself requires AVX2.
+            SoonestSlot::of(list, |slots| unsafe { eight::<Wide, IMAGES>(question, slots) })
+        }
+        // SAFETY: as above.
+        unsafe { out_of_line::<IMAGES>(question, list) }
+    }
+}
+
+#[expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+impl Masks for Bits {
+    type Some = __mmask8;
+
+    #[inline(always)]
+    unsafe fn below_and_above_zero(here: __m256d, there: __m256d) -> __mmask8 {
+        // SAFETY: the caller vouches for these parts of AVX-512, here and below.
+        unsafe {
+            let zero = _mm256_setzero_pd();
+            let above = _mm256_cmp_pd_mask::<_CMP_GT_OQ>(there, zero);
+            _mm256_mask_cmp_pd_mask::<_CMP_LT_OQ>(above, here, zero)
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn at_most(some: __mmask8, numbers: __m256d, most: __m256d) -> __mmask8 {
+        // SAFETY: as above.
+        unsafe { _mm256_mask_cmp_pd_mask::<_CMP_LE_OQ>(some, numbers, most) }
+    }
+
+    #[inline(always)]
+    unsafe fn is_any([some, others]: [__mmask8; 2]) -> bool {
+        some | others != 0
+    }
+
+    #[inline(always)]
+    unsafe fn quotients(some: __mmask8, dividends: __m256d, divisors: __m256d) -> __m256d {
+        // SAFETY: as above.
+        unsafe { _mm256_mask_div_pd(_mm256_set1_pd(f64::INFINITY), some, dividends, divisors) }
+    }
+
+    #[inline(always)]
+    unsafe fn equal(numbers: __m256d, others: __m256d) -> u32 {
+        // SAFETY: as above.
+        unsafe { u32::from(_mm256_cmp_pd_mask::<_CMP_EQ_OQ>(numbers, others)) }
+    }
+
+    #[inline(always)]
+    unsafe fn equal_whole(numbers: __m256i, others: __m256i) -> u32 {
+        // SAFETY: as above.
+        unsafe { u32::from(_mm256_cmpeq_epi32_mask(numbers, others)) }
+    }
+
+    #[inline(always)]
+    unsafe fn all_less(numbers: __m256i, others: __m256i) -> bool {
+        // SAFETY: as above.
+        unsafe { _mm256_cmpge_epu32_mask(numbers, others) == 0 }
+    }
+
+    #[inline(always)]
+    unsafe fn below_and_at_least([here, bound]: [__m256; 2], [there, least]: [__m256; 2]) -> u32 {
+        // SAFETY: as above.
+        unsafe {
+            let below = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(here, bound);
+            u32::from(_mm256_mask_cmp_ps_mask::<_CMP_GE_OQ>(below, there, least))
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
+        #[target_feature(enable = "avx2,avx512f,avx512vl,avx512dq,avx512bw")]
+        #[inline(never)]
+        fn out_of_line<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
+            // SAFETY: this function itself requires these instructions.
+            SoonestSlot::of(list, |slots| unsafe { eight::<Bits, IMAGES>(question, slots) })
+        }
+        // SAFETY: as above.
+        unsafe { out_of_line::<IMAGES>(question, list) }
+    }
+}
