@@ -3,6 +3,7 @@
 use std::hint::select_unpredictable as select;
 
 use carom_detection::Detection;
+use wide::f64x2;
 
 use super::{
     State,
@@ -128,22 +129,21 @@ impl State {
         soonest
     }
 
-    /// When a disc leaves its cell, and where to. A velocity of exactly 0 never does; 0/0 must not be formed.
+    /// When a disc leaves its cell, and where to. A velocity of exactly 0 never does; what 0/0 is must not count.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn crossing(&self, me: &Line, now: f64) -> (f64, Kind) {
-        let (side, cell) = (self.grid.side(), me.cell());
-        let is_negative = |velocity: f64| (velocity.to_bits() >> 63) as u32;
-        let goes_down = [is_negative(me.flight[2]), is_negative(me.flight[3])];
-        let along = |axis: usize| {
-            let (velocity, origin) = (me.flight[axis + 2], me.flight[axis]);
-            let border = f64::from(u32::from(cell[axis]) + 1 - goes_down[axis]) * side[axis];
-            let time = (border - origin) / velocity;
-            select(velocity == 0.0, f64::INFINITY, time)
-        };
-        let (x, y) = (along(0), along(1));
+        // Both axes at once.
+        let pair = |first: usize| f64x2::new([me.flight[first], me.flight[first + 1]]);
+        let (origin, velocity) = (pair(0), pair(2));
+        let side = f64x2::new(self.grid.side().to_array());
+        let cell = f64x2::new(me.cell().map(f64::from));
+        let goes_down = velocity.simd_lt(f64x2::ZERO);
+        let border = (cell + goes_down.bitselect(f64x2::ZERO, f64x2::ONE)) * side;
+        let time = (border - origin) / velocity;
+        let [x, y] = velocity.simd_eq(f64x2::ZERO).bitselect(f64x2::splat(f64::INFINITY), time).to_array();
         let axis = u32::from(y < x);
-        let kind = Kind::crossing(axis, select(y < x, goes_down[1], goes_down[0]));
+        let kind = Kind::crossing(axis, goes_down.to_bitmask() >> axis & 1);
         let time = if y < x { y } else { x };
         (if time > now { time } else { now }, kind)
     }

@@ -1,5 +1,5 @@
 //! Discs asked in registers of four numbers, and seen at a glance in registers of eight, operation by operation as in
-//! [`DiscLanes::closed_form`], [`Question::lanes`] and [`Glance::near`].
+//! [`Portable`](super::Portable), [`Question::lanes`] and [`Glance::near`].
 
 use std::arch::x86_64::{
     __m256d, _mm_cvtsd_f64, _mm_min_pd, _mm_unpackhi_pd, _mm256_add_pd, _mm256_add_ps, _mm256_and_si256,
@@ -306,7 +306,7 @@ struct Four {
     /// d·v and d·d − σ², d and v from the other disc to the asking one.
     b: __m256d,
     c: __m256d,
-    /// σ² v² − (d × v)².
+    /// σ² v² − (d₀ × v)², d₀ at the start of the epoch.
     discriminant: __m256d,
     /// c of a pair that may touch already is this at most.
     touching: __m256d,
@@ -343,23 +343,25 @@ impl Four {
             let (a, b) = (_mm256_sub_pd(from, load(&a.flight)), _mm256_sub_pd(from, load(&b.flight)));
             let (c, d) = (_mm256_sub_pd(from, load(&c.flight)), _mm256_sub_pd(from, load(&d.flight)));
             let [origin_x, origin_y, vx, vy] = by_number([a, b, c, d]);
-            let now = _mm256_set1_pd(question.now);
-            let mut dx = _mm256_add_pd(origin_x, _mm256_mul_pd(vx, now));
-            let mut dy = _mm256_add_pd(origin_y, _mm256_mul_pd(vy, now));
+            let (mut x0, mut y0) = (origin_x, origin_y);
             if let Some([x, y]) = shifts {
-                (dx, dy) = (_mm256_sub_pd(dx, x), _mm256_sub_pd(dy, y));
+                (x0, y0) = (_mm256_sub_pd(x0, x), _mm256_sub_pd(y0, y));
             }
-            Self::of([dx, dy], [vx, vy], sigma_squared, touching)
+            let now = _mm256_set1_pd(question.now);
+            let dx = _mm256_add_pd(x0, _mm256_mul_pd(vx, now));
+            let dy = _mm256_add_pd(y0, _mm256_mul_pd(vy, now));
+            Self::of([x0, y0], [dx, dy], [vx, vy], sigma_squared, touching)
         }
     }
 
-    /// Four discs from their places and velocities.
+    /// Four discs from their separations at the start of the epoch and now, and their velocities.
     ///
     /// # Safety
     /// As [`eight`].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     unsafe fn of(
+        [x0, y0]: [__m256d; 2],
         [dx, dy]: [__m256d; 2],
         [vx, vy]: [__m256d; 2],
         sigma_squared: __m256d,
@@ -370,7 +372,7 @@ impl Four {
             let b = _mm256_add_pd(_mm256_mul_pd(dx, vx), _mm256_mul_pd(dy, vy));
             let d_squared = _mm256_add_pd(_mm256_mul_pd(dx, dx), _mm256_mul_pd(dy, dy));
             let c = _mm256_sub_pd(d_squared, sigma_squared);
-            let cross = _mm256_sub_pd(_mm256_mul_pd(dx, vy), _mm256_mul_pd(dy, vx));
+            let cross = _mm256_sub_pd(_mm256_mul_pd(x0, vy), _mm256_mul_pd(y0, vx));
             let v_squared = _mm256_add_pd(_mm256_mul_pd(vx, vx), _mm256_mul_pd(vy, vy));
             let discriminant =
                 _mm256_sub_pd(_mm256_mul_pd(sigma_squared, v_squared), _mm256_mul_pd(cross, cross));
