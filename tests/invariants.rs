@@ -38,6 +38,15 @@ fn discs() {
 fn mixtures() {
     let gases = vec![gas("disc", 0.1, 3), gas("disc", 0.03, 10)];
     walk_with_each("mixture", Scene { gas: gases, ..Scene::default() });
+    // Cells so small that some are wholly inside a large disc. The large ones are light, so fast that they often leave their
+    // shells and meet each other, the bumper, and the tee.
+    let mut start = scene(vec![named("tee", 0.02, 1.0, [0.5, 0.5])]);
+    start.bumper = vec![bumper(0.1, [0.0, 0.0])];
+    start.gas = vec![gas("disc", 0.13, 4), gas("disc", 0.008, 300)];
+    start.gas[0].atom_mass = Some(0.01);
+    walk::<Cells>("fast large discs", &start, &Instructions::Widest, 400);
+    start.molecule.clear();
+    walk::<Cells>("fast large discs among discs alone", &start, &Instructions::Widest, 400);
 }
 
 #[test]

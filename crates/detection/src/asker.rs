@@ -171,6 +171,7 @@ mod tests {
             let lanes = DiscLanes {
                 separation: lane(self.pair.separation),
                 velocity: lane(self.pair.velocity),
+                cross: [self.pair.separation.perp_dot(self.pair.velocity)],
                 contact_distance: [self.molecule.bounding_radius() + self.other.bounding_radius()],
                 separation_error: 0.0,
                 speed: 0.0,

@@ -15,10 +15,14 @@ use crate::error_bound::one_norm;
 /// otherwise a contact whose impulse changes nothing would repeat for ever. A pair that overlaps by
 /// more is in contact if it closes at a speed that v resolves.
 pub fn disc_contact(d: DVec2, v: DVec2, sigma: f64, errors: (f64, f64)) -> f64 {
+    contact_of_passing(d, v, d.perp_dot(v), sigma, errors)
+}
+
+/// The same with d × v given, which stays what it is all the way.
+pub(crate) fn contact_of_passing(d: DVec2, v: DVec2, cross: f64, sigma: f64, errors: (f64, f64)) -> f64 {
     let (separation_error, velocity_error) = errors;
     let b = d.dot(v);
     let c = d.length_squared() - sigma * sigma;
-    let cross = d.perp_dot(v);
     let v_squared = v.length_squared();
     let discriminant = sigma * sigma * v_squared - cross * cross;
     let error = separation_error + 8.0 * U * sigma;

@@ -3,7 +3,7 @@
 use carom_kinematics::{HALF_ULP as U, RelativeMotion};
 use glam::DVec2;
 
-use crate::disc_contact;
+use crate::disc::contact_of_passing;
 
 /// How many discs are asked for at once.
 pub const DISC_LANES: usize = 8;
@@ -15,6 +15,9 @@ pub struct DiscLanes<const N: usize = DISC_LANES> {
     pub separation: [[f64; N]; 2],
     /// Their velocities relative to it (length per time), x then y.
     pub velocity: [[f64; N]; 2],
+    /// Separation × velocity (length squared per time). It tells at what distance they pass and stays what it is all the way, so it
+    /// may be taken from their places at any time.
+    pub cross: [f64; N],
     /// Sums of the two radii (length).
     pub contact_distance: [f64; N],
     /// Bound on the rounding of the places (length).
@@ -29,6 +32,7 @@ impl DiscLanes {
         Self {
             separation: [[f64::NAN; DISC_LANES]; 2],
             velocity: [[0.0; DISC_LANES]; 2],
+            cross: [0.0; DISC_LANES],
             contact_distance: [0.0; DISC_LANES],
             separation_error,
             speed,
@@ -39,8 +43,23 @@ impl DiscLanes {
 impl<const N: usize> DiscLanes<N> {
     /// Puts a disc into a lane.
     pub fn set(&mut self, lane: usize, separation: DVec2, velocity: DVec2, contact_distance: f64) {
+        self.set_since(lane, separation, velocity, 0.0, contact_distance);
+    }
+
+    /// Puts a disc into a lane that was `start` away (length) some time ago, `since`.
+    #[inline]
+    pub fn set_since(
+        &mut self,
+        lane: usize,
+        start: DVec2,
+        velocity: DVec2,
+        since: f64,
+        contact_distance: f64,
+    ) {
+        let separation = start + velocity * since;
         (self.separation[0][lane], self.separation[1][lane]) = (separation.x, separation.y);
         (self.velocity[0][lane], self.velocity[1][lane]) = (velocity.x, velocity.y);
+        self.cross[lane] = start.x * velocity.y - start.y * velocity.x;
         self.contact_distance[lane] = contact_distance;
     }
 
@@ -92,7 +111,7 @@ impl<const N: usize> DiscLanes<N> {
             let sigma = self.contact_distance[lane];
             let b = dx * vx + dy * vy;
             let c = (dx * dx + dy * dy) - sigma * sigma;
-            let cross = dx * vy - dy * vx;
+            let cross = self.cross[lane];
             let discriminant = sigma * sigma * (vx * vx + vy * vy) - cross * cross;
             let root = if discriminant > 0.0 { discriminant } else { 0.0 }.sqrt();
             let closes = (b < 0.0) & (discriminant > 0.0);
@@ -111,7 +130,7 @@ impl<const N: usize> DiscLanes<N> {
             let d = DVec2::new(self.separation[0][lane], self.separation[1][lane]);
             let v = DVec2::new(self.velocity[0][lane], self.velocity[1][lane]);
             let errors = (self.separation_error, self.velocity_error(lane));
-            *time = disc_contact(d, v, self.contact_distance[lane], errors);
+            *time = contact_of_passing(d, v, self.cross[lane], self.contact_distance[lane], errors);
         }
         times
     }
@@ -149,6 +168,7 @@ impl<const N: usize> DiscLanes<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::disc_contact;
     use proptest::prelude::*;
 
     proptest! {

@@ -83,7 +83,7 @@ pub(super) struct Covering {
     pub shell: f64,
     /// Cells it is listed in, with the image in which their discs appear in its frame.
     cells: Vec<Listed>,
-    /// Cells whose neighbourhood lists together hold every disc of `cells`, with the image likewise.
+    /// Cells whose neighbourhood lists together hold every disc that can be in `cells`, with the image likewise.
     tiles: Vec<Listed>,
     /// Covering bodies that it might touch, with the image in which they appear in its frame.
     neighbours: Vec<Listed>,
@@ -258,7 +258,8 @@ impl State {
         (covering.cells, covering.neighbours) = (cells, neighbours);
     }
 
-    /// Lists a body in every cell within its radius, the largest small disc's and its shell's of its place.
+    /// Lists a body in every cell within its radius, the largest small disc's and its shell's of its place; a disc not in those that
+    /// are wholly inside it while it is in its shell.
     fn cover_cells(&mut self, index: usize) {
         if let Some(wall) = self.coverings.list[index].wall {
             let cells = self.cells_of_wall(&wall);
@@ -272,21 +273,16 @@ impl State {
         let centre = covering.centre;
         let first = ((centre - reach) / side).floor();
         let last = ((centre + reach) / side).floor();
-        // Distance from the centre to a block of cells.
-        let within = |from: [i64; 2], to: [i64; 2]| {
+        // No centre of another comes nearer to a disc than its rim.
+        let rim =
+            if covering.is_disc_among_discs { (covering.radius - covering.shell).max(0.0) } else { 0.0 };
+        // Whether a block of cells is near enough for such a centre, but not wholly inside the disc.
+        let matters = |[from, to]: [[i64; 2]; 2]| {
             let low = DVec2::new(from[0] as f64, from[1] as f64) * side;
             let high = DVec2::new(to[0] as f64 + 1.0, to[1] as f64 + 1.0) * side;
-            let outside = (low - centre).max(centre - high).max(DVec2::ZERO);
-            outside.length_squared() <= reach * reach
-        };
-        // Whether a block is so far inside a disc that no centre of another can be there.
-        let free_of_centres =
-            if covering.is_disc_among_discs { covering.radius - covering.shell } else { 0.0 };
-        let inside = |from: [i64; 2], to: [i64; 2]| {
-            let low = DVec2::new(from[0] as f64, from[1] as f64) * side;
-            let high = DVec2::new(to[0] as f64 + 1.0, to[1] as f64 + 1.0) * side;
+            let nearest = (low - centre).max(centre - high).max(DVec2::ZERO);
             let farthest = (centre - low).max(high - centre);
-            farthest.length_squared() < free_of_centres * free_of_centres
+            nearest.length_squared() <= reach * reach && farthest.length_squared() >= rim * rim
         };
         let folded = |cell: [i64; 2]| {
             let [column, row] = [cell[0].rem_euclid(counts[0]), cell[1].rem_euclid(counts[1])];
@@ -298,7 +294,7 @@ impl State {
         let mut cells = std::mem::take(&mut covering.cells);
         for row in first[1]..=last[1] {
             for column in first[0]..=last[0] {
-                if within([column, row], [column, row]) {
+                if matters([[column, row]; 2]) {
                     cells.push(folded([column, row]));
                 }
             }
@@ -307,8 +303,7 @@ impl State {
         tiles.clear();
         for row in (first[1] + 1..=last[1] + 1).step_by(3) {
             for column in (first[0] + 1..=last[0] + 1).step_by(3) {
-                let block = ([column - 1, row - 1], [column + 1, row + 1]);
-                if within(block.0, block.1) && !inside(block.0, block.1) {
+                if matters([[column - 1, row - 1], [column + 1, row + 1]]) {
                     tiles.push(folded([column, row]));
                 }
             }
@@ -327,8 +322,9 @@ impl State {
         self.coverings.list[index].cells = cells;
     }
 
-    /// Finds the covering bodies that this one might touch, among those listed in its cells: two circles of radius R + h
-    /// that overlap have a point in common, and its cell is listed for both.
+    /// Finds the covering bodies that this one might touch, among those listed in its cells. Circles of radius R + h round the
+    /// centres of two such shells overlap; neither body reaches into the other, so there is a point in both circles that is no
+    /// nearer to the centre of a disc's shell than R − h. Its cell is listed for both.
     fn find_neighbours(&mut self, bounds: &PeriodicBox, index: usize) {
         let coverings = &mut self.coverings;
         let me = index as u32;

@@ -67,18 +67,25 @@ impl CellGrid {
             true => MOST_CELLS_PER_BODY,
             false => MOST_CELLS_PER_FIXED_BODY,
         };
-        let free =
-            sides.x * sides.y - if largest_small > 0.0 { taken_area(world, largest_small) } else { 0.0 };
-        let sparse = (free / (cells_per_body * bodies)).sqrt();
+        let mut grid =
+            Self { counts: [0; 2], side: sides, box_sides: sides, largest_small, holds_molecules, is_dilute };
+        let sparse = (grid.free_area(world) / (cells_per_body * bodies)).sqrt();
         let length = (longest * (1.0 + MARGIN)).max(sparse);
         let count = |side: f64| {
             let fitting = (side / (longest * (1.0 + MARGIN))) as u32;
             ((side / length) as u32).max(3.min(fitting)).min(u32::from(u16::MAX))
         };
-        let counts = [count(sides.x), count(sides.y)];
-        let side = DVec2::new(sides.x / f64::from(counts[0]), sides.y / f64::from(counts[1]));
-        let grid = Self { counts, side, box_sides: sides, largest_small, holds_molecules, is_dilute };
-        (counts[0] >= 3 && counts[1] >= 3).then_some(grid)
+        grid.counts = [count(sides.x), count(sides.y)];
+        grid.side = sides / DVec2::from_array(grid.counts.map(f64::from));
+        grid.counts.iter().all(|&count| count >= 3).then_some(grid)
+    }
+
+    /// Area that those in cells have for themselves, half of the box at least (length²): cells inside covering bodies hold
+    /// nobody, and need not be counted. All of it where nobody lives in cells.
+    fn free_area(&self, world: &World) -> f64 {
+        let area = world.bounds().area();
+        let covering = world.bodies().iter().filter(|body| self.largest_small > 0.0 && self.covers(body));
+        (area - covering.map(|body| body.molecule().area()).sum::<f64>()).max(0.5 * area)
     }
 
     /// Whether this is a gas of like discs only, far apart: cells hold a few discs each.
@@ -144,14 +151,6 @@ impl CellGrid {
         let cell = |x: f64, side: f64, count: u32| ((x / side) as u32).min(count - 1) as u16;
         [cell(place.x, self.side.x, self.counts[0]), cell(place.y, self.side.y, self.counts[1])]
     }
-}
-
-/// Area that fixed bodies and those larger than the small ones leave to nobody, up to half of the box (length²): cells there
-/// hold no disc, and need not be counted.
-fn taken_area(world: &World, largest_small: f64) -> f64 {
-    let takes = |body: &&Body| body.is_fixed() || body.molecule().bounding_radius() > largest_small;
-    let taken: f64 = world.bodies().iter().filter(takes).map(|body| body.molecule().area()).sum();
-    taken.min(0.5 * world.bounds().area())
 }
 
 /// Median bounding diameter of the bodies that are no walls, for a system in which nothing moves (length).

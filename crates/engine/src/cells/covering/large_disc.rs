@@ -13,7 +13,8 @@ use crate::{
 };
 
 impl State {
-    /// Looks for a large disc's contacts with the discs around it, small and large, and tells how many it asked for.
+    /// Looks for a large disc's contacts with the small ones around it, and by the closed form with the large ones; tells how many
+    /// it asked for.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn meet_discs_around<D: Detection, K: Kernel>(
@@ -26,15 +27,15 @@ impl State {
     ) -> u64 {
         let body = covering.body;
         let question = self.question_of_covering(body, now);
-        let by_lists = except.is_none() && detection.decides_discs_in_closed_form();
+        let by_form = detection.decides_discs_in_closed_form();
+        let by_lists = except.is_none() && by_form;
         let is_plain = |tile: &Listed| {
             by_lists && tile.image == [0; 2] && !self.neighbourhoods.list_of(tile.who).at_border
         };
-        let mut pairs = 0;
-        let mut soonest = SoonestSlot::NOBODY;
+        let (mut soonest, mut asked) = (SoonestSlot::NOBODY, 0);
         for tile in covering.tiles.iter().filter(|tile| is_plain(tile)) {
             let list = self.neighbourhoods.list_of(tile.who);
-            pairs += list.count() as u64;
+            asked += list.count() as u64;
             soonest = soonest.or(match list.plain() {
                 Some((slots, None)) => K::eight::<false>(question, slots).among(slots),
                 _ => K::any(&question, &list),
@@ -43,11 +44,13 @@ impl State {
         if !soonest.is_doubtful {
             self.offer_disc(body, now + soonest.time, Listed { who: soonest.slot, image: [0; 2] }, best);
         }
+        let mut pairs = if soonest.is_doubtful { 0 } else { asked };
         let one_by_one = covering.tiles.iter().filter(|tile| soonest.is_doubtful || !is_plain(tile));
         let small = one_by_one.flat_map(|&tile| self.seen_from(tile));
         let large = covering.neighbours.iter().filter_map(|neighbour| {
             let other = &self.coverings.list[neighbour.who as usize];
-            other.is_disc_among_discs.then_some(Listed { who: other.body, image: neighbour.image })
+            (by_form && other.is_disc_among_discs)
+                .then_some(Listed { who: other.body, image: neighbour.image })
         });
         let mut others = small.chain(large).filter(|other| Some(other.who) != except);
         loop {

@@ -7,6 +7,7 @@
 
 use carom_detection::{Asker, DISC_LANES, Detection, DiscLanes, Outcome};
 use carom_kinematics::RelativeMotion;
+use glam::DVec2;
 
 use super::{Covering, Listed, Pending, Surroundings};
 use crate::{
@@ -83,13 +84,23 @@ impl State {
         let mut best = Soonest::before(leaves_shell(covering, now), Kind::Shell);
         if covering.is_disc_among_discs {
             self.done.pairs += self.meet_discs_around::<D, K>(detection, covering, now, except, &mut best);
-            if self.coverings.are_large_discs() {
+            if self.coverings.are_large_discs() && detection.decides_discs_in_closed_form() {
                 return self.settle(body, &best);
             }
         }
         let mut around = std::mem::take(&mut self.coverings.around);
-        self.gather(index, &mut around);
+        around.clear();
         let covering = &self.coverings.list[index];
+        if !covering.is_disc_among_discs {
+            self.gather_discs(covering, &mut around);
+        }
+        let by_form = covering.is_disc_among_discs && detection.decides_discs_in_closed_form();
+        for neighbour in &covering.neighbours {
+            let other = &self.coverings.list[neighbour.who as usize];
+            if !(by_form && other.is_disc_among_discs) {
+                around.seen.push(Listed { who: other.body, image: neighbour.image });
+            }
+        }
         let outline = world.bodies()[body as usize].kind.molecule.outline();
         let asker = Asker::new(outline, &covering.motion, now);
         let horizon = best.time - now;
@@ -132,23 +143,14 @@ impl State {
         self.settle(body, &best);
     }
 
-    /// Lists who may stand around a covering body, as its tiles and neighbours tell; without the discs around a disc.
-    fn gather(&self, index: usize, around: &mut Surroundings) {
-        around.clear();
-        let covering = &self.coverings.list[index];
-        let is_disc = covering.is_disc_among_discs;
-        for tile in covering.tiles.iter().filter(|_| !is_disc) {
+    /// Lists the discs that may stand around a covering body, as its tiles tell.
+    fn gather_discs(&self, covering: &Covering, around: &mut Surroundings) {
+        for tile in &covering.tiles {
             let list = self.neighbourhoods.list_of(tile.who);
             if tile.image == [0; 2] && !list.at_border {
                 list.append_to(&mut around.slots);
             } else {
                 around.seen.extend(self.seen_from(*tile));
-            }
-        }
-        for neighbour in &covering.neighbours {
-            let other = &self.coverings.list[neighbour.who as usize];
-            if !(is_disc && other.is_disc_among_discs) {
-                around.seen.push(Listed { who: other.body, image: neighbour.image });
             }
         }
     }
@@ -342,6 +344,7 @@ impl State {
         let mut lanes = DiscLanes {
             separation: [[0.0; N]; 2],
             velocity: [[0.0; N]; 2],
+            cross: [0.0; N],
             contact_distance: [0.0; N],
             separation_error: self.separation_error,
             speed: me.flight[2].abs() + me.flight[3].abs(),
@@ -350,14 +353,9 @@ impl State {
             let listed = others.get(lane);
             let line = listed.map_or(&dummy, |listed| &self.lines[listed.who as usize]);
             let image = listed.map_or([0; 2], |listed| listed.image);
-            for axis in 0..2 {
-                let velocity = line.flight[axis + 2] - me.flight[axis + 2];
-                lanes.velocity[axis][lane] = velocity;
-                lanes.separation[axis][lane] = (line.flight[axis] - me.flight[axis])
-                    + velocity * now
-                    + f64::from(image[axis]) * sides[axis];
-            }
-            lanes.contact_distance[lane] = line.radius + me.radius;
+            let shift = DVec2::from_array([0, 1].map(|axis| f64::from(image[axis]) * sides[axis]));
+            let start = line.origin() - me.origin() + shift;
+            lanes.set_since(lane, start, line.velocity() - me.velocity(), now, line.radius + me.radius);
         }
         lanes
     }

@@ -104,12 +104,12 @@ pub(super) struct SoonestSlot {
 
 /// How the question is answered: with which instructions. The numbers are the same.
 ///
-/// They are those of [`DiscLanes::closed_form`], but for the last bits. Two discs pass each other at the distance
-/// |d × v| / |v|, whenever their separation d is taken. Here it is that at the start of the epoch, so that the root, for which all
-/// else waits, need not wait for the present: 2 % of the time of a collision. It is as exact as the bound on the rounding of a
-/// separation tells, u 16 s (Sx + Sy) for a body that goes s ≥ 1 sides of lengths Sx, Sy in an epoch: d is no longer than 2 s of
-/// them, and one more by its image; so its two subtractions, those of the velocities, the products and their difference round by
-/// no more than u (10 s + 4) (Sx + Sy) together.
+/// They are those of [`DiscLanes::closed_form`]. Two discs pass each other at the distance |d × v| / |v|, whenever their separation
+/// d is taken. Here it is that at the start of the epoch, so that the root, for which all else waits, need not wait for the
+/// present: 2 % of the time of a collision. It is as exact as the bound on the rounding of a separation tells, u 16 s (Sx + Sy) for a
+/// body that goes s ≥ 1 sides of lengths Sx, Sy in an epoch: the separation at its start is no longer than 2 s of them, and one more
+/// by its image; so its two subtractions, those of the velocities, the products and their difference round by no more than
+/// u (10 s + 4) (Sx + Sy) together.
 pub(super) trait Kernel {
     /// The answer of eight discs, in the images of their slots or, without these, none of them seen through the border of the box.
     fn eight<const IMAGES: bool>(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest;
@@ -141,31 +141,22 @@ impl Question<'_> {
     /// Some slots, as seen from the asking disc.
     #[inline]
     pub fn lanes<const N: usize>(&self, slots: &[u32; N], images: bool) -> DiscLanes<N> {
-        let from = &self.from.flight;
         let mut lanes = DiscLanes {
             separation: [[0.0; N]; 2],
             velocity: [[0.0; N]; 2],
+            cross: [0.0; N],
             contact_distance: [0.0; N],
             separation_error: self.separation_error,
             speed: self.speed(),
         };
         for (lane, &slot) in slots.iter().enumerate() {
             let other = &self.lines[(slot & INDEX_MASK) as usize];
-            for axis in 0..2 {
-                let velocity = other.flight[axis + 2] - from[axis + 2];
-                lanes.velocity[axis][lane] = velocity;
-                lanes.separation[axis][lane] = (other.flight[axis] - from[axis]) + velocity * self.now;
+            let mut start = other.origin() - self.from.origin();
+            if images {
+                start += DVec2::from_array(image_of(slot).map(f64::from)) * DVec2::from_array(self.sides);
             }
-            lanes.contact_distance[lane] =
-                self.like.map_or(other.radius + self.from.radius, |like| like.sigma);
-        }
-        if images {
-            for (lane, &slot) in slots.iter().enumerate() {
-                let image = image_of(slot);
-                for (axis, boxes) in image.into_iter().enumerate() {
-                    lanes.separation[axis][lane] += f64::from(boxes) * self.sides[axis];
-                }
-            }
+            let sigma = self.like.map_or(other.radius + self.from.radius, |like| like.sigma);
+            lanes.set_since(lane, start, other.velocity() - self.from.velocity(), self.now, sigma);
         }
         lanes
     }
@@ -414,6 +405,9 @@ pub(super) fn available(wish: Instructions) -> Available {
             && is_x86_feature_detected!("lzcnt")
             && is_x86_feature_detected!("popcnt");
         let has_masks = has_avx2
+            // What comes with AVX-512 for the compiler, though nothing here fuses.
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("f16c")
             && is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512vl")
             && is_x86_feature_detected!("avx512dq")
@@ -607,6 +601,7 @@ mod tests {
                     let numbers = lanes.separation.iter().chain(&lanes.velocity).flatten();
                     let rest = [lanes.separation_error, lanes.speed];
                     numbers
+                        .chain(&lanes.cross)
                         .chain(&lanes.contact_distance)
                         .chain(&rest)
                         .map(|n| n.to_bits())
@@ -626,42 +621,15 @@ mod tests {
         }
     }
 
-    /// The answers of eight slots, one by one, and whether some pair may touch already.
-    fn closed_form(
-        question: &Question<'_>,
-        slots: &[u32; DISC_LANES],
-        images: bool,
-    ) -> ([f64; DISC_LANES], bool) {
-        let mut may_touch = false;
-        let times = slots.map(|slot| {
-            let other = &question.lines[(slot & INDEX_MASK) as usize];
-            let image = if images { DVec2::from_array(image_of(slot).map(f64::from)) } else { DVec2::ZERO };
-            let start = other.origin() - question.from.origin() + image * DVec2::from_array(question.sides);
-            let v = other.velocity() - question.from.velocity();
-            let d = start + v * question.now;
-            let Like { sigma_squared, touching, .. } =
-                Like::at(other.radius + question.from.radius, question.separation_error);
-            let (b, c, cross) = (d.dot(v), d.length_squared() - sigma_squared, start.perp_dot(v));
-            let discriminant = sigma_squared * v.length_squared() - cross * cross;
-            let closes = b < 0.0 && discriminant > 0.0;
-            may_touch |= closes && c <= touching;
-            if closes { c / (discriminant.sqrt() - b) } else { f64::INFINITY }
-        });
-        (times, may_touch)
-    }
-
     /// Whether a time is that of a contact to rounding, or none is said where there is none to rounding.
     fn is_right(lanes: &DiscLanes, lane: usize, time: f64) -> bool {
-        // Places are up to 3 here.
-        const ROUNDING: f64 = 32.0 * f64::EPSILON;
         let Some(motion) = lanes.relative_motion(lane) else { return time == f64::INFINITY };
         let sigma = lanes.contact_distance[lane];
-        if time < f64::INFINITY {
-            let there = motion.separation + motion.velocity * time;
-            return (there.length() - sigma).abs() <= ROUNDING && there.dot(motion.velocity) <= ROUNDING;
-        }
+        let there = motion.separation + motion.velocity * time;
         let miss = motion.separation.perp_dot(motion.velocity).abs() / motion.velocity.length();
-        lanes.closed_form().0[lane] == f64::INFINITY || (miss - sigma).abs() <= ROUNDING
+        let gap = if time < f64::INFINITY { there.length() - sigma } else { miss - sigma };
+        let leaves = motion.separation.dot(motion.velocity) >= 0.0;
+        gap.abs() <= lanes.separation_error || (time == f64::INFINITY && (gap > 0.0 || leaves))
     }
 
     /// Which slots hold what.
@@ -692,14 +660,16 @@ mod tests {
             others in prop::collection::vec(
                 (0u16..5, 0u16..5, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64), 1..40),
             kinds in prop::collection::vec(0u8..6, 40), alike in any::<bool>(), at_border in any::<bool>(),
-            velocity in (-1.0..1.0f64, -1.0..1.0f64), now in 0.0..2.0f64,
+            velocity in (-1.0..1.0f64, -1.0..1.0f64), now in 0.0..2.0f64, speed in 0.1..8.0f64,
         ) {
+            // So many sides of the box they fly at most.
+            let separation_error = HALF_ULP * 16.0 * (1.0 + 2.0 * speed) * (1.0 + 0.75);
             let radius = |kind: u8| if alike { 0.15 } else { 0.05 + 0.05 * f64::from(kind) };
             let moving = |velocity, place| Motion { velocity, ..Motion::at_rest(place) };
             let asking = moving(DVec2::from(velocity), DVec2::new(0.1, -0.2));
             let mut lines = vec![Line::new(&asking, radius(0))];
             for (&(_, _, x, y, vx, vy), &kind) in others.iter().zip(&kinds) {
-                let (place, velocity) = (DVec2::new(x, y), DVec2::new(vx, vy));
+                let (place, velocity) = (DVec2::new(x, y), speed * DVec2::new(vx, vy));
                 let line = match kind {
                     // At contact to rounding.
                     1 => {
@@ -724,9 +694,9 @@ mod tests {
                 lines: &lines,
                 from: &lines[0],
                 now,
-                separation_error: 1e-15,
+                separation_error,
                 sides: [1.0, 0.75],
-                like: alike.then(|| Like::new(0.15, 1e-15)),
+                like: alike.then(|| Like::new(0.15, separation_error)),
             };
             // Every slot on its own, in the order of the list.
             let slots: Vec<u32> = list.slots().collect();
@@ -734,9 +704,9 @@ mod tests {
             for some in slots.chunks(DISC_LANES) {
                 let mut eight = [dummy; DISC_LANES];
                 eight[..some.len()].copy_from_slice(some);
-                let (times_of_some, touching) = closed_form(&question, &eight, at_border);
+                let lanes = question.lanes(&eight, at_border);
+                let (times_of_some, touching) = lanes.closed_form();
                 for (lane, time) in times_of_some.into_iter().enumerate().take(some.len()) {
-                    let lanes = question.lanes(&eight, at_border);
                     prop_assert!(is_right(&lanes, lane, time), "{time} where detection says {:?}", lanes.closed_form().0[lane]);
                 }
                 times.extend(&times_of_some[..some.len()]);

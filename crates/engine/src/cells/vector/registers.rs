@@ -227,17 +227,20 @@ unsafe fn write_lanes<const FIRST: usize>(
         let (a, b) = (_mm256_sub_pd(load(&a.flight), from), _mm256_sub_pd(load(&b.flight), from));
         let (c, d) = (_mm256_sub_pd(load(&c.flight), from), _mm256_sub_pd(load(&d.flight), from));
         let [x, y, vx, vy] = by_number([a, b, c, d]);
-        let now = _mm256_set1_pd(question.now);
-        let mut dx = _mm256_add_pd(x, _mm256_mul_pd(vx, now));
-        let mut dy = _mm256_add_pd(y, _mm256_mul_pd(vy, now));
+        let (mut x0, mut y0) = (x, y);
         if let Some([x, y]) = shifts {
-            (dx, dy) = (_mm256_add_pd(dx, x), _mm256_add_pd(dy, y));
+            (x0, y0) = (_mm256_add_pd(x0, x), _mm256_add_pd(y0, y));
         }
-        let DiscLanes { separation, velocity, contact_distance, .. } = lanes;
+        let now = _mm256_set1_pd(question.now);
+        let dx = _mm256_add_pd(x0, _mm256_mul_pd(vx, now));
+        let dy = _mm256_add_pd(y0, _mm256_mul_pd(vy, now));
+        let across = _mm256_sub_pd(_mm256_mul_pd(x0, vy), _mm256_mul_pd(y0, vx));
+        let DiscLanes { separation, velocity, cross, contact_distance, .. } = lanes;
         _mm256_storeu_pd(separation[0][FIRST..FIRST + 4].as_mut_ptr(), dx);
         _mm256_storeu_pd(separation[1][FIRST..FIRST + 4].as_mut_ptr(), dy);
         _mm256_storeu_pd(velocity[0][FIRST..FIRST + 4].as_mut_ptr(), vx);
         _mm256_storeu_pd(velocity[1][FIRST..FIRST + 4].as_mut_ptr(), vy);
+        _mm256_storeu_pd(cross[FIRST..FIRST + 4].as_mut_ptr(), across);
         _mm256_storeu_pd(contact_distance[FIRST..FIRST + 4].as_mut_ptr(), reach);
     }
 }
