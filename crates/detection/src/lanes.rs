@@ -84,7 +84,7 @@ impl<const N: usize> DiscLanes<N> {
 
     /// When each disc is first touched (time from now), infinite for never.
     ///
-    /// The same numbers as [`disc_contact`], operation by operation, whatever the width of the registers.
+    /// The same numbers as [`disc_contact`](crate::disc_contact), operation by operation, whatever the width of the registers.
     #[inline(always)]
     #[expect(
         clippy::inline_always,
@@ -121,7 +121,7 @@ impl<const N: usize> DiscLanes<N> {
         (times, in_contact)
     }
 
-    /// The same, with the decision of [`disc_contact`] about pairs that touch or overlap.
+    /// The same, with the decision of [`disc_contact`](crate::disc_contact) about pairs that touch or overlap.
     #[cold]
     #[inline(never)]
     pub fn decided_times(&self) -> [f64; N] {
