@@ -126,7 +126,7 @@ unsafe fn soonest_of<M: Masks>(low: Four, high: Four) -> Soonest {
 }
 
 /// By how much the discs in eight slots are shifted by the images in which they are seen (length), x and y of four and of the
-/// other four: [`image_of`] of all at once, times the sides.
+/// other four: [`image_of`](super::image_of) of all at once, times the sides.
 ///
 /// # Safety
 /// As [`eight`].
