@@ -3,7 +3,7 @@
 //!
 //! A covering body has a *shell*, a circle round the place where it was last listed. It stands in the list of every cell
 //! that can hold the centre of a small disc it might touch while its own centre is in the shell: every cell within
-//! R + r_largest + h of the shell's centre. Leaving the shell is an event that lists it anew. Two covering bodies keep
+//! R + r_largest + h of the shell's centre, but for those wholly within R − h of a disc's. Leaving the shell is an event that lists it anew. Two covering bodies keep
 //! each other as neighbours while their shells' centres are within R + R' + h + h'; all with the image through which
 //! they see each other. A fixed body has no shell, is listed once, and has no events. Of a wall only the surroundings of
 //! its face count, however long it is: see `walls`.
@@ -242,8 +242,8 @@ impl State {
 
     fn unlist(&mut self, index: usize) {
         let me = index as u32;
-        // Taken out and put back: what is listed again needs no new memory.
         let body = self.coverings.list[index].body;
+        // Taken out and put back: what is listed again needs no new memory.
         let mut cells = std::mem::take(&mut self.coverings.list[index].cells);
         for listed in cells.drain(..) {
             if self.coverings.covered.leave(listed.who, body) {

@@ -17,7 +17,7 @@
 //! discs), while the disc's cell is listed for the covering body, or while two covering bodies stand in each other's
 //! lists of neighbours. (1) *Contact implies relation*, for as long as neither has crossed into another cell nor left
 //! its shell: a cell is as long as two discs reach; a covering body lists every cell within its radius, the largest
-//! disc's and the shell's; two of them list each other within both radii and both shells. (2) *A relation begins* at a
+//! disc's and the shell's, but for cells that are inside it wherever in its shell it is, if it is a disc; two of them list each other within both radii and both shells. (2) *A relation begins* at a
 //! crossing or a listing, and the body whose event that is is predicted right after the lists have changed.
 //! (3) *Invariant:* for a related pair with a first contact t under the present motions, let k be the one predicted
 //! last. Neither motion has changed since (whoever's does is predicted at that moment, and would be the last), nor has
