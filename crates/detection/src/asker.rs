@@ -340,7 +340,7 @@ mod tests {
     #[test]
     fn the_bound_holds_where_products_are_all_but_zero() {
         for (size, spin) in
-            [(1e-60, 1e-20), (1e-60, 1e-43), (1e-60, 1e-60), (1.0, 1e-100), (1.0, 1e-120), (1e60, 1e60)]
+            [(1e-60, 1e-20), (1e-60, 1e-43), (1e-60, 1e-60), (1.0, 1e-100), (1.0, 1e-120), (1e60, 1.0)]
         {
             let atoms = [-size, size].map(|x| Atom::new(DVec2::new(x, 0.0), size, 1.0).unwrap());
             let pair = [Molecule::new(atoms).unwrap(), Molecule::disc(size, 1.0).unwrap()];

@@ -5,8 +5,9 @@ use glam::DVec2;
 
 use crate::{
     ErrorBound,
-    atom_pair::{AtomPair, PairOutcome},
+    atom_pair::AtomPair,
     flight::{Flight, Placement},
+    gap_search::{GapFunction, PairOutcome},
     search::Search,
     skimming::rounding_within,
     tolerance::{SHARED_STEPS, STEP_MARGIN},

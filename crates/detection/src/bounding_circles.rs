@@ -3,7 +3,12 @@
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
-use crate::{Answer, Contact, Detection, Outcome, Touch, disc_contact, walls};
+use crate::{
+    Answer, Contact, Detection, Outcome, Touch,
+    disc::disc_contact,
+    range::{OUT_OF_RANGE, Unit, unit},
+    walls,
+};
 
 /// Each body taken for the circle that holds it: another model, not an approximation of contact times.
 ///
@@ -35,6 +40,9 @@ impl Detection for BoundingCircles {
     }
 
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+        if let Unit::OutOfRange = unit(a, b, motion, horizon) {
+            return OUT_OF_RANGE;
+        }
         if a.face().is_some() || b.face().is_some() {
             return walls::contact_of_circle(a, b, motion, horizon);
         }

@@ -110,7 +110,7 @@ pub(crate) fn one_norm(v: DVec2) -> f64 {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::{atom_pair::AtomPair, flight::Flight};
+    use crate::{atom_pair::AtomPair, flight::Flight, gap_search::GapFunction};
     use carom_kinematics::Orientation;
     use dashu_float::{FBig, round::mode::HalfEven};
 
@@ -188,7 +188,7 @@ pub(crate) mod tests {
             let (a, b) = (atoms[0].outline(), atoms[1].outline());
             let flight = Flight::new(a, b, &motion);
             let pair = AtomPair::new(&flight, [Circle::from(&atoms[0]), Circle::from(&atoms[1])]);
-            let now = pair.gap(&flight.at(time));
+            let now = pair.gap(&pair.pose(time));
             let (gap, rate, length) = exact(&motion, [&atoms[0], &atoms[1]], time, &pi);
             let off = |computed: f64, exact: Big| (big(computed) - exact).to_f64().value().abs();
             let bound = ErrorBound::new(&motion, &atoms[0], &atoms[1]);

@@ -1,88 +1,31 @@
-//! The certified detector: safe Newton steps on the gap, each proven to pass over no contact.
+//! The certified detector: no contact deeper than rounding is missed, and none is invented.
 //!
-//! For an atom pair let d(t) be the vector between the centres, s the sum of the radii, g = |d| − s the gap,
-//! n = d/|d|, g' = n·d' and a = n·d''. The arms r of the atoms turn with the angular velocities ω, the centres of
-//! mass move with V relative to each other. For all time
+//! # What it promises
+//! With E the bound on the rounding of the gap ([`ErrorBound`](crate::ErrorBound)): every contact reported has |g| ≤ 2 E
+//! unless the pair was deeper already, no contact deeper than 2 E is passed over, and "certified free until" is what it
+//! says. Exchanging A and B changes no bit of the time. Velocities times a power of two change only the power.
 //!
-//! |d'| ≤ L = |V| + |ω_A| r_A + |ω_B| r_B,  |d''| ≤ K = ω_A² r_A + ω_B² r_B,  |d'''| ≤ K₃ = |ω_A|³ r_A + |ω_B|³ r_B.
+//! # How it searches
+//! Each pair of parts is followed by the steps of [`gap_search`](crate::gap_search), whose lemmas prove the promise for one
+//! pair. For whole bodies:
 //!
-//! # What is promised
-//! With E the bound on the rounding of g ([`ErrorBound`]): every contact reported has |g| ≤ 2 E unless the pair was
-//! deeper already, no contact deeper than 2 E is passed over, and "certified free until" is what it says. Which body
-//! is called A changes no bit of the time; velocities times a power of two only change the power.
+//! 1. **Windows.** Outside the times in which the centres of mass are within R_A + R_B there is no contact: a parabola in
+//!    time ([`skim`]), whose reach is inflated by more than the rounding of its coefficients.
+//! 2. **Many pairs.** The first steps are taken for all pairs at once, from one placement of the bodies; the pairs are then
+//!    followed one by one, the one with the earliest bound first; a pair whose gap widens is left for another whose
+//!    bound has become the earliest. A pair whose bound is later than a contact already found cannot matter, nor can
+//!    anything after a time up to which some pair is certified and no further.
+//! 3. **Many atoms.** Circles that hold atoms ([`CircleTree`](carom_geometry::CircleTree)) are followed as if they were
+//!    atoms. Their contents lie inside, rounding included, and cannot touch before they do; so the parts of two circles
+//!    begin where those were last certified. These shared steps use g − E and pass over nothing deeper than L u t.
+//! 4. **Before a search.** [`Detection::apart_until`] gives lower bounds by one step from coarser data; the rounding taken
+//!    off is wider than E ([`Asker`]). A search of bodies that turn begins at that bound.
+//! 5. **Discs.** Bodies that do not turn meet by the closed form of [`disc_contact`].
+//! 6. **Ranges.** A query that holds NaN, an infinity, or a magnitude whose square could overflow is answered by
+//!    [`Outcome::OutOfRange`]. Very slow and very fast pairs are answered in another unit of time, where no product of
+//!    velocities underflows.
 //!
-//! # Proof
-//! **Step.** For the fixed unit vector n of time t, |d(t+h)| ≥ n·d(t+h) = n·d + n·d' h + ∬ n·d''. So while −n·d'' ≤ k
-//! the gap is not below g + g' h − k h²/2, and there is no contact before the root of that. A bound on −n·d'' that
-//! starts at k₀ and grows at the rate k₁ may be replaced by the constant k = k₀ + k₁ H/3 for all h ≤ H, because
-//! ∬ (k₀ + k₁ u) = k₀ h²/2 + k₁ h³/6. Of four k the least is taken:
-//! * K, always;
-//! * K₃ H/3 − a, since n·d'' cannot change faster than K₃;
-//! * |d''| + J H/3, with J = min(ω_A² r_A, ω_B² r_B) |ω_B − ω_A|: for an observer who turns with A the acceleration is
-//!   ω_A² q_A − ω_B² R((ω_B − ω_A) t) q_B, of the same length, and changes only as B turns relative to A; likewise
-//!   with B. Without this one, bodies that fly along with equal spins would take thousands of steps;
-//! * C₃ H/3 − g'', from the Taylor expansion of the gap itself. With the components p of d' and q of d'' across the normal
-//!   g'' = a + p²/|d| and g''' = n·d''' + 3 p q/|d| − 3 p² g'/|d|². As p² |g'| ≤ 2 |d'|³/√27 and |d| ≥ s until the
-//!   first contact, |g'''| ≤ C₃ = K₃ + 3 L K/s + 1.2 L³/s² up to there. This is what makes the last steps short in
-//!   number: it is exact to third order, the others to second.
-//!
-//! **Orbits.** The atom of a body that turns fast stays on a circle about its body's centre. The other atom against
-//! the disc of radius r + s about that centre gives another certified step, by the triangle inequality. Of several
-//! certified steps the longest is taken. Each begins where the last one ended, so the first contact is never passed.
-//! Towards a transversal contact the error is cubed from step to step.
-//!
-//! **Windows.** Outside the times in which the centres of mass are within r_A + r_B + s there is no contact: a
-//! parabola in time ([`skim`]) whose reach is inflated by more than the rounding of its coefficients; for the bodies
-//! first, and for each atom pair again, which is left when its centres are out of reach and part.
-//!
-//! **Many pairs.** The first steps are taken for all pairs at once, from one placement of the bodies; the pairs are
-//! then followed one by one, the one with the earliest bound first; one whose gap widens is left for another whose
-//! bound has become the earliest. A pair whose bound is later than a contact that
-//! has been found cannot matter, nor can anything after a time up to which some pair is certified and no further.
-//! For molecules of many atoms, circles that hold atoms ([`CircleTree`](carom_geometry::CircleTree)) are followed as
-//! if they were atoms. What they hold lies inside, rounding included, and cannot touch before they do; so the
-//! parts of two circles begin where those were last certified.
-//!
-//! **Before a search.** Most bodies around one that asks are told to be apart until its next event without a search, by one
-//! step from coarser data: circles, the rectangle that holds its atoms, or its atoms against a disc, which may just have
-//! left one of them; the rounding taken off is wider than E ([`Asker`]). A search of bodies that turn begins at its end.
-//!
-//! **Rounding.** The computed g is off by at most E, g' by at most E', t + h by u t. A step is taken only where
-//! g > E, with g' − E' for g'. Over the step the exact gap is then at least −E − L u t, and L u t < E: nothing deeper
-//! than 2 E is passed. (The shared steps and the circles use g − E as well, and pass over nothing deeper than
-//! L u t.) h itself is computed by a dozen roundings in a form without cancellation, and shortened by
-//! sixteen ([`STEP_MARGIN`](crate::tolerance::STEP_MARGIN)), which covers K, K₃, J and C₃ too. a and |d''| come with a
-//! bound of their own, K (2 E/|d| + 12 u) + max(ω²) E; p = n^⊥·d' is off by no more than E', as g' is.
-//!
-//! **Contact.** Where g ≤ E the sign of g' decides. Closing faster than E': a contact, now. Deeper than −E and closing
-//! faster than the velocities resolve: likewise. Else the pair has just collided, or only touches: its step goes to
-//! where the bound from below reaches min(g, 0) − E, so that nothing deeper than the present gap less E is passed.
-//! That is at least 2 (g' − E')/K, within which a parting pair is not back. A pair that may be back within a
-//! thousandth of its natural time is followed by its gap relative to the contact that it left, which is known
-//! far better than E.
-//!
-//! **Acceptance.** Where the contact is near enough it is not looked at again, but put at the root h of
-//! g + g' h + g'' h²/2. Up to there the gap differs from that by C₃ h³/6, and by h (E' + h E'') because g' and g''
-//! are rounded; each of C₃ h³ and h (E' + h E'') must be within E/4, so that nothing deeper than 2 E is passed and the gap at
-//! h is within 2 E. The rate there, −√(g'² − 2 g'' g) to within C₃ h²/2 + E' + h E'', must be below −E': the pair
-//! still closes.
-//!
-//! The last Newton correction −g/g' of a pair that is found within E of contact is guarded likewise: on a near-tangent it
-//! would leap past the contact. From concavity of the square root |d(t+h)| ≤ |d| + g' h + C h²/2, C = K + |d'|²/|d|; the
-//! correction is made if C h² is within E.
-//!
-//! **Walls.** A straight face that does not turn is touched where an atom's centre comes within s of its line, between its
-//! ends. With the fixed normal n of the face the gap n·d − s is linear in the place of the atom, so that the step of the
-//! first paragraph, with K = ω² r, needs no convexity: it holds as it stands, and C is K. Beyond an end the same
-//! step, taken along the face, leads to where the atom may enter the span; of the two the longer is taken. An atom
-//! that enters the span nearer than s has met the end point before. End points are atoms of radius 0. The bounds E
-//! and E' of a face are in [`FaceErrorBound`](crate::FaceErrorBound). A face that turns is not followed:
-//! [`Outcome::Unresolved`] from the start.
-//!
-//! **Bound on the work.** While g > E either g falls by a fixed factor or the step is of the order √(E/K). Each pair
-//! has [`MOST_STEPS`] steps; a search that runs out answers "certified free until", which is later than where it
-//! began and beats a later contact of another pair. Each step moves on by a float at least, and comparisons
-//! are written so that what is no number never counts as free.
+//! A face that turns is not followed: [`Outcome::Unresolved`] from the start.
 
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
@@ -90,10 +33,11 @@ use carom_kinematics::RelativeMotion;
 use crate::{
     Answer, Asker, Detection, DiscLanes, ErrorBound, Outcome, Window,
     atom_block::BlockSearch,
-    atom_pair::PairOutcome,
     circle_descent::{Body, descend},
-    disc_contact,
+    disc::disc_contact,
     flight::Flight,
+    gap_search::PairOutcome,
+    range::{OUT_OF_RANGE, Unit, faster, later, unit},
     search::Search,
     skim,
     tolerance::MOST_STEPS,
@@ -172,9 +116,31 @@ impl Detection for Exact {
         motion: &RelativeMotion,
         horizon: f64,
     ) -> Answer {
-        let horizon = horizon.min(f64::MAX);
+        match unit(a, b, motion, horizon) {
+            Unit::Ordinary => self.search(begin, a, b, motion, horizon.min(f64::MAX)),
+            Unit::Scaled(factor) => {
+                let motion = faster(motion, factor);
+                let [begin, horizon] = [begin, horizon].map(|time| (time / factor).min(f64::MAX));
+                later(self.search(begin, a, b, &motion, horizon), factor)
+            }
+            Unit::OutOfRange => OUT_OF_RANGE,
+        }
+    }
+}
+
+impl Exact {
+    /// [`Detection::first_contact_after`] for numbers in the range of the arithmetic.
+    #[inline]
+    fn search(
+        self,
+        begin: f64,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
         if a.face().is_some() || b.face().is_some() {
-            return walls::first_contact(*self, a, b, motion, horizon);
+            return walls::first_contact(self, a, b, motion, horizon);
         }
         let Some(window) = skim(motion, a.bounding_radius + b.bounding_radius, horizon) else {
             return Answer { outcome: Outcome::Free, evaluations: 0 };

@@ -89,6 +89,7 @@ mod tests {
         error_bound::tests::{Big, PRECISION, Random, arm, big},
         face_pair::FacePair,
         flight::Flight,
+        gap_search::GapFunction,
     };
     use carom_geometry::{Atom, Molecule};
     use carom_kinematics::Orientation;
@@ -139,12 +140,14 @@ mod tests {
                 if body == 0 { [atom.outline(), wall.outline()] } else { [wall.outline(), atom.outline()] };
             let flight = Flight::new(outlines[0], outlines[1], &motion);
             let face = wall.face().unwrap();
-            let now = FacePair::new(&flight, body, (&atom).into(), face).gap(&flight.at(time));
+            let pair = FacePair::new(&flight, body, (&atom).into(), face);
+            let pose = pair.pose(time);
+            let (across, along) = (pair.gap(&pose), pair.beyond(&pose));
             let [gap, gap_rate, beyond, beyond_rate] = exact(&motion, body, &atom, &wall, time);
             let off = |computed: f64, exact: Big| (big(computed) - exact).to_f64().value().abs();
             let bound = FaceErrorBound::new(&motion, body, &(&atom).into(), face);
-            let place = off(now.across.value, gap).max(off(now.beyond.value, beyond));
-            let rate = off(now.across.rate, gap_rate).max(off(now.beyond.rate, beyond_rate));
+            let place = off(across.value, gap).max(off(along.value, beyond));
+            let rate = off(across.rate, gap_rate).max(off(along.rate, beyond_rate));
             worst[0] = worst[0].max(place / bound.at(time));
             worst[1] = worst[1].max(rate / bound.of_rate(time));
         }

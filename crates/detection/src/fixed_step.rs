@@ -5,6 +5,7 @@ use carom_kinematics::RelativeMotion;
 
 use crate::{
     Answer, Contact, Detection, Outcome, Window,
+    range::{OUT_OF_RANGE, Unit, unit},
     squared_gap::{SquaredGap, all_pairs},
     strip::{a_face_turns, window_of_bodies},
     tolerance::{FIXED_STEP, MOST_BISECTIONS, MOST_FIXED_STEPS},
@@ -61,6 +62,9 @@ pub fn natural_time(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> 
 
 impl Detection for FixedStep {
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+        if let Unit::OutOfRange = unit(a, b, motion, horizon) {
+            return OUT_OF_RANGE;
+        }
         let mut evaluations = 0;
         let outcome = match window_of_bodies(a, b, motion, horizon) {
             _ if a_face_turns(a, b, motion) => Outcome::Unresolved(0.0),

@@ -73,6 +73,11 @@ impl<'a> Flight<'a> {
 }
 
 impl Placement {
+    /// This placement with another time, for what depends on the time alone.
+    pub(crate) fn with_time(self, time: f64) -> Self {
+        Self { time, ..self }
+    }
+
     /// From the centre of mass of a body to a place in its frame, as it is turned now.
     #[inline]
     pub(crate) fn arm(&self, body: usize, offset: DVec2) -> DVec2 {

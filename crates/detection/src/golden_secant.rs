@@ -31,6 +31,7 @@ use crate::{
     Answer, Contact, Detection, Outcome, Window,
     crop::segment_length,
     golden_section::{Sample, golden_section},
+    range::{OUT_OF_RANGE, Unit, unit},
     secant::{Bracket, bracketed_secant},
     squared_gap::{SquaredGap, all_pairs},
     strip::{a_face_turns, window_of_bodies},
@@ -84,6 +85,9 @@ impl Default for GoldenSecant {
 
 impl Detection for GoldenSecant {
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+        if let Unit::OutOfRange = unit(a, b, motion, horizon) {
+            return OUT_OF_RANGE;
+        }
         let mut evaluations = 0;
         let outcome = match window_of_bodies(a, b, motion, horizon) {
             _ if a_face_turns(a, b, motion) => Outcome::Unresolved(0.0),

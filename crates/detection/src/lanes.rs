@@ -84,7 +84,7 @@ impl<const N: usize> DiscLanes<N> {
 
     /// When each disc is first touched (time from now), infinite for never.
     ///
-    /// The same numbers as [`disc_contact`](crate::disc_contact), operation by operation, whatever the width of the registers.
+    /// The numbers of the closed form for one pair, operation by operation, whatever the width of the registers.
     #[inline(always)]
     #[expect(
         clippy::inline_always,
@@ -95,8 +95,8 @@ impl<const N: usize> DiscLanes<N> {
         if in_contact { self.decided_times() } else { times }
     }
 
-    /// The closed form, and whether some pair touches to rounding, or overlaps, while it seems to close. For such a
-    /// pair, which is rare, [`Self::decided_times`] is to be asked instead.
+    /// The closed form, and whether some pair touches to rounding, or overlaps, and does not part. Such a pair is rare
+    /// and needs [`Self::decided_times`].
     #[inline(always)]
     #[expect(
         clippy::inline_always,
@@ -114,14 +114,15 @@ impl<const N: usize> DiscLanes<N> {
             let cross = self.cross[lane];
             let discriminant = sigma * sigma * (vx * vx + vy * vy) - cross * cross;
             let root = if discriminant > 0.0 { discriminant } else { 0.0 }.sqrt();
-            let closes = (b < 0.0) & (discriminant > 0.0);
-            in_contact |= closes & (c <= 4.0 * sigma * (self.separation_error + 8.0 * U * sigma));
+            let does_not_part = b <= 0.0;
+            let closes = does_not_part & (discriminant > 0.0);
+            in_contact |= does_not_part & (c <= 4.0 * sigma * (self.separation_error + 8.0 * U * sigma));
             *time = if closes { c / (root - b) } else { f64::INFINITY };
         }
         (times, in_contact)
     }
 
-    /// The same, with the decision of [`disc_contact`](crate::disc_contact) about pairs that touch or overlap.
+    /// The contact times with the decision about pairs that touch or overlap, which [`Self::closed_form`] leaves open.
     #[cold]
     #[inline(never)]
     pub fn decided_times(&self) -> [f64; N] {
@@ -168,7 +169,7 @@ impl<const N: usize> DiscLanes<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::disc_contact;
+    use crate::disc::disc_contact;
     use proptest::prelude::*;
 
     proptest! {

@@ -63,11 +63,12 @@ mod face_error;
 mod face_pair;
 mod fixed_step;
 mod flight;
+mod gap_search;
 mod golden_secant;
 mod golden_section;
 mod lanes;
 mod outcome;
-mod recontact;
+mod range;
 mod rectangle;
 mod safe_step;
 mod search;
@@ -80,7 +81,6 @@ mod walls;
 
 pub use asker::Asker;
 pub use bounding_circles::BoundingCircles;
-pub use disc::disc_contact;
 pub use error_bound::ErrorBound;
 pub use exact::Exact;
 pub use face_error::FaceErrorBound;
@@ -156,7 +156,7 @@ pub trait Detection {
         0.0
     }
 
-    /// Whether pairs of discs are decided by the closed form of [`disc_contact`]: then a scheduler may compute it itself,
+    /// Whether pairs of discs are decided in closed form: then a scheduler may compute it itself,
     /// in lanes, where it would have called [`Self::disc_contacts`].
     #[inline]
     fn decides_discs_in_closed_form(&self) -> bool {

@@ -19,9 +19,12 @@ pub enum Outcome {
     /// The search used up its budget: they certainly do not touch before this time (from now on);
     /// ask again then.
     FreeUntil(f64),
-    /// The search used up its rounds without certainty: nothing is known after this time. Only
-    /// detectors that certify nothing end like this.
+    /// The search used up its rounds without certainty: nothing is known after this time. Detectors that certify
+    /// nothing end like this, and every detector where a face turns.
     Unresolved(f64),
+    /// A number of the query is NaN, infinite, or of a magnitude whose products overflow or underflow: nothing is known.
+    /// In range are lengths and speeds up to 1e62, and speeds of 0 or from 1e-150 on.
+    OutOfRange,
 }
 
 /// A first contact.

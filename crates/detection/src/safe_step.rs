@@ -1,6 +1,8 @@
 //! How far a pair can be followed without looking: the first zero of a bound from below on its gap.
 
-use crate::tolerance::{MOST_DOUBLINGS, STEP_MARGIN};
+use glam::DVec2;
+
+use crate::tolerance::{LEAST_SQUARE, MOST_DOUBLINGS, STEP_MARGIN};
 
 /// How fast a gap can bend downwards.
 pub(crate) struct Curvature {
@@ -14,12 +16,14 @@ pub(crate) struct Curvature {
     pub(crate) of_gap: f64,
     /// C₃: |g'''| ≤ C₃ up to the first contact.
     pub(crate) gap_jerk: f64,
-    /// |d''|² now.
-    pub(crate) acceleration_squared: f64,
+    /// d'' now.
+    pub(crate) acceleration: DVec2,
     /// How far the computed |d''| may be from the exact one.
     pub(crate) acceleration_error: f64,
     /// J: |d''| grows no faster than this.
     pub(crate) relative_jerk: f64,
+    /// g'' ≤ K + |d'|²/|d|: how fast the gap can bend upwards.
+    pub(crate) upwards: f64,
 }
 
 impl Curvature {
@@ -31,9 +35,10 @@ impl Curvature {
             jerk: f64::INFINITY,
             of_gap: -largest,
             gap_jerk: f64::INFINITY,
-            acceleration_squared: f64::INFINITY,
+            acceleration: DVec2::INFINITY,
             acceleration_error: 0.0,
             relative_jerk: f64::INFINITY,
+            upwards: f64::INFINITY,
         }
     }
 
@@ -42,7 +47,7 @@ impl Curvature {
     /// Twice integrated, a bound that grows in proportion to time counts by a third of what it has become.
     #[inline]
     fn within(&self, h: f64) -> f64 {
-        let magnitude = self.acceleration_squared.sqrt() + self.acceleration_error;
+        let magnitude = length(self.acceleration) + self.acceleration_error;
         lesser(self.along_normal_within(h), magnitude + self.relative_jerk * (h * (1.0 / 3.0)))
     }
 
@@ -53,6 +58,12 @@ impl Curvature {
         let by_normal = lesser(self.largest, self.jerk * third - self.along_normal);
         lesser(by_normal, self.gap_jerk * third - self.of_gap)
     }
+}
+
+/// A length, or |x| + |y| where its square has lost its digits.
+fn length(v: DVec2) -> f64 {
+    let squared = v.length_squared();
+    if squared < LEAST_SQUARE { v.x.abs() + v.y.abs() } else { squared.sqrt() }
 }
 
 /// How much later than g/|g'| the root of a gap that bends upwards is looked for at first, and the share of g'² that is
@@ -183,9 +194,10 @@ mod tests {
                 jerk,
                 of_gap: along + across,
                 gap_jerk,
-                acceleration_squared: acceleration * acceleration,
+                acceleration: DVec2::new(acceleration, 0.0),
                 acceleration_error: 0.0,
                 relative_jerk: relative,
+                upwards: f64::INFINITY,
             };
             let step = safe_step(gap, rate, &curvature);
             let short = short_step(gap, rate, -1.0 / rate, &curvature);
@@ -225,7 +237,7 @@ mod tests {
         let curvature = Curvature {
             along_normal: 0.0,
             jerk: 1.0,
-            acceleration_squared: 1e-60,
+            acceleration: DVec2::new(1e-30, 0.0),
             relative_jerk: 0.0,
             ..Curvature::at_most(1.0)
         };

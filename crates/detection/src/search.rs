@@ -1,6 +1,6 @@
 //! What a search over many atom pairs has found so far.
 
-use crate::{Answer, Contact, Outcome, Touch, atom_pair::PairOutcome};
+use crate::{Answer, Contact, Outcome, Touch, gap_search::PairOutcome};
 
 /// The state of a search: its earliest findings, which limit what is still of interest.
 pub(crate) struct Search {

@@ -20,7 +20,8 @@ pub struct Window {
 /// moved outwards by that of the roots. The discriminant is taken as (reach² v² − (X × V)²), which
 /// keeps its digits on grazes where b² − a c loses them.
 ///
-/// `None` when the bodies stay out of reach.
+/// `None` when the bodies stay out of reach. Where a square overflows or a number is NaN, the whole time up to the
+/// horizon is returned.
 pub fn skim(motion: &RelativeMotion, reach: f64, horizon: f64) -> Option<Window> {
     let (x, v) = (motion.separation, motion.velocity);
     let reach = reach + rounding_within(motion, reach);
@@ -32,6 +33,9 @@ pub fn skim(motion: &RelativeMotion, reach: f64, horizon: f64) -> Option<Window>
     let b = x.dot(v);
     let cross = x.perp_dot(v);
     let discriminant = reach * reach * v_squared - cross * cross;
+    if !(c + discriminant).is_finite() {
+        return Some(Window { begin: 0.0, end: horizon });
+    }
     if c > 0.0 && (b >= 0.0 || discriminant < 0.0) {
         return None;
     }

@@ -40,6 +40,14 @@ pub const FAST_ROTOR: f64 = 2.0;
 /// shorter steps.
 pub const LEAST_JERK: f64 = 1e-300;
 
+/// Squares below this have lost digits to underflow; |x| + |y| takes the place of the root of x² + y² there.
+pub const LEAST_SQUARE: f64 = 1e-280;
+
+/// How many times the rounding bound E the sum of two radii must be for the bound on the third derivative of the gap. It
+/// supposes |d| ≥ (1 − 1/64) s up to the first contact, where |d| ≥ s − 2 E is known. Smaller than 128: a hole in the
+/// proof. Larger: more steps for tiny atoms.
+pub const LEAST_ATOM_ERRORS: f64 = 128.0;
+
 /// A pair that may be back within this share of the time in which it moves by its own size is followed by its gap
 /// relative to the contact that it leaves. Smaller than 10⁻⁷: rattling pairs lose digits of the interval. Larger:
 /// work in vain.

@@ -5,12 +5,12 @@ use carom_kinematics::RelativeMotion;
 
 use crate::{
     Answer, Contact, Exact, Outcome, Part, Touch,
-    atom_pair::PairOutcome,
-    disc_contact,
+    disc::disc_contact,
     error_bound::ErrorBound,
     exact::{straight, turning},
     face_pair::FacePair,
     flight::{Flight, bounding_circle},
+    gap_search::PairOutcome,
     search::Search,
     strip::{a_face_turns, window_of_bodies},
 };
@@ -45,7 +45,7 @@ pub(crate) fn first_contact(
         let Some(face) = other.face() else { continue };
         for (index, atom) in outline.atoms.iter().enumerate() {
             let pair = FacePair::new(&flight, body, atom.into(), face);
-            let outcome = pair.first_contact(search.limit(), search.most_steps, &mut search.evaluations);
+            let outcome = pair.first_contact_in_span(search.limit(), &mut search);
             search.record_touch(outcome, Touch::face(body, Part::Atom(index as u32)));
         }
     }
@@ -65,8 +65,8 @@ pub(crate) fn contact_of_circle(
     };
     let flight = Flight::new(a, b, motion);
     let pair = FacePair::new(&flight, body, bounding_circle(circle), face);
-    let mut evaluations = 0;
-    let mut soonest = match pair.first_contact(horizon, 1, &mut evaluations) {
+    let mut search = Search::new(horizon, 1);
+    let mut soonest = match pair.first_contact_in_span(horizon, &mut search) {
         PairOutcome::Contact(time) => time,
         PairOutcome::Free | PairOutcome::OutOfBudget(_) | PairOutcome::Paused(_) => f64::INFINITY,
     };
@@ -78,12 +78,12 @@ pub(crate) fn contact_of_circle(
         let sigma = circle.bounding_radius + end.radius();
         let time = disc_contact(place, sign * motion.velocity, sigma, (error, motion.velocity_error));
         soonest = soonest.min(time);
-        evaluations += 1;
+        search.evaluations += 1;
     }
     let contact = Contact { time: soonest, touch: Touch::face(body, Part::BoundingCircle) };
     let outcome =
         if soonest <= horizon && soonest.is_finite() { Outcome::Contact(contact) } else { Outcome::Free };
-    Answer { outcome, evaluations }
+    Answer { outcome, evaluations: search.evaluations }
 }
 
 #[cfg(test)]
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn touching_bodies_collide_only_if_they_close() {
+    fn touching_bodies_collide_if_they_close_and_overlapping_ones_unless_they_part() {
         let (wall, disc) = (Molecule::wall(DVec2::X, 0.0).unwrap(), Molecule::disc(0.5, 1.0).unwrap());
         let dumbbell = Molecule::named(Shape::Dumbbell, 0.5, 1.0).unwrap();
         for gap in [-1e-3, -1e-16, 0.0, 1e-16] {
@@ -174,9 +174,20 @@ mod tests {
                     Exact::default().first_contact(wall.outline(), body.outline(), &motion, 0.1)
                 };
                 assert!(contact(ask(DVec2::new(0.2, -1.0))).time <= 1e-15, "gap {gap}");
-                for parting in [DVec2::new(0.2, 1.0), DVec2::X, DVec2::ZERO] {
+                for parting in [DVec2::new(0.2, 1.0), DVec2::new(1.0, 1e-13)] {
                     assert_eq!(ask(parting).outcome, Outcome::Free, "gap {gap}, velocity {parting}");
                 }
+                let sliding = ask(DVec2::X).outcome;
+                if gap == -1e-3 {
+                    assert_eq!(sliding.contact().map(|contact| contact.time), Some(0.0));
+                } else {
+                    assert_eq!(sliding, Outcome::Free, "gap {gap}");
+                }
+            }
+            if gap > -1e-3 {
+                let still = RelativeMotion::exactly(DVec2::new(0.1, 0.5 + gap), DVec2::ZERO);
+                let answer = Exact::default().first_contact(wall.outline(), disc.outline(), &still, 0.1);
+                assert_eq!(answer.outcome, Outcome::Free);
             }
         }
     }

@@ -1,7 +1,7 @@
 //! What the certified detector promises, on planted and on random encounters.
 
 use super::*;
-use crate::{Touch, atom_pair::AtomPair};
+use crate::{Touch, atom_pair::AtomPair, gap_search::GapFunction};
 use carom_geometry::{Atom, Circle, LARGEST, Molecule, Shape};
 use carom_kinematics::Orientation;
 use glam::DVec2;
@@ -18,14 +18,16 @@ fn gap_in_units_of_error(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion
     let Touch::Atoms(i, j) = contact.touch else { panic!("atoms touch") };
     let flight = Flight::new(a, b, motion);
     let circles = [Circle::from(&a.atoms[i as usize]), Circle::from(&b.atoms[j as usize])];
-    let now = AtomPair::new(&flight, circles).gap(&flight.at(contact.time));
+    let pair = AtomPair::new(&flight, circles);
+    let now = pair.gap(&pair.pose(contact.time));
     now.value / now.error
 }
 
 /// Whether two atoms overlap by more than 2 E at `time`.
 fn overlap(a: &Atom, b: &Atom, motion: &RelativeMotion, time: f64) -> bool {
     let flight = Flight::new(a.outline(), b.outline(), motion);
-    let now = AtomPair::new(&flight, [a.into(), b.into()]).gap(&flight.at(time));
+    let pair = AtomPair::new(&flight, [a.into(), b.into()]);
+    let now = pair.gap(&pair.pose(time));
     now.value < -2.0 * now.error
 }
 
@@ -139,6 +141,10 @@ proptest! {
             Outcome::FreeUntil(time) => prop_assert!(time > 0.0 && time.is_finite()),
             Outcome::Free => {}
             Outcome::Unresolved(_) => prop_assert!(false, "{answer:?}"),
+            Outcome::OutOfRange => {
+                let rim = a.bounding_radius() * spin[0].abs() + b.bounding_radius() * spin[1].abs();
+                prop_assert!(rim > LARGEST, "{motion:?}");
+            }
         }
     }
 }

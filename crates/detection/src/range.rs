@@ -1,0 +1,111 @@
+//! Which numbers a query may hold, and the unit of time in which it is answered.
+//!
+//! The bounds of the certified search are products of up to three velocities, which underflow for slow bodies and overflow for
+//! fast ones. A velocity times a power of two is exact, so a query whose velocities are far from 1 is answered in another
+//! unit of time: the contact is that of the ordinary query times the power of two, to the last bit.
+
+use carom_geometry::Outline;
+use carom_kinematics::RelativeMotion;
+
+use crate::{Answer, Outcome, error_bound::one_norm};
+
+/// Lengths and speeds of a query above this are refused: a few times [`LARGEST`](carom_geometry::LARGEST), which bounds
+/// those of a single body.
+const LARGEST: f64 = 1e62;
+
+/// Speeds of a query below this are refused, unless nothing moves: times would overflow.
+const LEAST_SPEED: f64 = 1e-150;
+
+/// Speeds between these need no other unit of time.
+const ORDINARY: std::ops::Range<f64> = 1e-12..1e12;
+
+/// What a query of these numbers needs.
+pub(crate) enum Unit {
+    /// It is answered as it stands.
+    Ordinary,
+    /// Its velocities are to be multiplied by this power of two.
+    Scaled(f64),
+    /// A number is not finite, too large, or too small.
+    OutOfRange,
+}
+
+/// The answer to a query that holds a number out of range.
+pub(crate) const OUT_OF_RANGE: Answer = Answer { outcome: Outcome::OutOfRange, evaluations: 0 };
+
+/// What a query up to `horizon` needs.
+#[inline]
+pub(crate) fn unit(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Unit {
+    // A face may be infinitely long, and does not turn.
+    let radius = |body: Outline<'_>| if body.face().is_some() { 0.0 } else { body.bounding_radius };
+    let [radius_a, radius_b] = [radius(a), radius(b)];
+    let [spin_a, spin_b] = motion.angular_velocity.map(f64::abs);
+    let size = one_norm(motion.separation) + (radius_a + radius_b) + motion.separation_error;
+    let speed = one_norm(motion.velocity) + (spin_a * radius_a + spin_b * radius_b);
+    let given = speed + motion.velocity_error;
+    let angles = (motion.orientation[0].turns() + motion.orientation[1].turns())
+        + (motion.orientation_error[0] + motion.orientation_error[1]);
+    // NaN fails every comparison.
+    let is_in_range = (size <= LARGEST) & (given <= LARGEST) & (angles.abs() <= LARGEST) & !horizon.is_nan();
+    if is_in_range & (ORDINARY.contains(&speed) | (given == 0.0)) {
+        Unit::Ordinary
+    } else {
+        extraordinary(is_in_range, speed)
+    }
+}
+
+#[cold]
+fn extraordinary(is_in_range: bool, speed: f64) -> Unit {
+    if !is_in_range {
+        Unit::OutOfRange
+    } else if speed == 0.0 {
+        Unit::Ordinary
+    } else if speed < LEAST_SPEED {
+        Unit::OutOfRange
+    } else {
+        Unit::Scaled(power_of_two_over(speed))
+    }
+}
+
+/// 2^−k for a speed from 2^k to 2^(k+1).
+fn power_of_two_over(speed: f64) -> f64 {
+    const EXPONENT: u64 = 0x7FF << 52;
+    f64::from_bits((2 * 1023 << 52) - (speed.to_bits() & EXPONENT))
+}
+
+/// The query with its velocities multiplied by `factor`.
+pub(crate) fn faster(motion: &RelativeMotion, factor: f64) -> RelativeMotion {
+    RelativeMotion {
+        velocity: motion.velocity * factor,
+        angular_velocity: motion.angular_velocity.map(|spin| spin * factor),
+        velocity_error: motion.velocity_error * factor,
+        ..*motion
+    }
+}
+
+/// The answer with its times multiplied by `factor`.
+pub(crate) fn later(answer: Answer, factor: f64) -> Answer {
+    let outcome = match answer.outcome {
+        Outcome::Contact(contact) => {
+            Outcome::Contact(crate::Contact { time: contact.time * factor, ..contact })
+        }
+        Outcome::FreeUntil(time) => Outcome::FreeUntil(time * factor),
+        Outcome::Unresolved(time) => Outcome::Unresolved(time * factor),
+        outcome @ (Outcome::Free | Outcome::OutOfRange) => outcome,
+    };
+    Answer { outcome, ..answer }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_scaled_speed_is_from_one_to_two(power in -150.0..62.0f64) {
+            let speed = 10f64.powf(power);
+            let scaled = speed * power_of_two_over(speed);
+            prop_assert!((1.0..2.0).contains(&scaled), "{scaled}");
+        }
+    }
+}
