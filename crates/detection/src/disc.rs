@@ -10,15 +10,16 @@ use crate::error_bound::one_norm;
 /// With d, v relative and σ the sum of the radii the contact is at t = c / (−b + √D), c = d² − σ²,
 /// b = d·v < 0, D = σ² v² − (d × v)² > 0 (the form of the quadratic formula that does not cancel).
 ///
-/// `errors` bound the rounding of d (length) and the resolution of v. They decide about a pair that touches or overlaps as
-/// Lemma 8 of [`gap_search`](crate::gap_search) does, with w = (E + 16 u σ)|v|/σ + δv the resolution of the closing speed:
+/// `errors` bound the rounding of d (length) and the resolution of v. They decide about a pair that touches or overlaps,
+/// with w = (E + 16 u σ)|v|/σ + δv the resolution of the closing speed:
 /// * c > τ, with τ what E makes of c: the pair is apart, and the formula above holds;
 /// * |c| ≤ τ, touching: in contact if it closes faster than w. A contact whose impulse changes nothing would otherwise repeat
 ///   for ever. A pair that closes more slowly is in contact when it has become deeper by τ;
-/// * c < −τ, overlapping by more than rounding: in contact unless it parts at w or faster.
+/// * c < −τ, overlapping by more than rounding: in contact if it closes at all.
 ///
-/// So a pair whose contacts end with a separation faster than w never gets deeper than 2 τ: straight motion that parts does
-/// not come back.
+/// So a pair whose contacts end with the discs parting faster than w never gets deeper than 2 τ: discs that part on straight
+/// lines do not come back. (A pair that neither closes nor parts to rounding moves along its tangent, and gets deeper by
+/// E²/σ at most.)
 pub(crate) fn disc_contact(d: DVec2, v: DVec2, sigma: f64, errors: (f64, f64)) -> f64 {
     contact_of_passing(d, v, d.perp_dot(v), sigma, errors)
 }
@@ -32,26 +33,16 @@ pub(crate) fn contact_of_passing(d: DVec2, v: DVec2, cross: f64, sigma: f64, err
     let discriminant = sigma * sigma * v_squared - cross * cross;
     let error = separation_error + 8.0 * U * sigma;
     let touching = 2.0 * sigma * error;
-    // Time to where d² = σ² − `depth`.
-    let reaches = |depth: f64| {
-        let discriminant = discriminant - depth * v_squared;
-        if b < 0.0 && discriminant > 0.0 {
-            (c + depth).max(0.0) / (discriminant.sqrt() - b)
-        } else {
-            f64::INFINITY
-        }
-    };
-    if c > touching {
-        return reaches(0.0);
-    }
     // |v| times the angle by which the normal d/σ may be off, and eight roundings.
     let resolved = (error + 8.0 * U * sigma) * one_norm(v) + velocity_error * sigma;
-    if c < -touching {
-        if b < resolved { 0.0 } else { f64::INFINITY }
-    } else if b < -resolved {
-        reaches(0.0)
+    let is_unresolved = c.abs() <= touching && b >= -resolved;
+    // In contact where d² = σ² − `depth`.
+    let depth = if is_unresolved { touching - c.min(0.0) } else { 0.0 };
+    let discriminant = discriminant - depth * v_squared;
+    if b < 0.0 && discriminant > 0.0 {
+        (c + depth).max(0.0) / (discriminant.sqrt() - b)
     } else {
-        reaches(touching - c.min(0.0))
+        f64::INFINITY
     }
 }
 

@@ -70,6 +70,7 @@ mod lanes;
 mod outcome;
 mod range;
 mod rectangle;
+mod resolved_speed;
 mod safe_step;
 mod search;
 mod secant;
@@ -88,6 +89,7 @@ pub use fixed_step::{FixedStep, natural_time};
 pub use golden_secant::GoldenSecant;
 pub use lanes::{DISC_LANES, DiscLanes};
 pub use outcome::{Answer, Contact, Outcome, Part, Touch};
+pub use resolved_speed::resolved_speed;
 pub use skimming::{Window, skim};
 
 use carom_geometry::{Atom, Outline};

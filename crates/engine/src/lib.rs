@@ -56,6 +56,7 @@ mod placement;
 mod report;
 mod scene;
 mod scheduler;
+mod separation;
 mod simulation;
 mod standby;
 mod tags;

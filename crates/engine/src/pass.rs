@@ -14,6 +14,7 @@ use crate::{
     Observer, Parts, RunError, Side, TagNames, World,
     guard::{Partner, note},
     limits::Limits,
+    separation::{missing_impulse, round_outwards},
     wall::{arm, contact_frame},
 };
 
@@ -88,8 +89,8 @@ impl<D: Detection, R: Response, O: Observer> EventLoop for Pass<'_, D, R, O> {
             };
             let ContactEvent { time, bodies, .. } = contact;
             *self.now = time;
-            self.bound_contacts_at_once(bodies, time)?;
-            if contact.parts == Parts::Discs && all_elastic {
+            let repeats = self.bound_contacts_at_once(bodies, time)?;
+            if contact.parts == Parts::Discs && all_elastic && !repeats {
                 let (a, b) = (queue.flight(bodies[0], time), queue.flight(bodies[1], time));
                 let after = self.resolve_discs(contact, [a, b])?;
                 let flights = [[a[0], b[0]], after];
@@ -97,7 +98,7 @@ impl<D: Detection, R: Response, O: Observer> EventLoop for Pass<'_, D, R, O> {
             } else {
                 // One by one: `map` would take them through memory more than once.
                 let before = [queue.motion(bodies[0]).at(time), queue.motion(bodies[1]).at(time)];
-                let after = self.resolve(contact, before)?;
+                let after = self.resolve(contact, before, repeats)?;
                 queue.motions_changed(self.world, self.detection, bodies, after);
             }
             *self.contacts += 1;
@@ -170,9 +171,14 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
         Ok(after)
     }
 
-    /// Any contact; gives the motions after it.
+    /// Any contact; `repeats` if another has happened at the same instant. Returns the motions after it.
     #[inline(never)]
-    fn resolve(&mut self, contact: ContactEvent, before: [Motion; 2]) -> Result<[Motion; 2], RunError> {
+    fn resolve(
+        &mut self,
+        contact: ContactEvent,
+        before: [Motion; 2],
+        repeats: bool,
+    ) -> Result<[Motion; 2], RunError> {
         let ContactEvent { time, bodies, image, parts, .. } = contact;
         let [body_a, body_b] = bodies.map(|body| &self.world.bodies[body as usize]);
         let arms = match parts {
@@ -184,7 +190,9 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
             d += self.world.bounds.shift(image);
         }
         let between_centres = ContactFrame { line_of_centres: d, arms };
-        let frame = contact_frame(self.world, &contact, &before).unwrap_or(between_centres);
+        let (frame, distance) =
+            contact_frame(self.world, &contact, &before).unwrap_or_else(|| (between_centres, d.length()));
+        let depth = parts.contact_distance([body_a.molecule(), body_b.molecule()]) - distance;
         let arms = frame.arms;
         let mut elasticity = self.elasticity.between(body_a, body_b);
         if !self.world.last_contacts.is_empty() {
@@ -199,12 +207,15 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
             }
         }
         let (inertia_a, inertia_b) = (&body_a.kind.inertia, &body_b.kind.inertia);
-        let impulse =
+        let mut impulse =
             self.response.impulse(&frame, [(&before[0], inertia_a), (&before[1], inertia_b)], elasticity);
-        let mut after = [
-            struck(&before[0], inertia_a, arms[0], -impulse),
-            struck(&before[1], inertia_b, arms[1], impulse),
-        ];
+        let act = |impulse: DVec2| {
+            [
+                struck(&before[0], inertia_a, arms[0], -impulse),
+                struck(&before[1], inertia_b, arms[1], impulse),
+            ]
+        };
+        let mut after = act(impulse);
         let met_fixed = inertia_a.is_fixed() || inertia_b.is_fixed();
         let turns = |n: usize, inertia: &Inertia| {
             inertia.inverse_moment > 0.0 && arms[n].perp_dot(frame.line_of_centres) != 0.0
@@ -214,12 +225,20 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
             after[0].velocity = reflected(self.response, d, before[0].velocity, inertia_a.inverse_mass);
             after[1].velocity = reflected(self.response, -d, before[1].velocity, inertia_b.inverse_mass);
         }
+        let loses = elasticity.coefficient() < 1.0;
+        if loses || repeats {
+            let (bodies, [a, b], [c, d]) = ([body_a, body_b], &before, &after);
+            if let Some(missing) = missing_impulse(self.world, &frame, parts, bodies, [a, b], [c, d]) {
+                impulse += missing;
+                after = act(impulse);
+            }
+        }
         let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());
         let velocities = after.map(|motion| motion.velocity);
         self.limits.accept(self.world, self.names, bodies, time, velocities, spin)?;
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from(met_fixed);
-        if elasticity.coefficient() != 1.0 {
+        if elasticity.coefficient() != 1.0 || repeats {
             let energy = |motions: &[Motion; 2]| {
                 kinetic_energy(&motions[0], inertia_a) + kinetic_energy(&motions[1], inertia_b)
             };
@@ -245,21 +264,23 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
                 image,
             });
         }
+        round_outwards(self.world, depth, frame.normal(), [inertia_a, inertia_b], &mut after);
         Ok(after)
     }
 
-    /// Bounds the contacts of one body at one instant.
+    /// Bounds the contacts of one body at one instant; returns whether there has been one at this instant already.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    fn bound_contacts_at_once(&mut self, bodies: [u32; 2], time: f64) -> Result<(), RunError> {
+    fn bound_contacts_at_once(&mut self, bodies: [u32; 2], time: f64) -> Result<bool, RunError> {
         if time > self.at_once.time {
             self.at_once.time = time;
             if !self.at_once.counts.is_empty() {
                 self.at_once.counts.clear();
             }
-            return Ok(());
+            return Ok(false);
         }
-        self.count_contacts_at_once(bodies, time)
+        self.count_contacts_at_once(bodies, time)?;
+        Ok(true)
     }
 
     #[cold]

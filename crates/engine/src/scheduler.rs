@@ -39,6 +39,26 @@ pub enum Parts {
 }
 
 impl Parts {
+    /// The distance at which the centres of what touches are in contact (length); that of a face is its plane.
+    pub(crate) fn contact_distance(self, [a, b]: [&Molecule; 2]) -> f64 {
+        let radius = |molecule: &Molecule, atom: u32| molecule.atoms()[atom as usize].radius();
+        let of_face = |wall: &Molecule, other: &Molecule, part| {
+            let face = wall.face().map_or(0.0, carom_geometry::Face::radius);
+            let radius = match part {
+                Part::Atom(index) => radius(other, index),
+                Part::BoundingCircle => other.bounding_radius(),
+            };
+            face + radius
+        };
+        match self {
+            Self::Discs => radius(a, 0) + radius(b, 0),
+            Self::Atoms(i, j) => radius(a, i) + radius(b, j),
+            Self::BoundingCircles => a.bounding_radius() + b.bounding_radius(),
+            Self::FaceOfA(part) => of_face(a, b, part),
+            Self::FaceOfB(part) => of_face(b, a, part),
+        }
+    }
+
     /// Indices of the touching atoms, and the radius of what touches of the first body (length).
     pub(crate) fn atoms_and_first_radius(self, first: &Molecule) -> ([Option<u32>; 2], f64) {
         match self {
@@ -63,6 +83,18 @@ impl From<Touch> for Parts {
             Touch::BoundingCircles => Self::BoundingCircles,
             Touch::FaceOfA(part) => Self::FaceOfA(part),
             Touch::FaceOfB(part) => Self::FaceOfB(part),
+        }
+    }
+}
+
+impl From<Parts> for Touch {
+    fn from(parts: Parts) -> Self {
+        match parts {
+            Parts::Discs => Self::Atoms(0, 0),
+            Parts::Atoms(i, j) => Self::Atoms(i, j),
+            Parts::BoundingCircles => Self::BoundingCircles,
+            Parts::FaceOfA(part) => Self::FaceOfA(part),
+            Parts::FaceOfB(part) => Self::FaceOfB(part),
         }
     }
 }

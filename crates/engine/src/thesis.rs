@@ -372,6 +372,11 @@ impl Thesis {
                 self.done.unresolved += 1;
                 ((now + time).max(now.next_up()), Kind::Recheck)
             }
+            // Not before the next epoch, which begins with other numbers.
+            Outcome::OutOfRange => {
+                self.done.unresolved += 1;
+                return;
+            }
         };
         if later <= self.limit {
             self.schedule(pair, image, later, kind);

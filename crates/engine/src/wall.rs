@@ -83,14 +83,15 @@ pub(crate) fn folded(cell: [i64; 2], counts: [i64; 2]) -> ([i64; 2], [i32; 2]) {
     (here, image)
 }
 
-/// Lever arms and normal of a contact with a face; none if the contact is of another kind.
+/// Lever arms and normal of a contact with a face, and how far the centre of what touches is from the plane of the face
+/// (length); none if the contact is of another kind.
 ///
 /// The normal is that of the face, whatever the rounding of the atom's place along it.
 pub(crate) fn contact_frame(
     world: &World,
     contact: &ContactEvent,
     motions: &[Motion; 2],
-) -> Option<ContactFrame> {
+) -> Option<(ContactFrame, f64)> {
     let (wall, part) = match contact.parts {
         Parts::FaceOfA(part) => (0, part),
         Parts::FaceOfB(part) => (1, part),
@@ -112,11 +113,12 @@ pub(crate) fn contact_frame(
     let outwards = rotation.rotate(nearest.direction);
     let outwards = if nearest.distance > 0.0 { nearest.distance * outwards } else { outwards };
     let foot = place - nearest.distance * rotation.rotate(nearest.direction);
-    Some(if wall == 1 {
+    let frame = if wall == 1 {
         ContactFrame { line_of_centres: -outwards, arms: [arm, foot] }
     } else {
         ContactFrame { line_of_centres: outwards, arms: [foot, arm] }
-    })
+    };
+    Some((frame, nearest.distance))
 }
 
 /// Arm from the centre of mass to an atom's centre (length).

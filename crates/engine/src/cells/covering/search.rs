@@ -275,6 +275,8 @@ impl State {
                 }
             }
             Outcome::FreeUntil(time) => best.offer_recheck((now + time).max(now.next_up())),
+            // Not before the next epoch, which begins with other numbers.
+            Outcome::OutOfRange => self.done.unresolved += 1,
             Outcome::Unresolved(time) => {
                 self.done.unresolved += 1;
                 best.offer_recheck((now + time).max(now.next_up()));

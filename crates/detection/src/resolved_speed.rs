@@ -1,0 +1,53 @@
+//! The closing speed below which rounding hides whether two touching parts close or part.
+
+use carom_geometry::{Circle, Outline};
+use carom_kinematics::RelativeMotion;
+
+use crate::{ErrorBound, FaceErrorBound, Part, Touch, flight::bounding_circle};
+
+/// A bound on the rounding of the speed at which two parts close that touch at time 0 (length per time): E' of
+/// [`ErrorBound`] or [`FaceErrorBound`].
+///
+/// Parts that separate faster than this are known to separate. A contact that leaves them slower may be followed by another at
+/// once, or by none while they sink into each other; see the lemmas on contact and sinking in the source of
+/// [`Exact`](crate::Exact).
+///
+/// ```
+/// use carom_detection::{Touch, resolved_speed};
+/// use carom_geometry::Molecule;
+/// use carom_kinematics::RelativeMotion;
+/// use glam::DVec2;
+///
+/// let disc = Molecule::disc(0.5, 1.0)?;
+/// let pair = RelativeMotion::exactly(DVec2::X, DVec2::NEG_X);
+/// let resolved = resolved_speed(disc.outline(), disc.outline(), &pair, Touch::Atoms(0, 0));
+/// assert!(resolved > 1e-16 && resolved < 1e-14);
+/// # Ok::<(), carom_geometry::GeometryError>(())
+/// ```
+///
+/// # Panics
+/// If `touch` names a part that the bodies do not have.
+pub fn resolved_speed(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, touch: Touch) -> f64 {
+    let of_circles = |circles: [Circle; 2]| {
+        let speed = motion.velocity.length();
+        let bound = ErrorBound::of_circles(motion, speed, motion.angular_velocity, &circles);
+        bound.of_rate(0.0, circles[0].radius + circles[1].radius)
+    };
+    let of_face = |body: usize, part: Part| {
+        let (outline, other) = if body == 0 { (a, b) } else { (b, a) };
+        let circle = match part {
+            Part::Atom(index) => Circle::from(&outline.atoms[index as usize]),
+            Part::BoundingCircle => bounding_circle(outline),
+        };
+        let face = other.face().expect("the touch names a face");
+        FaceErrorBound::new(motion, body, &circle, face).of_rate(0.0)
+    };
+    match touch {
+        Touch::Atoms(i, j) => {
+            of_circles([Circle::from(&a.atoms[i as usize]), Circle::from(&b.atoms[j as usize])])
+        }
+        Touch::BoundingCircles => of_circles([a, b].map(bounding_circle)),
+        Touch::FaceOfA(part) => of_face(1, part),
+        Touch::FaceOfB(part) => of_face(0, part),
+    }
+}

@@ -1,0 +1,240 @@
+//! No two bodies sink into each other: pairs and clusters that begin in contact, at any elasticity, for a long time.
+
+#[path = "support/engine.rs"]
+mod support;
+
+use std::f64::consts::TAU;
+
+use carom_engine::{
+    CollisionReport, MoleculeSpec, Observer, Rotation, RunError, Scene, Scheduler, Side, WallSpec,
+};
+use carom_geometry::{Molecule, gap_between};
+use carom_kinematics::Orientation;
+use glam::DVec2;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use support::{disc, named, scene, simulate, with_each_scheduler};
+
+/// Deepest overlap that is allowed, in roundings (ε) of the side of the box.
+const DEEPEST: f64 = 16.0;
+
+/// A run stops after so many contacts, so that pairs that rattle at elasticity 1 end in time.
+const MOST_CONTACTS: u64 = 20_000;
+
+/// How a run went.
+#[derive(Debug, Clone, Copy, Default)]
+struct Depth {
+    /// Deepest overlap at any look and at any contact, in roundings of the side.
+    deepest: f64,
+    contacts: u64,
+}
+
+impl Observer for Depth {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        let [a, b] = &report.sides;
+        let rotation = |side: &Side<'_>| side.before.orientation.cos_sin();
+        // The box is the unit square.
+        let image = DVec2::new(report.image[0] as f64, report.image[1] as f64);
+        let separation = (b.before.position - a.before.position) + image;
+        let gap = gap_between(a.body.molecule(), rotation(a), b.body.molecule(), rotation(b), separation);
+        self.deepest = self.deepest.max(-gap / f64::EPSILON);
+        self.contacts += 1;
+    }
+}
+
+/// Runs a scene in the unit box to `until`, and looks at it at times that grow by a factor.
+fn depth<S: Scheduler>(scene: &Scene, options: &S::Options, until: f64, most: u64) -> Depth {
+    let mut simulation = simulate::<S>(scene, options);
+    let mut result = Depth::default();
+    let mut time = 1e-9;
+    while time < until && result.contacts < most {
+        time = until.min(2.0 * time);
+        let run = simulation.observe_until(time, &mut result);
+        let overlap = simulation.view().overlaps().deepest_length;
+        result.deepest = result.deepest.max(overlap / f64::EPSILON);
+        match run {
+            Ok(()) => {}
+            // A guard that is off lets a collapse end by this name.
+            Err(RunError::Stalled { .. }) if scene.elasticity.contact_time == 0.0 => break,
+            Err(error) => panic!("{error}\n{}", scene.to_toml()),
+        }
+    }
+    result
+}
+
+struct Draw(Pcg64);
+
+impl Draw {
+    fn new(seed: u64) -> Self {
+        Self(Pcg64::seed_from_u64(seed))
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.0.random::<f64>()
+    }
+
+    fn one_of<T: Copy>(&mut self, list: &[T]) -> T {
+        list[self.0.random_range(0..list.len())]
+    }
+
+    fn direction(&mut self) -> DVec2 {
+        DVec2::from_angle(self.between(0.0, TAU))
+    }
+
+    /// A body of a random kind somewhere in the middle of the box.
+    fn body(&mut self) -> MoleculeSpec {
+        let shape = self.one_of(&["disc", "disc", "dumbbell", "tee", "rod:4", "cross", "rod:9"]);
+        let radius = 0.01 * 10f64.powf(self.between(-1.0, 0.0));
+        let mass = 10f64.powf(self.between(-2.0, 2.0));
+        let mut body = named(shape, radius, mass, [self.between(0.4, 0.6), self.between(0.4, 0.6)]);
+        body.orientation = Some(self.between(0.0, TAU));
+        let rotates = shape != "disc" && self.0.random::<f64>() < 0.8;
+        if rotates {
+            body.angular_velocity = self.one_of(&[0.0, 1.0, 80.0]) * self.between(-1.0, 1.0);
+        } else if shape != "disc" {
+            body.rotation = Rotation::Locked;
+        }
+        body
+    }
+
+    /// A gap to begin at: none, or one between 10⁻¹⁷ and 10⁻⁹.
+    fn gap(&mut self) -> f64 {
+        if self.0.random::<f64>() < 0.3 { 0.0 } else { 10f64.powf(self.between(-17.0, -9.0)) }
+    }
+
+    /// Puts a body beside another, `gap` away from it in a random direction, and has it close slowly or fast.
+    fn put_beside(&mut self, first: &MoleculeSpec, body: &mut MoleculeSpec) {
+        let gap = self.gap();
+        let towards = self.direction();
+        let [a, b] = [first, &*body].map(molecule);
+        let rotation =
+            |spec: &MoleculeSpec| Orientation::from_radians(spec.orientation.unwrap_or(0.0)).cos_sin();
+        let mut distance = a.bounding_radius() + b.bounding_radius() + gap;
+        for _ in 0..200 {
+            let now = gap_between(&a, rotation(first), &b, rotation(body), distance * towards);
+            distance -= now - gap;
+        }
+        body.at = (DVec2::from_array(first.at) + distance * towards).to_array();
+        let closing = self.one_of(&[0.0, 1e-15, 1e-12, 1e-9, 1e-3, 1.0]) * self.between(-0.2, 1.0);
+        let slip = self.one_of(&[0.0, 1e-6, 1.0]) * self.between(-1.0, 1.0);
+        let velocity = DVec2::from_array(first.velocity) - closing * towards + slip * towards.perp();
+        body.velocity = velocity.to_array();
+    }
+
+    /// A pair, or a small cluster, which drifts together or rests, and may begin in contact with a wall.
+    fn cluster(&mut self, elasticity: f64) -> Scene {
+        let drift = self.one_of(&[0.0, 1.0, 3.0]) * self.direction();
+        let mut first = self.body();
+        first.velocity = drift.to_array();
+        let mut bodies = vec![first];
+        for _ in 0..self.one_of(&[1, 1, 1, 2, 3]) {
+            let mut body = self.body();
+            for _ in 0..100 {
+                let index = self.0.random_range(0..bodies.len());
+                let beside = bodies[index].clone();
+                self.put_beside(&beside, &mut body);
+                let is_free = bodies.iter().all(|other| gap_of(other, &body) > -1e-15);
+                if is_free {
+                    bodies.push(body);
+                    break;
+                }
+            }
+        }
+        let mut scene = scene(bodies);
+        if self.0.random::<f64>() < 0.2 {
+            let [x, y] = [self.between(0.0, 0.3), self.between(0.0, 1.0)];
+            scene.wall.push(WallSpec { x: Some(x), ..WallSpec::default() });
+            scene.wall.push(WallSpec { y: Some(0.5 * y), ..WallSpec::default() });
+            for body in &mut scene.molecule {
+                body.at = [body.at[0] + 0.1, body.at[1] + 0.25];
+            }
+            scene.wall[1].y = Some(0.1);
+        }
+        scene.elasticity.default = elasticity;
+        scene
+    }
+}
+
+fn molecule(spec: &MoleculeSpec) -> Molecule {
+    let shape = spec.shape.as_ref().unwrap().parse().unwrap();
+    Molecule::named(shape, spec.atom_radius.unwrap(), spec.atom_mass.unwrap()).unwrap()
+}
+
+fn gap_of(a: &MoleculeSpec, b: &MoleculeSpec) -> f64 {
+    let rotation = |spec: &MoleculeSpec| Orientation::from_radians(spec.orientation.unwrap_or(0.0)).cos_sin();
+    let separation = DVec2::from_array(b.at) - DVec2::from_array(a.at);
+    gap_between(&molecule(a), rotation(a), &molecule(b), rotation(b), separation)
+}
+
+#[test]
+fn discs_that_stay_together_after_an_inelastic_contact_do_not_sink() {
+    with_each_scheduler!(check_discs_together);
+}
+
+fn check_discs_together<S: Scheduler>(options: &S::Options) {
+    let mut together =
+        scene(vec![disc(0.05, 1.0, [0.38, 0.41], [1.24, 0.88]), disc(0.05, 1.0, [0.62, 0.59], [0.76, 0.52])]);
+    together.elasticity.default = 0.0;
+    let result = depth::<S>(&together, options, 1e6, MOST_CONTACTS);
+    assert!(result.deepest <= DEEPEST, "{result:?}");
+}
+
+#[test]
+fn dumbbells_that_chatter_do_not_sink() {
+    with_each_scheduler!(check_chatter);
+}
+
+/// Two free dumbbells that begin a few roundings apart and meet some 10⁸ times per unit of time at first.
+fn check_chatter<S: Scheduler>(options: &S::Options) {
+    let dumbbell = |radius, at, turns: f64, velocity, spin| MoleculeSpec {
+        orientation: Some(turns * TAU),
+        velocity,
+        angular_velocity: spin,
+        ..named("dumbbell", radius, 0.5, at)
+    };
+    let chatter = scene(vec![
+        dumbbell(
+            0.009_922_583_614_975_94,
+            [0.678_880_576_565_390_5, 0.783_864_411_701_111_7],
+            -0.339_845_217_574_412_7,
+            [-0.039_070_746_914_478_635, -0.002_846_296_350_398_488_3],
+            7.070_361_268_931_865,
+        ),
+        dumbbell(
+            0.009_946_610_356_961_719,
+            [0.702_650_188_703_127_8, 0.792_375_603_730_489_1],
+            0.270_643_578_100_760_7,
+            [-0.910_750_257_515_886_2, 0.099_528_585_946_979_66],
+            -73.004_305_305_640_9,
+        ),
+    ]);
+    let result = depth::<S>(&chatter, options, 1e-2, u64::MAX);
+    eprintln!("{result:?}");
+    assert!(result.contacts > 1000 && result.deepest <= DEEPEST, "{result:?}");
+}
+
+#[test]
+fn pairs_and_clusters_do_not_sink_at_any_elasticity() {
+    with_each_scheduler!(check_clusters);
+}
+
+fn check_clusters<S: Scheduler>(options: &S::Options) {
+    let cases = std::env::var("CASES").map_or(40, |cases| cases.parse().expect("a number"));
+    let until = std::env::var("UNTIL").map_or(1e3, |cases| cases.parse().expect("a number"));
+    for elasticity in [0.0, 1e-3, 0.5, 1.0] {
+        let mut worst = Depth::default();
+        let mut deep = 0;
+        for case in 0..cases {
+            let scene = Draw::new(case).cluster(elasticity);
+            let result = depth::<S>(&scene, options, until, MOST_CONTACTS);
+            if result.deepest > DEEPEST {
+                deep += 1;
+                eprintln!("e = {elasticity}, case {case}: {result:?}");
+            }
+            worst.deepest = worst.deepest.max(result.deepest);
+            worst.contacts = worst.contacts.max(result.contacts);
+        }
+        eprintln!("e = {elasticity}: deepest {worst:?}, {deep} of {cases} too deep");
+        assert_eq!(deep, 0);
+    }
+}
