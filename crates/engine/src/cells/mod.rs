@@ -82,6 +82,24 @@ pub enum Instructions {
     Portable,
 }
 
+impl Instructions {
+    /// The instructions that [`Cells`] computes with on this processor when these are chosen: the
+    /// best that it has, up to these.
+    ///
+    /// ```
+    /// use carom_engine::Instructions;
+    ///
+    /// // Every processor has these.
+    /// assert_eq!(Instructions::Portable.on_this_processor(), Instructions::Portable);
+    /// // `Widest` is AVX-512, where the processor has it.
+    /// let best = Instructions::Widest.on_this_processor();
+    /// assert_eq!(best.on_this_processor(), best);
+    /// ```
+    pub fn on_this_processor(self) -> Self {
+        vector::available(self).instructions()
+    }
+}
+
 /// The fast scheduler; see the source for its design and the proof that it misses nothing.
 ///
 /// A box too small for a grid of three cells a side is run by [`Thesis`], which looks at every image, and so is a single

@@ -417,6 +417,19 @@ pub(super) enum Available {
     Avx512(Avx512),
 }
 
+impl Available {
+    /// The instructions without their proof.
+    pub fn instructions(self) -> Instructions {
+        match self {
+            Self::Portable => Instructions::Portable,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(_) => Instructions::Avx2,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(_) => Instructions::Widest,
+        }
+    }
+}
+
 /// The best instructions that this processor has, up to those that are wished for.
 pub(super) fn available(wish: Instructions) -> Available {
     #[cfg(target_arch = "x86_64")]
