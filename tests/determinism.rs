@@ -309,11 +309,11 @@ fn fingerprint_after<S: Scheduler>(scene: &Scene, collisions: u64, options: &S::
 
 /// Every bit of every motion after 3000 collisions of a fixed scene, and of a dilute gas.
 ///
-/// What may change it: the generator of random numbers or the use made of it (placement, velocities), the
-/// order of operations in prediction or response, the rule by which epochs end, another scheduler. What may
-/// not: the processor, the level of optimisation, observers, output. A change meant to be of the second kind
-/// that fails here is not. To renew it after one of the first kind, run these tests and copy the numbers
-/// they print.
+/// What may change it: the generator of random numbers or the use made of it (placement,
+/// velocities), the order of operations in prediction or response, the rule by which epochs end,
+/// another scheduler. What may not: the processor, the level of optimisation, observers, output. A
+/// change meant to be of the second kind that fails here is not. To renew it after one of the first
+/// kind, run these tests and copy the numbers they print.
 fn check_pinned(instructions: &Instructions) {
     let found = [
         fingerprint_after::<Cells>(&menagerie(42), 3000, instructions),

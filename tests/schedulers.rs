@@ -8,7 +8,8 @@ use carom_kinematics::Instant;
 use support::{Encounters, disc, named, scene, scenes, simulate, test_each_instruction_set};
 
 test_each_instruction_set! {
-    /// Discs of one diameter in a box a hundred wide, all in one heap: their lists grow long, and nothing is lost.
+    /// Discs of one diameter in a box a hundred wide, all in one heap: their lists grow long, and
+    /// nothing is lost.
     crowded_cells_have_long_lists_and_miss_nothing: check_heap_of_discs;
     cells_crowded_with_molecules_do_so_too: check_heap_of_molecules;
     a_long_run_has_no_overlap_and_keeps_its_energy: check_long_run_of_cells;

@@ -26,8 +26,9 @@ macro_rules! with_each_scheduler {
 }
 pub(crate) use with_each_scheduler;
 
-/// Defines tests of a check, one for each scheduler and instruction set, in a module with the name of
-/// what is checked: `name::thesis`, `name::cells_avx512`, `name::cells_avx2`, `name::cells_portable`.
+/// Defines tests of a check, one for each scheduler and instruction set, in a module with the name
+/// of what is checked: `name::thesis`, `name::cells_avx512`, `name::cells_avx2`,
+/// `name::cells_portable`.
 ///
 /// The check is a function with the scheduler as its type parameter and its options as argument.
 macro_rules! test_each_scheduler {

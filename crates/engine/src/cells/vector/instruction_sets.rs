@@ -1,13 +1,14 @@
 //! Instruction sets as zero-sized values: a value of such a type proves that this processor has the
 //! instructions.
 //!
-//! A call of a function with `#[target_feature]` is undefined behaviour on a processor without these
-//! instructions. Each set here is one type, with one private field and one constructor, `detect`,
-//! which asks the processor for every feature of the set. So safe code holds a value only where the
-//! instructions exist, and a function that takes the value may use them. The value has size 0: no
-//! register holds it, and no instruction passes it on.
+//! A call of a function with `#[target_feature]` is undefined behaviour on a processor without
+//! these instructions. Each set here is one type, with one private field and one constructor,
+//! `detect`, which asks the processor for every feature of the set. So safe code holds a value only
+//! where the instructions exist, and a function that takes the value may use them. The value has
+//! size 0: no register holds it, and no instruction passes it on.
 //!
-//! Detection and `#[target_feature]` are generated from one list of features, so they cannot differ.
+//! Detection and `#[target_feature]` are generated from one list of features, so they cannot
+//! differ.
 
 use std::arch::is_x86_feature_detected;
 
@@ -33,8 +34,8 @@ macro_rules! instruction_set {
                 fn compiled<W: Work>(set: $set, work: W) -> W::Answer {
                     work.with(Registers::new(set))
                 }
-                // SAFETY: `compiled` needs the features of this set. `self` exists, and only `detect`
-                // makes it, after it has found each of them on this processor.
+                // SAFETY: `compiled` needs the features of this set. `self` exists, and only
+                // `detect` makes it, after it has found each of them on this processor.
                 unsafe { compiled(self, work) }
             }
         }
@@ -75,7 +76,8 @@ mod tests {
         // Linux calls LZCNT "abm".
         let avx2 = has(&["avx2", "bmi1", "bmi2", "abm", "popcnt"]);
         let avx512 = has(&["fma", "f16c", "avx512f", "avx512vl", "avx512dq", "avx512bw"]);
-        // Tools that run a program on an emulated processor report its features, which may be fewer.
+        // Tools that run a program on an emulated processor report its features, which may be
+        // fewer.
         assert!(Avx2::detect().is_none() || avx2);
         assert!(Avx512::detect().is_none() || avx2 && avx512);
     }

@@ -17,8 +17,8 @@ use super::{
 
 /// How it is said which numbers are meant, and what is done with these.
 ///
-/// Every function is marked `#[inline(always)]`, so that it is compiled with the instructions of its
-/// caller, and registers stay registers.
+/// Every function is marked `#[inline(always)]`, so that it is compiled with the instructions of
+/// its caller, and registers stay registers.
 ///
 /// # Safety
 /// A value of an implementing type must exist only on processors that have AVX2: [`Registers`]

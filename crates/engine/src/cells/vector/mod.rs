@@ -1,24 +1,24 @@
 //! The hot loop compiled thrice: for every processor of this kind, with AVX2 where there is AVX2, and with the masks and the
 //! more registers of AVX-512 where there are these.
 //!
-//! No version fuses a multiplication and an addition, and all do the same operations in the same order,
-//! so all compute the same bits.
+//! No version fuses a multiplication and an addition, and all do the same operations in the same
+//! order, so all compute the same bits.
 //!
 //! # Unsafe code
 //!
 //! This folder is the only place of the project with unsafe code. Safe code cannot misuse it:
 //!
-//! 1. *Instructions that not every processor has.* A kernel is a value. That of a vector kernel contains
-//!    a token that only feature detection makes (`instruction_sets.rs`), and every call of a function
-//!    with `#[target_feature]` is justified by such a token.
-//! 2. *Lines read without a check of each index.* One vector comparison checks eight indices against the
-//!    number of lines, and a slot out of range panics (`registers::bodies`).
-//! 3. *Loads and stores of whole registers.* Each goes through a reference to an array, or a slice of
-//!    checked length, of the size of the register. The store of a flight is in assembly.
+//! 1. *Instructions that not every processor has.* A kernel is a value. That of a vector kernel
+//!    contains a token that only feature detection makes (`instruction_sets.rs`), and every call of
+//!    a function with `#[target_feature]` is justified by such a token.
+//! 2. *Lines read without a check of each index.* One vector comparison checks eight indices
+//!    against the number of lines, and a slot out of range panics (`registers::bodies`).
+//! 3. *Loads and stores of whole registers.* Each goes through a reference to an array, or a slice
+//!    of checked length, of the size of the register. The store of a flight is in assembly.
 //! 4. *Prefetch.* It reads nothing that the program sees, and never faults.
 //!
-//! Debug assertions, which tests are built with, check each unchecked access once more. `.ci/memory`
-//! runs the tests of all kernels under AddressSanitizer and valgrind.
+//! Debug assertions, which tests are built with, check each unchecked access once more.
+//! `.ci/memory` runs the tests of all kernels under AddressSanitizer and valgrind.
 //!
 //! What is written in pieces and read at once as a whole register has to wait until all of it has reached the cache, and with
 //! it all that hangs on it. So flights and lanes are written in whole registers, and cells of the grid in one piece.
@@ -123,8 +123,8 @@ pub(super) struct SoonestSlot {
 /// by its image; so its two subtractions, those of the velocities, the products and their difference round by no more than
 /// u (10 s + 4) (Sx + Sy) together.
 ///
-/// A kernel is a value, not a type alone: that of a vector kernel proves that this processor has the
-/// instructions, so every function is safe to call.
+/// A kernel is a value, not a type alone: that of a vector kernel proves that this processor has
+/// the instructions, so every function is safe to call.
 pub(super) trait Kernel: Copy {
     /// The answer of eight discs, in the images of their slots or, without these, none of them seen through the border of the box.
     fn eight<const IMAGES: bool>(self, question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest;
@@ -399,8 +399,8 @@ pub(super) fn expect<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: SSE, which every x86-64 processor has, contains the instruction. It is a hint: at any
-        // address, mapped or not, it neither faults nor changes what the program sees.
+        // SAFETY: SSE, which every x86-64 processor has, contains the instruction. It is a hint: at
+        // any address, mapped or not, it neither faults nor changes what the program sees.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(slice.as_ptr().wrapping_add(index).cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]

@@ -64,14 +64,15 @@ impl<M: Masks> Kernel for Registers<M> {
 
     #[inline(always)]
     fn write(self, flight: &mut [f64; 4], [x, y, vx, vy]: [f64; 4]) {
-        // SAFETY: the token `self.0` proves AVX2 (see `Masks`), which is what both functions enable.
+        // SAFETY: the token `self.0` proves AVX2 (see `Masks`), which is what both functions
+        // enable.
         unsafe { store(flight, _mm256_setr_pd(x, y, vx, vy)) }
     }
 
     #[inline(always)]
     fn find(self, slots: &[u32; DISC_LANES], slot: u32) -> u32 {
-        // SAFETY: the token `self.0` proves AVX2 (see `Masks`). The load reads 32 bytes, the size of
-        // the array that the reference borrows; it needs no alignment.
+        // SAFETY: the token `self.0` proves AVX2 (see `Masks`). The load reads 32 bytes, the size
+        // of the array that the reference borrows; it needs no alignment.
         let (slots, slot) =
             unsafe { (_mm256_loadu_si256(slots.as_ptr().cast()), _mm256_set1_epi32(slot as i32)) };
         self.0.equal_whole(slots, slot)
@@ -83,8 +84,9 @@ impl<M: Masks> Kernel for Registers<M> {
 #[target_feature(enable = "avx2")]
 #[inline]
 fn store(numbers: &mut [f64; 4], register: __m256d) {
-    // SAFETY: the instruction writes 32 bytes at the address of `numbers`, the size of the array that
-    // the reference borrows mutably, and needs no alignment. It changes no register, no flag, no stack.
+    // SAFETY: the instruction writes 32 bytes at the address of `numbers`, the size of the array
+    // that the reference borrows mutably, and needs no alignment. It changes no register, no flag,
+    // no stack.
     unsafe {
         asm!("vmovupd [{}], {}", in(reg) numbers, in(ymm_reg) register, options(nostack, preserves_flags));
     }
@@ -130,8 +132,8 @@ fn soonest_of<M: Masks>(low: Four<M>, high: Four<M>) -> Soonest {
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn shifts<M: Masks>(_: M, question: &Question<'_>, slots: &[u32; DISC_LANES]) -> [[__m256d; 2]; 2] {
-    // SAFETY: the token proves AVX2 (see `Masks`). The load reads 32 bytes, the size of the array that
-    // the reference borrows; it needs no alignment. Nothing else touches memory.
+    // SAFETY: the token proves AVX2 (see `Masks`). The load reads 32 bytes, the size of the array
+    // that the reference borrows; it needs no alignment. Nothing else touches memory.
     unsafe {
         let slots = _mm256_loadu_si256(slots.as_ptr().cast());
         // Minus one where the bit is set that is so many from the highest.
@@ -153,7 +155,8 @@ fn shifts<M: Masks>(_: M, question: &Question<'_>, slots: &[u32; DISC_LANES]) ->
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn load<M: Masks>(_: M, row: &[f64; 4]) -> __m256d {
-    // SAFETY: the token proves AVX2 (see `Masks`); the numbers are read by their indices, in safe code.
+    // SAFETY: the token proves AVX2 (see `Masks`); the numbers are read by their indices, in safe
+    // code.
     unsafe { _mm256_setr_pd(row[0], row[1], row[2], row[3]) }
 }
 
@@ -200,8 +203,8 @@ fn write_lanes<M: Masks, const FIRST: usize>(
     shifts: Option<[__m256d; 2]>,
     lanes: &mut DiscLanes,
 ) {
-    // SAFETY: `masks` proves AVX2 (see `Masks`). Each store writes 32 bytes at the start of a slice of
-    // four `f64`, whose bounds the slicing has checked; it needs no alignment.
+    // SAFETY: `masks` proves AVX2 (see `Masks`). Each store writes 32 bytes at the start of a slice
+    // of four `f64`, whose bounds the slicing has checked; it needs no alignment.
     unsafe {
         let from = load(masks, &question.from.flight);
         let reach = if let Some(like) = question.like {
@@ -237,8 +240,8 @@ fn write_lanes<M: Masks, const FIRST: usize>(
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn near<M: Masks>(masks: M, glance: &Glance, flights: &Flights) -> u32 {
-    // SAFETY: `masks` proves AVX2 (see `Masks`). Each load reads 32 bytes, the size of the array of eight
-    // `f32` that the reference borrows; it needs no alignment. Nothing else touches memory.
+    // SAFETY: `masks` proves AVX2 (see `Masks`). Each load reads 32 bytes, the size of the array of
+    // eight `f32` that the reference borrows; it needs no alignment. Nothing else touches memory.
     unsafe {
         let [x, y, vx, vy] = flights;
         let (x, y) = (_mm256_loadu_ps(x.as_ptr()), _mm256_loadu_ps(y.as_ptr()));
@@ -269,8 +272,8 @@ fn bodies<'a, M: Masks, const IMAGES: bool>(
     slots: &[u32; DISC_LANES],
 ) -> [&'a Line; DISC_LANES] {
     let lines = question.lines;
-    // SAFETY: `masks` proves AVX2 (see `Masks`). The load reads 32 bytes, the size of the array that
-    // the reference borrows; it needs no alignment. Nothing else touches memory.
+    // SAFETY: `masks` proves AVX2 (see `Masks`). The load reads 32 bytes, the size of the array
+    // that the reference borrows; it needs no alignment. Nothing else touches memory.
     let (indices, count) = unsafe {
         // This instruction, so that the compiler does not take the register apart for the indices: it cannot know that
         // they are the same.
@@ -283,8 +286,9 @@ fn bodies<'a, M: Masks, const IMAGES: bool>(
     assert!(masks.all_less(indices, count), "a slot holds a body that is not there");
     slots.map(|slot| {
         let index = if IMAGES { slot & INDEX_MASK } else { slot };
-        // SAFETY: the assertion above has compared this index, as one of the eight in the register,
-        // with the number of lines.
+        // SAFETY: the assertion above holds for this index, which is one of the eight in the
+        // register: it is less than the number of lines, or than its lowest 32 bits, which are no
+        // greater.
         unsafe { lines.get_unchecked(index as usize) }
     })
 }
