@@ -95,6 +95,7 @@ impl Instructions {
     /// let best = Instructions::Widest.on_this_processor();
     /// assert_eq!(best.on_this_processor(), best);
     /// ```
+    #[must_use]
     pub fn on_this_processor(self) -> Self {
         vector::available(self).instructions()
     }
