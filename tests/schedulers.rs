@@ -21,26 +21,26 @@ fn a_long_run_of_the_thesis_scheduler_has_no_overlap_and_keeps_its_energy() {
     check_long_run::<Thesis>(&Fineness::Automatic, 10);
 }
 
-fn check_long_run_of_cells(instructions: &Instructions) {
-    check_long_run::<Cells>(instructions, 40);
+fn check_long_run_of_cells(instructions: Instructions) {
+    check_long_run::<Cells>(&instructions, 40);
 }
 
-fn check_heap_of_discs(instructions: &Instructions) {
+fn check_heap_of_discs(instructions: Instructions) {
     check_heap(instructions, |at, velocity| disc(0.001, 1.0, at, velocity));
 }
 
-fn check_heap_of_molecules(instructions: &Instructions) {
+fn check_heap_of_molecules(instructions: Instructions) {
     check_heap(instructions, |at, velocity| MoleculeSpec { velocity, ..named("dumbbell", 0.0005, 1.0, at) });
 }
 
-fn check_heap(instructions: &Instructions, body: impl Fn([f64; 2], [f64; 2]) -> MoleculeSpec) {
+fn check_heap(instructions: Instructions, body: impl Fn([f64; 2], [f64; 2]) -> MoleculeSpec) {
     let heap = (0..64).map(|k| {
         let (column, row) = (f64::from(k % 8), f64::from(k / 8));
         let at = [0.5 + 0.0021 * column, 0.5 + 0.0021 * row];
         body(at, [0.1 * (row - 3.3), 0.1 * (3.7 - column)])
     });
     let heap = scene(heap.collect());
-    let mut cells = simulate::<Cells>(&heap, instructions);
+    let mut cells = simulate::<Cells>(&heap, &instructions);
     let mut thesis = simulate::<Thesis>(&heap, &Fineness::Given(1));
     let (mut ours, mut theirs) = (Encounters::since(Instant::ZERO), Encounters::since(Instant::ZERO));
     for _ in 0..100 {

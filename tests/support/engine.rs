@@ -52,7 +52,7 @@ macro_rules! test_each_instruction_set {
     ($($(#[$attribute:meta])* $name:ident: $check:ident;)+) => {$(
         $(#[$attribute])*
         mod $name {
-            super::support::tests_of_instructions!(super::$check);
+            super::support::tests_of_instructions!(|instructions: &_| super::$check(*instructions));
         }
     )+};
 }
