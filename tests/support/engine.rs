@@ -2,10 +2,12 @@
 
 #![allow(dead_code, unused_macros, unused_imports, reason = "each test program uses its part")]
 
+use std::io::Write as _;
+
 use carom_detection::Exact;
 use carom_engine::{
-    AtomSpec, BumperSpec, CollisionReport, ElasticityRule, GasSpec, MoleculeSpec, Observer, Rotation, Scene,
-    Scheduler, Simulation, View, WallSpec,
+    AtomSpec, BumperSpec, CollisionReport, ElasticityRule, GasSpec, Instructions, MoleculeSpec, Observer,
+    Rotation, Scene, Scheduler, Simulation, View, WallSpec,
 };
 use carom_kinematics::Instant;
 use carom_response::Impact;
@@ -23,6 +25,73 @@ macro_rules! with_each_scheduler {
     };
 }
 pub(crate) use with_each_scheduler;
+
+/// Defines tests of a check, one for each scheduler and instruction set, in a module with the name
+/// of what is checked: `name::thesis`, `name::cells_avx512`, `name::cells_avx2`,
+/// `name::cells_portable`.
+///
+/// The check is a function with the scheduler as its type parameter and its options as argument.
+macro_rules! test_each_scheduler {
+    ($($(#[$attribute:meta])* $name:ident: $check:ident;)+) => {$(
+        $(#[$attribute])*
+        mod $name {
+            #[test]
+            fn thesis() {
+                super::$check::<carom_engine::Thesis>(&carom_engine::Fineness::Automatic);
+            }
+
+            super::support::tests_of_instructions!(super::$check::<carom_engine::Cells>);
+        }
+    )+};
+}
+pub(crate) use test_each_scheduler;
+
+/// Defines tests of a check, one for each instruction set of [`Cells`](carom_engine::Cells), in a
+/// module with the name of what is checked. The check is a function of the instructions.
+macro_rules! test_each_instruction_set {
+    ($($(#[$attribute:meta])* $name:ident: $check:ident;)+) => {$(
+        $(#[$attribute])*
+        mod $name {
+            super::support::tests_of_instructions!(|instructions: &_| super::$check(*instructions));
+        }
+    )+};
+}
+pub(crate) use test_each_instruction_set;
+
+/// The tests `cells_avx512`, `cells_avx2` and `cells_portable` of a check.
+macro_rules! tests_of_instructions {
+    ($check:expr) => {
+        super::support::test_of_instructions!(cells_avx512, Widest, $check);
+        super::support::test_of_instructions!(cells_avx2, Avx2, $check);
+        super::support::test_of_instructions!(cells_portable, Portable, $check);
+    };
+}
+pub(crate) use tests_of_instructions;
+
+/// A test of a check with one instruction set, in a module of the test program.
+macro_rules! test_of_instructions {
+    ($name:ident, $instructions:ident, $check:expr) => {
+        #[test]
+        fn $name() {
+            let name = concat!(module_path!(), "::", stringify!($name));
+            super::support::if_available(name, carom_engine::Instructions::$instructions, $check);
+        }
+    };
+}
+pub(crate) use test_of_instructions;
+
+/// Runs the check `name` with instructions that the processor has; otherwise reports that it is
+/// skipped.
+pub fn if_available(name: &str, instructions: Instructions, check: impl FnOnce(&Instructions)) {
+    let present = instructions.on_this_processor();
+    if present == instructions {
+        check(&instructions);
+    } else {
+        // Not by `eprintln!`: the test harness captures that of tests that pass.
+        let line = format!("skipped: {name}: the best instructions here are {present:?}\n");
+        std::io::stderr().write_all(line.as_bytes()).unwrap();
+    }
+}
 
 /// A gas of so many molecules of a named shape, of total mass 1 and energy 1 each.
 pub fn gas(shape: &str, atom_radius: f64, count: usize) -> GasSpec {

@@ -25,12 +25,13 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn foresee_among_few<D: Detection, K: Kernel>(
         &mut self,
+        kernel: K,
         detection: &D,
         disc: u32,
         now: f64,
     ) -> f64 {
         let around = self.rosters.around(self.lines[disc as usize].cell());
-        let (soonest, partner) = self.ask_cells::<D, K, _>(detection, disc, around, now);
+        let (soonest, partner) = self.ask_cells(kernel, detection, disc, around, now);
         let version = self.lines[partner as usize].version;
         self.settle_among_few(disc, now, now + soonest, partner, version)
     }
@@ -40,6 +41,7 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn cross_among_few<D: Detection, K: Kernel>(
         &mut self,
+        kernel: K,
         detection: &D,
         disc: u32,
         kind: Kind,
@@ -55,10 +57,10 @@ impl State {
             self.wrap_place(disc, axis, direction);
         }
         let to = self.lines[disc as usize].cell();
-        self.rosters.leave::<K>(disc, from);
-        self.rosters.enter::<K>(disc, to, self.lines[disc as usize].flight);
+        self.rosters.leave(kernel, disc, from);
+        self.rosters.enter(kernel, disc, to, self.lines[disc as usize].flight);
         let ahead = self.rosters.ahead(to, axis, direction);
-        let (soonest, partner) = self.ask_cells::<D, K, _>(detection, disc, ahead, now);
+        let (soonest, partner) = self.ask_cells(kernel, detection, disc, ahead, now);
         let contact_time = now + soonest;
         let line = &self.lines[disc as usize];
         let version = self.lines[partner as usize].version;
@@ -72,10 +74,10 @@ impl State {
     /// Takes a disc's new flight over into its roster, if it stands on one.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(super) fn keep_on_roster<K: Kernel>(&mut self, disc: u32) {
+    pub(super) fn keep_on_roster<K: Kernel>(&mut self, kernel: K, disc: u32) {
         if self.grid.is_dilute() {
             let line = &self.lines[disc as usize];
-            self.rosters.set_flight::<K>(disc, line.cell(), line.flight);
+            self.rosters.set_flight(kernel, disc, line.cell(), line.flight);
         }
     }
 
@@ -106,6 +108,7 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn ask_cells<D: Detection, K: Kernel, const N: usize>(
         &self,
+        kernel: K,
         detection: &D,
         disc: u32,
         cells: [u32; N],
@@ -123,7 +126,7 @@ impl State {
         for cell in cells {
             let glance = glance.through(units, (cell >> INDEX_BITS) as usize);
             for (flights, discs) in blocks.of(cell) {
-                let mut near = K::near(&glance, flights) | everybody;
+                let mut near = kernel.near(&glance, flights) | everybody;
                 while near != 0 {
                     let other = discs[near.trailing_zeros() as usize % DISC_LANES];
                     slots[count] = other | cell & !INDEX_MASK;

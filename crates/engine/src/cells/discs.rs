@@ -16,7 +16,7 @@ impl State {
     /// Asks when a small disc meets its neighbours, and when it leaves its cell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(super) fn ask<K: Kernel>(&self, disc: u32, now: f64) -> Asked {
+    pub(super) fn ask<K: Kernel>(&self, kernel: K, disc: u32, now: f64) -> Asked {
         let from = &self.lines[disc as usize];
         let cell = self.neighbourhoods.index(from.cell());
         // Each branch makes its own question: one that both share would be written to memory first. No branch on what
@@ -25,13 +25,13 @@ impl State {
             // Said once more, so that it is known where it is compiled.
             (Some((slots, false, is_covered)), like @ Some(_)) => {
                 let question = Question { like, ..self.question(disc, now) };
-                (K::eight::<false>(question, slots).among(slots), is_covered.then_some(cell))
+                (kernel.eight::<false>(question, slots).among(slots), is_covered.then_some(cell))
             }
             (Some((slots, true, is_covered)), like @ Some(_)) => {
                 let question = Question { like, ..self.question(disc, now) };
-                (K::eight::<true>(question, slots).among(slots), is_covered.then_some(cell))
+                (kernel.eight::<true>(question, slots).among(slots), is_covered.then_some(cell))
             }
-            _ => self.ask_any::<K>(disc, now, cell),
+            _ => self.ask_any(kernel, disc, now, cell),
         };
         let (crossing_time, crossing) = self.crossing(from, now);
         Asked {
@@ -47,19 +47,19 @@ impl State {
     /// Asks those around a cell, whatever its list is like; and the cell, if it is covered.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn ask_any<K: Kernel>(&self, disc: u32, now: f64, cell: u32) -> (SoonestSlot, Option<u32>) {
+    fn ask_any<K: Kernel>(&self, kernel: K, disc: u32, now: f64, cell: u32) -> (SoonestSlot, Option<u32>) {
         let list = self.neighbourhoods.list_of(cell);
         let soonest = match list.plain() {
             Some((first, second)) => {
-                let soonest = K::eight::<false>(self.question(disc, now), first).among(first);
+                let soonest = kernel.eight::<false>(self.question(disc, now), first).among(first);
                 match second {
                     None => soonest,
                     Some(second) => {
-                        soonest.or(K::eight::<false>(self.question(disc, now), second).among(second))
+                        soonest.or(kernel.eight::<false>(self.question(disc, now), second).among(second))
                     }
                 }
             }
-            None => K::any(&self.question(disc, now), &list),
+            None => kernel.any(&self.question(disc, now), &list),
         };
         (soonest, list.is_covered().then_some(cell))
     }
@@ -151,7 +151,7 @@ impl State {
     /// Moves a disc into the next cell, wrapping its place at the border of the box.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(super) fn cross<K: Kernel>(&mut self, disc: u32, kind: Kind) {
+    pub(super) fn cross<K: Kernel>(&mut self, kernel: K, disc: u32, kind: Kind) {
         self.done.crossings += 1;
         let (axis, direction) = kind.direction();
         let line = &mut self.lines[disc as usize];
@@ -159,7 +159,7 @@ impl State {
         if let Some(next) = self.grid.next(line.cell_along(axis), axis, direction) {
             line.set_cell_along(axis, next);
             let to = line.cell();
-            self.neighbourhoods.step::<K>(disc, from, to, axis, direction);
+            self.neighbourhoods.step(kernel, disc, from, to, axis, direction);
         } else {
             self.wrap(disc, axis, direction);
         }

@@ -82,6 +82,25 @@ pub enum Instructions {
     Portable,
 }
 
+impl Instructions {
+    /// The instructions that [`Cells`] computes with on this processor when these are chosen: the
+    /// best that it has, up to these.
+    ///
+    /// ```
+    /// use carom_engine::Instructions;
+    ///
+    /// // Every processor has these.
+    /// assert_eq!(Instructions::Portable.on_this_processor(), Instructions::Portable);
+    /// // `Widest` is AVX-512, where the processor has it.
+    /// let best = Instructions::Widest.on_this_processor();
+    /// assert_eq!(best.on_this_processor(), best);
+    /// ```
+    #[must_use]
+    pub fn on_this_processor(self) -> Self {
+        vector::available(self).instructions()
+    }
+}
+
 /// The fast scheduler; see the source for its design and the proof that it misses nothing.
 ///
 /// A box too small for a grid of three cells a side is run by [`Thesis`], which looks at every image, and so is a single
@@ -238,7 +257,7 @@ impl State {
         for (index, body) in world.bodies().iter().enumerate() {
             if self.grid.is_dilute() {
                 let line = &self.lines[index];
-                self.rosters.enter::<Portable>(index as u32, line.cell(), line.flight);
+                self.rosters.enter(Portable, index as u32, line.cell(), line.flight);
             } else if self.grid.covers(body) {
                 let among_molecules = self.grid.holds_molecules();
                 self.coverings.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
@@ -287,6 +306,7 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn next_contact<D: Detection, K: Kernel>(
         &mut self,
+        kernel: K,
         world: &World,
         detection: &D,
         stop: f64,
@@ -316,17 +336,17 @@ impl State {
                 self.done.stale += 1;
             } else if kind.is_crossing() {
                 if self.grid.is_dilute() {
-                    let time = self.cross_among_few::<D, K>(detection, body, kind, now);
+                    let time = self.cross_among_few(kernel, detection, body, kind, now);
                     self.calendar.schedule(&self.lines, body, time);
                     continue;
                 }
-                self.cross::<K>(body, kind);
+                self.cross(kernel, body, kind);
             } else if kind == Kind::Shell {
                 self.leave_shell(world, body, now);
             } else if kind == Kind::Recheck {
                 self.done.rechecks += 1;
             }
-            self.predict::<D, K>(world, detection, body, now);
+            self.predict(kernel, world, detection, body, now);
         }
     }
 
@@ -334,6 +354,7 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn motions_changed<D: Detection, K: Kernel>(
         &mut self,
+        kernel: K,
         world: &World,
         detection: &D,
         bodies: [u32; 2],
@@ -342,10 +363,10 @@ impl State {
         let now = motions[0].time;
         for (body, motion) in bodies.into_iter().zip(&motions) {
             if !self.coverings.is_fixed(body) {
-                self.launch::<K>(body, motion.position, motion.velocity, now);
+                self.launch(kernel, body, motion.position, motion.velocity, now);
                 self.coverings.set_motion(body, motion);
                 self.molecules.set_motion(body, motion);
-                self.keep_on_roster::<K>(body);
+                self.keep_on_roster(kernel, body);
             }
         }
         let excused = self.excused(bodies);
@@ -355,7 +376,7 @@ impl State {
         }
         for body in bodies {
             if !self.coverings.is_fixed(body) && excused.is_none_or(|[excused, _]| body != excused) {
-                self.predict::<D, K>(world, detection, body, now);
+                self.predict(kernel, world, detection, body, now);
             }
         }
     }
@@ -364,6 +385,7 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn flights_changed<D: Detection, K: Kernel>(
         &mut self,
+        kernel: K,
         world: &World,
         detection: &D,
         bodies: [u32; 2],
@@ -373,24 +395,24 @@ impl State {
         if self.coverings.is_covering(bodies[0]) | self.coverings.is_covering(bodies[1]) {
             for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
                 if !self.coverings.is_fixed(body) {
-                    self.launch::<K>(body, place, velocity, time);
+                    self.launch(kernel, body, place, velocity, time);
                     self.coverings.set_flight(body, time, place, velocity);
                 }
             }
         } else {
-            self.launch::<K>(bodies[0], places[0], velocities[0], time);
-            self.launch::<K>(bodies[1], places[1], velocities[1], time);
+            self.launch(kernel, bodies[0], places[0], velocities[0], time);
+            self.launch(kernel, bodies[1], places[1], velocities[1], time);
             if !self.grid.is_dilute() & !self.grid.holds_molecules() {
-                return self.predict_two_discs::<D, K>(world, detection, bodies, time);
+                return self.predict_two_discs(kernel, world, detection, bodies, time);
             }
         }
         for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
             self.molecules.set_flight(body, time, place, velocity);
-            self.keep_on_roster::<K>(body);
+            self.keep_on_roster(kernel, body);
         }
         for body in bodies {
             if !self.coverings.is_fixed(body) {
-                self.predict::<D, K>(world, detection, body, time);
+                self.predict(kernel, world, detection, body, time);
             }
         }
     }
@@ -398,10 +420,10 @@ impl State {
     /// Sets a body off from a place with a velocity at a time.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn launch<K: Kernel>(&mut self, body: u32, place: DVec2, velocity: DVec2, time: f64) {
+    fn launch<K: Kernel>(&mut self, kernel: K, body: u32, place: DVec2, velocity: DVec2, time: f64) {
         let line = &mut self.lines[body as usize];
         let origin = place - velocity * time;
-        K::write(&mut line.flight, [origin.x, origin.y, velocity.x, velocity.y]);
+        kernel.write(&mut line.flight, [origin.x, origin.y, velocity.x, velocity.y]);
         line.version = line.version.wrapping_add(1);
     }
 
@@ -410,13 +432,14 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn predict_two_discs<D: Detection, K: Kernel>(
         &mut self,
+        kernel: K,
         world: &World,
         detection: &D,
         [a, b]: [u32; 2],
         now: f64,
     ) {
         // Both are asked before either is settled: the two chains of operations go on side by side.
-        let (asked_a, asked_b) = (self.ask::<K>(a, now), self.ask::<K>(b, now));
+        let (asked_a, asked_b) = (self.ask(kernel, a, now), self.ask(kernel, b, now));
         let soonest = self.settle_disc(world, detection, a, now, &asked_a);
         self.calendar.schedule(&self.lines, a, soonest);
         let soonest = self.settle_disc(world, detection, b, now, &asked_b);
@@ -425,29 +448,43 @@ impl State {
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn predict<D: Detection, K: Kernel>(&mut self, world: &World, detection: &D, body: u32, now: f64) {
-        let time = self.foresee::<D, K>(world, detection, body, now);
+    fn predict<D: Detection, K: Kernel>(
+        &mut self,
+        kernel: K,
+        world: &World,
+        detection: &D,
+        body: u32,
+        now: f64,
+    ) {
+        let time = self.foresee(kernel, world, detection, body, now);
         self.calendar.schedule(&self.lines, body, time);
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn foresee_all<D: Detection, K: Kernel>(&mut self, world: &World, detection: &D) {
+    fn foresee_all<D: Detection, K: Kernel>(&mut self, kernel: K, world: &World, detection: &D) {
         for body in 0..world.bodies().len() as u32 {
-            self.foresee::<D, K>(world, detection, body, 0.0);
+            self.foresee(kernel, world, detection, body, 0.0);
         }
     }
 
     /// Finds a body's soonest event, writes it into its line, and tells when it is.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn foresee<D: Detection, K: Kernel>(&mut self, world: &World, detection: &D, body: u32, now: f64) -> f64 {
+    fn foresee<D: Detection, K: Kernel>(
+        &mut self,
+        kernel: K,
+        world: &World,
+        detection: &D,
+        body: u32,
+        now: f64,
+    ) -> f64 {
         if self.coverings.is_covering(body) | self.grid.holds_molecules() {
             self.foresee_searching(world, detection, body, now, None)
         } else if self.grid.is_dilute() {
-            self.foresee_among_few::<D, K>(detection, body, now)
+            self.foresee_among_few(kernel, detection, body, now)
         } else {
-            let asked = self.ask::<K>(body, now);
+            let asked = self.ask(kernel, body, now);
             self.settle_disc(world, detection, body, now, &asked)
         }
     }

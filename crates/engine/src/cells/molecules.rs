@@ -109,6 +109,7 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn foresee_molecule<D: Detection, K: Kernel>(
         &mut self,
+        kernel: K,
         world: &World,
         detection: &D,
         body: u32,
@@ -125,7 +126,7 @@ impl State {
         let outline = world.bodies()[body as usize].kind.molecule.outline();
         let asker = Asker::new(outline, &self.molecules.motions[body as usize], now);
         list.for_each_eight(|slots| {
-            let lanes = K::lanes(&question, slots, list.at_border);
+            let lanes = kernel.lanes(&question, slots, list.at_border);
             let times = detection.apart_until(&asker, &lanes, best.time - now);
             candidates.sift(
                 times,

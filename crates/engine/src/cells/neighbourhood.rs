@@ -283,7 +283,15 @@ impl Neighbourhoods {
     /// gain it ahead.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn step<K: Kernel>(&mut self, disc: u32, from: [u16; 2], to: [u16; 2], axis: usize, direction: i32) {
+    pub fn step<K: Kernel>(
+        &mut self,
+        kernel: K,
+        disc: u32,
+        from: [u16; 2],
+        to: [u16; 2],
+        axis: usize,
+        direction: i32,
+    ) {
         let (start, end) = (self.index(from), self.index(to));
         if (self.marks[start as usize] | self.marks[end as usize]) & AT_BORDER != 0 {
             return self.step_along_border(disc, from, to, axis, direction);
@@ -293,9 +301,9 @@ impl Neighbourhoods {
         let ahead = if direction > 0 { ahead } else { ahead.wrapping_neg() };
         let (behind, ahead) = (start.wrapping_sub(ahead), end.wrapping_add(ahead));
         if self.is_wide {
-            self.move_inside::<K, 2>(disc, behind, ahead, sideways);
+            self.move_inside::<_, 2>(kernel, disc, behind, ahead, sideways);
         } else {
-            self.move_inside::<K, 1>(disc, behind, ahead, sideways);
+            self.move_inside::<_, 1>(kernel, disc, behind, ahead, sideways);
         }
     }
 
@@ -303,14 +311,15 @@ impl Neighbourhoods {
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn move_inside<K: Kernel, const EIGHTS: usize>(
         &mut self,
+        kernel: K,
         disc: u32,
         behind: u32,
         ahead: u32,
         sideways: u32,
     ) {
-        self.drop::<K, EIGHTS>(behind - sideways, disc);
-        self.drop::<K, EIGHTS>(behind, disc);
-        self.drop::<K, EIGHTS>(behind + sideways, disc);
+        self.drop::<_, EIGHTS>(kernel, behind - sideways, disc);
+        self.drop::<_, EIGHTS>(kernel, behind, disc);
+        self.drop::<_, EIGHTS>(kernel, behind + sideways, disc);
         self.put::<EIGHTS>(ahead - sideways, disc);
         self.put::<EIGHTS>(ahead, disc);
         self.put::<EIGHTS>(ahead + sideways, disc);
@@ -334,7 +343,11 @@ impl Neighbourhoods {
 
     fn remove(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
         let (list, slot) = self.seen_at(disc, cell, offset);
-        if self.is_wide { self.drop::<Portable, 2>(list, slot) } else { self.drop::<Portable, 1>(list, slot) }
+        if self.is_wide {
+            self.drop::<_, 2>(Portable, list, slot);
+        } else {
+            self.drop::<_, 1>(Portable, list, slot);
+        }
     }
 
     /// The list of the cell at an offset from `cell`, and the slot in it of a disc of `cell`.
@@ -363,13 +376,13 @@ impl Neighbourhoods {
     /// Takes a slot off a list.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    fn drop<K: Kernel, const EIGHTS: usize>(&mut self, list: u32, slot: u32) {
+    fn drop<K: Kernel, const EIGHTS: usize>(&mut self, kernel: K, list: u32, slot: u32) {
         let own = &mut self.lists[self.start + list as usize * EIGHTS..][..EIGHTS];
         let mark = &mut self.marks[list as usize];
         let last = ((*mark & COUNT) as usize).wrapping_sub(1);
-        let mut places = K::find(&own[0].0, slot);
+        let mut places = kernel.find(&own[0].0, slot);
         if EIGHTS == 2 {
-            places |= K::find(&own[1].0, slot) << DISC_LANES;
+            places |= kernel.find(&own[1].0, slot) << DISC_LANES;
         }
         let place = places.trailing_zeros() as usize;
         if *mark & LONG == 0 && last < DISC_LANES * EIGHTS && place <= last {
@@ -549,7 +562,7 @@ mod tests {
                 let mut to = from;
                 to[axis] = index as u16;
                 if image == 0 {
-                    lists.step::<Portable>(disc as u32, from, to, axis, direction);
+                    lists.step(Portable, disc as u32, from, to, axis, direction);
                 } else {
                     lists.leave(disc as u32, from);
                     lists.enter(disc as u32, to);

@@ -129,12 +129,12 @@ impl Rosters {
     /// Puts a disc on the roster of a cell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub fn enter<K: Kernel>(&mut self, disc: u32, cell: [u16; 2], flight: [f64; 4]) {
+    pub fn enter<K: Kernel>(&mut self, kernel: K, disc: u32, cell: [u16; 2], flight: [f64; 4]) {
         let mut block = self.first_block(cell);
-        let mut free = K::find(&self.discs[block], self.dummy);
+        let mut free = kernel.find(&self.discs[block], self.dummy);
         while free == 0 {
             block = self.block_after(block);
-            free = K::find(&self.discs[block], self.dummy);
+            free = kernel.find(&self.discs[block], self.dummy);
         }
         let lane = lowest(free);
         self.discs[block][lane] = disc;
@@ -170,11 +170,11 @@ impl Rosters {
     /// Takes a disc off the roster of a cell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub fn leave<K: Kernel>(&mut self, disc: u32, cell: [u16; 2]) {
-        let (block, lane) = self.place::<K>(disc, cell);
+    pub fn leave<K: Kernel>(&mut self, kernel: K, disc: u32, cell: [u16; 2]) {
+        let (block, lane) = self.place(kernel, disc, cell);
         let discs = &mut self.discs[block];
         // Those that are free come last.
-        let last = (K::find(discs, self.dummy).trailing_zeros().min(DISC_LANES as u32) - 1) as usize;
+        let last = (kernel.find(discs, self.dummy).trailing_zeros().min(DISC_LANES as u32) - 1) as usize;
         discs[lane] = discs[last];
         discs[last] = self.dummy;
         let flights = &mut self.flights[block];
@@ -199,20 +199,20 @@ impl Rosters {
     /// Takes over the flight of a disc that stands on the roster of a cell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub fn set_flight<K: Kernel>(&mut self, disc: u32, cell: [u16; 2], flight: [f64; 4]) {
-        let (block, lane) = self.place::<K>(disc, cell);
+    pub fn set_flight<K: Kernel>(&mut self, kernel: K, disc: u32, cell: [u16; 2], flight: [f64; 4]) {
+        let (block, lane) = self.place(kernel, disc, cell);
         self.flights[block].set(lane, self.units.keep(flight));
     }
 
     /// In which block of a cell's a disc stands, and where in it.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn place<K: Kernel>(&self, disc: u32, cell: [u16; 2]) -> (usize, usize) {
+    fn place<K: Kernel>(&self, kernel: K, disc: u32, cell: [u16; 2]) -> (usize, usize) {
         let mut block = self.first_block(cell);
-        let mut found = K::find(&self.discs[block], disc);
+        let mut found = kernel.find(&self.discs[block], disc);
         while found == 0 {
             block = self.next[block] as usize;
-            found = K::find(&self.discs[block], disc);
+            found = kernel.find(&self.discs[block], disc);
         }
         (block, lowest(found))
     }
@@ -285,17 +285,17 @@ mod tests {
             let dummy = cells.len() as u32;
             rosters.lay_out([u32::from(columns), u32::from(rows)], dummy, plain_units());
             for (disc, &cell) in cells.iter().enumerate() {
-                rosters.enter::<Portable>(disc as u32, cell, flights[disc]);
+                rosters.enter(Portable, disc as u32, cell, flights[disc]);
             }
             for (disc, x, y, turns) in moves {
                 let disc = disc % cells.len();
                 if turns {
                     flights[disc] = flights[disc].map(|number| number + 100.0);
-                    rosters.set_flight::<Portable>(disc as u32, cells[disc], flights[disc]);
+                    rosters.set_flight(Portable, disc as u32, cells[disc], flights[disc]);
                 }
-                rosters.leave::<Portable>(disc as u32, cells[disc]);
+                rosters.leave(Portable, disc as u32, cells[disc]);
                 cells[disc] = [x % columns, y % rows];
-                rosters.enter::<Portable>(disc as u32, cells[disc], flights[disc]);
+                rosters.enter(Portable, disc as u32, cells[disc], flights[disc]);
             }
             for row in 0..rows {
                 for column in 0..columns {
@@ -340,7 +340,7 @@ mod tests {
             }
             // What a roster needs besides is given back.
             for (disc, &cell) in cells.iter().enumerate() {
-                rosters.leave::<Portable>(disc as u32, cell);
+                rosters.leave(Portable, disc as u32, cell);
             }
             prop_assert_eq!(rosters.free.len(), rosters.next.len() - usize::from(columns) * usize::from(rows));
         }

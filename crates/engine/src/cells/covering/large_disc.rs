@@ -19,6 +19,7 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn meet_discs_around<D: Detection, K: Kernel>(
         &self,
+        kernel: K,
         detection: &D,
         covering: &Covering,
         now: f64,
@@ -37,8 +38,8 @@ impl State {
             let list = self.neighbourhoods.list_of(tile.who);
             asked += list.count() as u64;
             soonest = soonest.or(match list.plain() {
-                Some((slots, None)) => K::eight::<false>(question, slots).among(slots),
-                _ => K::any(&question, &list),
+                Some((slots, None)) => kernel.eight::<false>(question, slots).among(slots),
+                _ => kernel.any(&question, &list),
             });
         }
         if !soonest.is_doubtful {

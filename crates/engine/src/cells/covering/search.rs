@@ -69,6 +69,7 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(in crate::cells) fn foresee_covering<D: Detection, K: Kernel>(
         &mut self,
+        kernel: K,
         world: &World,
         detection: &D,
         body: u32,
@@ -83,7 +84,7 @@ impl State {
         let covering = &self.coverings.list[index];
         let mut best = Soonest::before(leaves_shell(covering, now), Kind::Shell);
         if covering.is_disc_among_discs {
-            self.done.pairs += self.meet_discs_around::<D, K>(detection, covering, now, except, &mut best);
+            self.done.pairs += self.meet_discs_around(kernel, detection, covering, now, except, &mut best);
             if self.coverings.are_large_discs() && detection.decides_discs_in_closed_form() {
                 return self.settle(body, &best);
             }
@@ -108,7 +109,7 @@ impl State {
         let Surroundings { slots, seen, candidates } = &mut around;
         slots.resize(slots.len().next_multiple_of(DISC_LANES), self.dummy());
         for eight in slots.as_chunks::<DISC_LANES>().0 {
-            let bounds = detection.apart_until(&asker, &K::lanes(&question, eight, false), horizon);
+            let bounds = detection.apart_until(&asker, &kernel.lanes(&question, eight, false), horizon);
             candidates.sift(
                 bounds,
                 |bound| best.is_after(now, bound),
@@ -196,8 +197,10 @@ impl State {
     /// The same, compiled with the instructions that were chosen.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    #[expect(clippy::too_many_arguments, reason = "the kernel, of size 0, is the eighth")]
     pub(in crate::cells) fn meet_listed<D: Detection, K: Kernel>(
         &mut self,
+        _: K,
         world: &World,
         detection: &D,
         disc: u32,

@@ -9,57 +9,63 @@ use std::arch::x86_64::{
     _mm256_testz_si256,
 };
 
-use super::{Around, Question, SoonestSlot, registers::eight};
+use super::{
+    Around, Question, SoonestSlot,
+    instruction_sets::{Avx2, Avx512},
+    registers::eight,
+};
 
 /// How it is said which numbers are meant, and what is done with these.
 ///
+/// Every function is marked `#[inline(always)]`, so that it is compiled with the instructions of
+/// its caller, and registers stay registers.
+///
 /// # Safety
-/// All functions: only in code that is compiled for the instructions of the implementation.
-pub(in crate::cells) trait Masks {
+/// A value of an implementing type must exist only on processors that have AVX2: [`Registers`]
+/// takes any value for the proof of it.
+///
+/// [`Registers`]: super::registers::Registers
+pub(in crate::cells) unsafe trait Masks: Copy {
     /// Some of four numbers.
     type Some: Copy;
 
     /// Those that are less than zero here and greater than zero there.
-    unsafe fn below_and_above_zero(here: __m256d, there: __m256d) -> Self::Some;
+    fn below_and_above_zero(self, here: __m256d, there: __m256d) -> Self::Some;
 
     /// Those of some that are at most what they may be.
-    unsafe fn at_most(some: Self::Some, numbers: __m256d, most: __m256d) -> Self::Some;
+    fn at_most(self, some: Self::Some, numbers: __m256d, most: __m256d) -> Self::Some;
 
     /// Whether there is one among them.
-    unsafe fn is_any(some: [Self::Some; 2]) -> bool;
+    fn is_any(self, some: [Self::Some; 2]) -> bool;
 
     /// The quotients of some, infinity for the others.
-    unsafe fn quotients(some: Self::Some, dividends: __m256d, divisors: __m256d) -> __m256d;
+    fn quotients(self, some: Self::Some, dividends: __m256d, divisors: __m256d) -> __m256d;
 
     /// Which of four numbers are equal, a bit each.
-    unsafe fn equal(numbers: __m256d, others: __m256d) -> u32;
+    fn equal(self, numbers: __m256d, others: __m256d) -> u32;
 
     /// Which of eight whole numbers are equal, a bit each.
-    unsafe fn equal_whole(numbers: __m256i, others: __m256i) -> u32;
+    fn equal_whole(self, numbers: __m256i, others: __m256i) -> u32;
 
     /// Whether each of eight whole numbers is less than another.
-    unsafe fn all_less(numbers: __m256i, others: __m256i) -> bool;
+    fn all_less(self, numbers: __m256i, others: __m256i) -> bool;
 
     /// Which of eight numbers are below a bound and others at least at another, a bit each.
-    unsafe fn below_and_at_least(below: [__m256; 2], at_least: [__m256; 2]) -> u32;
+    fn below_and_at_least(self, below: [__m256; 2], at_least: [__m256; 2]) -> u32;
 
     /// What a question is told by any list: with or without images, discs alike or not, eight or more.
-    unsafe fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot;
+    fn soonest<const IMAGES: bool>(self, question: &Question<'_>, list: &Around<'_>) -> SoonestSlot;
 }
 
-/// All bits of a number's place, or none: AVX2.
-pub(in crate::cells) struct Wide;
-
-/// A bit for each number: AVX-512 (F, VL, DQ, BW), in registers of 256 bits.
-pub(in crate::cells) struct Bits;
-
 #[expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
-impl Masks for Wide {
+// SAFETY: only `Avx2::detect` makes an `Avx2`, after it has found AVX2.
+unsafe impl Masks for Avx2 {
+    /// All bits of a number's place, or none.
     type Some = __m256d;
 
     #[inline(always)]
-    unsafe fn below_and_above_zero(here: __m256d, there: __m256d) -> __m256d {
-        // SAFETY: the caller vouches for AVX2, here and below.
+    fn below_and_above_zero(self, here: __m256d, there: __m256d) -> __m256d {
+        // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe {
             let zero = _mm256_setzero_pd();
             let above = _mm256_cmp_pd::<_CMP_GT_OQ>(there, zero);
@@ -68,20 +74,20 @@ impl Masks for Wide {
     }
 
     #[inline(always)]
-    unsafe fn at_most(some: __m256d, numbers: __m256d, most: __m256d) -> __m256d {
-        // SAFETY: as above.
+    fn at_most(self, some: __m256d, numbers: __m256d, most: __m256d) -> __m256d {
+        // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe { _mm256_and_pd(some, _mm256_cmp_pd::<_CMP_LE_OQ>(numbers, most)) }
     }
 
     #[inline(always)]
-    unsafe fn is_any([some, others]: [__m256d; 2]) -> bool {
-        // SAFETY: as above.
+    fn is_any(self, [some, others]: [__m256d; 2]) -> bool {
+        // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe { _mm256_movemask_pd(_mm256_or_pd(some, others)) != 0 }
     }
 
     #[inline(always)]
-    unsafe fn quotients(some: __m256d, dividends: __m256d, divisors: __m256d) -> __m256d {
-        // SAFETY: as above.
+    fn quotients(self, some: __m256d, dividends: __m256d, divisors: __m256d) -> __m256d {
+        // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe {
             let quotients = _mm256_div_pd(dividends, divisors);
             _mm256_blendv_pd(_mm256_set1_pd(f64::INFINITY), quotients, some)
@@ -89,20 +95,20 @@ impl Masks for Wide {
     }
 
     #[inline(always)]
-    unsafe fn equal(numbers: __m256d, others: __m256d) -> u32 {
-        // SAFETY: as above.
+    fn equal(self, numbers: __m256d, others: __m256d) -> u32 {
+        // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(numbers, others)) as u32 }
     }
 
     #[inline(always)]
-    unsafe fn equal_whole(numbers: __m256i, others: __m256i) -> u32 {
-        // SAFETY: as above.
+    fn equal_whole(self, numbers: __m256i, others: __m256i) -> u32 {
+        // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe { _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(numbers, others))) as u32 }
     }
 
     #[inline(always)]
-    unsafe fn all_less(numbers: __m256i, others: __m256i) -> bool {
-        // SAFETY: as above.
+    fn all_less(self, numbers: __m256i, others: __m256i) -> bool {
+        // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe {
             // The greater of both is the first only where that is not less.
             let not_less = _mm256_cmpeq_epi32(_mm256_max_epu32(numbers, others), numbers);
@@ -111,8 +117,8 @@ impl Masks for Wide {
     }
 
     #[inline(always)]
-    unsafe fn below_and_at_least([here, bound]: [__m256; 2], [there, least]: [__m256; 2]) -> u32 {
-        // SAFETY: as above.
+    fn below_and_at_least(self, [here, bound]: [__m256; 2], [there, least]: [__m256; 2]) -> u32 {
+        // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe {
             let below = _mm256_cmp_ps::<_CMP_LT_OQ>(here, bound);
             _mm256_movemask_ps(_mm256_and_ps(below, _mm256_cmp_ps::<_CMP_GE_OQ>(there, least))) as u32
@@ -120,25 +126,30 @@ impl Masks for Wide {
     }
 
     #[inline(always)]
-    unsafe fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
+    fn soonest<const IMAGES: bool>(self, question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
         #[target_feature(enable = "avx2")]
         #[inline(never)]
-        fn out_of_line<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
-            // SAFETY: this function itself requires AVX2.
-            SoonestSlot::of(list, |slots| unsafe { eight::<Wide, IMAGES>(question, slots) })
+        fn out_of_line<const IMAGES: bool>(
+            masks: Avx2,
+            question: &Question<'_>,
+            list: &Around<'_>,
+        ) -> SoonestSlot {
+            SoonestSlot::of(list, |slots| eight::<_, IMAGES>(masks, question, slots))
         }
-        // SAFETY: as above.
-        unsafe { out_of_line::<IMAGES>(question, list) }
+        // SAFETY: `self` proves that this processor has the features that `out_of_line` enables.
+        unsafe { out_of_line::<IMAGES>(self, question, list) }
     }
 }
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
-impl Masks for Bits {
+// SAFETY: only `Avx512::detect` makes an `Avx512`, after it has found AVX2.
+unsafe impl Masks for Avx512 {
+    /// A bit for each number, of registers of 256 bits.
     type Some = __mmask8;
 
     #[inline(always)]
-    unsafe fn below_and_above_zero(here: __m256d, there: __m256d) -> __mmask8 {
-        // SAFETY: the caller vouches for these parts of AVX-512, here and below.
+    fn below_and_above_zero(self, here: __m256d, there: __m256d) -> __mmask8 {
+        // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
         unsafe {
             let zero = _mm256_setzero_pd();
             let above = _mm256_cmp_pd_mask::<_CMP_GT_OQ>(there, zero);
@@ -147,43 +158,43 @@ impl Masks for Bits {
     }
 
     #[inline(always)]
-    unsafe fn at_most(some: __mmask8, numbers: __m256d, most: __m256d) -> __mmask8 {
-        // SAFETY: as above.
+    fn at_most(self, some: __mmask8, numbers: __m256d, most: __m256d) -> __mmask8 {
+        // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
         unsafe { _mm256_mask_cmp_pd_mask::<_CMP_LE_OQ>(some, numbers, most) }
     }
 
     #[inline(always)]
-    unsafe fn is_any([some, others]: [__mmask8; 2]) -> bool {
+    fn is_any(self, [some, others]: [__mmask8; 2]) -> bool {
         some | others != 0
     }
 
     #[inline(always)]
-    unsafe fn quotients(some: __mmask8, dividends: __m256d, divisors: __m256d) -> __m256d {
-        // SAFETY: as above.
+    fn quotients(self, some: __mmask8, dividends: __m256d, divisors: __m256d) -> __m256d {
+        // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
         unsafe { _mm256_mask_div_pd(_mm256_set1_pd(f64::INFINITY), some, dividends, divisors) }
     }
 
     #[inline(always)]
-    unsafe fn equal(numbers: __m256d, others: __m256d) -> u32 {
-        // SAFETY: as above.
+    fn equal(self, numbers: __m256d, others: __m256d) -> u32 {
+        // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
         unsafe { u32::from(_mm256_cmp_pd_mask::<_CMP_EQ_OQ>(numbers, others)) }
     }
 
     #[inline(always)]
-    unsafe fn equal_whole(numbers: __m256i, others: __m256i) -> u32 {
-        // SAFETY: as above.
+    fn equal_whole(self, numbers: __m256i, others: __m256i) -> u32 {
+        // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
         unsafe { u32::from(_mm256_cmpeq_epi32_mask(numbers, others)) }
     }
 
     #[inline(always)]
-    unsafe fn all_less(numbers: __m256i, others: __m256i) -> bool {
-        // SAFETY: as above.
+    fn all_less(self, numbers: __m256i, others: __m256i) -> bool {
+        // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
         unsafe { _mm256_cmpge_epu32_mask(numbers, others) == 0 }
     }
 
     #[inline(always)]
-    unsafe fn below_and_at_least([here, bound]: [__m256; 2], [there, least]: [__m256; 2]) -> u32 {
-        // SAFETY: as above.
+    fn below_and_at_least(self, [here, bound]: [__m256; 2], [there, least]: [__m256; 2]) -> u32 {
+        // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
         unsafe {
             let below = _mm256_cmp_ps_mask::<_CMP_LT_OQ>(here, bound);
             u32::from(_mm256_mask_cmp_ps_mask::<_CMP_GE_OQ>(below, there, least))
@@ -191,14 +202,17 @@ impl Masks for Bits {
     }
 
     #[inline(always)]
-    unsafe fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
+    fn soonest<const IMAGES: bool>(self, question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
         #[target_feature(enable = "avx2,avx512f,avx512vl,avx512dq,avx512bw")]
         #[inline(never)]
-        fn out_of_line<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
-            // SAFETY: this function itself requires these instructions.
-            SoonestSlot::of(list, |slots| unsafe { eight::<Bits, IMAGES>(question, slots) })
+        fn out_of_line<const IMAGES: bool>(
+            masks: Avx512,
+            question: &Question<'_>,
+            list: &Around<'_>,
+        ) -> SoonestSlot {
+            SoonestSlot::of(list, |slots| eight::<_, IMAGES>(masks, question, slots))
         }
-        // SAFETY: as above.
-        unsafe { out_of_line::<IMAGES>(question, list) }
+        // SAFETY: `self` proves that this processor has the features that `out_of_line` enables.
+        unsafe { out_of_line::<IMAGES>(self, question, list) }
     }
 }

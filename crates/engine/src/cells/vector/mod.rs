@@ -1,14 +1,24 @@
 //! The hot loop compiled thrice: for every processor of this kind, with AVX2 where there is AVX2, and with the masks and the
 //! more registers of AVX-512 where there are these.
 //!
-//! The one place of the project with unsafe code: calling functions that were compiled with instructions which the
-//! compiler does not take for granted, after having asked the processor for them; loads of eight lines whose indices
-//! were compared with the number of lines at once; loads and stores of as many numbers as there are; the store of a flight,
-//! in assembly; hints to memory. No version fuses a multiplication and an addition, and all do the same operations in
-//! the same order, so all compute the same bits.
+//! No version fuses a multiplication and an addition, and all do the same operations in the same
+//! order, so all compute the same bits.
 //!
-//! Tests are built with debug assertions, in which the standard library checks each unchecked access; those of the
-//! schedulers run their scenes in all ways.
+//! # Unsafe code
+//!
+//! This folder is the only place of the project with unsafe code. Safe code cannot misuse it:
+//!
+//! 1. *Instructions that not every processor has.* A kernel is a value. That of a vector kernel
+//!    contains a token that only feature detection makes (`instruction_sets.rs`), and every call of
+//!    a function with `#[target_feature]` is justified by such a token.
+//! 2. *Lines read without a check of each index.* One vector comparison checks eight indices
+//!    against the number of lines, and a slot out of range panics (`registers::bodies`).
+//! 3. *Loads and stores of whole registers.* Each goes through a reference to an array, or a slice
+//!    of checked length, of the size of the register. The store of a flight is in assembly.
+//! 4. *Prefetch.* It reads nothing that the program sees, and never faults.
+//!
+//! Debug assertions, which tests are built with, check each unchecked access once more.
+//! `.ci/memory` runs the tests of all kernels under AddressSanitizer and valgrind.
 //!
 //! What is written in pieces and read at once as a whole register has to wait until all of it has reached the cache, and with
 //! it all that hangs on it. So flights and lanes are written in whole registers, and cells of the grid in one piece.
@@ -21,17 +31,19 @@
 )]
 
 #[cfg(target_arch = "x86_64")]
+mod instruction_sets;
+#[cfg(target_arch = "x86_64")]
 mod masks;
 #[cfg(target_arch = "x86_64")]
 mod registers;
-
-use std::marker::PhantomData;
 
 use carom_detection::{DISC_LANES, Detection, DiscLanes};
 use carom_kinematics::{HALF_ULP, Motion};
 use glam::DVec2;
 use wide::f64x2;
 
+#[cfg(target_arch = "x86_64")]
+use self::instruction_sets::{Avx2, Avx512};
 use super::{
     Instructions, State,
     glance::{Flights, Glance},
@@ -110,25 +122,28 @@ pub(super) struct SoonestSlot {
 /// body that goes s ≥ 1 sides of lengths Sx, Sy in an epoch: the separation at its start is no longer than 2 s of them, and one more
 /// by its image; so its two subtractions, those of the velocities, the products and their difference round by no more than
 /// u (10 s + 4) (Sx + Sy) together.
-pub(super) trait Kernel {
+///
+/// A kernel is a value, not a type alone: that of a vector kernel proves that this processor has
+/// the instructions, so every function is safe to call.
+pub(super) trait Kernel: Copy {
     /// The answer of eight discs, in the images of their slots or, without these, none of them seen through the border of the box.
-    fn eight<const IMAGES: bool>(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest;
+    fn eight<const IMAGES: bool>(self, question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest;
 
     /// The answer of any list.
-    fn any(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot;
+    fn any(self, question: &Question<'_>, list: &Around<'_>) -> SoonestSlot;
 
     /// [`Question::lanes`] of eight slots.
-    fn lanes(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes;
+    fn lanes(self, question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes;
 
     /// Which of eight discs may be met at all, a bit each.
-    fn near(glance: &Glance, flights: &Flights) -> u32;
+    fn near(self, glance: &Glance, flights: &Flights) -> u32;
 
     /// Writes a flight the way the others read it: numbers written one by one cannot be read as one register until
     /// they have reached the cache, and the flight is read again at once.
-    fn write(flight: &mut [f64; 4], numbers: [f64; 4]);
+    fn write(self, flight: &mut [f64; 4], numbers: [f64; 4]);
 
     /// The slots that hold `slot`, a bit each.
-    fn find(slots: &[u32; DISC_LANES], slot: u32) -> u32;
+    fn find(self, slots: &[u32; DISC_LANES], slot: u32) -> u32;
 }
 
 impl Question<'_> {
@@ -238,6 +253,7 @@ impl SoonestSlot {
 }
 
 /// Registers of two numbers, as every processor has them, in safe code.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Portable;
 
 impl Portable {
@@ -338,12 +354,12 @@ struct Two {
 impl Kernel for Portable {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as writing the question down")]
-    fn eight<const IMAGES: bool>(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
+    fn eight<const IMAGES: bool>(self, question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
         Self::eight_of::<IMAGES>(&question, slots)
     }
 
     #[inline]
-    fn any(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
+    fn any(self, question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
         if list.at_border {
             Self::soonest::<true>(question, list)
         } else {
@@ -352,23 +368,23 @@ impl Kernel for Portable {
     }
 
     #[inline]
-    fn lanes(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
+    fn lanes(self, question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
         question.lanes(slots, images)
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "what the glance knows is to stay in registers")]
-    fn near(glance: &Glance, flights: &Flights) -> u32 {
+    fn near(self, glance: &Glance, flights: &Flights) -> u32 {
         glance.near(flights)
     }
 
     #[inline]
-    fn write(flight: &mut [f64; 4], numbers: [f64; 4]) {
+    fn write(self, flight: &mut [f64; 4], numbers: [f64; 4]) {
         *flight = numbers;
     }
 
     #[inline]
-    fn find(slots: &[u32; DISC_LANES], slot: u32) -> u32 {
+    fn find(self, slots: &[u32; DISC_LANES], slot: u32) -> u32 {
         let mut found = 0;
         for (place, &other) in slots.iter().enumerate() {
             found |= u32::from(other == slot) << place;
@@ -383,80 +399,74 @@ pub(super) fn expect<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: every processor of this kind has the instruction, and it reads nothing.
+        // SAFETY: SSE, which every x86-64 processor has, contains the instruction. It is a hint: at
+        // any address, mapped or not, it neither faults nor changes what the program sees.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(slice.as_ptr().wrapping_add(index).cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (slice, index);
 }
 
-/// Instructions that this processor has.
+/// Instructions that this processor has, with their proof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Available(Instructions);
+pub(super) enum Available {
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Avx2(Avx2),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(Avx512),
+}
 
-/// What of the wish this processor can fulfil.
+impl Available {
+    /// The instructions without their proof.
+    pub fn instructions(self) -> Instructions {
+        match self {
+            Self::Portable => Instructions::Portable,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(_) => Instructions::Avx2,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(_) => Instructions::Widest,
+        }
+    }
+}
+
+/// The best instructions that this processor has, up to those that are wished for.
 pub(super) fn available(wish: Instructions) -> Available {
     #[cfg(target_arch = "x86_64")]
     {
-        use std::arch::is_x86_feature_detected;
-        let has_avx2 = is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("bmi1")
-            && is_x86_feature_detected!("bmi2")
-            && is_x86_feature_detected!("lzcnt")
-            && is_x86_feature_detected!("popcnt");
-        let has_masks = has_avx2
-            // What comes with AVX-512 for the compiler, though nothing here fuses.
-            && is_x86_feature_detected!("fma")
-            && is_x86_feature_detected!("f16c")
-            && is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512vl")
-            && is_x86_feature_detected!("avx512dq")
-            && is_x86_feature_detected!("avx512bw");
-        match wish {
-            Instructions::Widest if has_masks => return Available(Instructions::Widest),
-            Instructions::Widest | Instructions::Avx2 if has_avx2 => return Available(Instructions::Avx2),
-            _ => {}
+        if wish == Instructions::Widest
+            && let Some(set) = Avx512::detect()
+        {
+            return Available::Avx512(set);
+        }
+        if wish != Instructions::Portable
+            && let Some(set) = Avx2::detect()
+        {
+            return Available::Avx2(set);
         }
     }
     let _ = wish;
-    Available(Instructions::Portable)
+    Available::Portable
 }
 
 /// Work that is compiled for each set of instructions.
-trait Work {
+pub(super) trait Work {
     type Answer;
 
     /// Does it with a kernel, inlined: compiled for what the kernel needs.
-    fn with<K: Kernel>(self) -> Self::Answer;
+    fn with<K: Kernel>(self, kernel: K) -> Self::Answer;
 }
 
 /// Does work in the build for certain instructions.
 #[inline]
-fn built_for<W: Work>(Available(instructions): Available, work: W) -> W::Answer {
-    #[cfg(target_arch = "x86_64")]
-    {
-        use self::{
-            masks::{Bits, Wide},
-            registers::Registers,
-        };
-        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-        fn with_avx2<W: Work>(work: W) -> W::Answer {
-            work.with::<Registers<Wide>>()
-        }
-        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
-        fn with_masks<W: Work>(work: W) -> W::Answer {
-            work.with::<Registers<Bits>>()
-        }
-        match instructions {
-            // SAFETY: an `Available` says so only where the processor reports all of these.
-            Instructions::Widest => return unsafe { with_masks(work) },
-            // SAFETY: as above.
-            Instructions::Avx2 => return unsafe { with_avx2(work) },
-            Instructions::Portable => {}
-        }
+fn built_for<W: Work>(instructions: Available, work: W) -> W::Answer {
+    match instructions {
+        #[cfg(target_arch = "x86_64")]
+        Available::Avx512(set) => set.run(work),
+        #[cfg(target_arch = "x86_64")]
+        Available::Avx2(set) => set.run(work),
+        Available::Portable => work.with(Portable),
     }
-    let _ = instructions;
-    work.with::<Portable>()
 }
 
 /// Defines a function that calls a method of [`State`] in the build for the instructions that were chosen.
@@ -479,8 +489,8 @@ macro_rules! built_for_each {
                 type Answer = ();
 
                 #[inline(always)]
-                fn with<K: Kernel>(self) {
-                    self.state.$name::<D, K>(self.world, self.detection $(, self.$argument)*);
+                fn with<K: Kernel>(self, kernel: K) {
+                    self.state.$name(kernel, self.world, self.detection $(, self.$argument)*);
                 }
             }
             built_for(state.instructions, Call { state, world, detection $(, $argument)* });
@@ -501,15 +511,15 @@ pub(super) fn run<L: EventLoop>(state: &mut State, events: L) -> L::End {
 
         #[inline(always)]
         #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-        fn with<K: Kernel>(self) -> L::End {
-            self.1.run(&mut Events::<K>(self.0, PhantomData))
+        fn with<K: Kernel>(self, kernel: K) -> L::End {
+            self.1.run(&mut Events(self.0, kernel))
         }
     }
     built_for(state.instructions, Run(state, events))
 }
 
 /// The events of an epoch, found with certain instructions.
-struct Events<'a, K>(&'a mut State, PhantomData<K>);
+struct Events<'a, K>(&'a mut State, K);
 
 #[expect(clippy::inline_always, reason = "compiled in one piece with the loop, with its instructions")]
 impl<K: Kernel> EventQueue for Events<'_, K> {
@@ -520,7 +530,7 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
         detection: &D,
         stop: f64,
     ) -> Option<ContactEvent> {
-        self.0.next_contact::<D, K>(world, detection, stop)
+        self.0.next_contact(self.1, world, detection, stop)
     }
 
     #[inline(always)]
@@ -536,7 +546,7 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
         bodies: [u32; 2],
         motions: [Motion; 2],
     ) {
-        self.0.motions_changed::<D, K>(world, detection, bodies, motions);
+        self.0.motions_changed(self.1, world, detection, bodies, motions);
     }
 
     #[inline(always)]
@@ -553,7 +563,7 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
         time: f64,
         flights: [[DVec2; 2]; 2],
     ) {
-        self.0.flights_changed::<D, K>(world, detection, bodies, time, flights);
+        self.0.flights_changed(self.1, world, detection, bodies, time, flights);
     }
 }
 
@@ -582,8 +592,8 @@ mod tests {
 
         #[inline(always)]
         #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-        fn with<K: Kernel>(self) -> u32 {
-            K::near(self.0, self.1)
+        fn with<K: Kernel>(self, kernel: K) -> u32 {
+            kernel.near(self.0, self.1)
         }
     }
 
@@ -592,11 +602,11 @@ mod tests {
 
         #[inline(always)]
         #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-        fn with<K: Kernel>(self) -> SoonestSlot {
-            let soonest = K::any(&self.0, &self.1);
+        fn with<K: Kernel>(self, kernel: K) -> SoonestSlot {
+            let soonest = kernel.any(&self.0, &self.1);
             self.1.for_each_eight(|slots| {
                 let images = self.1.at_border;
-                let (lanes, expected) = (K::lanes(&self.0, slots, images), self.0.lanes(slots, images));
+                let (lanes, expected) = (kernel.lanes(&self.0, slots, images), self.0.lanes(slots, images));
                 let bits = |lanes: &DiscLanes| {
                     let numbers = lanes.separation.iter().chain(&lanes.velocity).flatten();
                     let rest = [lanes.separation_error, lanes.speed];
@@ -612,9 +622,9 @@ mod tests {
             let mut eights = Vec::new();
             self.1.for_each_eight(|slots| eights.push(*slots));
             if let [slots] = eights.as_slice() {
-                assert_eq!(K::eight::<true>(self.0, slots).among(slots), soonest);
+                assert_eq!(kernel.eight::<true>(self.0, slots).among(slots), soonest);
                 if !self.1.at_border {
-                    assert_eq!(K::eight::<false>(self.0, slots).among(slots), soonest);
+                    assert_eq!(kernel.eight::<false>(self.0, slots).among(slots), soonest);
                 }
             }
             soonest
@@ -641,8 +651,8 @@ mod tests {
 
         #[inline(always)]
         #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-        fn with<K: Kernel>(self) -> u32 {
-            K::find(self.0, self.1)
+        fn with<K: Kernel>(self, kernel: K) -> u32 {
+            kernel.find(self.0, self.1)
         }
     }
 

@@ -1,6 +1,7 @@
 //! Discs asked in registers of four numbers, and seen at a glance in registers of eight, operation by operation as in
 //! [`Portable`](super::Portable), [`Question::lanes`] and [`Glance::near`].
 
+use std::arch::asm;
 use std::arch::x86_64::{
     __m256d, _mm_cvtsd_f64, _mm_min_pd, _mm_unpackhi_pd, _mm256_add_pd, _mm256_add_ps, _mm256_and_si256,
     _mm256_castpd256_pd128, _mm256_castsi256_si128, _mm256_cvtepi32_pd, _mm256_extractf128_pd,
@@ -9,7 +10,6 @@ use std::arch::x86_64::{
     _mm256_setr_pd, _mm256_slli_epi32, _mm256_sqrt_pd, _mm256_srai_epi32, _mm256_storeu_pd, _mm256_sub_epi32,
     _mm256_sub_pd, _mm256_sub_ps, _mm256_unpackhi_pd, _mm256_unpacklo_pd,
 };
-use std::{arch::asm, marker::PhantomData};
 
 use carom_kinematics::HALF_ULP;
 
@@ -18,60 +18,64 @@ use super::{
     SoonestSlot, masks::Masks,
 };
 
-/// Registers of 256 bits. To be used only in code compiled for AVX2 and for what the masks need: this is what its functions
-/// rely on.
-pub(in crate::cells) struct Registers<M>(PhantomData<M>);
+/// Registers of 256 bits, with masks of one kind.
+///
+/// A value exists only where `M` has one, hence only on a processor that has the instructions.
+#[derive(Clone, Copy)]
+pub(in crate::cells) struct Registers<M>(M);
 
+impl<M: Masks> Registers<M> {
+    /// Registers on a processor that has the instructions, as `masks` proves.
+    #[inline]
+    pub fn new(masks: M) -> Self {
+        Self(masks)
+    }
+}
+
+#[expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 impl<M: Masks> Kernel for Registers<M> {
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn eight<const IMAGES: bool>(question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
-        // SAFETY: this is named only in functions that are compiled for these instructions and called where they are there.
-        unsafe { eight::<M, IMAGES>(&question, slots) }
+    fn eight<const IMAGES: bool>(self, question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
+        eight::<M, IMAGES>(self.0, &question, slots)
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn any(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
-        // SAFETY: as above.
-        unsafe {
-            if list.at_border {
-                M::soonest::<true>(question, list)
-            } else {
-                M::soonest::<false>(question, list)
-            }
+    fn any(self, question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
+        if list.at_border {
+            self.0.soonest::<true>(question, list)
+        } else {
+            self.0.soonest::<false>(question, list)
         }
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn lanes(question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
-        // SAFETY: as above.
-        unsafe { if images { lanes::<M, true>(question, slots) } else { lanes::<M, false>(question, slots) } }
+    fn lanes(self, question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
+        if images {
+            lanes::<M, true>(self.0, question, slots)
+        } else {
+            lanes::<M, false>(self.0, question, slots)
+        }
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn near(glance: &Glance, flights: &Flights) -> u32 {
-        // SAFETY: as above.
-        unsafe { near::<M>(glance, flights) }
+    fn near(self, glance: &Glance, flights: &Flights) -> u32 {
+        near(self.0, glance, flights)
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn write(flight: &mut [f64; 4], [x, y, vx, vy]: [f64; 4]) {
-        // SAFETY: as above.
+    fn write(self, flight: &mut [f64; 4], [x, y, vx, vy]: [f64; 4]) {
+        // SAFETY: the token `self.0` proves AVX2 (see `Masks`), which is what both functions
+        // enable.
         unsafe { store(flight, _mm256_setr_pd(x, y, vx, vy)) }
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn find(slots: &[u32; DISC_LANES], slot: u32) -> u32 {
-        // SAFETY: as above; eight slots are read where eight slots are.
-        unsafe {
-            let slots = _mm256_loadu_si256(slots.as_ptr().cast());
-            M::equal_whole(slots, _mm256_set1_epi32(slot as i32))
-        }
+    fn find(self, slots: &[u32; DISC_LANES], slot: u32) -> u32 {
+        // SAFETY: the token `self.0` proves AVX2 (see `Masks`). The load reads 32 bytes, the size
+        // of the array that the reference borrows; it needs no alignment.
+        let (slots, slot) =
+            unsafe { (_mm256_loadu_si256(slots.as_ptr().cast()), _mm256_set1_epi32(slot as i32)) };
+        self.0.equal_whole(slots, slot)
     }
 }
 
@@ -80,60 +84,56 @@ impl<M: Masks> Kernel for Registers<M> {
 #[target_feature(enable = "avx2")]
 #[inline]
 fn store(numbers: &mut [f64; 4], register: __m256d) {
-    // SAFETY: the four numbers may be written, wherever they are; nothing else is touched.
+    // SAFETY: the instruction writes 32 bytes at the address of `numbers`, the size of the array
+    // that the reference borrows mutably, and needs no alignment. It changes no register, no flag,
+    // no stack.
     unsafe {
         asm!("vmovupd [{}], {}", in(reg) numbers, in(ymm_reg) register, options(nostack, preserves_flags));
     }
 }
 
-/// Inlined in any case: a call would write registers to memory and read them back.
+/// The soonest contact with the discs in eight slots.
 ///
-/// # Safety
-/// Only in code that is compiled for AVX2, and for what the masks need.
+/// Inlined in any case, as everything below: a call would write registers to memory and read them
+/// back.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-pub(super) unsafe fn eight<M: Masks, const IMAGES: bool>(
+pub(super) fn eight<M: Masks, const IMAGES: bool>(
+    masks: M,
     question: &Question<'_>,
     slots: &[u32; DISC_LANES],
 ) -> Soonest {
-    // SAFETY: the caller vouches for AVX2 and what the masks need, which is all that these instructions need.
-    unsafe {
-        let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(question, slots);
-        let shifts = IMAGES.then(|| shifts(question, slots));
-        let low = Four::of_lines(question, [a, b, c, d], shifts.map(|[low, _]| low));
-        let high = Four::of_lines(question, [e, f, g, h], shifts.map(|[_, high]| high));
-        soonest_of::<M>(low, high)
-    }
+    let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(masks, question, slots);
+    let shifts = IMAGES.then(|| shifts(masks, question, slots));
+    let low = Four::of_lines(masks, question, [a, b, c, d], shifts.map(|[low, _]| low));
+    let high = Four::of_lines(masks, question, [e, f, g, h], shifts.map(|[_, high]| high));
+    soonest_of(low, high)
 }
 
 /// The soonest of eight.
-///
-/// # Safety
-/// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn soonest_of<M: Masks>(low: Four, high: Four) -> Soonest {
-    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
-    unsafe {
-        let in_contact = M::is_any([low.in_contact::<M>(), high.in_contact::<M>()]);
-        let (low, high) = (low.times::<M>(), high.times::<M>());
+fn soonest_of<M: Masks>(low: Four<M>, high: Four<M>) -> Soonest {
+    let masks = low.masks;
+    let in_contact = masks.is_any([low.in_contact(), high.in_contact()]);
+    let (low, high) = (low.times(), high.times());
+    // SAFETY: `masks` proves AVX2 (see `Masks`); the instructions touch no memory.
+    let (time, spread) = unsafe {
         let least = _mm256_min_pd(low, high);
         let least = _mm_min_pd(_mm256_castpd256_pd128(least), _mm256_extractf128_pd::<1>(least));
         let time = _mm_cvtsd_f64(_mm_min_pd(least, _mm_unpackhi_pd(least, least)));
-        let spread = _mm256_set1_pd(time);
-        Soonest { time, slots: M::equal(low, spread) | M::equal(high, spread) << 4, in_contact }
-    }
+        (time, _mm256_set1_pd(time))
+    };
+    Soonest { time, slots: masks.equal(low, spread) | masks.equal(high, spread) << 4, in_contact }
 }
 
 /// By how much the discs in eight slots are shifted by the images in which they are seen (length), x and y of four and of the
 /// other four: [`image_of`](super::image_of) of all at once, times the sides.
-///
-/// # Safety
-/// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn shifts(question: &Question<'_>, slots: &[u32; DISC_LANES]) -> [[__m256d; 2]; 2] {
-    // SAFETY: the caller vouches for AVX2; eight slots are read where eight slots are.
+fn shifts<M: Masks>(_: M, question: &Question<'_>, slots: &[u32; DISC_LANES]) -> [[__m256d; 2]; 2] {
+    // SAFETY: the token proves AVX2 (see `Masks`). The load reads 32 bytes, the size of the array
+    // that the reference borrows; it needs no alignment. Nothing else touches memory.
     unsafe {
         let slots = _mm256_loadu_si256(slots.as_ptr().cast());
         // Minus one where the bit is set that is so many from the highest.
@@ -152,24 +152,19 @@ unsafe fn shifts(question: &Question<'_>, slots: &[u32; DISC_LANES]) -> [[__m256
 }
 
 /// A row of four numbers.
-///
-/// # Safety
-/// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn load(row: &[f64; 4]) -> __m256d {
-    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+fn load<M: Masks>(_: M, row: &[f64; 4]) -> __m256d {
+    // SAFETY: the token proves AVX2 (see `Masks`); the numbers are read by their indices, in safe
+    // code.
     unsafe { _mm256_setr_pd(row[0], row[1], row[2], row[3]) }
 }
 
 /// From a row for each of four discs to a register for each of x, y, vx, vy.
-///
-/// # Safety
-/// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn by_number([a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
-    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+fn by_number<M: Masks>(_: M, [a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
+    // SAFETY: the token proves AVX2 (see `Masks`); the instructions touch no memory.
     unsafe {
         let (x_vx_ab, x_vx_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
         let (y_vy_ab, y_vy_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
@@ -183,50 +178,46 @@ unsafe fn by_number([a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
 }
 
 /// Eight slots, as seen from the asking disc: [`Question::lanes`], written down in whole registers, as it is read.
-///
-/// # Safety
-/// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn lanes<M: Masks, const IMAGES: bool>(
+fn lanes<M: Masks, const IMAGES: bool>(
+    masks: M,
     question: &Question<'_>,
     slots: &[u32; DISC_LANES],
 ) -> DiscLanes {
     let mut lanes = DiscLanes::empty(question.separation_error, question.speed());
-    // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
-    unsafe {
-        let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(question, slots);
-        let shifts = IMAGES.then(|| shifts(question, slots));
-        write_lanes::<0>(question, [a, b, c, d], shifts.map(|[low, _]| low), &mut lanes);
-        write_lanes::<4>(question, [e, f, g, h], shifts.map(|[_, high]| high), &mut lanes);
-    }
+    let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(masks, question, slots);
+    let shifts = IMAGES.then(|| shifts(masks, question, slots));
+    write_lanes::<M, 0>(masks, question, [a, b, c, d], shifts.map(|[low, _]| low), &mut lanes);
+    write_lanes::<M, 4>(masks, question, [e, f, g, h], shifts.map(|[_, high]| high), &mut lanes);
     lanes
 }
 
 /// Four bodies into the lanes from the `FIRST` on.
-///
-/// # Safety
-/// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn write_lanes<const FIRST: usize>(
+fn write_lanes<M: Masks, const FIRST: usize>(
+    masks: M,
     question: &Question<'_>,
     [a, b, c, d]: [&Line; 4],
     shifts: Option<[__m256d; 2]>,
     lanes: &mut DiscLanes,
 ) {
-    // SAFETY: the caller vouches for AVX2; four numbers are written where four numbers are.
+    // SAFETY: `masks` proves AVX2 (see `Masks`). Each store writes 32 bytes at the start of a slice
+    // of four `f64`, whose bounds the slicing has checked; it needs no alignment.
     unsafe {
-        let from = load(&question.from.flight);
+        let from = load(masks, &question.from.flight);
         let reach = if let Some(like) = question.like {
             _mm256_set1_pd(like.sigma)
         } else {
             let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
             _mm256_add_pd(radii, _mm256_set1_pd(question.from.radius))
         };
-        let (a, b) = (_mm256_sub_pd(load(&a.flight), from), _mm256_sub_pd(load(&b.flight), from));
-        let (c, d) = (_mm256_sub_pd(load(&c.flight), from), _mm256_sub_pd(load(&d.flight), from));
-        let [x, y, vx, vy] = by_number([a, b, c, d]);
+        let (a, b) =
+            (_mm256_sub_pd(load(masks, &a.flight), from), _mm256_sub_pd(load(masks, &b.flight), from));
+        let (c, d) =
+            (_mm256_sub_pd(load(masks, &c.flight), from), _mm256_sub_pd(load(masks, &d.flight), from));
+        let [x, y, vx, vy] = by_number(masks, [a, b, c, d]);
         let (mut x0, mut y0) = (x, y);
         if let Some([x, y]) = shifts {
             (x0, y0) = (_mm256_add_pd(x0, x), _mm256_add_pd(y0, y));
@@ -246,13 +237,11 @@ unsafe fn write_lanes<const FIRST: usize>(
 }
 
 /// Which of eight discs may be met, as [`Glance::near`] says it.
-///
-/// # Safety
-/// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn near<M: Masks>(glance: &Glance, flights: &Flights) -> u32 {
-    // SAFETY: the caller vouches for AVX2; eight numbers are read where eight numbers are.
+fn near<M: Masks>(masks: M, glance: &Glance, flights: &Flights) -> u32 {
+    // SAFETY: `masks` proves AVX2 (see `Masks`). Each load reads 32 bytes, the size of the array of
+    // eight `f32` that the reference borrows; it needs no alignment. Nothing else touches memory.
     unsafe {
         let [x, y, vx, vy] = flights;
         let (x, y) = (_mm256_loadu_ps(x.as_ptr()), _mm256_loadu_ps(y.as_ptr()));
@@ -270,42 +259,45 @@ unsafe fn near<M: Masks>(glance: &Glance, flights: &Flights) -> u32 {
         let discriminant =
             _mm256_sub_ps(_mm256_mul_ps(reach_squared, v_squared), _mm256_mul_ps(cross, cross));
         let least = _mm256_set1_ps(Glance::LEAST);
-        M::below_and_at_least([b, _mm256_set1_ps(glance.receding)], [discriminant, least])
+        masks.below_and_at_least([b, _mm256_set1_ps(glance.receding)], [discriminant, least])
     }
 }
 
 /// The eight bodies of eight slots; a slot without an image is an index itself.
-///
-/// # Safety
-/// As [`eight`].
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-unsafe fn bodies<'a, M: Masks, const IMAGES: bool>(
+fn bodies<'a, M: Masks, const IMAGES: bool>(
+    masks: M,
     question: &Question<'a>,
     slots: &[u32; DISC_LANES],
 ) -> [&'a Line; DISC_LANES] {
     let lines = question.lines;
-    // SAFETY: the caller vouches for AVX2; eight slots are read where eight slots are.
-    let within = unsafe {
+    // SAFETY: `masks` proves AVX2 (see `Masks`). The load reads 32 bytes, the size of the array
+    // that the reference borrows; it needs no alignment. Nothing else touches memory.
+    let (indices, count) = unsafe {
         // This instruction, so that the compiler does not take the register apart for the indices: it cannot know that
         // they are the same.
         let mut indices = _mm256_lddqu_si256(slots.as_ptr().cast());
         if IMAGES {
             indices = _mm256_and_si256(indices, _mm256_set1_epi32(INDEX_MASK as i32));
         }
-        M::all_less(indices, _mm256_set1_epi32(lines.len() as i32))
+        (indices, _mm256_set1_epi32(lines.len() as i32))
     };
-    assert!(within, "a slot holds a body that is not there");
+    assert!(masks.all_less(indices, count), "a slot holds a body that is not there");
     slots.map(|slot| {
         let index = if IMAGES { slot & INDEX_MASK } else { slot };
-        // SAFETY: every one of the eight indices has just been found less than the number of lines.
+        // SAFETY: the assertion above holds for this index, which is one of the eight in the
+        // register: it is less than the number of lines, or than its lowest 32 bits, which are no
+        // greater.
         unsafe { lines.get_unchecked(index as usize) }
     })
 }
 
 /// Four discs on their way past the asking one.
 #[derive(Clone, Copy)]
-struct Four {
+struct Four<M> {
+    /// Proof of the instructions.
+    masks: M,
     /// d·v and d·d − σ², d and v from the other disc to the asking one.
     b: __m256d,
     c: __m256d,
@@ -315,19 +307,17 @@ struct Four {
     touching: __m256d,
 }
 
-impl Four {
+impl<M: Masks> Four<M> {
     /// Four bodies by their lines, seen in images that shift them by `shifts` (length).
-    ///
-    /// # Safety
-    /// As [`eight`].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    unsafe fn of_lines(
+    fn of_lines(
+        masks: M,
         question: &Question<'_>,
         [a, b, c, d]: [&Line; 4],
         shifts: Option<[__m256d; 2]>,
     ) -> Self {
-        // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+        // SAFETY: `masks` proves AVX2 (see `Masks`); the instructions touch no memory.
         unsafe {
             let (sigma_squared, touching) = if let Some(like) = question.like {
                 (_mm256_set1_pd(like.sigma_squared), _mm256_set1_pd(like.touching))
@@ -340,12 +330,14 @@ impl Four {
                 let touching = _mm256_mul_pd(_mm256_mul_pd(_mm256_set1_pd(4.0), sigma), error);
                 (_mm256_mul_pd(sigma, sigma), touching)
             };
-            let from = load(&question.from.flight);
+            let from = load(masks, &question.from.flight);
             // From the other to the asking one, which is what one instruction gives. Every sum and product below has the
             // bits that it has the other way round.
-            let (a, b) = (_mm256_sub_pd(from, load(&a.flight)), _mm256_sub_pd(from, load(&b.flight)));
-            let (c, d) = (_mm256_sub_pd(from, load(&c.flight)), _mm256_sub_pd(from, load(&d.flight)));
-            let [origin_x, origin_y, vx, vy] = by_number([a, b, c, d]);
+            let (a, b) =
+                (_mm256_sub_pd(from, load(masks, &a.flight)), _mm256_sub_pd(from, load(masks, &b.flight)));
+            let (c, d) =
+                (_mm256_sub_pd(from, load(masks, &c.flight)), _mm256_sub_pd(from, load(masks, &d.flight)));
+            let [origin_x, origin_y, vx, vy] = by_number(masks, [a, b, c, d]);
             let (mut x0, mut y0) = (origin_x, origin_y);
             if let Some([x, y]) = shifts {
                 (x0, y0) = (_mm256_sub_pd(x0, x), _mm256_sub_pd(y0, y));
@@ -353,24 +345,22 @@ impl Four {
             let now = _mm256_set1_pd(question.now);
             let dx = _mm256_add_pd(x0, _mm256_mul_pd(vx, now));
             let dy = _mm256_add_pd(y0, _mm256_mul_pd(vy, now));
-            Self::of([x0, y0], [dx, dy], [vx, vy], sigma_squared, touching)
+            Self::of(masks, [x0, y0], [dx, dy], [vx, vy], sigma_squared, touching)
         }
     }
 
     /// Four discs from their separations at the start of the epoch and now, and their velocities.
-    ///
-    /// # Safety
-    /// As [`eight`].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    unsafe fn of(
+    fn of(
+        masks: M,
         [x0, y0]: [__m256d; 2],
         [dx, dy]: [__m256d; 2],
         [vx, vy]: [__m256d; 2],
         sigma_squared: __m256d,
         touching: __m256d,
     ) -> Self {
-        // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
+        // SAFETY: `masks` proves AVX2 (see `Masks`); the instructions touch no memory.
         unsafe {
             let b = _mm256_add_pd(_mm256_mul_pd(dx, vx), _mm256_mul_pd(dy, vy));
             let d_squared = _mm256_add_pd(_mm256_mul_pd(dx, dx), _mm256_mul_pd(dy, dy));
@@ -379,44 +369,34 @@ impl Four {
             let v_squared = _mm256_add_pd(_mm256_mul_pd(vx, vx), _mm256_mul_pd(vy, vy));
             let discriminant =
                 _mm256_sub_pd(_mm256_mul_pd(sigma_squared, v_squared), _mm256_mul_pd(cross, cross));
-            Self { b, c, discriminant, touching }
+            Self { masks, b, c, discriminant, touching }
         }
     }
 
     /// Which of them come to a contact.
-    ///
-    /// # Safety
-    /// As [`eight`].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    unsafe fn closes<M: Masks>(self) -> M::Some {
-        // SAFETY: the caller vouches for what the masks need.
-        unsafe { M::below_and_above_zero(self.b, self.discriminant) }
+    fn closes(self) -> M::Some {
+        self.masks.below_and_above_zero(self.b, self.discriminant)
     }
 
     /// Times of contact, infinite for never.
-    ///
-    /// # Safety
-    /// As [`eight`].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    unsafe fn times<M: Masks>(self) -> __m256d {
-        // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
-        unsafe {
+    fn times(self) -> __m256d {
+        // SAFETY: `masks` proves AVX2 (see `Masks`); the instructions touch no memory.
+        let divisors = unsafe {
             // NaN where there is no root, and then not looked at.
             let root = _mm256_sqrt_pd(self.discriminant);
-            M::quotients(self.closes::<M>(), self.c, _mm256_sub_pd(root, self.b))
-        }
+            _mm256_sub_pd(root, self.b)
+        };
+        self.masks.quotients(self.closes(), self.c, divisors)
     }
 
     /// A mask of those that need a closer look.
-    ///
-    /// # Safety
-    /// As [`eight`].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    unsafe fn in_contact<M: Masks>(self) -> M::Some {
-        // SAFETY: the caller vouches for AVX2, which is all that these instructions need.
-        unsafe { M::at_most(self.closes::<M>(), self.c, self.touching) }
+    fn in_contact(self) -> M::Some {
+        self.masks.at_most(self.closes(), self.c, self.touching)
     }
 }
