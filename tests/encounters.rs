@@ -43,7 +43,7 @@ enum Verdict {
 /// Times count as right within the tolerance of the pair at the known contact.
 fn verdict(encounter: &Encounter, outcome: Outcome) -> Verdict {
     match (encounter.expected.unwrap(), outcome) {
-        (_, Outcome::FreeUntil(_) | Outcome::Unresolved(_)) => Verdict::Unresolved,
+        (_, Outcome::FreeUntil(_) | Outcome::Unresolved(_) | Outcome::OutOfRange) => Verdict::Unresolved,
         (Expected::Free, Outcome::Free) => Verdict::Right,
         (Expected::Free, Outcome::Contact(_)) => Verdict::False,
         (Expected::Contact { .. }, Outcome::Free) => Verdict::Missed,

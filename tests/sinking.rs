@@ -224,12 +224,16 @@ fn check_clusters<S: Scheduler>(options: &S::Options) {
     for elasticity in [0.0, 1e-3, 0.5, 1.0] {
         let mut worst = Depth::default();
         let mut deep = 0;
-        for case in 0..cases {
+        let only = std::env::var("CASE").ok().map(|case| case.parse().expect("a number"));
+        for case in only.map_or(0..cases, |case| case..case + 1) {
             let scene = Draw::new(case).cluster(elasticity);
             let result = depth::<S>(&scene, options, until, MOST_CONTACTS);
             if result.deepest > DEEPEST {
                 deep += 1;
                 eprintln!("e = {elasticity}, case {case}: {result:?}");
+                if only.is_some() {
+                    eprintln!("{}", scene.to_toml());
+                }
             }
             worst.deepest = worst.deepest.max(result.deepest);
             worst.contacts = worst.contacts.max(result.contacts);

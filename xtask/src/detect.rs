@@ -111,6 +111,7 @@ impl Finding {
             Outcome::Contact(_) => "contact",
             Outcome::Free => "free",
             Outcome::FreeUntil(_) | Outcome::Unresolved(_) => "unresolved",
+            Outcome::OutOfRange => "out-of-range",
         }
     }
 
@@ -127,7 +128,7 @@ impl Finding {
             Outcome::FreeUntil(time) | Outcome::Unresolved(time) => {
                 [time.to_string(), String::new(), String::new()]
             }
-            Outcome::Free => Default::default(),
+            Outcome::Free | Outcome::OutOfRange => Default::default(),
         }
     }
 }
@@ -139,7 +140,7 @@ impl Summary {
         match finding.outcome {
             Outcome::Contact(_) => self.contacts += 1,
             Outcome::Free => self.free += 1,
-            Outcome::FreeUntil(_) | Outcome::Unresolved(_) => self.unresolved += 1,
+            Outcome::FreeUntil(_) | Outcome::Unresolved(_) | Outcome::OutOfRange => self.unresolved += 1,
         }
     }
 }
@@ -169,7 +170,7 @@ fn first_contact(detector: &impl Detection, encounter: &Encounter) -> Finding {
                 Outcome::Contact(contact)
             }
             Outcome::Unresolved(later) => Outcome::Unresolved(time + later),
-            Outcome::Free => Outcome::Free,
+            outcome @ (Outcome::Free | Outcome::OutOfRange) => outcome,
         };
         return Finding { outcome, evaluations };
     }

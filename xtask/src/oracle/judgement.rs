@@ -46,7 +46,7 @@ impl<N: Number> Reference<N> {
         let passed = |time: f64| deep.is_some_and(|deep| N::new(time).minus(&deep.time).value() > 0.0);
         let plain = |verdict| Judgement { verdict, deviation: None };
         Some(match answer.outcome {
-            Outcome::Unresolved(_) => plain(Verdict::GaveUp),
+            Outcome::Unresolved(_) | Outcome::OutOfRange => plain(Verdict::GaveUp),
             Outcome::FreeUntil(time) if passed(time) => plain(Verdict::Missed),
             Outcome::FreeUntil(_) => plain(Verdict::FreeUntil),
             Outcome::Free if deep.is_some() => plain(Verdict::Missed),
