@@ -3,7 +3,7 @@
 use carom_kinematics::HALF_ULP as U;
 use glam::DVec2;
 
-use crate::error_bound::one_norm;
+use crate::{error_bound::one_norm, tolerance::RESTING_DEPTH};
 
 /// When two discs in flight first touch (time from now), infinite if never.
 ///
@@ -13,13 +13,12 @@ use crate::error_bound::one_norm;
 /// `errors` bound the rounding of d (length) and the resolution of v. They decide about a pair that touches or overlaps,
 /// with w = (E + 16 u σ)|v|/σ + δv the resolution of the closing speed:
 /// * c > τ, with τ what E makes of c: the pair is apart, and the formula above holds;
-/// * |c| ≤ τ, touching: in contact if it closes faster than w. A contact whose impulse changes nothing would otherwise repeat
-///   for ever. A pair that closes more slowly is in contact when it has become deeper by τ;
-/// * c < −τ, overlapping by more than rounding: in contact if it closes at all.
+/// * |c| ≤ τ, touching: in contact if it closes faster than w. A pair that closes more slowly is in contact when it is
+///   τ/8 below min(c, 0), and one deeper than τ/8 is in contact unless it parts;
+/// * c < −τ, overlapping by more than rounding: in contact if it closes.
 ///
-/// So a pair whose contacts end with the discs parting faster than w never gets deeper than 2 τ: discs that part on straight
-/// lines do not come back. (A pair that neither closes nor parts to rounding moves along its tangent, and gets deeper by
-/// E²/σ at most.)
+/// So a pair whose contacts end with the discs parting faster than w never gets deeper than τ/4 beyond rounding: discs that
+/// part on straight lines do not come back. Bodies at rest next to each other are never in contact, whatever their depth.
 pub(crate) fn disc_contact(d: DVec2, v: DVec2, sigma: f64, errors: (f64, f64)) -> f64 {
     contact_of_passing(d, v, d.perp_dot(v), sigma, errors)
 }
@@ -33,16 +32,24 @@ pub(crate) fn contact_of_passing(d: DVec2, v: DVec2, cross: f64, sigma: f64, err
     let discriminant = sigma * sigma * v_squared - cross * cross;
     let error = separation_error + 8.0 * U * sigma;
     let touching = 2.0 * sigma * error;
+    // When d² is σ² − `depth`; at once where it is less already.
+    let time_to = |depth: f64| {
+        let discriminant = discriminant - depth * v_squared;
+        if b < 0.0 && discriminant > 0.0 {
+            (c + depth).max(0.0) / (discriminant.sqrt() - b)
+        } else {
+            f64::INFINITY
+        }
+    };
     // |v| times the angle by which the normal d/σ may be off, and eight roundings.
     let resolved = (error + 8.0 * U * sigma) * one_norm(v) + velocity_error * sigma;
-    let is_unresolved = c.abs() <= touching && b >= -resolved;
-    // In contact where d² = σ² − `depth`.
-    let depth = if is_unresolved { touching - c.min(0.0) } else { 0.0 };
-    let discriminant = discriminant - depth * v_squared;
-    if b < 0.0 && discriminant > 0.0 {
-        (c + depth).max(0.0) / (discriminant.sqrt() - b)
+    let resting = RESTING_DEPTH * touching;
+    if c.abs() > touching || b < -resolved || resolved == 0.0 {
+        time_to(0.0)
+    } else if c < -resting {
+        if b <= 0.0 { 0.0 } else { f64::INFINITY }
     } else {
-        f64::INFINITY
+        time_to(resting - c.min(0.0))
     }
 }
 
@@ -80,7 +87,9 @@ mod tests {
             let d = DVec2::new(1.0 + gap, 0.0);
             assert!(disc_contact(d, DVec2::new(-1.0, 0.2), 1.0, EXACT) < 1e-15, "closing, gap {gap}");
             assert_eq!(disc_contact(d, DVec2::new(1.0, 0.2), 1.0, EXACT), f64::INFINITY);
-            assert_eq!(disc_contact(d, DVec2::new(0.0, 0.2), 1.0, EXACT), f64::INFINITY);
+            // One that slides is in contact if it is deeper than τ/8 = ε, one at rest never.
+            let sliding = if gap < 0.0 { 0.0 } else { f64::INFINITY };
+            assert_eq!(disc_contact(d, DVec2::new(0.0, 0.2), 1.0, EXACT), sliding);
             assert_eq!(disc_contact(d, DVec2::ZERO, 1.0, EXACT), f64::INFINITY);
         }
     }

@@ -43,16 +43,17 @@
 //!    gap at h is within 2 E of 0. The rate there, −√(g'² − 2 g'' g) to within C₃ h²/2 + E' + h E'', must be below −E'.
 //! 7. **Last correction.** A pair found within E of contact is corrected by −g/g' if C h² ≤ E, with C = K + |d'|²/|d| (for a
 //!    face K). *Proof.* By concavity of the root |d(t+h)| ≤ |d| + g' h + C h²/2.
-//! 8. **Contact.** A pair with |g| ≤ E ("touching") is in contact if g' < −E'. A pair with g < −E ("deep") is in contact
-//!    unless g' ≥ E', that is, unless it certainly parts. A pair that touches and neither closes nor is deep is left alone,
-//!    up to where the bound of Lemma 1 is E below min(g, 0).
-//! 9. **No sinking.** Let each contact end with the parts separating at 2 E' or faster. Then no pair gets deeper than 3 E by
-//!    its motion, however many contacts it has. *Proof.* A touching pair is followed to a computed gap of −2 E at most, which
-//!    is −3 E exactly. A deep pair that parts is followed only as long as Lemma 1 certifies that the gap is not below its
-//!    present value (a fall of 0 in place of E), until it no longer parts; it is then in contact by Lemma 8, no deeper
-//!    than before. A pair that is back very soon is followed by its gap relative to the last contact (Lemma 10), which
-//!    ends where it began to within 10⁻² E. What remains is the rounding of places at each contact, which the engine
-//!    directs outwards for deep pairs.
+//! 8. **Contact.** A pair with |g| ≤ E touches. It is in contact if g' < −E'. A pair with g < −E/8 is deep
+//!    ([`RESTING_DEPTH`](crate::tolerance::RESTING_DEPTH)). It is in contact unless g' ≥ E', that is, unless it certainly
+//!    parts. A pair that touches and neither closes nor is deep is left alone, up to where the bound of Lemma 1 is E/8
+//!    below min(g, 0). Every contact so decided has |g| ≤ 2 E exactly, unless the pair was deeper already.
+//! 9. **No sinking.** Let each contact end with the parts separating at 2 E' or faster. Then no pair gets deeper than
+//!    E/4 by its computed gap, or 5/4 E exactly, however many contacts it has. *Proof.* A pair that touches is followed to a
+//!    computed gap of −E/4 at most. A deep pair that parts is followed only as long as Lemma 1 certifies that the gap is
+//!    not below its present value, until it no longer parts; it is then in contact by Lemma 8, no deeper than before.
+//!    A pair that is back very soon is followed by its gap relative to the last contact (Lemma 10), which ends where it
+//!    began to within 10⁻² E. What remains is the rounding of places at each contact, which the engine directs outwards
+//!    for deep pairs.
 //! 10. **Gap since the contact.** While a pair is within E of contact the gap is lost in E; its change since the contact is
 //!     not. With δ = d(h) − d(0) = V h + (R(ω_B h) − 1) r_B − (R(ω_A h) − 1) r_A and (R(φ) − 1) r = −2 sin²(φ/2) r +
 //!     sin φ r^⊥, g(h) − g(0) = δ·(2 d(0) + δ)/(|d(h)| + |d(0)|) is a sum of terms that are each known to a few roundings of
@@ -67,7 +68,7 @@ use carom_kinematics::HALF_ULP as U;
 use crate::{
     safe_step::{Curvature, safe_step, short_step},
     search::Search,
-    tolerance::{MOST_RECONTACT_STEPS, SHORT_STEPS, SOON, STEP_MARGIN},
+    tolerance::{MOST_RECONTACT_STEPS, RESTING_DEPTH, SHORT_STEPS, SOON, STEP_MARGIN},
 };
 
 /// How the search for one pair of parts ended.
@@ -251,15 +252,15 @@ pub(crate) trait GapFunction {
 }
 
 impl Gap {
-    /// Whether the parts overlap by more than rounding.
+    /// Whether the parts are deeper in each other than parts that rest (Lemma 8).
     fn is_deep(&self) -> bool {
-        self.value < -self.error
+        self.value < -RESTING_DEPTH * self.error
     }
 
     /// How much deeper parts may get before the next look, if they touch or overlap and are not in contact (Lemmas 8
-    /// and 9): to E below min(g, 0) if they touch, no deeper than they are if they overlap.
+    /// and 9): to E/8 below min(g, 0) if they touch, no deeper than they are if they are deep.
     pub(crate) fn fall(&self) -> f64 {
-        if self.is_deep() { 0.0 } else { self.value - self.value.min(0.0) + self.error }
+        if self.is_deep() { 0.0 } else { self.value - self.value.min(0.0) + RESTING_DEPTH * self.error }
     }
 
     /// Whether parts that touch or overlap are in contact (Lemma 8).

@@ -95,7 +95,7 @@ impl<const N: usize> DiscLanes<N> {
         if in_contact { self.decided_times() } else { times }
     }
 
-    /// The closed form, and whether some pair touches to rounding, or overlaps, and closes. Such a pair is rare
+    /// The closed form, and whether some pair touches to rounding, or overlaps, and does not part. Such a pair is rare
     /// and needs [`Self::decided_times`].
     #[inline(always)]
     #[expect(
@@ -114,9 +114,11 @@ impl<const N: usize> DiscLanes<N> {
             let cross = self.cross[lane];
             let discriminant = sigma * sigma * (vx * vx + vy * vy) - cross * cross;
             let root = if discriminant > 0.0 { discriminant } else { 0.0 }.sqrt();
-            let closes = (b < 0.0) & (discriminant > 0.0);
-            in_contact |= closes & (c <= 4.0 * sigma * (self.separation_error + 8.0 * U * sigma));
+            let does_not_part = b <= 0.0;
+            let closes = does_not_part & (discriminant > 0.0);
+            let touching = 4.0 * sigma * (self.separation_error + 8.0 * U * sigma);
             *time = if closes { c / (root - b) } else { f64::INFINITY };
+            in_contact |= (does_not_part & (c.abs() <= touching)) | (*time < 0.0);
         }
         (times, in_contact)
     }

@@ -48,6 +48,11 @@ pub const LEAST_SQUARE: f64 = 1e-280;
 /// proof. Larger: more steps for tiny atoms.
 pub const LEAST_ATOM_ERRORS: f64 = 128.0;
 
+/// A pair that touches is in contact when it has become deeper than this share of its rounding bound, however slowly it
+/// closes, and counts as deep from there on. Larger: bodies that rest on each other overlap by more. Smaller: contacts
+/// of bodies that slide on each other come at random times.
+pub const RESTING_DEPTH: f64 = 0.125;
+
 /// A pair that may be back within this share of the time in which it moves by its own size is followed by its gap
 /// relative to the contact that it leaves. Smaller than 10⁻⁷: rattling pairs lose digits of the interval. Larger:
 /// work in vain.

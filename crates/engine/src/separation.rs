@@ -12,10 +12,9 @@
 //!    times within a short time would do a random walk of 300 roundings. So the places of bodies that meet deeper than two
 //!    roundings of the side are rounded away from each other, by no more than they overlap and than four roundings.
 //!
-//! With these, the depth of a pair is bounded by 3 E plus the roundings of one contact, at any elasticity and for any number of
-//! contacts. The kinetic energy that 1 adds is of the order of E'² μ/2, some 10⁻²⁶ of what there is; the ledger counts it.
-//! Places change by rounding only, after the observers have seen the contact. Two bodies whose velocities are identical to the
-//! last bit never meet, so rule 3 does not reach them: their distance walks by a rounding an epoch.
+//! With these, the depth of a pair is bounded by 5/4 E plus the roundings of one contact, at any elasticity and for any number
+//! of contacts. The kinetic energy that 1 adds is of the order of E'² μ/2, some 10⁻²⁶ of what there is; the ledger counts
+//! it. Places change by rounding only, after the observers have seen the contact.
 
 use carom_detection::{Touch, resolved_speed};
 use carom_kinematics::{Inertia, Motion, RelativeMotion};

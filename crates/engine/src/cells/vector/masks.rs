@@ -2,11 +2,11 @@
 
 use std::arch::x86_64::{
     __m256, __m256d, __m256i, __mmask8, _CMP_EQ_OQ, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ,
-    _mm256_and_pd, _mm256_and_ps, _mm256_blendv_pd, _mm256_castsi256_ps, _mm256_cmp_pd, _mm256_cmp_pd_mask,
-    _mm256_cmp_ps, _mm256_cmp_ps_mask, _mm256_cmpeq_epi32, _mm256_cmpeq_epi32_mask, _mm256_cmpge_epu32_mask,
-    _mm256_div_pd, _mm256_mask_cmp_pd_mask, _mm256_mask_cmp_ps_mask, _mm256_mask_div_pd, _mm256_max_epu32,
-    _mm256_movemask_pd, _mm256_movemask_ps, _mm256_or_pd, _mm256_set1_pd, _mm256_setzero_pd,
-    _mm256_testz_si256,
+    _mm256_and_pd, _mm256_and_ps, _mm256_andnot_pd, _mm256_blendv_pd, _mm256_castsi256_ps, _mm256_cmp_pd,
+    _mm256_cmp_pd_mask, _mm256_cmp_ps, _mm256_cmp_ps_mask, _mm256_cmpeq_epi32, _mm256_cmpeq_epi32_mask,
+    _mm256_cmpge_epu32_mask, _mm256_div_pd, _mm256_mask_cmp_pd_mask, _mm256_mask_cmp_ps_mask,
+    _mm256_mask_div_pd, _mm256_max_epu32, _mm256_movemask_pd, _mm256_movemask_ps, _mm256_or_pd,
+    _mm256_set1_pd, _mm256_setzero_pd, _mm256_testz_si256,
 };
 
 use super::{
@@ -29,11 +29,14 @@ pub(in crate::cells) unsafe trait Masks: Copy {
     /// Some of four numbers.
     type Some: Copy;
 
-    /// Those that are less than zero here and greater than zero there.
-    fn below_and_above_zero(self, here: __m256d, there: __m256d) -> Self::Some;
+    /// Those that are not above zero.
+    fn not_above_zero(self, numbers: __m256d) -> Self::Some;
 
-    /// Those of some that are at most what they may be.
-    fn at_most(self, some: Self::Some, numbers: __m256d, most: __m256d) -> Self::Some;
+    /// Those of some that are above zero.
+    fn above_zero(self, some: Self::Some, numbers: __m256d) -> Self::Some;
+
+    /// Those of some whose magnitude is at most a bound.
+    fn within(self, some: Self::Some, numbers: __m256d, most: __m256d) -> Self::Some;
 
     /// Whether there is one among them.
     fn is_any(self, some: [Self::Some; 2]) -> bool;
@@ -64,19 +67,24 @@ unsafe impl Masks for Avx2 {
     type Some = __m256d;
 
     #[inline(always)]
-    fn below_and_above_zero(self, here: __m256d, there: __m256d) -> __m256d {
+    fn not_above_zero(self, numbers: __m256d) -> __m256d {
         // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
-        unsafe {
-            let zero = _mm256_setzero_pd();
-            let above = _mm256_cmp_pd::<_CMP_GT_OQ>(there, zero);
-            _mm256_and_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(here, zero), above)
-        }
+        unsafe { _mm256_cmp_pd::<_CMP_LE_OQ>(numbers, _mm256_setzero_pd()) }
     }
 
     #[inline(always)]
-    fn at_most(self, some: __m256d, numbers: __m256d, most: __m256d) -> __m256d {
-        // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
-        unsafe { _mm256_and_pd(some, _mm256_cmp_pd::<_CMP_LE_OQ>(numbers, most)) }
+    fn above_zero(self, some: __m256d, numbers: __m256d) -> __m256d {
+        // SAFETY: as above.
+        unsafe { _mm256_and_pd(some, _mm256_cmp_pd::<_CMP_GT_OQ>(numbers, _mm256_setzero_pd())) }
+    }
+
+    #[inline(always)]
+    fn within(self, some: __m256d, numbers: __m256d, most: __m256d) -> __m256d {
+        // SAFETY: as above.
+        unsafe {
+            let magnitudes = _mm256_andnot_pd(_mm256_set1_pd(-0.0), numbers);
+            _mm256_and_pd(some, _mm256_cmp_pd::<_CMP_LE_OQ>(magnitudes, most))
+        }
     }
 
     #[inline(always)]
@@ -148,19 +156,24 @@ unsafe impl Masks for Avx512 {
     type Some = __mmask8;
 
     #[inline(always)]
-    fn below_and_above_zero(self, here: __m256d, there: __m256d) -> __mmask8 {
-        // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
-        unsafe {
-            let zero = _mm256_setzero_pd();
-            let above = _mm256_cmp_pd_mask::<_CMP_GT_OQ>(there, zero);
-            _mm256_mask_cmp_pd_mask::<_CMP_LT_OQ>(above, here, zero)
-        }
+    fn not_above_zero(self, numbers: __m256d) -> __mmask8 {
+        // SAFETY: `self` proves that this processor has these parts of AVX-512; the instructions touch no memory.
+        unsafe { _mm256_cmp_pd_mask::<_CMP_LE_OQ>(numbers, _mm256_setzero_pd()) }
     }
 
     #[inline(always)]
-    fn at_most(self, some: __mmask8, numbers: __m256d, most: __m256d) -> __mmask8 {
-        // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
-        unsafe { _mm256_mask_cmp_pd_mask::<_CMP_LE_OQ>(some, numbers, most) }
+    fn above_zero(self, some: __mmask8, numbers: __m256d) -> __mmask8 {
+        // SAFETY: as above.
+        unsafe { _mm256_mask_cmp_pd_mask::<_CMP_GT_OQ>(some, numbers, _mm256_setzero_pd()) }
+    }
+
+    #[inline(always)]
+    fn within(self, some: __mmask8, numbers: __m256d, most: __m256d) -> __mmask8 {
+        // SAFETY: as above.
+        unsafe {
+            let magnitudes = _mm256_andnot_pd(_mm256_set1_pd(-0.0), numbers);
+            _mm256_mask_cmp_pd_mask::<_CMP_LE_OQ>(some, magnitudes, most)
+        }
     }
 
     #[inline(always)]

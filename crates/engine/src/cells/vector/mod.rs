@@ -99,7 +99,7 @@ pub(super) struct Soonest {
     pub time: f64,
     /// Which of them are touched then, a bit each.
     pub slots: u32,
-    /// Some pair touches to rounding, or overlaps, while it seems to close: the question needs a closer look.
+    /// Some pair touches to rounding and does not part: the question needs a closer look.
     pub in_contact: bool,
 }
 
@@ -207,13 +207,13 @@ pub(super) fn goes_before((time, with): (f64, u32), (other_time, with_other): (f
 }
 
 impl Soonest {
-    /// Whether the question needs a closer look: several are touched at once, or something may touch already. Nobody is
-    /// touched at an infinite time.
+    /// Whether the question needs a closer look: several are touched at once, or a pair may touch or overlap already, which
+    /// a negative time shows where the overlap is deep. An infinite time stands for no contact.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn is_doubtful(&self) -> bool {
         let several = self.slots & (self.slots.wrapping_sub(1)) != 0;
-        (several & (self.time < f64::INFINITY)) | self.in_contact
+        (several & (self.time < f64::INFINITY)) | self.in_contact | (self.time < 0.0)
     }
 
     /// Who is touched, of those in the slots that were asked.
@@ -334,11 +334,12 @@ impl Portable {
         let cross = x0 * vy - y0 * vx;
         let discriminant = sigma_squared * (vx * vx + vy * vy) - cross * cross;
         // Who closes cannot be foreseen by a branch.
-        let closes = b.simd_lt(zero) & zero.simd_lt(discriminant);
+        let does_not_part = b.simd_le(zero);
+        let closes = does_not_part & zero.simd_lt(discriminant);
         let time = c / (discriminant.fast_max(zero).sqrt() - b);
         Two {
             times: closes.bitselect(time, f64x2::splat(f64::INFINITY)),
-            in_contact: closes & c.simd_le(touching),
+            in_contact: does_not_part & c.abs().simd_le(touching),
         }
     }
 }
@@ -347,7 +348,7 @@ impl Portable {
 struct Two {
     /// From now on, infinite for never.
     times: f64x2,
-    /// Which of them touch to rounding, or overlap, while they seem to close: all bits or none.
+    /// Which of them touch to rounding and do not part: all bits or none.
     in_contact: f64x2,
 }
 

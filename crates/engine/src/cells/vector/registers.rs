@@ -377,7 +377,7 @@ impl<M: Masks> Four<M> {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn closes(self) -> M::Some {
-        self.masks.below_and_above_zero(self.b, self.discriminant)
+        self.masks.above_zero(self.masks.not_above_zero(self.b), self.discriminant)
     }
 
     /// Times of contact, infinite for never.
@@ -393,10 +393,10 @@ impl<M: Masks> Four<M> {
         self.masks.quotients(self.closes(), self.c, divisors)
     }
 
-    /// A mask of those that need a closer look.
+    /// A mask of those that touch to rounding and do not part: they need a closer look.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn in_contact(self) -> M::Some {
-        self.masks.at_most(self.closes(), self.c, self.touching)
+        self.masks.within(self.masks.not_above_zero(self.b), self.c, self.touching)
     }
 }
