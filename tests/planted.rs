@@ -200,25 +200,66 @@ proptest! {
             angular_velocity,
             ..RelativeMotion::exactly(DVec2::new(x, y), DVec2::new(vx, vy))
         };
-        let exact = Exact { most_steps: 100 };
-        let golden_secant = GoldenSecant { most_segments: 10, ..GoldenSecant::default() };
-        let fixed_step = FixedStep { most_steps: 100, ..FixedStep::default() };
-        let detectors: [&dyn Detection; 4] = [&exact, &golden_secant, &BoundingCircles, &fixed_step];
-        let pairs = (a.atoms().len() * b.atoms().len()) as u32;
-        // Per atom pair: two golden sections and a secant in each of ten segments is the most.
-        let most_evaluations = pairs * 10 * 800;
-        for (index, detector) in detectors.into_iter().enumerate() {
-            let answer = detector.first_contact(a.outline(), b.outline(), &motion, horizon);
-            prop_assert!(answer.evaluations <= most_evaluations, "detector {index}: {answer:?}");
-            let time = match answer.outcome {
-                Outcome::Contact(contact) => {
-                    prop_assert!(contact.time <= horizon, "detector {index}: {answer:?}");
-                    contact.time
-                }
-                Outcome::FreeUntil(time) | Outcome::Unresolved(time) => time,
-                Outcome::Free | Outcome::OutOfRange => 0.0,
-            };
-            prop_assert!(time >= 0.0 && time.is_finite(), "detector {index}: {answer:?}");
-        }
+        check_answers(&a, &b, &motion, horizon)?;
     }
+
+    #[test]
+    fn any_bits_are_answered_and_bad_numbers_are_named(
+        a in extreme_molecules(), b in extreme_molecules(), wall in 0..4u8,
+        bits in prop::array::uniform12(any::<u64>()), good in prop::array::uniform12(magnitudes()),
+        bad in prop::collection::vec(0..12usize, 0..3), horizon in any::<u64>().prop_map(f64::from_bits),
+    ) {
+        // Most numbers are good, so that each bad one is met alone.
+        let number = |index: usize| if bad.contains(&index) { f64::from_bits(bits[index]) } else { good[index] };
+        let motion = RelativeMotion {
+            separation: DVec2::new(number(0), number(1)),
+            velocity: DVec2::new(number(2), number(3)),
+            orientation: [number(4), number(5)].map(Orientation::from_turns),
+            angular_velocity: [number(6), number(7)],
+            separation_error: number(8).abs(),
+            velocity_error: number(9).abs(),
+            orientation_error: [number(10).abs(), number(11).abs()],
+        };
+        let wall = Molecule::wall(DVec2::new(1.0, 2.0), f64::from(wall % 2)).ok().filter(|_| wall < 2);
+        check_answers(wall.as_ref().unwrap_or(&a), &b, &motion, horizon)?;
+    }
+}
+
+/// Asks all detectors: answers are numbers, and numbers that are not finite are named.
+fn check_answers(
+    a: &Molecule,
+    b: &Molecule,
+    motion: &RelativeMotion,
+    horizon: f64,
+) -> Result<(), TestCaseError> {
+    let places = motion.separation.is_finite() && motion.separation_error.is_finite();
+    let velocities = motion.velocity.is_finite() && motion.velocity_error.is_finite();
+    let angles = motion.orientation.iter().all(|orientation| orientation.turns().is_finite())
+        && motion.angular_velocity.iter().chain(&motion.orientation_error).all(|number| number.is_finite());
+    let is_finite = places && velocities && angles && !horizon.is_nan();
+    let exact = Exact { most_steps: 100 };
+    let golden_secant = GoldenSecant { most_segments: 10, ..GoldenSecant::default() };
+    let fixed_step = FixedStep { most_steps: 100, ..FixedStep::default() };
+    let detectors: [&dyn Detection; 4] = [&exact, &golden_secant, &BoundingCircles, &fixed_step];
+    let pairs = (a.atoms().len() * b.atoms().len()) as u32;
+    // Per atom pair: two golden sections and a secant in each of ten segments is the most.
+    let most_evaluations = pairs * 10 * 800;
+    for (index, detector) in detectors.into_iter().enumerate() {
+        let answer = detector.first_contact(a.outline(), b.outline(), motion, horizon);
+        prop_assert!(
+            is_finite || answer.outcome == Outcome::OutOfRange,
+            "detector {index}: {motion:?} {answer:?}"
+        );
+        prop_assert!(answer.evaluations <= most_evaluations, "detector {index}: {answer:?}");
+        let time = match answer.outcome {
+            Outcome::Contact(contact) => {
+                prop_assert!(contact.time <= horizon, "detector {index}: {answer:?}");
+                contact.time
+            }
+            Outcome::FreeUntil(time) | Outcome::Unresolved(time) => time,
+            Outcome::Free | Outcome::OutOfRange => 0.0,
+        };
+        prop_assert!(time >= 0.0 && time.is_finite(), "detector {index}: {answer:?}");
+    }
+    Ok(())
 }

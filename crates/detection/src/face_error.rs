@@ -86,7 +86,7 @@ impl FaceErrorBound {
 mod tests {
     use super::*;
     use crate::{
-        error_bound::tests::{Big, PRECISION, Random, arm, big},
+        error_bound::tests::{Big, PRECISION, Random, arm, big, directed_search},
         face_pair::FacePair,
         flight::Flight,
         gap_search::GapFunction,
@@ -120,7 +120,24 @@ mod tests {
         [gap - s, gap_rate, beyond - length, beyond_rate]
     }
 
-    /// Worst |computed − exact| over the bound, of the excesses and of their rates, among `count` random states.
+    /// Error over bound of the excesses and of their rates, of an atom of body number `body` and a wall.
+    fn ratios(body: usize, atom: &Atom, wall: &Molecule, motion: &RelativeMotion, time: f64) -> [f64; 2] {
+        let outlines =
+            if body == 0 { [atom.outline(), wall.outline()] } else { [wall.outline(), atom.outline()] };
+        let flight = Flight::new(outlines[0], outlines[1], motion);
+        let face = wall.face().unwrap();
+        let pair = FacePair::new(&flight, body, atom.into(), face);
+        let pose = pair.pose(time);
+        let (across, along) = (pair.gap(&pose), pair.beyond(&pose));
+        let [gap, gap_rate, beyond, beyond_rate] = exact(motion, body, atom, wall, time);
+        let off = |computed: f64, exact: Big| (big(computed) - exact).to_f64().value().abs();
+        let bound = FaceErrorBound::new(motion, body, &atom.into(), face);
+        let place = off(across.value, gap).max(off(along.value, beyond));
+        let rate = off(across.rate, gap_rate).max(off(along.rate, beyond_rate));
+        [place / bound.at(time), rate / bound.of_rate(time)]
+    }
+
+    /// Worst of `ratios` among `count` random states.
     fn worst_ratios(count: u32, distance: f64, spin: f64, duration: f64) -> [f64; 2] {
         let mut random = Random(2026);
         let mut worst = [0.0f64; 2];
@@ -136,22 +153,42 @@ mod tests {
                 ..RelativeMotion::exactly(distance * random.vector(), random.vector())
             };
             let time = duration * random.next().abs();
-            let outlines =
-                if body == 0 { [atom.outline(), wall.outline()] } else { [wall.outline(), atom.outline()] };
-            let flight = Flight::new(outlines[0], outlines[1], &motion);
-            let face = wall.face().unwrap();
-            let pair = FacePair::new(&flight, body, (&atom).into(), face);
-            let pose = pair.pose(time);
-            let (across, along) = (pair.gap(&pose), pair.beyond(&pose));
-            let [gap, gap_rate, beyond, beyond_rate] = exact(&motion, body, &atom, &wall, time);
-            let off = |computed: f64, exact: Big| (big(computed) - exact).to_f64().value().abs();
-            let bound = FaceErrorBound::new(&motion, body, &(&atom).into(), face);
-            let place = off(across.value, gap).max(off(along.value, beyond));
-            let rate = off(across.rate, gap_rate).max(off(along.rate, beyond_rate));
-            worst[0] = worst[0].max(place / bound.at(time));
-            worst[1] = worst[1].max(rate / bound.of_rate(time));
+            let found = ratios(body, &atom, &wall, &motion, time);
+            worst = [worst[0].max(found[0]), worst[1].max(found[1])];
         }
         worst
+    }
+
+    #[test]
+    fn no_directed_search_exceeds_the_bounds() {
+        let ratios = |state: &[f64; 13]| {
+            let [x, y, radius, length, turns_wall, tx, ty, vx, vy, turns, spin, time, thick] = *state;
+            let atom = Atom::new(DVec2::new(x, y), radius.abs() + 1e-9, 1.0).unwrap();
+            let span = DVec2::new(length.abs() + 1e-3, 0.0);
+            let wall = Molecule::wall(span, thick.abs()).unwrap();
+            let motion = RelativeMotion {
+                orientation: [turns_wall, turns].map(Orientation::from_turns),
+                angular_velocity: [0.0, spin],
+                ..RelativeMotion::exactly(DVec2::new(tx, ty), DVec2::new(vx, vy))
+            };
+            ratios(1, &atom, &wall, &motion, time.abs())
+        };
+        let mut random = Random(20);
+        for which in 0..2 {
+            for [place, arm, velocity, spin, time] in [
+                [1.0, 1e-6, 1e-9, 1e-9, 0.0],
+                [1e-6, 1.0, 1e-9, 1.0, 1e-6],
+                [1e-6, 1.0, 1e-9, 1e6, 1.0],
+                [1e-3, 1e-6, 1.0, 1e-9, 1e6],
+                [1.0; 5],
+            ] {
+                let scales =
+                    [arm, arm, 1e-3, 1.0, 0.5, place, place, velocity, velocity, 0.5, spin, time, 1e-3];
+                let state = |random: &mut Random| scales.map(|scale| scale * random.next());
+                let worst = directed_search(&mut random, 100, 500, state, |state| ratios(state)[which]);
+                assert!(worst <= 1.0, "number {which}, {scales:?}: {worst}");
+            }
+        }
     }
 
     #[test]

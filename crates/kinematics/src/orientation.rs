@@ -43,7 +43,8 @@ impl Orientation {
 
     /// The orientation after turning with `angular_velocity` (radians per time) for `duration`.
     ///
-    /// The angle is off by at most (3 |ω Δt| + π) roundings.
+    /// The angle is off by at most (4 |ω Δt| + π) roundings (3.56: two products, their sum with the orientation, and the
+    /// constant 1/2π).
     #[inline]
     #[must_use]
     pub fn turned(self, angular_velocity: f64, duration: f64) -> Self {

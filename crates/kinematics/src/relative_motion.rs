@@ -55,8 +55,10 @@ impl RelativeMotion {
         // Each path has three roundings (duration, product, and its share of the sum), each sum one.
         let paths = one_norm(path_a) + one_norm(path_b);
         let places = one_norm(place_a) + one_norm(place_b) + one_norm(place_b - place_a);
+        // Of the angle: the duration, two products and the sum have one rounding each, the constant 1/2π has 0.56; then
+        // (turns at the start) the sum again, π in radians.
         let turn_error = |spin: f64, duration: f64| {
-            if spin == 0.0 { 0.0 } else { HALF_ULP * (4.0 * (spin * duration).abs() + 4.0) }
+            if spin == 0.0 { 0.0 } else { HALF_ULP * (5.0 * (spin * duration).abs() + 4.0) }
         };
         Self {
             separation,
