@@ -226,7 +226,10 @@ fn check_clusters<S: Scheduler>(options: &S::Options) {
         let mut deep = 0;
         let only = std::env::var("CASE").ok().map(|case| case.parse().expect("a number"));
         for case in only.map_or(0..cases, |case| case..case + 1) {
-            let scene = Draw::new(case).cluster(elasticity);
+            let mut scene = Draw::new(case).cluster(elasticity);
+            if let Ok(guard) = std::env::var("GUARD") {
+                scene.elasticity.contact_time = guard.parse().expect("a number");
+            }
             let result = depth::<S>(&scene, options, until, MOST_CONTACTS);
             if result.deepest > DEEPEST {
                 deep += 1;

@@ -194,12 +194,7 @@ fn inelastic<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
             let mut run = E::simulate(&scene)?;
             let ended = survey_of::<E>(&mut run, effort.collisions.min(CONTACTS_WHILE_COOLING));
             let overlaps = run.view().overlaps();
-            findings.push(if guarded {
-                Finding::never(format!("{name}: overlapping pairs"), overlaps.pairs)
-            } else {
-                let overlap = format!("{name}: deepest overlap (sides)");
-                Finding::new(overlap, overlaps.deepest_length, DEEPEST_WITHOUT_GUARD)
-            });
+            findings.push(Finding::never(format!("{name}: overlapping pairs"), overlaps.pairs));
             let view = run.view();
             let drift = (view.energy() - view.ledger().booked()).abs() / view.ledger().initial;
             findings.push(Finding::new(
