@@ -223,7 +223,9 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
         self.limits.accept(self.world, self.names, places, velocities, spin)?;
         // Counted and booked only now: a contact that is refused has not taken place.
         if !self.world.last_contacts.is_empty() {
-            bodies.iter().for_each(|&body| self.world.last_contacts[body as usize] = time);
+            for body in bodies {
+                self.world.last_contacts[body as usize] = time;
+            }
         }
         self.counters.guarded_collisions += u64::from(is_guarded);
         self.ledger.spared += spared;

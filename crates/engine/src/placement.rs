@@ -41,7 +41,7 @@ const ROOM: f64 = 1e-9;
 const MOST_MOLECULES: usize = 1 << 27;
 
 /// The most sites of a lattice where fewer are wanted: to look at each takes about a microsecond.
-const MOST_SITES: usize = 1 << 24;
+const MOST_SITES: usize = 1 << 22;
 
 /// A lattice of touching sites, the last to be tried, is thinned out if it has more sites than this: in a narrow box it
 /// may have any number, however few are wanted.
@@ -100,12 +100,16 @@ pub(crate) fn fill(
         // Kinds of like size share one lattice: around the larger ones a finer one might not fit. Where the shared one
         // is too coarse for all of them, fewer share it.
         let largest = species[first].molecule.bounding_radius();
-        let mut placed = Ok(0);
+        let (mut placed, mut tried) = (Ok(0), 0);
         for share in [0.5, 0.75, 1.0] {
             let alike = rest
                 .iter()
                 .take_while(|&&k| species[k].molecule.bounding_radius() >= share * largest)
                 .count();
+            if alike == tried {
+                continue;
+            }
+            tried = alike;
             let random = &mut places.clone();
             placed = place_class(world, &mut sites, &mut species, &rest[..alike], random).map(|()| alike);
             if placed.is_ok() {
