@@ -174,7 +174,12 @@ impl Scheduler for Cells {
             Layout::Grid(state) => {
                 for body in 0..world.bodies.len() {
                     if !world.bodies[body].is_fixed() {
-                        world.motions[body] = state.motion(body as u32);
+                        let mut motion = state.motion(body as u32);
+                        if world.bodies[body].kind.molecule.is_disc() {
+                            // Discs do not turn, and their lines say nothing about how they are turned.
+                            motion.orientation = world.motions[body].orientation;
+                        }
+                        world.motions[body] = motion;
                     }
                 }
                 for (winding, now) in world.windings.iter_mut().zip(&state.windings) {
