@@ -305,7 +305,8 @@ impl Observer for RaisedAtFixed {
 }
 
 fn check_short_walls<S: Scheduler>(options: &S::Options) {
-    // A light disc between a wall and a heavy disc that presses on: without a guard its contacts have no end.
+    // A light disc between a wall and a heavy disc that presses on: without a guard its contacts
+    // have no end.
     let vice = |length: f64, contact_time: f64| {
         let mut vice =
             scene(vec![disc(0.05, 1e-2, [0.3, 0.0], [0.0; 2]), disc(0.1, 1e2, [0.6, 0.0], [-1.0, 0.0])]);

@@ -54,7 +54,8 @@ fn a_contact_that_is_refused_is_counted_and_booked_nowhere() {
 }
 
 fn check_refused_contact<S: Scheduler>(options: &S::Options) {
-    // What a heavy disc hits flies off at twice its speed, beyond 1e60, since the guard makes the contact elastic.
+    // What a heavy disc hits flies off at twice its speed, beyond 1e60, since the guard makes the
+    // contact elastic.
     let mut scene = scene(vec![
         disc(0.05, 1e9, [0.25, 0.5], [0.9e60, 0.0]),
         MoleculeSpec { orientation_turns: Some(0.25), ..named("dumbbell", 0.05, 1.0, [0.6, 0.53]) },
@@ -72,7 +73,8 @@ fn check_refused_contact<S: Scheduler>(options: &S::Options) {
 
 #[test]
 fn a_lattice_on_borders_of_cells_begins_as_fast_as_any() {
-    // All that have a cell to leave at once: their first events are at time 0, and tell nothing about the next ones.
+    // All that have a cell to leave at once: their first events are at time 0, and tell nothing
+    // about the next ones.
     const SIDE: usize = 128;
     let first_contact = |shift: f64| {
         let step = 1.0 / SIDE as f64;

@@ -1,5 +1,5 @@
-//! The slowest and the fastest bodies: superelastic contacts displace nothing, and what is too slow to be computed with is
-//! refused by name, in a scene, by an edit, and in the course of a run.
+//! The slowest and the fastest bodies: superelastic contacts displace nothing, and what is too slow
+//! to be computed with is refused by name, in a scene, by an edit, and in the course of a run.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -188,7 +188,8 @@ fn check_cooling<S: Scheduler>(options: &S::Options) {
     let mut contacts = Encounters::since(simulation.time());
     let ended = simulation.observe_until(1e200, &mut contacts).unwrap_err();
     let RunError::TooSlow { body, speed, .. } = &ended else { panic!("{ended}") };
-    // Of a speed v (1 + e) − v the rounding is 1e-10 of what is left: 1e-50, 1e-56, 1e-62, 1e-68, 1e-74.
+    // Of a speed v (1 + e) − v the rounding is 1e-10 of what is left: 1e-50, 1e-56, 1e-62, 1e-68,
+    // 1e-74.
     assert!(body.id == 0 && (speed / 1e-74 - 1.0).abs() < 1e-9 && contacts.list.len() == 4, "{ended}");
     assert!(ended.to_string().contains("body 0, of speed 9.99"), "{ended}");
     let view = simulation.view();
@@ -201,7 +202,8 @@ fn check_cooling<S: Scheduler>(options: &S::Options) {
     let now = simulation.time().to_f64();
     simulation.run_until(now + 1e28).unwrap();
 
-    // Slow bodies among faster ones are nothing to end for: how they move is lost in the rounding of places.
+    // Slow bodies among faster ones are nothing to end for: how they move is lost in the rounding
+    // of places.
     let light = disc(0.05, 1e-60, [0.25, 0.5], [1.0, 0.0]);
     let heavy = disc(0.05, 1e60, [0.75, 0.5], [0.0; 2]);
     let mut simulation = simulate::<S>(&scene(vec![light, heavy]), options);

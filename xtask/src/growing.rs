@@ -45,12 +45,14 @@ impl Kept {
         Self { folder: folder.clone(), lengths: None }
     }
 
-    /// Notes a checkpoint with files of these lengths; `None` for a run that has ended, whose files stay as they are.
+    /// Notes a checkpoint with files of these lengths; `None` for a run that has ended, whose files
+    /// stay as they are.
     pub fn set(&mut self, lengths: Option<Vec<Length>>) {
         self.lengths = lengths;
     }
 
-    /// Cuts off what the files have more than at the checkpoint. A file that cannot be cut is left as it is: resuming cuts it.
+    /// Cuts off what the files have more than at the checkpoint. A file that cannot be cut is left
+    /// as it is: resuming cuts it.
     pub fn cut_back(&self) {
         for length in self.lengths.iter().flatten() {
             let path = self.folder.path().join(&length.name);

@@ -1,8 +1,9 @@
-//! Being asked to end: SIGINT (Ctrl-C) and SIGTERM let a run come to its next checkpoint, for most of a second.
+//! Being asked to end: SIGINT (Ctrl-C) and SIGTERM let a run come to its next checkpoint, for most
+//! of a second.
 //!
-//! A run is asked at the end of each epoch, where it can be written down. How long an epoch takes depends on the scene, so a
-//! thread of its own ends the program if that has not happened in time: the last checkpoint then counts, and files
-//! that have grown since are cut back to it.
+//! A run is asked at the end of each epoch, where it can be written down. How long an epoch takes
+//! depends on the scene, so a thread of its own ends the program if that has not happened in time:
+//! the last checkpoint then counts, and files that have grown since are cut back to it.
 
 use std::{
     env, process,
@@ -23,8 +24,8 @@ use thiserror::Error;
 
 use crate::growing::Kept;
 
-/// How long runs have to come to a checkpoint after a signal. Longer: the program does not end within a second. Shorter: more
-/// is run twice.
+/// How long runs have to come to a checkpoint after a signal. Longer: the program does not end
+/// within a second. Shorter: more is run twice.
 const GRACE: Duration = Duration::from_millis(800);
 
 /// How long files may still be written after that, until they can be cut back.
@@ -44,8 +45,8 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// From now on the first SIGINT or SIGTERM is kept for [`Self::check`], and the program ends within a second; a second signal
-    /// ends it at once.
+    /// From now on the first SIGINT or SIGTERM is kept for [`Self::check`], and the program ends
+    /// within a second; a second signal ends it at once.
     ///
     /// # Errors
     /// The system does not let signals be watched.
@@ -67,7 +68,8 @@ impl Signals {
         Ok(signals)
     }
 
-    /// Has the files of a run cut back to its last checkpoint where the program must end between two.
+    /// Has the files of a run cut back to its last checkpoint where the program must end between
+    /// two.
     pub fn register(&self, run: SharedKept) {
         self.runs.lock().unwrap_or_else(PoisonError::into_inner).push(run);
     }

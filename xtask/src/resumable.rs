@@ -221,7 +221,8 @@ impl Task<'_> {
         })))
     }
 
-    /// Lets the files be cut back to the last checkpoint, at which they are so long, where the program must end between two.
+    /// Lets the files be cut back to the last checkpoint, at which they are so long, where the
+    /// program must end between two.
     fn share(&self, lengths: Option<Vec<Length>>) -> SharedKept {
         let mut kept = Kept::nothing(self.folder);
         kept.set(lengths);

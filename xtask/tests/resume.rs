@@ -250,7 +250,8 @@ fn asked_to_end_a_run_leaves_a_checkpoint_and_says_how_to_go_on() {
     }
 }
 
-/// Molecules so many that an epoch takes some seconds, longer than the run, with standbys on the way.
+/// Molecules so many that an epoch takes some seconds, longer than the run, with standbys on the
+/// way.
 const LONG_EPOCH: &str = r#"
 [box]
 seed = 3

@@ -171,11 +171,12 @@ pub(crate) fn add_molecule(
     Ok(insert(world, Arc::new(molecule), inertia, tags, motion))
 }
 
-/// How many times longer than the box a wall may be, along x and along y: it stands in as many images of every cell that it
-/// passes. A longer one is taken for a slip of the pen.
+/// How many times longer than the box a wall may be, along x and along y: it stands in as many
+/// images of every cell that it passes. A longer one is taken for a slip of the pen.
 const LONGEST: f64 = 16.0;
 
-/// Refuses a wall that passes too many images of the box, or is so thick that it leaves no room beside it.
+/// Refuses a wall that passes too many images of the box, or is so thick that it leaves no room
+/// beside it.
 pub(crate) fn refuse_large_wall(entry: &str, wall: &Molecule, sides: DVec2) -> Result<(), SceneError> {
     let Some(face) = wall.face() else { return Ok(()) };
     let problem = |problem: String| SceneError::Entry { entry: entry.to_owned(), problem };

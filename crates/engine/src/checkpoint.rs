@@ -313,7 +313,8 @@ impl Checkpoint {
             if speed > LARGEST {
                 return Err(too_fast("a component of the velocity", speed));
             }
-            // A small molecule may come to turn faster than a scene may say, but no faster at its rim than 1e60.
+            // A small molecule may come to turn faster than a scene may say, but no faster at its
+            // rim than 1e60.
             let spin = angular_velocity.abs();
             if spin > LARGEST && spin * molecule.bounding_radius() > LARGEST {
                 return Err(too_fast("the angular velocity", spin));

@@ -168,7 +168,8 @@ pub enum EditError {
     /// A body of zero energy has no direction to keep, so no energy can be given to it.
     #[error("the energy of {0} cannot be reset: it has none, hence no direction of motion")]
     NoEnergy(BodyName),
-    /// An energy that is not positive, NaN or infinite, or that gives a speed beyond computing with.
+    /// An energy that is not positive, NaN or infinite, or that gives a speed beyond computing
+    /// with.
     #[error("an energy must be positive and give a speed from {LEAST_SPEED:e} to {LARGEST:e}, but is {0:e}")]
     Energy(f64),
     /// The body is fixed and takes no energy and no rotation mode.
@@ -228,8 +229,9 @@ pub enum RunError {
         /// How far that goes in an epoch (length).
         way: f64,
     },
-    /// Contacts that lose energy, or edits, have left no body that moves with [`LEAST_SPEED`] or more, but some that move: the
-    /// squares of their speeds underflow, and they would pass through each other.
+    /// Contacts that lose energy, or edits, have left no body that moves with [`LEAST_SPEED`] or
+    /// more, but some that move: the squares of their speeds underflow, and they would pass through
+    /// each other.
     #[error(
         "at time {time} the fastest is {body}, of speed {speed:e}: to go on it must be at rest or have a speed of at least \
          {LEAST_SPEED:e}"

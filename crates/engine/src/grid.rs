@@ -117,7 +117,8 @@ impl Grid {
         }
     }
 
-    /// Refuses a box in which the rounding of places would show in the contacts of the smallest bodies.
+    /// Refuses a box in which the rounding of places would show in the contacts of the smallest
+    /// bodies.
     pub(crate) fn refuse_large_box(world: &World) -> Result<(), GridError> {
         let side = world.bounds().sides().max_element();
         match world.closest_touching() {

@@ -31,17 +31,20 @@ const EPOCHS_OF_PATIENCE: f64 = (1 << 16) as f64;
 /// rest but for a rounding of their velocity end runs. Larger: bodies may stand still that ought to move.
 const UNSEEN: f64 = 1.0 / (1u64 << 36) as f64;
 
-/// The least speed that is not 0 (length per time), of a centre or of a rim, |ω| R. It must be met by every body of a scene and
-/// after an edit, and by the fastest body at the start of each epoch.
+/// The least speed that is not 0 (length per time), of a centre or of a rim, |ω| R. It must be met
+/// by every body of a scene and after an edit, and by the fastest body at the start of each epoch.
 ///
-/// Detection forms products such as σ² w², with the distance σ of centres at which two atoms touch and a relative velocity w,
-/// which must not underflow as long as w moves a place at all. An epoch ends when the fastest body, of speed v, has gone a few
-/// sides of the box or has turned 64 times, so a w below u v/400 is lost in the rounding of places, whoever moves so slowly.
-/// With σ ≥ 10⁻⁶⁰ and v ≥ 10⁻⁷⁰ all others give σ² w² ≥ 7·10⁻²⁹⁸, and with masses m ≥ 10⁻⁶⁰ energies m v² ≥ 10⁻²⁰⁰:
-/// normal numbers, above 2.2·10⁻³⁰⁸. Smaller: slow bodies of small size would pass through each other. Larger: nothing is gained.
+/// Detection forms products such as σ² w², with the distance σ of centres at which two atoms touch
+/// and a relative velocity w, which must not underflow as long as w moves a place at all. An epoch
+/// ends when the fastest body, of speed v, has gone a few sides of the box or has turned 64 times,
+/// so a w below u v/400 is lost in the rounding of places. With σ ≥ 10⁻⁶⁰ and v ≥ 10⁻⁷⁰ all others
+/// give σ² w² ≥ 7·10⁻²⁹⁸, and with masses m ≥ 10⁻⁶⁰ energies m v² ≥ 10⁻²⁰⁰: normal numbers, above
+/// 2.2·10⁻³⁰⁸. Smaller: small and slow bodies would pass through each other. Larger: fewer scenes
+/// are accepted.
 pub const LEAST_SPEED: f64 = 1e-70;
 
-/// Centres of two bodies at their contact (length), the places in [`World::bodies`] and the offset in the epoch (time).
+/// Centres of two bodies at their contact (length), the places in [`World::bodies`] and the offset
+/// in the epoch (time).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ContactPlaces {
     pub bodies: [u32; 2],
@@ -61,8 +64,9 @@ pub(crate) struct Limits {
     fastest_spin: f64,
     /// How far the fastest body may go (length).
     way: f64,
-    /// Where the contact took place that makes the epoch stale. A scheduler may keep a flight by its place x₀ = x − v t
-    /// at the start of the epoch, which is rounded by u v t: of a body so fast, more than its place may be off by.
+    /// Where the contact took place that makes the epoch stale. A scheduler may keep a flight by
+    /// its place x₀ = x − v t at the start of the epoch, which is rounded by u v t: for a body so
+    /// fast this exceeds the error that a place may have.
     stale: Option<ContactPlaces>,
 }
 
@@ -74,7 +78,8 @@ impl Limits {
         Self { time, contacts_left: contacts, fastest_squared, fastest_spin, way, stale: None }
     }
 
-    /// Where the contact took place with which the epoch ends, if it makes a body too fast for the rest of the epoch.
+    /// Where the contact took place with which the epoch ends, if it makes a body too fast for the
+    /// rest of the epoch.
     pub fn stale_contact(&self) -> Option<&ContactPlaces> {
         self.stale.as_ref()
     }
@@ -94,7 +99,8 @@ impl Limits {
         (a.length_squared() <= self.fastest_squared) & (b.length_squared() <= self.fastest_squared)
     }
 
-    /// Shortens the epoch if one of two bodies in contact is now faster than any was before, and refuses what is too fast.
+    /// Shortens the epoch if one of two bodies in contact is now faster than any was before, and
+    /// refuses what is too fast.
     #[inline(never)]
     pub fn accept(
         &mut self,
@@ -171,7 +177,8 @@ pub(crate) fn refuse_slow(entry: &str, motion: &Motion, radius: f64) -> Result<(
     Ok(())
 }
 
-/// The fastest body, and its speed of centre or rim (length per time), if all that move do so at less than [`LEAST_SPEED`].
+/// The fastest body, and its speed of centre or rim (length per time), if all that move do so at
+/// less than [`LEAST_SPEED`].
 pub(crate) fn too_slow(world: &World) -> Option<(usize, f64)> {
     let speed = |index: usize| {
         let motion = &world.motions[index];

@@ -43,8 +43,8 @@ const MOST_MOLECULES: usize = 1 << 27;
 /// The most sites of a lattice where fewer are wanted: to look at each takes about a microsecond.
 const MOST_SITES: usize = 1 << 22;
 
-/// A lattice of touching sites, the last to be tried, is thinned out if it has more sites than this: in a narrow box it
-/// may have any number, however few are wanted.
+/// A lattice of touching sites, the last to be tried, is thinned out if it has more sites than
+/// this: in a narrow box it may have any number, however few are wanted.
 const FEW_SITES: usize = 1 << 20;
 
 /// One kind of molecule to be placed.
@@ -61,8 +61,9 @@ pub(crate) fn species<'a>(scene: &'a Scene, bounds: &PeriodicBox) -> Result<Vec<
     scene.gas.iter().enumerate().map(|(index, spec)| Species::new(spec, index, bounds)).collect()
 }
 
-/// A world of what stands already and two molecules of each kind at most, at rest at the origin, and how many there are of each:
-/// which bodies meet at the largest and at the smallest distances does not depend on their number.
+/// A world of what stands already and two molecules of each kind at most, at rest at the origin,
+/// and how many there are of each: which bodies meet at the largest and at the smallest distances
+/// does not depend on their number.
 pub(crate) fn sample(world: &World, species: &[Species<'_>]) -> (World, Vec<usize>) {
     let mut sample = world.clone();
     let counts: Vec<usize> = species.iter().map(|kind| kind.count.min(2)).collect();
@@ -269,7 +270,8 @@ enum Attempt {
     Sites(usize),
 }
 
-/// Lattices to try, from one with some room to spare down to touching sites, as many of these as may be.
+/// Lattices to try, from one with some room to spare down to touching sites, as many of these as
+/// may be.
 fn attempts(bounds: &PeriodicBox, wanted: usize, radius: f64) -> impl Iterator<Item = Attempt> {
     let (sides, touching) = (bounds.sides(), 2.0 * radius);
     let roomy = (2.0 * bounds.area() / (3f64.sqrt() * 1.1 * wanted as f64)).sqrt();
@@ -315,7 +317,8 @@ impl Counts {
     }
 }
 
-/// So many rows, or one less: each is shifted against its neighbours on both sides, unless it is alone.
+/// So many rows, or one less: each is shifted against its neighbours on both sides, unless it is
+/// alone.
 fn even(rows: f64) -> f64 {
     if rows <= 1.0 { 1.0 } else { rows - rows % 2.0 }
 }
@@ -337,8 +340,8 @@ impl Lattice {
         Self::of(bounds, counts, radius, origin)
     }
 
-    /// The lattice of touching sites with columns and rows left out until there are about so many sites, the rest
-    /// spread evenly: the distances of neighbours only grow.
+    /// The lattice of touching sites with columns and rows left out until there are about so many
+    /// sites, the rest spread evenly: the distances of neighbours only grow.
     fn thinned(bounds: &PeriodicBox, sites: usize, radius: f64, random: &mut Pcg64) -> Option<Self> {
         let origin = bounds.sides() * DVec2::new(random.random(), random.random());
         let Counts { columns, rows } = Counts::new(bounds.sides(), 2.0 * radius, radius)?;

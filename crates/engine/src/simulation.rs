@@ -209,7 +209,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let motions = &self.world.motions;
         let fastest_squared = motions.iter().map(|m| m.velocity.length_squared()).fold(0.0, f64::max);
         let fastest_spin = motions.iter().map(|m| m.angular_velocity.abs()).fold(0.0, f64::max);
-        // Most often the fastest centre alone tells that this need not be looked at.
+        // A sufficient test first: most often the fastest centre moves fast enough.
         if fastest_squared < LEAST_SPEED * LEAST_SPEED
             && let Some((index, speed)) = too_slow(&self.world)
         {
@@ -231,7 +231,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let Epoch::Running(limits) = self.epoch else { return };
         self.stand_by();
         self.epoch = Epoch::ToBegin;
-        // Of a body that has become so fast the queue knows the place too coarsely.
+        // For a body that has become so fast, the place in the queue is rounded too coarsely.
         if let Some(contact) = limits.stale_contact() {
             for (&body, &position) in contact.bodies.iter().zip(&contact.places) {
                 if !self.world.bodies[body as usize].is_fixed() {

@@ -102,8 +102,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// translation and rotation, stay (Montanari 2017, section 2.1.1).
     ///
     /// # Errors
-    /// [`EditError::NoEnergy`] if the body is at rest and has no direction, [`EditError::Energy`] if `energy` is
-    /// not positive and finite or gives it a speed beyond 10⁶⁰ or below [`LEAST_SPEED`], [`EditError::Fixed`], [`EditError::NoSuchBody`].
+    /// [`EditError::NoEnergy`] if the body is at rest and has no direction, [`EditError::Energy`] if
+    /// `energy` is not positive and finite or gives it a speed beyond 10⁶⁰ or below
+    /// [`LEAST_SPEED`], [`EditError::Fixed`], [`EditError::NoSuchBody`].
     #[doc(alias = "thermostat")]
     pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
         let (index, factor) = self.energy_factor(key, energy)?;

@@ -176,7 +176,7 @@ impl Scheduler for Cells {
                     if !world.bodies[body].is_fixed() {
                         let mut motion = state.motion(body as u32);
                         if world.bodies[body].kind.molecule.is_disc() {
-                            // Discs do not turn, and their lines say nothing about how they are turned.
+                            // A disc does not turn, and its line holds no orientation.
                             motion.orientation = world.motions[body].orientation;
                         }
                         world.motions[body] = motion;
@@ -276,9 +276,11 @@ impl State {
         self.lines.len() as u32 - 1
     }
 
-    /// Mean time between events of the system, from the median waiting time of its bodies: with rate λ each, half of
-    /// them have waited ln 2 / λ. Bodies that begin on the border of a cell and move outwards have an event at time 0, which says
-    /// nothing about the next ones: the others stand for them. Where all do, it is the time in which the fastest crosses a cell.
+    /// Mean time between events of the system, from the median waiting time of its bodies: with
+    /// rate λ each, half of them have waited ln 2 / λ. Bodies that begin on the border of a cell
+    /// and move outwards have an event at time 0, which has no relation to their later ones: the
+    /// estimate uses the other bodies. Where there are none, it is the time in which the fastest
+    /// body crosses a cell.
     fn mean_interval(&self) -> f64 {
         let mut times: Vec<f64> = self.lines.iter().map(|line| line.time).filter(|t| t.is_finite()).collect();
         let bodies = times.len();
