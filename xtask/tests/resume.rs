@@ -337,6 +337,48 @@ fn runs_of_a_campaign_that_have_ended_are_kept() {
     assert!(place.results() == results);
 }
 
+/// Numbers of a checkpoint replaced by others, with the checksum of the new ones.
+#[test]
+fn checkpoints_with_forged_checksums_are_refused_or_run_but_never_hang() {
+    let short = [RUN, &["--until", "0.5"]].concat();
+    let place = Place::new().complete(&[&short]);
+    let sound = fs::read(place.path("out/checkpoint")).unwrap();
+    let files: Vec<_> = fs::read_dir(place.path("out")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let files: Vec<_> = files.into_iter().map(|path| (fs::read(&path).unwrap(), path)).collect();
+    let mut random = Pcg64::seed_from_u64(11);
+    let numbers = [0.0, f64::NAN, f64::INFINITY, 1e300, 1e61, 1e20, -1.0, 1e-6, 1e-75, 1e-160, 5e-324];
+    let mut refused = 0;
+    for _ in 0..60 {
+        files.iter().for_each(|(bytes, path)| fs::write(path, bytes).unwrap());
+        let mut forged = sound.clone();
+        // Most of what a checkpoint holds before its observers are places and velocities.
+        let at = random.random_range(32..forged.len() - 8);
+        let number = numbers[random.random_range(0..numbers.len())];
+        forged[at..at + 8].copy_from_slice(&number.to_le_bytes());
+        let mut checksum = crc32fast::Hasher::new();
+        checksum.update(&forged[..28]);
+        checksum.update(&forged[32..]);
+        forged[28..32].copy_from_slice(&checksum.finalize().to_le_bytes());
+        fs::write(place.path("out/checkpoint"), &forged).unwrap();
+        let mut child = place.start(&[RUN, &["--until", "0.6", "--resume"]]);
+        let begun = Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                break status;
+            }
+            if begun.elapsed() > Duration::from_secs(30) {
+                child.kill().unwrap();
+                panic!("it hangs with {number} at byte {at}");
+            }
+            sleep(Duration::from_millis(2));
+        };
+        let code = status.code();
+        assert!(matches!(code, Some(0..=2)), "{code:?} with {number} at byte {at}");
+        refused += u32::from(code == Some(2));
+    }
+    assert!((10..55).contains(&refused), "{refused}");
+}
+
 #[test]
 fn what_cannot_be_resumed_is_refused_by_name_and_left_alone() {
     let short = [RUN, &["--until", "0.5"]].concat();
