@@ -349,7 +349,9 @@ fn checkpoints_with_forged_checksums_are_refused_or_run_but_never_hang() {
     let numbers = [0.0, f64::NAN, f64::INFINITY, 1e300, 1e61, 1e20, -1.0, 1e-6, 1e-75, 1e-160, 5e-324];
     let mut refused = 0;
     for _ in 0..60 {
-        files.iter().for_each(|(bytes, path)| fs::write(path, bytes).unwrap());
+        for (bytes, path) in &files {
+            fs::write(path, bytes).unwrap();
+        }
         let mut forged = sound.clone();
         // Most of what a checkpoint holds before its observers are places and velocities.
         let at = random.random_range(32..forged.len() - 8);
