@@ -5,7 +5,7 @@ mod support;
 
 use std::f64::consts::PI;
 
-use carom_engine::{CollisionReport, MoleculeSpec, Observer, RunError, Scene, Scheduler};
+use carom_engine::{CollisionReport, MoleculeSpec, Observer, RunError, Scene, Scheduler, WallSpec};
 use support::{bits, bumper, disc, frozen, gas, menagerie, scene, simulate, velocity, with_each_scheduler};
 
 /// Sums what the contacts lose, and notes their elasticity.
@@ -286,4 +286,42 @@ fn check_edits<S: Scheduler>(options: &S::Options) {
     spec.default = 0.5;
     simulation.set_elasticity(&spec).unwrap();
     assert_eq!([step(&mut simulation), step(&mut simulation)], [0.5, 1.0]);
+}
+
+#[test]
+fn a_wall_however_short_is_guarded_as_well_as_a_long_one() {
+    with_each_scheduler!(check_short_walls);
+}
+
+/// Counts contacts with something fixed that lose no energy.
+#[derive(Default)]
+struct RaisedAtFixed(u32);
+
+impl Observer for RaisedAtFixed {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        let is_fixed = report.sides.iter().any(|side| side.body.is_fixed());
+        self.0 += u32::from(is_fixed && report.elasticity.coefficient() == 1.0);
+    }
+}
+
+fn check_short_walls<S: Scheduler>(options: &S::Options) {
+    // A light disc between a wall and a heavy disc that presses on: without a guard its contacts
+    // have no end.
+    let vice = |length: f64, contact_time: f64| {
+        let mut vice =
+            scene(vec![disc(0.05, 1e-2, [0.3, 0.0], [0.0; 2]), disc(0.1, 1e2, [0.6, 0.0], [-1.0, 0.0])]);
+        let ends = [[0.1, -0.5 * length], [0.1, 0.5 * length]].map(Some);
+        vice.wall = vec![WallSpec { from: ends[0], to: ends[1], ..WallSpec::default() }];
+        vice.elasticity.default = 0.05;
+        vice.elasticity.contact_time = contact_time;
+        let (mut simulation, mut with_wall) = (simulate::<S>(&vice, options), RaisedAtFixed::default());
+        (simulation.observe_until(1.0, &mut with_wall), with_wall.0)
+    };
+    for length in [0.5, 1e-3, 1e-20, 1e-50] {
+        // From the tip of a short one it may slip aside.
+        let (ended, _) = vice(length, 0.0);
+        assert!(matches!(ended, Err(RunError::Stalled { .. })) || length < 1e-10, "{length:e}: {ended:?}");
+        let (ended, guarded) = vice(length, 1e-4);
+        assert!(ended.is_ok() && guarded > 10, "{length:e}: {ended:?} {guarded}");
+    }
 }

@@ -6,7 +6,7 @@ mod support;
 use carom_detection::Exact;
 use carom_engine::{
     AtomSpec, BumperSpec, Cells, ElasticityRule, Fineness, GasSpec, GridError, Instructions, MoleculeSpec,
-    Rotation, Scene, SceneError, Simulation, Thesis,
+    Rotation, Scene, SceneError, Simulation, Thesis, WallSpec,
 };
 use carom_geometry::GeometryError;
 use carom_response::Impact;
@@ -347,4 +347,72 @@ fn elasticity_rules_are_checked_and_the_most_specific_wins() {
         let error = refusal(&with(&[(between, 1.0)]));
         assert!(error.to_string().starts_with("elasticity.pair[0]: `between` must name"), "{error}");
     }
+}
+
+#[test]
+fn boxes_and_walls_without_measure_are_refused_in_no_time() {
+    let begun = std::time::Instant::now();
+    for sides in [[1.0, 1e20], [1.0, 1e60], [2.6e26, 1.0], [1e60, 1e-3]] {
+        let mut boundless = Scene { gas: vec![gas("disc", 1e-4, 30)], ..Scene::default() };
+        boundless.bounds.sides = sides;
+        let message = refusal(&boundless).to_string();
+        assert!(message.starts_with("gas[0]: the box is too large: atoms touch at 2e-4"), "{message}");
+    }
+    // Not only by its gas.
+    let mut boundless = scene(vec![disc(0.03, 1.0, [0.5, 0.5], [0.0; 2])]);
+    boundless.bounds.sides = [1.0, 1e20];
+    boundless.gas = vec![gas("disc", 0.3, 1)];
+    let message = refusal(&boundless).to_string();
+    assert!(message.starts_with("molecule[0] and gas[0]: the box is too large"), "{message}");
+
+    let mut walled = scene(vec![disc(1e-8, 1.0, [0.9, 0.3e-6], [1.0, 0.0])]);
+    let wall = |from, to, radius| WallSpec { from: Some(from), to: Some(to), radius, ..WallSpec::default() };
+    walled.wall = vec![wall([0.2, 0.3], [0.4, 0.1], 1e6)];
+    let message = refusal(&walled).to_string();
+    assert!(
+        message
+            .starts_with("wall[0]: the radius of the wall must be at most the shorter side of the box, 1e0"),
+        "{message}"
+    );
+    walled.wall = vec![WallSpec { x: Some(0.5), radius: 1e59, ..WallSpec::default() }];
+    assert!(refusal(&walled).to_string().starts_with("wall[0]: the radius of the wall"));
+    walled.bounds.sides = [1.0, 1e-6];
+    walled.wall = vec![wall([0.0, 0.0], [1.0, 1.0], 0.0)];
+    let message = refusal(&walled).to_string();
+    assert!(
+        message.contains("16 times as long as the box: it goes 1e0 along y, where the box has 1e-6"),
+        "{message}"
+    );
+    // As a line along the box it is as good as any.
+    walled.wall = vec![wall([0.0, 0.0], [10.0, 1e-6], 0.0)];
+    assert!(Simulation::new(&walled).is_ok());
+
+    // Molecules beyond all measure, which nothing could hold.
+    let mut large = scene(vec![named("tee", 1e40, 1.0, [0.5, 0.5])]);
+    assert!(refusal(&large).to_string().starts_with("molecule[0]: the box is too small"));
+    large.molecule.push(disc(0.1, 1.0, [0.5, 0.5], [0.0; 2]));
+    assert!(refusal(&large).to_string().starts_with("molecule[0] and molecule[1] overlap"));
+    refuse_gas(gas("disc", 1e40, 30), "only 0 of 30");
+    assert!(begun.elapsed().as_secs_f64() < 5.0, "{:?}", begun.elapsed());
+}
+
+#[test]
+fn a_gas_can_be_placed_in_the_narrowest_box_that_is_accepted() {
+    let begun = std::time::Instant::now();
+    for sides in [[1.0, 1e12], [1e12, 1.0], [1.0, 3e12], [3e12, 1.0], [0.7, 1e6]] {
+        let mut narrow = Scene { gas: vec![gas("disc", 0.3, 30)], ..Scene::default() };
+        narrow.bounds.sides = sides;
+        narrow.bumper = vec![bumper(0.1, [0.0, 0.0])];
+        let mut simulation = simulate::<Cells>(&narrow, &Instructions::Widest);
+        assert_eq!((simulation.view().len(), simulation.view().overlaps().deepest), (31, 0.0));
+        simulation.run_until(1.0).unwrap();
+        assert_eq!(simulation.view().overlaps().pairs, 0);
+    }
+    // A wall along it leaves no room, and that is found out.
+    let mut narrow = Scene { gas: vec![gas("disc", 0.3, 30)], ..Scene::default() };
+    narrow.bounds.sides = [1.0, 1e6];
+    narrow.wall = vec![WallSpec { x: Some(0.5), radius: 0.3, ..WallSpec::default() }];
+    let error = Simulation::new(&narrow).unwrap_err();
+    assert!(matches!(error, SceneError::Full { placed: 0, wanted: 30, .. }), "{error}");
+    assert!(begun.elapsed().as_secs_f64() < 30.0, "{:?}", begun.elapsed());
 }

@@ -31,6 +31,40 @@ pub struct Length {
     records: usize,
 }
 
+/// How long the files of one run were at its last checkpoint.
+#[derive(Debug)]
+pub struct Kept {
+    folder: Folder,
+    /// `None` as long as there is no checkpoint, and when the run has ended.
+    lengths: Option<Vec<Length>>,
+}
+
+impl Kept {
+    /// Before the first checkpoint of a run in this folder.
+    pub fn nothing(folder: &Folder) -> Self {
+        Self { folder: folder.clone(), lengths: None }
+    }
+
+    /// Notes a checkpoint with files of these lengths; `None` for a run that has ended, whose files
+    /// stay as they are.
+    pub fn set(&mut self, lengths: Option<Vec<Length>>) {
+        self.lengths = lengths;
+    }
+
+    /// Cuts off what the files have more than at the checkpoint. A file that cannot be cut is left
+    /// as it is: resuming cuts it.
+    pub fn cut_back(&self) {
+        for length in self.lengths.iter().flatten() {
+            let path = self.folder.path().join(&length.name);
+            if let Ok(file) = OpenOptions::new().write(true).open(path)
+                && file.metadata().is_ok_and(|found| found.len() > length.bytes)
+            {
+                let _ = file.set_len(length.bytes);
+            }
+        }
+    }
+}
+
 /// The growing files of one run.
 #[derive(Debug)]
 pub struct Growing {
@@ -181,9 +215,18 @@ mod tests {
         growing.append(&SQUARES, &[1.0, 2.0, 3.0]).unwrap();
         growing.append_frame("frames", |out| out.write_all(b"two")).unwrap();
         drop(growing);
+        // A run that has no checkpoint, or has ended, keeps all.
+        let mut kept = Kept::nothing(&folder);
+        kept.cut_back();
         let read = |name| fs::read_to_string(root.path().join(name)).unwrap();
         let (table, frames) = (read("squares.csv"), read("frames"));
         assert_eq!(table, "x,square\n1.0,1.0\n2.0,4.0\n3.0,9.0\n");
+        kept.set(Some(lengths.clone()));
+        kept.cut_back();
+        assert_eq!(
+            (read("squares.csv"), read("frames")),
+            ("x,square\n1.0,1.0\n2.0,4.0\n".into(), "one".into())
+        );
 
         let mut growing = Growing::resume(&folder, &lengths).unwrap();
         assert_eq!(read("squares.csv"), "x,square\n1.0,1.0\n2.0,4.0\n");

@@ -1,11 +1,18 @@
-//! Being asked to end: SIGINT (Ctrl-C) and SIGTERM let a run come to its next checkpoint.
+//! Being asked to end: SIGINT (Ctrl-C) and SIGTERM let a run come to its next checkpoint, for most
+//! of a second.
+//!
+//! A run is asked at the end of each epoch, where it can be written down. How long an epoch takes
+//! depends on the scene, so a thread of its own ends the program if that has not happened in time:
+//! the last checkpoint then counts, and files that have grown since are cut back to it.
 
 use std::{
-    env,
+    env, process,
     sync::{
-        Arc,
+        Arc, Mutex, PoisonError,
         atomic::{AtomicBool, AtomicUsize, Ordering},
     },
+    thread,
+    time::{Duration, Instant},
 };
 
 use anyhow::{Context, Result};
@@ -15,14 +22,31 @@ use signal_hook::{
 };
 use thiserror::Error;
 
+use crate::growing::Kept;
+
+/// How long runs have to come to a checkpoint after a signal. Longer: the program does not end
+/// within a second. Shorter: more is run twice.
+const GRACE: Duration = Duration::from_millis(800);
+
+/// How long files may still be written after that, until they can be cut back.
+const LAST_WRITES: Duration = Duration::from_millis(100);
+
+/// Between two looks for a signal, and for files to be cut back.
+const PAUSE: Duration = Duration::from_millis(20);
+
+/// The files of one run, as its last checkpoint has them. Locked while a checkpoint is written.
+pub type SharedKept = Arc<Mutex<Kept>>;
+
 /// Tells whether the program has been asked to end.
 #[derive(Debug, Clone, Default)]
 pub struct Signals {
     received: Arc<AtomicUsize>,
+    runs: Arc<Mutex<Vec<SharedKept>>>,
 }
 
 impl Signals {
-    /// From now on the first SIGINT or SIGTERM is kept for [`Self::check`]; a second ends the program at once.
+    /// From now on the first SIGINT or SIGTERM is kept for [`Self::check`], and the program ends
+    /// within a second; a second signal ends it at once.
     ///
     /// # Errors
     /// The system does not let signals be watched.
@@ -36,7 +60,52 @@ impl Signals {
                 .and_then(|_| flag::register_usize(signal, Arc::clone(&signals.received), signal as usize))
                 .context("cannot watch for signals")?;
         }
+        let watching = signals.clone();
+        thread::Builder::new()
+            .name("signals".to_owned())
+            .spawn(move || watching.end_in_time())
+            .context("cannot watch for signals")?;
         Ok(signals)
+    }
+
+    /// Has the files of a run cut back to its last checkpoint where the program must end between
+    /// two.
+    pub fn register(&self, run: SharedKept) {
+        self.runs.lock().unwrap_or_else(PoisonError::into_inner).push(run);
+    }
+
+    /// Waits for a signal, gives runs the time to end by themselves, and ends the program.
+    fn end_in_time(&self) {
+        let Interrupted { signal } = loop {
+            match self.check() {
+                Ok(()) => thread::sleep(PAUSE),
+                Err(interrupted) => break interrupted,
+            }
+        };
+        thread::sleep(GRACE);
+        let deadline = Instant::now() + LAST_WRITES;
+        let runs = self.runs.lock().unwrap_or_else(PoisonError::into_inner);
+        // The locks are kept to the end: no checkpoint is written from here on.
+        let mut cut = Vec::new();
+        for run in runs.iter() {
+            loop {
+                if let Ok(kept) = run.try_lock() {
+                    kept.cut_back();
+                    cut.push(kept);
+                    break;
+                }
+                if Instant::now() >= deadline {
+                    break;
+                }
+                thread::sleep(PAUSE);
+            }
+        }
+        eprintln!(
+            "interrupted by {} before the next checkpoint; what was done until the last one is kept. Go on with\n  {}",
+            name(signal),
+            again()
+        );
+        process::exit(exit_code(signal).into());
     }
 
     /// Fails if the program has been asked to end.

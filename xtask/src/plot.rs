@@ -78,6 +78,9 @@ pub fn staircase(first: f64, last: f64, values: &[f64]) -> Vec<(f64, f64)> {
     values.iter().enumerate().flat_map(|(index, &y)| [(edge(index), y), (edge(index + 1), y)]).collect()
 }
 
+/// Points farther from a chart than so many of its widths are drawn there.
+const FAR_OFF: f64 = 1000.0;
+
 /// A straight axis with marks of our own choice.
 struct Scale {
     range: (f64, f64),
@@ -89,7 +92,10 @@ impl Ranged for Scale {
     type ValueType = f64;
 
     fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        self.places.map(value, limit)
+        // What is far off the chart must not be so many pixels off that they cannot be counted.
+        let (low, high) = self.range;
+        let far = FAR_OFF * (high - low);
+        self.places.map(&value.clamp(low - far, high + far), limit)
     }
 
     fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
@@ -233,6 +239,14 @@ pub(crate) fn tick(value: f64, (low, high): (f64, f64)) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn points_however_far_off_can_be_drawn() {
+        let points = vec![(-1e300, 0.5), (0.5, 1e300), (f64::MAX, -f64::MAX)];
+        let axis = || Axis { label: String::new(), range: (0.0, 1.0) };
+        let layers = vec![Layer { name: String::new(), colour: colour::BLUE, shape: Shape::Line(points) }];
+        assert!(Chart { title: String::new(), x: axis(), y: axis(), layers }.svg().is_ok());
+    }
 
     #[test]
     fn the_legend_stands_where_no_line_is() {

@@ -9,6 +9,7 @@
 use std::{
     fs, io,
     path::PathBuf,
+    sync::{Arc, Mutex, PoisonError},
     time::{Duration, Instant as WallTime},
 };
 
@@ -20,8 +21,8 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{
     checkpoint_file::{self, Body, FileError},
-    growing::{Growing, Length},
-    interruption::Signals,
+    growing::{Growing, Kept, Length},
+    interruption::{SharedKept, Signals},
     output::{Folder, Resumption},
 };
 
@@ -92,6 +93,8 @@ pub struct Resumable<O> {
     /// When the last checkpoint was written.
     saved: Option<WallTime>,
     saved_near_end: bool,
+    /// How long the files are at the last checkpoint.
+    kept: SharedKept,
 }
 
 /// A checkpoint that the run can go on from.
@@ -204,6 +207,7 @@ impl Task<'_> {
             // From here on it has not: its result is no longer what the files will say.
             self.write(head.standbys, &state)?;
         }
+        let kept = self.share(Some(state.files.clone()));
         Ok(Start::From(Box::new(Resumable {
             simulation,
             observers: state.observers,
@@ -213,7 +217,18 @@ impl Task<'_> {
             seconds_before: state.seconds,
             saved: Some(WallTime::now()),
             saved_near_end: self.is_nearly_done(head.time),
+            kept,
         })))
+    }
+
+    /// Lets the files be cut back to the last checkpoint, at which they are so long, where the
+    /// program must end between two.
+    fn share(&self, lengths: Option<Vec<Length>>) -> SharedKept {
+        let mut kept = Kept::nothing(self.folder);
+        kept.set(lengths);
+        let kept = Arc::new(Mutex::new(kept));
+        self.signals.register(Arc::clone(&kept));
+        kept
     }
 
     fn path(&self) -> PathBuf {
@@ -262,6 +277,7 @@ impl<O: Observer + Serialize> Resumable<O> {
             seconds_before: 0.0,
             saved: None,
             saved_near_end: false,
+            kept: task.share(None),
         }
     }
 
@@ -309,6 +325,9 @@ impl<O: Observer + Serialize> Resumable<O> {
     /// It cannot be written.
     pub fn end<F: Serialize>(mut self, task: &Task<'_>, result: &F) -> Result<()> {
         self.files.lengths()?;
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        // From here on the files are longer than at the checkpoint, and stay so.
+        kept.set(None);
         let mut body = Body::read(&task.path())?;
         let head = Head { ended: true, until: task.until, ..body.take()? };
         checkpoint_file::write(
@@ -320,13 +339,13 @@ impl<O: Observer + Serialize> Resumable<O> {
     /// Writes a checkpoint, if an epoch has ended.
     fn save(&mut self, task: &Task<'_>) -> Result<()> {
         let Some(simulation) = self.simulation.checkpoint() else { return Ok(()) };
-        let state = State {
-            simulation,
-            observers: &self.observers,
-            seconds: self.seconds(),
-            files: self.files.lengths()?,
-        };
+        let files = self.files.lengths()?;
+        let state = State { simulation, observers: &self.observers, seconds: self.seconds(), files };
+        // Locked, so that files are not cut back to an older checkpoint than the one on the disk.
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         task.write(self.standbys, &state)?;
+        kept.set(Some(state.files));
+        drop(kept);
         self.saved = Some(WallTime::now());
         Ok(())
     }

@@ -250,6 +250,62 @@ fn asked_to_end_a_run_leaves_a_checkpoint_and_says_how_to_go_on() {
     }
 }
 
+/// Molecules so many that an epoch takes some seconds, longer than the run, with standbys on the
+/// way.
+const LONG_EPOCH: &str = r#"
+[box]
+seed = 3
+[[gas]]
+shape = "tee"
+atom_radius = 0.0007
+atom_mass = 1.0
+energy = 1.0
+count = 20000
+[run]
+until = 0.25
+standby = 0.0025
+observe = ["energy"]
+"#;
+
+#[cfg(unix)]
+#[test]
+fn asked_to_end_in_the_middle_of_an_epoch_it_stops_within_a_second_and_keeps_the_last_checkpoint() {
+    let run: &[&str] = &["run", "long.toml", "--out", "out", "--checkpoint-every", "0"];
+    let place = || {
+        let place = Place::new();
+        place.write("long.toml", LONG_EPOCH);
+        place
+    };
+    let straight = place().complete(&[run]);
+    for (signal, code) in [("TERM", 143), ("INT", 130)] {
+        let place = place();
+        let child = place.start(&[run]);
+        let length = |name: &str| fs::metadata(place.path(name)).map_or(0, |file| file.len());
+        while length("out/checkpoint") == 0 {
+            sleep(Duration::from_millis(2));
+        }
+        // The first checkpoint has the point at time 0; others follow in the first epoch.
+        let first = fs::read_to_string(place.path("out/energy.csv")).unwrap();
+        assert_eq!(first.lines().count(), 2, "{first}");
+        while length("out/energy.csv") < first.len() as u64 + 100 {
+            sleep(Duration::from_millis(2));
+        }
+        let checkpoint = fs::read(place.path("out/checkpoint")).unwrap();
+        let asked = Instant::now();
+        let told = Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().unwrap();
+        assert!(told.success());
+        let (found, said) = said(&child.wait_with_output().unwrap());
+        assert!(asked.elapsed() < Duration::from_secs(1), "{:?}", asked.elapsed());
+        assert_eq!(found, Some(code), "{said}");
+        assert!(said.contains(&format!("SIG{signal} before the next checkpoint")), "{said}");
+        assert!(said.contains("cargo xtask run long.toml --out out --checkpoint-every 0 --resume"), "{said}");
+        // The epoch has not ended: the checkpoint is the first, and the files are as long as at it.
+        assert!(fs::read(place.path("out/checkpoint")).unwrap() == checkpoint);
+        assert_eq!(fs::read_to_string(place.path("out/energy.csv")).unwrap(), first);
+        assert_same(&place.complete(&[run, &["--resume"]]), &straight);
+    }
+}
+
 #[test]
 fn a_run_that_has_ended_can_be_extended_and_is_then_as_if_it_had_been_run_so_far_at_once() {
     for words in [RUN, CAMPAIGN] {
@@ -279,6 +335,50 @@ fn runs_of_a_campaign_that_have_ended_are_kept() {
     let place = place.complete(&[&words, &["--resume"]]);
     assert_eq!(files(&done), before);
     assert!(place.results() == results);
+}
+
+/// Numbers of a checkpoint replaced by others, with the checksum of the new ones.
+#[test]
+fn checkpoints_with_forged_checksums_are_refused_or_run_but_never_hang() {
+    let short = [RUN, &["--until", "0.5"]].concat();
+    let place = Place::new().complete(&[&short]);
+    let sound = fs::read(place.path("out/checkpoint")).unwrap();
+    let files: Vec<_> = fs::read_dir(place.path("out")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let files: Vec<_> = files.into_iter().map(|path| (fs::read(&path).unwrap(), path)).collect();
+    let mut random = Pcg64::seed_from_u64(11);
+    let numbers = [0.0, f64::NAN, f64::INFINITY, 1e300, 1e61, 1e20, -1.0, 1e-6, 1e-75, 1e-160, 5e-324];
+    let mut refused = 0;
+    for _ in 0..60 {
+        for (bytes, path) in &files {
+            fs::write(path, bytes).unwrap();
+        }
+        let mut forged = sound.clone();
+        // Most of what a checkpoint holds before its observers are places and velocities.
+        let at = random.random_range(32..forged.len() - 8);
+        let number = numbers[random.random_range(0..numbers.len())];
+        forged[at..at + 8].copy_from_slice(&number.to_le_bytes());
+        let mut checksum = crc32fast::Hasher::new();
+        checksum.update(&forged[..28]);
+        checksum.update(&forged[32..]);
+        forged[28..32].copy_from_slice(&checksum.finalize().to_le_bytes());
+        fs::write(place.path("out/checkpoint"), &forged).unwrap();
+        let mut child = place.start(&[RUN, &["--until", "0.6", "--resume"]]);
+        let begun = Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                break status;
+            }
+            if begun.elapsed() > Duration::from_secs(30) {
+                child.kill().unwrap();
+                panic!("it hangs with {number} at byte {at}");
+            }
+            sleep(Duration::from_millis(2));
+        };
+        let code = status.code();
+        assert!(matches!(code, Some(0..=2)), "{code:?} with {number} at byte {at}");
+        refused += u32::from(code == Some(2));
+    }
+    assert!((10..55).contains(&refused), "{refused}");
 }
 
 #[test]

@@ -12,6 +12,8 @@ use crate::{
     AtomSpec, Cells, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError, Scheduler,
     SchedulerCounters, Simulation, TagNames, Tags, WallSpec, World,
     body::BodyKind,
+    grid::Grid,
+    limits::refuse_slow,
     overlap::rounding_bound,
     pass::AtOnce,
     placement::{self, Sites},
@@ -72,8 +74,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             add_wall(&mut world, &mut names, spec, &entry)?;
             entries.push(entry);
         }
+        let species = placement::species(scene, &bounds)?;
+        // Refused before it is filled: in such a box the sites of a lattice may be without number.
+        let (sample, counts) = placement::sample(&world, &species);
+        Grid::refuse_large_box(&sample)
+            .map_err(|reason| reason.named(|body| entry_of(body, &entries, &counts)))?;
         refuse_overlaps(&world, &entries)?;
-        let gases = placement::fill(&mut world, &mut names, scene)?;
+        let gases = placement::fill(&mut world, &mut names, scene, species)?;
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut names)?;
         elasticity.classify(&mut world)?;
         world.shrink();
@@ -159,12 +166,38 @@ pub(crate) fn add_molecule(
         angular_velocity: spec.angular_velocity,
         ..Motion::at_rest(DVec2::from(spec.at))
     };
+    refuse_slow(entry, &motion, molecule.bounding_radius())?;
     let tags = tags(names, &spec.tags);
     Ok(insert(world, Arc::new(molecule), inertia, tags, motion))
 }
 
-/// How many times longer than the box a wall may be: a longer one is taken for a slip of the pen.
+/// How many times longer than the box a wall may be, along x and along y: it stands in as many
+/// images of every cell that it passes. A longer one is taken for a slip of the pen.
 const LONGEST: f64 = 16.0;
+
+/// Refuses a wall that passes too many images of the box, or is so thick that it leaves no room
+/// beside it.
+pub(crate) fn refuse_large_wall(entry: &str, wall: &Molecule, sides: DVec2) -> Result<(), SceneError> {
+    let Some(face) = wall.face() else { return Ok(()) };
+    let problem = |problem: String| SceneError::Entry { entry: entry.to_owned(), problem };
+    let extent = (2.0 * face.half_length()) * face.along().abs();
+    for (axis, name) in ["x", "y"].into_iter().enumerate() {
+        if extent[axis] > LONGEST * sides[axis] {
+            return Err(problem(format!(
+                "the wall is more than 16 times as long as the box: it goes {:e} along {name}, where the box has {:e}",
+                extent[axis], sides[axis]
+            )));
+        }
+    }
+    let side = sides.min_element();
+    if face.radius() > side {
+        return Err(problem(format!(
+            "the radius of the wall must be at most the shorter side of the box, {side:e}, but is {:e}",
+            face.radius()
+        )));
+    }
+    Ok(())
+}
 
 /// Adds a wall of the scene; overlaps are checked by the caller.
 pub(crate) fn add_wall(
@@ -182,9 +215,6 @@ pub(crate) fn add_wall(
     let (centre, wall) = match (spec.from, spec.to, spec.x, spec.y) {
         (Some(from), Some(to), None, None) => {
             let (from, to) = (DVec2::from(from), DVec2::from(to));
-            if (to - from).length() > LONGEST * sides.max_element() {
-                return Err(problem("the wall is more than 16 times as long as the box"));
-            }
             (0.5 * from + 0.5 * to, Molecule::wall(to - from, spec.radius))
         }
         (None, None, Some(x), None) => {
@@ -201,6 +231,7 @@ pub(crate) fn add_wall(
         ));
     }
     let molecule = Arc::new(wall.map_err(geometry(entry))?);
+    refuse_large_wall(entry, &molecule, sides)?;
     let tags = tags(names, &spec.tags);
     Ok(insert(world, molecule, Inertia::FIXED, tags, Motion::at_rest(centre)))
 }

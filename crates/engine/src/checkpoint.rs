@@ -7,15 +7,20 @@
 use std::sync::Arc;
 
 use carom_detection::{Detection, Exact};
-use carom_geometry::{Molecule, PeriodicBox};
+use carom_geometry::{LARGEST, Molecule, PeriodicBox};
 use carom_kinematics::{Inertia, Instant, Motion};
 use carom_response::{Impact, Response};
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    BodyKey, BodyName, Cells, Counters, ElasticitySpec, ElasticityTable, Ledger, Rotation, SceneError,
-    Scheduler, Simulation, TagNames, Tags, World, body::BodyKind, build::inertia, pass::AtOnce,
+    BodyKey, BodyName, Cells, Counters, ElasticitySpec, ElasticityTable, LEAST_SPEED, Ledger, Rotation,
+    SceneError, Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
+    body::BodyKind,
+    build::{inertia, refuse_large_wall},
+    limits::too_slow,
+    pass::AtOnce,
     simulation::Epoch,
 };
 
@@ -68,6 +73,9 @@ struct BodyRecord {
     winding: [i64; 2],
 }
 
+/// The most that may have been counted: a run would take ages to overflow the rest.
+const MOST_COUNTED: u64 = 1 << 62;
+
 /// A checkpoint that no simulation can have written.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -79,6 +87,28 @@ pub enum CheckpointError {
         index: usize,
         /// What is wrong with it.
         problem: &'static str,
+    },
+    /// A body moves or turns faster or slower than can be computed with.
+    #[error(
+        "{quantity} of body {index} of the checkpoint must be 0 or from {LEAST_SPEED:e} to {LARGEST:e}, but is {value:e}"
+    )]
+    Speed {
+        /// Place of the body in the order of insertion.
+        index: usize,
+        /// Which speed.
+        quantity: &'static str,
+        /// The speed (length per time), or the angular velocity (radians per time).
+        value: f64,
+    },
+    /// A number of a run is beyond all that it can come to.
+    #[error("the checkpoint's {what} must be {allowed}, but is {value}")]
+    OutOfRange {
+        /// Which number.
+        what: &'static str,
+        /// What it may be.
+        allowed: &'static str,
+        /// What it is.
+        value: f64,
     },
     /// The clock or the books hold a number that is not finite.
     #[error("the checkpoint's {0} is not finite")]
@@ -156,6 +186,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         options: S::Options,
     ) -> Result<Self, CheckpointError> {
         checkpoint.refuse_infinite()?;
+        checkpoint.refuse_overflowing()?;
         let mut world = checkpoint.world()?;
         let mut names = checkpoint.names.clone();
         let mut elasticity = ElasticityTable::new(&checkpoint.elasticity, &mut names)?;
@@ -164,6 +195,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             return Err(CheckpointError::LastContacts(checkpoint.last_contacts.len()));
         }
         world.last_contacts.clone_from(&checkpoint.last_contacts);
+        if let Some((index, value)) = too_slow(&world) {
+            return Err(CheckpointError::Speed { index, quantity: "the speed", value });
+        }
         let scheduler = S::new(&options, &world)
             .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
         Ok(Self {
@@ -205,6 +239,36 @@ impl Checkpoint {
         Ok(())
     }
 
+    /// Refuses counts that could not be counted on, and times of contacts that are still to come.
+    fn refuse_overflowing(&self) -> Result<(), CheckpointError> {
+        let Counters { collisions, fixed_collisions, guarded_collisions, epochs, scheduler } = self.counters;
+        let SchedulerCounters { crossings, stale, rechecks, unresolved, pairs } = scheduler;
+        let out_of_range = |what, allowed, value| CheckpointError::OutOfRange { what, allowed, value };
+        let counts = [
+            collisions,
+            fixed_collisions,
+            guarded_collisions,
+            epochs,
+            crossings,
+            stale,
+            rechecks,
+            unresolved,
+            pairs,
+            self.next_key.0,
+            self.at_once.counts.values().copied().max().map_or(0, |count| u64::from(count) << 32),
+        ];
+        let windings = self.bodies.iter().flat_map(|body| body.winding).map(i64::unsigned_abs);
+        let largest = counts.into_iter().chain(windings).max().unwrap_or(0);
+        if largest > MOST_COUNTED {
+            return Err(out_of_range("largest count", "at most 2^62", largest as f64));
+        }
+        let last = self.last_contacts.iter().copied().fold(self.at_once.time, f64::max);
+        if last > 0.0 {
+            return Err(out_of_range("time of the last contact", "at most 0", last));
+        }
+        Ok(())
+    }
+
     /// The world as it was.
     fn world(&self) -> Result<World, CheckpointError> {
         let bounds = PeriodicBox::new(self.bounds.sides())
@@ -225,13 +289,35 @@ impl Checkpoint {
             if record.tags.iter().any(|&tag| !self.names.knows(tag)) {
                 return Err(wrong("has a tag without a name"));
             }
+            refuse_large_wall(&format!("body {index} of the checkpoint"), molecule, bounds.sides())?;
             let Motion { position, velocity, orientation, angular_velocity, time } = record.motion;
             if !(position.is_finite() && velocity.is_finite() && angular_velocity.is_finite() && time == 0.0)
             {
                 return Err(wrong("moves in a way that is not finite"));
             }
-            if bounds.wrap(position).0 != position || orientation.turns().abs() > 0.5 {
+            let is_turned_once = orientation.turns().abs() <= 0.5;
+            if bounds.wrap(position).0 != position || !is_turned_once {
                 return Err(wrong("is out of the box, or turned by more than a turn"));
+            }
+            if molecule.face().is_some() && record.rotation.is_some() {
+                return Err(wrong("is a wall that can move"));
+            }
+            if record.rotation.is_none() && (velocity != DVec2::ZERO || angular_velocity != 0.0) {
+                return Err(wrong("is fixed, and moves"));
+            }
+            if (record.rotation == Some(Rotation::Locked) || molecule.is_disc()) && angular_velocity != 0.0 {
+                return Err(wrong("cannot turn, and turns"));
+            }
+            let too_fast = |quantity, value| CheckpointError::Speed { index, quantity, value };
+            let speed = velocity.abs().max_element();
+            if speed > LARGEST {
+                return Err(too_fast("a component of the velocity", speed));
+            }
+            // A small molecule may come to turn faster than a scene may say, but no faster at its
+            // rim than 1e60.
+            let spin = angular_velocity.abs();
+            if spin > LARGEST && spin * molecule.bounding_radius() > LARGEST {
+                return Err(too_fast("the angular velocity", spin));
             }
             let kind = BodyKind {
                 molecule: Arc::clone(molecule),
@@ -281,7 +367,7 @@ fn records(world: &World) -> (Vec<Molecule>, Vec<BodyRecord>) {
 mod tests {
     use super::*;
     use crate::{GasSpec, Scene, Tag};
-    use glam::DVec2;
+    use carom_kinematics::Orientation;
 
     fn sound() -> Checkpoint {
         let gas = GasSpec {
@@ -324,6 +410,35 @@ mod tests {
             ("time is not finite", refusal(|c| c.epoch = Instant::from(f64::INFINITY))),
             ("ledger is not finite", refusal(|c| c.ledger.lost = f64::NAN)),
             ("last contact is not finite", refusal(|c| c.at_once.time = f64::NAN)),
+            (
+                "a component of the velocity of body 0 of the checkpoint must be 0 or from 1e-70 to 1e60, but is 1e61",
+                refusal(|c| c.bodies[0].motion.velocity.x = 1e61),
+            ),
+            (
+                "the speed of body",
+                refusal(|c| c.bodies.iter_mut().for_each(|body| body.motion.velocity = DVec2::splat(1e-71))),
+            ),
+            ("cannot turn, and turns", refusal(|c| c.bodies[1].motion.angular_velocity = 1.0)),
+            ("is fixed, and moves", refusal(|c| c.bodies[1].rotation = None)),
+            (
+                "turned by more",
+                refusal(|c| c.bodies[1].motion.orientation = Orientation::from_turns(f64::NAN)),
+            ),
+            ("largest count must be at most 2^62", refusal(|c| c.bodies[1].winding[0] = i64::MAX)),
+            ("largest count", refusal(|c| c.counters.collisions = u64::MAX)),
+            ("largest count", refusal(|c| c.counters.scheduler.pairs = u64::MAX)),
+            ("largest count", refusal(|c| c.at_once.counts = [(0, u32::MAX)].into())),
+            ("last contact must be at most 0, but is 1", refusal(|c| c.at_once.time = 1.0)),
+            (
+                "the radius of the wall must be at most",
+                refusal(|c| c.molecules[0] = Molecule::wall(DVec2::X, 1e6).unwrap()),
+            ),
+            (
+                "16 times as long",
+                refusal(|c| c.molecules[0] = Molecule::wall(DVec2::splat(1e6), 0.0).unwrap()),
+            ),
+            ("a wall that can move", refusal(|c| c.molecules[0] = Molecule::wall(DVec2::X, 0.0).unwrap())),
+            ("box is too large", refusal(|c| c.bounds = PeriodicBox::new(DVec2::new(1.0, 1e20)).unwrap())),
             ("elasticity.default", refusal(|c| c.elasticity.default = -1.0)),
             ("last contact is not finite", refusal(|c| c.last_contacts.push(f64::NAN))),
             ("3 times of last contacts", refusal(|c| c.last_contacts = vec![0.0; 3])),

@@ -1,11 +1,11 @@
 //! What a caller may do wrong, and how a run can end before its time.
 
-use carom_geometry::GeometryError;
+use carom_geometry::{GeometryError, LARGEST};
 use carom_kinematics::Instant;
 use carom_response::ElasticityError;
 use thiserror::Error;
 
-use crate::{BodyKey, BodyName};
+use crate::{BodyKey, BodyName, LEAST_SPEED};
 
 /// A scene that cannot be built; the entry is named.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -37,6 +37,19 @@ pub enum SceneError {
         entry: String,
         /// What is wrong with it, in words.
         problem: String,
+    },
+    /// A body moves or turns so slowly that the squares of its speed underflow.
+    #[error(
+        "{entry}: {quantity} must be 0 or at least {LEAST_SPEED:e}, but is {speed:e}: bodies so slow would pass through each \
+         other (a longer unit of time makes it larger)"
+    )]
+    TooSlow {
+        /// The entry.
+        entry: String,
+        /// Which speed.
+        quantity: &'static str,
+        /// The speed (length per time).
+        speed: f64,
     },
     /// Two bodies overlap at the start.
     #[error("{first} and {second} overlap by {depth:e}")]
@@ -155,8 +168,9 @@ pub enum EditError {
     /// A body of zero energy has no direction to keep, so no energy can be given to it.
     #[error("the energy of {0} cannot be reset: it has none, hence no direction of motion")]
     NoEnergy(BodyName),
-    /// An energy that is not positive, NaN or infinite, or so large that speeds are beyond computing with.
-    #[error("an energy must be positive and give no speed above 1e60, but is {0}")]
+    /// An energy that is not positive, NaN or infinite, or that gives a speed beyond computing
+    /// with.
+    #[error("an energy must be positive and give a speed from {LEAST_SPEED:e} to {LARGEST:e}, but is {0:e}")]
     Energy(f64),
     /// The body is fixed and takes no energy and no rotation mode.
     #[error("{0} is fixed")]
@@ -214,6 +228,21 @@ pub enum RunError {
         outpaced: Box<BodyName>,
         /// How far that goes in an epoch (length).
         way: f64,
+    },
+    /// Contacts that lose energy, or edits, have left no body that moves with [`LEAST_SPEED`] or
+    /// more, but some that move: the squares of their speeds underflow, and they would pass through
+    /// each other.
+    #[error(
+        "at time {time} the fastest is {body}, of speed {speed:e}: to go on it must be at rest or have a speed of at least \
+         {LEAST_SPEED:e}"
+    )]
+    TooSlow {
+        /// When.
+        time: Instant,
+        /// The fastest body.
+        body: BodyName,
+        /// Its speed, or rim speed (length per time).
+        speed: f64,
     },
     /// Speeds have grown beyond what can be computed with (superelastic contacts do this).
     #[error("at time {time} {body} is too fast to go on: speed {speed:e}")]

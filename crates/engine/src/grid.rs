@@ -86,12 +86,7 @@ impl Grid {
         if reach > side {
             return Err(GridError::BoxTooSmall { reach, side, bodies });
         }
-        let longer = sides.max_element();
-        if let Some((reach, bodies)) =
-            world.closest_touching().filter(|pair| pair.0 < SMALLEST_SHARE * longer)
-        {
-            return Err(GridError::BoxTooLarge { reach, side: longer, bodies });
-        }
+        Self::refuse_large_box(world)?;
         // The rounding of the quotient, and the few roundings by which bounding radii are never too small, must not
         // refuse a cell exactly as long as the reach.
         let safe = |side: f64| {
@@ -119,6 +114,18 @@ impl Grid {
                 let count = |side: f64| safe(side).min((side / paying).ceil() as u32).max(1) as i32;
                 Ok([count(sides.x), count(sides.y)])
             }
+        }
+    }
+
+    /// Refuses a box in which the rounding of places would show in the contacts of the smallest
+    /// bodies.
+    pub(crate) fn refuse_large_box(world: &World) -> Result<(), GridError> {
+        let side = world.bounds().sides().max_element();
+        match world.closest_touching() {
+            Some((reach, bodies)) if reach < SMALLEST_SHARE * side => {
+                Err(GridError::BoxTooLarge { reach, side, bodies })
+            }
+            _ => Ok(()),
         }
     }
 

@@ -5,10 +5,12 @@
 //! against the other as it turns. Luding and McNamara (Granular Matter 1 (1998) 113) give a contact a duration t_c,
 //! and let only such contacts lose energy as are farther apart in time. Here likewise, with these choices.
 //!
-//! **How long it lasts.** t_c = c T with the `contact_time` c of the scene and T = 2 min(R_A, R_B)/w the time in which the two
-//! move by the diameter of the smaller, w = |V| + |ω_A| R_A + |ω_B| R_B being how fast they move relative to each other
-//! now. Time is so measured by the pair alone: velocities times a power of two give the same trajectory to the bit,
-//! and a gas that cools without end is guarded neither more nor less.
+//! **How long it lasts.** t_c = c T with the `contact_time` c of the scene and T = 2 min(R_A,
+//! R_B)/w the time in which the two move by the diameter of the smaller, w = |V| + |ω_A| R_A +
+//! |ω_B| R_B being how fast they move relative to each other now. A wall has no size of its own: R
+//! is then the other's. Time is so measured by the pair alone: velocities times a power of two give
+//! the same trajectory to the bit, and a gas that cools without end is guarded neither more nor
+//! less.
 //!
 //! **Whose last contact counts.** A contact is made elastic if *each* of its bodies that moves has had its last one, with
 //! whichever partner, less than t_c ago. In the original that of *either* is enough; but then a large body that is hit all
@@ -59,7 +61,7 @@ impl Guard {
         let radii = [&a, &b].map(|partner| partner.body.kind.molecule.bounding_radius());
         let rims = a.motion.angular_velocity.abs() * radii[0] + b.motion.angular_velocity.abs() * radii[1];
         let speed = (b.motion.velocity - a.motion.velocity).length() + rims;
-        let way = self.contact_time * (2.0 * radii[0].min(radii[1]));
+        let way = self.contact_time * (2.0 * size(a.body).min(size(b.body)));
         // An infinite time at no speed is no number, and is not soon.
         let soon = |partner: &Partner<'_>| partner.body.is_fixed() || partner.since * speed < way;
         let turns =
@@ -83,7 +85,8 @@ impl Guard {
     }
 }
 
-/// Notes a contact of two bodies at `time`, and tells how long ago their last ones were.
-pub(crate) fn note(last_contacts: &mut [f64], bodies: [u32; 2], time: f64) -> [f64; 2] {
-    bodies.map(|body| time - std::mem::replace(&mut last_contacts[body as usize], time))
+/// The size by which the time of a contact is measured (length): the bounding radius; infinite for
+/// a wall, whose length is unrelated to the size of a contact.
+fn size(body: &Body) -> f64 {
+    if body.is_wall() { f64::INFINITY } else { body.kind.molecule.bounding_radius() }
 }

@@ -73,6 +73,7 @@ pub use elasticity_table::ElasticityTable;
 pub use error::{EditError, GridError, RunError, SceneError};
 pub use grid::Fineness;
 pub use invariants::Violation;
+pub use limits::LEAST_SPEED;
 pub use observer::Observer;
 pub use overlap::{OverlapCensus, rounding_bound};
 pub use placement::{Purpose, random_stream};

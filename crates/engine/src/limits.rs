@@ -1,9 +1,9 @@
 //! When an epoch has to end, before the fastest body has used up the digits of its place or angle, and when that is too soon.
 
-use carom_kinematics::HALF_ULP;
+use carom_kinematics::{HALF_ULP, Motion};
 use glam::DVec2;
 
-use crate::{BodyName, RunError, TagNames, World};
+use crate::{BodyName, RunError, SceneError, TagNames, World};
 
 /// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose digits.
 const TURNS_PER_EPOCH: f64 = 64.0;
@@ -31,6 +31,27 @@ const EPOCHS_OF_PATIENCE: f64 = (1 << 16) as f64;
 /// rest but for a rounding of their velocity end runs. Larger: bodies may stand still that ought to move.
 const UNSEEN: f64 = 1.0 / (1u64 << 36) as f64;
 
+/// The least speed that is not 0 (length per time), of a centre or of a rim, |ω| R. It must be met
+/// by every body of a scene and after an edit, and by the fastest body at the start of each epoch.
+///
+/// Detection forms products such as σ² w², with the distance σ of centres at which two atoms touch
+/// and a relative velocity w, which must not underflow as long as w moves a place at all. An epoch
+/// ends when the fastest body, of speed v, has gone a few sides of the box or has turned 64 times,
+/// so a w below u v/400 is lost in the rounding of places. With σ ≥ 10⁻⁶⁰ and v ≥ 10⁻⁷⁰ all others
+/// give σ² w² ≥ 7·10⁻²⁹⁸, and with masses m ≥ 10⁻⁶⁰ energies m v² ≥ 10⁻²⁰⁰: normal numbers, above
+/// 2.2·10⁻³⁰⁸. Smaller: small and slow bodies would pass through each other. Larger: fewer scenes
+/// are accepted.
+pub const LEAST_SPEED: f64 = 1e-70;
+
+/// Centres of two bodies at their contact (length), the places in [`World::bodies`] and the offset
+/// in the epoch (time).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ContactPlaces {
+    pub bodies: [u32; 2],
+    pub time: f64,
+    pub places: [DVec2; 2],
+}
+
 /// The end of an epoch, in time and in contacts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Limits {
@@ -43,6 +64,10 @@ pub(crate) struct Limits {
     fastest_spin: f64,
     /// How far the fastest body may go (length).
     way: f64,
+    /// Where the contact took place that makes the epoch stale. A scheduler may keep a flight by
+    /// its place x₀ = x − v t at the start of the epoch, which is rounded by u v t: for a body so
+    /// fast this exceeds the error that a place may have.
+    stale: Option<ContactPlaces>,
 }
 
 impl Limits {
@@ -50,7 +75,13 @@ impl Limits {
     pub fn new(world: &World, fastest_squared: f64, fastest_spin: f64, contacts: u64) -> Self {
         let way = way_per_epoch(world);
         let time = stretch(way, fastest_squared, fastest_spin);
-        Self { time, contacts_left: contacts, fastest_squared, fastest_spin, way }
+        Self { time, contacts_left: contacts, fastest_squared, fastest_spin, way, stale: None }
+    }
+
+    /// Where the contact took place with which the epoch ends, if it makes a body too fast for the
+    /// rest of the epoch.
+    pub fn stale_contact(&self) -> Option<&ContactPlaces> {
+        self.stale.as_ref()
     }
 
     /// When the epoch ends at the latest (offset in it, time).
@@ -68,20 +99,21 @@ impl Limits {
         (a.length_squared() <= self.fastest_squared) & (b.length_squared() <= self.fastest_squared)
     }
 
-    /// Shortens the epoch if one of two bodies is now faster than any was before, and refuses what is too fast.
+    /// Shortens the epoch if one of two bodies in contact is now faster than any was before, and
+    /// refuses what is too fast.
     #[inline(never)]
     pub fn accept(
         &mut self,
         world: &World,
         names: &TagNames,
-        bodies: [u32; 2],
-        now: f64,
+        contact: ContactPlaces,
         velocities: [DVec2; 2],
         spin: f64,
     ) -> Result<(), RunError> {
         if self.hold(velocities) & (spin <= self.fastest_spin) {
             return Ok(());
         }
+        let ContactPlaces { bodies, time: now, places: _ } = contact;
         let speed_squared = velocities[0].length_squared().max(velocities[1].length_squared());
         self.fastest_squared = self.fastest_squared.max(speed_squared);
         self.fastest_spin = self.fastest_spin.max(spin);
@@ -89,6 +121,7 @@ impl Limits {
         self.time = self.time.min(now + stretch);
         if now > STALE_STRETCHES * stretch {
             self.contacts_left = 1;
+            self.stale = Some(contact);
         }
         for (body, velocity) in bodies.into_iter().zip(velocities) {
             let body = &world.bodies[body as usize];
@@ -126,6 +159,36 @@ pub(crate) fn sides_per_epoch(world: &World) -> f64 {
 /// How far the fastest body goes in an epoch at most (length).
 fn way_per_epoch(world: &World) -> f64 {
     sides_per_epoch(world) * world.bounds.sides().min_element()
+}
+
+/// Refuses a body of an entry that moves or turns, but with less than [`LEAST_SPEED`].
+pub(crate) fn refuse_slow(entry: &str, motion: &Motion, radius: f64) -> Result<(), SceneError> {
+    let speeds = [
+        // No square root of a sum of squares: these may be 0.
+        ("the speed", motion.velocity.x.hypot(motion.velocity.y)),
+        ("the rim speed (angular velocity times bounding radius)", motion.angular_velocity.abs() * radius),
+    ];
+    let moves = [motion.velocity != DVec2::ZERO, motion.angular_velocity != 0.0];
+    for ((quantity, speed), moves) in speeds.into_iter().zip(moves) {
+        if moves && speed < LEAST_SPEED {
+            return Err(SceneError::TooSlow { entry: entry.to_owned(), quantity, speed });
+        }
+    }
+    Ok(())
+}
+
+/// The fastest body, and its speed of centre or rim (length per time), if all that move do so at
+/// less than [`LEAST_SPEED`].
+pub(crate) fn too_slow(world: &World) -> Option<(usize, f64)> {
+    let speed = |index: usize| {
+        let motion = &world.motions[index];
+        let rim = motion.angular_velocity.abs() * world.bodies[index].kind.molecule.bounding_radius();
+        // Not the length of the velocity: its square may be 0.
+        motion.velocity.abs().max_element().max(rim)
+    };
+    let moving = (0..world.bodies.len()).filter(|&index| !world.bodies[index].is_fixed());
+    let fastest = moving.map(|index| (index, speed(index))).max_by(|one, other| one.1.total_cmp(&other.1))?;
+    (fastest.1 > 0.0 && fastest.1 < LEAST_SPEED).then_some(fastest)
 }
 
 /// Refuses a run in which a fast body makes the epochs so short that another no longer moves, or nearly so.

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use crate::{
     BodyName, CollisionReport, ContactEvent, Counters, ElasticityTable, EventLoop, EventQueue, Ledger,
     Observer, Parts, RunError, Side, TagNames, World,
-    guard::{Partner, note},
-    limits::Limits,
+    guard::Partner,
+    limits::{ContactPlaces, Limits},
     separation::{missing_impulse, round_outwards},
     wall::{arm, contact_frame},
 };
@@ -144,7 +144,8 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
             ];
         }
         if !self.limits.hold(after) {
-            self.limits.accept(self.world, self.names, bodies, time, after, 0.0)?;
+            let places = ContactPlaces { bodies, time, places: [place_a, place_b] };
+            self.limits.accept(self.world, self.names, places, after, 0.0)?;
         }
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from(met_fixed);
@@ -195,16 +196,18 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
         let depth = parts.contact_distance([body_a.molecule(), body_b.molecule()]) - distance;
         let arms = frame.arms;
         let mut elasticity = self.elasticity.between(body_a, body_b);
-        if !self.world.last_contacts.is_empty() {
-            let since = note(&mut self.world.last_contacts, bodies, time);
-            if elasticity.coefficient() < 1.0 {
-                let partner = |n: usize, body| Partner { body, motion: &before[n], since: since[n] };
-                let pair = [partner(0, body_a), partner(1, body_b)];
-                let (raised, spared) = self.elasticity.guard.raise(elasticity, &frame, pair);
-                self.counters.guarded_collisions += u64::from(raised != elasticity);
-                self.ledger.spared += spared;
-                elasticity = raised;
-            }
+        let (mut is_guarded, mut spared) = (false, 0.0);
+        if !self.world.last_contacts.is_empty() && elasticity.coefficient() < 1.0 {
+            let last = &self.world.last_contacts;
+            let partner = |n: usize, body| {
+                let since = time - last[bodies[n] as usize];
+                Partner { body, motion: &before[n], since }
+            };
+            let pair = [partner(0, body_a), partner(1, body_b)];
+            let raised;
+            (raised, spared) = self.elasticity.guard.raise(elasticity, &frame, pair);
+            is_guarded = raised != elasticity;
+            elasticity = raised;
         }
         let (inertia_a, inertia_b) = (&body_a.kind.inertia, &body_b.kind.inertia);
         let mut impulse =
@@ -235,7 +238,16 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
         }
         let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());
         let velocities = after.map(|motion| motion.velocity);
-        self.limits.accept(self.world, self.names, bodies, time, velocities, spin)?;
+        let places = ContactPlaces { bodies, time, places: before.map(|motion| motion.position) };
+        self.limits.accept(self.world, self.names, places, velocities, spin)?;
+        // Counted and booked only now: a contact that is refused has not taken place.
+        if !self.world.last_contacts.is_empty() {
+            for body in bodies {
+                self.world.last_contacts[body as usize] = time;
+            }
+        }
+        self.counters.guarded_collisions += u64::from(is_guarded);
+        self.ledger.spared += spared;
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from(met_fixed);
         if elasticity.coefficient() != 1.0 || repeats {

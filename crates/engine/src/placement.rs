@@ -14,8 +14,9 @@ use rand::{RngExt, seq::SliceRandom};
 use rand_pcg::Pcg64;
 
 use crate::{
-    GasSpec, Rotation, Scene, SceneError, TagNames, World,
+    GasSpec, Rotation, Scene, SceneError, TagNames, Tags, World,
     build::{geometry, inertia, insert, molecule, tags},
+    limits::refuse_slow,
     wall::{StandingWall, folded},
 };
 
@@ -39,8 +40,15 @@ const ROOM: f64 = 1e-9;
 /// The most molecules of one kind: beyond lies no memory, and soon the range of the numbers that count them.
 const MOST_MOLECULES: usize = 1 << 27;
 
+/// The most sites of a lattice where fewer are wanted: to look at each takes about a microsecond.
+const MOST_SITES: usize = 1 << 22;
+
+/// A lattice of touching sites, the last to be tried, is thinned out if it has more sites than
+/// this: in a narrow box it may have any number, however few are wanted.
+const FEW_SITES: usize = 1 << 20;
+
 /// One kind of molecule to be placed.
-struct Species<'a> {
+pub(crate) struct Species<'a> {
     entry: String,
     spec: &'a GasSpec,
     molecule: Arc<Molecule>,
@@ -48,15 +56,37 @@ struct Species<'a> {
     places: Vec<DVec2>,
 }
 
+/// The kinds of molecules that the gases of a scene are made of.
+pub(crate) fn species<'a>(scene: &'a Scene, bounds: &PeriodicBox) -> Result<Vec<Species<'a>>, SceneError> {
+    scene.gas.iter().enumerate().map(|(index, spec)| Species::new(spec, index, bounds)).collect()
+}
+
+/// A world of what stands already and two molecules of each kind at most, at rest at the origin,
+/// and how many there are of each: which bodies meet at the largest and at the smallest distances
+/// does not depend on their number.
+pub(crate) fn sample(world: &World, species: &[Species<'_>]) -> (World, Vec<usize>) {
+    let mut sample = world.clone();
+    let counts: Vec<usize> = species.iter().map(|kind| kind.count.min(2)).collect();
+    for (kind, &count) in species.iter().zip(&counts) {
+        for _ in 0..count {
+            let inertia = inertia(&kind.molecule, kind.spec.rotation);
+            let motion = Motion::at_rest(DVec2::ZERO);
+            insert(&mut sample, Arc::clone(&kind.molecule), inertia, Tags::default(), motion);
+        }
+    }
+    (sample, counts)
+}
+
 /// Places and sets in motion every gas of the scene, one after the other; tells how many bodies each has.
-pub(crate) fn fill(world: &mut World, names: &mut TagNames, scene: &Scene) -> Result<Vec<usize>, SceneError> {
+pub(crate) fn fill(
+    world: &mut World,
+    names: &mut TagNames,
+    scene: &Scene,
+    mut species: Vec<Species<'_>>,
+) -> Result<Vec<usize>, SceneError> {
     let (seed, replica) = (scene.bounds.seed, scene.bounds.replica);
     let mut places = random_stream(seed, replica, Purpose::Placement);
     let mut velocities = random_stream(seed, replica, Purpose::Velocities);
-    let mut species: Vec<Species<'_>> = Vec::new();
-    for (index, spec) in scene.gas.iter().enumerate() {
-        species.push(Species::new(spec, index, world.bounds())?);
-    }
     let mut by_size: Vec<usize> = (0..species.len()).collect();
     by_size.sort_by(|&i, &j| {
         let radius = |k: usize| species[k].molecule.bounding_radius();
@@ -71,12 +101,16 @@ pub(crate) fn fill(world: &mut World, names: &mut TagNames, scene: &Scene) -> Re
         // Kinds of like size share one lattice: around the larger ones a finer one might not fit. Where the shared one
         // is too coarse for all of them, fewer share it.
         let largest = species[first].molecule.bounding_radius();
-        let mut placed = Ok(0);
+        let (mut placed, mut tried) = (Ok(0), 0);
         for share in [0.5, 0.75, 1.0] {
             let alike = rest
                 .iter()
                 .take_while(|&&k| species[k].molecule.bounding_radius() >= share * largest)
                 .count();
+            if alike == tried {
+                continue;
+            }
+            tried = alike;
             let random = &mut places.clone();
             placed = place_class(world, &mut sites, &mut species, &rest[..alike], random).map(|()| alike);
             if placed.is_ok() {
@@ -124,6 +158,22 @@ impl<'a> Species<'a> {
         if count > MOST_MOLECULES {
             return Err(problem("more than 2^27 molecules of one kind are taken for a slip of the pen"));
         }
+        let inertia = inertia(&molecule, spec.rotation);
+        let motion = Motion {
+            velocity: speed(share(spec, &molecule), &inertia) * DVec2::X,
+            angular_velocity: if turns(spec, &molecule) {
+                spin(share(spec, &molecule), &inertia)
+            } else {
+                0.0
+            },
+            ..Motion::at_rest(DVec2::ZERO)
+        };
+        check_length("the speed that `energy` gives", motion.velocity.x).map_err(geometry(&entry))?;
+        check_length("the angular velocity that `energy` gives", motion.angular_velocity)
+            .map_err(geometry(&entry))?;
+        if spec.energy > 0.0 {
+            refuse_slow(&entry, &motion, molecule.bounding_radius())?;
+        }
         Ok(Self {
             entry,
             spec,
@@ -159,8 +209,12 @@ fn place_class(
     };
     let mut most = 0;
     let (lattice, mut free) = 'found: {
-        for spacing in spacings(world.bounds(), wanted, radius) {
-            let Some(lattice) = Lattice::new(world.bounds(), spacing, radius, random) else { continue };
+        for attempt in attempts(world.bounds(), wanted, radius) {
+            let lattice = match attempt {
+                Attempt::Spacing(spacing) => Lattice::new(world.bounds(), spacing, radius, random),
+                Attempt::Sites(sites) => Lattice::thinned(world.bounds(), sites, radius, random),
+            };
+            let Some(lattice) = lattice else { continue };
             if lattice.capacity() < wanted {
                 most = most.max(lattice.capacity());
                 continue;
@@ -207,14 +261,66 @@ fn thin(sites: Vec<DVec2>, wanted: usize, random: &mut Pcg64) -> Vec<DVec2> {
     if chosen.len() >= wanted { chosen } else { sites }
 }
 
-/// Lattice spacings to try, from one with some room to spare down to touching.
-fn spacings(bounds: &PeriodicBox, wanted: usize, radius: f64) -> impl Iterator<Item = f64> {
-    let touching = 2.0 * radius;
+/// A lattice to try.
+#[derive(Clone, Copy)]
+enum Attempt {
+    /// One of this spacing (length).
+    Spacing(f64),
+    /// One of touching sites thinned out to about so many.
+    Sites(usize),
+}
+
+/// Lattices to try, from one with some room to spare down to touching sites, as many of these as
+/// may be.
+fn attempts(bounds: &PeriodicBox, wanted: usize, radius: f64) -> impl Iterator<Item = Attempt> {
+    let (sides, touching) = (bounds.sides(), 2.0 * radius);
     let roomy = (2.0 * bounds.area() / (3f64.sqrt() * 1.1 * wanted as f64)).sqrt();
+    let most = MOST_SITES.max(8 * wanted);
+    let sites = move |spacing: f64| Counts::new(sides, spacing, radius).map_or(0.0, Counts::sites);
+    let all = sites(touching);
+    // The last of them is the whole lattice, unless that is too large.
+    let thinned = std::iter::successors(Some((FEW_SITES / 16).max(4 * wanted)), |sites| Some(8 * sites))
+        .take_while(move |&sites| all > FEW_SITES as f64 && sites <= most && (sites as f64) < all);
     (0..64)
         .map(move |step| roomy * 0.98f64.powi(step))
         .take_while(move |&spacing| spacing > touching)
-        .chain(std::iter::once(touching))
+        // Far more than are wanted: the box is so narrow that it has one row of them.
+        .filter(move |&spacing| sites(spacing) <= FEW_SITES.max(64 * wanted) as f64)
+        .map(Attempt::Spacing)
+        .chain(thinned.map(Attempt::Sites))
+        .chain((all <= most as f64).then_some(Attempt::Spacing(touching)))
+}
+
+/// Columns and rows of a triangular lattice.
+#[derive(Clone, Copy)]
+struct Counts {
+    columns: f64,
+    rows: f64,
+}
+
+impl Counts {
+    /// Of a lattice of this spacing (length) for discs of this radius; none if not even one fits.
+    fn new(sides: DVec2, spacing: f64, radius: f64) -> Option<Self> {
+        let columns = (sides.x / spacing).floor();
+        if columns == 0.0 || sides.y < 2.0 * radius {
+            return None;
+        }
+        let across = sides.x / columns;
+        // The rows may be as close as diagonal neighbours allow, and every other row.
+        let diagonal = (spacing * spacing - 0.25 * across * across).max(0.0).sqrt();
+        let up = diagonal.max(0.5 * spacing);
+        Some(Self { columns, rows: even((sides.y / up).floor()) })
+    }
+
+    fn sites(self) -> f64 {
+        self.columns * self.rows
+    }
+}
+
+/// So many rows, or one less: each is shifted against its neighbours on both sides, unless it is
+/// alone.
+fn even(rows: f64) -> f64 {
+    if rows <= 1.0 { 1.0 } else { rows - rows % 2.0 }
 }
 
 /// A triangular lattice that fits the periodic box.
@@ -229,39 +335,49 @@ struct Lattice {
 
 impl Lattice {
     fn new(bounds: &PeriodicBox, spacing: f64, radius: f64, random: &mut Pcg64) -> Option<Self> {
-        let sides = bounds.sides();
-        let origin = sides * DVec2::new(random.random(), random.random());
-        let touching = 2.0 * radius;
-        let columns = (sides.x / spacing) as usize;
-        if columns == 0 || sides.y < touching {
-            return None;
-        }
-        let across = sides.x / columns as f64;
-        // The rows may be as close as diagonal neighbours allow, and every other row.
-        let diagonal = (spacing * spacing - 0.25 * across * across).max(0.0).sqrt();
-        let up = diagonal.max(0.5 * spacing);
-        let rows = match (sides.y / up) as usize {
-            0 | 1 => 1,
-            rows => rows - rows % 2,
+        let origin = bounds.sides() * DVec2::new(random.random(), random.random());
+        let counts = Counts::new(bounds.sides(), spacing, radius)?;
+        Self::of(bounds, counts, radius, origin)
+    }
+
+    /// The lattice of touching sites with columns and rows left out until there are about so many
+    /// sites, the rest spread evenly: the distances of neighbours only grow.
+    fn thinned(bounds: &PeriodicBox, sites: usize, radius: f64, random: &mut Pcg64) -> Option<Self> {
+        let origin = bounds.sides() * DVec2::new(random.random(), random.random());
+        let Counts { columns, rows } = Counts::new(bounds.sides(), 2.0 * radius, radius)?;
+        let sites = sites as f64;
+        let shorter = columns.min(rows).min(sites.sqrt().floor());
+        let longer = (sites / shorter).floor();
+        let counts = if columns < rows {
+            Counts { columns: shorter, rows: even(longer.min(rows)) }
+        } else {
+            Counts { columns: longer.min(columns), rows: even(shorter) }
         };
-        let step = DVec2::new(across, sides.y / rows as f64);
+        Self::of(bounds, counts, radius, origin)
+    }
+
+    fn of(bounds: &PeriodicBox, counts: Counts, radius: f64, origin: DVec2) -> Option<Self> {
+        let (sides, touching) = (bounds.sides(), 2.0 * radius);
+        let Counts { columns, rows } = counts;
+        let step = sides / DVec2::new(columns, rows);
         let nearest = [
             step.x,
-            if rows > 1 { DVec2::new(0.5 * step.x, step.y).length() } else { sides.y },
-            if rows > 2 { 2.0 * step.y } else { sides.y },
+            if rows > 1.0 { DVec2::new(0.5 * step.x, step.y).length() } else { sides.y },
+            if rows > 2.0 { 2.0 * step.y } else { sides.y },
         ];
         let nearest = nearest.into_iter().fold(f64::INFINITY, f64::min);
         (nearest >= touching).then_some(Self {
-            columns,
-            rows,
+            columns: columns as usize,
+            rows: rows as usize,
             step,
             origin,
             slack: 0.5 * (nearest - touching),
         })
     }
 
+    /// How many sites there are.
     fn capacity(&self) -> usize {
-        self.columns * self.rows
+        self.columns.saturating_mul(self.rows)
     }
 
     fn site(&self, index: usize) -> DVec2 {
@@ -281,11 +397,9 @@ fn set_in_motion(
 ) {
     let inertia = inertia(&kind.molecule, kind.spec.rotation);
     let tags = tags(names, &kind.spec.tags);
-    let turning = kind.spec.rotation == Rotation::Free && !kind.molecule.is_disc();
-    let share = kind.spec.energy / if turning { 3.0 } else { 2.0 };
-    let mut moving: Vec<DVec2> = (0..kind.count)
-        .map(|_| (4.0 * share * inertia.inverse_mass).sqrt() * direction(velocities))
-        .collect();
+    let (turning, share) = (turns(kind.spec, &kind.molecule), share(kind.spec, &kind.molecule));
+    let mut moving: Vec<DVec2> =
+        (0..kind.count).map(|_| speed(share, &inertia) * direction(velocities)).collect();
     if kind.spec.zero_momentum {
         remove_drift(&mut moving);
     }
@@ -293,7 +407,7 @@ fn set_in_motion(
         let motion = Motion {
             velocity,
             orientation: Orientation::from_turns(places.random()),
-            angular_velocity: if turning { spin(share, &inertia, velocities) } else { 0.0 },
+            angular_velocity: if turning { either_way(spin(share, &inertia), velocities) } else { 0.0 },
             ..Motion::at_rest(place)
         };
         insert(world, Arc::clone(&kind.molecule), inertia, tags.clone(), motion);
@@ -304,8 +418,27 @@ fn direction(random: &mut Pcg64) -> DVec2 {
     Orientation::from_turns(random.random()).cos_sin()
 }
 
-fn spin(energy: f64, inertia: &Inertia, random: &mut Pcg64) -> f64 {
-    let spin = (2.0 * energy * inertia.inverse_moment).sqrt();
+/// Whether the molecules of a gas turn.
+fn turns(spec: &GasSpec, molecule: &Molecule) -> bool {
+    spec.rotation == Rotation::Free && !molecule.is_disc()
+}
+
+/// The energy of each degree of freedom of a molecule (mass × length² / time²).
+fn share(spec: &GasSpec, molecule: &Molecule) -> f64 {
+    spec.energy / if turns(spec, molecule) { 3.0 } else { 2.0 }
+}
+
+/// The speed that has this energy in each of two directions (length / time).
+fn speed(energy: f64, inertia: &Inertia) -> f64 {
+    (4.0 * energy * inertia.inverse_mass).sqrt()
+}
+
+/// The angular velocity that has this energy (radians per time).
+fn spin(energy: f64, inertia: &Inertia) -> f64 {
+    (2.0 * energy * inertia.inverse_moment).sqrt()
+}
+
+fn either_way(spin: f64, random: &mut Pcg64) -> f64 {
     if random.random() { spin } else { -spin }
 }
 
@@ -394,7 +527,7 @@ impl Sites {
         let side = bounds.sides() / self.count as f64;
         // A wall asks as the disc about it would, far too widely: it is asked for by others.
         let reach = molecule.bounding_radius() + self.largest;
-        let range = |side: f64| ((reach / side) as i64 + 1).min(2 * self.count);
+        let range = |side: f64| ((reach / side) as i64).saturating_add(1).min(2 * self.count);
         let mut nearest: Option<(usize, f64)> = None;
         for v in y - range(side.y)..=y + range(side.y) {
             for u in x - range(side.x)..=x + range(side.x) {

@@ -1,13 +1,13 @@
 //! The simulation: it owns all state and runs from event to event.
 
 use carom_detection::{Detection, Exact};
-use carom_kinematics::Instant;
+use carom_kinematics::{Instant, Motion};
 use carom_response::{Impact, Response};
 
 use crate::{
-    Cells, Counters, ElasticityTable, Ledger, Observer, RunError, Scheduler, SchedulerCounters, TagNames,
-    View, World,
-    limits::{Limits, refuse_outpaced},
+    BodyName, Cells, Counters, ElasticityTable, Ledger, Observer, RunError, Scheduler, SchedulerCounters,
+    TagNames, View, World,
+    limits::{LEAST_SPEED, Limits, refuse_outpaced, too_slow},
     pass::{AtOnce, Ended, Pass},
 };
 
@@ -179,7 +179,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         match self.scheduler.run(pass)? {
             Ended::AsAsked => return Ok(true),
             Ended::WithContact(time) => {
-                self.end_epoch(time);
+                self.end_epoch_with_contact(time);
                 return Ok(*contacts == most);
             }
             Ended::AtLimit(limit) => {
@@ -209,6 +209,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let motions = &self.world.motions;
         let fastest_squared = motions.iter().map(|m| m.velocity.length_squared()).fold(0.0, f64::max);
         let fastest_spin = motions.iter().map(|m| m.angular_velocity.abs()).fold(0.0, f64::max);
+        // A sufficient test first: most often the fastest centre moves fast enough.
+        if fastest_squared < LEAST_SPEED * LEAST_SPEED
+            && let Some((index, speed)) = too_slow(&self.world)
+        {
+            let body = BodyName::new(&self.world.bodies[index], &self.names);
+            return Err(RunError::TooSlow { time: self.world.epoch, body, speed });
+        }
         let moving = self.world.bodies.iter().filter(|body| !body.is_fixed()).count() as u64;
         let contacts = (S::CONTACTS_PER_EPOCH * moving).div_ceil(2).max(1);
         let limits = Limits::new(&self.world, fastest_squared, fastest_spin, contacts);
@@ -217,6 +224,23 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.counters.epochs += 1;
         self.scheduler.begin_epoch(&self.world, &self.detection, limits.time());
         Ok(())
+    }
+
+    /// Ends the epoch with a contact at `time` (offset in it).
+    fn end_epoch_with_contact(&mut self, time: f64) {
+        let Epoch::Running(limits) = self.epoch else { return };
+        self.stand_by();
+        self.epoch = Epoch::ToBegin;
+        // For a body that has become so fast, the place in the queue is rounded too coarsely.
+        if let Some(contact) = limits.stale_contact() {
+            for (&body, &position) in contact.bodies.iter().zip(&contact.places) {
+                if !self.world.bodies[body as usize].is_fixed() {
+                    let motion = &mut self.world.motions[body as usize];
+                    *motion = Motion { position, ..motion.at(time) };
+                }
+            }
+        }
+        self.end_epoch(time);
     }
 
     /// Brings all bodies to `offset` and makes it the start of the next epoch.

@@ -9,8 +9,8 @@ use carom_kinematics::{Motion, kinetic_energy};
 use carom_response::Response;
 
 use crate::{
-    BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, MoleculeSpec, Rotation, SceneError,
-    Scheduler, Simulation, Tag, TagNames, WallSpec, World,
+    BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, LEAST_SPEED, MoleculeSpec, Rotation,
+    SceneError, Scheduler, Simulation, Tag, TagNames, WallSpec, World,
     build::{add_molecule, add_wall, deepest_overlap, inertia},
     pass::AtOnce,
     placement::Sites,
@@ -102,8 +102,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// translation and rotation, stay (Montanari 2017, section 2.1.1).
     ///
     /// # Errors
-    /// [`EditError::NoEnergy`] if the body is at rest and has no direction, [`EditError::Energy`] if `energy` is
-    /// not positive and finite or makes it faster than 10⁶⁰, [`EditError::Fixed`], [`EditError::NoSuchBody`].
+    /// [`EditError::NoEnergy`] if the body is at rest and has no direction, [`EditError::Energy`] if
+    /// `energy` is not positive and finite or gives it a speed beyond 10⁶⁰ or below
+    /// [`LEAST_SPEED`], [`EditError::Fixed`], [`EditError::NoSuchBody`].
     #[doc(alias = "thermostat")]
     pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
         let (index, factor) = self.energy_factor(key, energy)?;
@@ -211,14 +212,16 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if body.is_fixed() {
             return Err(EditError::Fixed(self.name(index)));
         }
-        let factor = (energy / kinetic_energy(motion, &body.kind.inertia)).sqrt();
-        if !factor.is_finite() || factor == 0.0 {
+        let before = kinetic_energy(motion, &body.kind.inertia);
+        if before == 0.0 {
             return Err(EditError::NoEnergy(self.name(index)));
         }
-        if factor * motion.velocity.length().max(motion.angular_velocity.abs()) > LARGEST {
-            return Err(EditError::Energy(energy));
-        }
-        Ok((index, factor))
+        let factor = (energy / before).sqrt();
+        let (speed, spin) = (factor * motion.velocity.length(), factor * motion.angular_velocity.abs());
+        let rim = spin * body.kind.molecule.bounding_radius();
+        // NaN and an infinite factor are out of range as well.
+        let is_in_range = speed.max(spin) <= LARGEST && speed.max(rim) >= LEAST_SPEED;
+        if is_in_range && factor.is_finite() { Ok((index, factor)) } else { Err(EditError::Energy(energy)) }
     }
 
     /// Changes the motion of one body now, and books the energy.

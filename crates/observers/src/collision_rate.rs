@@ -79,10 +79,11 @@ impl Observer for CollisionRate {
         if duration <= 0.0 {
             return;
         }
-        let collisions = counters.collisions - before.collisions;
-        let with_fixed = counters.fixed_collisions - before.fixed_collisions;
+        // A checkpoint altered by hand may hold later counts here than in the simulation.
+        let collisions = counters.collisions.saturating_sub(before.collisions);
+        let with_fixed = counters.fixed_collisions.saturating_sub(before.fixed_collisions);
         let moving = view.bodies().filter(|view| !view.body.is_fixed()).count();
-        let suffered = 2 * collisions - with_fixed;
+        let suffered = (2 * collisions).saturating_sub(with_fixed);
         let rate = if moving == 0 { 0.0 } else { suffered as f64 / (moving as f64 * duration) };
         self.series.push(RatePoint { time: time.to_f64(), collisions, rate });
     }

@@ -193,7 +193,12 @@ impl Scheduler for Cells {
             Layout::Grid(state) => {
                 for body in 0..world.bodies.len() {
                     if !world.bodies[body].is_fixed() {
-                        world.motions[body] = state.motion(body as u32);
+                        let mut motion = state.motion(body as u32);
+                        if world.bodies[body].kind.molecule.is_disc() {
+                            // A disc does not turn, and its line holds no orientation.
+                            motion.orientation = world.motions[body].orientation;
+                        }
+                        world.motions[body] = motion;
                     }
                 }
                 for (winding, now) in world.windings.iter_mut().zip(&state.windings) {
@@ -290,16 +295,22 @@ impl State {
         self.lines.len() as u32 - 1
     }
 
-    /// Mean time between events of the system, from the median waiting time of its bodies: with rate λ each, half of
-    /// them have waited ln 2 / λ.
+    /// Mean time between events of the system, from the median waiting time of its bodies: with
+    /// rate λ each, half of them have waited ln 2 / λ. Bodies that begin on the border of a cell
+    /// and move outwards have an event at time 0, which has no relation to their later ones: the
+    /// estimate uses the other bodies. Where there are none, it is the time in which the fastest
+    /// body crosses a cell.
     fn mean_interval(&self) -> f64 {
         let mut times: Vec<f64> = self.lines.iter().map(|line| line.time).filter(|t| t.is_finite()).collect();
+        let bodies = times.len();
+        times.retain(|&time| time > 0.0);
         if times.is_empty() {
-            return self.limit;
+            let cell = self.grid.side().min_element() / self.grid.box_sides().min_element();
+            return self.limit * cell / self.lines.len() as f64;
         }
         let middle = times.len() / 2;
         let (_, median, _) = times.select_nth_unstable_by(middle, f64::total_cmp);
-        *median / (std::f64::consts::LN_2 * times.len() as f64)
+        *median / (std::f64::consts::LN_2 * bodies as f64)
     }
 
     #[inline(always)]
