@@ -187,8 +187,9 @@ pub enum RunError {
     /// A time that is NaN or infinite.
     #[error("a run must end at a finite time, not at {0}")]
     Time(f64),
-    /// One body has had too many contacts at one and the same instant.
-    #[error("at time {time} {body} has had {contacts} contacts without time moving on")]
+    /// One body has had too many contacts at one instant, or contacts without end that lose all energy: an inelastic
+    /// collapse, which a guard prevents ([`ElasticitySpec::contact_time`](crate::ElasticitySpec::contact_time)).
+    #[error("at time {time} {body} has had {contacts} contacts while time hardly moved on")]
     Stalled {
         /// When.
         time: Instant,

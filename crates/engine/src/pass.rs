@@ -22,12 +22,18 @@ use crate::{
 /// needs a few; a fully inelastic pile needs more and more.
 const MOST_CONTACTS_AT_ONCE: u32 = 1000;
 
+/// Contacts one after the other, without a guard, that rounding alone separates, after which a run counts as stalled: bodies
+/// that rest on each other and turn have some 10¹³ of them per natural time. A cluster of discs needs a few.
+const MOST_UNRESOLVED: u32 = 100_000;
+
 /// Contacts at one instant, for each body that has had one since time last moved on.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct AtOnce {
     /// The instant, as an offset in the epoch; that of the last edit, if there was no contact since.
     pub time: f64,
     pub counts: BTreeMap<u32, u32>,
+    /// Contacts since the last one that left its bodies separating faster than rounding resolves.
+    pub unresolved: u32,
 }
 
 impl AtOnce {
@@ -234,6 +240,17 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
             if let Some(missing) = missing_impulse(self.world, &frame, parts, bodies, [a, b], [c, d]) {
                 impulse += missing;
                 after = act(impulse);
+                self.at_once.unresolved = self.at_once.unresolved.saturating_add(1);
+                if self.world.last_contacts.is_empty() && self.at_once.unresolved > MOST_UNRESOLVED {
+                    let (time, contacts) = (self.world.epoch.after(time), self.at_once.unresolved);
+                    return Err(RunError::Stalled {
+                        time,
+                        body: BodyName::new(body_a, self.names),
+                        contacts,
+                    });
+                }
+            } else {
+                self.at_once.unresolved = 0;
             }
         }
         let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());
