@@ -11,19 +11,24 @@
 
 pub mod campaign;
 pub mod detection;
+pub mod files;
 pub mod minimise;
 pub mod random;
+pub mod scenes;
 pub mod subject;
 pub mod worker;
 
 use std::{path::PathBuf, time::Duration};
 
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
+use carom::{Exact, Impact};
 use clap::{Args, Subcommand};
 
 use self::{
     campaign::{Findings, Plan},
     detection::Queries,
+    files::Mutations,
+    scenes::Scenes,
     subject::Subject,
     worker::Worker,
 };
@@ -32,8 +37,12 @@ use crate::{interruption::Signals, summary::Verdict};
 /// The fuzzers.
 #[derive(Debug, Subcommand)]
 pub enum Fuzz {
+    /// Random scenes with edits, checked by kinematics of their own between reported events
+    Scenes(Options),
     /// Random queries to the exact detector, checked by a search in extended precision
     Detection(Options),
+    /// Mutated scene files, encounter files and checkpoints
+    Files(Options),
 }
 
 /// What a fuzzer runs, and for how long.
@@ -71,7 +80,9 @@ const LONGEST: f64 = 10_080.0;
 /// Options out of range, a file that cannot be read or written, a worker that cannot be started.
 pub fn run(fuzz: &Fuzz) -> Result<Verdict> {
     match fuzz {
-        Fuzz::Detection(options) => run_subject(&Queries::<carom::Exact>::default(), options),
+        Fuzz::Scenes(options) => run_subject(&Scenes::<Exact, Impact>::default(), options),
+        Fuzz::Detection(options) => run_subject(&Queries::<Exact>::default(), options),
+        Fuzz::Files(options) => run_subject(&Mutations, options),
     }
 }
 
@@ -81,8 +92,10 @@ pub fn run(fuzz: &Fuzz) -> Result<Verdict> {
 /// There is no such fuzzer, or the other process has gone.
 pub fn work(name: &str) -> Result<()> {
     match name {
-        Queries::<carom::Exact>::NAME => worker::work(&Queries::<carom::Exact>::default()),
-        _ => anyhow::bail!("there is no fuzzer '{name}'"),
+        Scenes::<Exact, Impact>::NAME => worker::work(&Scenes::<Exact, Impact>::default()),
+        Queries::<Exact>::NAME => worker::work(&Queries::<Exact>::default()),
+        Mutations::NAME => worker::work(&Mutations),
+        _ => bail!("there is no fuzzer '{name}'"),
     }
 }
 
