@@ -1,4 +1,5 @@
-//! One run of a fuzzer: cases until the time is over, failures minimised and written down, and a line with the counts.
+//! One run of a fuzzer: cases until the time is over, failures minimised and written down, and a
+//! line with the counts.
 
 use std::{
     fs,

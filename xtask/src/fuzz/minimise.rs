@@ -1,4 +1,5 @@
-//! A case that fails is reduced: of its simpler forms the first that fails in the same way takes its place, until none does.
+//! A case that fails is reduced: of its simpler forms the first that fails in the same way takes
+//! its place, until none does.
 
 use std::time::{Duration, Instant};
 

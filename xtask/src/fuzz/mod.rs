@@ -1,26 +1,28 @@
-//! `cargo xtask fuzz`: attacks with random input on detection, on whole scenes, and on the readers of files.
+//! `cargo xtask fuzz`: attacks with random input on detection, on whole scenes, and on the readers
+//! of files.
 //!
-//! Each fuzzer compares the code under test with references of its own: kinematics between reported events
-//! ([`scenes::kinematics`]), a search in extended precision ([`crate::oracle`]), and the plain rule that no input may
-//! cause a panic, a hang, a NaN or an overlap.
+//! Each fuzzer compares the code under test with references of its own: kinematics between reported
+//! events ([`scenes::kinematics`]), a search in extended precision ([`crate::oracle`]), and the
+//! plain rule that no input may cause a panic, a hang, a NaN or an overlap.
 //!
 //! A run has a seed. Each of its cases has a seed of its own, derived from that of the run and from
-//! its number, and is a pure function of it. Cases run in a process of their own, so that a hang, an
-//! abort or a lack of memory ends that process only. A case that fails is reduced to a smaller one
-//! that fails in the same way, and written to a file with the command that replays it.
+//! its number, and is a pure function of it. Cases run in a process of their own, so that a hang,
+//! an abort or a lack of memory ends that process only. A case that fails is reduced to a smaller
+//! one that fails in the same way, and written to a file with the command that replays it.
 
 pub mod campaign;
 pub mod detection;
 pub mod files;
 pub mod minimise;
+pub mod planted;
 pub mod random;
 pub mod scenes;
 pub mod subject;
 pub mod worker;
 
-use std::{path::PathBuf, time::Duration};
+use std::{env, path::PathBuf, time::Duration};
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context as _, Result, bail, ensure};
 use carom::{Exact, Impact};
 use clap::{Args, Subcommand};
 
@@ -28,6 +30,7 @@ use self::{
     campaign::{Findings, Plan},
     detection::Queries,
     files::Mutations,
+    planted::Planted,
     scenes::Scenes,
     subject::Subject,
     worker::Worker,
@@ -95,6 +98,7 @@ pub fn work(name: &str) -> Result<()> {
         Scenes::<Exact, Impact>::NAME => worker::work(&Scenes::<Exact, Impact>::default()),
         Queries::<Exact>::NAME => worker::work(&Queries::<Exact>::default()),
         Mutations::NAME => worker::work(&Mutations),
+        Planted::NAME => worker::work(&Planted),
         _ => bail!("there is no fuzzer '{name}'"),
     }
 }
@@ -105,7 +109,8 @@ fn run_subject<S: Subject>(subject: &S, options: &Options) -> Result<Verdict> {
         "--minutes must be positive and at most {LONGEST}, but is {}",
         options.minutes
     );
-    let mut worker = Worker::new(S::NAME, Duration::from_secs(S::TIME_LIMIT), Signals::watch()?);
+    let program = env::current_exe().context("cannot find the program itself")?;
+    let mut worker = Worker::new(program, S::NAME, Duration::from_secs(S::TIME_LIMIT), Signals::watch()?);
     let only = options.only.or(options.case.map(|index| random::case_seed(options.seed, index)));
     let Findings { failures, .. } = if let Some(file) = &options.replay {
         campaign::replay::<S>(&mut worker, file)?

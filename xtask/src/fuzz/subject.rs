@@ -1,4 +1,5 @@
-//! What a fuzzer provides: cases from seeds, a check, smaller cases, and a file form; and what a check returns.
+//! What a fuzzer provides: cases from seeds, a check, smaller cases, and a file form; and what a
+//! check returns.
 
 use std::{
     any::Any,
@@ -45,7 +46,8 @@ pub trait Subject {
 pub struct Report {
     /// What was counted, by name; several entries of one name are added up.
     pub counts: Vec<(String, u64)>,
-    /// The largest gap at a contact in units of its bound, and others of this kind: largest value by name.
+    /// The largest gap at a contact in units of its bound, and others of this kind: largest value
+    /// by name.
     pub worst: Vec<(String, f64)>,
     /// What is wrong, if anything.
     pub failure: Option<Failure>,

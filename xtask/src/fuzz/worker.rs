@@ -1,10 +1,12 @@
-//! The process that runs the cases: it is ended and started anew when a case hangs, aborts or takes too much memory.
+//! The process that runs the cases: it is ended and started anew when a case hangs, aborts or takes
+//! too much memory.
 //!
-//! Requests and answers are frames: four bytes with the length, little-endian, and as many bytes in postcard's encoding.
+//! Requests and answers are frames: four bytes with the length, little-endian, and as many bytes in
+//! postcard's encoding.
 
 use std::{
-    env,
     io::{self, BufReader, Read, Write},
+    path::{Path, PathBuf},
     process::{Child, ChildStdin, Command, Stdio},
     sync::mpsc::{Receiver, RecvTimeoutError, channel},
     thread,
@@ -68,6 +70,7 @@ enum Request {
 /// Runs cases in a process of their own.
 #[derive(Debug)]
 pub struct Worker {
+    program: PathBuf,
     name: &'static str,
     limit: Duration,
     signals: Signals,
@@ -91,15 +94,17 @@ impl Drop for Process {
 
 impl Worker {
     /// A worker for the fuzzer `name`; a case that takes longer than `limit` is a hang.
-    pub fn new(name: &'static str, limit: Duration, signals: Signals) -> Self {
-        Self { name, limit, signals, process: None }
+    ///
+    /// `program` is `xtask` itself.
+    pub fn new(program: PathBuf, name: &'static str, limit: Duration, signals: Signals) -> Self {
+        Self { program, name, limit, signals, process: None }
     }
 
     fn ask(&mut self, request: &Request) -> Result<Report> {
         let bytes = encode(request)?;
         let process = match &mut self.process {
             Some(process) => process,
-            none => none.insert(start(self.name)?),
+            none => none.insert(start(&self.program, self.name)?),
         };
         // A process that has ended closes its input; the answer, or its absence, says why.
         let _ = send(&mut process.requests, &bytes);
@@ -147,8 +152,7 @@ impl Runner for Worker {
 }
 
 /// Starts this program as a worker, with bounded memory where the shell can bound it.
-fn start(name: &str) -> Result<Process> {
-    let program = env::current_exe().context("cannot find the program itself")?;
+fn start(program: &Path, name: &str) -> Result<Process> {
     let mut command = if cfg!(unix) {
         let mut shell = Command::new("sh");
         let script = format!("ulimit -v {MOST_MEMORY} 2>/dev/null; exec \"$0\" \"$@\"");

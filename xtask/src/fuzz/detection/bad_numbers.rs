@@ -1,4 +1,5 @@
-//! Queries with numbers that are none, or beyond all limits: no panic, no hang, no NaN out, no `Free` that is not free.
+//! Queries with numbers that are none, or beyond all limits: no panic, no hang, no NaN out, no
+//! `Free` that is not free.
 
 use carom_detection::{
     Answer, Asker, BoundingCircles, Detection, DiscLanes, FixedStep, GoldenSecant, Outcome, disc_contact, skim,
@@ -235,8 +236,8 @@ fn doubt(bad: &BadNumbers) -> Option<String> {
         .then(|| format!("the bounding circles meet, and one of the numbers is {beyond:e}"))
 }
 
-/// Whether two circles that fly straight come within `reach` of each other up to `horizon`, by numbers that do not
-/// overflow; contacts within a part in 10⁹ of the reach do not count.
+/// Whether two circles that fly straight come within `reach` of each other up to `horizon`, by
+/// numbers that do not overflow; contacts within a part in 10⁹ of the reach do not count.
 fn circles_meet(place: [f64; 2], velocity: [f64; 2], reach: f64, horizon: f64) -> bool {
     let big = |x: f64| Big::try_from(x).expect("the numbers are finite").with_precision(200).value();
     let ([x, y], [u, v]) = (place.map(big), velocity.map(big));

@@ -1,4 +1,5 @@
-//! Random queries of each kind that is known to be hard, on top of the classes of [`carom_detection::encounters`].
+//! Random queries of each kind that is known to be hard, on top of the classes of
+//! [`carom_detection::encounters`].
 
 use std::f64::consts::TAU;
 
@@ -48,7 +49,8 @@ fn of_class(draw: &mut Draw) -> (&'static str, Encounter) {
     ("class", Encounter::draw(class, draw.bits() >> 1, index))
 }
 
-/// Multiplies lengths by 1e-48 to 1e55 and speeds by 1e-80 to 1e55, or velocities alone by down to 2^-330.
+/// Multiplies lengths by 1e-48 to 1e55 and speeds by 1e-80 to 1e55, or velocities alone by down to
+/// 2^-330.
 fn scale(draw: &mut Draw, query: &mut Query) {
     let lengths: Vec<f64> = query.a.lengths().into_iter().chain(query.b.lengths()).map(f64::abs).collect();
     let smallest = lengths.iter().copied().filter(|&length| length > 0.0).fold(1.0, f64::min);
@@ -125,7 +127,8 @@ fn flight(draw: &mut Draw, molecules: &[Molecule; 2]) -> Encounter {
     Encounter::draw(Class::Generic, draw.bits() >> 1, 0)
 }
 
-/// A graze whose place is bisected to two neighbouring floats: with one the detector finds a contact, with the other none.
+/// A graze whose place is bisected to two neighbouring floats: with one the detector finds a
+/// contact, with the other none.
 fn bisected_graze(draw: &mut Draw) -> Encounter {
     let classes = [Class::Grazing, Class::Graze(6), Class::Graze(10), Class::WallGraze(6), Class::WallGraze(10)];
     let class = draw.one_of(&classes);
@@ -177,8 +180,8 @@ fn after_impulse(draw: &mut Draw) -> Encounter {
     after
 }
 
-/// Gives a pair in contact the velocities after it, by J = (1 + e) μ u along the normal; false where that is no contact of
-/// two atoms, or of an atom and a face, that close.
+/// Gives a pair in contact the velocities after it, by J = (1 + e) μ u along the normal; false
+/// where that is no contact of two atoms, or of an atom and a face, that close.
 fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool {
     let [a, b] = &encounter.molecules;
     let turned = |body: usize, atom: &Atom| encounter.motion.orientation[body].cos_sin().rotate(atom.offset());
@@ -353,7 +356,8 @@ fn wall(draw: &mut Draw) -> Encounter {
     flight(draw, &molecules)
 }
 
-/// Two rods of six from a coarse grid of places, velocities and spins, where many motions are simple.
+/// Two rods of six from a coarse grid of places, velocities and spins, where many motions are
+/// simple.
 fn rods(draw: &mut Draw) -> Encounter {
     let rod = Molecule::named(Shape::Rod(6), 0.5, 1.0).expect(VALID);
     let molecules = [rod.clone(), rod];

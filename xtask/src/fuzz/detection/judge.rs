@@ -16,7 +16,8 @@ use crate::{
 /// Most intervals that the reference looks at in one query.
 const MOST_INTERVALS: u64 = 300_000;
 
-/// The printed bound E may be this many roundings of each length involved: a detector cannot become right by a wider E.
+/// The printed bound E may be this many roundings of each length involved: a detector cannot become
+/// right by a wider E.
 const WIDEST_BOUND: f64 = 64.0;
 
 /// Asks the detector in every way that it offers, and judges the answers.
@@ -161,7 +162,8 @@ fn check_velocities(detector: &impl Detection, query: &Query, report: &mut Repor
     }
 }
 
-/// The lower bounds that schedulers ask for are no later than the contact, and a search that begins there finds it.
+/// The lower bounds that schedulers ask for are no later than the contact, and a search that begins
+/// there finds it.
 fn check_bounds(detector: &impl Detection, encounter: &Encounter, judge: &Judge<'_>, report: &mut Report) {
     let [a, b] = &encounter.molecules;
     let motion = &encounter.motion;
@@ -214,7 +216,8 @@ fn check_bounds(detector: &impl Detection, encounter: &Encounter, judge: &Judge<
     }
 }
 
-/// E may not be wider than some roundings of the lengths involved and the errors that came with the query.
+/// E may not be wider than some roundings of the lengths involved and the errors that came with the
+/// query.
 fn refuse_wide_bounds(encounter: &Encounter, report: &mut Report) {
     let (motion, time) = (&encounter.motion, encounter.horizon);
     let [a, b] = &encounter.molecules;

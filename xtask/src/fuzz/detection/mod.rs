@@ -1,4 +1,5 @@
-//! Random queries to the exact detector, each judged by a search in extended precision, and queries with bad numbers.
+//! Random queries to the exact detector, each judged by a search in extended precision, and queries
+//! with bad numbers.
 
 pub mod bad_numbers;
 pub mod case;

@@ -1,4 +1,5 @@
-//! Checkpoints: an altered file is refused; one with a right checksum is refused by name, or runs on as a sound state.
+//! Checkpoints: an altered file is refused; one with a right checksum is refused by name, or runs
+//! on as a sound state.
 
 use std::{env, fs, process};
 

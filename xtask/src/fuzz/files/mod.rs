@@ -1,4 +1,5 @@
-//! Mutated scene files, encounter files and checkpoints: refused by name, or run without panic, hang, NaN and overlap.
+//! Mutated scene files, encounter files and checkpoints: refused by name, or run without panic,
+//! hang, NaN and overlap.
 
 pub mod checkpoints;
 pub mod encounter_files;

@@ -1,4 +1,5 @@
-//! The fuzzer of files catches planted faults, and its cases reach both readers that refuse and runs that go on.
+//! The fuzzer of files catches planted faults, and its cases reach both readers that refuse and
+//! runs that go on.
 
 use super::*;
 use crate::fuzz::{

@@ -28,7 +28,8 @@ pub struct Stretch {
     pub edits: Vec<Edit>,
 }
 
-/// A change of the system. Bodies are numbered in the order in which the system has them at that time, modulo their number.
+/// A change of the system. Bodies are numbered in the order in which the system has them at that
+/// time, modulo their number.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Edit {

@@ -1,4 +1,5 @@
-//! The laws of a contact, checked on a report by plain formulas: gap 0, restitution, momentum, torque, energy, no friction.
+//! The laws of a contact, checked on a report by plain formulas: gap 0, restitution, momentum,
+//! torque, energy, no friction.
 
 use carom::engine::{CollisionReport, Side};
 

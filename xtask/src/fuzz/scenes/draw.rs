@@ -176,7 +176,8 @@ impl Sketch {
         [draw.between(0.0, self.sides[0]), draw.between(0.0, self.sides[1])]
     }
 
-    /// A wall of any kind: across the box, or between two points that may lie beyond its borders; thin or thick.
+    /// A wall of any kind: across the box, or between two points that may lie beyond its borders;
+    /// thin or thick.
     fn wall(&mut self, draw: &mut Draw) {
         let radius = if draw.happens(0.5) { 0.0 } else { draw.scale(1e-4, 0.02) };
         let mut spec = WallSpec { tags: tags(draw), radius, ..WallSpec::default() };
@@ -235,7 +236,8 @@ impl Sketch {
         if close && let Some(last) = self.standing.last() {
             let (origin, reach) = (last.placed.place, last.outline.reach + outline.reach);
             let direction = draw.direction().to_array();
-            // From 0 in the last body to where the circles are apart; the gap is a rounding to 1e-9.
+            // From 0 in the last body to where the circles are apart; the gap is a rounding to
+            // 1e-9.
             let wanted = if draw.happens(0.1) { 0.0 } else { draw.scale(1e-17, 1e-9) };
             let (mut near, mut far) = (0.0, 1.01 * reach);
             for _ in 0..80 {
@@ -345,8 +347,8 @@ fn edit(draw: &mut Draw, sketch: &Sketch) -> Edit {
     }
 }
 
-/// Multiplies lengths, speeds and masses by powers of two: mostly 1, else up to 1e30 either way, and now and then the largest
-/// lengths and the least speeds that are accepted.
+/// Multiplies lengths, speeds and masses by powers of two: mostly 1, else up to 1e30 either way,
+/// and now and then the largest lengths and the least speeds that are accepted.
 fn scale(draw: &mut Draw, case: &mut Case) {
     let [length, speed, mass] = if draw.happens(0.5) {
         [0, 0, 0]

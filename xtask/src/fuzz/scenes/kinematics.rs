@@ -1,7 +1,9 @@
-//! Where bodies are between reported events, and how far they are apart: written out anew, in double the digits for places.
+//! Where bodies are between reported events, and how far they are apart: written out anew, in
+//! double the digits for places.
 //!
-//! Nothing here comes from the layers under test but plain data: offsets and radii of atoms, the halves of walls, and the
-//! states that a report gives. A state is carried on from its own time, not from the motions that the engine keeps.
+//! Nothing here comes from the layers under test but plain data: offsets and radii of atoms, the
+//! halves of walls, and the states that a report gives. A state is carried on from its own time,
+//! not from the motions that the engine keeps.
 
 use carom_geometry::Molecule;
 use carom_kinematics::{Instant, Motion};
@@ -160,7 +162,8 @@ impl Outline {
     }
 }
 
-/// How a part of A and a part of B lie to each other, where B is `separation` away from A; none for two faces.
+/// How a part of A and a part of B lie to each other, where B is `separation` away from A; none for
+/// two faces.
 fn touch(
     (a, turn_a, part_a): (&Outline, Pair, Part),
     (b, turn_b, part_b): (&Outline, Pair, Part),
@@ -255,7 +258,8 @@ pub fn smallest_gap(
     least
 }
 
-/// How two given parts lie to each other, in the image in which they are nearest; none if they are out of reach.
+/// How two given parts lie to each other, in the image in which they are nearest; none if they are
+/// out of reach.
 pub fn nearest_touch(
     (a, at_a, i): (&Outline, &Placed, Part),
     (b, at_b, j): (&Outline, &Placed, Part),

@@ -36,8 +36,13 @@ impl<D: Detection + Clone, R: Response + Clone> Subject for Scenes<D, R> {
 
     fn check(&self, case: &Case) -> Report {
         let (detection, response) = (&self.detection, &self.response);
-        let cells: Seams<'_, D, R, Cells> = Seams { detection, response, options: Instructions::Widest };
-        let thesis: Seams<'_, D, R, Thesis> = Seams { detection, response, options: Fineness::Automatic };
+        let instructions = [Instructions::Widest, Instructions::Avx2, Instructions::Portable];
+        let [one, other] = [case.seed % 3, case.seed / 3 % 3].map(|index| instructions[index as usize]);
+        let cells: Seams<'_, D, R, Cells> =
+            Seams { detection, response, options: one, resumed_options: other };
+        let grid = Fineness::Automatic;
+        let thesis: Seams<'_, D, R, Thesis> =
+            Seams { detection, response, options: grid, resumed_options: grid };
         let (cells, thesis) = (run::run(case, &cells), run::run(case, &thesis));
         let mut report = Report::default();
         let (Some(cells), Some(thesis)) = (cells, thesis) else {

@@ -1,7 +1,8 @@
-//! Runs a case with one scheduler, epoch by epoch, and beside it a copy that went through the bytes of a checkpoint.
+//! Runs a case with one scheduler, epoch by epoch, and beside it a copy that went through the bytes
+//! of a checkpoint.
 
 use carom_detection::Detection;
-use carom::engine::{Checkpoint, ElasticitySpec, RunError, Scheduler, Simulation};
+use carom::engine::{Checkpoint, ElasticitySpec, RunError, Scheduler, Simulation, Violation};
 use carom_kinematics::Instant;
 use carom::response::Response;
 
@@ -42,6 +43,8 @@ pub struct Seams<'a, D, R, S: Scheduler> {
     pub response: &'a R,
     /// How the scheduler works.
     pub options: S::Options,
+    /// How that of the resumed run works: in another way that must give the same bits.
+    pub resumed_options: S::Options,
 }
 
 /// Runs the case; `None` if the scene is refused.
@@ -77,7 +80,7 @@ where
         };
         compare_twin(&simulation, &mut twin, until, error.as_ref(), &mut watcher);
         watcher.compare(&simulation.view());
-        check_census(&simulation, stretch.duration, error.is_none(), &mut watcher.report);
+        check_census(&simulation, stretch.duration, error.is_none(), &mut watcher);
         if let Some(error) = error {
             named_end(&error, &elasticity, &mut watcher.report);
             whole = false;
@@ -155,7 +158,7 @@ where
     let bytes = encode(&checkpoint).and_then(|bytes| decode::<Checkpoint>(&bytes));
     let (detection, response) = (seams.detection.clone(), seams.response.clone());
     let resumed = bytes.map_err(|error| error.to_string()).and_then(|checkpoint| {
-        Simulation::resume_with(&checkpoint, detection, response, seams.options.clone())
+        Simulation::resume_with(&checkpoint, detection, response, seams.resumed_options.clone())
             .map_err(|error| error.to_string())
     });
     match resumed {
@@ -212,19 +215,33 @@ fn compare_twin<D: Detection, R: Response, S: Scheduler>(
     }
 }
 
-/// No pair overlaps, no contact was passed over, and the ledger is right, as the engine itself checks.
-fn check_census<D, R, S>(simulation: &Simulation<D, R, S>, duration: f64, whole: bool, report: &mut Report)
-where
+/// No pair overlaps, no contact was passed over, and the ledger is right, as the engine itself
+/// checks.
+fn check_census<D, R, S>(
+    simulation: &Simulation<D, R, S>,
+    duration: f64,
+    whole: bool,
+    watcher: &mut Watcher,
+) where
     D: Detection + Clone,
     R: Response + Clone,
     S: Scheduler + Clone,
 {
     let overlaps = simulation.view().overlaps();
     if overlaps.pairs > 0 {
-        report.fail("census", format!("{overlaps:?}"));
+        watcher.report.fail("census", format!("{overlaps:?}"));
     }
-    if whole && let Err(violation) = simulation.check_invariants(AHEAD * duration) {
-        report.fail("invariants", violation.to_string());
+    if !whole {
+        return;
+    }
+    match simulation.check_invariants(AHEAD * duration) {
+        Ok(()) => {}
+        // Judged by the own kinematics: the two differ by roundings where bodies close slowly.
+        Err(Violation::Missed { time, next, .. }) => {
+            watcher.report.count("said to be missed", 1);
+            watcher.look_ahead(simulation.time(), time, next);
+        }
+        Err(violation) => watcher.report.fail("invariants", violation.to_string()),
     }
 }
 

@@ -9,7 +9,8 @@ use crate::fuzz::subject::Report;
 /// Relative deviation at which two trajectories count as different.
 const SEPARATED: f64 = 1e-8;
 
-/// How far ahead a contact may stand in the other list, where the times of two are the same to rounding.
+/// How far ahead a contact may stand in the other list, where the times of two are the same to
+/// rounding.
 const AHEAD: usize = 8;
 
 /// The scales of a scene.
@@ -43,7 +44,8 @@ pub fn compare(one: &[Logged], other: &[Logged], scales: &Scales, report: &mut R
             let found = other[index + at].clone();
             let tie = (found.time - a.time).abs() + (found.time - b.time).abs();
             if tie > 1e3 * deviation * unit || shares(a, &other[index..index + at]) {
-                // Contacts of one body that change places change the trajectory; others do so only at one instant.
+                // Contacts of one body that change places change the trajectory; others do so only
+                // at one instant.
                 if tie > 1e3 * deviation * unit && !is_graze(b, deviation, side) {
                     unmatched(b, deviation, side, unit, scales, report);
                 }
@@ -86,7 +88,8 @@ fn shares(a: &Logged, list: &[Logged]) -> bool {
     list.iter().any(|b| a.bodies.iter().any(|body| b.bodies.contains(body)))
 }
 
-/// Whether a contact is so flat that the deviation of the trajectories decides whether it takes place.
+/// Whether a contact is so flat that the deviation of the trajectories decides whether it takes
+/// place.
 fn is_graze(contact: &Logged, deviation: f64, side: f64) -> bool {
     // A dip of this depth: u² / (2 g'') with g'' ≤ w²/s.
     let depth = 100.0 * deviation * side;

@@ -1,4 +1,5 @@
-//! Watches a run through its reports alone, and compares all that it sees with kinematics of its own.
+//! Watches a run through its reports alone, and compares all that it sees with kinematics of its
+//! own.
 
 use std::collections::BTreeMap;
 
@@ -14,15 +15,22 @@ use crate::fuzz::{random::Draw, subject::Report};
 /// Moments between two events at which all pairs are looked at, in scenes of few bodies.
 const MOMENTS: usize = 2;
 
+/// Moments after a contact that may have been passed over.
+const LOOKS_AHEAD: i32 = 24;
+
 /// In scenes of more bodies than this, not after every event.
 const FEW: usize = 12;
 
-/// Roundings of the longer side within which bodies touch at a contact: the promise of the engine is sixteen, and four times as
-/// much covers the rounding of the report, of the box, and of what follows it.
+/// Roundings of the longer side within which bodies touch at a contact: the promise of the engine
+/// is sixteen, and four times as much covers the rounding of the report, of the box, and of what
+/// follows it.
 const ROUNDINGS: f64 = 64.0;
 
 /// Roundings of a side that each epoch may add to a place.
 const ROUNDINGS_PER_EPOCH: f64 = 4.0;
+
+/// How many sides a body may go in an epoch, one that has become faster in it included.
+const SIDES_PER_EPOCH: f64 = 16.0;
 
 /// A body as it was last reported.
 #[derive(Debug, Clone)]
@@ -145,8 +153,10 @@ impl Watcher {
     fn error(&self, body: &Tracked, time: Instant) -> f64 {
         let epochs = (self.epochs - body.epoch) as f64;
         let turning = if body.state.spin == 0.0 { 0.0 } else { 4.0 + 8.0 * body.state.angle_until(time) };
-        // The time of an event is rounded as an offset in its epoch.
-        let clock = length(body.state.velocity) * time.offset().abs();
+        // Times are rounded as offsets in an epoch, in which a body goes no farther than this.
+        let longest = SIDES_PER_EPOCH * self.longer_side();
+        let way = |time: Instant| (length(body.state.velocity) * time.offset().abs()).min(longest);
+        let clock = way(time) + way(body.state.time);
         f64::EPSILON
             * (ROUNDINGS_PER_EPOCH * (epochs + 1.0) * self.longer_side()
                 + turning * body.outline.reach
@@ -208,6 +218,16 @@ impl Watcher {
         if let Some((gap, bound)) = deepest {
             let time = time.to_f64();
             self.report.fail("overlap between events", format!("{gap:e} at {time:e}, allowed is {bound:e}"));
+        }
+    }
+
+    /// Whether a contact that the engine's own brute force finds `time` from now, before the next
+    /// one in `next`, is one: whether bodies overlap between the two by more than roundings. Flat
+    /// contacts are found at times that differ by more than those of the clock.
+    pub fn look_ahead(&mut self, now: Instant, time: f64, next: f64) {
+        for halvings in 0..LOOKS_AHEAD {
+            let after = (next - time) * 0.5f64.powi(halvings);
+            self.look_at_all(now.after(time + after));
         }
     }
 
