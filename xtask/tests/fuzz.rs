@@ -39,7 +39,8 @@ fn each_fuzzer_counts_what_it_did_and_repeats_it() {
     for name in ["scenes", "detection", "files"] {
         let folder = out.path().to_str().unwrap();
         let run = || {
-            let output = xtask(&["fuzz", name, "--minutes", "1", "--seed", "3", "--cases", "2", "--out", folder]);
+            let output =
+                xtask(&["fuzz", name, "--minutes", "1", "--seed", "3", "--cases", "2", "--out", folder]);
             let said = String::from_utf8_lossy(&output.stdout).into_owned();
             assert!(matches!(output.status.code(), Some(0 | 1)), "{said}");
             said.lines().find(|line| line.contains("2 cases")).expect("a line with the counts").to_owned()

@@ -21,7 +21,7 @@ use crate::{output::write_whole, say};
 const MOST_WRITTEN_PER_KIND: usize = 3;
 
 /// Longest time for which one failing case is minimised.
-const MINIMISING: Duration = Duration::from_secs(60);
+const MINIMISING: Duration = Duration::from_mins(1);
 
 /// What a run does.
 #[derive(Debug, Clone)]
@@ -192,7 +192,7 @@ mod tests {
     }
 
     fn plan(out: &Path) -> Plan {
-        Plan { seed: 1, time: Duration::from_secs(60), most_cases: 200, out: out.to_owned() }
+        Plan { seed: 1, time: Duration::from_mins(1), most_cases: 200, out: out.to_owned() }
     }
 
     #[test]
@@ -207,7 +207,10 @@ mod tests {
         let file = out.path().join(format!("lottery-{seed}.txt"));
         assert_eq!(fs::read_to_string(&file).unwrap(), "0");
         assert_eq!(fs::read_dir(out.path()).unwrap().count(), MOST_WRITTEN_PER_KIND);
-        assert_eq!(run_only(&Lottery { one_in: 20 }, &mut runner, seed, out.path()).unwrap().failures.len(), 1);
+        assert_eq!(
+            run_only(&Lottery { one_in: 20 }, &mut runner, seed, out.path()).unwrap().failures.len(),
+            1
+        );
         assert_eq!(replay::<Lottery>(&mut runner, &file).unwrap().failures.len(), 1);
     }
 

@@ -4,6 +4,7 @@
 use std::{
     any::Any,
     cell::RefCell,
+    cmp::Ordering,
     panic::{self, AssertUnwindSafe},
     sync::Once,
 };
@@ -103,6 +104,18 @@ impl Report {
             self.keep_worst(name, *value);
         }
     }
+}
+
+/// Whether a value is beyond a bound; NaN is beyond any.
+///
+/// ```
+/// use xtask::fuzz::subject::exceeds;
+///
+/// assert!(exceeds(2.0, 1.0) && exceeds(f64::NAN, 1.0) && exceeds(0.0, f64::NAN));
+/// assert!(!exceeds(1.0, 1.0));
+/// ```
+pub fn exceeds(value: f64, bound: f64) -> bool {
+    value.partial_cmp(&bound).is_none_or(Ordering::is_gt)
 }
 
 thread_local! {

@@ -2,7 +2,8 @@
 //! `Free` that is not free.
 
 use carom_detection::{
-    Answer, Asker, BoundingCircles, Detection, DiscLanes, FixedStep, GoldenSecant, Outcome, disc_contact, skim,
+    Answer, Asker, BoundingCircles, Detection, DiscLanes, FixedStep, GoldenSecant, Outcome, disc_contact,
+    skim,
 };
 use carom_geometry::LARGEST;
 use carom_kinematics::Motion;
@@ -14,7 +15,10 @@ use super::{
     case::{Body, Flight},
     classes,
 };
-use crate::fuzz::{random::Draw, subject::Report};
+use crate::fuzz::{
+    random::Draw,
+    subject::{Report, exceeds},
+};
 
 type Big = FBig<HalfEven, 2>;
 
@@ -66,13 +70,8 @@ pub const NASTY: [f64; 25] = [
 pub fn draw(seed: u64) -> BadNumbers {
     let draw = &mut Draw::new(seed);
     let query = classes::draw(draw.bits());
-    let mut bad = BadNumbers {
-        horizon: query.horizon,
-        begin: 0.0,
-        flight: query.flight,
-        a: query.a,
-        b: query.b,
-    };
+    let mut bad =
+        BadNumbers { horizon: query.horizon, begin: 0.0, flight: query.flight, a: query.a, b: query.b };
     let replaced = if draw.happens(0.1) { usize::MAX } else { draw.integer(1, 4) as usize };
     let bodies_too = draw.happens(0.3);
     let mut numbers = bad.numbers_mut(bodies_too);
@@ -133,7 +132,7 @@ pub fn check(detector: &impl Detection, bad: &BadNumbers) -> Report {
     let answer = detector.first_contact_after(bad.begin, a.outline(), b.outline(), &motion, bad.horizon);
     check_times("exact", &answer, bad.horizon, &mut report);
     // To know a time before which there is no contact is the part of the caller.
-    if !(bad.begin > 0.0)
+    if (bad.begin.is_nan() || bad.begin <= 0.0)
         && answer.outcome == Outcome::Free
         && let Some(doubt) = doubt(bad)
     {
@@ -169,7 +168,7 @@ pub fn check(detector: &impl Detection, bad: &BadNumbers) -> Report {
 
 fn check_times(name: &str, answer: &Answer, horizon: f64, report: &mut Report) {
     let wrong = match answer.outcome {
-        Outcome::Contact(contact) => !(contact.time >= 0.0) || contact.time > horizon,
+        Outcome::Contact(contact) => exceeds(0.0, contact.time) || contact.time > horizon,
         Outcome::FreeUntil(time) | Outcome::Unresolved(time) => time.is_nan(),
         Outcome::Free => false,
     };

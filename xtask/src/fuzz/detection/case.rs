@@ -164,20 +164,7 @@ impl Flight {
             velocity_error,
             orientation_error: [error_a, error_b],
         } = self;
-        vec![
-            x,
-            y,
-            u,
-            v,
-            turns_a,
-            turns_b,
-            spin_a,
-            spin_b,
-            separation_error,
-            velocity_error,
-            error_a,
-            error_b,
-        ]
+        vec![x, y, u, v, turns_a, turns_b, spin_a, spin_b, separation_error, velocity_error, error_a, error_b]
     }
 }
 

@@ -130,7 +130,8 @@ fn flight(draw: &mut Draw, molecules: &[Molecule; 2]) -> Encounter {
 /// A graze whose place is bisected to two neighbouring floats: with one the detector finds a
 /// contact, with the other none.
 fn bisected_graze(draw: &mut Draw) -> Encounter {
-    let classes = [Class::Grazing, Class::Graze(6), Class::Graze(10), Class::WallGraze(6), Class::WallGraze(10)];
+    let classes =
+        [Class::Grazing, Class::Graze(6), Class::Graze(10), Class::WallGraze(6), Class::WallGraze(10)];
     let class = draw.one_of(&classes);
     let encounter = Encounter::draw(class, draw.bits() >> 1, draw.integer(0, 1000) as u64);
     let direction = draw.direction();
@@ -166,7 +167,8 @@ fn bisected_graze(draw: &mut Draw) -> Encounter {
 
 /// A pair at its contact, with the velocities after an impulse of elasticity 1 to 1e-10.
 fn after_impulse(draw: &mut Draw) -> Encounter {
-    let class = draw.one_of(&[Class::Generic, Class::OneOmega, Class::LargeOmega, Class::Wall, Class::SizeRatio]);
+    let class =
+        draw.one_of(&[Class::Generic, Class::OneOmega, Class::LargeOmega, Class::Wall, Class::SizeRatio]);
     let encounter = Encounter::draw(class, draw.bits() >> 1, draw.integer(0, 1000) as u64);
     let answer = encounter.ask(&Exact::default());
     let Some(contact) = answer.outcome.contact() else { return encounter };
@@ -184,11 +186,14 @@ fn after_impulse(draw: &mut Draw) -> Encounter {
 /// where that is no contact of two atoms, or of an atom and a face, that close.
 fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool {
     let [a, b] = &encounter.molecules;
-    let turned = |body: usize, atom: &Atom| encounter.motion.orientation[body].cos_sin().rotate(atom.offset());
+    let turned =
+        |body: usize, atom: &Atom| encounter.motion.orientation[body].cos_sin().rotate(atom.offset());
     let separation = encounter.motion.separation;
     let along_face = |body: usize, molecule: &Molecule| {
         let [first, second] = molecule.atoms() else { return None };
-        Some(encounter.motion.orientation[body].cos_sin().rotate(second.offset() - first.offset()).normalize())
+        Some(
+            encounter.motion.orientation[body].cos_sin().rotate(second.offset() - first.offset()).normalize(),
+        )
     };
     let (normal, arms) = match contact.touch {
         Touch::Atoms(i, j) => {
@@ -277,8 +282,8 @@ fn tiny_atoms(draw: &mut Draw) -> Encounter {
     for _ in 0..50 {
         let then = [draw.between(-0.5, 0.5), draw.between(-0.5, 0.5)];
         let atoms = [0, 1].map(|body| molecules[body].atoms()[draw.index(molecules[body].atoms().len())]);
-        let arms = [0, 1]
-            .map(|body| Orientation::from_turns(then[body]).cos_sin().rotate(atoms[body].offset()));
+        let arms =
+            [0, 1].map(|body| Orientation::from_turns(then[body]).cos_sin().rotate(atoms[body].offset()));
         let normal = draw.direction();
         let spins = [draw.normal(), draw.normal()];
         let turning = spins[1] * arms[1].perp() - spins[0] * arms[0].perp();
@@ -387,9 +392,8 @@ mod tests {
         let queries: Vec<Query> = (0..400).map(draw).collect();
         let kinds: BTreeSet<&str> = queries.iter().map(|query| &query.class[..]).collect();
         assert_eq!(kinds.len(), 8, "{kinds:?}");
-        let touch = |query: &&Query| {
-            query.encounter().unwrap().ask(&Exact::default()).outcome.contact().is_some()
-        };
+        let touch =
+            |query: &&Query| query.encounter().unwrap().ask(&Exact::default()).outcome.contact().is_some();
         let contacts = queries.iter().filter(touch).count();
         assert!((100..350).contains(&contacts), "{contacts}");
         assert!(queries.iter().filter(|query| query.time_exponent != 0).count() > 100);

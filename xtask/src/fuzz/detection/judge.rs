@@ -9,7 +9,7 @@ use glam::DVec2;
 
 use super::case::{Query, exp2};
 use crate::{
-    fuzz::subject::Report,
+    fuzz::subject::{Report, exceeds},
     oracle::{DoubleDouble, Oracle, Reference, Verdict, gap_over_bound},
 };
 
@@ -90,12 +90,10 @@ impl Judge<'_> {
                 outcome: Outcome::Contact(Contact { time: self.factor * contact.time, ..contact }),
                 ..*answer
             },
-            Outcome::FreeUntil(time) if !(time > 0.0) => {
+            Outcome::FreeUntil(time) if time.is_nan() || time <= 0.0 => {
                 return report.fail("time out of range", format!("{way}free until {time:e}"));
             }
-            Outcome::FreeUntil(time) => {
-                Answer { outcome: Outcome::FreeUntil(self.factor * time), ..*answer }
-            }
+            Outcome::FreeUntil(time) => Answer { outcome: Outcome::FreeUntil(self.factor * time), ..*answer },
             Outcome::Free | Outcome::Unresolved(_) => *answer,
         };
         let Some(judgement) = self.reference.judge(self.base, &answer) else { return };
@@ -224,7 +222,8 @@ fn refuse_wide_bounds(encounter: &Encounter, report: &mut Report) {
     for atom_a in a.atoms() {
         for atom_b in b.atoms() {
             let arms = [atom_a.arm(), atom_b.arm()];
-            let rims = motion.angular_velocity[0].abs() * arms[0] + motion.angular_velocity[1].abs() * arms[1];
+            let rims =
+                motion.angular_velocity[0].abs() * arms[0] + motion.angular_velocity[1].abs() * arms[1];
             let lengths = motion.separation.length()
                 + motion.velocity.length() * time
                 + rims * time
@@ -237,7 +236,7 @@ fn refuse_wide_bounds(encounter: &Encounter, report: &mut Report) {
                 + arms[1] * motion.orientation_error[1];
             let allowed = WIDEST_BOUND * HALF_ULP * lengths + 2.0 * given;
             let bound = ErrorBound::new(motion, atom_a, atom_b).at(time);
-            if !(bound <= allowed) {
+            if exceeds(bound, allowed) {
                 return report.fail("bound too wide", format!("E = {bound:e}, expected at most {allowed:e}"));
             }
         }

@@ -11,7 +11,10 @@ use carom_detection::{Detection, Exact};
 use serde::{Deserialize, Serialize};
 
 use self::{bad_numbers::BadNumbers, case::Query};
-use super::{random::Draw, subject::{Report, Subject}};
+use super::{
+    random::Draw,
+    subject::{Report, Subject},
+};
 
 /// The fuzzer of a detector.
 #[derive(Debug, Clone, Default)]

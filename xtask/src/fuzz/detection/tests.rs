@@ -5,7 +5,11 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use super::*;
-use crate::fuzz::{campaign, random::case_seed, worker::{InProcess, Runner as _}};
+use crate::fuzz::{
+    campaign,
+    random::case_seed,
+    worker::{InProcess, Runner as _},
+};
 
 /// What is done to some answers of the exact detector.
 #[derive(Debug, Clone, Copy)]
@@ -61,7 +65,10 @@ fn first_failure(fault: Fault, one_in: u64, cases: u64) -> Option<(Case, String)
 #[test]
 fn one_lost_contact_in_a_thousand_is_found() {
     let (case, kind) = first_failure(Fault::Lost, 1000, 20_000).expect("a lost contact is found");
-    assert!(["missed", "exchange", "power of two", "free without proof"].contains(&&kind[..]), "{kind}: {case:?}");
+    assert!(
+        ["missed", "exchange", "power of two", "free without proof"].contains(&&kind[..]),
+        "{kind}: {case:?}"
+    );
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! Scene files: a mutated one is refused by name, or builds a system that runs without overlap.
 
-use carom_detection::Detection;
 use carom::engine::{GasSpec, RunError, Scene, Scheduler, Simulation, View};
-use carom_kinematics::Instant;
 use carom::response::Response;
+use carom_detection::Detection;
+use carom_kinematics::Instant;
 
 use super::mutate;
 use crate::fuzz::{random::Draw, scenes, subject::Report};
@@ -61,7 +61,8 @@ pub fn check(bytes: &[u8], report: &mut Report) {
         Err(_) => report.count("scenes refused", 1),
         Ok(mut simulation) => {
             report.count("scenes run", 1);
-            let until = if scene.run.until.is_finite() && scene.run.until > 0.0 { scene.run.until } else { 1.0 };
+            let until =
+                if scene.run.until.is_finite() && scene.run.until > 0.0 { scene.run.until } else { 1.0 };
             run(&mut simulation, until, report);
         }
     }

@@ -110,20 +110,28 @@ impl Case {
         for index in 0..self.stretch.len() {
             with(&|case| case.stretch[index].edits.clear());
             for edit in 0..self.stretch[index].edits.len() {
-                with(&|case| drop(case.stretch[index].edits.remove(edit)));
+                with(&|case| {
+                    case.stretch[index].edits.remove(edit);
+                });
             }
         }
         let count = self.scene.molecule.len();
         for width in [count / 2, count / 4, 1] {
             for begin in (0..count).step_by(width.max(1)) {
-                with(&|case| drop(case.scene.molecule.drain(begin..(begin + width).min(count))));
+                with(&|case| {
+                    case.scene.molecule.drain(begin..(begin + width).min(count));
+                });
             }
         }
         for index in 0..self.scene.bumper.len() {
-            with(&|case| drop(case.scene.bumper.remove(index)));
+            with(&|case| {
+                case.scene.bumper.remove(index);
+            });
         }
         for index in 0..self.scene.wall.len() {
-            with(&|case| drop(case.scene.wall.remove(index)));
+            with(&|case| {
+                case.scene.wall.remove(index);
+            });
         }
         with(&|case| case.scene.gas.clear());
         for index in 0..self.scene.gas.len() {
@@ -161,7 +169,9 @@ impl Case {
                 });
             }
             for atom in 0..self.scene.molecule[index].atoms.len() {
-                with(&|case| drop(case.scene.molecule[index].atoms.remove(atom)));
+                with(&|case| {
+                    case.scene.molecule[index].atoms.remove(atom);
+                });
             }
         }
         list

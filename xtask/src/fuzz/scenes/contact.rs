@@ -3,8 +3,10 @@
 
 use carom::engine::{CollisionReport, Side};
 
-use super::kinematics::{Outline, Pair, Part, Placed, Touch, along, cross, dot, length, nearest_touch, smallest_gap};
-use crate::fuzz::subject::Report;
+use super::kinematics::{
+    Outline, Pair, Part, Placed, Touch, along, cross, dot, length, smallest_gap, touch_in_image,
+};
+use crate::fuzz::subject::{Report, exceeds};
 
 /// Half the distance from 1 to the next float.
 const U: f64 = 0.5 * f64::EPSILON;
@@ -56,10 +58,17 @@ pub fn check(
     let sides = &contact.sides;
     let part = |side: &Side<'_>| side.atom.map_or(Part::Face, |atom| Part::Atom(atom as usize));
     let [a, b] = &bodies;
-    let touch = nearest_touch(
+    let place = |axis: usize| {
+        let [first, second] = [&sides[0].before, &sides[1].before].map(|motion| motion.position[axis]);
+        (second - first) + contact.image[axis] as f64 * rules.sides[axis]
+    };
+    let separation = [place(0), place(1)];
+    let touch = touch_in_image(
         (a.outline, &a.placed, part(&sides[0])),
         (b.outline, &b.placed, part(&sides[1])),
         rules.sides,
+        // Through a narrow box two bodies may touch in two images at once.
+        separation,
     );
     let Some(touch) = touch else {
         report.fail("gap", format!("bodies out of reach are said to touch: {contact:?}"));
@@ -68,11 +77,11 @@ pub fn check(
     let error = a.error + b.error;
     let bound = rules.gap + error;
     report.keep_worst("gap/bound", touch.gap.abs() / bound);
-    if !(touch.gap.abs() <= bound) {
+    if exceeds(touch.gap.abs(), bound) {
         report.fail("gap", format!("{:e} at a contact, allowed is {bound:e}; {contact:?}", touch.gap));
     }
     let least = smallest_gap((a.outline, &a.placed), (b.outline, &b.placed), rules.sides);
-    if !(least >= -bound) {
+    if exceeds(-least, bound) {
         report.fail("gap", format!("{least:e} at a contact of other parts, allowed is {bound:e}"));
     }
     check_impulse(contact, &touch, rules, bound, report)
@@ -115,7 +124,7 @@ fn check_impulse(
         let change = along(after, -1.0, before);
         let expected = [sign * inertia.inverse_mass * impulse[0], sign * inertia.inverse_mass * impulse[1]];
         let speeds = length(before) + length(after);
-        if !(length(along(change, -1.0, expected)) <= 32.0 * U * (speeds + length(expected))) {
+        if exceeds(length(along(change, -1.0, expected)), 32.0 * U * (speeds + length(expected))) {
             report.fail("momentum", format!("velocity changes by {change:?}, not by {expected:?}"));
         }
         let turned = side.after.angular_velocity - side.before.angular_velocity;
@@ -123,7 +132,7 @@ fn check_impulse(
         let spin = side.after.angular_velocity.abs() + side.before.angular_velocity.abs();
         let arm_length = length(arm);
         let allowed = 32.0 * U * spin + inertia.inverse_moment * size * (place_error + 32.0 * U * arm_length);
-        if !((turned - torque).abs() <= allowed) {
+        if exceeds((turned - torque).abs(), allowed) {
             report.fail("torque", format!("spin changes by {turned:e}, not by {torque:e}"));
         }
         speed += speeds + spin * arm_length;
@@ -131,10 +140,11 @@ fn check_impulse(
         let lever = cross(arm, touch.normal);
         inverse_mass += inertia.inverse_mass + inertia.inverse_moment * lever * lever;
     }
-    if !(cross(impulse, touch.normal).abs() <= size * normal_error) {
+    if exceeds(cross(impulse, touch.normal).abs(), size * normal_error) {
         report.fail("friction", format!("impulse {impulse:?} is not along the normal {:?}", touch.normal));
     }
-    if !(dot(impulse, touch.normal) > 0.0) {
+    let parts = dot(impulse, touch.normal);
+    if parts.is_nan() || parts <= 0.0 {
         report.fail("impulse", format!("impulse {impulse:?} does not part the bodies"));
     }
     let relative = |after: bool| {
@@ -142,17 +152,16 @@ fn check_impulse(
     };
     let (before, after) = (relative(false), relative(true));
     let (approach, parting) = (-dot(before, touch.normal), dot(after, touch.normal));
-    let rate_error =
-        normal_error * (length(before) + length(after)) + place_error * spins + 64.0 * U * speed;
+    let rate_error = normal_error * (length(before) + length(after)) + place_error * spins + 64.0 * U * speed;
     let elasticity = contact.elasticity.coefficient();
     let highest = if rules.guarded { rules.elasticity.max(1.0) } else { rules.elasticity };
     if !(rules.elasticity..=highest).contains(&elasticity) {
         report.fail("elasticity", format!("{elasticity} holds, the rules say {}", rules.elasticity));
     }
-    if !(approach >= -rate_error) {
+    if exceeds(-approach, rate_error) {
         report.fail("approach", format!("bodies that part with {:e} are said to meet", -approach));
     }
-    if !((parting - elasticity * approach).abs() <= (1.0 + elasticity) * rate_error) {
+    if exceeds((parting - elasticity * approach).abs(), (1.0 + elasticity) * rate_error) {
         report.fail("restitution", format!("approach {approach:e}, parting {parting:e}, e = {elasticity}"));
     }
     let [before, after] = [false, true].map(|after| energy(&sides[0], after) + energy(&sides[1], after));
@@ -160,8 +169,9 @@ fn check_impulse(
     let allowed = 64.0 * U * (before + after) + 4.0 * size * (1.0 + elasticity) * rate_error;
     // Below this, squares of speeds have lost their digits.
     let resolved = before.max(after) > 1e-280;
-    if resolved && !(((before - after) - expected).abs() <= allowed) {
-        report.fail("energy", format!("falls by {:e}, not by {expected:e}, e = {elasticity}", before - after));
+    if resolved && exceeds(((before - after) - expected).abs(), allowed) {
+        report
+            .fail("energy", format!("falls by {:e}, not by {expected:e}, e = {elasticity}", before - after));
     }
     Measured { approach, speed, distance: touch.distance, lost: before - after }
 }

@@ -49,8 +49,7 @@ pub fn draw(seed: u64) -> Case {
         "walls",
     ]);
     let aspect = draw.between(0.3, 2.0);
-    let mut sketch =
-        Sketch { sides: [1.0, aspect], standing: Vec::new(), scene: Scene::default() };
+    let mut sketch = Sketch { sides: [1.0, aspect], standing: Vec::new(), scene: Scene::default() };
     sketch.scene.bounds.sides = sketch.sides;
     sketch.scene.bounds.seed = draw.bits() >> 1;
     if class == "walls" || draw.happens(0.15) {

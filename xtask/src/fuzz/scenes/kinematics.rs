@@ -141,9 +141,8 @@ impl Outline {
     pub fn of(molecule: &Molecule) -> Self {
         let atoms: Vec<(Pair, f64)> =
             molecule.atoms().iter().map(|atom| (atom.offset().to_array(), atom.radius())).collect();
-        let face = molecule
-            .face()
-            .map(|face| ((face.half_length() * face.along()).to_array(), face.radius()));
+        let face =
+            molecule.face().map(|face| ((face.half_length() * face.along()).to_array(), face.radius()));
         let of_atoms = atoms.iter().map(|(offset, radius)| length(*offset) + radius).fold(0.0, f64::max);
         let (reach, thickness) = match face {
             Some((half, radius)) => (length(half) + radius, radius),
@@ -240,11 +239,7 @@ fn for_each_image(
 }
 
 /// The smallest gap of two bodies in any image (length); infinite where their circles are apart.
-pub fn smallest_gap(
-    (a, at_a): (&Outline, &Placed),
-    (b, at_b): (&Outline, &Placed),
-    sides: Pair,
-) -> f64 {
+pub fn smallest_gap((a, at_a): (&Outline, &Placed), (b, at_b): (&Outline, &Placed), sides: Pair) -> f64 {
     let mut least = f64::INFINITY;
     for_each_image((a, at_a), (b, at_b), sides, |separation| {
         for i in a.parts() {
@@ -258,22 +253,23 @@ pub fn smallest_gap(
     least
 }
 
-/// How two given parts lie to each other, in the image in which they are nearest; none if they are
-/// out of reach.
-pub fn nearest_touch(
+/// How two given parts lie to each other, in the image of B whose centre is nearest to `towards` from
+/// that of A; none if no image is within reach.
+pub fn touch_in_image(
     (a, at_a, i): (&Outline, &Placed, Part),
     (b, at_b, j): (&Outline, &Placed, Part),
     sides: Pair,
+    towards: Pair,
 ) -> Option<Touch> {
-    let mut best: Option<Touch> = None;
+    let mut best: Option<(f64, Touch)> = None;
     for_each_image((a, at_a), (b, at_b), sides, |separation| {
         if let Some(found) = touch((a, at_a.rotation, i), (b, at_b.rotation, j), separation)
-            && best.is_none_or(|best| found.gap < best.gap)
+            && best.is_none_or(|(off, _)| length(along(separation, -1.0, towards)) < off)
         {
-            best = Some(found);
+            best = Some((length(along(separation, -1.0, towards)), found));
         }
     });
-    best
+    best.map(|(_, touch)| touch)
 }
 
 /// How far two places in the box are apart through its borders (length).
@@ -302,7 +298,8 @@ mod tests {
         let outlines = [Outline::of(&tee), Outline::of(&wall)];
         for index in 0..200 {
             let t = f64::from(index);
-            let (a, b) = (placed(0.5, 0.5, t), placed(0.5 + 0.1 * t.sin(), 0.5 + 0.1 * (3.0 * t).cos(), 2.0 * t));
+            let (a, b) =
+                (placed(0.5, 0.5, t), placed(0.5 + 0.1 * t.sin(), 0.5 + 0.1 * (3.0 * t).cos(), 2.0 * t));
             let ours = smallest_gap((&outlines[0], &a), (&outlines[1], &b), [10.0; 2]);
             let turn = |at: &Placed| DVec2::from(at.rotation);
             let separation = DVec2::from(b.place) - DVec2::from(a.place);
@@ -317,7 +314,9 @@ mod tests {
         let (a, b) = (placed(0.05, 0.5, 0.0), placed(0.95, 0.5, 0.0));
         let gap = smallest_gap((&disc, &a), (&disc, &b), [1.0, 1.0]);
         assert!((gap + 0.1).abs() < 1e-15);
-        let touch = nearest_touch((&disc, &a, Part::Atom(0)), (&disc, &b, Part::Atom(0)), [1.0, 1.0]).unwrap();
+        let touch =
+            touch_in_image((&disc, &a, Part::Atom(0)), (&disc, &b, Part::Atom(0)), [1.0, 1.0], [-0.1, 0.0])
+                .unwrap();
         assert_eq!(touch.normal, [-1.0, 0.0]);
     }
 

@@ -9,9 +9,9 @@ pub mod schedulers;
 pub mod watcher;
 
 use anyhow::{Result, ensure};
-use carom_detection::{Detection, Exact};
 use carom::engine::{Cells, Fineness, Instructions, Scene, Thesis};
 use carom::response::{Impact, Response};
+use carom_detection::{Detection, Exact};
 
 use self::{case::Case, run::Seams, schedulers::Scales};
 use super::subject::{Report, Subject};

@@ -1,10 +1,10 @@
 //! Runs a case with one scheduler, epoch by epoch, and beside it a copy that went through the bytes
 //! of a checkpoint.
 
-use carom_detection::Detection;
 use carom::engine::{Checkpoint, ElasticitySpec, RunError, Scheduler, Simulation, Violation};
-use carom_kinematics::Instant;
 use carom::response::Response;
+use carom_detection::Detection;
+use carom_kinematics::Instant;
 
 use super::{
     case::{Case, Edit},
@@ -217,12 +217,8 @@ fn compare_twin<D: Detection, R: Response, S: Scheduler>(
 
 /// No pair overlaps, no contact was passed over, and the ledger is right, as the engine itself
 /// checks.
-fn check_census<D, R, S>(
-    simulation: &Simulation<D, R, S>,
-    duration: f64,
-    whole: bool,
-    watcher: &mut Watcher,
-) where
+fn check_census<D, R, S>(simulation: &Simulation<D, R, S>, duration: f64, whole: bool, watcher: &mut Watcher)
+where
     D: Detection + Clone,
     R: Response + Clone,
     S: Scheduler + Clone,
@@ -247,8 +243,7 @@ fn check_census<D, R, S>(
 
 /// A run may end by a name that its scene allows.
 fn named_end(error: &RunError, elasticity: &ElasticitySpec, report: &mut Report) {
-    let superelastic =
-        elasticity.default > 1.0 || elasticity.pair.iter().any(|rule| rule.coefficient > 1.0);
+    let superelastic = elasticity.default > 1.0 || elasticity.pair.iter().any(|rule| rule.coefficient > 1.0);
     let allowed = match error {
         RunError::Stalled { .. } => elasticity.contact_time == 0.0,
         RunError::BlowUp { .. } | RunError::TimeStandsStill { .. } => superelastic,
@@ -283,4 +278,3 @@ fn apply<D: Detection, R: Response, S: Scheduler>(
         elasticity.clone_from(spec);
     }
 }
-

@@ -4,7 +4,7 @@ use super::{
     kinematics::{Pair, distance_in_box, length},
     watcher::Logged,
 };
-use crate::fuzz::subject::Report;
+use crate::fuzz::subject::{Report, exceeds};
 
 /// Relative deviation at which two trajectories count as different.
 const SEPARATED: f64 = 1e-8;
@@ -62,7 +62,7 @@ pub fn compare(one: &[Logged], other: &[Logged], scales: &Scales, report: &mut R
             let [u, v] = [a.velocities[body], b.velocities[body]];
             deviation = deviation.max(length([u[0] - v[0], u[1] - v[1]]) / scales.speed.max(length(u)));
         }
-        if !(deviation <= SEPARATED) {
+        if exceeds(deviation, SEPARATED) {
             break;
         }
         compared += 1;

@@ -1,9 +1,9 @@
 //! The fuzzer finds planted faults of a detector and of a response, and each in its own way.
 
+use carom::response::{ContactFrame, Elasticity};
 use carom_detection::{Answer, Contact, Outcome};
 use carom_geometry::Outline;
 use carom_kinematics::{Inertia, Motion, RelativeMotion};
-use carom::response::{ContactFrame, Elasticity};
 use glam::DVec2;
 
 use super::*;
@@ -60,7 +60,10 @@ impl Response for Wrong {
 }
 
 /// How the first case fails that does not fail without the planted fault.
-fn first_failure<D: Detection + Clone, R: Response + Clone>(faulty: &Scenes<D, R>, cases: u64) -> Option<String> {
+fn first_failure<D: Detection + Clone, R: Response + Clone>(
+    faulty: &Scenes<D, R>,
+    cases: u64,
+) -> Option<String> {
     (0..cases).find_map(|index| {
         let case = draw::draw(case_seed(2026, index));
         // Long runs and superelastic ones take their time, and have bugs that are known.

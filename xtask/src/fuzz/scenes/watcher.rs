@@ -10,7 +10,10 @@ use super::{
     contact::{self, Rules},
     kinematics::{Outline, Pair, Placed, State, distance_in_box, dot, length, smallest_gap},
 };
-use crate::fuzz::{random::Draw, subject::Report};
+use crate::fuzz::{
+    random::Draw,
+    subject::{Report, exceeds},
+};
 
 /// Moments between two events at which all pairs are looked at, in scenes of few bodies.
 const MOMENTS: usize = 2;
@@ -171,9 +174,7 @@ impl Watcher {
     fn rule(&self, a: &Tracked, b: &Tracked) -> f64 {
         let carries = |body: &Tracked, tag: &String| body.tags.contains(tag);
         let of_pair = self.elasticity.pair.iter().find(|rule| match &rule.between[..] {
-            [one, other] => {
-                (carries(a, one) && carries(b, other)) || (carries(a, other) && carries(b, one))
-            }
+            [one, other] => (carries(a, one) && carries(b, other)) || (carries(a, other) && carries(b, one)),
             _ => false,
         });
         let of_one = || {
@@ -186,9 +187,8 @@ impl Watcher {
     }
 
     fn total_momentum(&self) -> Pair {
-        let sum = |axis: usize| {
-            self.bodies.values().map(|body| body.mass * body.state.velocity[axis]).sum::<f64>()
-        };
+        let sum =
+            |axis: usize| self.bodies.values().map(|body| body.mass * body.state.velocity[axis]).sum::<f64>();
         [sum(0), sum(1)]
     }
 
@@ -208,7 +208,7 @@ impl Watcher {
                 let gap = smallest_gap((&a.outline, at_a), (&b.outline, at_b), self.sides);
                 let bound = self.gap_bound(&a.outline, &b.outline) + error_a + error_b;
                 worst = worst.max(-gap / bound);
-                if !(gap >= -bound) {
+                if exceeds(-gap, bound) {
                     deepest = Some((gap, bound));
                 }
             }
@@ -234,7 +234,7 @@ impl Watcher {
     /// Looks at all pairs at random moments since the last event.
     fn look_back(&mut self, time: Instant) {
         let since = time.since(self.last);
-        if !(since >= 0.0) {
+        if exceeds(0.0, since) {
             self.report.fail("time", format!("an event is {:e} before the last one", -since));
             return;
         }
@@ -264,16 +264,18 @@ impl Watcher {
             let error = self.error(tracked, time);
             let off = distance_in_box(found.place, placed.place, self.sides);
             self.report.keep_worst("place/bound", off / error);
-            if !(off <= error) {
-                self.report.fail("place", format!("{} is off by {off:e}, allowed is {error:e}", body.body.id()));
+            if exceeds(off, error) {
+                self.report
+                    .fail("place", format!("{} is off by {off:e}, allowed is {error:e}", body.body.id()));
             }
             if found.velocity != expected.velocity || found.spin != expected.spin {
-                self.report.fail("velocity", format!("that of {} has changed between contacts", body.body.id()));
+                self.report
+                    .fail("velocity", format!("that of {} has changed between contacts", body.body.id()));
             }
             let rotation = body.motion.orientation.cos_sin().to_array();
             let turned = distance_in_box(rotation, placed.rotation, [8.0; 2]) * tracked.outline.reach;
             // The orientation of a disc means nothing.
-            if tracked.outline.atoms.len() > 1 && !(turned <= error) {
+            if tracked.outline.atoms.len() > 1 && exceeds(turned, error) {
                 self.report.fail("orientation", format!("that of {} is off by {turned:e}", body.body.id()));
             }
         }
@@ -287,10 +289,10 @@ impl Watcher {
         let allowed = 16.0 * f64::EPSILON * contacts * scale;
         let resolved = scale > 1e-280;
         let lost = ledger.lost - self.lost_before;
-        if resolved && !((lost - self.lost).abs() <= allowed) {
+        if resolved && exceeds((lost - self.lost).abs(), allowed) {
             self.report.fail("ledger", format!("{lost:e} is booked as lost, reports lose {:e}", self.lost));
         }
-        if resolved && !((view.energy() - ledger.booked()).abs() <= allowed) {
+        if resolved && exceeds((view.energy() - ledger.booked()).abs(), allowed) {
             self.report.fail(
                 "ledger",
                 format!("the energy is {:e}, the ledger says {:e}", view.energy(), ledger.booked()),
@@ -303,8 +305,8 @@ impl Watcher {
                     + length(before);
             let most = scale.max((2.0 * self.largest_energy * self.total_mass()).sqrt());
             let off = length([now[0] - before[0], now[1] - before[1]]);
-            if !(off <= 16.0 * f64::EPSILON * contacts * most) {
-                self.report.fail("total momentum", format!("it is off by {:e} of {most:e}", off));
+            if exceeds(off, 16.0 * f64::EPSILON * contacts * most) {
+                self.report.fail("total momentum", format!("it is off by {off:e} of {most:e}"));
             }
         }
     }
@@ -314,13 +316,18 @@ impl Watcher {
     }
 
     /// Compares the motion of a body before a contact with the own kinematics.
-    fn compare_before(&mut self, body: &Tracked, side: &carom::engine::Side<'_>, time: Instant) -> (Placed, f64) {
+    fn compare_before(
+        &mut self,
+        body: &Tracked,
+        side: &carom::engine::Side<'_>,
+        time: Instant,
+    ) -> (Placed, f64) {
         let placed = body.state.at(time, self.sides);
         let error = self.error(body, time);
         let found = State::of(&side.before, time);
         let off = distance_in_box(found.place, placed.place, self.sides);
         let id = side.body.id();
-        if !(off <= error) {
+        if exceeds(off, error) {
             self.report.fail("place", format!("{id} is off by {off:e} at a contact, allowed is {error:e}"));
         }
         if found.velocity != body.state.velocity || found.spin != body.state.spin {
