@@ -56,7 +56,7 @@ fn a_panic_on_a_file_is_found_and_the_file_reduced() {
 }
 
 #[test]
-fn an_overlap_and_a_hollow_number_in_a_file_are_found() {
+fn an_overlap_in_a_file_is_found() {
     // Two discs in each other, as no scene may have them, come through the body of a checkpoint.
     let scene = carom::engine::Scene::from_toml(
         "[[molecule]]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.25, 0.5]\n\
