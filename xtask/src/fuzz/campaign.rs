@@ -2,6 +2,7 @@
 //! line with the counts.
 
 use std::{
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
     time::{Duration, Instant},
@@ -147,6 +148,13 @@ fn summary(name: &str, findings: &Findings) -> String {
         let _ = write!(line, ", worst {name} {value:.3e}");
     }
     let _ = write!(line, "; {} failures", failures.len());
+    let mut kinds = BTreeMap::new();
+    for (_, failure) in failures {
+        *kinds.entry(&failure.kind[..]).or_insert(0) += 1;
+    }
+    for (kind, count) in kinds {
+        let _ = write!(line, ", {kind}: {count}");
+    }
     line
 }
 

@@ -69,21 +69,20 @@ where
         if watcher.report.failure.is_some() {
             return Some(outcome(watcher, false));
         }
-        let error = match ended {
-            Ended::Reached => None,
-            Ended::CutShort => {
-                watcher.report.count("cut short", 1);
-                whole = false;
-                break;
-            }
+        let error = match &ended {
             Ended::With(error) => Some(error),
+            Ended::Reached | Ended::CutShort => None,
         };
-        compare_twin(&simulation, &mut twin, until, error.as_ref(), &mut watcher);
+        if let Ended::CutShort = ended {
+            watcher.report.count("cut short", 1);
+        } else {
+            compare_twin(&simulation, &mut twin, until, error, &mut watcher);
+        }
         watcher.compare(&simulation.view());
-        check_census(&simulation, stretch.duration, error.is_none(), &mut watcher);
+        whole = matches!(ended, Ended::Reached);
+        check_census(&simulation, stretch.duration, whole, &mut watcher);
         if let Some(error) = error {
-            named_end(&error, &elasticity, &mut watcher.report);
-            whole = false;
+            named_end(error, &elasticity, &mut watcher.report);
         }
         if watcher.report.failure.is_some() || !whole {
             break;

@@ -28,33 +28,34 @@ pub struct Scales {
 pub fn compare(one: &[Logged], other: &[Logged], scales: &Scales, report: &mut Report) {
     let side = scales.sides[0].max(scales.sides[1]);
     let unit = side / scales.speed;
-    let mut other = other.to_vec();
+    // In the order in which they are compared; ties may change it.
+    let mut list = other.to_vec();
     let mut deviation = 1e-15f64;
     let mut compared = 0;
     for (index, a) in one.iter().enumerate() {
-        let Some(b) = other.get(index) else {
-            unmatched(a, deviation, side, unit, scales, report);
+        let judge = Judge { deviation, side, unit, end: scales.end };
+        let Some(b) = list.get(index) else {
+            judge.unmatched(a, other, report);
             break;
         };
         if !is_same(a, b) {
-            let Some(at) = find(a, &other[index..]) else {
-                unmatched(if a.time <= b.time { a } else { b }, deviation, side, unit, scales, report);
-                break;
-            };
-            let found = other[index + at].clone();
-            let tie = (found.time - a.time).abs() + (found.time - b.time).abs();
-            if tie > 1e3 * deviation * unit || shares(a, &other[index..index + at]) {
-                // Contacts of one body that change places change the trajectory; others do so only
-                // at one instant.
-                if tie > 1e3 * deviation * unit && !is_graze(b, deviation, side) {
-                    unmatched(b, deviation, side, unit, scales, report);
+            let at = list[index..].iter().take(AHEAD).position(|later| is_same(a, later));
+            let Some(at) = at.filter(|&at| judge.is_tie([a, b, &list[index + at]])) else {
+                if a.time <= b.time {
+                    judge.unmatched(a, other, report);
+                } else {
+                    judge.unmatched(b, one, report);
                 }
                 break;
+            };
+            if shares(a, &list[index..index + at]) {
+                // Contacts of one body that change places change its trajectory.
+                break;
             }
-            other.remove(index + at);
-            other.insert(index, found);
+            let found = list.remove(index + at);
+            list.insert(index, found);
         }
-        let b = &other[index];
+        let b = &list[index];
         deviation = deviation.max((a.time - b.time).abs() / unit);
         for body in 0..2 {
             let off = distance_in_box(a.places[body], b.places[body], scales.sides);
@@ -68,19 +69,15 @@ pub fn compare(one: &[Logged], other: &[Logged], scales: &Scales, report: &mut R
         compared += 1;
     }
     if compared == one.len()
-        && let Some(extra) = other.get(compared)
+        && let Some(extra) = list.get(compared)
     {
-        unmatched(extra, deviation, side, unit, scales, report);
+        Judge { deviation, side, unit, end: scales.end }.unmatched(extra, one, report);
     }
     report.count("contacts in both", compared as u64);
 }
 
 fn is_same(a: &Logged, b: &Logged) -> bool {
     a.bodies == b.bodies && a.atoms == b.atoms
-}
-
-fn find(a: &Logged, list: &[Logged]) -> Option<usize> {
-    list.iter().take(AHEAD).position(|b| is_same(a, b))
 }
 
 /// Whether a body of this contact takes part in one of those.
@@ -96,14 +93,42 @@ fn is_graze(contact: &Logged, deviation: f64, side: f64) -> bool {
     contact.approach <= contact.speed * (2.0 * depth / contact.distance).sqrt()
 }
 
-/// A contact that only one of the two has found.
-fn unmatched(contact: &Logged, deviation: f64, side: f64, unit: f64, scales: &Scales, report: &mut Report) {
-    let at_the_end = contact.time >= scales.end - 1e3 * deviation * unit;
-    if !at_the_end && !is_graze(contact, deviation, side) {
-        report.fail(
-            "schedulers differ",
-            format!("one of them alone has {contact:?}, where trajectories differ by {deviation:e}"),
-        );
+/// How far two trajectories are apart, and the scales of the scene.
+struct Judge {
+    deviation: f64,
+    side: f64,
+    unit: f64,
+    end: f64,
+}
+
+impl Judge {
+    /// Times that differ by less than this may change places (time).
+    fn resolution(&self) -> f64 {
+        1e3 * self.deviation * self.unit
+    }
+
+    fn is_tie(&self, [a, b, found]: [&Logged; 3]) -> bool {
+        (found.time - a.time).abs() + (found.time - b.time).abs() <= self.resolution()
+    }
+
+    /// Notes a contact that the other list does not have, unless it is too flat to be decided, or
+    /// the other run has ended by then. Chattering bodies may have more or fewer contacts before
+    /// it.
+    fn unmatched(&self, contact: &Logged, other: &[Logged], report: &mut Report) {
+        let at_the_end = contact.time >= self.end - self.resolution();
+        let nearby = |found: &&Logged| (found.time - contact.time).abs() <= self.resolution();
+        let there = other.iter().filter(nearby).any(|found| found.bodies == contact.bodies);
+        if !at_the_end && !there && !is_graze(contact, self.deviation, self.side) {
+            let next = other.iter().find(|found| found.time >= contact.time - self.resolution());
+            report.fail(
+                "schedulers differ",
+                format!(
+                    "one of them alone has {contact:?}, where trajectories differ by {:e}; the next of \
+                     the other is {next:?}",
+                    self.deviation
+                ),
+            );
+        }
     }
 }
 

@@ -18,6 +18,9 @@ use crate::fuzz::{
 /// Moments between two events at which all pairs are looked at, in scenes of few bodies.
 const MOMENTS: usize = 2;
 
+/// What of a time its two floats resolve, with room for a few roundings.
+const RESOLUTION: f64 = f64::EPSILON * f64::EPSILON * 16.0;
+
 /// Moments after a contact that may have been passed over.
 const LOOKS_AHEAD: i32 = 24;
 
@@ -234,7 +237,8 @@ impl Watcher {
     /// Looks at all pairs at random moments since the last event.
     fn look_back(&mut self, time: Instant) {
         let since = time.since(self.last);
-        if exceeds(0.0, since) {
+        // To the digits of a double-double, in which epochs are kept.
+        if exceeds(-since, RESOLUTION * time.to_f64().abs()) {
             self.report.fail("time", format!("an event is {:e} before the last one", -since));
             return;
         }
