@@ -8,7 +8,7 @@ use clap::{Parser, Subcommand};
 use crate::{
     bench, billiard, brownian, capability_cost,
     detect::{self, Detector},
-    experiment_encounters, experiment_extremes, run, say,
+    experiment_encounters, experiment_extremes, fuzz, run, say,
     summary::Verdict,
     thesis_tests, tidy, tradeoff,
 };
@@ -46,6 +46,15 @@ pub enum Command {
     /// Time whole simulations
     #[command(subcommand)]
     Bench(bench::Bench),
+    /// Attack detection, scenes and files with random input
+    #[command(subcommand)]
+    Fuzz(fuzz::Fuzz),
+    /// Run the cases that come on the standard input: a part of `fuzz`
+    #[command(hide = true, name = fuzz::worker::COMMAND)]
+    FuzzWorker {
+        /// Which fuzzer
+        name: String,
+    },
     /// Answer pairs on the standard input with parry: a part of the experiment `encounters`
     #[command(hide = true, name = experiment_encounters::parry::COMMAND)]
     ParryWorker,
@@ -103,6 +112,8 @@ impl Cli {
                 Ok(Verdict::Passed)
             }
             Command::Bench(bench) => bench::run(bench),
+            Command::Fuzz(fuzz) => fuzz::run(fuzz),
+            Command::FuzzWorker { name } => fuzz::work(name).map(|()| Verdict::Passed),
             Command::ParryWorker => experiment_encounters::parry::work().map(|()| Verdict::Passed),
             Command::CapabilityWorker { variant, intervals } => capability_cost::work(variant, *intervals),
             Command::Tidy => tidy::run(),

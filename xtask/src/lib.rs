@@ -15,6 +15,7 @@ pub mod experiment_encounters;
 pub mod experiment_extremes;
 pub mod film;
 pub mod fixed_energy;
+pub mod fuzz;
 pub mod growing;
 pub mod interruption;
 pub mod manifest;

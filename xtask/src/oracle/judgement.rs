@@ -1,6 +1,6 @@
 //! What the answer of a detector is worth.
 
-use carom_detection::{Answer, ErrorBound, Outcome, Part, Touch, encounters::Encounter};
+use carom_detection::{Answer, Contact, ErrorBound, Outcome, Part, Touch, encounters::Encounter};
 use serde::{Deserialize, Serialize};
 
 use super::{Number, Reference, exclusion::Deep, face::FacePair, flight::Pair};
@@ -151,4 +151,23 @@ fn is_of<N: Number>(encounter: &Encounter, deep: &Deep<N>, time: &N) -> bool {
     };
     let tolerance = 2.0 * error / approach.rate.abs().max((2.0 * approach.curvature * error).sqrt());
     deep.touch.minus(time).value() <= 2.0 * tolerance
+}
+
+/// The gap of the parts that are said to touch, at that time, in units of E; `None` for bounding circles.
+pub fn gap_over_bound<N: Number>(encounter: &Encounter, contact: &Contact) -> Option<f64> {
+    let time = N::new(contact.time);
+    let of_face = |body: usize, part: Part| match part {
+        Part::Atom(index) => FacePair::new(encounter, body, index as usize),
+        Part::BoundingCircle => None,
+    };
+    let of_pair = |pair: FacePair<'_>| pair.sight(&time).across[0].value() / pair.error_at(contact.time);
+    match contact.touch {
+        Touch::Atoms(i, j) => {
+            let pair = Pair::new(encounter, (i as usize, j as usize));
+            Some(pair.gap(&time).value() / pair.error_at(contact.time))
+        }
+        Touch::FaceOfA(part) => of_face(1, part).map(of_pair),
+        Touch::FaceOfB(part) => of_face(0, part).map(of_pair),
+        Touch::BoundingCircles => None,
+    }
 }

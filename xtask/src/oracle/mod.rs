@@ -29,5 +29,5 @@ mod sketch;
 pub use big::Big;
 pub use double_double::DoubleDouble;
 pub use exclusion::{Deep, Oracle, Reference};
-pub use judgement::{Judgement, Verdict};
+pub use judgement::{Judgement, Verdict, gap_over_bound};
 pub use number::Number;

@@ -162,11 +162,6 @@ fn equipartition<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
 /// in common, in which as many contacts again take as long as all before, time and again.
 const CONTACTS_WHILE_COOLING: u64 = 20_000;
 
-/// Without the guard, dumbbells that collapse come to lie in each other by up to 1.2 · 10⁻¹¹ of the side (in 122 of 240 gases
-/// with 20 of them, at e = 0.5 and 0; in none of 240 of discs alone): many times the rounding of a place. With it none does (0 of
-/// 360).
-const DEEPEST_WITHOUT_GUARD: f64 = 1e-10;
-
 fn inelastic<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     let mut row = in_box(
         [1.0, 1.0],

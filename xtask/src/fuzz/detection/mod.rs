@@ -1,0 +1,76 @@
+//! Random queries to the exact detector, each judged by a search in extended precision, and queries
+//! with bad numbers.
+
+pub mod bad_numbers;
+pub mod case;
+pub mod classes;
+pub mod judge;
+
+use anyhow::{Result, ensure};
+use carom_detection::{Detection, Exact};
+use serde::{Deserialize, Serialize};
+
+use self::{bad_numbers::BadNumbers, case::Query};
+use super::{
+    random::Draw,
+    subject::{Report, Subject},
+};
+
+/// The fuzzer of a detector.
+#[derive(Debug, Clone, Default)]
+pub struct Queries<D = Exact> {
+    /// The detector under test.
+    pub detector: D,
+}
+
+/// One query.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Case {
+    /// Numbers that a detector must answer rightly.
+    Query(Query),
+    /// Numbers of any kind.
+    BadNumbers(BadNumbers),
+}
+
+/// The share of queries with bad numbers.
+const BAD: f64 = 0.3;
+
+impl<D: Detection> Subject for Queries<D> {
+    type Case = Case;
+    const NAME: &'static str = "detection";
+    const TIME_LIMIT: u64 = 20;
+
+    fn draw(&self, seed: u64) -> Case {
+        let draw = &mut Draw::new(seed);
+        let (bad, inner) = (draw.happens(BAD), draw.bits());
+        if bad { Case::BadNumbers(bad_numbers::draw(inner)) } else { Case::Query(classes::draw(inner)) }
+    }
+
+    fn check(&self, case: &Case) -> Report {
+        match case {
+            Case::Query(query) => judge::check(&self.detector, query),
+            Case::BadNumbers(bad) => bad_numbers::check(&self.detector, bad),
+        }
+    }
+
+    fn simpler(&self, case: &Case) -> Vec<Case> {
+        match case {
+            Case::Query(query) => query.simpler().into_iter().map(Case::Query).collect(),
+            Case::BadNumbers(bad) => bad.simpler().into_iter().map(Case::BadNumbers).collect(),
+        }
+    }
+
+    fn write(&self, case: &Case) -> (String, Vec<u8>) {
+        let text = toml::to_string(case).expect("a query is plain data, which TOML can hold");
+        ("toml".to_owned(), text.into_bytes())
+    }
+
+    fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
+        ensure!(ending == "toml", "a query is a file of TOML, not of {ending:?}");
+        Ok(toml::from_str(std::str::from_utf8(bytes)?)?)
+    }
+}
+
+#[cfg(test)]
+mod tests;

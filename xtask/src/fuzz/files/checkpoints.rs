@@ -1,0 +1,93 @@
+//! Checkpoints: an altered file is refused; one with a right checksum is refused by name, or runs
+//! on as a sound state.
+
+use std::{env, fs, process};
+
+use carom::engine::{Checkpoint, Scene, Simulation};
+use carom_kinematics::Instant;
+
+use super::{mutate, scene_files};
+use crate::{
+    checkpoint_file::{self, Body, decode, encode},
+    fuzz::{random::Draw, scenes, subject::Report},
+};
+
+/// The bytes of the state of a small scene after some epochs.
+fn sound(draw: &mut Draw) -> Vec<u8> {
+    let mut scene = scenes::draw::draw(draw.bits()).scene;
+    scene.molecule.truncate(draw.integer(1, 8) as usize);
+    let fallback = || Simulation::new(&Scene::default()).expect("an empty box can be built");
+    let mut simulation = Simulation::new(&scene).unwrap_or_else(|_| fallback());
+    for _ in 0..draw.integer(0, 3) {
+        // A run that ends by a name leaves a state as well.
+        if simulation.observe_epoch(Instant::from(1e60), &mut ()).is_err() {
+            break;
+        }
+    }
+    let checkpoint = simulation.checkpoint().or_else(|| fallback().checkpoint());
+    checkpoint.and_then(|checkpoint| encode(&checkpoint).ok()).unwrap_or_default()
+}
+
+/// A whole file with one to three changes.
+pub fn draw_file(draw: &mut Draw) -> Vec<u8> {
+    let path = path("draw");
+    let body = sound(draw);
+    let written = checkpoint_file::write(&path, &[&body]).ok().and_then(|()| fs::read(&path).ok());
+    // It may be gone already.
+    let _ = fs::remove_file(&path);
+    changed(draw, written.unwrap_or_default())
+}
+
+/// The body of a file with one to three changes.
+pub fn draw_body(draw: &mut Draw) -> Vec<u8> {
+    let body = sound(draw);
+    changed(draw, body)
+}
+
+fn changed(draw: &mut Draw, mut bytes: Vec<u8>) -> Vec<u8> {
+    for _ in 0..draw.integer(1, 3) {
+        bytes = mutate::bytes(draw, &bytes);
+    }
+    bytes
+}
+
+fn path(name: &str) -> std::path::PathBuf {
+    env::temp_dir().join(format!("carom-fuzz-{}-{name}.checkpoint", process::id()))
+}
+
+/// A changed file must be refused, unless the changes have undone each other.
+pub fn check_file(bytes: &[u8], report: &mut Report) {
+    let path = path("check");
+    if fs::write(&path, bytes).is_err() {
+        report.fail("disk", format!("cannot write {}", path.display()));
+        return;
+    }
+    let read = Body::read(&path);
+    if let Ok(body) = &read {
+        // Written anew, it must be the same file: then nothing has been changed.
+        let same = checkpoint_file::write(&path, &[body.rest()]).is_ok()
+            && fs::read(&path).is_ok_and(|again| again == bytes);
+        report.count("checkpoints unchanged", 1);
+        if !same {
+            report.fail("checksum", "an altered file passes for a whole one");
+        }
+    } else {
+        report.count("checkpoints refused", 1);
+    }
+    // It may be gone already.
+    let _ = fs::remove_file(&path);
+}
+
+/// A body with a right checksum.
+pub fn check_body(bytes: &[u8], report: &mut Report) {
+    let Ok(checkpoint) = decode::<Checkpoint>(bytes) else {
+        report.count("checkpoints refused", 1);
+        return;
+    };
+    let Ok(mut simulation) = Simulation::resume(&checkpoint) else {
+        report.count("checkpoints refused", 1);
+        return;
+    };
+    report.count("checkpoints resumed", 1);
+    scene_files::run(&mut simulation, 1e60, report);
+}

@@ -1,0 +1,75 @@
+//! Encounter files: a mutated one is refused by name, or answered without NaN, by each detector.
+
+use std::{env, fmt::Write as _, fs, process};
+
+use carom_detection::encounters::{Class, Encounter};
+use carom_geometry::Molecule;
+
+use super::mutate;
+use crate::{
+    detect::{Detector, detect},
+    fuzz::{random::Draw, subject::Report},
+};
+
+/// The detectors that answer.
+const DETECTORS: [Detector; 4] =
+    [Detector::Exact, Detector::GoldenSecant, Detector::BoundingCircles, Detector::FixedStep];
+
+/// A mutated encounter file of a few lines.
+pub fn draw(draw: &mut Draw) -> Vec<u8> {
+    let columns = "class,id,xA,yA,vxA,vyA,thA,wA,atomsA,xB,yB,vxB,vyB,thB,wB,atomsB,window_end";
+    let mut text = format!("{columns}\n");
+    for id in 0..draw.integer(1, 4) {
+        let class = draw.one_of(&[Class::Generic, Class::Annulus, Class::Graze(8), Class::LargeOmega]);
+        let encounter = Encounter::draw(class, draw.bits() >> 1, 0);
+        let motion = &encounter.motion;
+        let [a, b] = encounter.molecules.each_ref().map(atoms);
+        let [turn_a, turn_b] = motion.orientation.map(carom_kinematics::Orientation::radians);
+        let [spin_a, spin_b] = motion.angular_velocity;
+        let (place, velocity) = (motion.separation, motion.velocity);
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{class},{id},0,0,0,0,{turn_a},{spin_a},{a},{},{},{},{},{turn_b},{spin_b},{b},{}",
+            place.x, place.y, velocity.x, velocity.y, encounter.horizon
+        );
+    }
+    if draw.happens(0.05) { text.into_bytes() } else { mutate::text(draw, &text) }
+}
+
+fn atoms(molecule: &Molecule) -> String {
+    let atom = |atom: &carom_geometry::Atom| {
+        format!("{}:{}:{}:{}", atom.offset().x, atom.offset().y, atom.mass(), atom.radius())
+    };
+    molecule.atoms().iter().map(atom).collect::<Vec<_>>().join(";")
+}
+
+/// Reads the file and answers it.
+pub fn check(bytes: &[u8], report: &mut Report) {
+    let folder = env::temp_dir();
+    let [cases, answers] =
+        ["csv", "answers.csv"].map(|ending| folder.join(format!("carom-fuzz-{}.{ending}", process::id())));
+    if fs::write(&cases, bytes).is_err() {
+        report.fail("disk", format!("cannot write {}", cases.display()));
+        return;
+    }
+    for detector in DETECTORS {
+        if detect(&cases, detector, &answers).is_err() {
+            report.count("encounter files refused", 1);
+            continue;
+        }
+        report.count("encounter files answered", 1);
+        let text = fs::read_to_string(&answers).unwrap_or_default();
+        if let Some(line) = text.lines().skip(1).find(|line| has_nan(line)) {
+            report.fail("NaN", format!("{detector:?}: {line}"));
+        }
+    }
+    // They may be gone already.
+    let _ = fs::remove_file(&cases);
+    let _ = fs::remove_file(&answers);
+}
+
+/// Whether the answer's time is no number; the labels of a case may say anything.
+fn has_nan(line: &str) -> bool {
+    line.rsplit(',').nth(3).is_some_and(|time| time.parse::<f64>().is_ok_and(f64::is_nan))
+}

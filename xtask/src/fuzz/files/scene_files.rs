@@ -1,0 +1,152 @@
+//! Scene files: a mutated one is refused by name, or builds a system that runs without overlap.
+
+use carom::engine::{GasSpec, RunError, Scene, Scheduler, Simulation, View};
+use carom::response::Response;
+use carom_detection::Detection;
+use carom_kinematics::Instant;
+
+use super::mutate;
+use crate::fuzz::{random::Draw, scenes, subject::Report};
+
+/// Most epochs of one run, and most contacts.
+const MOST_EPOCHS: u32 = 300;
+const MOST_CONTACTS: u64 = 3000;
+
+/// Scenes of more atoms than this are left out: they take long by their sheer size.
+const MOST_ATOMS: f64 = 2e4;
+
+/// A mutated scene file.
+pub fn draw(draw: &mut Draw) -> Vec<u8> {
+    let mut scene = scenes::draw::draw(draw.bits()).scene;
+    // Short enough to be mutated in places that matter.
+    scene.molecule.truncate(draw.integer(0, 8) as usize);
+    if draw.happens(0.6) {
+        scene.gas.push(GasSpec {
+            tags: vec!["gas".to_owned()],
+            shape: draw.happens(0.3).then(|| "dumbbell".to_owned()),
+            atom_radius: Some(0.02 * scene.bounds.sides[0]),
+            atom_mass: Some(1.0),
+            energy: 1.0,
+            count: draw.happens(0.5).then_some(20),
+            ..GasSpec::default()
+        });
+        if let Some(gas) = scene.gas.last_mut()
+            && gas.count.is_none()
+        {
+            gas.area_fraction = Some(0.2);
+        }
+    }
+    let text = scene.to_toml();
+    if draw.happens(0.05) { text.into_bytes() } else { mutate::text(draw, &text) }
+}
+
+/// Reads the file, and runs what it describes.
+pub fn check(bytes: &[u8], report: &mut Report) {
+    let Ok(text) = std::str::from_utf8(bytes) else {
+        report.count("scenes refused", 1);
+        return;
+    };
+    let Ok(scene) = Scene::from_toml(text) else {
+        report.count("scenes refused", 1);
+        return;
+    };
+    if Scene::from_toml(&scene.to_toml()).is_ok_and(|again| again != scene) && !has_nan(&scene) {
+        report.fail("round trip", "a scene differs after it has gone through its own text");
+    }
+    if size(&scene) > MOST_ATOMS {
+        report.count("scenes too large to try", 1);
+        return;
+    }
+    match Simulation::new(&scene) {
+        Err(_) => report.count("scenes refused", 1),
+        Ok(mut simulation) => {
+            report.count("scenes run", 1);
+            let until =
+                if scene.run.until.is_finite() && scene.run.until > 0.0 { scene.run.until } else { 1.0 };
+            run(&mut simulation, until, report);
+        }
+    }
+}
+
+fn has_nan(scene: &Scene) -> bool {
+    scene.to_toml().contains("nan")
+}
+
+/// About how many atoms the scene has.
+fn size(scene: &Scene) -> f64 {
+    let [width, height] = scene.bounds.sides;
+    let atoms = |shape: Option<&String>, list: usize| {
+        let named = shape.and_then(|shape| shape.split_once(':')).and_then(|(_, count)| count.parse().ok());
+        named.unwrap_or(5.0_f64).max(list as f64)
+    };
+    let of_molecules: f64 =
+        scene.molecule.iter().map(|molecule| atoms(molecule.shape.as_ref(), molecule.atoms.len())).sum();
+    let of_gas = |gas: &GasSpec| {
+        let radius = gas.radius.or(gas.atom_radius).or(gas.atoms.first().map(|atom| atom.radius));
+        let covered = std::f64::consts::PI * radius.unwrap_or(1.0).powi(2);
+        let by_area = gas.area_fraction.map_or(0.0, |share| share * (width * height / covered).abs());
+        let count = gas.count.map_or(by_area, |count| count as f64);
+        // Beyond this number the scene is refused.
+        if count > 134_217_728.0 { 0.0 } else { count * atoms(gas.shape.as_ref(), gas.atoms.len()) }
+    };
+    of_molecules + scene.gas.iter().map(of_gas).sum::<f64>()
+}
+
+/// Runs for some epochs: nothing may overlap or be NaN, and an end before the time has a name.
+pub fn run<D: Detection, R: Response, S: Scheduler>(
+    simulation: &mut Simulation<D, R, S>,
+    until: f64,
+    report: &mut Report,
+) {
+    look(&simulation.view(), "at the start", report);
+    let contacts = simulation.view().counters().collisions;
+    let target = Instant::ZERO.after(until);
+    let target = if simulation.time().since(target) > 0.0 { simulation.time().after(until) } else { target };
+    for _ in 0..MOST_EPOCHS {
+        match simulation.observe_epoch(target, &mut ()) {
+            Ok(true) => break,
+            Ok(false) => {}
+            Err(error) => {
+                named(&error, report);
+                break;
+            }
+        }
+        if simulation.view().counters().collisions.saturating_sub(contacts) > MOST_CONTACTS {
+            break;
+        }
+    }
+    report.count("contacts", simulation.view().counters().collisions.saturating_sub(contacts));
+    look(&simulation.view(), "after a run", report);
+}
+
+fn named(error: &RunError, report: &mut Report) {
+    report.count("ended by name", 1);
+    if error.to_string().contains("NaN") {
+        report.fail("NaN", error.to_string());
+    }
+}
+
+/// No body may be anywhere but in the box, or in another.
+fn look(view: &View<'_>, when: &str, report: &mut Report) {
+    for body in view.bodies() {
+        let motion = body.motion;
+        let numbers = [
+            motion.position.x,
+            motion.position.y,
+            motion.velocity.x,
+            motion.velocity.y,
+            motion.orientation.turns(),
+            motion.angular_velocity,
+        ];
+        if numbers.iter().any(|number| !number.is_finite()) {
+            report.fail("NaN", format!("{when} body {} has {numbers:?}", body.body.id()));
+        }
+    }
+    let overlaps = view.overlaps();
+    if overlaps.pairs > 0 {
+        report.fail("overlap", format!("{when}: {overlaps:?}"));
+    }
+    if !view.energy().is_finite() || !view.ledger().booked().is_finite() {
+        report.fail("NaN", format!("{when} the energy is {}, the ledger {:?}", view.energy(), view.ledger()));
+    }
+}

@@ -1,0 +1,99 @@
+//! The fuzzer of files catches planted faults, and its cases reach both readers that refuse and
+//! runs that go on.
+
+use super::*;
+use crate::fuzz::{
+    random::case_seed,
+    subject::check_and_catch,
+    worker::{InProcess, Runner as _},
+};
+
+/// Readers that panic on files in which a line says so.
+#[derive(Clone)]
+struct Panics;
+
+impl Subject for Panics {
+    type Case = Case;
+    const NAME: &'static str = "files";
+    const TIME_LIMIT: u64 = 1;
+
+    fn draw(&self, seed: u64) -> Case {
+        Mutations.draw(seed)
+    }
+
+    fn check(&self, case: &Case) -> Report {
+        let planted = b"count = -1";
+        let found = case.bytes.windows(planted.len()).any(|window| window == planted);
+        assert!(!found, "planted");
+        Report::default()
+    }
+
+    fn simpler(&self, case: &Case) -> Vec<Case> {
+        Mutations.simpler(case)
+    }
+
+    fn write(&self, case: &Case) -> (String, Vec<u8>) {
+        Mutations.write(case)
+    }
+
+    fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
+        Mutations.read(ending, bytes)
+    }
+}
+
+#[test]
+fn a_panic_on_a_file_is_found_and_the_file_reduced() {
+    let mut runner = InProcess(Panics);
+    let seed = (0..20_000)
+        .map(|index| case_seed(1, index))
+        .find(|&seed| runner.run_seed(seed).unwrap().failure.is_some())
+        .expect("a mutation says so");
+    let failure = runner.run_seed(seed).unwrap().failure.unwrap();
+    assert_eq!(failure.kind, "panic");
+    let time = std::time::Duration::from_secs(20);
+    let (case, _) = crate::fuzz::minimise::minimise(&Panics, &mut runner, Panics.draw(seed), failure, time);
+    assert!(case.bytes.len() <= 12, "{}", String::from_utf8_lossy(&case.bytes));
+}
+
+#[test]
+fn an_overlap_in_a_file_is_found() {
+    // Two discs in each other, as no scene may have them, come through the body of a checkpoint.
+    let scene = carom::engine::Scene::from_toml(
+        "[[molecule]]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.25, 0.5]\n\
+         [[molecule]]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.75, 0.5]\n",
+    )
+    .unwrap();
+    let simulation = carom::engine::Simulation::new(&scene).unwrap();
+    let body = crate::checkpoint_file::encode(&simulation.checkpoint().unwrap()).unwrap();
+    let report = |bytes: &[u8]| {
+        let case = Case { kind: Kind::Body, bytes: bytes.to_vec() };
+        check_and_catch(|| Mutations.check(&case))
+    };
+    assert_eq!(report(&body).failure, None);
+    assert!(report(&body).counts.contains(&("checkpoints resumed".to_owned(), 1)));
+    let place = 0.75f64.to_le_bytes();
+    let at = body.windows(8).position(|window| window == place).unwrap();
+    let mut overlapping = body.clone();
+    overlapping[at..at + 8].copy_from_slice(&0.3f64.to_le_bytes());
+    let found = report(&overlapping);
+    // Refused by name, or found: never run without a word.
+    let refused = found.counts.contains(&("checkpoints refused".to_owned(), 1));
+    assert!(refused || found.failure.is_some_and(|failure| failure.kind == "overlap"));
+}
+
+#[test]
+fn cases_of_all_kinds_are_refused_and_run() {
+    let mut total = Report::default();
+    for index in 0..150 {
+        let case = Mutations.draw(case_seed(5, index));
+        let (ending, bytes) = Mutations.write(&case);
+        assert_eq!(Mutations.read(&ending, &bytes).unwrap(), case);
+        // Scenes are left to the process that can be ended.
+        if case.kind != Kind::Scene {
+            total.add(&check_and_catch(|| Mutations.check(&case)));
+        }
+    }
+    for name in ["encounter files refused", "encounter files answered", "checkpoints refused"] {
+        assert!(total.counts.iter().any(|(known, count)| known == name && *count > 0), "{name}: {total:?}");
+    }
+}

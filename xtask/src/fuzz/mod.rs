@@ -1,0 +1,129 @@
+//! `cargo xtask fuzz`: attacks with random input on detection, on whole scenes, and on the readers
+//! of files.
+//!
+//! Each fuzzer compares the code under test with references of its own: kinematics between reported
+//! events ([`scenes::kinematics`]), a search in extended precision ([`crate::oracle`]), and the
+//! plain rule that no input may cause a panic, a hang, a NaN or an overlap.
+//!
+//! A run has a seed. Each of its cases has a seed of its own, derived from that of the run and from
+//! its number, and is a pure function of it. Cases run in a process of their own, so that a hang,
+//! an abort or a lack of memory ends that process only. A case that fails is reduced to a smaller
+//! one that fails in the same way, and written to a file with the command that replays it.
+
+pub mod campaign;
+pub mod detection;
+pub mod files;
+pub mod minimise;
+pub mod planted;
+pub mod random;
+pub mod scenes;
+pub mod subject;
+pub mod worker;
+
+use std::{env, path::PathBuf, time::Duration};
+
+use anyhow::{Context as _, Result, bail, ensure};
+use carom::{Exact, Impact};
+use clap::{Args, Subcommand};
+
+use self::{
+    campaign::{Findings, Plan},
+    detection::Queries,
+    files::Mutations,
+    planted::Planted,
+    scenes::Scenes,
+    subject::Subject,
+    worker::Worker,
+};
+use crate::{interruption::Signals, summary::Verdict};
+
+/// The fuzzers.
+#[derive(Debug, Subcommand)]
+pub enum Fuzz {
+    /// Random scenes with edits, checked by kinematics of their own between reported events
+    Scenes(Options),
+    /// Random queries to the exact detector, checked by a search in extended precision
+    Detection(Options),
+    /// Mutated scene files, encounter files and checkpoints
+    Files(Options),
+}
+
+/// What a fuzzer runs, and for how long.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// How long to begin cases (minutes)
+    #[arg(long, default_value_t = 1.0)]
+    pub minutes: f64,
+    /// Seed of the run
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Most cases to run
+    #[arg(long, default_value_t = u64::MAX)]
+    pub cases: u64,
+    /// Run the case of this number only
+    #[arg(long, conflicts_with_all = ["only", "replay"])]
+    pub case: Option<u64>,
+    /// Run the case of this seed only
+    #[arg(long, value_name = "SEED", conflicts_with = "replay")]
+    pub only: Option<u64>,
+    /// Run the case in this file, which a failure has left
+    #[arg(long, value_name = "FILE")]
+    pub replay: Option<PathBuf>,
+    /// The folder for failing cases
+    #[arg(long, default_value = "out/fuzz")]
+    pub out: PathBuf,
+}
+
+/// Longest run (minutes): a week.
+const LONGEST: f64 = 10_080.0;
+
+/// Runs a fuzzer.
+///
+/// # Errors
+/// Options out of range, a file that cannot be read or written, a worker that cannot be started.
+pub fn run(fuzz: &Fuzz) -> Result<Verdict> {
+    match fuzz {
+        Fuzz::Scenes(options) => run_subject(&Scenes::<Exact, Impact>::default(), options),
+        Fuzz::Detection(options) => run_subject(&Queries::<Exact>::default(), options),
+        Fuzz::Files(options) => run_subject(&Mutations, options),
+    }
+}
+
+/// Runs the cases that another process sends.
+///
+/// # Errors
+/// There is no such fuzzer, or the other process has gone.
+pub fn work(name: &str) -> Result<()> {
+    match name {
+        Scenes::<Exact, Impact>::NAME => worker::work(&Scenes::<Exact, Impact>::default()),
+        Queries::<Exact>::NAME => worker::work(&Queries::<Exact>::default()),
+        Mutations::NAME => worker::work(&Mutations),
+        Planted::NAME => worker::work(&Planted),
+        _ => bail!("there is no fuzzer '{name}'"),
+    }
+}
+
+fn run_subject<S: Subject>(subject: &S, options: &Options) -> Result<Verdict> {
+    ensure!(
+        options.minutes > 0.0 && options.minutes <= LONGEST,
+        "--minutes must be positive and at most {LONGEST}, but is {}",
+        options.minutes
+    );
+    let program = env::current_exe().context("cannot find the program itself")?;
+    let mut worker = Worker::new(program, S::NAME, Duration::from_secs(S::TIME_LIMIT), Signals::watch()?);
+    let only = options.only.or(options.case.map(|index| random::case_seed(options.seed, index)));
+    let Findings { failures, .. } = if let Some(file) = &options.replay {
+        campaign::replay::<S>(&mut worker, file)?
+    } else if let Some(seed) = only {
+        campaign::run_only(subject, &mut worker, seed, &options.out)?
+    } else {
+        let plan = Plan {
+            seed: options.seed,
+            time: Duration::from_secs_f64(60.0 * options.minutes),
+            most_cases: options.cases,
+            out: options.out.clone(),
+        };
+        campaign::run(subject, &mut worker, &plan)?
+    };
+    Ok(if failures.is_empty() { Verdict::Passed } else { Verdict::Failed })
+}

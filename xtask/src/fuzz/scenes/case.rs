@@ -1,0 +1,187 @@
+//! A scene, the stretches of time for which it runs, and the edits between them.
+
+use carom::engine::{
+    EditError, ElasticitySpec, MoleculeSpec, Rotation, Scene, Scheduler, Simulation, WallSpec,
+};
+use serde::{Deserialize, Serialize};
+
+/// A case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Case {
+    /// What kind of scene it is.
+    pub class: String,
+    /// Seed of the moments between events at which all pairs are looked at.
+    pub seed: u64,
+    /// What runs, and what is changed afterwards.
+    pub stretch: Vec<Stretch>,
+    /// The scene at the start.
+    pub scene: Scene,
+}
+
+/// A stretch of time, and the edits at its end.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Stretch {
+    /// How long it is (time).
+    pub duration: f64,
+    /// What is changed at its end.
+    #[serde(default)]
+    pub edits: Vec<Edit>,
+}
+
+/// A change of the system. Bodies are numbered in the order in which the system has them at that
+/// time, modulo their number.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Edit {
+    /// Adds a molecule.
+    Add(Box<MoleculeSpec>),
+    /// Adds a wall.
+    AddWall(WallSpec),
+    /// Removes a body.
+    Remove(usize),
+    /// Sets the energy of a body to so many times that of the first body that moves.
+    Energy(usize, f64),
+    /// Reverses all velocities.
+    Reverse,
+    /// Locks the orientation of a body.
+    Lock(usize),
+    /// Frees it.
+    Free(usize),
+    /// Sets the rules of elasticity.
+    Elasticity(ElasticitySpec),
+    /// Tags a body.
+    Tag(usize, String),
+    /// Removes a tag.
+    Untag(usize, String),
+}
+
+impl Edit {
+    /// Makes the change.
+    ///
+    /// # Errors
+    /// The system refuses it.
+    pub fn apply<D, R, S>(&self, simulation: &mut Simulation<D, R, S>) -> Result<(), EditError>
+    where
+        D: carom_detection::Detection,
+        R: carom::response::Response,
+        S: Scheduler,
+    {
+        let key = |index: usize| {
+            let view = simulation.view();
+            let count = view.len().max(1);
+            view.bodies().nth(index % count).map(|body| body.body.key()).unwrap_or_default()
+        };
+        match self {
+            Self::Add(spec) => simulation.add(spec).map(|_| ()),
+            Self::AddWall(spec) => simulation.add_wall(spec).map(|_| ()),
+            Self::Remove(index) => simulation.remove(key(*index)),
+            Self::Energy(index, factor) => {
+                let energies = simulation.view().bodies().map(|body| body.energy()).collect::<Vec<_>>();
+                let energy = energies.into_iter().find(|&energy| energy > 0.0).unwrap_or(1.0);
+                simulation.reset_energy(key(*index), factor * energy)
+            }
+            Self::Reverse => {
+                simulation.reverse();
+                Ok(())
+            }
+            Self::Lock(index) => simulation.set_rotation(key(*index), Rotation::Locked),
+            Self::Free(index) => simulation.set_rotation(key(*index), Rotation::Free),
+            Self::Elasticity(spec) => simulation.set_elasticity(spec),
+            Self::Tag(index, name) => simulation.tag(key(*index), name).map(|_| ()),
+            Self::Untag(index, name) => simulation.untag(key(*index), name),
+        }
+    }
+}
+
+impl Case {
+    /// Cases with fewer stretches, edits and bodies, or with simpler numbers.
+    pub fn simpler(&self) -> Vec<Self> {
+        let mut list = Vec::new();
+        let mut with = |change: &dyn Fn(&mut Self)| {
+            let mut case = self.clone();
+            change(&mut case);
+            if case != *self {
+                list.push(case);
+            }
+        };
+        for count in 1..self.stretch.len() {
+            with(&|case| case.stretch.truncate(count));
+        }
+        for index in 0..self.stretch.len() {
+            with(&|case| case.stretch[index].edits.clear());
+            for edit in 0..self.stretch[index].edits.len() {
+                with(&|case| {
+                    case.stretch[index].edits.remove(edit);
+                });
+            }
+        }
+        let count = self.scene.molecule.len();
+        for width in [count / 2, count / 4, 1] {
+            for begin in (0..count).step_by(width.max(1)) {
+                with(&|case| {
+                    case.scene.molecule.drain(begin..(begin + width).min(count));
+                });
+            }
+        }
+        for index in 0..self.scene.bumper.len() {
+            with(&|case| {
+                case.scene.bumper.remove(index);
+            });
+        }
+        for index in 0..self.scene.wall.len() {
+            with(&|case| {
+                case.scene.wall.remove(index);
+            });
+        }
+        with(&|case| case.scene.gas.clear());
+        for index in 0..self.scene.gas.len() {
+            with(&|case| case.scene.gas[index].count = case.scene.gas[index].count.map(|count| count / 2));
+        }
+        with(&|case| case.scene.elasticity.pair.clear());
+        with(&|case| case.scene.elasticity.contact_time = ElasticitySpec::default().contact_time);
+        with(&|case| case.scene.elasticity.default = 1.0);
+        for factor in [0.1, 0.5, 0.8, 0.95] {
+            with(&|case| {
+                if let Some(last) = case.stretch.last_mut() {
+                    last.duration = shortened(factor * last.duration, 2);
+                }
+            });
+        }
+        for index in 0..count {
+            with(&|case| case.scene.molecule[index].tags.clear());
+            with(&|case| case.scene.molecule[index].angular_velocity = 0.0);
+            with(&|case| case.scene.molecule[index].velocity = [0.0; 2]);
+            with(&|case| case.scene.molecule[index].orientation_turns = None);
+            for digits in [1, 3] {
+                with(&|case| {
+                    let molecule = &mut case.scene.molecule[index];
+                    for number in [&mut molecule.at, &mut molecule.velocity].into_iter().flatten() {
+                        *number = shortened(*number, digits);
+                    }
+                });
+                with(&|case| {
+                    let molecule = &mut case.scene.molecule[index];
+                    molecule.angular_velocity = shortened(molecule.angular_velocity, digits);
+                    molecule.orientation_turns =
+                        molecule.orientation_turns.map(|turns| shortened(turns, digits));
+                    molecule.atom_radius = molecule.atom_radius.map(|radius| shortened(radius, digits));
+                    molecule.atom_mass = molecule.atom_mass.map(|mass| shortened(mass, digits));
+                });
+            }
+            for atom in 0..self.scene.molecule[index].atoms.len() {
+                with(&|case| {
+                    case.scene.molecule[index].atoms.remove(atom);
+                });
+            }
+        }
+        list
+    }
+}
+
+/// `x` to so many decimal digits after the first.
+fn shortened(x: f64, digits: usize) -> f64 {
+    if x == 0.0 || !x.is_finite() {
+        return x;
+    }
+    format!("{x:.digits$e}").parse().unwrap_or(x)
+}

@@ -1,0 +1,177 @@
+//! The laws of a contact, checked on a report by plain formulas: gap 0, restitution, momentum,
+//! torque, energy, no friction.
+
+use carom::engine::{CollisionReport, Side};
+
+use super::kinematics::{
+    Outline, Pair, Part, Placed, Touch, along, cross, dot, length, smallest_gap, touch_in_image,
+};
+use crate::fuzz::subject::{Report, exceeds};
+
+/// Half the distance from 1 to the next float.
+const U: f64 = 0.5 * f64::EPSILON;
+
+/// A body of a contact as the fuzzer knows it.
+#[derive(Debug, Clone, Copy)]
+pub struct Body<'a> {
+    /// Its shape.
+    pub outline: &'a Outline,
+    /// Where it is at the instant of the contact.
+    pub placed: Placed,
+    /// Bound on how far its place may be off, arms included (length).
+    pub error: f64,
+}
+
+/// What a contact must comply with.
+#[derive(Debug, Clone, Copy)]
+pub struct Rules {
+    /// Sides of the box (length).
+    pub sides: Pair,
+    /// Bound on the gap of a contact, where all places are exact (length).
+    pub gap: f64,
+    /// The elasticity that the rules of the scene give.
+    pub elasticity: f64,
+    /// Whether the guard against inelastic collapse may raise it.
+    pub guarded: bool,
+}
+
+/// How hard a contact is.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Measured {
+    /// Speed of approach (length per time).
+    pub approach: f64,
+    /// Speeds of the two bodies and their rims together (length per time).
+    pub speed: f64,
+    /// Distance of the centres (length).
+    pub distance: f64,
+    /// Energy lost (mass × length² / time²).
+    pub lost: f64,
+}
+
+/// Checks a reported contact.
+pub fn check(
+    contact: &CollisionReport<'_>,
+    bodies: [Body<'_>; 2],
+    rules: &Rules,
+    report: &mut Report,
+) -> Measured {
+    let sides = &contact.sides;
+    let part = |side: &Side<'_>| side.atom.map_or(Part::Face, |atom| Part::Atom(atom as usize));
+    let [a, b] = &bodies;
+    let place = |axis: usize| {
+        let [first, second] = [&sides[0].before, &sides[1].before].map(|motion| motion.position[axis]);
+        (second - first) + contact.image[axis] as f64 * rules.sides[axis]
+    };
+    let separation = [place(0), place(1)];
+    let touch = touch_in_image(
+        (a.outline, &a.placed, part(&sides[0])),
+        (b.outline, &b.placed, part(&sides[1])),
+        rules.sides,
+        // Through a narrow box two bodies may touch in two images at once.
+        separation,
+    );
+    let Some(touch) = touch else {
+        report.fail("gap", format!("bodies out of reach are said to touch: {contact:?}"));
+        return Measured::default();
+    };
+    let error = a.error + b.error;
+    let bound = rules.gap + error;
+    report.keep_worst("gap/bound", touch.gap.abs() / bound);
+    if exceeds(touch.gap.abs(), bound) {
+        report.fail("gap", format!("{:e} at a contact, allowed is {bound:e}; {contact:?}", touch.gap));
+    }
+    let least = smallest_gap((a.outline, &a.placed), (b.outline, &b.placed), rules.sides);
+    if exceeds(-least, bound) {
+        report.fail("gap", format!("{least:e} at a contact of other parts, allowed is {bound:e}"));
+    }
+    check_impulse(contact, &touch, rules, bound, report)
+}
+
+fn rate(side: &Side<'_>, arm: Pair, after: bool) -> Pair {
+    let motion = if after { &side.after } else { &side.before };
+    let spin = motion.angular_velocity;
+    along(motion.velocity.to_array(), spin, [-arm[1], arm[0]])
+}
+
+fn energy(side: &Side<'_>, after: bool) -> f64 {
+    let motion = if after { &side.after } else { &side.before };
+    let inertia = side.body.inertia();
+    let mut energy = 0.0;
+    if inertia.inverse_mass > 0.0 {
+        energy += 0.5 / inertia.inverse_mass * dot(motion.velocity.to_array(), motion.velocity.to_array());
+    }
+    if inertia.inverse_moment > 0.0 {
+        energy += 0.5 / inertia.inverse_moment * motion.angular_velocity * motion.angular_velocity;
+    }
+    energy
+}
+
+fn check_impulse(
+    contact: &CollisionReport<'_>,
+    touch: &Touch,
+    rules: &Rules,
+    place_error: f64,
+    report: &mut Report,
+) -> Measured {
+    let sides = &contact.sides;
+    let impulse = contact.impulse.to_array();
+    let size = length(impulse);
+    let normal_error = 32.0 * U + 2.0 * place_error / touch.distance;
+    let (mut speed, mut spins, mut inverse_mass) = (0.0, 0.0, 0.0);
+    for (side, (sign, arm)) in sides.iter().zip([(-1.0, touch.arms[0]), (1.0, touch.arms[1])]) {
+        let inertia = side.body.inertia();
+        let [before, after] = [&side.before, &side.after].map(|motion| motion.velocity.to_array());
+        let change = along(after, -1.0, before);
+        let expected = [sign * inertia.inverse_mass * impulse[0], sign * inertia.inverse_mass * impulse[1]];
+        let speeds = length(before) + length(after);
+        if exceeds(length(along(change, -1.0, expected)), 32.0 * U * (speeds + length(expected))) {
+            report.fail("momentum", format!("velocity changes by {change:?}, not by {expected:?}"));
+        }
+        let turned = side.after.angular_velocity - side.before.angular_velocity;
+        let torque = sign * inertia.inverse_moment * cross(arm, impulse);
+        let spin = side.after.angular_velocity.abs() + side.before.angular_velocity.abs();
+        let arm_length = length(arm);
+        let allowed = 32.0 * U * spin + inertia.inverse_moment * size * (place_error + 32.0 * U * arm_length);
+        if exceeds((turned - torque).abs(), allowed) {
+            report.fail("torque", format!("spin changes by {turned:e}, not by {torque:e}"));
+        }
+        speed += speeds + spin * arm_length;
+        spins += spin;
+        let lever = cross(arm, touch.normal);
+        inverse_mass += inertia.inverse_mass + inertia.inverse_moment * lever * lever;
+    }
+    if exceeds(cross(impulse, touch.normal).abs(), size * normal_error) {
+        report.fail("friction", format!("impulse {impulse:?} is not along the normal {:?}", touch.normal));
+    }
+    let parts = dot(impulse, touch.normal);
+    if parts.is_nan() || parts <= 0.0 {
+        report.fail("impulse", format!("impulse {impulse:?} does not part the bodies"));
+    }
+    let relative = |after: bool| {
+        along(rate(&sides[1], touch.arms[1], after), -1.0, rate(&sides[0], touch.arms[0], after))
+    };
+    let (before, after) = (relative(false), relative(true));
+    let (approach, parting) = (-dot(before, touch.normal), dot(after, touch.normal));
+    let rate_error = normal_error * (length(before) + length(after)) + place_error * spins + 64.0 * U * speed;
+    let elasticity = contact.elasticity.coefficient();
+    let highest = if rules.guarded { rules.elasticity.max(1.0) } else { rules.elasticity };
+    if !(rules.elasticity..=highest).contains(&elasticity) {
+        report.fail("elasticity", format!("{elasticity} holds, the rules say {}", rules.elasticity));
+    }
+    if exceeds(-approach, rate_error) {
+        report.fail("approach", format!("bodies that part with {:e} are said to meet", -approach));
+    }
+    if exceeds((parting - elasticity * approach).abs(), (1.0 + elasticity) * rate_error) {
+        report.fail("restitution", format!("approach {approach:e}, parting {parting:e}, e = {elasticity}"));
+    }
+    let [before, after] = [false, true].map(|after| energy(&sides[0], after) + energy(&sides[1], after));
+    let expected = 0.5 * (1.0 - elasticity * elasticity) / inverse_mass * approach * approach;
+    let allowed = 64.0 * U * (before + after) + 4.0 * size * (1.0 + elasticity) * rate_error;
+    // Below this, squares of speeds have lost their digits.
+    let resolved = before.max(after) > 1e-280;
+    if resolved && exceeds(((before - after) - expected).abs(), allowed) {
+        report
+            .fail("energy", format!("falls by {:e}, not by {expected:e}, e = {elasticity}", before - after));
+    }
+    Measured { approach, speed, distance: touch.distance, lost: before - after }
+}

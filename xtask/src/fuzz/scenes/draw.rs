@@ -1,0 +1,408 @@
+//! Random scenes: bodies of all kinds, walls, elasticities, scales, and edits between stretches.
+
+use carom::engine::{
+    AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Rotation, Scene, WallSpec,
+};
+use carom_geometry::{Atom, Molecule, Shape};
+use glam::DVec2;
+
+use super::{
+    case::{Case, Edit, Stretch},
+    kinematics::{Outline, Pair, Placed, along, smallest_gap},
+};
+use crate::fuzz::{detection::case::exp2, random::Draw};
+
+/// Tries to place one body.
+const TRIES: usize = 60;
+
+/// Tags that bodies may carry.
+const TAGS: [&str; 3] = ["a", "b", "c"];
+
+/// A body that has been placed.
+struct Standing {
+    outline: Outline,
+    placed: Placed,
+}
+
+/// A scene that is being put together, in units of the box's width.
+struct Sketch {
+    sides: Pair,
+    standing: Vec<Standing>,
+    scene: Scene,
+}
+
+/// The case of a seed.
+pub fn draw(seed: u64) -> Case {
+    let draw = &mut Draw::new(seed);
+    let class = draw.one_of(&[
+        "mixture",
+        "mixture",
+        "mixture",
+        "mixture",
+        "close bodies",
+        "close bodies",
+        "long run of few",
+        "superelastic",
+        "discs",
+        "discs",
+        "walls",
+        "walls",
+    ]);
+    let aspect = draw.between(0.3, 2.0);
+    let mut sketch = Sketch { sides: [1.0, aspect], standing: Vec::new(), scene: Scene::default() };
+    sketch.scene.bounds.sides = sketch.sides;
+    sketch.scene.bounds.seed = draw.bits() >> 1;
+    if class == "walls" || draw.happens(0.15) {
+        for _ in 0..draw.integer(1, 4) {
+            sketch.wall(draw);
+        }
+    }
+    let count = match class {
+        "long run of few" => draw.integer(2, 3),
+        "close bodies" => draw.integer(2, 8),
+        "discs" => draw.integer(10, 40),
+        _ => draw.integer(2, 40),
+    };
+    let size = draw.scale(0.15, 0.5) * (aspect / count as f64).sqrt();
+    for _ in 0..count {
+        let close = class == "close bodies" || (class == "long run of few" && draw.happens(0.5));
+        sketch.body(draw, class, size, close);
+    }
+    if class == "discs" && draw.happens(0.5) {
+        sketch.scene.gas.push(GasSpec {
+            tags: vec!["a".to_owned()],
+            radius: Some(draw.scale(0.1, 0.5) * size),
+            mass: Some(draw.scale(0.1, 10.0)),
+            energy: draw.scale(1e-3, 1.0),
+            count: Some(draw.integer(1, 30) as usize),
+            ..GasSpec::default()
+        });
+    }
+    sketch.scene.elasticity = elasticity(draw, class);
+    let stretch = stretches(draw, class, &sketch);
+    let mut case = Case { class: class.to_owned(), seed: draw.bits() >> 1, stretch, scene: sketch.scene };
+    scale(draw, &mut case);
+    case
+}
+
+fn tags(draw: &mut Draw) -> Vec<String> {
+    let mut tags: Vec<String> =
+        TAGS.iter().filter(|_| draw.happens(0.25)).map(|&tag| tag.to_owned()).collect();
+    tags.dedup();
+    tags
+}
+
+fn elasticity(draw: &mut Draw, class: &str) -> ElasticitySpec {
+    let default = match class {
+        "superelastic" => draw.scale(1.0, 1e6),
+        "long run of few" => draw.one_of(&[0.0, 1e-3, 0.5, 1.0]),
+        _ => draw.one_of(&[1.0, 1.0, 1.0, 1.0, 0.0, 1e-3, 0.5, 0.9, 1.1]),
+    };
+    let mut spec = ElasticitySpec { default, ..ElasticitySpec::default() };
+    if draw.happens(0.2) {
+        spec.contact_time = draw.scale(1e-5, 1.0);
+    }
+    if draw.happens(0.2) {
+        let between = vec!["a".to_owned(), "b".to_owned()];
+        spec.pair.push(ElasticityRule { between, coefficient: draw.one_of(&[0.0, 0.5, 1.0, 1.2]) });
+    }
+    if draw.happens(0.2) {
+        let between = vec!["c".to_owned()];
+        spec.pair.push(ElasticityRule { between, coefficient: draw.one_of(&[0.0, 0.8, 1.0]) });
+    }
+    spec
+}
+
+/// A molecule of any kind, of about this radius, as a scene describes it.
+fn molecule(draw: &mut Draw, class: &str, radius: f64) -> Option<(Molecule, MoleculeSpec)> {
+    let radius = radius * draw.scale(0.3, 1.5);
+    // A few reach over most of the box.
+    let radius = if class == "mixture" && draw.happens(0.03) { 0.12 } else { radius };
+    let mass = draw.scale(0.1, 10.0);
+    let kind = if class == "discs" || draw.happens(0.3) { 0 } else { draw.integer(0, 6) };
+    let shape = match kind {
+        0 => Shape::Disc,
+        1 => Shape::Dumbbell,
+        2 => Shape::Tee,
+        3 => Shape::Rod(draw.integer(2, 9) as usize),
+        4 => Shape::Ring(draw.integer(3, 12) as usize),
+        5 => Shape::Cross,
+        _ => return blob(draw, radius, mass),
+    };
+    let atom_radius = if kind == 0 { radius } else { 0.5 * radius };
+    let spec = MoleculeSpec {
+        shape: Some(shape.to_string()),
+        atom_radius: Some(atom_radius),
+        atom_mass: Some(mass),
+        ..MoleculeSpec::default()
+    };
+    Some((Molecule::named(shape, atom_radius, mass).ok()?, spec))
+}
+
+/// Atoms at random places, of random radii and masses.
+fn blob(draw: &mut Draw, radius: f64, mass: f64) -> Option<(Molecule, MoleculeSpec)> {
+    let count = draw.integer(2, 18);
+    let atoms: Vec<AtomSpec> = (0..count)
+        .map(|_| AtomSpec {
+            at: [draw.between(-1.0, 1.0) * radius, draw.between(-1.0, 1.0) * radius],
+            radius: draw.scale(0.05, 0.6) * radius,
+            mass: draw.scale(0.1, 1.0) * mass,
+        })
+        .collect();
+    let built = atoms.iter().map(|atom| Atom::new(DVec2::from(atom.at), atom.radius, atom.mass));
+    let molecule = Molecule::new(built.collect::<Result<Vec<_>, _>>().ok()?).ok()?;
+    Some((molecule, MoleculeSpec { atoms, ..MoleculeSpec::default() }))
+}
+
+/// Velocity and spin at a temperature of about 1.
+fn move_it(draw: &mut Draw, molecule: &Molecule, spec: &mut MoleculeSpec) {
+    if spec.fixed {
+        return;
+    }
+    let thermal = 1.0 / molecule.mass().sqrt();
+    if !draw.happens(0.1) {
+        spec.velocity = [draw.normal() * thermal, draw.normal() * thermal];
+    }
+    let turns = !molecule.is_disc() && spec.rotation == Rotation::Free;
+    if turns && !draw.happens(0.2) {
+        let fast = if draw.happens(0.03) { draw.scale(1.0, 1e3) } else { 1.0 };
+        spec.angular_velocity = fast * draw.normal() / molecule.moment_of_inertia().sqrt();
+    }
+}
+
+impl Sketch {
+    fn anywhere(&self, draw: &mut Draw) -> Pair {
+        [draw.between(0.0, self.sides[0]), draw.between(0.0, self.sides[1])]
+    }
+
+    /// A wall of any kind: across the box, or between two points that may lie beyond its borders;
+    /// thin or thick.
+    fn wall(&mut self, draw: &mut Draw) {
+        let radius = if draw.happens(0.5) { 0.0 } else { draw.scale(1e-4, 0.02) };
+        let mut spec = WallSpec { tags: tags(draw), radius, ..WallSpec::default() };
+        let (middle, half) = match draw.index(5) {
+            0 => {
+                let x = draw.between(0.0, self.sides[0]);
+                spec.x = Some(x);
+                ([x, 0.5 * self.sides[1]], [0.0, 0.5 * self.sides[1]])
+            }
+            1 => {
+                let y = draw.between(0.0, self.sides[1]);
+                spec.y = Some(y);
+                ([0.5 * self.sides[0], y], [0.5 * self.sides[0], 0.0])
+            }
+            _ => {
+                let from = self.anywhere(draw);
+                let far = if draw.happens(0.2) { 1.5 } else { 0.4 };
+                let mut to = [0, 1].map(|axis| from[axis] + far * draw.between(-1.0, 1.0) * self.sides[axis]);
+                match draw.index(6) {
+                    0 => to[0] = from[0],
+                    1 => to[1] = from[1],
+                    // It ends on the border, and meets its image there.
+                    2 => to[0] = self.sides[0],
+                    _ => {}
+                }
+                (spec.from, spec.to) = (Some(from), Some(to));
+                ([0, 1].map(|k| 0.5 * (from[k] + to[k])), [0, 1].map(|k| 0.5 * (to[k] - from[k])))
+            }
+        };
+        let ends = vec![([-half[0], -half[1]], radius), (half, radius)];
+        let reach = half[0].hypot(half[1]) + radius;
+        self.scene.wall.push(spec);
+        self.standing.push(Standing {
+            outline: Outline { atoms: ends, face: Some((half, radius)), reach, thickness: radius },
+            placed: Placed { place: middle, rotation: [1.0, 0.0] },
+        });
+    }
+
+    /// Smallest gap to all that stands already, and to the body's own images.
+    fn gap(&self, outline: &Outline, placed: &Placed) -> f64 {
+        let room = self.sides[0].min(self.sides[1]) - 2.0 * outline.reach;
+        self.standing
+            .iter()
+            .map(|other| smallest_gap((outline, placed), (&other.outline, &other.placed), self.sides))
+            .fold(room, f64::min)
+    }
+
+    /// A body where there is room for it; close to the last one if that is asked for.
+    fn body(&mut self, draw: &mut Draw, class: &str, size: f64, close: bool) {
+        let Some((molecule, mut spec)) = molecule(draw, class, size) else { return };
+        let outline = Outline::of(&molecule);
+        let turns = draw.between(-0.5, 0.5);
+        let (sin, cos) = libm::sincos(turns * std::f64::consts::TAU);
+        let at = |place: Pair| Placed { place, rotation: [cos, sin] };
+        let mut found = None;
+        if close && let Some(last) = self.standing.last() {
+            let (origin, reach) = (last.placed.place, last.outline.reach + outline.reach);
+            let direction = draw.direction().to_array();
+            // From 0 in the last body to where the circles are apart; the gap is a rounding to
+            // 1e-9.
+            let wanted = if draw.happens(0.1) { 0.0 } else { draw.scale(1e-17, 1e-9) };
+            let (mut near, mut far) = (0.0, 1.01 * reach);
+            for _ in 0..80 {
+                let middle = 0.5 * (near + far);
+                let gap = self.gap(&outline, &at(along(origin, middle, direction)));
+                if gap < wanted { near = middle } else { far = middle }
+            }
+            let place = along(origin, far, direction);
+            if self.gap(&outline, &at(place)) >= wanted {
+                found = Some(place);
+            }
+        }
+        for _ in 0..TRIES {
+            if found.is_some() {
+                break;
+            }
+            let place = self.anywhere(draw);
+            if self.gap(&outline, &at(place)) > 1e-12 {
+                found = Some(place);
+            }
+        }
+        let Some(place) = found else { return };
+        let placed = at(place);
+        let disc = molecule.is_disc();
+        if disc && !close && draw.happens(0.1) {
+            let radius = outline.atoms[0].1;
+            self.scene.bumper.push(BumperSpec { tags: tags(draw), radius, at: place });
+            self.standing.push(Standing { outline, placed });
+            return;
+        }
+        spec.tags = tags(draw);
+        spec.at = place;
+        if !disc {
+            spec.orientation_turns = Some(turns);
+        }
+        spec.fixed = draw.happens(0.08);
+        if !disc && draw.happens(0.15) {
+            spec.rotation = Rotation::Locked;
+        }
+        move_it(draw, &molecule, &mut spec);
+        if class == "long run of few" && draw.happens(0.5) {
+            // Aimed at the first one, head on or nearly so.
+            if let Some(first) = self.standing.first() {
+                let way = along(first.placed.place, -1.0, place);
+                let speed = draw.between(0.5, 2.0);
+                spec.velocity = [speed * way[0], speed * way[1]];
+                if spec.fixed {
+                    spec.velocity = [0.0; 2];
+                }
+            }
+        }
+        self.scene.molecule.push(spec);
+        self.standing.push(Standing { outline, placed });
+    }
+}
+
+fn stretches(draw: &mut Draw, class: &str, sketch: &Sketch) -> Vec<Stretch> {
+    if class == "long run of few" {
+        return vec![Stretch { duration: draw.scale(1e2, 1e4), edits: vec![] }];
+    }
+    let count = if draw.happens(0.5) { 1 } else { draw.integer(2, 5) };
+    (0..count)
+        .map(|index| Stretch {
+            duration: draw.scale(0.05, 2.0),
+            edits: if index + 1 < count {
+                (0..draw.integer(1, 2)).map(|_| edit(draw, sketch)).collect()
+            } else {
+                vec![]
+            },
+        })
+        .collect()
+}
+
+fn edit(draw: &mut Draw, sketch: &Sketch) -> Edit {
+    let body = draw.index(64);
+    match draw.index(11) {
+        0 | 1 => {
+            let added = molecule(draw, "added", 0.03);
+            match added {
+                Some((molecule, mut spec)) => {
+                    spec.at = sketch.anywhere(draw);
+                    spec.tags = tags(draw);
+                    move_it(draw, &molecule, &mut spec);
+                    Edit::Add(Box::new(spec))
+                }
+                None => Edit::Reverse,
+            }
+        }
+        2 => {
+            let from = sketch.anywhere(draw);
+            let to = [from[0] + draw.between(-0.3, 0.3), from[1] + draw.between(-0.3, 0.3)];
+            Edit::AddWall(WallSpec { from: Some(from), to: Some(to), ..WallSpec::default() })
+        }
+        3 => Edit::Remove(body),
+        4 => Edit::Energy(body, draw.scale(1e-3, 1e3)),
+        5 => Edit::Reverse,
+        6 => Edit::Lock(body),
+        7 => Edit::Free(body),
+        8 => {
+            let class = draw.one_of(&["mixture", "superelastic"]);
+            let mut spec = elasticity(draw, class);
+            spec.default = spec.default.min(2.0);
+            Edit::Elasticity(spec)
+        }
+        9 => Edit::Tag(body, draw.one_of(&TAGS).to_owned()),
+        _ => Edit::Untag(body, draw.one_of(&TAGS).to_owned()),
+    }
+}
+
+/// Multiplies lengths, speeds and masses by powers of two: mostly 1, else up to 1e30 either way,
+/// and now and then the largest lengths and the least speeds that are accepted.
+fn scale(draw: &mut Draw, case: &mut Case) {
+    let [length, speed, mass] = if draw.happens(0.5) {
+        [0, 0, 0]
+    } else if draw.happens(0.06) {
+        [draw.integer(0, 166), draw.integer(-199, 0), 0]
+    } else {
+        [draw.integer(-100, 100), draw.integer(-100, 100), draw.integer(-60, 60)]
+    }
+    .map(|exponent| exp2(exponent as i32));
+    let time = length / speed;
+    let (scene, stretches) = (&mut case.scene, &mut case.stretch);
+    scale_scene(scene, length, speed, mass);
+    for stretch in stretches {
+        stretch.duration *= time;
+        for edit in &mut stretch.edits {
+            match edit {
+                Edit::Add(spec) => scale_molecule(spec, length, speed, mass),
+                Edit::AddWall(spec) => scale_wall(spec, length),
+                _ => {}
+            }
+        }
+    }
+}
+
+fn scale_scene(scene: &mut Scene, length: f64, speed: f64, mass: f64) {
+    scene.bounds.sides = scene.bounds.sides.map(|side| side * length);
+    scene.molecule.iter_mut().for_each(|spec| scale_molecule(spec, length, speed, mass));
+    scene.wall.iter_mut().for_each(|spec| scale_wall(spec, length));
+    for bumper in &mut scene.bumper {
+        bumper.radius *= length;
+        bumper.at = bumper.at.map(|x| x * length);
+    }
+    for gas in &mut scene.gas {
+        gas.radius = gas.radius.map(|radius| radius * length);
+        gas.mass = gas.mass.map(|one| one * mass);
+        gas.energy *= mass * speed * speed;
+    }
+}
+
+fn scale_molecule(spec: &mut MoleculeSpec, length: f64, speed: f64, mass: f64) {
+    spec.at = spec.at.map(|x| x * length);
+    spec.velocity = spec.velocity.map(|v| v * speed);
+    spec.angular_velocity *= speed / length;
+    spec.atom_radius = spec.atom_radius.map(|radius| radius * length);
+    spec.atom_mass = spec.atom_mass.map(|one| one * mass);
+    for atom in &mut spec.atoms {
+        atom.at = atom.at.map(|x| x * length);
+        atom.radius *= length;
+        atom.mass *= mass;
+    }
+}
+
+fn scale_wall(spec: &mut WallSpec, length: f64) {
+    let scaled = |point: Option<Pair>| point.map(|point| point.map(|x| x * length));
+    (spec.from, spec.to) = (scaled(spec.from), scaled(spec.to));
+    (spec.x, spec.y) = (spec.x.map(|x| x * length), spec.y.map(|y| y * length));
+    spec.radius *= length;
+}

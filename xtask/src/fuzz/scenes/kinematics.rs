@@ -1,0 +1,338 @@
+//! Where bodies are between reported events, and how far they are apart: written out anew, in
+//! double the digits for places.
+//!
+//! Nothing here comes from the layers under test but plain data: offsets and radii of atoms, the
+//! halves of walls, and the states that a report gives. A state is carried on from its own time,
+//! not from the motions that the engine keeps.
+
+use carom_geometry::Molecule;
+use carom_kinematics::{Instant, Motion};
+
+use crate::oracle::{DoubleDouble, Number as _};
+
+/// Two numbers: a place, a velocity, or a cosine and sine.
+pub type Pair = [f64; 2];
+
+/// A body's state at some time.
+#[derive(Debug, Clone, Copy)]
+pub struct State {
+    /// When.
+    pub time: Instant,
+    /// Place of the centre of mass (length).
+    pub place: Pair,
+    /// Its velocity (length per time).
+    pub velocity: Pair,
+    /// Orientation (turns).
+    pub turns: f64,
+    /// Angular velocity (radians per time).
+    pub spin: f64,
+}
+
+/// Where a body is at one time.
+#[derive(Debug, Clone, Copy)]
+pub struct Placed {
+    /// Place of the centre of mass, in the box (length).
+    pub place: Pair,
+    /// Cosine and sine of its orientation.
+    pub rotation: Pair,
+}
+
+/// What of a shape matters for distances.
+#[derive(Debug, Clone)]
+pub struct Outline {
+    /// Offset and radius of each atom (length).
+    pub atoms: Vec<(Pair, f64)>,
+    /// Of a wall: from its middle to its second end, and half its thickness (length).
+    pub face: Option<(Pair, f64)>,
+    /// Nothing of the body is farther from its centre (length).
+    pub reach: f64,
+    /// Nor from its centre, or, of a wall, from its face (length).
+    pub thickness: f64,
+}
+
+/// Which part of a body: an atom, or the face of a wall.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// An atom, by index.
+    Atom(usize),
+    /// The face.
+    Face,
+}
+
+/// How two parts lie to each other.
+#[derive(Debug, Clone, Copy)]
+pub struct Touch {
+    /// Distance of their surfaces (length); negative where they overlap.
+    pub gap: f64,
+    /// Unit vector from the first to the second.
+    pub normal: Pair,
+    /// Distance of the centres of two atoms, or of a centre and the face (length).
+    pub distance: f64,
+    /// From the centre of mass of each body to its atom; of a wall, 0 (length).
+    pub arms: [Pair; 2],
+}
+
+/// The scalar product.
+pub fn dot(a: Pair, b: Pair) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// a_x b_y − a_y b_x.
+pub fn cross(a: Pair, b: Pair) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// a + f b.
+pub fn along(a: Pair, factor: f64, b: Pair) -> Pair {
+    [a[0] + factor * b[0], a[1] + factor * b[1]]
+}
+
+/// The length of a vector.
+pub fn length(a: Pair) -> f64 {
+    a[0].hypot(a[1])
+}
+
+/// A vector turned by an angle whose cosine and sine are given.
+pub fn rotated([x, y]: Pair, [cos, sin]: Pair) -> Pair {
+    [x * cos - y * sin, x * sin + y * cos]
+}
+
+/// From one instant to a later one, in double the digits (time).
+fn duration(from: Instant, to: Instant) -> DoubleDouble {
+    let part = |to: f64, from: f64| DoubleDouble::new(to).minus(&DoubleDouble::new(from));
+    part(to.epoch(), from.epoch())
+        .plus(&part(to.epoch_low(), from.epoch_low()))
+        .plus(&part(to.offset(), from.offset()))
+}
+
+impl State {
+    /// The state of a motion at the time for which it holds.
+    pub fn of(motion: &Motion, time: Instant) -> Self {
+        Self {
+            time,
+            place: motion.position.to_array(),
+            velocity: motion.velocity.to_array(),
+            turns: motion.orientation.turns(),
+            spin: motion.angular_velocity,
+        }
+    }
+
+    /// Where the body is at another time if nothing happens, in a box of these sides.
+    pub fn at(&self, time: Instant, sides: Pair) -> Placed {
+        let duration = duration(self.time, time);
+        let coordinate = |axis: usize| {
+            let path = DoubleDouble::new(self.velocity[axis]).times(&duration);
+            let place = DoubleDouble::new(self.place[axis]).plus(&path);
+            let boxes = (place.value() / sides[axis]).floor();
+            place.minus(&DoubleDouble::new(boxes).times(&DoubleDouble::new(sides[axis]))).value()
+        };
+        let rotation = DoubleDouble::cos_sin(self.turns, self.spin, &duration).map(|number| number.value());
+        Placed { place: [coordinate(0), coordinate(1)], rotation }
+    }
+
+    /// How far the body turns until then (radians).
+    pub fn angle_until(&self, time: Instant) -> f64 {
+        (self.spin * duration(self.time, time).value()).abs()
+    }
+}
+
+impl Outline {
+    /// The outline of a molecule or a wall.
+    pub fn of(molecule: &Molecule) -> Self {
+        let atoms: Vec<(Pair, f64)> =
+            molecule.atoms().iter().map(|atom| (atom.offset().to_array(), atom.radius())).collect();
+        let face =
+            molecule.face().map(|face| ((face.half_length() * face.along()).to_array(), face.radius()));
+        let of_atoms = atoms.iter().map(|(offset, radius)| length(*offset) + radius).fold(0.0, f64::max);
+        let (reach, thickness) = match face {
+            Some((half, radius)) => (length(half) + radius, radius),
+            None => (of_atoms, of_atoms),
+        };
+        Self { atoms, face, reach, thickness }
+    }
+
+    /// Radius of the smallest atom; infinite for a wall (length).
+    pub fn smallest(&self) -> f64 {
+        self.atoms.iter().map(|(_, radius)| *radius).fold(f64::INFINITY, f64::min)
+    }
+
+    fn parts(&self) -> impl Iterator<Item = Part> + '_ {
+        (0..self.atoms.len()).map(Part::Atom).chain(self.face.map(|_| Part::Face))
+    }
+}
+
+/// How a part of A and a part of B lie to each other, where B is `separation` away from A; none for
+/// two faces.
+fn touch(
+    (a, turn_a, part_a): (&Outline, Pair, Part),
+    (b, turn_b, part_b): (&Outline, Pair, Part),
+    separation: Pair,
+) -> Option<Touch> {
+    match (part_a, part_b) {
+        (Part::Atom(i), Part::Atom(j)) => {
+            let ((offset_a, radius_a), (offset_b, radius_b)) = (a.atoms[i], b.atoms[j]);
+            let arms = [rotated(offset_a, turn_a), rotated(offset_b, turn_b)];
+            let d = along(along(separation, 1.0, arms[1]), -1.0, arms[0]);
+            let distance = length(d);
+            let normal = [d[0] / distance, d[1] / distance];
+            Some(Touch { gap: distance - (radius_a + radius_b), normal, distance, arms })
+        }
+        (Part::Face, Part::Atom(j)) => {
+            let ((half, thickness), (offset, radius)) = (a.face?, b.atoms[j]);
+            let arm = rotated(offset, turn_b);
+            let (distance, normal) = from_face(rotated(half, turn_a), along(separation, 1.0, arm));
+            Some(Touch { gap: distance - (thickness + radius), normal, distance, arms: [[0.0; 2], arm] })
+        }
+        (Part::Atom(_), Part::Face) => {
+            let back = [-separation[0], -separation[1]];
+            let Touch { gap, normal, distance, arms } =
+                touch((b, turn_b, part_b), (a, turn_a, part_a), back)?;
+            Some(Touch { gap, normal: [-normal[0], -normal[1]], distance, arms: [arms[1], arms[0]] })
+        }
+        (Part::Face, Part::Face) => None,
+    }
+}
+
+/// Distance of a point from a segment about the origin, and the unit vector from the segment to it.
+fn from_face(half: Pair, point: Pair) -> (f64, Pair) {
+    let size = length(half);
+    let direction = [half[0] / size, half[1] / size];
+    let (way, height) = (dot(direction, point), cross(direction, point));
+    if way.abs() <= size {
+        let normal = [-direction[1], direction[0]];
+        return (height.abs(), [normal[0] * height.signum(), normal[1] * height.signum()]);
+    }
+    let off = along(point, -size * way.signum(), direction);
+    let distance = length(off);
+    (distance, [off[0] / distance, off[1] / distance])
+}
+
+/// Calls `look` with the separation of every image of B that comes within reach of A.
+fn for_each_image(
+    (a, at_a): (&Outline, &Placed),
+    (b, at_b): (&Outline, &Placed),
+    sides: Pair,
+    mut look: impl FnMut(Pair),
+) {
+    let d = along(at_b.place, -1.0, at_a.place);
+    // A wall reaches no farther along an axis than its half does.
+    let extent = |outline: &Outline, placed: &Placed, axis: usize| match outline.face {
+        Some((half, thickness)) => rotated(half, placed.rotation)[axis].abs() + thickness,
+        None => outline.reach,
+    };
+    let range = |axis: usize| {
+        let reach = (extent(a, at_a, axis) + extent(b, at_b, axis)) * (1.0 + 1e-9) + 1e-9 * sides[axis];
+        let low = ((-reach - d[axis]) / sides[axis]).ceil() as i64;
+        let high = ((reach - d[axis]) / sides[axis]).floor() as i64;
+        low..=high
+    };
+    let reach = a.reach + b.reach;
+    let squared = reach * reach * (1.0 + 1e-9);
+    for column in range(0) {
+        for row in range(1) {
+            let separation = [d[0] + column as f64 * sides[0], d[1] + row as f64 * sides[1]];
+            if dot(separation, separation) <= squared {
+                look(separation);
+            }
+        }
+    }
+}
+
+/// The smallest gap of two bodies in any image (length); infinite where their circles are apart.
+pub fn smallest_gap((a, at_a): (&Outline, &Placed), (b, at_b): (&Outline, &Placed), sides: Pair) -> f64 {
+    let mut least = f64::INFINITY;
+    for_each_image((a, at_a), (b, at_b), sides, |separation| {
+        for i in a.parts() {
+            for j in b.parts() {
+                if let Some(found) = touch((a, at_a.rotation, i), (b, at_b.rotation, j), separation) {
+                    least = least.min(found.gap);
+                }
+            }
+        }
+    });
+    least
+}
+
+/// How two given parts lie to each other, in the image of B whose centre is nearest to `towards`
+/// from that of A; none if no image is within reach.
+pub fn touch_in_image(
+    (a, at_a, i): (&Outline, &Placed, Part),
+    (b, at_b, j): (&Outline, &Placed, Part),
+    sides: Pair,
+    towards: Pair,
+) -> Option<Touch> {
+    let mut best: Option<(f64, Touch)> = None;
+    for_each_image((a, at_a), (b, at_b), sides, |separation| {
+        if let Some(found) = touch((a, at_a.rotation, i), (b, at_b.rotation, j), separation)
+            && best.is_none_or(|(off, _)| length(along(separation, -1.0, towards)) < off)
+        {
+            best = Some((length(along(separation, -1.0, towards)), found));
+        }
+    });
+    best.map(|(_, touch)| touch)
+}
+
+/// How far two places in the box are apart through its borders (length).
+pub fn distance_in_box(a: Pair, b: Pair, sides: Pair) -> f64 {
+    let shortest = |axis: usize| {
+        let d = a[axis] - b[axis];
+        d - (d / sides[axis]).round() * sides[axis]
+    };
+    length([shortest(0), shortest(1)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_geometry::{Shape, gap_between};
+    use glam::DVec2;
+
+    fn placed(x: f64, y: f64, angle: f64) -> Placed {
+        Placed { place: [x, y], rotation: [angle.cos(), angle.sin()] }
+    }
+
+    #[test]
+    fn gaps_agree_with_those_of_the_library() {
+        let tee = Molecule::named(Shape::Tee, 0.02, 1.0).unwrap();
+        let wall = Molecule::wall(DVec2::new(0.5, 0.1), 0.01).unwrap();
+        let outlines = [Outline::of(&tee), Outline::of(&wall)];
+        for index in 0..200 {
+            let t = f64::from(index);
+            let (a, b) =
+                (placed(0.5, 0.5, t), placed(0.5 + 0.1 * t.sin(), 0.5 + 0.1 * (3.0 * t).cos(), 2.0 * t));
+            let ours = smallest_gap((&outlines[0], &a), (&outlines[1], &b), [10.0; 2]);
+            let turn = |at: &Placed| DVec2::from(at.rotation);
+            let separation = DVec2::from(b.place) - DVec2::from(a.place);
+            let theirs = gap_between(&tee, turn(&a), &wall, turn(&b), separation);
+            // Out of reach of each other's circles no gap is computed.
+            let apart = ours == f64::INFINITY && theirs > 0.0;
+            assert!(apart || (ours - theirs).abs() < 1e-15, "{ours} {theirs}");
+        }
+    }
+
+    #[test]
+    fn bodies_meet_through_the_border() {
+        let disc = Outline::of(&Molecule::disc(0.1, 1.0).unwrap());
+        let (a, b) = (placed(0.05, 0.5, 0.0), placed(0.95, 0.5, 0.0));
+        let gap = smallest_gap((&disc, &a), (&disc, &b), [1.0, 1.0]);
+        assert!((gap + 0.1).abs() < 1e-15);
+        let touch =
+            touch_in_image((&disc, &a, Part::Atom(0)), (&disc, &b, Part::Atom(0)), [1.0, 1.0], [-0.1, 0.0])
+                .unwrap();
+        assert_eq!(touch.normal, [-1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_state_is_carried_on_without_loss() {
+        let state = State {
+            time: Instant::from(1e12),
+            place: [0.25, 0.5],
+            velocity: [1.0, -0.5],
+            turns: 0.0,
+            spin: std::f64::consts::TAU,
+        };
+        let later = state.at(Instant::from(1e12).new_epoch(1e6).after(0.125), [1.0, 1.0]);
+        assert_eq!(later.place, [0.375, 0.4375]);
+        assert!((later.rotation[0] - 0.5f64.sqrt()).abs() < 1e-9);
+    }
+}

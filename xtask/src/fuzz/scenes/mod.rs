@@ -1,0 +1,92 @@
+//! Random scenes with edits, run by both schedulers and checked against kinematics of their own.
+
+pub mod case;
+pub mod contact;
+pub mod draw;
+pub mod kinematics;
+pub mod run;
+pub mod schedulers;
+pub mod watcher;
+
+use anyhow::{Result, ensure};
+use carom::engine::{Cells, Fineness, Instructions, Scene, Thesis};
+use carom::response::{Impact, Response};
+use carom_detection::{Detection, Exact};
+
+use self::{case::Case, run::Seams, schedulers::Scales};
+use super::subject::{Report, Subject};
+
+/// The fuzzer of the engine.
+#[derive(Debug, Clone, Default)]
+pub struct Scenes<D = Exact, R = Impact> {
+    /// The detector that the engine uses.
+    pub detection: D,
+    /// The response that it uses.
+    pub response: R,
+}
+
+impl<D: Detection + Clone, R: Response + Clone> Subject for Scenes<D, R> {
+    type Case = Case;
+    const NAME: &'static str = "scenes";
+    const TIME_LIMIT: u64 = 60;
+
+    fn draw(&self, seed: u64) -> Case {
+        draw::draw(seed)
+    }
+
+    fn check(&self, case: &Case) -> Report {
+        let (detection, response) = (&self.detection, &self.response);
+        let instructions = [Instructions::Widest, Instructions::Avx2, Instructions::Portable];
+        let [one, other] = [case.seed % 3, case.seed / 3 % 3].map(|index| instructions[index as usize]);
+        let cells: Seams<'_, D, R, Cells> =
+            Seams { detection, response, options: one, resumed_options: other };
+        let grid = Fineness::Automatic;
+        let thesis: Seams<'_, D, R, Thesis> =
+            Seams { detection, response, options: grid, resumed_options: grid };
+        let (cells, thesis) = (run::run(case, &cells), run::run(case, &thesis));
+        let mut report = Report::default();
+        let (Some(cells), Some(thesis)) = (cells, thesis) else {
+            report.count("refused", 1);
+            return report;
+        };
+        for (name, outcome) in [("Cells: ", &cells), ("Thesis: ", &thesis)] {
+            report.add(&outcome.report);
+            if let Some(failure) = &outcome.report.failure {
+                report.fail(&failure.kind, format!("{name}{}", failure.detail));
+            }
+        }
+        if report.failure.is_none() {
+            let scales = scales(&case.scene, case, cells.whole && thesis.whole);
+            schedulers::compare(&cells.log, &thesis.log, &scales, &mut report);
+        }
+        report
+    }
+
+    fn simpler(&self, case: &Case) -> Vec<Case> {
+        case.simpler()
+    }
+
+    fn write(&self, case: &Case) -> (String, Vec<u8>) {
+        let text = toml::to_string(case).expect("a case is plain data, which TOML can hold");
+        ("toml".to_owned(), text.into_bytes())
+    }
+
+    fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
+        ensure!(ending == "toml", "a case is a file of TOML, not of {ending:?}");
+        Ok(toml::from_str(std::str::from_utf8(bytes)?)?)
+    }
+}
+
+fn scales(scene: &Scene, case: &Case, whole: bool) -> Scales {
+    let duration: f64 = case.stretch.iter().map(|stretch| stretch.duration).sum();
+    let side = scene.bounds.sides[0].max(scene.bounds.sides[1]);
+    let speeds = scene.molecule.iter().map(|molecule| molecule.velocity[0].hypot(molecule.velocity[1]));
+    let fastest = speeds.fold(0.0, f64::max);
+    // A scene in which all that moves turns on the spot.
+    let speed = if fastest > 0.0 { fastest } else { side / duration };
+    // A run that was cut short has contacts up to somewhere only.
+    Scales { sides: scene.bounds.sides, speed, end: if whole { duration } else { 0.0 } }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,279 @@
+//! Runs a case with one scheduler, epoch by epoch, and beside it a copy that went through the bytes
+//! of a checkpoint.
+
+use carom::engine::{Checkpoint, ElasticitySpec, RunError, Scheduler, Simulation, Violation};
+use carom::response::Response;
+use carom_detection::Detection;
+use carom_kinematics::Instant;
+
+use super::{
+    case::{Case, Edit},
+    watcher::{Logged, Watcher},
+};
+use crate::{
+    checkpoint_file::{decode, encode},
+    fuzz::{random::Draw, subject::Report},
+};
+
+/// Most epochs of one case; a case that needs more is cut short.
+const MOST_EPOCHS: u64 = 40_000;
+
+/// Most contacts of one case, looked at after each epoch.
+const MOST_CONTACTS: u64 = 6_000;
+
+/// How far ahead the brute force of `check_invariants` looks, as a share of the stretch.
+const AHEAD: f64 = 0.1;
+
+/// What a run leaves.
+pub struct Outcome {
+    /// What was found.
+    pub report: Report,
+    /// All contacts.
+    pub log: Vec<Logged>,
+    /// Whether the whole case was run.
+    pub whole: bool,
+}
+
+/// The seams of a simulation.
+#[derive(Debug)]
+pub struct Seams<'a, D, R, S: Scheduler> {
+    /// How contacts are found.
+    pub detection: &'a D,
+    /// What they change.
+    pub response: &'a R,
+    /// How the scheduler works.
+    pub options: S::Options,
+    /// How that of the resumed run works: in another way that must give the same bits.
+    pub resumed_options: S::Options,
+}
+
+/// Runs the case; `None` if the scene is refused.
+pub fn run<D, R, S>(case: &Case, seams: &Seams<'_, D, R, S>) -> Option<Outcome>
+where
+    D: Detection + Clone,
+    R: Response + Clone,
+    S: Scheduler + Clone,
+{
+    let (detection, response) = (seams.detection.clone(), seams.response.clone());
+    let mut simulation =
+        Simulation::<D, R, S>::with(&case.scene, detection, response, seams.options.clone()).ok()?;
+    let mut elasticity = case.scene.elasticity.clone();
+    let mut watcher = Watcher::new(&simulation.view(), &elasticity, case.seed);
+    let mut draw = Draw::new(case.seed);
+    let mut twin: Option<Simulation<D, R, S>> = None;
+    let mut whole = true;
+    let mut until = Instant::ZERO;
+    for stretch in &case.stretch {
+        until = until.new_epoch(stretch.duration);
+        let ended = run_stretch(&mut simulation, &mut twin, until, &mut watcher, &mut draw, seams);
+        if watcher.report.failure.is_some() {
+            return Some(outcome(watcher, false));
+        }
+        let error = match &ended {
+            Ended::With(error) => Some(error),
+            Ended::Reached | Ended::CutShort => None,
+        };
+        if let Ended::CutShort = ended {
+            watcher.report.count("cut short", 1);
+        } else {
+            compare_twin(&simulation, &mut twin, until, error, &mut watcher);
+        }
+        watcher.compare(&simulation.view());
+        whole = matches!(ended, Ended::Reached);
+        check_census(&simulation, stretch.duration, whole, &mut watcher);
+        if let Some(error) = error {
+            named_end(error, &elasticity, &mut watcher.report);
+        }
+        if watcher.report.failure.is_some() || !whole {
+            break;
+        }
+        for edit in &stretch.edits {
+            apply(edit, &mut simulation, &mut twin, &mut elasticity, &mut watcher);
+        }
+        if !stretch.edits.is_empty() {
+            watcher.edited(&simulation.view(), &elasticity);
+        }
+    }
+    let counters = *simulation.view().counters();
+    watcher.report.count("contacts", counters.collisions);
+    Some(outcome(watcher, whole))
+}
+
+fn outcome(mut watcher: Watcher, whole: bool) -> Outcome {
+    Outcome { report: std::mem::take(&mut watcher.report), log: std::mem::take(&mut watcher.log), whole }
+}
+
+enum Ended {
+    Reached,
+    CutShort,
+    With(RunError),
+}
+
+/// Runs epoch by epoch; at the end of one of them a copy is resumed from a checkpoint's bytes.
+fn run_stretch<D, R, S>(
+    simulation: &mut Simulation<D, R, S>,
+    twin: &mut Option<Simulation<D, R, S>>,
+    until: Instant,
+    watcher: &mut Watcher,
+    draw: &mut Draw,
+    seams: &Seams<'_, D, R, S>,
+) -> Ended
+where
+    D: Detection + Clone,
+    R: Response + Clone,
+    S: Scheduler + Clone,
+{
+    loop {
+        if twin.is_none() && draw.happens(0.2) {
+            *twin = resumed(simulation, seams, &mut watcher.report);
+        }
+        match simulation.observe_epoch(until, watcher) {
+            Ok(true) => return Ended::Reached,
+            Ok(false) => {}
+            Err(error) => return Ended::With(error),
+        }
+        watcher.epochs += 1;
+        if watcher.report.failure.is_some()
+            || watcher.epochs > MOST_EPOCHS
+            || simulation.view().counters().collisions > MOST_CONTACTS
+        {
+            return Ended::CutShort;
+        }
+    }
+}
+
+/// The state after it has gone through bytes, where there is a checkpoint.
+fn resumed<D, R, S>(
+    simulation: &Simulation<D, R, S>,
+    seams: &Seams<'_, D, R, S>,
+    report: &mut Report,
+) -> Option<Simulation<D, R, S>>
+where
+    D: Detection + Clone,
+    R: Response + Clone,
+    S: Scheduler + Clone,
+{
+    let checkpoint = simulation.checkpoint()?;
+    let bytes = encode(&checkpoint).and_then(|bytes| decode::<Checkpoint>(&bytes));
+    let (detection, response) = (seams.detection.clone(), seams.response.clone());
+    let resumed = bytes.map_err(|error| error.to_string()).and_then(|checkpoint| {
+        Simulation::resume_with(&checkpoint, detection, response, seams.resumed_options.clone())
+            .map_err(|error| error.to_string())
+    });
+    match resumed {
+        Ok(resumed) => {
+            report.count("resumed", 1);
+            Some(resumed)
+        }
+        Err(error) => {
+            report.fail("resume", format!("a checkpoint that was just written is refused: {error}"));
+            None
+        }
+    }
+}
+
+/// Brings the copy to the same time, unwatched and in one piece, and compares every bit.
+fn compare_twin<D: Detection, R: Response, S: Scheduler>(
+    simulation: &Simulation<D, R, S>,
+    twin: &mut Option<Simulation<D, R, S>>,
+    until: Instant,
+    error: Option<&RunError>,
+    watcher: &mut Watcher,
+) {
+    let Some(twin) = twin else { return };
+    let ended = twin.observe_until_instant(until, &mut ());
+    if ended.as_ref().err().map(ToString::to_string) != error.map(ToString::to_string) {
+        watcher.report.fail("resume", format!("resumed: {ended:?}; uninterrupted: {error:?}"));
+    }
+    let bits = |simulation: &Simulation<D, R, S>| {
+        let view = simulation.view();
+        let motions: Vec<[u64; 8]> = view
+            .bodies()
+            .map(|body| {
+                let motion = body.motion;
+                [
+                    motion.position.x.to_bits(),
+                    motion.position.y.to_bits(),
+                    motion.velocity.x.to_bits(),
+                    motion.velocity.y.to_bits(),
+                    motion.orientation.turns().to_bits(),
+                    motion.angular_velocity.to_bits(),
+                    body.winding[0] as u64,
+                    body.winding[1] as u64,
+                ]
+            })
+            .collect();
+        let ledger = view.ledger();
+        let ledger = [ledger.initial, ledger.lost, ledger.spared, ledger.put_in].map(f64::to_bits);
+        let counters = view.counters();
+        let contacts = [counters.collisions, counters.fixed_collisions, counters.guarded_collisions];
+        (motions, ledger, contacts, view.time().to_f64().to_bits())
+    };
+    if bits(simulation) != bits(twin) {
+        watcher.report.fail("resume", "a resumed run differs from the one that was not interrupted");
+    }
+}
+
+/// No pair overlaps, no contact was passed over, and the ledger is right, as the engine itself
+/// checks.
+fn check_census<D, R, S>(simulation: &Simulation<D, R, S>, duration: f64, whole: bool, watcher: &mut Watcher)
+where
+    D: Detection + Clone,
+    R: Response + Clone,
+    S: Scheduler + Clone,
+{
+    let overlaps = simulation.view().overlaps();
+    if overlaps.pairs > 0 {
+        watcher.report.fail("census", format!("{overlaps:?}"));
+    }
+    if !whole {
+        return;
+    }
+    match simulation.check_invariants(AHEAD * duration) {
+        Ok(()) => {}
+        // Judged by the own kinematics: the two differ by roundings where bodies close slowly.
+        Err(Violation::Missed { time, next, .. }) => {
+            watcher.report.count("said to be missed", 1);
+            watcher.look_ahead(simulation.time(), time, next);
+        }
+        Err(violation) => watcher.report.fail("invariants", violation.to_string()),
+    }
+}
+
+/// A run may end by a name that its scene allows.
+fn named_end(error: &RunError, elasticity: &ElasticitySpec, report: &mut Report) {
+    let superelastic = elasticity.default > 1.0 || elasticity.pair.iter().any(|rule| rule.coefficient > 1.0);
+    let allowed = match error {
+        RunError::Stalled { .. } => elasticity.contact_time == 0.0,
+        RunError::BlowUp { .. } | RunError::TimeStandsStill { .. } => superelastic,
+        RunError::Outpaced { .. } => true,
+        _ => false,
+    };
+    report.count("ended by name", 1);
+    if !allowed {
+        report.fail("ended by name", error.to_string());
+    }
+}
+
+fn apply<D: Detection, R: Response, S: Scheduler>(
+    edit: &Edit,
+    simulation: &mut Simulation<D, R, S>,
+    twin: &mut Option<Simulation<D, R, S>>,
+    elasticity: &mut ElasticitySpec,
+    watcher: &mut Watcher,
+) {
+    let made = edit.apply(simulation);
+    watcher.report.count("edits", 1);
+    if made.is_err() {
+        watcher.report.count("refused edits", 1);
+    }
+    if let Some(twin) = twin {
+        let also = edit.apply(twin);
+        if made.as_ref().err().map(ToString::to_string) != also.as_ref().err().map(ToString::to_string) {
+            watcher.report.fail("resume", format!("{edit:?}: {made:?}, but of the resumed run {also:?}"));
+        }
+    }
+    if let (Ok(()), Edit::Elasticity(spec)) = (made, edit) {
+        elasticity.clone_from(spec);
+    }
+}

@@ -1,0 +1,184 @@
+//! Two schedulers find the same contacts, until chaos has made their trajectories different.
+
+use super::{
+    kinematics::{Pair, distance_in_box, length},
+    watcher::Logged,
+};
+use crate::fuzz::subject::{Report, exceeds};
+
+/// Relative deviation at which two trajectories count as different.
+const SEPARATED: f64 = 1e-8;
+
+/// How far ahead a contact may stand in the other list, where the times of two are the same to
+/// rounding.
+const AHEAD: usize = 8;
+
+/// The scales of a scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Scales {
+    /// Sides of the box (length).
+    pub sides: Pair,
+    /// A typical speed (length per time).
+    pub speed: f64,
+    /// Up to when both have run (time).
+    pub end: f64,
+}
+
+/// Compares two lists of contacts.
+pub fn compare(one: &[Logged], other: &[Logged], scales: &Scales, report: &mut Report) {
+    let side = scales.sides[0].max(scales.sides[1]);
+    let unit = side / scales.speed;
+    // In the order in which they are compared; ties may change it.
+    let mut list = other.to_vec();
+    let mut deviation = 1e-15f64;
+    let mut compared = 0;
+    for (index, a) in one.iter().enumerate() {
+        let judge = Judge { deviation, side, unit, end: scales.end };
+        let Some(b) = list.get(index) else {
+            judge.unmatched(a, other, report);
+            break;
+        };
+        if !is_same(a, b) {
+            let at = list[index..].iter().take(AHEAD).position(|later| is_same(a, later));
+            let Some(at) = at.filter(|&at| judge.is_tie([a, b, &list[index + at]])) else {
+                if a.time <= b.time {
+                    judge.unmatched(a, other, report);
+                } else {
+                    judge.unmatched(b, one, report);
+                }
+                break;
+            };
+            if shares(a, &list[index..index + at]) {
+                // Contacts of one body that change places change its trajectory.
+                break;
+            }
+            let found = list.remove(index + at);
+            list.insert(index, found);
+        }
+        let b = &list[index];
+        deviation = deviation.max((a.time - b.time).abs() / unit);
+        for body in 0..2 {
+            let off = distance_in_box(a.places[body], b.places[body], scales.sides);
+            deviation = deviation.max(off / side);
+            let [u, v] = [a.velocities[body], b.velocities[body]];
+            deviation = deviation.max(length([u[0] - v[0], u[1] - v[1]]) / scales.speed.max(length(u)));
+        }
+        if exceeds(deviation, SEPARATED) {
+            break;
+        }
+        compared += 1;
+    }
+    if compared == one.len()
+        && let Some(extra) = list.get(compared)
+    {
+        Judge { deviation, side, unit, end: scales.end }.unmatched(extra, one, report);
+    }
+    report.count("contacts in both", compared as u64);
+}
+
+fn is_same(a: &Logged, b: &Logged) -> bool {
+    a.bodies == b.bodies && a.atoms == b.atoms
+}
+
+/// Whether a body of this contact takes part in one of those.
+fn shares(a: &Logged, list: &[Logged]) -> bool {
+    list.iter().any(|b| a.bodies.iter().any(|body| b.bodies.contains(body)))
+}
+
+/// Whether a contact is so flat that the deviation of the trajectories decides whether it takes
+/// place.
+fn is_graze(contact: &Logged, deviation: f64, side: f64) -> bool {
+    // A dip of this depth: u² / (2 g'') with g'' ≤ w²/s.
+    let depth = 100.0 * deviation * side;
+    contact.approach <= contact.speed * (2.0 * depth / contact.distance).sqrt()
+}
+
+/// How far two trajectories are apart, and the scales of the scene.
+struct Judge {
+    deviation: f64,
+    side: f64,
+    unit: f64,
+    end: f64,
+}
+
+impl Judge {
+    /// Times that differ by less than this may change places (time).
+    fn resolution(&self) -> f64 {
+        1e3 * self.deviation * self.unit
+    }
+
+    fn is_tie(&self, [a, b, found]: [&Logged; 3]) -> bool {
+        (found.time - a.time).abs() + (found.time - b.time).abs() <= self.resolution()
+    }
+
+    /// Notes a contact that the other list does not have, unless it is too flat to be decided, or
+    /// the other run has ended by then. Chattering bodies may have more or fewer contacts before
+    /// it.
+    fn unmatched(&self, contact: &Logged, other: &[Logged], report: &mut Report) {
+        let at_the_end = contact.time >= self.end - self.resolution();
+        let nearby = |found: &&Logged| (found.time - contact.time).abs() <= self.resolution();
+        let there = other.iter().filter(nearby).any(|found| found.bodies == contact.bodies);
+        if !at_the_end && !there && !is_graze(contact, self.deviation, self.side) {
+            let next = other.iter().find(|found| found.time >= contact.time - self.resolution());
+            report.fail(
+                "schedulers differ",
+                format!(
+                    "one of them alone has {contact:?}, where trajectories differ by {:e}; the next of \
+                     the other is {next:?}",
+                    self.deviation
+                ),
+            );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn list() -> Vec<Logged> {
+        (1..=6)
+            .map(|index| Logged {
+                time: 0.1 * f64::from(index),
+                bodies: [u64::from(index as u32 % 3), 3],
+                atoms: [Some(0), Some(0)],
+                places: [[0.5, 0.5], [0.6, 0.5]],
+                velocities: [[1.0, 0.0], [0.0, 1.0]],
+                approach: 0.5,
+                speed: 1.0,
+                distance: 0.1,
+            })
+            .collect()
+    }
+
+    fn failure(one: &[Logged], other: &[Logged]) -> Option<String> {
+        let mut report = Report::default();
+        let scales = Scales { sides: [1.0, 1.0], speed: 1.0, end: 1.0 };
+        compare(one, other, &scales, &mut report);
+        report.failure.map(|failure| failure.kind)
+    }
+
+    #[test]
+    fn a_contact_that_one_scheduler_lacks_is_found_wherever_it_is() {
+        assert_eq!(failure(&list(), &list()), None);
+        for index in 0..6 {
+            let mut less = list();
+            less.remove(index);
+            assert!(failure(&list(), &less).is_some(), "{index}");
+            assert!(failure(&less, &list()).is_some(), "{index}");
+        }
+    }
+
+    #[test]
+    fn grazes_and_separated_trajectories_are_no_failures() {
+        let mut graze = list();
+        graze[3].approach = 1e-9;
+        let mut less = list();
+        less.remove(3);
+        assert_eq!(failure(&graze, &less), None);
+        let mut apart = list();
+        apart[1].velocities[0][0] += 1e-6;
+        apart.truncate(3);
+        assert_eq!(failure(&list(), &apart), None);
+    }
+}
