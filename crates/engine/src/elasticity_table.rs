@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use carom_response::Elasticity;
+use carom_response::{Elasticity, Response};
 
 use crate::{
     Body, ElasticityRule, ElasticitySpec, SceneError, Tag, TagNames, Tags, World, body::BodyKind,
@@ -83,18 +83,25 @@ impl ElasticityTable {
     }
 
     /// Makes the table good for the bodies of a world, and has the world keep what the guard needs to know.
-    pub(crate) fn classify(&mut self, world: &mut World) -> Result<(), SceneError> {
+    pub(crate) fn classify<R: Response>(
+        &mut self,
+        world: &mut World,
+        response: &R,
+    ) -> Result<(), SceneError> {
         self.by_class.clear();
         if !self.rules.is_empty() {
             self.look_up(world)?;
         }
-        world.keep_last_contacts(self.is_guarded());
+        world.keep_last_contacts(self.is_guarded(response));
         Ok(())
     }
 
-    /// Whether there are contacts that lose energy, and a guard over them.
-    fn is_guarded(&self) -> bool {
-        let loses = |elasticity: Elasticity| elasticity.coefficient() < 1.0;
+    /// Whether contacts may lose energy, and a guard watches over them.
+    fn is_guarded<R: Response>(&self, response: &R) -> bool {
+        let loses = |elasticity: Elasticity| {
+            elasticity.coefficient() < 1.0
+                || (elasticity == Elasticity::ELASTIC && !response.conserves_energy(elasticity))
+        };
         let any = loses(self.default) || self.rules.iter().any(|rule| loses(rule.elasticity));
         any && self.guard.contact_time > 0.0
     }

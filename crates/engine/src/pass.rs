@@ -82,7 +82,7 @@ impl<D: Detection, R: Response, O: Observer> EventLoop for Pass<'_, D, R, O> {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled in one piece with the queue, with its instructions")]
     fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
-        let all_elastic = self.elasticity.is_elastic();
+        let all_elastic = self.elasticity.is_elastic() && self.response.conserves_energy(Elasticity::ELASTIC);
         loop {
             let limit = self.limits.time();
             let stop = if limit < self.target { limit } else { self.target };
@@ -144,10 +144,8 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
         let mut after = [velocity_a - impulse * inverse_masses[0], velocity_b + impulse * inverse_masses[1]];
         let met_fixed = (inverse_masses[0] == 0.0) | (inverse_masses[1] == 0.0);
         if met_fixed {
-            after = [
-                reflected(self.response, d, velocity_a, inverse_masses[0]),
-                reflected(self.response, -d, velocity_b, inverse_masses[1]),
-            ];
+            reflect(self.response, d, velocity_a, inverse_masses[0], &mut after[0]);
+            reflect(self.response, -d, velocity_b, inverse_masses[1], &mut after[1]);
         }
         if !self.limits.hold(after) {
             let places = ContactPlaces { bodies, time, places: [place_a, place_b] };
@@ -231,17 +229,20 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
         };
         if met_fixed && elasticity == Elasticity::ELASTIC && !turns(0, inertia_a) && !turns(1, inertia_b) {
             let d = frame.line_of_centres;
-            after[0].velocity = reflected(self.response, d, before[0].velocity, inertia_a.inverse_mass);
-            after[1].velocity = reflected(self.response, -d, before[1].velocity, inertia_b.inverse_mass);
+            let [a, b] = &mut after;
+            reflect(self.response, d, before[0].velocity, inertia_a.inverse_mass, &mut a.velocity);
+            reflect(self.response, -d, before[1].velocity, inertia_b.inverse_mass, &mut b.velocity);
         }
-        let loses = elasticity.coefficient() < 1.0;
-        if loses || repeats {
+        let changes_energy = repeats || !self.response.conserves_energy(elasticity);
+        if changes_energy {
             let (bodies, [a, b], [c, d]) = ([body_a, body_b], &before, &after);
             if let Some(missing) = missing_impulse(self.world, &frame, parts, bodies, [a, b], [c, d]) {
                 impulse += missing;
                 after = act(impulse);
-                self.at_once.unresolved = self.at_once.unresolved.saturating_add(1);
-                if self.world.last_contacts.is_empty() && self.at_once.unresolved > MOST_UNRESOLVED {
+                // A guard has had its say, or there is none: nothing else will end a collapse.
+                let is_unguarded = self.world.last_contacts.is_empty() || elasticity == Elasticity::ELASTIC;
+                self.at_once.unresolved = self.at_once.unresolved.saturating_add(u32::from(is_unguarded));
+                if self.at_once.unresolved > MOST_UNRESOLVED {
                     let (time, contacts) = (self.world.epoch.after(time), self.at_once.unresolved);
                     return Err(RunError::Stalled {
                         time,
@@ -267,7 +268,7 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
         self.ledger.spared += spared;
         self.counters.collisions += 1;
         self.counters.fixed_collisions += u64::from(met_fixed);
-        if elasticity.coefficient() != 1.0 || repeats {
+        if changes_energy {
             let energy = |motions: &[Motion; 2]| {
                 kinetic_energy(&motions[0], inertia_a) + kinetic_energy(&motions[1], inertia_b)
             };
@@ -328,10 +329,14 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
     }
 }
 
-/// The velocity of a body after an elastic contact that turns it not, with something fixed `to_other` away; something
-/// fixed keeps its own.
+/// Replaces the velocity of a body after an elastic contact with a fixed one by a better rounded one, if the response has
+/// it; a fixed body keeps its own.
 #[cold]
 #[inline(never)]
-fn reflected<R: Response>(response: &R, to_other: DVec2, velocity: DVec2, inverse_mass: f64) -> DVec2 {
-    if inverse_mass > 0.0 { response.reflected(to_other, velocity) } else { velocity }
+fn reflect<R: Response>(response: &R, to_other: DVec2, before: DVec2, inverse_mass: f64, after: &mut DVec2) {
+    if inverse_mass == 0.0 {
+        *after = before;
+    } else if let Some(reflected) = response.reflected(to_other, before) {
+        *after = reflected;
+    }
 }

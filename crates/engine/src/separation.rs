@@ -34,7 +34,7 @@ const TOLERATED: f64 = 2.0;
 const MOST_OUTWARDS: f64 = 4.0;
 
 /// The impulse on B (mass × length / time) that has to be added to one already acted, so that the surfaces separate fast
-/// enough to be seen to. `None` if they do.
+/// enough to be resolved. `None` if they do, or if the response leaves them closing at a resolved speed.
 #[cold]
 pub(crate) fn missing_impulse(
     world: &World,
@@ -50,9 +50,10 @@ pub(crate) fn missing_impulse(
     relative.separation_error = relative.separation_error.max(separation_error(world));
     let [a, b] = bodies.map(|body| body.kind.molecule.outline());
     let least = LEAST_SEPARATION * resolved_speed(a, b, &relative, Touch::from(parts));
-    let missing = least + approach_speed(frame, after);
+    let approach = approach_speed(frame, after);
     let mass = reduced_mass(frame, bodies.map(|body| &body.kind.inertia));
-    (missing > 0.0).then(|| missing * mass * frame.normal())
+    // Surfaces that still close faster do so by the will of the response, which is not replaced.
+    (approach.abs() < least).then(|| (least + approach) * mass * frame.normal())
 }
 
 /// Rounds the places of two bodies that overlap by `depth` (length) away from each other along `normal`, from A to B.

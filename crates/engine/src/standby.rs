@@ -93,7 +93,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     pub fn set_elasticity(&mut self, spec: &ElasticitySpec) -> Result<(), EditError> {
         let mut names = self.names.clone();
         let mut table = ElasticityTable::new(spec, &mut names)?;
-        table.classify(&mut self.world)?;
+        table.classify(&mut self.world, &self.response)?;
         (self.elasticity, self.names) = (table, names);
         Ok(())
     }
@@ -247,7 +247,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Takes over an edited world whose epoch starts now, if elasticity and grid suit it.
     fn accept(&mut self, mut world: World, names: TagNames) -> Result<(), EditError> {
         let mut elasticity = self.elasticity.clone();
-        elasticity.classify(&mut world)?;
+        elasticity.classify(&mut world, &self.response)?;
         let scheduler = S::new(&self.scheduler_options, &world)
             .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
         self.ledger.put_in += world.energy() - self.world.energy();
@@ -260,7 +260,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Takes over new tags; they touch no motion and no prediction.
     fn accept_tags(&mut self, mut world: World, names: TagNames) -> Result<(), EditError> {
         let mut elasticity = self.elasticity.clone();
-        elasticity.classify(&mut world)?;
+        elasticity.classify(&mut world, &self.response)?;
         (self.world, self.names, self.elasticity) = (world, names, elasticity);
         Ok(())
     }

@@ -93,10 +93,15 @@ impl Response for Impact {
         }
     }
 
-    fn reflected(&self, line_of_centres: DVec2, velocity: DVec2) -> DVec2 {
+    #[inline]
+    fn conserves_energy(&self, elasticity: Elasticity) -> bool {
+        elasticity == Elasticity::ELASTIC
+    }
+
+    fn reflected(&self, line_of_centres: DVec2, velocity: DVec2) -> Option<DVec2> {
         let d = scaled(line_of_centres, velocity);
         // From A, as for the impulse: the sign of d plays no part in the reflection itself.
-        if velocity.dot(d) > 0.0 { reflected(velocity, d) } else { velocity }
+        Some(if velocity.dot(d) > 0.0 { reflected(velocity, d) } else { velocity })
     }
 }
 

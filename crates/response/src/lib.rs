@@ -66,13 +66,22 @@ pub trait Response {
         self.impulse(&frame, [(&a, &inertia_a), (&b, &inertia_b)], elasticity)
     }
 
-    /// The velocity of a disc, or of anything that the contact does not turn, after it met something fixed and gave off
-    /// no energy.
+    /// Whether contacts of this elasticity keep the kinetic energy, but for rounding. The engine computes and records the
+    /// change of energy of all other contacts. False unless a response says otherwise: it is always safe.
+    #[inline]
+    fn conserves_energy(&self, elasticity: Elasticity) -> bool {
+        let _ = elasticity;
+        false
+    }
+
+    /// The velocity of a disc, or of any body that the contact does not turn, after an elastic contact with a fixed body,
+    /// if the response can round it better than the velocity less the impulse over the mass. `None`, the default, keeps
+    /// the impulse of the response.
     ///
-    /// `line_of_centres` from it to what is fixed, of any length but 0. The velocity less [`Self::impulse_of_discs`] on a unit mass, unless a
-    /// response knows how to round it better.
-    fn reflected(&self, line_of_centres: DVec2, velocity: DVec2) -> DVec2 {
-        let velocities = [velocity, DVec2::ZERO];
-        velocity - self.impulse_of_discs(line_of_centres, velocities, [1.0, 0.0], Elasticity::ELASTIC)
+    /// `line_of_centres` points from the body to the fixed one and has any length but 0.
+    #[inline]
+    fn reflected(&self, line_of_centres: DVec2, velocity: DVec2) -> Option<DVec2> {
+        let _ = (line_of_centres, velocity);
+        None
     }
 }
