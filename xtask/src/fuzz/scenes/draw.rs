@@ -95,7 +95,7 @@ fn tags(draw: &mut Draw) -> Vec<String> {
 fn elasticity(draw: &mut Draw, class: &str) -> ElasticitySpec {
     let default = match class {
         "superelastic" => draw.scale(1.0, 1e6),
-        "long run of few" => draw.one_of(&[0.0, 1e-3, 0.5, 1.0]),
+        "long run of few" => draw.one_of(&[0.0, 0.0, 1e-3, 0.5, 1.0]),
         _ => draw.one_of(&[1.0, 1.0, 1.0, 1.0, 0.0, 1e-3, 0.5, 0.9, 1.1]),
     };
     let mut spec = ElasticitySpec { default, ..ElasticitySpec::default() };
@@ -119,7 +119,8 @@ fn molecule(draw: &mut Draw, class: &str, radius: f64) -> Option<(Molecule, Mole
     // A few reach over most of the box.
     let radius = if class == "mixture" && draw.happens(0.03) { 0.12 } else { radius };
     let mass = draw.scale(0.1, 10.0);
-    let kind = if class == "discs" || draw.happens(0.3) { 0 } else { draw.integer(0, 6) };
+    let discs = if class == "long run of few" { 0.8 } else { 0.3 };
+    let kind = if class == "discs" || draw.happens(discs) { 0 } else { draw.integer(0, 6) };
     let shape = match kind {
         0 => Shape::Disc,
         1 => Shape::Dumbbell,
@@ -277,16 +278,15 @@ impl Sketch {
             spec.rotation = Rotation::Locked;
         }
         move_it(draw, &molecule, &mut spec);
-        if class == "long run of few" && draw.happens(0.5) {
-            // Aimed at the first one, head on or nearly so.
-            if let Some(first) = self.standing.first() {
-                let way = along(first.placed.place, -1.0, place);
-                let speed = draw.between(0.5, 2.0);
-                spec.velocity = [speed * way[0], speed * way[1]];
-                if spec.fixed {
-                    spec.velocity = [0.0; 2];
-                }
-            }
+        if class == "long run of few"
+            && draw.happens(0.7)
+            && !spec.fixed
+            && let Some(first) = self.scene.molecule.first()
+        {
+            // Head on: the relative velocity is along the line of centres, as for bodies that an
+            // inelastic contact leaves side by side.
+            let speed = draw.between(0.5, 2.0);
+            spec.velocity = along(first.velocity, speed, along(first.at, -1.0, place));
         }
         self.scene.molecule.push(spec);
         self.standing.push(Standing { outline, placed });
@@ -295,7 +295,7 @@ impl Sketch {
 
 fn stretches(draw: &mut Draw, class: &str, sketch: &Sketch) -> Vec<Stretch> {
     if class == "long run of few" {
-        return vec![Stretch { duration: draw.scale(1e2, 1e4), edits: vec![] }];
+        return vec![Stretch { duration: draw.scale(1e3, 3e4), edits: vec![] }];
     }
     let count = if draw.happens(0.5) { 1 } else { draw.integer(2, 5) };
     (0..count)
