@@ -5,9 +5,7 @@ mod support;
 
 use carom_engine::{Cells, Fineness, Instructions, MoleculeSpec, Scheduler, Thesis};
 use carom_kinematics::Instant;
-use support::{
-    Encounters, disc, gas, named, scene, scenes, simulate, test_each_instruction_set, with_each_scheduler,
-};
+use support::{Encounters, disc, named, scene, scenes, simulate, test_each_instruction_set};
 
 test_each_instruction_set! {
     /// Discs of one diameter in a box a hundred wide, all in one heap: their lists grow long, and
@@ -67,30 +65,4 @@ fn check_long_run<S: Scheduler>(options: &S::Options, stops: u32) {
         let drift = (simulation.view().energy() - before).abs() / before;
         assert!(drift < 1e-12, "{name}: {drift:e}");
     }
-}
-
-#[test]
-fn a_disc_stays_turned_as_it_is() {
-    with_each_scheduler!(check_turned_discs);
-}
-
-fn check_turned_discs<S: Scheduler>(options: &S::Options) {
-    // One in cells, one that covers cells, one fixed, and a gas.
-    let turned = |disc: MoleculeSpec| MoleculeSpec { orientation_turns: Some(0.125), ..disc };
-    let mut discs = scene(vec![
-        turned(disc(0.02, 1.0, [0.1, 0.1], [1.0, 0.3])),
-        turned(disc(0.15, 9.0, [0.7, 0.7], [0.1, 0.0])),
-        MoleculeSpec { fixed: true, ..turned(disc(0.05, 1.0, [0.2, 0.8], [0.0; 2])) },
-    ]);
-    discs.gas = vec![gas("disc", 0.02, 100)];
-    let mut simulation = simulate::<S>(&discs, options);
-    let turns = |simulation: &carom_engine::Simulation<_, _, S>| -> Vec<f64> {
-        simulation.view().bodies().map(|body| body.motion.orientation.turns()).collect()
-    };
-    let before = turns(&simulation);
-    for stop in 1..=4 {
-        simulation.run_until(0.5 * f64::from(stop)).unwrap();
-        assert_eq!(turns(&simulation), before);
-    }
-    assert!(before[..3] == [0.125; 3] && simulation.view().counters().collisions > 1000);
 }

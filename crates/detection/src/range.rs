@@ -44,8 +44,15 @@ pub(crate) fn unit(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, hori
     let given = speed + motion.velocity_error;
     let angles = (motion.orientation[0].turns() + motion.orientation[1].turns())
         + (motion.orientation_error[0] + motion.orientation_error[1]);
-    // NaN fails every comparison.
-    let is_in_range = (size <= LARGEST) & (given <= LARGEST) & (angles.abs() <= LARGEST) & !horizon.is_nan();
+    let errors = motion.separation_error.min(motion.velocity_error);
+    let angle_errors = motion.orientation_error[0].min(motion.orientation_error[1]);
+    // NaN fails every comparison, but min() passes over it: it is in the sums.
+    let is_in_range = (size <= LARGEST)
+        & (given <= LARGEST)
+        & (angles.abs() <= LARGEST)
+        & (errors >= 0.0)
+        & (angle_errors >= 0.0)
+        & !horizon.is_nan();
     if is_in_range & (ORDINARY.contains(&speed) | (given == 0.0)) {
         Unit::Ordinary
     } else {

@@ -294,7 +294,7 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
                 image,
             });
         }
-        round_outwards(self.world, depth, frame.normal(), [inertia_a, inertia_b], &mut after);
+        round_outwards(self.world, depth, &frame, [inertia_a, inertia_b], &mut after);
         Ok(after)
     }
 

@@ -56,18 +56,19 @@ pub(crate) fn missing_impulse(
     (approach.abs() < least).then(|| (least + approach) * mass * frame.normal())
 }
 
-/// Rounds the places of two bodies that overlap by `depth` (length) away from each other along `normal`, from A to B.
+/// Rounds the places of two bodies that overlap by `depth` (length) away from each other, if their surfaces separate. Those
+/// that close although they have had their contact run into the bound on contacts at one instant.
 pub(crate) fn round_outwards(
     world: &World,
     depth: f64,
-    normal: DVec2,
+    frame: &ContactFrame,
     inertias: [&Inertia; 2],
     motions: &mut [Motion; 2],
 ) {
     let rounding = f64::EPSILON * world.bounds.sides().max_element();
-    if depth > TOLERATED * rounding {
+    if depth > TOLERATED * rounding && approach_speed(frame, [&motions[0], &motions[1]]) < 0.0 {
         let [a, b] = inertias.map(|inertia| inertia.inverse_mass);
-        let apart = depth.min(MOST_OUTWARDS * rounding) * normal;
+        let apart = depth.min(MOST_OUTWARDS * rounding) * frame.normal();
         motions[0].position -= a / (a + b) * apart;
         motions[1].position += b / (a + b) * apart;
     }

@@ -193,12 +193,7 @@ impl Scheduler for Cells {
             Layout::Grid(state) => {
                 for body in 0..world.bodies.len() {
                     if !world.bodies[body].is_fixed() {
-                        let mut motion = state.motion(body as u32);
-                        if world.bodies[body].kind.molecule.is_disc() {
-                            // A disc does not turn, and its line holds no orientation.
-                            motion.orientation = world.motions[body].orientation;
-                        }
-                        world.motions[body] = motion;
+                        world.motions[body] = state.motion(body as u32);
                     }
                 }
                 for (winding, now) in world.windings.iter_mut().zip(&state.windings) {
