@@ -8,7 +8,9 @@ use crate::disc::contact_of_passing;
 /// How many discs are asked for at once.
 pub const DISC_LANES: usize = 8;
 
-/// One disc against up to eight others (or `N`), as seen from it at a common time 0. A lane with NaN in it has no disc.
+/// One disc against up to eight others (or `N`), as seen from it at a common time 0. A lane with NaN in it has no disc. Lengths and
+/// speeds are supposed to be in the range of [`Outcome::OutOfRange`](crate::Outcome::OutOfRange); beyond it, no
+/// time is NaN, but contacts may come at the wrong times.
 #[derive(Debug, Clone, Copy)]
 pub struct DiscLanes<const N: usize = DISC_LANES> {
     /// Places of the others relative to the asking disc (length), x then y.
@@ -118,7 +120,7 @@ impl<const N: usize> DiscLanes<N> {
             let closes = does_not_part & (discriminant > 0.0);
             let touching = 4.0 * sigma * (self.separation_error + 8.0 * U * sigma);
             *time = if closes { c / (root - b) } else { f64::INFINITY };
-            in_contact |= (does_not_part & (c.abs() <= touching)) | (*time < 0.0);
+            in_contact |= (does_not_part & (c.abs() <= touching)) | (*time < 0.0) | time.is_nan();
         }
         (times, in_contact)
     }
@@ -132,7 +134,9 @@ impl<const N: usize> DiscLanes<N> {
             let d = DVec2::new(self.separation[0][lane], self.separation[1][lane]);
             let v = DVec2::new(self.velocity[0][lane], self.velocity[1][lane]);
             let errors = (self.separation_error, self.velocity_error(lane));
-            *time = contact_of_passing(d, v, self.cross[lane], self.contact_distance[lane], errors);
+            let contact = contact_of_passing(d, v, self.cross[lane], self.contact_distance[lane], errors);
+            // Numbers that overflow may touch at once.
+            *time = if contact.is_nan() { 0.0 } else { contact };
         }
         times
     }
@@ -159,8 +163,8 @@ impl<const N: usize> DiscLanes<N> {
             let root = if discriminant > 0.0 { discriminant } else { 0.0 }.sqrt();
             let enters = (b < 0.0) & (discriminant > 0.0);
             let later = if enters { c / (root - b) * (1.0 - 16.0 * U) } else { f64::INFINITY };
-            // Written so that a lane with NaN stays out.
-            let inside = c <= 0.0;
+            // A lane with NaN stays out, and one whose numbers overflow may be touched at once.
+            let inside = (c <= 0.0) | later.is_nan();
             *time = if inside { 0.0 } else { later };
         }
         times

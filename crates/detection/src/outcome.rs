@@ -23,7 +23,7 @@ pub enum Outcome {
     /// nothing end like this, and every detector where a face turns.
     Unresolved(f64),
     /// A number of the query is NaN, infinite, or of a magnitude whose products overflow or underflow: nothing is known.
-    /// In range are lengths and speeds up to 1e62, and speeds of 0 or from 1e-150 on.
+    /// In range are lengths and speeds up to 1e70, and speeds of 0 or from 1e-150 on.
     OutOfRange,
 }
 

@@ -9,9 +9,9 @@ use carom_kinematics::RelativeMotion;
 
 use crate::{Answer, Outcome, error_bound::one_norm};
 
-/// Lengths and speeds of a query above this are refused: a few times [`LARGEST`](carom_geometry::LARGEST), which bounds
-/// those of a single body.
-const LARGEST: f64 = 1e62;
+/// Lengths and speeds of a query above this are refused: more than [`LARGEST`](carom_geometry::LARGEST), which bounds those of
+/// a single body, and small enough for the square of a length times a length.
+const LARGEST: f64 = 1e70;
 
 /// Speeds of a query below this are refused, unless nothing moves: times would overflow.
 const LEAST_SPEED: f64 = 1e-150;
@@ -109,7 +109,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_scaled_speed_is_from_one_to_two(power in -150.0..62.0f64) {
+        fn a_scaled_speed_is_from_one_to_two(power in -150.0..70.0f64) {
             let speed = 10f64.powf(power);
             let scaled = speed * power_of_two_over(speed);
             prop_assert!((1.0..2.0).contains(&scaled), "{scaled}");

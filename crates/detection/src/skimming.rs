@@ -24,6 +24,7 @@ pub struct Window {
 /// horizon is returned.
 pub fn skim(motion: &RelativeMotion, reach: f64, horizon: f64) -> Option<Window> {
     let (x, v) = (motion.separation, motion.velocity);
+    let horizon = if horizon.is_nan() { f64::INFINITY } else { horizon };
     let reach = reach + rounding_within(motion, reach);
     let c = x.length_squared() - reach * reach;
     let v_squared = v.length_squared();

@@ -10,7 +10,7 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    BodyName, CollisionReport, ContactEvent, Counters, ElasticityTable, EventLoop, EventQueue, Ledger,
+    Body, BodyName, CollisionReport, ContactEvent, Counters, ElasticityTable, EventLoop, EventQueue, Ledger,
     Observer, Parts, RunError, Side, TagNames, World,
     guard::Partner,
     limits::{ContactPlaces, Limits},
@@ -22,9 +22,12 @@ use crate::{
 /// needs a few; a fully inelastic pile needs more and more.
 const MOST_CONTACTS_AT_ONCE: u32 = 1000;
 
-/// Contacts one after the other, without a guard, that rounding alone separates, after which a run counts as stalled: bodies
-/// that rest on each other and turn have some 10¹³ of them per natural time. A cluster of discs needs a few.
+/// Contacts, without a guard, that rounding alone separates, after which their rate is looked at.
 const MOST_UNRESOLVED: u32 = 100_000;
+
+/// They count as a collapse if they have come within this share of a natural time of the pair, (R_A + R_B)/L. Bodies that rest
+/// on each other and turn have some 10¹² of them in a natural time.
+const COLLAPSE: f64 = 1e-4;
 
 /// Contacts at one instant, for each body that has had one since time last moved on.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -32,11 +35,38 @@ pub(crate) struct AtOnce {
     /// The instant, as an offset in the epoch; that of the last edit, if there was no contact since.
     pub time: f64,
     pub counts: BTreeMap<u32, u32>,
-    /// Contacts since the last one that left its bodies separating faster than rounding resolves.
+    /// Contacts that rounding alone separated, and since when they are counted (offset in the epoch).
     pub unresolved: u32,
+    pub unresolved_since: f64,
 }
 
 impl AtOnce {
+    /// Counts a contact that rounding alone separates; returns whether so many have come in so short a time that bodies
+    /// will have them without end.
+    #[cold]
+    fn collapses(&mut self, time: f64, bodies: [&Body; 2], motions: &[Motion; 2]) -> bool {
+        if self.unresolved == 0 {
+            self.unresolved_since = time;
+        }
+        self.unresolved += 1;
+        if self.unresolved < MOST_UNRESOLVED {
+            return false;
+        }
+        self.unresolved = 0;
+        let radii = bodies.map(|body| body.kind.molecule.bounding_radius());
+        let rims: f64 = [0, 1].map(|n: usize| motions[n].angular_velocity.abs() * radii[n]).iter().sum();
+        let speed = (motions[1].velocity - motions[0].velocity).length() + rims;
+        // A wall may be of any length.
+        let radius = [0, 1].map(|n: usize| if bodies[n].is_wall() { 0.0 } else { radii[n] });
+        (time - self.unresolved_since) * speed < COLLAPSE * (radius[0] + radius[1])
+    }
+
+    /// Moves the origin of time by `offset`.
+    pub fn rebase(&mut self, offset: f64) {
+        self.time -= offset;
+        self.unresolved_since -= offset;
+    }
+
     /// Begins anew at the start of the epoch, unless this is the instant already.
     pub fn begin(&mut self) {
         if self.time < 0.0 {
@@ -241,17 +271,13 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
                 after = act(impulse);
                 // A guard has had its say, or there is none: nothing else will end a collapse.
                 let is_unguarded = self.world.last_contacts.is_empty() || elasticity == Elasticity::ELASTIC;
-                self.at_once.unresolved = self.at_once.unresolved.saturating_add(u32::from(is_unguarded));
-                if self.at_once.unresolved > MOST_UNRESOLVED {
-                    let (time, contacts) = (self.world.epoch.after(time), self.at_once.unresolved);
+                if is_unguarded && self.at_once.collapses(time, [body_a, body_b], &before) {
                     return Err(RunError::Stalled {
-                        time,
+                        time: self.world.epoch.after(time),
                         body: BodyName::new(body_a, self.names),
-                        contacts,
+                        contacts: MOST_UNRESOLVED,
                     });
                 }
-            } else {
-                self.at_once.unresolved = 0;
             }
         }
         let spin = after[0].angular_velocity.abs().max(after[1].angular_velocity.abs());

@@ -248,7 +248,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.stand_by();
         self.world.rebase(offset);
         self.offset = 0.0;
-        self.at_once.time -= offset;
+        self.at_once.rebase(offset);
         self.epoch = Epoch::ToBegin;
     }
 }

@@ -4,7 +4,6 @@
 use carom_detection::{
     Answer, Asker, BoundingCircles, Detection, DiscLanes, FixedStep, GoldenSecant, Outcome, skim,
 };
-use carom_geometry::LARGEST;
 use carom_kinematics::Motion;
 use dashu_float::{FBig, round::mode::HalfEven};
 use glam::DVec2;
@@ -35,6 +34,9 @@ pub struct BadNumbers {
     /// The body B.
     pub b: Body,
 }
+
+/// The largest length or speed that detection says it answers.
+const LARGEST_IN_RANGE: f64 = 1e70;
 
 /// Numbers at the borders of floats and of the limits.
 pub const NASTY: [f64; 25] = [
@@ -230,14 +232,15 @@ fn doubt(bad: &BadNumbers) -> Option<String> {
     let turning = |body: usize| !molecules[body].is_disc();
     let mut numbers = vec![x, y, u, v, bad.flight.separation_error, bad.flight.velocity_error];
     for body in (0..2).filter(|&body| turning(body)) {
-        numbers.push(bad.flight.turns[body]);
+        // Of turns, whole ones are dropped exactly, however many there are.
+        numbers.push(bad.flight.turns[body].fract());
         numbers.push(bad.flight.spins[body]);
         numbers.push(bad.flight.orientation_error[body]);
     }
     if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
         return Some(format!("one of the numbers is {number}"));
     }
-    let beyond = numbers.iter().find(|number| number.abs() > LARGEST)?;
+    let beyond = numbers.iter().find(|number| number.abs() > LARGEST_IN_RANGE)?;
     let reach = molecules[0].bounding_radius() + molecules[1].bounding_radius();
     circles_meet([x, y], [u, v], reach, bad.horizon)
         .then(|| format!("the bounding circles meet, and one of the numbers is {beyond:e}"))

@@ -86,8 +86,9 @@ fn size(scene: &Scene) -> f64 {
         let covered = std::f64::consts::PI * radius.unwrap_or(1.0).powi(2);
         let by_area = gas.area_fraction.map_or(0.0, |share| share * (width * height / covered).abs());
         let count = gas.count.map_or(by_area, |count| count as f64);
-        // Beyond this number the scene is refused.
-        if count > 134_217_728.0 { 0.0 } else { count * atoms(gas.shape.as_ref(), gas.atoms.len()) }
+        let atoms = atoms(gas.shape.as_ref(), gas.atoms.len());
+        // Beyond this number of molecules the scene is refused.
+        if count > 134_217_728.0 * atoms { 0.0 } else { count * atoms }
     };
     of_molecules + scene.gas.iter().map(of_gas).sum::<f64>()
 }

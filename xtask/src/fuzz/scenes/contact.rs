@@ -161,7 +161,13 @@ fn check_impulse(
     if exceeds(-approach, rate_error) {
         report.fail("approach", format!("bodies that part with {:e} are said to meet", -approach));
     }
-    if exceeds((parting - elasticity * approach).abs(), (1.0 + elasticity) * rate_error) {
+    // Contacts that lose energy separate at a least speed, four times what detection resolves, E': L (2 E/s + 12 u) + |ω| E
+    // + 2 u (|v_A| + |v_B|), with E the bound on the rounding of places for bodies that go eight sides in an epoch.
+    let places = 128.0 * U * (rules.sides[0] + rules.sides[1]) + place_error;
+    let resolved = speed * (2.0 * places / touch.distance + 16.0 * U) + spins * places;
+    let excess = parting - elasticity * approach;
+    let allowed = (1.0 + elasticity) * rate_error;
+    if exceeds(-excess, allowed) || exceeds(excess, allowed + 4.0 * resolved) {
         report.fail("restitution", format!("approach {approach:e}, parting {parting:e}, e = {elasticity}"));
     }
     let [before, after] = [false, true].map(|after| energy(&sides[0], after) + energy(&sides[1], after));

@@ -66,7 +66,7 @@ where
     for stretch in &case.stretch {
         until = until.new_epoch(stretch.duration);
         let ended = run_stretch(&mut simulation, &mut twin, until, &mut watcher, &mut draw, seams);
-        if watcher.report.failure.is_some() {
+        if watcher.is_done() {
             return Some(outcome(watcher, false));
         }
         let error = match &ended {
@@ -84,7 +84,7 @@ where
         if let Some(error) = error {
             named_end(error, &elasticity, &mut watcher.report);
         }
-        if watcher.report.failure.is_some() || !whole {
+        if watcher.is_done() || !whole {
             break;
         }
         for edit in &stretch.edits {
@@ -133,7 +133,7 @@ where
             Err(error) => return Ended::With(error),
         }
         watcher.epochs += 1;
-        if watcher.report.failure.is_some()
+        if watcher.is_done()
             || watcher.epochs > MOST_EPOCHS
             || simulation.view().counters().collisions > MOST_CONTACTS
         {

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use carom::engine::{BodyKey, CollisionReport, ElasticitySpec, Observer, View};
-use carom_kinematics::Instant;
+use carom_kinematics::{Instant, Motion};
 
 use super::{
     contact::{self, Rules},
@@ -20,6 +20,12 @@ const MOMENTS: usize = 2;
 
 /// What of a time its two floats resolve, with room for a few roundings.
 const RESOLUTION: f64 = f64::EPSILON * f64::EPSILON * 16.0;
+
+/// A clock is used up when a body goes this share of the side in the time that it resolves.
+const USED_UP: f64 = 1e-14;
+
+/// Roundings of the side by which a contact may round a place outwards.
+const OUTWARDS: f64 = 4.0;
 
 /// Moments after a contact that may have been passed over.
 const LOOKS_AHEAD: i32 = 24;
@@ -89,6 +95,8 @@ pub struct Watcher {
     largest_energy: f64,
     momentum: Option<Pair>,
     contacts: u64,
+    /// Whether bodies have become so fast that the clock does not resolve their flight: nothing more can be judged.
+    clock_is_used_up: bool,
     /// All contacts.
     pub log: Vec<Logged>,
     /// What was found.
@@ -111,6 +119,7 @@ impl Watcher {
             largest_energy: 0.0,
             momentum: None,
             contacts: 0,
+            clock_is_used_up: false,
             log: Vec::new(),
             report: Report::default(),
         };
@@ -163,10 +172,15 @@ impl Watcher {
         let longest = SIDES_PER_EPOCH * self.longer_side();
         let way = |time: Instant| (length(body.state.velocity) * time.offset().abs()).min(longest);
         let clock = way(time) + way(body.state.time);
+        // Epochs begin at double-doubles, which do not resolve the flight of bodies that are far too fast for their age.
+        let rim = length(body.state.velocity) + body.state.spin.abs() * body.outline.reach;
+        let unresolved = RESOLUTION * time.to_f64().abs() * rim;
         f64::EPSILON
             * (ROUNDINGS_PER_EPOCH * (epochs + 1.0) * self.longer_side()
                 + turning * body.outline.reach
-                + clock)
+                + clock
+                + OUTWARDS * self.longer_side())
+            + unresolved
     }
 
     fn gap_bound(&self, a: &Outline, b: &Outline) -> f64 {
@@ -234,6 +248,11 @@ impl Watcher {
         }
     }
 
+    /// Whether nothing more is to be checked.
+    pub fn is_done(&self) -> bool {
+        self.report.failure.is_some() || self.clock_is_used_up
+    }
+
     /// Looks at all pairs at random moments since the last event.
     fn look_back(&mut self, time: Instant) {
         let since = time.since(self.last);
@@ -255,6 +274,9 @@ impl Watcher {
 
     /// Compares the state of the system with the own kinematics, at the end of a stretch.
     pub fn compare(&mut self, view: &View<'_>) {
+        if self.is_done() {
+            return;
+        }
         let time = view.time();
         self.look_back(time);
         self.look_at_all(time);
@@ -347,10 +369,21 @@ impl Watcher {
 
 impl Observer for Watcher {
     fn collision(&mut self, contact: &CollisionReport<'_>) {
-        if self.report.failure.is_some() {
+        if self.is_done() {
             return;
         }
         let time = contact.time;
+        let fastest = contact.sides.iter().map(|side| {
+            let reach = side.body.molecule().bounding_radius();
+            let speed = |motion: &Motion| motion.velocity.length() + motion.angular_velocity.abs() * reach;
+            speed(&side.before).max(speed(&side.after))
+        });
+        let way = RESOLUTION * time.to_f64().abs() * fastest.fold(0.0, f64::max);
+        if way > USED_UP * self.longer_side() {
+            self.clock_is_used_up = true;
+            self.report.count("clocks used up", 1);
+            return;
+        }
         self.look_back(time);
         self.contacts += 1;
         let tracked = contact.sides.each_ref().map(|side| self.bodies.get(&side.body.key()).cloned());
