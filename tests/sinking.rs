@@ -9,7 +9,7 @@ use carom_engine::{
     CollisionReport, MoleculeSpec, Observer, Rotation, RunError, Scene, Scheduler, Side, WallSpec,
 };
 use carom_geometry::{Molecule, gap_between};
-use carom_kinematics::Orientation;
+use carom_kinematics::{Instant, Orientation};
 use glam::DVec2;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -47,17 +47,20 @@ fn depth<S: Scheduler>(scene: &Scene, options: &S::Options, until: f64, most: u6
     let mut simulation = simulate::<S>(scene, options);
     let mut result = Depth::default();
     let mut time = 1e-9;
-    while time < until && result.contacts < most {
-        time = until.min(2.0 * time);
-        let run = simulation.observe_until(time, &mut result);
-        let overlap = simulation.view().overlaps().deepest_length;
-        result.deepest = result.deepest.max(overlap / f64::EPSILON);
+    let mut is_over = false;
+    while !is_over && result.contacts < most {
+        // An epoch has some contacts a body, so that runs of many contacts end soon after `most`.
+        let run = simulation.observe_epoch(Instant::from(time), &mut result);
         match run {
-            Ok(()) => {}
+            Ok(false) => continue,
+            Ok(true) => is_over = time >= until,
             // A guard that is off lets a collapse end by this name.
             Err(RunError::Stalled { .. }) if scene.elasticity.contact_time == 0.0 => break,
             Err(error) => panic!("{error}\n{}", scene.to_toml()),
         }
+        let overlap = simulation.view().overlaps().deepest_length;
+        result.deepest = result.deepest.max(overlap / f64::EPSILON);
+        time = until.min(2.0 * time);
     }
     result
 }
