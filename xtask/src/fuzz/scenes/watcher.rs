@@ -38,8 +38,9 @@ const FEW: usize = 12;
 /// follows it.
 const ROUNDINGS: f64 = 64.0;
 
-/// Roundings of a side that each epoch may add to a place.
-const ROUNDINGS_PER_EPOCH: f64 = 4.0;
+/// Roundings of a side that each epoch may add to a place: half for the product and half for the sum of a flight of
+/// eight sides, which a body that moves alone makes in an epoch.
+const ROUNDINGS_PER_EPOCH: f64 = 8.0;
 
 /// How many sides a body may go in an epoch, one that has become faster in it included.
 const SIDES_PER_EPOCH: f64 = 16.0;
