@@ -69,16 +69,14 @@ fn mixture() -> Scene {
 
 #[test]
 fn the_ledger_records_what_a_response_loses() {
-    check_ledger::<Thesis>(mixture());
-    check_ledger::<Cells>(mixture());
+    check_ledger::<Thesis>(&mixture());
+    check_ledger::<Cells>(&mixture());
     // Discs alone take a shorter way through the engine.
-    let mut discs = Scene::default();
-    discs.gas = vec![gas("disc", 0.02, 100)];
-    check_ledger::<Cells>(discs);
+    check_ledger::<Cells>(&Scene { gas: vec![gas("disc", 0.02, 100)], ..Scene::default() });
 }
 
-fn check_ledger<S: Scheduler + Clone>(scene: Scene) {
-    let mut simulation = simulate::<_, S>(&scene, SpeedDependent { reference: 1.0 });
+fn check_ledger<S: Scheduler + Clone>(scene: &Scene) {
+    let mut simulation = simulate::<_, S>(scene, SpeedDependent { reference: 1.0 });
     let before = simulation.view().energy();
     let mut change = Change::default();
     simulation.observe_until(1.0, &mut change).unwrap();

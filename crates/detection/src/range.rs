@@ -76,7 +76,7 @@ fn extraordinary(is_in_range: bool, speed: f64) -> Unit {
 /// 2^−k for a speed from 2^k to 2^(k+1).
 fn power_of_two_over(speed: f64) -> f64 {
     const EXPONENT: u64 = 0x7FF << 52;
-    f64::from_bits((2 * 1023 << 52) - (speed.to_bits() & EXPONENT))
+    f64::from_bits(((2 * 1023) << 52) - (speed.to_bits() & EXPONENT))
 }
 
 /// The query with its velocities multiplied by `factor`.

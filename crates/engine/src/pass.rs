@@ -254,29 +254,23 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
         };
         let mut after = act(impulse);
         let met_fixed = inertia_a.is_fixed() || inertia_b.is_fixed();
-        let turns = |n: usize, inertia: &Inertia| {
-            inertia.inverse_moment > 0.0 && arms[n].perp_dot(frame.line_of_centres) != 0.0
-        };
+        let d = frame.line_of_centres;
+        let turns = |n: usize, inertia: &Inertia| inertia.inverse_moment > 0.0 && arms[n].perp_dot(d) != 0.0;
         if met_fixed && elasticity == Elasticity::ELASTIC && !turns(0, inertia_a) && !turns(1, inertia_b) {
-            let d = frame.line_of_centres;
             let [a, b] = &mut after;
             reflect(self.response, d, before[0].velocity, inertia_a.inverse_mass, &mut a.velocity);
             reflect(self.response, -d, before[1].velocity, inertia_b.inverse_mass, &mut b.velocity);
         }
         let changes_energy = repeats || !self.response.conserves_energy(elasticity);
         if changes_energy {
-            let (bodies, [a, b], [c, d]) = ([body_a, body_b], &before, &after);
-            if let Some(missing) = missing_impulse(self.world, &frame, parts, bodies, [a, b], [c, d]) {
+            let (pair, [a, b], [c, d]) = ([body_a, body_b], &before, &after);
+            if let Some(missing) = missing_impulse(self.world, &frame, parts, pair, [a, b], [c, d]) {
                 impulse += missing;
                 after = act(impulse);
                 // A guard has had its say, or there is none: nothing else will end a collapse.
                 let is_unguarded = self.world.last_contacts.is_empty() || elasticity == Elasticity::ELASTIC;
-                if is_unguarded && self.at_once.collapses(time, [body_a, body_b], &before) {
-                    return Err(RunError::Stalled {
-                        time: self.world.epoch.after(time),
-                        body: BodyName::new(body_a, self.names),
-                        contacts: MOST_UNRESOLVED,
-                    });
+                if is_unguarded && self.at_once.collapses(time, pair, &before) {
+                    return Err(self.stalled(bodies[0], time, MOST_UNRESOLVED));
                 }
             }
         }
@@ -347,11 +341,16 @@ impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
             let contacts = self.at_once.counts.entry(index).or_default();
             *contacts += u32::from(!body.is_fixed());
             if *contacts > MOST_CONTACTS_AT_ONCE {
-                let (time, contacts) = (self.world.epoch.after(time), *contacts);
-                return Err(RunError::Stalled { time, body: BodyName::new(body, self.names), contacts });
+                let contacts = *contacts;
+                return Err(self.stalled(index, time, contacts));
             }
         }
         Ok(())
+    }
+
+    fn stalled(&self, body: u32, time: f64, contacts: u32) -> RunError {
+        let body = BodyName::new(&self.world.bodies[body as usize], self.names);
+        RunError::Stalled { time: self.world.epoch.after(time), body, contacts }
     }
 }
 
