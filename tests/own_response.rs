@@ -35,16 +35,6 @@ impl Response for Sticky {
     }
 }
 
-/// Lets bodies pass into each other.
-#[derive(Debug, Clone)]
-struct Nothing;
-
-impl Response for Nothing {
-    fn impulse(&self, _: &ContactFrame, _: [(&Motion, &Inertia); 2], _: Elasticity) -> DVec2 {
-        DVec2::ZERO
-    }
-}
-
 /// Sums the energy that contacts change, from the reports.
 #[derive(Debug, Default)]
 struct Change(f64);
@@ -120,13 +110,4 @@ fn a_response_that_ignores_the_guard_loses_what_it_says_and_a_collapse_has_a_nam
     let view = simulation.view();
     assert_eq!(view.overlaps().pairs, 0);
     assert!((view.energy() - view.ledger().booked()).abs() < 1e-12 * initial);
-}
-
-#[test]
-fn a_response_that_does_nothing_ends_the_run_by_name() {
-    let head_on =
-        scene(vec![disc(0.05, 1.0, [0.3, 0.5], [1.0, 0.0]), disc(0.05, 1.0, [0.7, 0.5], [-1.0, 0.0])]);
-    let mut simulation = simulate::<_, Cells>(&head_on, Nothing);
-    let ended = simulation.run_until(1.0);
-    assert!(matches!(ended, Err(RunError::Stalled { .. })), "{ended:?}");
 }

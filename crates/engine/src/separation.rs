@@ -46,8 +46,12 @@ pub(crate) fn missing_impulse(
 ) -> Option<DVec2> {
     let time = before[0].time;
     let mut relative = RelativeMotion::between(before[0], before[1], DVec2::ZERO, time);
-    // The image may be another, and a scheduler may know places less well: this bounds all of them.
-    relative.separation_error = relative.separation_error.max(separation_error(world));
+    relative.separation_error = match parts {
+        // Discs fly straight: once they part they do not come back, wherever exactly they are.
+        Parts::Discs => 0.0,
+        // The image may be another, and a scheduler may know places less well: this bounds all of them.
+        _ => relative.separation_error.max(separation_error(world)),
+    };
     let [a, b] = bodies.map(|body| body.kind.molecule.outline());
     let least = LEAST_SEPARATION * resolved_speed(a, b, &relative, Touch::from(parts));
     let approach = approach_speed(frame, after);
