@@ -20,8 +20,11 @@ fn check_elasticity<S: Scheduler>(options: &S::Options) {
         simulation.run_until(at).unwrap();
         simulation.set_elasticity(&ElasticitySpec { default: e, ..ElasticitySpec::default() }).unwrap();
         simulation.run_until(2.5).unwrap();
-        assert_eq!(velocity(&simulation.view(), 0), DVec2::new(-e, 0.0));
-        assert_eq!(velocity(&simulation.view(), 1), DVec2::new(e, 0.0));
+        // At e = 0 discs part by more than velocities are rounded, so that they do not sink into each other.
+        for (index, expected) in [(0, -e), (1, e)] {
+            let off = (velocity(&simulation.view(), index) - DVec2::new(expected, 0.0)).length();
+            assert!(off <= if e == 0.0 { 1e-15 } else { 0.0 }, "e = {e}: off by {off:e}");
+        }
         assert!((simulation.view().ledger().lost - (1.0 - e * e)).abs() < 1e-15);
     }
 }
@@ -58,7 +61,8 @@ fn check_tags<S: Scheduler>(options: &S::Options) {
             simulation.untag(right, name).unwrap();
         }
         simulation.run_until(3.0).unwrap();
-        assert_eq!(velocity(&simulation.view(), 1), DVec2::new(e, 0.0), "{names:?}");
+        let off = (velocity(&simulation.view(), 1) - DVec2::new(e, 0.0)).length();
+        assert!(off <= if e == 0.0 { 1e-15 } else { 0.0 }, "{names:?}: off by {off:e}");
     }
 
     // The single tag where the pair does not apply.

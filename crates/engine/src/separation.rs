@@ -6,7 +6,8 @@
 //!    rounded, the surfaces may go on closing after the contact by a rounding, which no detector can tell from rest. So a
 //!    contact that loses energy, or that follows another at the same instant, ends with the surfaces separating at
 //!    [`LEAST_SEPARATION`] times the speed that detection resolves, E'. Elastic contacts separate as fast as they
-//!    approach, which is faster than E' already.
+//!    approach, which is faster than E' already. Two discs need only separate by more than velocities are rounded,
+//!    since straight flights that part do not come back.
 //! 2. *Steps of a search that fall by E.* Excluded by Lemma 9 of `carom_detection` (`gap_search.rs`), given 1.
 //! 3. *Rounding of places.* Each contact rounds two places to the nearest float, inwards or outwards. A pair that meets 10⁵
 //!    times within a short time would do a random walk of 300 roundings. So the places of bodies that meet deeper than two
@@ -46,14 +47,15 @@ pub(crate) fn missing_impulse(
 ) -> Option<DVec2> {
     let time = before[0].time;
     let mut relative = RelativeMotion::between(before[0], before[1], DVec2::ZERO, time);
-    relative.separation_error = match parts {
-        // Discs fly straight: once they part they do not come back, wherever exactly they are.
-        Parts::Discs => 0.0,
+    let least = if parts == Parts::Discs {
+        // Discs fly straight: those that part do not come back, wherever exactly they are.
+        2.0 * relative.velocity_error
+    } else {
         // The image may be another, and a scheduler may know places less well: this bounds all of them.
-        _ => relative.separation_error.max(separation_error(world)),
+        relative.separation_error = relative.separation_error.max(separation_error(world));
+        let [a, b] = bodies.map(|body| body.kind.molecule.outline());
+        LEAST_SEPARATION * resolved_speed(a, b, &relative, Touch::from(parts))
     };
-    let [a, b] = bodies.map(|body| body.kind.molecule.outline());
-    let least = LEAST_SEPARATION * resolved_speed(a, b, &relative, Touch::from(parts));
     let approach = approach_speed(frame, after);
     let mass = reduced_mass(frame, bodies.map(|body| &body.kind.inertia));
     // Surfaces that still close faster do so by the will of the response, which is not replaced.
