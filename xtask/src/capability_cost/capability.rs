@@ -116,7 +116,7 @@ impl Capability {
                 "detection/src/error_bound.rs",
                 "detection/src/exact.rs",
                 "detection/src/flight.rs",
-                "detection/src/recontact.rs",
+                "detection/src/gap_search.rs",
                 "detection/src/safe_step.rs",
                 "detection/src/search.rs",
                 "detection/src/skimming.rs",

@@ -76,9 +76,9 @@ fn an_overlap_in_a_file_is_found() {
     let mut overlapping = body.clone();
     overlapping[at..at + 8].copy_from_slice(&0.3f64.to_le_bytes());
     let found = report(&overlapping);
-    // Refused by name, or found: never run without a word.
-    let refused = found.counts.contains(&("checkpoints refused".to_owned(), 1));
-    assert!(refused || found.failure.is_some_and(|failure| failure.kind == "overlap"));
+    // Refused or counted by name: never run without a word.
+    let is_counted = |name: &str| found.counts.contains(&(name.to_owned(), 1));
+    assert!(is_counted("checkpoints refused") || is_counted("checkpoints of overlapping bodies"));
 }
 
 #[test]
