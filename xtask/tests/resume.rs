@@ -348,7 +348,7 @@ fn checkpoints_with_forged_checksums_are_refused_or_run_but_never_hang() {
     let mut random = Pcg64::seed_from_u64(11);
     let numbers = [0.0, f64::NAN, f64::INFINITY, 1e300, 1e61, 1e20, -1.0, 1e-6, 1e-75, 1e-160, 5e-324];
     let mut refused = 0;
-    for _ in 0..60 {
+    for _ in 0..80 {
         for (bytes, path) in &files {
             fs::write(path, bytes).unwrap();
         }
@@ -378,7 +378,7 @@ fn checkpoints_with_forged_checksums_are_refused_or_run_but_never_hang() {
         assert!(matches!(code, Some(0..=2)), "{code:?} with {number} at byte {at}");
         refused += u32::from(code == Some(2));
     }
-    assert!((5..55).contains(&refused), "{refused}");
+    assert!((10..55).contains(&refused), "{refused}");
 }
 
 #[test]

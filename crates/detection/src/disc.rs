@@ -17,8 +17,8 @@ use crate::{error_bound::one_norm, tolerance::RESTING_DEPTH};
 ///   τ/8 below min(c, 0), and one deeper than τ/8 is in contact unless it parts;
 /// * c < −τ, overlapping by more than rounding: in contact if it closes.
 ///
-/// So a pair whose contacts end with the discs parting faster than w never gets deeper than τ/4 beyond rounding: discs that
-/// part on straight lines do not come back. Bodies at rest next to each other are never in contact, whatever their depth.
+/// So a pair whose contacts end with the discs parting, beyond the rounding of their velocities, never gets deeper than τ/4
+/// beyond rounding: discs that part on straight lines do not come back. Bodies at rest next to each other are never in contact, whatever their depth.
 pub(crate) fn disc_contact(d: DVec2, v: DVec2, sigma: f64, errors: (f64, f64)) -> f64 {
     contact_of_passing(d, v, d.perp_dot(v), sigma, errors)
 }

@@ -231,7 +231,7 @@ impl Checkpoint {
             if all { Ok(()) } else { Err(CheckpointError::NotFinite(what)) }
         };
         finite("time", &[self.epoch.epoch(), self.epoch.epoch_low(), self.epoch.offset()])?;
-        finite("time of the last contact", &[self.at_once.time])?;
+        finite("time of the last contact", &[self.at_once.time, self.at_once.unresolved_since])?;
         finite("ledger", &[initial, lost, spared, put_in])?;
         if self.last_contacts.iter().any(|&time| time.is_nan() || time == f64::INFINITY) {
             return Err(CheckpointError::NotFinite("time of a last contact"));
@@ -256,13 +256,15 @@ impl Checkpoint {
             pairs,
             self.next_key.0,
             self.at_once.counts.values().copied().max().map_or(0, |count| u64::from(count) << 32),
+            u64::from(self.at_once.unresolved) << 32,
         ];
         let windings = self.bodies.iter().flat_map(|body| body.winding).map(i64::unsigned_abs);
         let largest = counts.into_iter().chain(windings).max().unwrap_or(0);
         if largest > MOST_COUNTED {
             return Err(out_of_range("largest count", "at most 2^62", largest as f64));
         }
-        let last = self.last_contacts.iter().copied().fold(self.at_once.time, f64::max);
+        let counted = self.at_once.time.max(self.at_once.unresolved_since);
+        let last = self.last_contacts.iter().copied().fold(counted, f64::max);
         if last > 0.0 {
             return Err(out_of_range("time of the last contact", "at most 0", last));
         }
@@ -428,6 +430,9 @@ mod tests {
             ("largest count", refusal(|c| c.counters.collisions = u64::MAX)),
             ("largest count", refusal(|c| c.counters.scheduler.pairs = u64::MAX)),
             ("largest count", refusal(|c| c.at_once.counts = [(0, u32::MAX)].into())),
+            ("largest count", refusal(|c| c.at_once.unresolved = u32::MAX)),
+            ("last contact is not finite", refusal(|c| c.at_once.unresolved_since = f64::NAN)),
+            ("last contact must be at most 0, but is 2", refusal(|c| c.at_once.unresolved_since = 2.0)),
             ("last contact must be at most 0, but is 1", refusal(|c| c.at_once.time = 1.0)),
             (
                 "the radius of the wall must be at most",
