@@ -11,13 +11,14 @@ use glam::DVec2;
 use crate::{
     AtomSpec, Cells, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError, Scheduler,
     SchedulerCounters, Simulation, TagNames, Tags, WallSpec, World,
+    at_once::AtOnce,
     body::BodyKind,
     grid::Grid,
     limits::refuse_slow,
     overlap::rounding_bound,
-    pass::AtOnce,
     placement::{self, Sites},
     simulation::Epoch,
+    unresolved::Unresolved,
 };
 
 impl Simulation {
@@ -89,6 +90,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let ledger = Ledger { initial: world.energy(), ..Ledger::default() };
         Ok(Self {
             at_once: AtOnce::default(),
+            unresolved: Unresolved::default(),
             world,
             detection,
             response,

@@ -17,11 +17,12 @@ use thiserror::Error;
 use crate::{
     BodyKey, BodyName, Cells, Counters, ElasticitySpec, ElasticityTable, LEAST_SPEED, Ledger, Rotation,
     SceneError, Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
+    at_once::AtOnce,
     body::BodyKind,
     build::{inertia, refuse_large_wall},
     limits::too_slow,
-    pass::AtOnce,
     simulation::Epoch,
+    unresolved::Unresolved,
 };
 
 /// The state of a simulation at the end of an epoch, to be written down and resumed from.
@@ -60,6 +61,7 @@ pub struct Checkpoint {
     counters: Counters,
     ledger: Ledger,
     at_once: AtOnce,
+    unresolved: Unresolved,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -153,6 +155,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             offset,
             epoch,
             at_once,
+            unresolved,
         } = self;
         if !matches!(epoch, Epoch::ToBegin) {
             return None;
@@ -172,6 +175,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             counters: *counters,
             ledger: *ledger,
             at_once: at_once.clone(),
+            unresolved: *unresolved,
         })
     }
 
@@ -214,6 +218,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             offset: 0.0,
             epoch: Epoch::ToBegin,
             at_once: checkpoint.at_once.clone(),
+            unresolved: checkpoint.unresolved,
         })
     }
 }
@@ -231,7 +236,7 @@ impl Checkpoint {
             if all { Ok(()) } else { Err(CheckpointError::NotFinite(what)) }
         };
         finite("time", &[self.epoch.epoch(), self.epoch.epoch_low(), self.epoch.offset()])?;
-        finite("time of the last contact", &[self.at_once.time, self.at_once.unresolved_since])?;
+        finite("time of the last contact", &[self.at_once.time, self.unresolved.since])?;
         finite("ledger", &[initial, lost, spared, put_in])?;
         if self.last_contacts.iter().any(|&time| time.is_nan() || time == f64::INFINITY) {
             return Err(CheckpointError::NotFinite("time of a last contact"));
@@ -256,14 +261,14 @@ impl Checkpoint {
             pairs,
             self.next_key.0,
             self.at_once.counts.values().copied().max().map_or(0, |count| u64::from(count) << 32),
-            u64::from(self.at_once.unresolved) << 32,
+            u64::from(self.unresolved.count) << 32,
         ];
         let windings = self.bodies.iter().flat_map(|body| body.winding).map(i64::unsigned_abs);
         let largest = counts.into_iter().chain(windings).max().unwrap_or(0);
         if largest > MOST_COUNTED {
             return Err(out_of_range("largest count", "at most 2^62", largest as f64));
         }
-        let counted = self.at_once.time.max(self.at_once.unresolved_since);
+        let counted = self.at_once.time.max(self.unresolved.since);
         let last = self.last_contacts.iter().copied().fold(counted, f64::max);
         if last > 0.0 {
             return Err(out_of_range("time of the last contact", "at most 0", last));
@@ -430,9 +435,9 @@ mod tests {
             ("largest count", refusal(|c| c.counters.collisions = u64::MAX)),
             ("largest count", refusal(|c| c.counters.scheduler.pairs = u64::MAX)),
             ("largest count", refusal(|c| c.at_once.counts = [(0, u32::MAX)].into())),
-            ("largest count", refusal(|c| c.at_once.unresolved = u32::MAX)),
-            ("last contact is not finite", refusal(|c| c.at_once.unresolved_since = f64::NAN)),
-            ("last contact must be at most 0, but is 2", refusal(|c| c.at_once.unresolved_since = 2.0)),
+            ("largest count", refusal(|c| c.unresolved.count = u32::MAX)),
+            ("last contact is not finite", refusal(|c| c.unresolved.since = f64::NAN)),
+            ("last contact must be at most 0, but is 2", refusal(|c| c.unresolved.since = 2.0)),
             ("last contact must be at most 0, but is 1", refusal(|c| c.at_once.time = 1.0)),
             (
                 "the radius of the wall must be at most",

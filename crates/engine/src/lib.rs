@@ -38,6 +38,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod at_once;
 mod body;
 mod build;
 mod cells;
@@ -54,13 +55,15 @@ mod overlap;
 mod pass;
 mod placement;
 mod report;
+mod resolution;
 mod scene;
-mod scheduler;
+pub mod scheduler;
 mod separation;
 mod simulation;
 mod standby;
 mod tags;
 mod thesis;
+mod unresolved;
 mod view;
 mod wall;
 mod world;
@@ -82,7 +85,7 @@ pub use scene::{
     AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, RunSpec, Scene,
     WallSpec,
 };
-pub use scheduler::{ContactEvent, EventLoop, EventQueue, Parts, Scheduler};
+pub use scheduler::Scheduler;
 pub use simulation::Simulation;
 pub use tags::TagNames;
 pub use thesis::Thesis;

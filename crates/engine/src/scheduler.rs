@@ -1,11 +1,35 @@
-//! The seam of the order of events: data layout, neighbourhood and calendar together.
+//! How events are ordered: the seam behind which the data layout, the search for neighbours and the
+//! calendar stand together.
+//!
+//! [`Scheduler`] is what [`Simulation`](crate::Simulation) is generic over. It keeps the motions
+//! while an epoch runs and hands its [`EventQueue`] to the [`EventLoop`] of the engine. The smallest
+//! one that is right compares all pairs in all images; `tests/own_scheduler.rs` has it in full.
+//!
+//! # Ties
+//!
+//! Contacts of disjoint pairs at the same time commute: they may come in any order that depends on
+//! the state alone. Contacts at the same time that share a body do not commute. Of these, the one
+//! with the first body inserted earlier comes first, and of two with the same first body, the one
+//! with the second body inserted earlier ([`ContactEvent::in_order`]). Within a pair, detection
+//! decides: it is given the body inserted first as A (see [`ordered`]) and takes the atoms with the
+//! lowest indices.
+//!
+//! # Rounding
+//!
+//! Positions are known to a few roundings of the side of the box. [`separation_error`] bounds the
+//! rounding of x − x′ + (v − v′) t + image within an epoch, however a scheduler stores its motions.
+//! [`Detection`] that is asked with a [`RelativeMotion`](carom_kinematics::RelativeMotion) formed
+//! by [`RelativeMotion::between`](carom_kinematics::RelativeMotion::between) needs no other bound;
+//! the batches of [`DiscLanes`](carom_detection::DiscLanes) do.
+
+use std::cmp::Ordering;
 
 use carom_detection::{Detection, Part, Touch};
 use carom_geometry::Molecule;
 use carom_kinematics::{HALF_ULP, Motion};
 use glam::DVec2;
 
-use crate::{GridError, SchedulerCounters, World, limits::sides_per_epoch};
+use crate::{Body, GridError, SchedulerCounters, World, limits::sides_per_epoch};
 
 /// The next contact of two bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,9 +42,13 @@ pub struct ContactEvent {
     pub image: [i64; 2],
     /// The parts that touch.
     pub parts: Parts,
-    /// The inverse mass of either body (1/mass), if it is the same and the queue has it at hand: it need not be looked up then,
-    /// far away, for each of them.
-    pub inverse_mass: Option<f64>,
+}
+
+impl ContactEvent {
+    /// By time; of two at the same time, by the first and then by the second body.
+    pub fn in_order(&self, other: &Self) -> Ordering {
+        self.time.total_cmp(&other.time).then(self.bodies.cmp(&other.bodies))
+    }
 }
 
 /// The parts of two bodies that touch.
@@ -99,14 +127,25 @@ impl From<Parts> for Touch {
     }
 }
 
-/// Bound on the rounding of the separation of two bodies within an epoch (length): it is (x − x') + (v − v') t + image,
-/// and each of these is at most two sides long for each side that a body goes in it.
-pub(crate) fn separation_error(world: &World) -> f64 {
+/// Bound on the rounding of the separation of two bodies within an epoch (length).
+///
+/// The separation is (x − x′) + (v − v′) t + image, and each of these is at most two sides long for
+/// each side of the box that the fastest body goes in an epoch.
+pub fn separation_error(world: &World) -> f64 {
     HALF_ULP * 16.0 * (sides_per_epoch(world) * world.bounds().sides().element_sum())
 }
 
 /// A pair with the body inserted first in front, and the image of the second as seen from it.
-pub(crate) fn ordered(pair: [u32; 2], image: [i32; 2]) -> ([u32; 2], [i32; 2]) {
+///
+/// Predicted in this order, a pair gives the same contact whichever of the two is asked about.
+///
+/// ```
+/// use carom_engine::scheduler::ordered;
+///
+/// // Body 2 meets body 5 one box to its right, so body 5 meets body 2 one box to its left.
+/// assert_eq!(ordered([5, 2], [-1, 0]), ([2, 5], [1, 0]));
+/// ```
+pub fn ordered(pair: [u32; 2], image: [i32; 2]) -> ([u32; 2], [i32; 2]) {
     if pair[0] <= pair[1] { (pair, image) } else { ([pair[1], pair[0]], image.map(|boxes| -boxes)) }
 }
 
@@ -133,6 +172,13 @@ pub trait EventQueue {
         bodies: [u32; 2],
         motions: [Motion; 2],
     );
+
+    /// Inverse masses of two single discs (1/mass). A queue that keeps them near its motions
+    /// overrides this.
+    #[inline]
+    fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
+        bodies.map(|body| world.bodies()[body as usize].inertia().inverse_mass)
+    }
 
     /// Place of a body at `time` (offset in the epoch), and its velocity.
     #[inline]
@@ -171,7 +217,45 @@ pub trait EventLoop {
     fn run<Q: EventQueue>(self, queue: &mut Q) -> Self::End;
 }
 
+/// The motions of the system outside an epoch, into which a scheduler writes its own.
+///
+/// A motion may be stored with any subjective time in the epoch, and with a position outside the
+/// box: the engine wraps positions, and counts the boxes left behind, at the end of the epoch.
+#[derive(Debug)]
+pub struct StoredMotions<'a> {
+    world: &'a mut World,
+}
+
+impl<'a> StoredMotions<'a> {
+    pub(crate) fn new(world: &'a mut World) -> Self {
+        Self { world }
+    }
+
+    /// The bodies, in order of insertion.
+    pub fn bodies(&self) -> &[Body] {
+        &self.world.bodies
+    }
+
+    /// How many boxes a body had left behind, per axis, when it was last stored.
+    pub fn winding(&self, body: u32) -> [i64; 2] {
+        self.world.windings[body as usize]
+    }
+
+    /// Stores the motion of a body, and how many boxes it has left behind, per axis, since it was
+    /// added: those that [`World::windings`] gave at the start of the epoch, and those that the
+    /// scheduler has wrapped its position by since. The motion of a fixed body is ignored.
+    pub fn set(&mut self, body: u32, motion: Motion, winding: [i64; 2]) {
+        let index = body as usize;
+        if !self.world.bodies[index].is_fixed() {
+            self.world.motions[index] = motion;
+            self.world.windings[index] = winding;
+        }
+    }
+}
+
 /// Finds the soonest contact, again and again, and keeps the motions while an epoch runs.
+///
+/// [`Cells`](crate::Cells) and [`Thesis`](crate::Thesis) are the two that are shipped.
 ///
 /// The engine promises: an epoch is begun before anything else and after every edit.
 pub trait Scheduler: Sized {
@@ -195,8 +279,8 @@ pub trait Scheduler: Sized {
     /// Hands its queue of the present epoch's events to a loop.
     fn run<L: EventLoop>(&mut self, events: L) -> L::End;
 
-    /// Writes the present motions, and the boxes left behind, into the world.
-    fn store(&self, world: &mut World);
+    /// Writes the present motions, and the boxes left behind, into the state of the system.
+    fn store(&self, state: &mut StoredMotions<'_>);
 
     /// Memory kept on the heap (bytes).
     fn heap_bytes(&self) -> usize;

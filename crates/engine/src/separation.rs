@@ -22,7 +22,10 @@ use carom_kinematics::{Inertia, Motion, RelativeMotion};
 use carom_response::{ContactFrame, approach_speed, reduced_mass};
 use glam::DVec2;
 
-use crate::{Body, Parts, World, scheduler::separation_error};
+use crate::{
+    Body, World,
+    scheduler::{Parts, separation_error},
+};
 
 /// Surfaces separate at least this many times as fast as detection resolves. Smaller than 2: a pair may not be seen to
 /// part. Larger: energy is put into contacts at elasticity 0.

@@ -7,8 +7,11 @@ use carom_response::{Impact, Response};
 use crate::{
     BodyName, Cells, Counters, ElasticityTable, Ledger, Observer, RunError, Scheduler, SchedulerCounters,
     TagNames, View, World,
+    at_once::AtOnce,
     limits::{LEAST_SPEED, Limits, refuse_outpaced, too_slow},
-    pass::{AtOnce, Ended, Pass},
+    pass::{Ended, Pass},
+    scheduler::StoredMotions,
+    unresolved::Unresolved,
 };
 
 /// A system of rigid molecules in a periodic box, at some time.
@@ -32,6 +35,7 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = Cells> {
     pub(crate) offset: f64,
     pub(crate) epoch: Epoch,
     pub(crate) at_once: AtOnce,
+    pub(crate) unresolved: Unresolved,
 }
 
 /// The present epoch.
@@ -169,6 +173,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             counters: &mut self.counters,
             ledger: &mut self.ledger,
             at_once: &mut self.at_once,
+            unresolved: &mut self.unresolved,
             limits,
             now: &mut self.offset,
             observer,
@@ -196,7 +201,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Brings the world up to date with the scheduler, whose motions are the true ones within an epoch.
     fn stand_by(&mut self) {
         if let Epoch::Running(_) = self.epoch {
-            self.scheduler.store(&mut self.world);
+            self.scheduler.store(&mut StoredMotions::new(&mut self.world));
         }
         self.counters.scheduler = self.work_before + self.scheduler.counters();
     }
@@ -249,6 +254,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.world.rebase(offset);
         self.offset = 0.0;
         self.at_once.rebase(offset);
+        self.unresolved.rebase(offset);
         self.epoch = Epoch::ToBegin;
     }
 }

@@ -11,10 +11,11 @@ use carom_response::Response;
 use crate::{
     BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, LEAST_SPEED, MoleculeSpec, Rotation,
     SceneError, Scheduler, Simulation, Tag, TagNames, WallSpec, World,
+    at_once::AtOnce,
     build::{add_molecule, add_wall, deepest_overlap, inertia},
-    pass::AtOnce,
     placement::Sites,
     simulation::Epoch,
+    unresolved::Unresolved,
 };
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
@@ -231,6 +232,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             self.end_epoch(self.offset);
         }
         self.at_once.begin();
+        self.unresolved = Unresolved::default();
         let inertia = self.world.bodies[index].kind.inertia;
         let before = kinetic_energy(&self.world.motions[index], &inertia);
         change(&mut self.world.motions[index]);
@@ -252,7 +254,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
         self.ledger.put_in += world.energy() - self.world.energy();
         self.work_before = self.counters.scheduler;
-        (self.offset, self.epoch, self.at_once) = (0.0, Epoch::ToBegin, AtOnce::default());
+        (self.offset, self.epoch) = (0.0, Epoch::ToBegin);
+        (self.at_once, self.unresolved) = (AtOnce::default(), Unresolved::default());
         (self.world, self.names, self.elasticity, self.scheduler) = (world, names, elasticity, scheduler);
         Ok(())
     }

@@ -23,9 +23,9 @@ use carom_kinematics::{Motion, RelativeMotion};
 use smallvec::SmallVec;
 
 use crate::{
-    ContactEvent, EventLoop, EventQueue, Fineness, GridError, Parts, Scheduler, SchedulerCounters, World,
+    Fineness, GridError, Scheduler, SchedulerCounters, World,
     grid::{Grid, Step},
-    scheduler::{ordered, separation_error},
+    scheduler::{ContactEvent, EventLoop, EventQueue, Parts, StoredMotions, ordered, separation_error},
 };
 
 /// The thesis's scheduler.
@@ -152,9 +152,10 @@ impl Scheduler for Thesis {
         events.run(self)
     }
 
-    fn store(&self, world: &mut World) {
-        world.motions.clone_from(&self.motions);
-        world.windings.clone_from(&self.windings);
+    fn store(&self, state: &mut StoredMotions<'_>) {
+        for (body, (motion, winding)) in self.motions.iter().zip(&self.windings).enumerate() {
+            state.set(body as u32, *motion, *winding);
+        }
     }
 
     fn heap_bytes(&self) -> usize {
@@ -191,13 +192,7 @@ impl EventQueue for Thesis {
             match entry.kind {
                 Kind::Contact(parts) => {
                     let image = self.present_image(&entry);
-                    return Some(ContactEvent {
-                        time: entry.time,
-                        bodies: entry.bodies,
-                        image,
-                        parts,
-                        inverse_mass: None,
-                    });
+                    return Some(ContactEvent { time: entry.time, bodies: entry.bodies, image, parts });
                 }
                 Kind::Recheck => {
                     self.done.rechecks += 1;

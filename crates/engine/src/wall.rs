@@ -6,7 +6,11 @@ use carom_kinematics::Motion;
 use carom_response::ContactFrame;
 use glam::DVec2;
 
-use crate::{Body, ContactEvent, Parts, World, overlap::rounding_bound};
+use crate::{
+    Body, World,
+    overlap::rounding_bound,
+    scheduler::{ContactEvent, Parts},
+};
 
 /// Cells are taken to be nearer to a wall than they are by this share of their length, so that no rounding leaves one out.
 const MARGIN: f64 = 1e-9;

@@ -36,7 +36,7 @@ use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;
 
 /// The impulse of a contact: the seam of this layer.
-pub trait Response {
+pub trait Response: Sync {
     /// The impulse on B (mass × length / time); A receives its opposite.
     ///
     /// The motions are those at the instant of contact, in the order A, B.

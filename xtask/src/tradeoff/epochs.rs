@@ -2,7 +2,10 @@
 
 use carom::{
     Cells, Detection, Instructions, Scheduler,
-    engine::{EventLoop, GridError, SchedulerCounters, World},
+    engine::{
+        GridError, SchedulerCounters, World,
+        scheduler::{EventLoop, StoredMotions},
+    },
 };
 
 /// [`Cells`], with so many contacts of each moving body in an epoch.
@@ -26,8 +29,8 @@ impl<const CONTACTS: u64> Scheduler for Epochs<CONTACTS> {
         self.0.run(events)
     }
 
-    fn store(&self, world: &mut World) {
-        self.0.store(world);
+    fn store(&self, state: &mut StoredMotions<'_>) {
+        self.0.store(state);
     }
 
     fn heap_bytes(&self) -> usize {

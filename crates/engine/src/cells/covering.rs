@@ -19,7 +19,7 @@ use glam::DVec2;
 use self::covered::CoveredCells;
 pub(super) use self::search::Soonest;
 use super::{State, candidates::Candidates, walls::near_wall};
-use crate::{Body, Parts, World, wall::StandingWall};
+use crate::{Body, World, scheduler::Parts, wall::StandingWall};
 
 /// Column of a line whose body lives in no cell.
 const NO_CELL: u16 = u16::MAX;

@@ -10,7 +10,10 @@ use super::{
     line::{INDEX_MASK, Kind, Line},
     vector::{Kernel, Question, SoonestSlot, sooner},
 };
-use crate::{ContactEvent, Parts, World};
+use crate::{
+    World,
+    scheduler::{ContactEvent, Parts},
+};
 
 impl State {
     /// Asks when a small disc meets its neighbours, and when it leaves its cell.
@@ -193,7 +196,7 @@ impl State {
         if !(is_next(steps[0]) & is_next(steps[1])) {
             image = steps.map(|steps| i64::from(steps < -1) - i64::from(steps > 1));
         }
-        ContactEvent { time, bodies, image, parts: Parts::Discs, inverse_mass: self.inverse_mass }
+        ContactEvent { time, bodies, image, parts: Parts::Discs }
     }
 }
 

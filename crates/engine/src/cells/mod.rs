@@ -66,8 +66,9 @@ use self::{
     vector::{Available, Kernel, Like, Portable},
 };
 use crate::{
-    ContactEvent, EventLoop, Fineness, GridError, Scheduler, SchedulerCounters, Thesis, World, grid::Grid,
-    scheduler::separation_error,
+    Fineness, GridError, Scheduler, SchedulerCounters, Thesis, World,
+    grid::Grid,
+    scheduler::{ContactEvent, EventLoop, StoredMotions, separation_error},
 };
 
 /// How [`Cells`] computes.
@@ -188,21 +189,18 @@ impl Scheduler for Cells {
         }
     }
 
-    fn store(&self, world: &mut World) {
+    fn store(&self, state: &mut StoredMotions<'_>) {
         match &self.0 {
-            Layout::Grid(state) => {
-                for body in 0..world.bodies.len() {
-                    if !world.bodies[body].is_fixed() {
-                        world.motions[body] = state.motion(body as u32);
-                    }
-                }
-                for (winding, now) in world.windings.iter_mut().zip(&state.windings) {
-                    for axis in 0..2 {
-                        winding[axis] += i64::from(now[axis].wrapping_sub(winding[axis] as i16));
-                    }
+            Layout::Grid(cells) => {
+                for (body, now) in cells.windings.iter().enumerate() {
+                    let body = body as u32;
+                    let before = state.winding(body);
+                    let winding = [0, 1]
+                        .map(|axis| before[axis] + i64::from(now[axis].wrapping_sub(before[axis] as i16)));
+                    state.set(body, cells.motion(body), winding);
                 }
             }
-            Layout::AllPairs(thesis) => thesis.store(world),
+            Layout::AllPairs(thesis) => thesis.store(state),
         }
     }
 
@@ -492,6 +490,21 @@ impl State {
         } else {
             let asked = self.ask(kernel, body, now);
             self.settle_disc(world, detection, body, now, &asked)
+        }
+    }
+
+    /// Inverse masses of two discs: those of bodies in cells, if they are all alike, need not be
+    /// looked up for each of them.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
+        match self.inverse_mass {
+            Some(inverse_mass)
+                if !(self.coverings.is_covering(bodies[0]) | self.coverings.is_covering(bodies[1])) =>
+            {
+                [inverse_mass; 2]
+            }
+            _ => bodies.map(|body| world.bodies[body as usize].kind.inertia.inverse_mass),
         }
     }
 

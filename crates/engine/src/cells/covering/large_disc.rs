@@ -5,11 +5,11 @@ use smallvec::SmallVec;
 
 use super::{Covering, Listed, Pending, Soonest};
 use crate::{
-    Parts,
     cells::{
         State,
         vector::{Kernel, Question, SoonestSlot},
     },
+    scheduler::Parts,
 };
 
 impl State {

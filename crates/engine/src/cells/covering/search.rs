@@ -11,14 +11,14 @@ use glam::DVec2;
 
 use super::{Covering, Listed, Pending, Surroundings};
 use crate::{
-    ContactEvent, World,
+    World,
     cells::{
         State,
         candidates::Candidate,
         line::{Kind, Line},
         vector::{self, Kernel},
     },
-    scheduler::ordered,
+    scheduler::{ContactEvent, ordered},
 };
 
 /// The soonest event found so far for one body.
@@ -316,7 +316,7 @@ impl State {
         let [a, b] = bodies.map(|body| self.windings[body as usize]);
         let image =
             [0, 1].map(|axis| i64::from(pending.image[axis].wrapping_add(b[axis].wrapping_sub(a[axis]))));
-        ContactEvent { time, bodies, image, parts: pending.parts, inverse_mass: None }
+        ContactEvent { time, bodies, image, parts: pending.parts }
     }
 
     /// The image of the pair's second body along their paths without periodic jumps, as seen from the one inserted

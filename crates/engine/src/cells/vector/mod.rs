@@ -50,7 +50,10 @@ use super::{
     line::{INDEX_BITS, INDEX_MASK, Line},
     neighbourhood::{Around, image_of},
 };
-use crate::{ContactEvent, EventLoop, EventQueue, World};
+use crate::{
+    World,
+    scheduler::{ContactEvent, EventLoop, EventQueue},
+};
 
 /// One disc's question to those around it: when is the first of them touched?
 #[derive(Debug, Clone, Copy)]
@@ -548,6 +551,11 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
         motions: [Motion; 2],
     ) {
         self.0.motions_changed(self.1, world, detection, bodies, motions);
+    }
+
+    #[inline(always)]
+    fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
+        self.0.inverse_masses(world, bodies)
     }
 
     #[inline(always)]

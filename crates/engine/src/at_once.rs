@@ -1,0 +1,60 @@
+//! Contacts of one body at one instant: how many there may be, and how many there have been.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::Body;
+
+/// Contacts of one body at one instant after which a run counts as stalled. A body hit from all
+/// sides at once needs a few; a fully inelastic pile needs more and more.
+pub(crate) const MOST_CONTACTS_AT_ONCE: u32 = 1000;
+
+/// Contacts at one instant, for each body that has had one since time last moved on.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub(crate) struct AtOnce {
+    /// The instant, as an offset in the epoch; that of the last edit, if there was no contact since.
+    pub time: f64,
+    pub counts: BTreeMap<u32, u32>,
+}
+
+impl AtOnce {
+    /// Whether a contact at `time` (offset in the epoch) follows another at the same instant. If
+    /// not, counting begins anew.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
+    pub fn repeats(&mut self, time: f64) -> bool {
+        if time > self.time {
+            self.time = time;
+            if !self.counts.is_empty() {
+                self.counts.clear();
+            }
+            return false;
+        }
+        true
+    }
+
+    /// Counts a contact that repeats; returns the body that has had too many, if there is one, and
+    /// their number.
+    #[cold]
+    #[inline(never)]
+    pub fn count(&mut self, indices: [u32; 2], bodies: &[Body]) -> Option<(u32, u32)> {
+        indices.into_iter().find_map(|index| {
+            let contacts = self.counts.entry(index).or_default();
+            *contacts += u32::from(!bodies[index as usize].is_fixed());
+            (*contacts > MOST_CONTACTS_AT_ONCE).then_some((index, *contacts))
+        })
+    }
+
+    /// Moves the origin of time by `offset`.
+    pub fn rebase(&mut self, offset: f64) {
+        self.time -= offset;
+    }
+
+    /// Begins anew at the start of the epoch, unless this is the instant already.
+    pub fn begin(&mut self) {
+        if self.time < 0.0 {
+            *self = Self::default();
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! What a contact does to its two bodies: a pure function of their motions and of the rules.
+//!
+//! Nothing here changes state, so contacts of different bodies can be resolved in any order, or at
+//! the same time. What they change is recorded afterwards, in order of time (see [`crate::pass`]).
+
+use carom_kinematics::{Inertia, Motion, kinetic_energy};
+use carom_response::{ContactFrame, Elasticity, Response, struck};
+use glam::DVec2;
+
+use crate::{
+    Body, ElasticityTable, World,
+    guard::Partner,
+    scheduler::{ContactEvent, Parts},
+    separation::{missing_impulse, round_outwards},
+    wall::{arm, contact_frame},
+};
+
+/// What decides the outcome of a contact, besides the motions of its two bodies.
+pub(crate) struct Rules<'a, R> {
+    pub world: &'a World,
+    pub response: &'a R,
+    pub elasticity: &'a ElasticityTable,
+}
+
+/// A contact of any two bodies, just before it takes place.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Encounter {
+    pub contact: ContactEvent,
+    /// The motions, brought to the time of the contact.
+    pub before: [Motion; 2],
+    /// When the two bodies last had a contact (offset in the epoch); none where no guard asks for it.
+    pub last_contacts: Option<[f64; 2]>,
+    /// Whether another contact has happened at the same instant.
+    pub repeats: bool,
+}
+
+/// What became of it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Resolved {
+    pub frame: ContactFrame,
+    pub elasticity: Elasticity,
+    /// On the second body (mass × length / time).
+    pub impulse: DVec2,
+    /// The motions just after it, at the same places.
+    pub after: [Motion; 2],
+    /// The same with places rounded outwards if the bodies overlap: what the run goes on with.
+    pub onwards: [Motion; 2],
+    /// Whether the guard against inelastic collapse raised the elasticity, and the kinetic energy
+    /// that this spared.
+    pub is_guarded: bool,
+    pub spared: f64,
+    /// Kinetic energy lost, unless the response conserves it.
+    pub lost: Option<f64>,
+    /// Whether one of the two is fixed.
+    pub met_fixed: bool,
+    /// Whether rounding alone separates the surfaces, and no guard prevents more such contacts.
+    pub is_unresolved: bool,
+}
+
+/// What became of a contact of two discs where all contacts are elastic.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ResolvedDiscs {
+    /// From the centre of the first to that of the second, of the image that is touched (length).
+    pub line_of_centres: DVec2,
+    /// On the second body (mass × length / time).
+    pub impulse: DVec2,
+    /// The velocities after it.
+    pub after: [DVec2; 2],
+    /// Whether one of the two is fixed.
+    pub met_fixed: bool,
+}
+
+impl<R: Response> Rules<'_, R> {
+    /// Resolves the contact of two discs where all contacts are elastic: only velocities change.
+    /// `flights` are places and velocities of the two at the time of the contact.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled in one piece with the queue, with its instructions")]
+    pub fn resolve_discs(
+        &self,
+        image: [i64; 2],
+        [[place_a, velocity_a], [place_b, velocity_b]]: [[DVec2; 2]; 2],
+        inverse_masses: [f64; 2],
+    ) -> ResolvedDiscs {
+        let mut d = place_b - place_a;
+        if image != [0, 0] {
+            d += self.world.bounds.shift(image);
+        }
+        let velocities = [velocity_a, velocity_b];
+        let impulse = self.response.impulse_of_discs(d, velocities, inverse_masses, Elasticity::ELASTIC);
+        let mut after = [velocity_a - impulse * inverse_masses[0], velocity_b + impulse * inverse_masses[1]];
+        let met_fixed = (inverse_masses[0] == 0.0) | (inverse_masses[1] == 0.0);
+        if met_fixed {
+            self.reflect(d, velocity_a, inverse_masses[0], &mut after[0]);
+            self.reflect(-d, velocity_b, inverse_masses[1], &mut after[1]);
+        }
+        ResolvedDiscs { line_of_centres: d, impulse, after, met_fixed }
+    }
+
+    /// Resolves any contact.
+    #[inline(never)]
+    pub fn resolve(&self, encounter: &Encounter) -> Resolved {
+        let Encounter { contact, before, last_contacts, repeats } = encounter;
+        let ContactEvent { time, bodies, image, parts } = *contact;
+        let pair = bodies.map(|body| &self.world.bodies[body as usize]);
+        let arms = match parts {
+            Parts::Atoms(i, j) => [arm(pair[0], i, &before[0]), arm(pair[1], j, &before[1])],
+            _ => [DVec2::ZERO; 2],
+        };
+        let mut d = (before[1].position - before[0].position) + (arms[1] - arms[0]);
+        if image != [0, 0] {
+            d += self.world.bounds.shift(image);
+        }
+        let between_centres = ContactFrame { line_of_centres: d, arms };
+        let (frame, distance) =
+            contact_frame(self.world, contact, before).unwrap_or_else(|| (between_centres, d.length()));
+        let depth = parts.contact_distance(pair.map(Body::molecule)) - distance;
+        let mut elasticity = self.elasticity.between(pair[0], pair[1]);
+        let (mut is_guarded, mut spared) = (false, 0.0);
+        if let Some(last) = last_contacts
+            && elasticity.coefficient() < 1.0
+        {
+            let partner = |n: usize| Partner { body: pair[n], motion: &before[n], since: time - last[n] };
+            let raised;
+            (raised, spared) = self.elasticity.guard.raise(elasticity, &frame, [partner(0), partner(1)]);
+            is_guarded = raised != elasticity;
+            elasticity = raised;
+        }
+        let inertias = pair.map(|body| &body.kind.inertia);
+        let with_inertia = [(&before[0], inertias[0]), (&before[1], inertias[1])];
+        let mut impulse = self.response.impulse(&frame, with_inertia, elasticity);
+        let mut after = self.act(&frame, before, inertias, impulse, elasticity);
+        let changes_energy = *repeats || !self.response.conserves_energy(elasticity);
+        let mut is_unresolved = false;
+        if changes_energy
+            && let Some(missing) = missing_impulse(
+                self.world,
+                &frame,
+                parts,
+                pair,
+                [&before[0], &before[1]],
+                [&after[0], &after[1]],
+            )
+        {
+            impulse += missing;
+            after = pushed(&frame, before, inertias, impulse);
+            // A guard has had its say, or there is none: nothing else will end a collapse.
+            is_unresolved = last_contacts.is_none() || elasticity == Elasticity::ELASTIC;
+        }
+        let energy = |motions: &[Motion; 2]| {
+            kinetic_energy(&motions[0], inertias[0]) + kinetic_energy(&motions[1], inertias[1])
+        };
+        let lost = changes_energy.then(|| energy(before) - energy(&after));
+        let mut onwards = after;
+        round_outwards(self.world, depth, &frame, inertias, &mut onwards);
+        let met_fixed = inertias[0].is_fixed() || inertias[1].is_fixed();
+        Resolved {
+            frame,
+            elasticity,
+            impulse,
+            after,
+            onwards,
+            is_guarded,
+            spared,
+            lost,
+            met_fixed,
+            is_unresolved,
+        }
+    }
+
+    /// The motions after an impulse on the second body. A body that does not turn and meets a fixed
+    /// one elastically takes the better rounded velocity of a reflection, if the response has one.
+    fn act(
+        &self,
+        frame: &ContactFrame,
+        before: &[Motion; 2],
+        inertias: [&Inertia; 2],
+        impulse: DVec2,
+        elasticity: Elasticity,
+    ) -> [Motion; 2] {
+        let mut after = pushed(frame, before, inertias, impulse);
+        let met_fixed = inertias[0].is_fixed() || inertias[1].is_fixed();
+        let d = frame.line_of_centres;
+        let turns = |n: usize| inertias[n].inverse_moment > 0.0 && frame.arms[n].perp_dot(d) != 0.0;
+        if met_fixed && elasticity == Elasticity::ELASTIC && !turns(0) && !turns(1) {
+            let [a, b] = &mut after;
+            self.reflect(d, before[0].velocity, inertias[0].inverse_mass, &mut a.velocity);
+            self.reflect(-d, before[1].velocity, inertias[1].inverse_mass, &mut b.velocity);
+        }
+        after
+    }
+
+    /// Replaces the velocity of a body after an elastic contact with a fixed one by a better rounded
+    /// one, if the response has it; a fixed body keeps its own.
+    #[cold]
+    #[inline(never)]
+    fn reflect(&self, to_other: DVec2, before: DVec2, inverse_mass: f64, after: &mut DVec2) {
+        if inverse_mass == 0.0 {
+            *after = before;
+        } else if let Some(reflected) = self.response.reflected(to_other, before) {
+            *after = reflected;
+        }
+    }
+}
+
+/// The motions after an impulse on the second body, and its opposite on the first.
+fn pushed(
+    frame: &ContactFrame,
+    before: &[Motion; 2],
+    inertias: [&Inertia; 2],
+    impulse: DVec2,
+) -> [Motion; 2] {
+    [
+        struck(&before[0], inertias[0], frame.arms[0], -impulse),
+        struck(&before[1], inertias[1], frame.arms[1], impulse),
+    ]
+}
