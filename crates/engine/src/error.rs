@@ -187,6 +187,9 @@ pub enum RunError {
     /// A time that is NaN or infinite.
     #[error("a run must end at a finite time, not at {0}")]
     Time(f64),
+    /// An interval between samples that is not a positive, finite time, or too short for the run.
+    #[error("the interval between samples must be positive, finite and at least 2^-53 of the run, not {0:e}")]
+    Interval(f64),
     /// One body has had too many contacts at one instant, or contacts without end that lose all energy: an inelastic
     /// collapse, which a guard prevents ([`ElasticitySpec::contact_time`](crate::ElasticitySpec::contact_time)).
     #[error("at time {time} {body} has had {contacts} contacts while time hardly moved on")]

@@ -56,6 +56,7 @@ mod pass;
 mod placement;
 mod report;
 mod resolution;
+mod sampling;
 mod scene;
 pub mod scheduler;
 mod separation;

@@ -4,11 +4,12 @@ use crate::{Body, CollisionReport, View};
 
 /// Watches a run. Every method has a default that does nothing.
 ///
-/// A simulation calls [`Self::collision`] only. Whoever runs it decides when it stands by, and so calls
-/// [`Self::start`] before the run and [`Self::standby`] at each standby.
+/// [`Simulation::sample_every`](crate::Simulation::sample_every) calls all of its methods. The
+/// other methods that run a simulation call [`Self::collision`] only; a program that uses them calls
+/// [`Self::start`] before the run and [`Self::standby`] when it wants a sample.
 ///
-/// A tuple of observers is an observer, put together at compile time; `()` watches nothing, and a run
-/// with it builds no reports.
+/// Tuples, `Vec`, `Option`, `Box` and `&mut` of observers are observers, and `Box<dyn Observer>` is
+/// one chosen at run time; `()` watches nothing, and a run with it builds no reports.
 ///
 /// ```
 /// use carom_engine::{CollisionReport, Observer};
@@ -56,22 +57,55 @@ impl Observer for () {
     }
 }
 
-impl<O: Observer> Observer for &mut O {
+macro_rules! pointer_to_an_observer {
+    ($pointer:ty) => {
+        impl<O: Observer + ?Sized> Observer for $pointer {
+            #[inline]
+            fn watches(&self, bodies: [&Body; 2]) -> bool {
+                (**self).watches(bodies)
+            }
+
+            fn start(&mut self, view: &View<'_>) {
+                (**self).start(view);
+            }
+
+            fn collision(&mut self, report: &CollisionReport<'_>) {
+                (**self).collision(report);
+            }
+
+            fn standby(&mut self, view: &View<'_>) {
+                (**self).standby(view);
+            }
+        }
+    };
+}
+
+pointer_to_an_observer!(&mut O);
+pointer_to_an_observer!(Box<O>);
+
+/// A list of observers is an observer. With `Vec<Box<dyn Observer>>` they are chosen at run time.
+impl<O: Observer> Observer for Vec<O> {
     #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {
-        (**self).watches(bodies)
+        self.iter().any(|observer| observer.watches(bodies))
     }
 
     fn start(&mut self, view: &View<'_>) {
-        (**self).start(view);
+        for observer in self {
+            observer.start(view);
+        }
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        (**self).collision(report);
+        for observer in self {
+            observer.collision(report);
+        }
     }
 
     fn standby(&mut self, view: &View<'_>) {
-        (**self).standby(view);
+        for observer in self {
+            observer.standby(view);
+        }
     }
 }
 

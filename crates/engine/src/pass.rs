@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// All that a contact may ask for or change, the queue of events apart.
-pub(crate) struct Pass<'a, D, R, O> {
+pub(crate) struct Pass<'a, D, R, O: ?Sized> {
     pub world: &'a mut World,
     pub detection: &'a D,
     pub response: &'a R,
@@ -47,7 +47,7 @@ pub(crate) enum Ended {
     AtLimit(f64),
 }
 
-impl<D: Detection, R: Response, O: Observer> EventLoop for Pass<'_, D, R, O> {
+impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for Pass<'_, D, R, O> {
     type End = Result<Ended, RunError>;
 
     #[inline(always)]
@@ -97,7 +97,7 @@ impl<D: Detection, R: Response, O: Observer> EventLoop for Pass<'_, D, R, O> {
     }
 }
 
-impl<D, R: Response, O: Observer> Pass<'_, D, R, O> {
+impl<D, R: Response, O: Observer + ?Sized> Pass<'_, D, R, O> {
     fn rules(&self) -> Rules<'_, R> {
         Rules { world: self.world, response: self.response, elasticity: self.elasticity }
     }

@@ -81,7 +81,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// As [`Self::run_until`].
-    pub fn observe_until<O: Observer>(&mut self, time: f64, observer: &mut O) -> Result<(), RunError> {
+    pub fn observe_until<O: Observer + ?Sized>(
+        &mut self,
+        time: f64,
+        observer: &mut O,
+    ) -> Result<(), RunError> {
         if !time.is_finite() {
             return Err(RunError::Time(time));
         }
@@ -92,7 +96,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// As [`Self::run_until`].
-    pub fn observe_until_instant<O: Observer>(
+    pub fn observe_until_instant<O: Observer + ?Sized>(
         &mut self,
         until: Instant,
         observer: &mut O,
@@ -104,7 +108,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// As [`Self::run_until`].
-    pub fn step<O: Observer>(&mut self, time: f64, observer: &mut O) -> Result<bool, RunError> {
+    pub fn step<O: Observer + ?Sized>(&mut self, time: f64, observer: &mut O) -> Result<bool, RunError> {
         if !time.is_finite() {
             return Err(RunError::Time(time));
         }
@@ -112,7 +116,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     }
 
     /// Runs to `until` or through so many contacts, whichever is first; tells how many there were.
-    fn advance<O: Observer>(&mut self, until: Instant, most: u64, observer: &mut O) -> Result<u64, RunError> {
+    fn advance<O: Observer + ?Sized>(
+        &mut self,
+        until: Instant,
+        most: u64,
+        observer: &mut O,
+    ) -> Result<u64, RunError> {
         let mut contacts = 0;
         while !self.advance_one_epoch(until, most, &mut contacts, observer)? {}
         Ok(contacts)
@@ -125,12 +134,16 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// As [`Self::run_until`].
-    pub fn observe_epoch<O: Observer>(&mut self, until: Instant, observer: &mut O) -> Result<bool, RunError> {
+    pub fn observe_epoch<O: Observer + ?Sized>(
+        &mut self,
+        until: Instant,
+        observer: &mut O,
+    ) -> Result<bool, RunError> {
         self.advance_one_epoch(until, u64::MAX, &mut 0, observer)
     }
 
     /// Runs to the end of the epoch at most; tells whether `until`, or the last contact asked for, has been reached.
-    fn advance_one_epoch<O: Observer>(
+    fn advance_one_epoch<O: Observer + ?Sized>(
         &mut self,
         until: Instant,
         most: u64,
@@ -154,7 +167,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     }
 
     /// Runs within one epoch; tells whether `until`, or the last contact asked for, has been reached.
-    fn advance_in_epoch<O: Observer>(
+    fn advance_in_epoch<O: Observer + ?Sized>(
         &mut self,
         until: Instant,
         most: u64,

@@ -1,0 +1,71 @@
+//! A run with samples at equal intervals of time.
+
+use carom_detection::Detection;
+use carom_response::Response;
+
+use crate::{Observer, RunError, Scheduler, Simulation};
+
+/// Samples of one run. More could not be counted one by one in floating point.
+const MOST_SAMPLES: f64 = (1u64 << 53) as f64;
+
+impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
+    /// Runs to `until` (time) and takes a sample every `interval` (time, positive).
+    ///
+    /// [`Observer::start`] is called first, [`Observer::collision`] at each collision that the
+    /// observer watches, and [`Observer::standby`] after each full interval from now on. Samples
+    /// change no bit of the trajectory. A time that has passed already changes nothing.
+    ///
+    /// ```
+    /// use carom_engine::{CollisionReport, Observer, Scene, Simulation, View};
+    ///
+    /// /// Collisions so far at each sample.
+    /// #[derive(Default)]
+    /// struct Collisions(Vec<u64>);
+    ///
+    /// impl Observer for Collisions {
+    ///     fn standby(&mut self, view: &View<'_>) {
+    ///         self.0.push(view.counters().collisions);
+    ///     }
+    /// }
+    ///
+    /// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 50")?;
+    /// let mut collisions = Collisions::default();
+    /// Simulation::new(&scene)?.sample_every(0.25, 2.0, &mut collisions)?;
+    /// assert_eq!(collisions.0.len(), 8);
+    /// assert!(collisions.0.is_sorted() && collisions.0[7] > 50);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`RunError::Interval`] if the interval is not positive and finite, or so short that more
+    /// than 2^53 samples would be taken; else as [`Self::run_until`].
+    pub fn sample_every<O: Observer + ?Sized>(
+        &mut self,
+        interval: f64,
+        until: f64,
+        observer: &mut O,
+    ) -> Result<(), RunError> {
+        if !(interval > 0.0 && interval.is_finite()) {
+            return Err(RunError::Interval(interval));
+        }
+        if !until.is_finite() {
+            return Err(RunError::Time(until));
+        }
+        let start = self.time();
+        if (until - start.to_f64()) / interval > MOST_SAMPLES {
+            return Err(RunError::Interval(interval));
+        }
+        observer.start(&self.view());
+        let mut samples = 0.0;
+        loop {
+            // Times are multiples of the interval, so that no rounding adds up.
+            let next = start.after((samples + 1.0) * interval);
+            if next.to_f64() > until {
+                return self.observe_until(until, observer);
+            }
+            self.observe_until_instant(next, observer)?;
+            observer.standby(&self.view());
+            samples += 1.0;
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! An observer of one's own: on the stack, in a box, in a list, and as part of a tuple, it sees the
+//! same run.
+
+#[path = "support/engine.rs"]
+mod support;
+
+use std::{cell::Cell, rc::Rc};
+
+use carom_engine::{Body, Cells, CollisionReport, Observer, RunError, Tag, View};
+use support::{bits, menagerie, simulate};
+
+/// What an observer has seen.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Seen {
+    starts: u32,
+    collisions: u64,
+    /// Sum of the magnitudes of all impulses.
+    impulse: f64,
+    samples: u32,
+    /// Of the last sample (time).
+    last: f64,
+}
+
+/// Counts what it sees, and can be read while others own it.
+#[derive(Clone, Default)]
+struct Count(Rc<Cell<Seen>>);
+
+impl Count {
+    fn add(&self, change: impl FnOnce(&mut Seen)) {
+        let mut seen = self.0.get();
+        change(&mut seen);
+        self.0.set(seen);
+    }
+}
+
+impl Observer for Count {
+    fn start(&mut self, _: &View<'_>) {
+        self.add(|seen| seen.starts += 1);
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.add(|seen| {
+            seen.collisions += 1;
+            seen.impulse += report.impulse.length();
+        });
+    }
+
+    fn standby(&mut self, view: &View<'_>) {
+        self.add(|seen| {
+            seen.samples += 1;
+            seen.last = view.time().to_f64();
+        });
+    }
+}
+
+/// Counts the collisions of the bodies with a tag.
+struct OfTag(Tag, Count);
+
+impl Observer for OfTag {
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        bodies.iter().any(|body| body.has_tag(self.0))
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        if self.watches([report.sides[0].body, report.sides[1].body]) {
+            self.1.collision(report);
+        }
+    }
+}
+
+/// Runs the scene of all kinds of bodies with samples; returns its last state.
+fn run<O: Observer + ?Sized>(observer: &mut O) -> Vec<[u64; 6]> {
+    let mut simulation = simulate::<Cells>(&menagerie(5), &Default::default());
+    simulation.sample_every(0.25, 2.1, observer).unwrap();
+    assert_eq!(simulation.time().to_f64(), 2.1);
+    bits(&simulation.view())
+}
+
+#[test]
+fn however_it_is_held_it_sees_the_same_run() {
+    let expected = Count::default();
+    let unwatched = run(&mut ());
+    assert_eq!(run(&mut expected.clone()), unwatched, "watching changes no bit");
+    let seen = expected.0.get();
+    assert!(seen.collisions > 500 && seen.impulse > 0.0, "{seen:?}");
+    assert_eq!((seen.starts, seen.samples, seen.last), (1, 8, 2.0));
+
+    let boxed = Count::default();
+    let mut dynamic: Box<dyn Observer> = Box::new(boxed.clone());
+    assert_eq!(run(&mut dynamic), unwatched);
+    assert_eq!(run(dynamic.as_mut()), unwatched);
+    assert_eq!(boxed.0.get().collisions, 2 * seen.collisions);
+
+    let listed = [Count::default(), Count::default()];
+    let mut list: Vec<Box<dyn Observer>> =
+        listed.iter().map(|count| Box::new(count.clone()) as Box<dyn Observer>).collect();
+    run(&mut list);
+    let paired = Count::default();
+    run(&mut (paired.clone(), Vec::<Count>::new(), None::<Count>));
+    for count in listed.iter().chain([&paired]) {
+        assert_eq!(count.0.get(), seen);
+    }
+}
+
+#[test]
+fn reports_are_made_only_for_bodies_that_are_watched() {
+    let mut scene = menagerie(5);
+    scene.molecule[0].tags = vec!["tee".to_owned()];
+    let mut simulation = simulate::<Cells>(&scene, &Default::default());
+    let tag = simulation.view().tag_names().find("tee").unwrap();
+    let (of_tee, all) = (Count::default(), Count::default());
+    simulation.sample_every(1.0, 3.0, &mut OfTag(tag, of_tee.clone())).unwrap();
+    let mut again = simulate::<Cells>(&scene, &Default::default());
+    again.sample_every(1.0, 3.0, &mut (OfTag(tag, Count::default()), all.clone())).unwrap();
+    let (of_tee, all) = (of_tee.0.get().collisions, all.0.get().collisions);
+    assert!(of_tee > 10 && of_tee < all / 4, "{of_tee} of {all}");
+    assert_eq!(all, again.view().counters().collisions);
+}
+
+#[test]
+fn an_interval_that_is_no_positive_time_is_refused() {
+    let mut simulation = simulate::<Cells>(&menagerie(5), &Default::default());
+    for interval in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-300] {
+        let refused = simulation.sample_every(interval, 1.0, &mut ());
+        assert!(matches!(refused, Err(RunError::Interval(_))), "{interval}: {refused:?}");
+    }
+    assert!(matches!(simulation.sample_every(0.1, f64::NAN, &mut ()), Err(RunError::Time(_))));
+    // Longer than the run: no sample, but the run.
+    let count = Count::default();
+    simulation.sample_every(10.0, 0.5, &mut count.clone()).unwrap();
+    assert_eq!((count.0.get().samples, simulation.time().to_f64()), (0, 0.5));
+}
