@@ -1,6 +1,8 @@
 //! Momentum, energy and angular momentum are kept, contact by contact and over whole runs, for any masses,
 //! shapes and elasticity, locked or not.
 
+#[path = "support/property.rs"]
+mod property;
 #[path = "support/engine.rs"]
 mod support;
 
@@ -10,6 +12,7 @@ use carom_engine::{
 use carom_geometry::PeriodicBox;
 use carom_kinematics::{Motion, angular_momentum};
 use glam::DVec2;
+use property::cases;
 use proptest::prelude::*;
 use support::{named, scene, simulate, with_each_scheduler};
 
@@ -200,7 +203,7 @@ fn check_system<S: Scheduler>(scene: &Scene, elasticity: f64, options: &S::Optio
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(cases(96))]
 
     #[test]
     fn each_contact_and_each_run_keep_what_they_must(mut scene in systems(), e in elasticities()) {

@@ -8,18 +8,8 @@ use carom_detection::{
 use carom_geometry::{Atom, Molecule};
 use carom_kinematics::{Motion, Orientation, RelativeMotion};
 use glam::DVec2;
-use proptest::{num, prelude::*, test_runner::RngSeed};
-use support::Pair;
-
-/// So many cases, the same each time.
-fn seeded(cases: u32) -> ProptestConfig {
-    ProptestConfig {
-        cases,
-        rng_seed: RngSeed::Fixed(1953),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
-}
+use proptest::{num, prelude::*};
+use support::{Pair, property::cases};
 
 fn molecules() -> impl Strategy<Value = Molecule> {
     let atoms = prop::collection::vec((-1.0..1.0, -1.0..1.0, 0.02..0.5, 0.1..10.0), 1..6);
@@ -80,7 +70,7 @@ fn assert_genuine(pair: &Pair<'_>, contact: Contact) {
 }
 
 proptest! {
-    #![proptest_config(seeded(2000))]
+    #![proptest_config(cases(2000))]
 
     #[test]
     fn a_planted_contact_is_found(
@@ -186,7 +176,7 @@ fn extreme_molecules() -> impl Strategy<Value = Molecule> {
 }
 
 proptest! {
-    #![proptest_config(seeded(5000))]
+    #![proptest_config(cases(5000))]
 
     #[test]
     fn no_input_within_the_limits_makes_a_detector_panic_hang_or_answer_nan(

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test program uses its part")]
 
+pub mod property;
+
 use carom_detection::{ErrorBound, natural_time};
 use carom_geometry::{Molecule, gap_between};
 use carom_kinematics::RelativeMotion;

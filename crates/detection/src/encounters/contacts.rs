@@ -6,12 +6,11 @@ use glam::DVec2;
 
 use super::{
     Encounter,
-    flights::{generic, thermal},
+    flights::thermal,
     random::Draw,
-    shapes::{VALID, extended, named},
+    shapes::{VALID, extended, named, ordinary},
     size,
 };
-use crate::{Exact, Touch};
 
 /// Tries until a random state is of the kind that is looked for; no kind is rarer than one in twenty.
 const MOST_TRIES: u32 = 10_000;
@@ -41,7 +40,7 @@ fn smallest_gap(encounter: &Encounter) -> f64 {
     gap_between(a, turn_a, b, turn_b, encounter.motion.separation)
 }
 
-/// A pair at its first contact.
+/// A pair that touches and closes.
 struct Touching {
     molecules: [Molecule; 2],
     motion: RelativeMotion,
@@ -52,24 +51,54 @@ struct Touching {
     normal: DVec2,
 }
 
+/// Two molecules in random orientations, brought together along a random direction u until they
+/// touch.
+///
+/// Atoms with arms r_i, r_j and sum of radii σ touch where |s u + Δ| = σ, Δ = r_j − r_i, at last at
+/// s = −Δ·u + √(σ² − (Δ × u)²). The largest s of all pairs is the distance at which one pair touches
+/// and all others are apart.
 fn touching(draw: &mut Draw) -> Touching {
     for _ in 0..MOST_TRIES {
-        let encounter = generic(draw, 1.0);
-        let Some(contact) = encounter.ask(&Exact::default()).outcome.contact() else { continue };
-        let Touch::Atoms(i, j) = contact.touch else { continue };
-        let atoms = [encounter.molecules[0].atoms()[i as usize], encounter.molecules[1].atoms()[j as usize]];
-        let before = encounter.motion;
-        let after =
-            |body: usize| before.orientation[body].turned(before.angular_velocity[body], contact.time);
-        let orientation = [after(0), after(1)];
-        let arms = [0, 1].map(|body| orientation[body].cos_sin().rotate(atoms[body].offset()));
-        let separation = before.separation + before.velocity * contact.time;
-        let motion = RelativeMotion { separation, orientation, ..before };
-        let normal = (separation + (arms[1] - arms[0])).normalize();
-        let contact_distance = atoms[0].radius() + atoms[1].radius();
-        return Touching { molecules: encounter.molecules, motion, arms, contact_distance, normal };
+        if let Some(touching) = brought_together(draw) {
+            return touching;
+        }
     }
-    unreachable!("half of all pairs meet")
+    unreachable!("most pairs cannot pass each other centre to centre")
+}
+
+fn brought_together(draw: &mut Draw) -> Option<Touching> {
+    let molecules = [ordinary(draw), ordinary(draw)];
+    let orientation = [draw.orientation(), draw.orientation()];
+    let along = draw.direction();
+    let [of_a, of_b] = [0, 1].map(|body: usize| {
+        let turn = orientation[body].cos_sin();
+        molecules[body].atoms().iter().map(move |atom| (turn.rotate(atom.offset()), atom.radius()))
+    });
+    let (mut farthest, mut pair) = (f64::NEG_INFINITY, None);
+    for (arm_a, radius_a) in of_a {
+        for (arm_b, radius_b) in of_b.clone() {
+            let (delta, sum) = (arm_b - arm_a, radius_a + radius_b);
+            let across = delta.perp_dot(along);
+            let distance = ((sum - across) * (sum + across)).sqrt() - delta.dot(along);
+            // Pairs that pass each other give NaN.
+            if distance > farthest {
+                (farthest, pair) = (distance, Some(([arm_a, arm_b], sum)));
+            }
+        }
+    }
+    let (arms, contact_distance) = pair?;
+    let separation = farthest * along;
+    let normal = (separation + (arms[1] - arms[0])).normalize();
+    let speeds = thermal(draw, &molecules, 1.0);
+    let rate = speeds.velocity + (speeds.spins[1] * arms[1].perp() - speeds.spins[0] * arms[0].perp());
+    // Backwards in time, what parts closes.
+    let direction = if rate.dot(normal) > 0.0 { -1.0 } else { 1.0 };
+    let motion = RelativeMotion {
+        orientation,
+        angular_velocity: speeds.spins.map(|spin| direction * spin),
+        ..RelativeMotion::exactly(separation, direction * speeds.velocity)
+    };
+    Some(Touching { molecules, motion, arms, contact_distance, normal })
 }
 
 impl Touching {

@@ -207,7 +207,7 @@ fn molecules() -> impl Strategy<Value = Molecule> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
 
     /// Points of a lattice: those in some disc, and those that a region contains besides, must be as many as the areas
     /// say.
