@@ -3,7 +3,7 @@
 #[path = "support/engine.rs"]
 mod support;
 
-use carom_engine::{Cells, Instructions, MoleculeSpec, RunError, Scene, Scheduler, Simulation};
+use carom_engine::{MoleculeSpec, RunError, Scene, Scheduler, Simulation};
 use carom_kinematics::Instant;
 use glam::DVec2;
 use support::{Encounters, bits, bumper, disc, gas, named, scene, simulate, velocity, with_each_scheduler};
@@ -69,30 +69,6 @@ fn check_refused_contact<S: Scheduler>(options: &S::Options) {
         assert_eq!((view.counters().guarded_collisions, view.counters().collisions), (0, 0));
         assert_eq!((view.ledger().spared, view.ledger().lost), (0.0, 0.0));
     }
-}
-
-#[test]
-fn a_lattice_on_borders_of_cells_begins_as_fast_as_any() {
-    // All that have a cell to leave at once: their first events are at time 0, and tell nothing
-    // about the next ones.
-    const SIDE: usize = 128;
-    let first_contact = |shift: f64| {
-        let step = 1.0 / SIDE as f64;
-        let discs = (0..SIDE * SIDE).map(|k| {
-            let at = [((k % SIDE) as f64 + shift) * step, ((k / SIDE) as f64 + shift) * step];
-            // Directions spread evenly over a quarter turn, by the golden ratio.
-            let angle = std::f64::consts::FRAC_PI_2 * ((k as f64 * 0.618_033_988_749_895) % 1.0);
-            disc(0.499 * step, 1.0, at, [-angle.cos(), -angle.sin()])
-        });
-        let mut simulation = simulate::<Cells>(&scene(discs.collect()), &Instructions::Widest);
-        let begun = std::time::Instant::now();
-        assert!(simulation.step(1.0, &mut ()).unwrap());
-        begun.elapsed()
-    };
-    let best = |shift| (0..5).map(|_| first_contact(shift)).min().unwrap();
-    // Where all events are put into one list the ratio is 40 and more.
-    let (inside, on_borders) = (best(0.37), best(0.0));
-    assert!(on_borders < 8 * inside, "{on_borders:?} against {inside:?}");
 }
 
 #[test]

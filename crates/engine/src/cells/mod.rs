@@ -527,3 +527,41 @@ impl State {
         Motion { velocity: line.velocity(), ..Motion::at_rest(line.origin()) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{AtomSpec, MoleculeSpec, Scene, Simulation};
+    use carom_detection::Exact;
+    use carom_response::Impact;
+
+    #[test]
+    fn bins_are_as_wide_for_a_lattice_on_borders_of_cells_as_for_any() {
+        // All discs on a border have a cell to leave at time 0, which tells nothing about their
+        // next events. Bins as wide as that would put all events into one.
+        const SIDE: usize = 64;
+        let interval = |shift: f64| {
+            let step = 1.0 / SIDE as f64;
+            let disc = |k: usize| {
+                // Directions spread evenly over a quarter turn, by the golden ratio.
+                let angle = std::f64::consts::FRAC_PI_2 * ((k as f64 * 0.618_033_988_749_895) % 1.0);
+                MoleculeSpec {
+                    atoms: vec![AtomSpec { at: [0.0; 2], radius: 0.45 * step, mass: 1.0 }],
+                    at: [((k % SIDE) as f64 + shift) * step, ((k / SIDE) as f64 + shift) * step],
+                    velocity: [-angle.cos(), -angle.sin()],
+                    ..MoleculeSpec::default()
+                }
+            };
+            let scene = Scene { molecule: (0..SIDE * SIDE).map(disc).collect(), ..Scene::default() };
+            let mut simulation = Simulation::<Exact, Impact, Cells>::new(&scene).unwrap();
+            simulation.scheduler.begin_epoch(&simulation.world, &simulation.detection, 1.0);
+            match &simulation.scheduler.0 {
+                Layout::Grid(state) => state.mean_interval(),
+                Layout::AllPairs(_) => panic!("64 discs a side have a grid"),
+            }
+        };
+        let (inside, on_borders) = (interval(0.37), interval(0.0));
+        let ratio = on_borders / inside;
+        assert!(ratio > 0.05 && ratio < 20.0, "{on_borders} against {inside}");
+    }
+}
