@@ -2,8 +2,6 @@
 
 #![allow(dead_code, unused_macros, unused_imports, reason = "each test program uses its part")]
 
-use std::io::Write as _;
-
 use carom_detection::Exact;
 use carom_engine::{
     AtomSpec, BumperSpec, CollisionReport, ElasticityRule, GasSpec, Instructions, MoleculeSpec, Observer,
@@ -15,6 +13,8 @@ use glam::DVec2;
 
 #[path = "../../xtask/src/experiment_extremes/cases/bodies.rs"]
 mod bodies;
+#[path = "skipped.rs"]
+mod skipped;
 pub use bodies::{bumper, disc, frozen, named};
 
 /// Runs a check with each scheduler.
@@ -87,9 +87,7 @@ pub fn if_available(name: &str, instructions: Instructions, check: impl FnOnce(&
     if present == instructions {
         check(&instructions);
     } else {
-        // Not by `eprintln!`: the test harness captures that of tests that pass.
-        let line = format!("skipped: {name}: the best instructions here are {present:?}\n");
-        std::io::stderr().write_all(line.as_bytes()).unwrap();
+        skipped::skipped(name, format_args!("the best instructions here are {present:?}"));
     }
 }
 

@@ -1,5 +1,8 @@
 //! What runs leave for other programs: tables that say what the histograms say, trajectories that ASE reads back to the bit.
 
+#[path = "../../tests/support/skipped.rs"]
+mod skipped;
+
 use std::{
     env,
     ffi::OsString,
@@ -21,8 +24,8 @@ fn rows(path: &Path) -> Vec<Vec<f64>> {
     text.lines().skip(1).map(row).collect()
 }
 
-/// A Python that has these modules: `$PYTHON`, or `python3`.
-fn python(modules: &str) -> Option<OsString> {
+/// A Python that has these modules: `$PYTHON`, or `python3`. Without one the test is skipped.
+fn python(test: &str, modules: &str) -> Option<OsString> {
     let python = env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
     let import = Command::new(&python)
         .args(["-c", &format!("import {modules}")])
@@ -31,7 +34,8 @@ fn python(modules: &str) -> Option<OsString> {
         .status();
     let there = import.is_ok_and(|status| status.success());
     if !there {
-        eprintln!("skipped: {} has not all of {modules}", python.display());
+        let test = format!("{}::{test}", module_path!());
+        skipped::skipped(&test, format_args!("{} has not all of {modules}", python.display()));
     }
     there.then_some(python)
 }
@@ -76,7 +80,10 @@ fn the_kicks_one_by_one_are_those_of_the_histogram() {
 
 #[test]
 fn the_histogram_of_the_readme_is_drawn_by_its_program() {
-    let Some(python) = python("numpy, matplotlib") else { return };
+    let Some(python) = python("the_histogram_of_the_readme_is_drawn_by_its_program", "numpy, matplotlib")
+    else {
+        return;
+    };
     let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).unwrap();
     let (_, rest) = readme.split_once("```python\n").expect("there is an example in Python");
     let (program, _) = rest.split_once("```").unwrap();
@@ -94,7 +101,7 @@ fn the_histogram_of_the_readme_is_drawn_by_its_program() {
 
 #[test]
 fn ase_reads_a_trajectory_back_to_the_bit() {
-    let Some(python) = python("ase.io, json, sys") else { return };
+    let Some(python) = python("ase_reads_a_trajectory_back_to_the_bit", "ase.io, json, sys") else { return };
     let root = tempfile::tempdir().unwrap();
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/mixture.toml");
     xtask(root.path(), &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
