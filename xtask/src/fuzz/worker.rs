@@ -31,6 +31,9 @@ const MOST_MEMORY: u64 = 4 << 20;
 /// How often a wait looks whether the program has been asked to end.
 const LOOK: Duration = Duration::from_millis(200);
 
+/// A case is waited for no longer than this many times its limit of processor time.
+const MOST_WAITS: u32 = 15;
+
 /// Runs cases.
 pub trait Runner {
     /// Runs the case of a seed.
@@ -93,7 +96,8 @@ impl Drop for Process {
 }
 
 impl Worker {
-    /// A worker for the fuzzer `name`; a case that takes longer than `limit` is a hang.
+    /// A worker for the fuzzer `name`; a case that takes longer than `limit`
+    /// (processor time) is a hang.
     ///
     /// `program` is `xtask` itself.
     pub fn new(program: PathBuf, name: &'static str, limit: Duration, signals: Signals) -> Self {
@@ -108,6 +112,7 @@ impl Worker {
         };
         // A process that has ended closes its input; the answer, or its absence, says why.
         let _ = send(&mut process.requests, &bytes);
+        let before = processor_time(&process.child);
         let mut waited = Duration::ZERO;
         loop {
             match process.answers.recv_timeout(LOOK) {
@@ -127,9 +132,13 @@ impl Worker {
                 Err(RecvTimeoutError::Timeout) => {
                     self.signals.check()?;
                     waited += LOOK;
-                    if waited >= self.limit {
+                    // A process that other work keeps from the processor does not hang.
+                    let now = processor_time(&process.child);
+                    let used = before.zip(now).map_or(waited, |(before, now)| now.saturating_sub(before));
+                    if used >= self.limit || waited >= MOST_WAITS * self.limit {
                         self.process = None;
-                        let detail = format!("no answer within {} s", self.limit.as_secs());
+                        let seconds = self.limit.as_secs();
+                        let detail = format!("no answer within {seconds} s of the processor");
                         return Ok(Report {
                             failure: Some(Failure::new("hang", detail)),
                             ..Report::default()
@@ -179,6 +188,16 @@ fn start(program: &Path, name: &str) -> Result<Process> {
         }
     });
     Ok(Process { child, requests, answers })
+}
+
+/// Processor time of a process (user and system), where the system has `/proc`.
+fn processor_time(process: &Child) -> Option<Duration> {
+    // Fields 14 and 15, of which the second may hold spaces, in hundredths of a second.
+    let text = std::fs::read_to_string(format!("/proc/{}/stat", process.id())).ok()?;
+    let (_, fields) = text.rsplit_once(')')?;
+    let mut fields = fields.split_whitespace().skip(11).map(str::parse::<u64>);
+    let (user, system) = (fields.next()?.ok()?, fields.next()?.ok()?);
+    Some(Duration::from_millis(10 * (user + system)))
 }
 
 /// Answers requests on the standard input until it ends.

@@ -38,9 +38,11 @@ const FEW: usize = 12;
 /// follows it.
 const ROUNDINGS: f64 = 64.0;
 
-/// Roundings of a side that each epoch may add to a place: half for the product and half for the sum of a flight of
-/// eight sides, which a body that moves alone makes in an epoch.
-const ROUNDINGS_PER_EPOCH: f64 = 8.0;
+/// Roundings of a side that each epoch may add to a place. A body that moves alone flies eight sides
+/// in an epoch. Half a rounding of eight sides each for the product v t and for its sum with the
+/// place make eight. At the k-th of its eight crossings the place, of up to k sides, is rounded by
+/// half of 1, 2, 2, 4, 4, 4, 4 and 8, which makes 14.5 more.
+const ROUNDINGS_PER_EPOCH: f64 = 22.5;
 
 /// How many sides a body may go in an epoch, one that has become faster in it included.
 const SIDES_PER_EPOCH: f64 = 16.0;
