@@ -34,6 +34,8 @@ pub enum Mark {
     Joined,
     /// As a ring, joined likewise: by others.
     Published,
+    /// As the end of a line from the point of its family before it: part of a curve.
+    Line,
     /// As a ring with an arrow downwards: not larger than this.
     AtMost,
     /// As a dot with a line up to where almost all is below.
@@ -109,24 +111,33 @@ impl Scatter {
             if own().next().is_none() {
                 continue;
             }
-            let dots = own().map(|point| {
+            let dots = own().filter(|point| point.mark != Mark::Line).map(|point| {
                 let is_ring = matches!(point.mark, Mark::AtMost | Mark::Published);
                 let style = if is_ring { colour.stroke_width(2) } else { colour.filled() };
                 Circle::new((point.x, point.y), 5, style)
             });
-            let is_published = own().all(|point| point.mark == Mark::Published);
+            let all = |mark| own().all(|point| point.mark == mark);
+            let (is_published, is_curve) = (all(Mark::Published), all(Mark::Line));
             let style = if is_published { colour.stroke_width(2) } else { colour.filled() };
-            chart.draw_series(dots)?.label(family).legend(move |(x, y)| Circle::new((x + 9, y), 5, style));
-            let joined = own().filter(|point| matches!(point.mark, Mark::Joined | Mark::Published));
+            let dots = chart.draw_series(dots)?;
+            if !is_curve {
+                dots.label(family).legend(move |(x, y)| Circle::new((x + 9, y), 5, style));
+            }
+            let joined =
+                own().filter(|point| matches!(point.mark, Mark::Joined | Mark::Published | Mark::Line));
             let line: Vec<(f64, f64)> = joined.map(|point| (point.x, point.y)).collect();
-            chart.draw_series([PathElement::new(line, colour.mix(0.5))])?;
+            let line = chart.draw_series([PathElement::new(line, colour.mix(0.5))])?;
+            if is_curve {
+                line.label(family)
+                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.mix(0.5)));
+            }
             for point in own() {
                 let line =
                     |to: f64| PathElement::new(vec![(point.x, point.y), (point.x, to)], colour.mix(0.6));
                 match point.mark {
                     Mark::UpTo(top) => drop(chart.draw_series([line(top)])?),
                     Mark::AtMost => drop(chart.draw_series([line(point.y / arrow(bottom, top))])?),
-                    Mark::Measured | Mark::Joined | Mark::Published => {}
+                    Mark::Measured | Mark::Joined | Mark::Published | Mark::Line => {}
                 }
             }
         }
@@ -225,7 +236,9 @@ mod tests {
 
     #[test]
     fn points_have_their_names_and_zero_is_refused() {
-        for mark in [Mark::Measured, Mark::Joined, Mark::Published, Mark::AtMost, Mark::UpTo(1e-9)] {
+        let marks =
+            [Mark::Measured, Mark::Joined, Mark::Published, Mark::Line, Mark::AtMost, Mark::UpTo(1e-9)];
+        for mark in marks {
             let svg = scatter(1e-15, mark).svg().unwrap();
             assert!(svg.contains("default") && svg.contains("Exact") && !svg.contains("NaN"));
         }

@@ -1,5 +1,6 @@
 //! The two performance tests of Montanari (2017), section 2.3, run again: `experiment spheres` and `experiment pair`.
 
+mod fits;
 mod options;
 mod pair;
 mod report;

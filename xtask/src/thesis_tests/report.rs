@@ -4,6 +4,7 @@ use anyhow::Result;
 
 use super::{
     Options,
+    fits::Fit,
     timing::{Measured, Timing},
 };
 use crate::{
@@ -13,6 +14,9 @@ use crate::{
     scatter::{Mark, Point, Scatter},
     summary::{Figure, Summary, Totals, Verdict},
 };
+
+/// Pieces of a fitted curve in a chart.
+const CURVE: u32 = 100;
 
 /// What a test is about.
 #[derive(Debug, Clone, Copy)]
@@ -53,6 +57,8 @@ pub struct Costs {
     pub points: Vec<(String, usize, f64)>,
     /// The same from the thesis.
     pub published: Vec<(String, usize, f64)>,
+    /// Fitted curves, by name.
+    pub fits: Vec<(String, Fit)>,
 }
 
 /// A measured figure in units of `unit`, a dash where there is none.
@@ -151,6 +157,18 @@ impl Test {
             });
             points.push(Point { family, label: String::new(), x: *size as f64, y: *cost, mark });
         }
+        for (name, fit) in &costs.fits {
+            let family = families.len();
+            families.push(name.clone());
+            let sizes = costs.points.iter().map(|point| point.1 as f64);
+            let (least, most) =
+                sizes.fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), x| (a.min(x), b.max(x)));
+            let along = (0..=CURVE).map(|n| least * (most / least).powf(f64::from(n) / f64::from(CURVE)));
+            // A quadratic fit may be negative at small sizes, which have no place on a logarithmic axis.
+            let smallest = costs.points.iter().map(|point| point.2).fold(f64::INFINITY, f64::min);
+            let curve = along.map(|x| (x, fit.value(x))).filter(|&(_, y)| y >= smallest);
+            points.extend(curve.map(|(x, y)| Point { family, label: String::new(), x, y, mark: Mark::Line }));
+        }
         let title = self.title.to_owned();
         Scatter {
             title,
@@ -173,7 +191,7 @@ impl Test {
         page.table(&results.header, &results.rows);
         for chart in charts {
             let caption = "Both axes are logarithmic: a power of the size is a straight line. Dots: measured here; rings: the \
-                           thesis's own.";
+                           thesis's own; lines without either: the thesis's form of fit, least squares of the seconds.";
             page.pictures(Layout::Full, &[(chart, caption)]);
         }
         let broken = results.timings.iter().filter(|timing| !timing.is_whole()).count();

@@ -10,6 +10,7 @@ use carom::{
 
 use super::{
     Options,
+    fits::{Fit, Form},
     report::{Costs, Results, Test, cell, number},
     timing::{THESIS_TIME, Timing, time},
 };
@@ -93,6 +94,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
                     what: "time for 100 time units [s]",
                     points: timings.iter().filter_map(times).collect(),
                     published: published(),
+                    fits: fits(&timings).map(|(name, fit)| (format!("{name}, fit"), fit)).collect(),
                 },
                 Costs {
                     file: "collision.svg",
@@ -102,6 +104,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
                         .into_iter()
                         .map(|(name, count, seconds)| (name, count, seconds / collisions(count, 1.0)))
                         .collect(),
+                    fits: Vec::new(),
                 },
             ],
             figures: figures(&timings, options.seed)?,
@@ -141,6 +144,20 @@ fn published() -> Vec<(String, usize, f64)> {
     without.chain(with).collect()
 }
 
+/// The thesis's fits to the times for 100 time units: p₂ N² + p₁ N without a grid, exp(k₀ + k₁ N) with one.
+fn fits(timings: &[Timing]) -> impl Iterator<Item = (&'static str, Fit)> {
+    [(NO_GRID, Form::Quadratic), (GRID, Form::Exponential)].into_iter().filter_map(|(engine, form)| {
+        let of = timings.iter().filter(|timing| timing.engine == engine);
+        let points: Vec<(f64, f64)> =
+            of.filter_map(|timing| Some((timing.size as f64, timing.for_thesis_time()?.0))).collect();
+        Some((engine, form.through(&points)?))
+    })
+}
+
+/// The fits that the caption of figure 2.3 gives. It prints k₁ as 223·10⁻⁶, by which 2000 discs would
+/// take 5.6 s; table 2.1 has 314 s, which is 223·10⁻⁵.
+const FIGURE_2_3: [[f64; 2]; 2] = [[-0.80, 315e-5], [1.27, 223e-5]];
+
 fn row(timing: &Timing, seed: u64) -> Result<Vec<String>> {
     let line = TABLE_2_1.iter().find(|line| line.0 == timing.size);
     let thesis = line.map_or_else(String::new, |&(_, without, with)| match timing.engine.as_str() {
@@ -175,6 +192,16 @@ fn figures(timings: &[Timing], seed: u64) -> Result<Vec<Figure>> {
     figures.extend(exponent("table 2.1 of the thesis, no grid: exponent", without));
     figures
         .extend(exponent("table 2.1 of the thesis, grid: exponent", table().map(|(n, _, with)| (n, with))));
+    for (engine, fit) in fits(timings) {
+        figures.extend(fit.figures(engine, None));
+    }
+    let without: Vec<_> = table().filter_map(|(count, without, _)| Some((count, without?))).collect();
+    let with: Vec<_> = table().map(|(count, _, with)| (count, with)).collect();
+    let of_table = [(Form::Quadratic, without, FIGURE_2_3[0]), (Form::Exponential, with, FIGURE_2_3[1])];
+    for (form, points, caption) in of_table {
+        let source = Some((caption, "caption of figure 2.3, of more points"));
+        figures.extend(form.through(&points).into_iter().flat_map(|fit| fit.figures("table 2.1", source)));
+    }
     let collided = ENGINES.into_iter().flat_map(of).filter(|timing| timing.totals.collisions > 0);
     for timing in collided {
         let count = timing.totals.collisions as f64;
