@@ -64,6 +64,7 @@ mod thesis;
 mod view;
 mod wall;
 mod world;
+mod wrapped;
 
 pub use body::{Body, BodyKey, BodyName, Rotation, Tag, Tags};
 pub use cells::{Cells, Instructions};

@@ -98,8 +98,10 @@ pub(crate) struct Pass<'a, D, R, O> {
 
 /// How a pass ended.
 pub(crate) enum Ended {
-    /// The time, or the last contact, that was asked for has been reached.
-    AsAsked,
+    /// The time that was asked for has been reached.
+    AtTime,
+    /// The last contact that was asked for has been reached; of these bodies.
+    AtContact([u32; 2]),
     /// The epoch ends with the contact at this offset (time).
     WithContact(f64),
     /// The epoch ends at this offset (time).
@@ -119,7 +121,7 @@ impl<D: Detection, R: Response, O: Observer> EventLoop for Pass<'_, D, R, O> {
             let Some(contact) = queue.next_contact(self.world, self.detection, stop) else {
                 if self.target < limit {
                     *self.now = self.target;
-                    return Ok(Ended::AsAsked);
+                    return Ok(Ended::AtTime);
                 }
                 return Ok(Ended::AtLimit(limit));
             };
@@ -142,7 +144,7 @@ impl<D: Detection, R: Response, O: Observer> EventLoop for Pass<'_, D, R, O> {
                 return Ok(Ended::WithContact(time));
             }
             if *self.contacts == self.most {
-                return Ok(Ended::AsAsked);
+                return Ok(Ended::AtContact(bodies));
             }
         }
     }

@@ -198,6 +198,16 @@ pub trait Scheduler: Sized {
     /// Writes the present motions, and the boxes left behind, into the world.
     fn store(&self, world: &mut World);
 
+    /// Brings a world up to date that was so before the last contact: writes the motions of the bodies of that
+    /// `contact` (none if there was no contact), and of all bodies wrapped at a border of the box since then.
+    ///
+    /// Within an epoch the motions of all other bodies stay as they are. Called after a single step, which must not
+    /// cost a copy of all bodies. The default copies them.
+    fn store_changes(&mut self, world: &mut World, contact: &[u32]) {
+        let _ = contact;
+        self.store(world);
+    }
+
     /// Memory kept on the heap (bytes).
     fn heap_bytes(&self) -> usize;
 

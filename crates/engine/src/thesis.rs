@@ -26,6 +26,7 @@ use crate::{
     ContactEvent, EventLoop, EventQueue, Fineness, GridError, Parts, Scheduler, SchedulerCounters, World,
     grid::{Grid, Step},
     scheduler::{ordered, separation_error},
+    wrapped::Wrapped,
 };
 
 /// The thesis's scheduler.
@@ -36,6 +37,7 @@ pub struct Thesis {
     heap: BinaryHeap<Entry>,
     motions: Vec<Motion>,
     windings: Vec<[i64; 2]>,
+    wrapped: Wrapped,
     /// Goes up each time a body's motion changes: what was predicted with an older one is stale.
     versions: Vec<u32>,
     limit: f64,
@@ -110,6 +112,7 @@ impl Scheduler for Thesis {
             heap: BinaryHeap::new(),
             motions: Vec::new(),
             windings: Vec::new(),
+            wrapped: Wrapped::default(),
             versions: Vec::new(),
             limit: 0.0,
             separation_error: 0.0,
@@ -125,6 +128,7 @@ impl Scheduler for Thesis {
         self.grid.fill(world, self.counts);
         self.motions.clone_from(&world.motions);
         self.windings.clone_from(&world.windings);
+        self.wrapped.begin(world.bodies.len());
         self.versions.clear();
         self.versions.resize(world.bodies.len(), 0);
         let mut asked = self.take_asked();
@@ -157,11 +161,20 @@ impl Scheduler for Thesis {
         world.windings.clone_from(&self.windings);
     }
 
+    fn store_changes(&mut self, world: &mut World, contact: &[u32]) {
+        let Some(wrapped) = self.wrapped.take() else { return self.store(world) };
+        for body in wrapped.iter().chain(contact).map(|&body| body as usize) {
+            world.motions[body] = self.motions[body];
+            world.windings[body] = self.windings[body];
+        }
+    }
+
     fn heap_bytes(&self) -> usize {
         self.grid.heap_bytes()
             + self.heap.capacity() * size_of::<Entry>()
             + self.motions.capacity() * size_of::<Motion>()
             + self.windings.capacity() * size_of::<[i64; 2]>()
+            + self.wrapped.heap_bytes()
             + self.versions.capacity() * size_of::<u32>()
             + self.asked.0.capacity() * size_of::<(u32, [i32; 2])>()
     }
@@ -282,6 +295,7 @@ impl Thesis {
             let side = world.bounds.sides()[step.axis];
             self.motions[body as usize].position[step.axis] -= f64::from(wrapped) * side;
             self.windings[body as usize][step.axis] += i64::from(wrapped);
+            self.wrapped.push(body);
             walls_before.iter_mut().for_each(|(_, image)| image[step.axis] -= wrapped);
         }
         let mut asked = self.take_asked();

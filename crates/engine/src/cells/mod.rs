@@ -67,7 +67,7 @@ use self::{
 };
 use crate::{
     ContactEvent, EventLoop, Fineness, GridError, Scheduler, SchedulerCounters, Thesis, World, grid::Grid,
-    scheduler::separation_error,
+    scheduler::separation_error, wrapped::Wrapped,
 };
 
 /// How [`Cells`] computes.
@@ -123,6 +123,7 @@ struct State {
     lines: Vec<Line>,
     /// Boxes left behind, as far as 16 bits go: within an epoch a body leaves a few behind.
     windings: Vec<[i16; 2]>,
+    wrapped: Wrapped,
     calendar: Calendar,
     neighbourhoods: Neighbourhoods,
     /// In place of the neighbourhoods where the gas is dilute.
@@ -160,6 +161,7 @@ impl Scheduler for Cells {
             grid,
             lines: Vec::new(),
             windings: Vec::new(),
+            wrapped: Wrapped::default(),
             calendar: Calendar::default(),
             neighbourhoods: Neighbourhoods::default(),
             rosters: Rosters::default(),
@@ -191,18 +193,19 @@ impl Scheduler for Cells {
     fn store(&self, world: &mut World) {
         match &self.0 {
             Layout::Grid(state) => {
-                for body in 0..world.bodies.len() {
-                    if !world.bodies[body].is_fixed() {
-                        world.motions[body] = state.motion(body as u32);
-                    }
-                }
-                for (winding, now) in world.windings.iter_mut().zip(&state.windings) {
-                    for axis in 0..2 {
-                        winding[axis] += i64::from(now[axis].wrapping_sub(winding[axis] as i16));
-                    }
-                }
+                (0..world.bodies.len()).for_each(|body| state.store_body(world, body));
             }
             Layout::AllPairs(thesis) => thesis.store(world),
+        }
+    }
+
+    fn store_changes(&mut self, world: &mut World, contact: &[u32]) {
+        match &mut self.0 {
+            Layout::Grid(state) => {
+                let Some(wrapped) = state.wrapped.take() else { return self.store(world) };
+                wrapped.iter().chain(contact).for_each(|&body| state.store_body(world, body as usize));
+            }
+            Layout::AllPairs(thesis) => thesis.store_changes(world, contact),
         }
     }
 
@@ -227,6 +230,7 @@ impl State {
         self.separation_error = separation_error(world);
         self.windings.clear();
         self.windings.extend(world.windings().iter().map(|winding| winding.map(|boxes| boxes as i16)));
+        self.wrapped.begin(world.bodies().len());
         self.lines.clear();
         self.lines.reserve_exact(world.bodies().len() + 1);
         for (body, motion) in world.bodies().iter().zip(world.motions()) {
@@ -278,11 +282,24 @@ impl State {
     fn heap_bytes(&self) -> usize {
         self.lines.capacity() * size_of::<Line>()
             + self.windings.capacity() * size_of::<[i16; 2]>()
+            + self.wrapped.heap_bytes()
             + self.calendar.heap_bytes()
             + self.neighbourhoods.heap_bytes()
             + self.rosters.heap_bytes()
             + self.molecules.heap_bytes()
             + self.coverings.heap_bytes()
+    }
+
+    /// Writes the motion of a body, and the boxes that it has left behind, into the world; a fixed body has neither.
+    fn store_body(&self, world: &mut World, body: usize) {
+        if world.bodies[body].is_fixed() {
+            return;
+        }
+        world.motions[body] = self.motion(body as u32);
+        let (winding, now) = (&mut world.windings[body], &self.windings[body]);
+        for axis in 0..2 {
+            winding[axis] += i64::from(now[axis].wrapping_sub(winding[axis] as i16));
+        }
     }
 
     /// The index of the line that stands for nobody.
