@@ -10,14 +10,8 @@ use glam::DVec2;
 
 use crate::{
     AtomSpec, Cells, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError, Scheduler,
-    SchedulerCounters, Simulation, TagNames, Tags, WallSpec, World,
-    body::BodyKind,
-    grid::Grid,
-    limits::refuse_slow,
-    overlap::rounding_bound,
-    pass::AtOnce,
-    placement::{self, Sites},
-    simulation::Epoch,
+    SchedulerCounters, Simulation, TagNames, Tags, WallSpec, World, body::BodyKind, grid::Grid,
+    limits::refuse_slow, overlap::rounding_bound, pass::AtOnce, placement, simulation::Epoch, sites::Sites,
 };
 
 impl Simulation {

@@ -328,7 +328,10 @@ mod tests {
             }
             assert!(partial > 2500, "{partial}");
             // Two bodies, and those that have crossed the border of the box; never all of them.
-            assert!(wraps > 10 && written <= 2 * partial + wraps, "{written} of {bodies}: {partial}, {wraps}");
+            assert!(
+                wraps > 10 && written <= 2 * partial + wraps,
+                "{written} of {bodies}: {partial}, {wraps}"
+            );
         }
     }
 

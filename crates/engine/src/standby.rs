@@ -13,8 +13,8 @@ use crate::{
     SceneError, Scheduler, Simulation, Tag, TagNames, WallSpec, World,
     build::{add_molecule, add_wall, deepest_overlap, inertia},
     pass::AtOnce,
-    placement::Sites,
     simulation::Epoch,
+    sites::Sites,
 };
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
