@@ -38,6 +38,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod batch;
 mod body;
 mod build;
 mod cells;
@@ -68,6 +69,7 @@ mod wall;
 mod world;
 mod wrapped;
 
+pub use batch::Batch;
 pub use body::{Body, BodyKey, BodyName, Rotation, Tag, Tags};
 pub use cells::{Cells, Instructions};
 pub use checkpoint::{Checkpoint, CheckpointError};

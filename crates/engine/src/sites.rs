@@ -22,6 +22,7 @@ const MARGIN: f64 = 1.0 + 1e-9;
 /// The cells are about as large as the area for each body. A small body is listed in the cell of its centre. A large
 /// one is listed in every cell that its bounding circle touches, a wall in every cell that it passes. So a query costs
 /// O(1) for a small molecule, and setting up costs O(N), whatever the mixture of sizes.
+#[derive(Debug)]
 pub(crate) struct Sites {
     counts: [i64; 2],
     side: DVec2,
@@ -35,7 +36,7 @@ pub(crate) struct Sites {
     planned: usize,
 }
 
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Entry {
     standing: Standing,
     /// How many boxes over from home the cell is in which this is listed.
@@ -43,7 +44,7 @@ struct Entry {
     next: u32,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Standing {
     Body(u32),
     Circle(u32),
@@ -77,13 +78,6 @@ impl Sites {
             largest: 0.0,
             planned,
         }
-    }
-
-    /// Cells for the bodies of a world, all of which are listed.
-    pub(crate) fn of(world: &World) -> Self {
-        let mut sites = Self::new(world);
-        (0..world.bodies().len()).for_each(|index| sites.add(world, index));
-        sites
     }
 
     /// Whether so many more bodies than planned are listed that other cells would be better.
@@ -164,9 +158,16 @@ impl Sites {
             return SmallVec::from_elem(((y * self.counts[0] + x) as usize, [0; 2]), 1);
         }
         let reach = radius * MARGIN;
-        let (low, high) = (((place - reach) / self.side).floor(), ((place + reach) / self.side).floor());
-        let rows = low.y as i64..=high.y as i64;
-        let cells = rows.flat_map(|y| (low.x as i64..=high.x as i64).map(move |x| [x, y]));
+        let own = self.cell(place);
+        // Two boxes each way at most: what reaches farther is refused by the grid.
+        let range = [0, 1].map(|axis| {
+            let cell = |place: f64| (place / self.side[axis]).floor() as i64;
+            let most = 2 * self.counts[axis];
+            let (low, high) = (own[axis] - most, own[axis] + most);
+            cell(place[axis] - reach).max(low)..=cell(place[axis] + reach).min(high)
+        });
+        let [columns, rows] = range;
+        let cells = rows.flat_map(|y| columns.clone().map(move |x| [x, y]));
         cells.map(|cell| self.cell_at(cell)).collect()
     }
 
@@ -189,6 +190,55 @@ impl Sites {
         molecule: &Molecule,
         motion: &Motion,
     ) -> Option<(usize, f64)> {
+        self.nearest_of(world, molecule, motion, |_| true)
+    }
+
+    /// The body of the world that is nearest to (or deepest inside) one of them, which is not listed itself, and the gap
+    /// (length). Among those whose bounding circles overlap; a fixed body is compared with those that move.
+    pub(crate) fn nearest_to_body(&self, world: &World, index: usize) -> Option<(usize, f64)> {
+        let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
+        let moves = |index: usize| !world.bodies()[index].is_fixed();
+        match StandingWall::of(body, motion) {
+            Some(wall) => self.nearest_to_wall(world, &wall, index),
+            None => self.nearest_of(world, body.molecule(), motion, |index| !body.is_fixed() || moves(index)),
+        }
+    }
+
+    /// The body that moves and is nearest to (or deepest inside) a wall, among those in the cells that it passes.
+    fn nearest_to_wall(&self, world: &World, wall: &StandingWall, index: usize) -> Option<(usize, f64)> {
+        let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
+        let turned = motion.orientation.cos_sin();
+        let found = wall.cells_within(self.largest, self.side).into_iter().flat_map(|cell| {
+            let (cell, away) = self.cell_at(cell);
+            self.standing_in(cell).filter_map(move |Entry { standing, image, .. }| {
+                let Standing::Body(index) = standing else { return None };
+                let other = &world.bodies()[index as usize];
+                let image = [0, 1].map(|axis| i64::from(away[axis]) - i64::from(image[axis]));
+                (!other.is_fixed()).then_some((index as usize, image))
+            })
+        });
+        let gap = |(other, image): (usize, [i64; 2])| {
+            let there = &world.motions()[other];
+            let separation = there.position - motion.position + world.bounds().shift(image);
+            let molecule = &world.bodies()[other].kind.molecule;
+            let rotation = there.orientation.cos_sin();
+            (other, gap_between(molecule, rotation, body.molecule(), turned, -separation))
+        };
+        found.map(gap).min_by(|one, other| one.1.total_cmp(&other.1))
+    }
+
+    fn standing_in(&self, cell: usize) -> impl Iterator<Item = Entry> {
+        let entry = |at: u32| self.entries.get(at as usize).copied();
+        std::iter::successors(entry(self.heads[cell]), move |before| entry(before.next))
+    }
+
+    fn nearest_of(
+        &self,
+        world: &World,
+        molecule: &Molecule,
+        motion: &Motion,
+        counts: impl Fn(usize) -> bool,
+    ) -> Option<(usize, f64)> {
         if self.entries.is_empty() {
             return None;
         }
@@ -205,17 +255,18 @@ impl Sites {
         for v in y - rows..=y + rows {
             for u in x - columns..=x + columns {
                 let (cell, away) = self.cell_at([u, v]);
-                let mut at = self.heads[cell];
-                while at != NONE {
-                    let Entry { standing, image, next } = self.entries[at as usize];
-                    at = next;
+                for Entry { standing, image, .. } in self.standing_in(cell) {
                     let image = [0, 1].map(|axis| i64::from(away[axis]) - i64::from(image[axis]));
-                    let radius = match standing {
-                        Standing::Circle(index) => self.circles[index as usize].1,
+                    let (index, radius) = match standing {
+                        Standing::Circle(circle) => (usize::MAX, self.circles[circle as usize].1),
                         Standing::Body(index) => {
-                            world.bodies()[index as usize].kind.molecule.bounding_radius()
+                            let other = &world.bodies()[index as usize].kind.molecule;
+                            (index as usize, other.bounding_radius())
                         }
                     };
+                    if !counts(index) {
+                        continue;
+                    }
                     if !self.is_small(radius) {
                         if seen.contains(&(standing, image)) {
                             continue;
@@ -223,14 +274,12 @@ impl Sites {
                         seen.push((standing, image));
                     }
                     let shift = bounds.shift(image);
-                    let found = match standing {
-                        Standing::Circle(index) => {
-                            let (centre, radius) = self.circles[index as usize];
-                            let gap = (centre - place + shift).length() - radius - molecule.bounding_radius();
-                            (usize::MAX, gap)
+                    let gap = match standing {
+                        Standing::Circle(circle) => {
+                            let centre = self.circles[circle as usize].0;
+                            (centre - place + shift).length() - radius - molecule.bounding_radius()
                         }
-                        Standing::Body(index) => {
-                            let index = index as usize;
+                        Standing::Body(_) => {
                             let other = &world.bodies()[index].kind.molecule;
                             let there = &world.motions()[index];
                             let separation = there.position - place + shift;
@@ -238,12 +287,11 @@ impl Sites {
                             if other.face().is_none() && separation.length_squared() > reach * reach {
                                 continue;
                             }
-                            let turned = there.orientation.cos_sin();
-                            (index, gap_between(molecule, rotation, other, turned, separation))
+                            gap_between(molecule, rotation, other, there.orientation.cos_sin(), separation)
                         }
                     };
-                    if nearest.is_none_or(|(_, least)| found.1 < least) {
-                        nearest = Some(found);
+                    if nearest.is_none_or(|(_, least)| gap < least) {
+                        nearest = Some((index, gap));
                     }
                 }
             }
@@ -305,7 +353,8 @@ mod tests {
         let mut overlaps = 0;
         for (sides, count) in [([1.0, 1.0], 300), ([40.0, 1.0], 300), ([1.0, 7.0], 60), ([1.0, 1.0], 2)] {
             let world = crowd(&mut random, sides, count);
-            let mut sites = Sites::of(&world);
+            let mut sites = Sites::new(&world);
+            (0..count).for_each(|index| sites.add(&world, index));
             let mut listed = vec![true; count];
             for query in 0..400 {
                 // Some bodies come off the lists while the queries go on.
@@ -352,7 +401,8 @@ mod tests {
         let scene = Scene { molecule: vec![large], gas: vec![gas], ..Scene::default() };
         let simulation = crate::Simulation::new(&scene).unwrap();
         let world = &simulation.world;
-        let sites = Sites::of(world);
+        let mut sites = Sites::new(world);
+        (0..world.bodies().len()).for_each(|index| sites.add(world, index));
         assert!(sites.heads.len() <= world.bodies().len());
         assert!(sites.entries.len() <= 3 * world.bodies().len(), "{}", sites.entries.len());
         // A small disc looks at the cells around its own only, however large another body is.
