@@ -69,7 +69,7 @@ impl Observer for OfTag {
 }
 
 /// Runs the scene of all kinds of bodies with samples; returns its last state.
-fn run<O: Observer + ?Sized>(observer: &mut O) -> Vec<[u64; 6]> {
+fn run(observer: &mut dyn Observer) -> Vec<[u64; 6]> {
     let mut simulation = simulate::<Cells>(&menagerie(5), &Default::default());
     simulation.sample_every(0.25, 2.1, observer).unwrap();
     assert_eq!(simulation.time().to_f64(), 2.1);
@@ -109,9 +109,11 @@ fn reports_are_made_only_for_bodies_that_are_watched() {
     let mut simulation = simulate::<Cells>(&scene, &Default::default());
     let tag = simulation.view().tag_names().find("tee").unwrap();
     let (of_tee, all) = (Count::default(), Count::default());
-    simulation.sample_every(1.0, 3.0, &mut OfTag(tag, of_tee.clone())).unwrap();
+    let observer: &mut dyn Observer = &mut OfTag(tag, of_tee.clone());
+    simulation.sample_every(1.0, 3.0, observer).unwrap();
     let mut again = simulate::<Cells>(&scene, &Default::default());
-    again.sample_every(1.0, 3.0, &mut (OfTag(tag, Count::default()), all.clone())).unwrap();
+    let both: &mut dyn Observer = &mut (OfTag(tag, Count::default()), all.clone());
+    again.sample_every(1.0, 3.0, both).unwrap();
     let (of_tee, all) = (of_tee.0.get().collisions, all.0.get().collisions);
     assert!(of_tee > 10 && of_tee < all / 4, "{of_tee} of {all}");
     assert_eq!(all, again.view().counters().collisions);
@@ -121,12 +123,15 @@ fn reports_are_made_only_for_bodies_that_are_watched() {
 fn an_interval_that_is_no_positive_time_is_refused() {
     let mut simulation = simulate::<Cells>(&menagerie(5), &Default::default());
     for interval in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-300] {
-        let refused = simulation.sample_every(interval, 1.0, &mut ());
+        let refused = simulation.sample_every::<dyn Observer>(interval, 1.0, &mut ());
         assert!(matches!(refused, Err(RunError::Interval(_))), "{interval}: {refused:?}");
     }
-    assert!(matches!(simulation.sample_every(0.1, f64::NAN, &mut ()), Err(RunError::Time(_))));
+    assert!(matches!(
+        simulation.sample_every::<dyn Observer>(0.1, f64::NAN, &mut ()),
+        Err(RunError::Time(_))
+    ));
     // Longer than the run: no sample, but the run.
     let count = Count::default();
-    simulation.sample_every(10.0, 0.5, &mut count.clone()).unwrap();
+    simulation.sample_every::<dyn Observer>(10.0, 0.5, &mut count.clone()).unwrap();
     assert_eq!((count.0.get().samples, simulation.time().to_f64()), (0, 0.5));
 }

@@ -4,8 +4,8 @@
 mod support;
 
 use carom_engine::{
-    Cells, EditError, ElasticitySpec, Fineness, GridError, MoleculeSpec, Rotation, SceneError, Scheduler,
-    Thesis,
+    Batch, Cells, EditError, ElasticitySpec, Fineness, GridError, MoleculeSpec, Rotation, SceneError,
+    Scheduler, Thesis,
 };
 use glam::DVec2;
 use support::{bits, disc, head_on, menagerie, rule, simulate, velocity, with_each_scheduler};
@@ -107,6 +107,81 @@ fn check_refusals<S: Scheduler>(options: &S::Options) {
     simulation.untag(tagged, "never given").unwrap();
     simulation.tag(tagged, "a").unwrap();
     simulation.set_elasticity(&scene.elasticity).unwrap();
+
+    simulation.run_until(1.0).unwrap();
+    assert_eq!(bits(&simulation.view()), bits(&untouched.view()));
+    assert_eq!(simulation.view().counters(), untouched.view().counters());
+}
+
+#[test]
+fn a_batch_that_is_refused_changes_no_bit() {
+    with_each_scheduler!(check_refused_batches);
+}
+
+fn check_refused_batches<S: Scheduler>(options: &S::Options) {
+    let mut scene = menagerie(6);
+    scene.gas[0].tags = vec!["a".to_owned()];
+    scene.elasticity.pair = vec![rule(&["a"], 0.9), rule(&["b"], 0.8)];
+    let mut untouched = simulate::<S>(&scene, options);
+    untouched.run_until(1.0).unwrap();
+
+    let mut simulation = simulate::<S>(&scene, options);
+    simulation.run_until(0.3).unwrap();
+    let before = (bits(&simulation.view()), *simulation.view().counters(), *simulation.view().ledger());
+    let moving: Vec<_> = simulation.view().bodies().filter(|view| view.energy() > 0.0).collect();
+    let (first, place) = (moving[0].body.key(), moving[0].motion.position);
+    let (second, tag) = (moving[1].body.key(), simulation.find_tag("a").unwrap());
+    let tagged = simulation.view().tagged(tag).last().unwrap().body.key();
+    let tiny = disc(1e-6, 1.0, place.to_array(), [0.0; 2]);
+    let on_top = disc(0.01, 1.0, moving[1].motion.position.to_array(), [0.0; 2]);
+    // Each batch makes all kinds of edits before the one that is refused, in the batch or when it ends.
+    let mut refused = |last: &dyn Fn(&mut Batch) -> Result<(), EditError>| {
+        let batch = |batch: &mut Batch| {
+            batch.remove(first)?;
+            let newcomer = batch.add(&tiny)?;
+            batch.tag(newcomer, "never heard of")?;
+            batch.tag(second, "c")?;
+            batch.untag(tagged, "a")?;
+            batch.reset_energy(second, 3.0)?;
+            batch.set_rotation(second, Rotation::Locked)?;
+            batch.set_elasticity(&ElasticitySpec { default: 0.5, ..scene.elasticity.clone() })?;
+            last(batch)
+        };
+        let error = simulation.edit(batch).unwrap_err();
+        let after = (bits(&simulation.view()), *simulation.view().counters(), *simulation.view().ledger());
+        assert!(before == after, "{error}");
+        assert_eq!(simulation.find_tag("never heard of"), None);
+        error
+    };
+    assert_eq!(refused(&|batch| batch.remove(first)), EditError::NoSuchBody(first));
+    assert_eq!(refused(&|batch| batch.reset_energy(second, -1.0)), EditError::Energy(-1.0));
+    let overlap = refused(&|batch| batch.add(&on_top).map(|_| ()));
+    assert!(matches!(overlap, EditError::Scene(SceneError::Overlap { .. })), "{overlap}");
+    let twice = refused(&|batch| batch.add(&tiny).map(|_| ()));
+    assert!(matches!(twice, EditError::Scene(SceneError::Overlap { .. })), "{twice}");
+    // Refused as a whole: two rules for one tag each that disagree, and a body that reaches too far.
+    let ambiguous = refused(&|batch| {
+        batch.tag(tagged, "a")?;
+        batch.tag(tagged, "b").map(|_| ())
+    });
+    assert!(matches!(ambiguous, EditError::Scene(SceneError::AmbiguousElasticity { .. })), "{ambiguous}");
+    let keys: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
+    let too_large = simulation.edit(|batch| {
+        keys.iter().try_for_each(|&key| batch.remove(key))?;
+        let side = scene.bounds.sides[0].min(scene.bounds.sides[1]);
+        batch.add(&disc(0.6 * side, 1.0, [0.0; 2], [1.0; 2]))
+    });
+    assert!(
+        matches!(&too_large, Err(EditError::Scene(SceneError::Grid { entry, .. })) if entry.contains("body")),
+        "{too_large:?}"
+    );
+    // A refused edit that the batch itself goes on from leaves no trace either, not even an epoch.
+    simulation
+        .edit(|batch| {
+            assert!(batch.add(&on_top).is_err());
+            batch.untag(tagged, "never given")
+        })
+        .unwrap();
 
     simulation.run_until(1.0).unwrap();
     assert_eq!(bits(&simulation.view()), bits(&untouched.view()));

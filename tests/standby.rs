@@ -120,6 +120,101 @@ fn check_coming_and_going<S: Scheduler>(options: &S::Options) {
 }
 
 #[test]
+fn a_batch_does_what_its_edits_do_one_by_one_and_starts_one_epoch() {
+    with_each_scheduler!(check_batches);
+}
+
+fn check_batches<S: Scheduler>(options: &S::Options) {
+    let scene = menagerie(8);
+    let start = || {
+        let mut simulation = simulate::<S>(&scene, options);
+        simulation.run_until(0.3).unwrap();
+        simulation
+    };
+    let (mut at_once, mut one_by_one) = (start(), start());
+    let keys: Vec<_> = at_once.view().bodies().map(|view| view.body.key()).collect();
+    let fixed = at_once.view().bodies().find(|view| view.body.is_fixed()).unwrap().body.key();
+    let leaver = at_once.view().body(keys[0]).unwrap().motion.position;
+    let seeds: Vec<MoleculeSpec> = (0..40)
+        .map(|n| {
+            disc(
+                1e-4,
+                1.0,
+                (leaver + 3e-4 * DVec2::new(f64::from(n % 7), f64::from(n / 7))).to_array(),
+                [1.0, 0.5],
+            )
+        })
+        .collect();
+    // The newcomers stand where a body was that leaves in the same batch; some have no room, and stay away.
+    let added = at_once
+        .edit(|batch| {
+            batch.remove(keys[0])?;
+            batch.remove(fixed)?;
+            let added: Vec<_> = seeds.iter().filter_map(|seed| batch.add(seed).ok()).collect();
+            batch.tag(added[0], "seed")?;
+            batch.tag(keys[3], "seed")?;
+            batch.reset_energy(keys[4], 2.0)?;
+            batch.set_rotation(keys[4], Rotation::Locked)?;
+            batch.set_elasticity(&ElasticitySpec { default: 0.9, ..ElasticitySpec::default() })?;
+            Ok(added)
+        })
+        .unwrap();
+    assert!(added.len() >= 20, "{}", added.len());
+    one_by_one.remove(keys[0]).unwrap();
+    one_by_one.remove(fixed).unwrap();
+    let alone: Vec<_> = seeds.iter().filter_map(|seed| one_by_one.add(seed).ok()).collect();
+    one_by_one.tag(alone[0], "seed").unwrap();
+    one_by_one.tag(keys[3], "seed").unwrap();
+    one_by_one.reset_energy(keys[4], 2.0).unwrap();
+    one_by_one.set_rotation(keys[4], Rotation::Locked).unwrap();
+    one_by_one.set_elasticity(&ElasticitySpec { default: 0.9, ..ElasticitySpec::default() }).unwrap();
+    assert_eq!(added, alone);
+    assert!((at_once.view().ledger().put_in - one_by_one.view().ledger().put_in).abs() < 1e-12);
+    let begun = at_once.view().counters().epochs;
+    assert!(at_once.step(1.0, &mut ()).unwrap() && one_by_one.step(1.0, &mut ()).unwrap());
+    assert_eq!(at_once.view().counters().epochs, begun + 1);
+    for simulation in [&mut at_once, &mut one_by_one] {
+        simulation.run_until(1.0).unwrap();
+    }
+    assert!(at_once.view().counters().collisions > 20);
+    assert_eq!(support::bits(&at_once.view()), support::bits(&one_by_one.view()));
+    let ids = |simulation: &Simulation<Exact, Impact, S>| -> Vec<u64> {
+        simulation.view().bodies().map(|view| view.body.id()).collect()
+    };
+    assert_eq!(ids(&at_once), ids(&one_by_one));
+    let seed = at_once.find_tag("seed").unwrap();
+    let tagged: Vec<_> = at_once.view().tagged(seed).map(|view| view.body.key()).collect();
+    assert_eq!(tagged, [keys[3], added[0]]);
+}
+
+#[test]
+fn many_edits_in_a_batch_keep_like_bodies_alike() {
+    // A thousand discs come into an empty box, each where none of the others is, and half of them go again.
+    let mut simulation =
+        simulate::<carom_engine::Cells>(&scene(Vec::new()), &carom_engine::Instructions::Widest);
+    let sides = simulation.view().bounds().sides();
+    let place = |n: u32| (sides * DVec2::new(f64::from(n % 50) / 50.0, f64::from(n / 50) / 50.0)).to_array();
+    let radius = 0.004 * sides.min_element();
+    let keys = simulation
+        .edit(|batch| {
+            let keys: Vec<_> = (0..1000)
+                .map(|n| batch.add(&disc(radius, 1.0, place(n), [1.0, 0.3])))
+                .collect::<Result<_, _>>()?;
+            keys.iter().step_by(2).try_for_each(|&key| batch.remove(key))?;
+            keys.iter().skip(1).step_by(2).try_for_each(|&key| batch.tag(key, "left over").map(|_| ()))?;
+            Ok(keys)
+        })
+        .unwrap();
+    let view = simulation.view();
+    assert_eq!((view.len(), view.overlaps().pairs), (500, 0));
+    assert_eq!(view.ledger().put_in, view.energy());
+    let tag = simulation.find_tag("left over").unwrap();
+    assert!(view.tagged(tag).map(|view| view.body.key()).eq(keys.iter().skip(1).step_by(2).copied()));
+    simulation.run_until(1.0).unwrap();
+    assert_eq!(simulation.view().counters().epochs, 1);
+}
+
+#[test]
 fn energy_is_reset_to_the_last_bits() {
     with_each_scheduler!(check_energy_resets);
 }
@@ -184,14 +279,25 @@ fn check_faster<S: Scheduler>(options: &S::Options) {
     let mut simulation = head_on::<S>(options);
     let keys: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
     let tag = simulation.tag(keys[1], "left").unwrap();
-    simulation.reset_energy_of_all(tag, 2.0).unwrap();
+    simulation.reset_energy_of_tag(tag, 2.0).unwrap();
     assert_eq!(simulation.view().energy(), 4.0);
     let idle = simulation.add(&disc(0.1, 1.0, [1.0, 1.0], [0.0; 2])).unwrap();
     simulation.tag(idle, "left").unwrap();
     assert!(
-        matches!(simulation.reset_energy_of_all(tag, 1.0), Err(EditError::NoEnergy(name)) if name.key == idle)
+        matches!(simulation.reset_energy_of_tag(tag, 1.0), Err(EditError::NoEnergy(name)) if name.key == idle)
     );
     assert_eq!(simulation.view().energy(), 4.0);
+
+    // What is fixed has no energy and is left out; all others are reset.
+    simulation.remove(idle).unwrap();
+    let fixed = MoleculeSpec { fixed: true, ..disc(0.1, 1.0, [1.0, 1.0], [0.0; 2]) };
+    let fixed = simulation.add(&fixed).unwrap();
+    simulation.tag(fixed, "left").unwrap();
+    simulation.reset_energy_of_tag(tag, 0.5).unwrap();
+    assert_eq!(simulation.view().energy(), 1.0);
+    simulation.reset_energy_of_all(3.0).unwrap();
+    assert_eq!(simulation.view().energy(), 6.0);
+    assert!((simulation.view().ledger().put_in - 5.0).abs() < 1e-14);
 }
 
 #[test]

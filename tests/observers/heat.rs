@@ -37,10 +37,10 @@ fn heat_from_hot_to_cold_is_booked_to_the_last_digit() {
         let until = simulation.time().to_f64() + 0.1;
         observe(&mut simulation, &mut observers, until, 1);
         heated += 60.0 * 4.0 - energy_of(&simulation, hot);
-        simulation.reset_energy_of_all(hot, 4.0).unwrap();
+        simulation.reset_energy_of_tag(hot, 4.0).unwrap();
         observers.0.standby(&simulation.view());
         cooled += 60.0 * 0.25 - energy_of(&simulation, cold);
-        simulation.reset_energy_of_all(cold, 0.25).unwrap();
+        simulation.reset_energy_of_tag(cold, 0.25).unwrap();
         observers.0.standby(&simulation.view());
     }
     let (ledger, ByHand(losses, _)) = observers;
@@ -70,12 +70,12 @@ fn books_begin_at_the_first_standby() {
     scene.gas.push(gas("gas", 50));
     let mut simulation = Simulation::new(&scene).unwrap();
     let gas = simulation.find_tag("gas").unwrap();
-    simulation.reset_energy_of_all(gas, 2.0).unwrap();
+    simulation.reset_energy_of_tag(gas, 2.0).unwrap();
     let mut ledger = ThermostatLedger::default();
     assert_eq!((ledger.total_put_in(), ledger.total_lost(), ledger.imbalance()), (0.0, 0.0, 0.0));
     ledger.standby(&simulation.view());
     observe(&mut simulation, &mut ledger, 1.0, 4);
-    simulation.reset_energy_of_all(gas, 1.0).unwrap();
+    simulation.reset_energy_of_tag(gas, 1.0).unwrap();
     // Seen at the next standby only: the interval that begins now.
     observe(&mut simulation, &mut ledger, 2.0, 4);
     let put_in: Vec<f64> = ledger.series().iter().map(|point| point.put_in).collect();

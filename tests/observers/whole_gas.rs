@@ -57,7 +57,7 @@ fn what_inelastic_contacts_take_and_resets_give_is_booked() {
     assert!((first.energy - last.energy - lost).abs() < 1e-13 * first.energy);
     assert!((first.booked - last.booked - lost).abs() < 1e-13 * first.energy);
     let gas = simulation.find_tag("gas").unwrap();
-    simulation.reset_energy_of_all(gas, 1.0).unwrap();
+    simulation.reset_energy_of_tag(gas, 1.0).unwrap();
     observers.standby(&simulation.view());
     let last = observers.0.series().last().unwrap();
     assert!((last.energy - 200.0).abs() < 1e-11 && (last.booked - 200.0).abs() < 1e-11, "{last:?}");

@@ -85,8 +85,11 @@
   }
 
   const [width, height] = film.sides;
-  const views = [view("the whole box", width / height, () => [0, 0, width, height])];
-  if (film.watched !== null) {
+  const part = film.window || [0, 0, width, height];
+  const label = film.window ? `a part of the box, ${part[2].toPrecision(3)} wide` : "the whole box";
+  const views = [view(label, part[2] / part[3], () => part)];
+  // Beyond a part of the box nothing is recorded.
+  if (film.watched !== null && !film.window) {
     const name = film.shapes[film.bodies[film.watched]].name || "the molecule";
     const side = Math.min(CLOSE * 2 * reach[film.bodies[film.watched]], width, height);
     views.push(

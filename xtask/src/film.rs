@@ -3,18 +3,22 @@
 //! A twin of the simulation flies ahead and is recorded, so that the run itself neither waits nor keeps anything. It makes the
 //! same contacts, to the bit. What is recorded is written as a table, with every digit, and as JSON, for the page: there each
 //! number is one of `LEVELS` + 1 even steps, three characters long. In the box that is a hundredth of a pixel at most.
+//!
+//! Its size does not grow with the system: of many bodies those in a part of the box are shown, see [`part`](crate::part). The
+//! film ends before any body can come into view that is not recorded.
 
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
+use carom::engine::Body;
 use carom::{
-    Observer, Simulation, View,
+    CollisionReport, Observer, Simulation, View,
     observers::{Flight, FlightLog, colour, kinds},
 };
 use glam::DVec2;
 use serde::Serialize;
 
-use crate::output::Folder;
+use crate::{output::Folder, part::Part};
 
 /// Name of the packed film.
 pub const FILM: &str = "film.json";
@@ -27,6 +31,10 @@ const HEADER: [&str; 8] = ["time", "body", "x", "y", "velocity_x", "velocity_y",
 /// Flights recorded. More: a longer film and a larger page; these are about 0.6 MB.
 const CAPACITY: usize = 32_000;
 
+/// Contacts of the whole system after which a film ends. More: a longer film of a large system, and a second more before its run
+/// begins for each million.
+const MOST_CONTACTS: usize = 500_000;
+
 /// A number between 0 and 1 is written as one of so many steps; even, so that the middle is one of them.
 const LEVELS: f64 = 262_142.0;
 
@@ -37,6 +45,9 @@ const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz
 #[derive(Debug, Serialize)]
 struct Film {
     sides: [f64; 2],
+    /// Lower left corner, width and height of the part of the box that is shown; all of it if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    window: Option<[f64; 4]>,
     from: f64,
     until: f64,
     /// Largest component of a velocity.
@@ -80,21 +91,52 @@ const CROSSINGS: f64 = 4.0;
 /// # Errors
 /// It cannot be written.
 pub fn record(simulation: &Simulation, folder: &Folder) -> Result<()> {
+    let view = simulation.view();
+    let part = Part::of(&view);
+    let log = match &part {
+        Some(part) => FlightLog::among(CAPACITY, part.bodies.iter().copied()),
+        None => FlightLog::new(CAPACITY),
+    };
+    let speeds = view.bodies().map(|body| body.motion.velocity.length());
+    let mut watching = (log, Fastest(speeds.fold(0.0, f64::max)));
+    watching.start(&view);
+    let margin = part.as_ref().map_or(f64::INFINITY, |part| part.margin);
+    let from = view.time().to_f64();
+    let mut until = end(&view).min(from + margin / watching.1.0);
     let mut twin = simulation.clone();
-    let until = end(&simulation.view());
-    let mut log = FlightLog::new(CAPACITY.max(2 * twin.view().len()));
-    log.start(&twin.view());
+    let mut contacts = 0;
     // If the run cannot go on, the run itself will say why.
-    while !log.is_full() && matches!(twin.step(until, &mut log), Ok(true)) {}
-    let until = if log.is_full() { twin.view().time().to_f64() } else { until };
+    while matches!(twin.step(until, &mut watching), Ok(true)) {
+        contacts += 1;
+        let now = twin.time().to_f64();
+        if watching.0.is_full() || contacts == MOST_CONTACTS {
+            until = now;
+            break;
+        }
+        // So far nobody was faster, and from now on nobody comes into view before this.
+        until = until.min(from + margin / watching.1.0).max(now);
+    }
+    drop(twin);
+    let log = watching.0;
     let rows = log.flights().iter().map(|flight| {
         let Flight { position, velocity, .. } = flight;
         let place = [position.x, position.y, velocity.x, velocity.y];
         (flight.time, flight.body, place, flight.angle, flight.angular_velocity)
     });
     folder.write_lasting_table(FLIGHTS, &HEADER, rows)?;
-    let film = Film::of(&simulation.view(), log.flights(), until);
+    let film = Film::of(&view, part.as_ref(), log.flights(), until);
     folder.write_lasting(FILM, serde_json::to_string(&film).context("the film is no JSON")?)
+}
+
+/// The largest speed that any body has had (length / time).
+struct Fastest(f64);
+
+impl Observer for Fastest {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        for side in &report.sides {
+            self.0 = self.0.max(side.after.velocity.length());
+        }
+    }
 }
 
 /// When a film that begins now ends at the latest (time).
@@ -108,10 +150,12 @@ fn end(view: &View<'_>) -> f64 {
 }
 
 impl Film {
-    fn of(view: &View<'_>, flights: &[Flight], until: f64) -> Self {
+    fn of(view: &View<'_>, part: Option<&Part>, flights: &[Flight], until: f64) -> Self {
+        let is_shown = |body: &Body| part.is_none_or(|part| part.has(body));
         let mut shapes: Vec<Shape> = Vec::new();
         let (mut bodies, mut number_of) = (Vec::new(), BTreeMap::new());
-        for (body, kind) in view.bodies().zip(kinds(view)).filter(|(body, _)| !body.body.is_wall()) {
+        let shown = |body: &Body| !body.is_wall() && is_shown(body);
+        for (body, kind) in view.bodies().zip(kinds(view)).filter(|(body, _)| shown(body.body)) {
             let tags: Vec<&str> = body.body.tags().iter().map(|&tag| view.tag_names().name(tag)).collect();
             let atoms = body.body.molecule().atoms().iter();
             let shape = Shape {
@@ -129,12 +173,15 @@ impl Film {
         }
         let sides = view.bounds().sides();
         let wall = |ends: [DVec2; 2], radius| [ends[0].x, ends[0].y, ends[1].x, ends[1].y, radius];
-        let walls =
-            view.bodies().filter_map(|body| Some(wall(body.wall()?, body.body.molecule().face()?.radius())));
+        let walls = view
+            .bodies()
+            .filter(|body| is_shown(body.body))
+            .filter_map(|body| Some(wall(body.wall()?, body.body.molecule().face()?.radius())));
         let largest =
             |quantity: fn(&Flight) -> f64| flights.iter().map(quantity).fold(f64::MIN_POSITIVE, f64::max);
         let mut film = Self {
             sides: sides.to_array(),
+            window: part.map(Part::window),
             from: view.time().to_f64(),
             until,
             fastest: largest(|flight| flight.velocity.abs().max_element()),
@@ -246,6 +293,47 @@ mod tests {
         assert!(counters.collisions > 100);
         let expected = 102 + 2 * counters.collisions - counters.fixed_collisions;
         assert_eq!(flights, expected);
+    }
+
+    #[test]
+    fn a_film_of_a_large_system_is_no_larger_and_shows_nothing_that_is_not_there() {
+        let scene = |count: u32| {
+            let radius = 0.3 / f64::from(count).sqrt();
+            let gas = format!("[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}\n");
+            Simulation::new(&Scene::from_toml(&gas).unwrap()).unwrap()
+        };
+        let root = tempfile::tempdir().unwrap();
+        let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
+        let mut simulation = scene(40_000);
+        record(&simulation, &folder).unwrap();
+        let (text, table) = (folder.read(FILM).unwrap(), folder.read(FLIGHTS).unwrap());
+        assert!(text.len() < 800_000, "{}", text.len());
+        let film: Value = serde_json::from_str(&text).unwrap();
+        let number = |value: &Value| value.as_f64().unwrap();
+        let [left, bottom, wide, high] = [0, 1, 2, 3].map(|n| number(&film["window"][n]));
+        let until = number(&film["until"]);
+        // Where the film has each body at its end, by its last flight.
+        let mut last = BTreeMap::new();
+        for line in table.lines().skip(1) {
+            let row: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+            let place = DVec2::new(row[2], row[3]) + (until - row[0]) * DVec2::new(row[4], row[5]);
+            last.insert(row[1] as u64, place);
+        }
+        assert!(last.len() <= 10_000);
+        simulation.run_until(until).unwrap();
+        assert!(simulation.view().counters().collisions > 10_000);
+        let mut seen = 0;
+        for body in simulation.view().bodies() {
+            let place = body.motion.position;
+            let from_corner = (place - DVec2::new(left, bottom)).rem_euclid(DVec2::ONE);
+            if from_corner.x < wide && from_corner.y < high {
+                seen += 1;
+                let filmed = last.get(&body.body.id()).expect("a body comes into view that is not recorded");
+                let off = filmed - place;
+                assert!((off - off.round()).length() < 1e-9, "{off}");
+            }
+        }
+        assert!((3500..4500).contains(&seen), "{seen}");
     }
 
     #[test]

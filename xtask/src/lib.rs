@@ -24,6 +24,7 @@ pub mod oracle;
 pub mod output;
 pub mod overrides;
 pub mod page;
+pub mod part;
 pub mod pieces;
 pub mod plot;
 pub mod polar;

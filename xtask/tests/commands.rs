@@ -55,6 +55,46 @@ fn without_speed(mut summary: Value) -> Value {
     summary
 }
 
+#[test]
+fn an_animation_can_be_left_out_or_start_late_and_the_report_does_not_grow_with_the_system() {
+    let root = tempfile::tempdir().unwrap();
+    let scene = root.path().join("gas.toml");
+    let run = |count: u32, name: &str, more: &[&str]| {
+        let radius = 0.4 / f64::from(count).sqrt();
+        let text = format!(
+            "[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}\n\
+             [run]\nuntil = 2e-3\nstandby = 1e-3\nobserve = [\"energy\"]\n"
+        );
+        fs::write(&scene, text).unwrap();
+        let out = root.path().join(name);
+        let fixed = ["run", scene.to_str().unwrap(), "--out", out.to_str().unwrap()];
+        let (code, said) = outcome(&[&fixed, more].concat());
+        assert_eq!(code, Some(0), "{said}");
+        let report = fs::read_to_string(out.join("report.html")).unwrap();
+        (out, report)
+    };
+    let (with, report) = run(20_000, "with", &[]);
+    assert!(report.len() < 2_000_000 && report.contains("class=\"film\""), "{}", report.len());
+    let (without, plain) = run(20_000, "without", &["--set", "run.animation=false"]);
+    assert!(!plain.contains("class=\"film\"") && !plain.contains("flights.csv"));
+    let (late, shown) = run(20_000, "late", &["--set", "run.animation_from=1.5e-3"]);
+    assert!(shown.contains("class=\"film\""));
+    assert_eq!(json(&with, "film.json")["from"], 0.0);
+    assert_eq!(json(&late, "film.json")["from"], 1.5e-3);
+    let first = fs::read_to_string(late.join("flights.csv")).unwrap().lines().nth(1).unwrap().to_owned();
+    assert!(first.starts_with("0.0015,"), "{first}");
+    // The run is the same with each of them.
+    let kept = |folder: &Path| -> Vec<_> {
+        let is_choice = |name: &str| ["film.json", "flights.csv", "config.toml"].contains(&name);
+        data(folder).into_iter().filter(|(name, _)| !is_choice(name)).collect()
+    };
+    assert!(kept(&with) == kept(&without) && kept(&with) == kept(&late));
+    let (_, small) = run(10_000, "small", &[]);
+    let (_, large) = run(80_000, "large", &[]);
+    // Ten thousand bodies are shown all.
+    assert!(large.len() < small.len(), "{} after {}", large.len(), small.len());
+}
+
 const SHORT: [&str; 6] = ["experiment", "brownian", "--from", "0.02", "--until", "0.05"];
 
 fn brownian(more: &[&str], out: &Path) -> (Option<i32>, String) {

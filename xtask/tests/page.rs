@@ -114,4 +114,10 @@ fn pages_are_whole_and_the_gas_moves() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/walls.toml");
     xtask(folder, &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "run"]);
     check(&seen(browser, &folder.join("run/report.html")), 1, &["t = 0"]);
+
+    // Of many bodies a part of the box.
+    let gas = "[[gas]]\nradius = 0.002\nmass = 1.0\nenergy = 1.0\ncount = 20000\n[run]\nuntil = 0.01\nstandby = 0.01\n";
+    fs::write(folder.join("large.toml"), gas).unwrap();
+    xtask(folder, &["run", "large.toml", "--out", "large"]);
+    check(&seen(browser, &folder.join("large/report.html")), 1, &["t = 0"]);
 }

@@ -191,6 +191,11 @@ fn a_scene_killed_at_any_moment_resumes_to_the_bit() {
 }
 
 #[test]
+fn an_animation_that_starts_late_is_recorded_whenever_the_run_is_killed() {
+    check_interrupted(&[RUN, &["--until", "20.05", "--set", "run.animation_from=10.02"]].concat(), 3, kill);
+}
+
+#[test]
 fn a_campaign_killed_at_any_moment_resumes_to_the_bit() {
     check_interrupted(&[CAMPAIGN, &LONG].concat(), 2, kill);
 }

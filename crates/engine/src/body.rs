@@ -10,6 +10,11 @@ use smallvec::SmallVec;
 use crate::TagNames;
 
 /// Handle of a body; stays valid until the body is removed and is never used again.
+///
+/// Keys ascend in the order of insertion, which is the order of the bodies in the world, in a view
+/// and in a checkpoint, and the rule of ties. So a body is found by binary search, a view iterates
+/// through consecutive memory, and a resumed run has the same keys. A slot map gives none of these:
+/// it uses the slots of removed bodies again, so that its order depends on the history of edits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct BodyKey(pub(crate) u64);
 

@@ -10,14 +10,8 @@ use glam::DVec2;
 
 use crate::{
     AtomSpec, Cells, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError, Scheduler,
-    SchedulerCounters, Simulation, TagNames, Tags, WallSpec, World,
-    at_once::AtOnce,
-    body::BodyKind,
-    grid::Grid,
-    limits::refuse_slow,
-    overlap::rounding_bound,
-    placement::{self, Sites},
-    simulation::Epoch,
+    SchedulerCounters, Simulation, TagNames, Tags, WallSpec, World, at_once::AtOnce, body::BodyKind,
+    grid::Grid, limits::refuse_slow, overlap::rounding_bound, placement, simulation::Epoch, sites::Sites,
     unresolved::Unresolved,
 };
 
@@ -311,10 +305,10 @@ fn refuse_overlaps(world: &World, entries: &[String]) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// The body that overlaps one that moves the most, by more than rounding, and how deep (length).
+/// The body that overlaps this one the most, by more than rounding, and how deep (length); two fixed ones may overlap.
 pub(crate) fn deepest_overlap(world: &World, sites: &Sites, index: usize) -> Option<(usize, f64)> {
     let body = &world.bodies[index];
-    let (other, gap) = sites.nearest(world, &body.kind.molecule, &world.motions[index])?;
+    let (other, gap) = sites.nearest_to_body(world, index)?;
     let reach = body.reach() + world.bodies[other].reach();
     (gap < -rounding_bound(world.bounds.sides(), reach)).then_some((other, -gap))
 }

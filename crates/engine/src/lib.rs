@@ -39,6 +39,7 @@
 //! ```
 
 mod at_once;
+mod batch;
 mod body;
 mod build;
 mod cells;
@@ -59,8 +60,10 @@ mod resolution;
 mod sampling;
 mod scene;
 pub mod scheduler;
+mod selection;
 mod separation;
 mod simulation;
+mod sites;
 mod standby;
 mod tags;
 mod thesis;
@@ -68,7 +71,9 @@ mod unresolved;
 mod view;
 mod wall;
 mod world;
+mod wrapped;
 
+pub use batch::Batch;
 pub use body::{Body, BodyKey, BodyName, Rotation, Tag, Tags};
 pub use cells::{Cells, Instructions};
 pub use checkpoint::{Checkpoint, CheckpointError};

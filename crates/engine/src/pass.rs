@@ -39,8 +39,10 @@ pub(crate) struct Pass<'a, D, R, O: ?Sized> {
 
 /// How a pass ended.
 pub(crate) enum Ended {
-    /// The time, or the last contact, that was asked for has been reached.
-    AsAsked,
+    /// The time that was asked for has been reached.
+    AtTime,
+    /// The last contact that was asked for has been reached; of these bodies.
+    AtContact([u32; 2]),
     /// The epoch ends with the contact at this offset (time).
     WithContact(f64),
     /// The epoch ends at this offset (time).
@@ -60,7 +62,7 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for Pass<'_, D, 
             let Some(contact) = queue.next_contact(self.world, self.detection, stop) else {
                 if self.target < limit {
                     *self.now = self.target;
-                    return Ok(Ended::AsAsked);
+                    return Ok(Ended::AtTime);
                 }
                 return Ok(Ended::AtLimit(limit));
             };
@@ -91,7 +93,7 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for Pass<'_, D, 
                 return Ok(Ended::WithContact(time));
             }
             if *self.contacts == self.most {
-                return Ok(Ended::AsAsked);
+                return Ok(Ended::AtContact(bodies));
             }
         }
     }

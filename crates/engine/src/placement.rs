@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use carom_geometry::{Molecule, PeriodicBox, check_length, gap_between};
+use carom_geometry::{Molecule, PeriodicBox, check_length};
 use carom_kinematics::{Inertia, Motion, Orientation};
 use glam::DVec2;
 use rand::{RngExt, seq::SliceRandom};
@@ -17,7 +17,8 @@ use crate::{
     GasSpec, Rotation, Scene, SceneError, TagNames, Tags, World,
     build::{geometry, inertia, insert, molecule, tags},
     limits::refuse_slow,
-    wall::{StandingWall, folded},
+    selection::Remaining,
+    sites::Sites,
 };
 
 /// What random numbers are drawn for; each purpose has a stream of its own.
@@ -92,7 +93,8 @@ pub(crate) fn fill(
         let radius = |k: usize| species[k].molecule.bounding_radius();
         radius(j).total_cmp(&radius(i)).then(i.cmp(&j))
     });
-    let mut sites = Sites::new(world);
+    let kinds = species.iter().map(|kind| (kind.molecule.bounding_radius(), kind.count));
+    let mut sites = Sites::with_more(world, kinds);
     for index in 0..world.bodies().len() {
         sites.add(world, index);
     }
@@ -112,14 +114,19 @@ pub(crate) fn fill(
             }
             tried = alike;
             let random = &mut places.clone();
-            placed = place_class(world, &mut sites, &mut species, &rest[..alike], random).map(|()| alike);
+            placed = place_class(world, &sites, &mut species, &rest[..alike], random).map(|()| alike);
             if placed.is_ok() {
                 places = random.clone();
                 break;
             }
         }
-        let like = placed?;
-        rest = &rest[like..];
+        let class = &rest[..placed?];
+        rest = &rest[class.len()..];
+        if !rest.is_empty() {
+            for kind in class.iter().map(|&kind| &species[kind]) {
+                kind.places.iter().for_each(|&place| sites.add_circle(world.bounds(), place, &kind.molecule));
+            }
+        }
     }
     for kind in &species {
         set_in_motion(world, names, kind, &mut places, &mut velocities);
@@ -187,7 +194,7 @@ impl<'a> Species<'a> {
 /// Places all kinds of one class on one lattice.
 fn place_class(
     world: &World,
-    sites: &mut Sites,
+    sites: &Sites,
     species: &mut [Species<'_>],
     class: &[usize],
     random: &mut Pcg64,
@@ -204,11 +211,10 @@ fn place_class(
         return Err(full(densest as usize));
     }
     let probe = Molecule::disc(radius, 1.0).map_err(geometry(&species[class[0]].entry))?;
-    let free_at = |sites: &Sites, place: DVec2| {
-        sites.nearest(world, &probe, &Motion::at_rest(place)).is_none_or(|(_, gap)| gap > 0.0)
-    };
+    let free_at =
+        |place: DVec2| sites.nearest(world, &probe, &Motion::at_rest(place)).is_none_or(|(_, gap)| gap > 0.0);
     let mut most = 0;
-    let (lattice, mut free) = 'found: {
+    let (lattice, free) = 'found: {
         for attempt in attempts(world.bounds(), wanted, radius) {
             let lattice = match attempt {
                 Attempt::Spacing(spacing) => Lattice::new(world.bounds(), spacing, radius, random),
@@ -219,10 +225,8 @@ fn place_class(
                 most = most.max(lattice.capacity());
                 continue;
             }
-            let free: Vec<DVec2> = (0..lattice.capacity())
-                .map(|k| lattice.site(k))
-                .filter(|&place| free_at(sites, place))
-                .collect();
+            let free: Vec<DVec2> =
+                (0..lattice.capacity()).map(|k| lattice.site(k)).filter(|&place| free_at(place)).collect();
             most = most.max(free.len());
             if free.len() >= wanted {
                 break 'found (lattice, free);
@@ -231,30 +235,37 @@ fn place_class(
         return Err(full(most));
     };
     // Choose at random, but keep the order of the lattice: neighbours in space stay neighbours in memory.
-    while free.len() > wanted {
-        let dropped = random.random_range(0..free.len());
-        free.remove(dropped);
-        if free.len() > 4 * wanted {
-            free = thin(free, wanted, random);
-        }
-    }
+    let free = choose(free, wanted, random);
     let mut kinds: Vec<usize> =
         class.iter().flat_map(|&k| std::iter::repeat_n(k, species[k].count)).collect();
     kinds.shuffle(random);
     for (site, kind) in free.into_iter().zip(kinds) {
         let moved = site + lattice.slack * random.random::<f64>().sqrt() * direction(random);
-        let place = if free_at(sites, moved) { moved } else { site };
+        let place = if free_at(moved) { moved } else { site };
         species[kind].places.push(place);
-    }
-    for &kind in class {
-        for &place in &species[kind].places {
-            sites.add_circle(world.bounds(), place, &species[kind].molecule);
-        }
     }
     Ok(())
 }
 
-/// A random choice of at least twice the number wanted, in order.
+/// A random choice of so many sites, in order: one after the other is dropped.
+fn choose(mut sites: Vec<DVec2>, wanted: usize, random: &mut Pcg64) -> Vec<DVec2> {
+    while sites.len() > wanted {
+        let mut remaining = Remaining::all(sites.len());
+        while remaining.len() > wanted {
+            remaining.take(random.random_range(0..remaining.len()));
+            if remaining.len() > 4 * wanted {
+                break;
+            }
+        }
+        remaining.keep(&mut sites);
+        if sites.len() > 4 * wanted {
+            sites = thin(sites, wanted, random);
+        }
+    }
+    sites
+}
+
+/// A random choice of about twice the number wanted, in order; all, if fewer than wanted would be chosen.
 fn thin(sites: Vec<DVec2>, wanted: usize, random: &mut Pcg64) -> Vec<DVec2> {
     let keep = 2.0 * wanted as f64 / sites.len() as f64;
     let chosen: Vec<DVec2> = sites.iter().copied().filter(|_| random.random::<f64>() < keep).collect();
@@ -456,115 +467,5 @@ fn remove_drift(velocities: &mut [DVec2]) {
         for velocity in velocities.iter_mut() {
             *velocity *= scale;
         }
-    }
-}
-
-/// What stands in the box while it is being filled, to be asked for the nearest to a place.
-pub(crate) struct Sites {
-    count: i64,
-    lists: Vec<Vec<Standing>>,
-    largest: f64,
-}
-
-/// Something that stands: a body of the world, or a circle kept free for one still to be added.
-#[derive(Clone, Copy)]
-enum Standing {
-    Body(usize),
-    /// A wall, and how many boxes over from home the cell is that it passes.
-    Wall(usize, [i32; 2]),
-    Circle(DVec2, f64),
-}
-
-impl Sites {
-    pub(crate) fn new(world: &World) -> Self {
-        let count = ((world.bodies().len() as f64).sqrt() as i64).clamp(16, 1024);
-        Self { count, lists: vec![Vec::new(); (count * count) as usize], largest: 0.0 }
-    }
-
-    pub(crate) fn add(&mut self, world: &World, index: usize) {
-        let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
-        if let Some(wall) = StandingWall::of(body, motion) {
-            let side = world.bounds().sides() / self.count as f64;
-            for cell in wall.cells_within(0.0, side) {
-                let ([x, y], image) = folded(cell, [self.count; 2]);
-                self.lists[(y * self.count + x) as usize].push(Standing::Wall(index, image));
-            }
-            return;
-        }
-        let radius = body.kind.molecule.bounding_radius();
-        self.put(world.bounds(), world.motions()[index].position, radius, Standing::Body(index));
-    }
-
-    fn add_circle(&mut self, bounds: &PeriodicBox, place: DVec2, molecule: &Molecule) {
-        let (place, _) = bounds.wrap(place);
-        let radius = molecule.bounding_radius();
-        self.put(bounds, place, radius, Standing::Circle(place, radius));
-    }
-
-    fn put(&mut self, bounds: &PeriodicBox, place: DVec2, radius: f64, standing: Standing) {
-        let [x, y] = self.cell(bounds, place);
-        self.lists[(y * self.count + x) as usize].push(standing);
-        self.largest = self.largest.max(radius);
-    }
-
-    fn cell(&self, bounds: &PeriodicBox, place: DVec2) -> [i64; 2] {
-        let at = place / bounds.sides() * self.count as f64;
-        [at.x, at.y].map(|x| (x as i64).clamp(0, self.count - 1))
-    }
-
-    /// The body whose surface is nearest to (or deepest inside) a molecule, among those within reach of their
-    /// bounding circles, and the gap (length). Circles kept free count with the index `usize::MAX`.
-    pub(crate) fn nearest(
-        &self,
-        world: &World,
-        molecule: &Molecule,
-        motion: &Motion,
-    ) -> Option<(usize, f64)> {
-        let bounds = world.bounds();
-        let (place, _) = bounds.wrap(motion.position);
-        let rotation = motion.orientation.cos_sin();
-        let [x, y] = self.cell(bounds, place);
-        let side = bounds.sides() / self.count as f64;
-        // A wall asks as the disc about it would, far too widely: it is asked for by others.
-        let reach = molecule.bounding_radius() + self.largest;
-        let range = |side: f64| ((reach / side) as i64).saturating_add(1).min(2 * self.count);
-        let mut nearest: Option<(usize, f64)> = None;
-        for v in y - range(side.y)..=y + range(side.y) {
-            for u in x - range(side.x)..=x + range(side.x) {
-                let cell = v.rem_euclid(self.count) * self.count + u.rem_euclid(self.count);
-                let shift = bounds.shift([u.div_euclid(self.count), v.div_euclid(self.count)]);
-                for &standing in &self.lists[cell as usize] {
-                    let (index, gap) = match standing {
-                        Standing::Circle(centre, radius) => {
-                            let gap = (centre - place + shift).length() - radius - molecule.bounding_radius();
-                            (usize::MAX, gap)
-                        }
-                        Standing::Wall(index, away) => {
-                            let there = &world.motions()[index];
-                            let shift = shift - bounds.shift(away.map(i64::from));
-                            let turned = there.orientation.cos_sin();
-                            let wall = &world.bodies()[index].kind.molecule;
-                            let separation = there.position - place + shift;
-                            (index, gap_between(molecule, rotation, wall, turned, separation))
-                        }
-                        Standing::Body(index) => {
-                            let other = &world.bodies()[index].kind.molecule;
-                            let there = &world.motions()[index];
-                            let separation = there.position - place + shift;
-                            let reach = molecule.bounding_radius() + other.bounding_radius();
-                            if separation.length_squared() > reach * reach {
-                                continue;
-                            }
-                            let turned = there.orientation.cos_sin();
-                            (index, gap_between(molecule, rotation, other, turned, separation))
-                        }
-                    };
-                    if nearest.is_none_or(|(_, least)| gap < least) {
-                        nearest = Some((index, gap));
-                    }
-                }
-            }
-        }
-        nearest
     }
 }

@@ -255,11 +255,34 @@ pub struct RunSpec {
     /// Format of snapshots; none if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub snapshots: Option<String>,
+    /// Whether the report has an animation of the flights.
+    #[serde(skip_serializing_if = "is_true")]
+    pub animation: bool,
+    /// When the animation starts (time); from 0 to before `until`.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub animation_from: f64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_true(value: &bool) -> bool {
+    *value
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 impl Default for RunSpec {
     fn default() -> Self {
-        Self { until: 1.0, standby: 1.0, observe: Vec::new(), snapshots: None }
+        Self {
+            until: 1.0,
+            standby: 1.0,
+            observe: Vec::new(),
+            snapshots: None,
+            animation: true,
+            animation_from: 0.0,
+        }
     }
 }
 

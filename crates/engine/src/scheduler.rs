@@ -282,6 +282,17 @@ pub trait Scheduler: Sized {
     /// Writes the present motions, and the boxes left behind, into the state of the system.
     fn store(&self, state: &mut StoredMotions<'_>);
 
+    /// Stores what has changed since the last call of this or of [`Self::store`], which is one
+    /// contact at most: the motions of its bodies (`contact`, empty if there was none), and of all
+    /// bodies whose positions were wrapped.
+    ///
+    /// Called after a single step, which should not cost a copy of all bodies. The default copies
+    /// them.
+    fn store_changes(&mut self, state: &mut StoredMotions<'_>, contact: &[u32]) {
+        let _ = contact;
+        self.store(state);
+    }
+
     /// Memory kept on the heap (bytes).
     fn heap_bytes(&self) -> usize;
 

@@ -32,6 +32,16 @@ impl TagNames {
         self.names.iter().position(|known| known == name).map(|index| Tag(index as u32))
     }
 
+    /// How many tags there are.
+    pub(crate) fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Forgets all tags but the first so many.
+    pub(crate) fn forget_after(&mut self, count: usize) {
+        self.names.truncate(count);
+    }
+
     /// Whether this tag has a name here.
     pub(crate) fn knows(&self, tag: Tag) -> bool {
         (tag.0 as usize) < self.names.len()

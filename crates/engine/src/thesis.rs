@@ -26,6 +26,7 @@ use crate::{
     Fineness, GridError, Scheduler, SchedulerCounters, World,
     grid::{Grid, Step},
     scheduler::{ContactEvent, EventLoop, EventQueue, Parts, StoredMotions, ordered, separation_error},
+    wrapped::Wrapped,
 };
 
 /// The thesis's scheduler.
@@ -36,6 +37,7 @@ pub struct Thesis {
     heap: BinaryHeap<Entry>,
     motions: Vec<Motion>,
     windings: Vec<[i64; 2]>,
+    wrapped: Wrapped,
     /// Goes up each time a body's motion changes: what was predicted with an older one is stale.
     versions: Vec<u32>,
     limit: f64,
@@ -110,6 +112,7 @@ impl Scheduler for Thesis {
             heap: BinaryHeap::new(),
             motions: Vec::new(),
             windings: Vec::new(),
+            wrapped: Wrapped::default(),
             versions: Vec::new(),
             limit: 0.0,
             separation_error: 0.0,
@@ -125,6 +128,7 @@ impl Scheduler for Thesis {
         self.grid.fill(world, self.counts);
         self.motions.clone_from(&world.motions);
         self.windings.clone_from(&world.windings);
+        self.wrapped.begin(world.bodies.len());
         self.versions.clear();
         self.versions.resize(world.bodies.len(), 0);
         let mut asked = self.take_asked();
@@ -158,11 +162,19 @@ impl Scheduler for Thesis {
         }
     }
 
+    fn store_changes(&mut self, state: &mut StoredMotions<'_>, contact: &[u32]) {
+        let Some(wrapped) = self.wrapped.take() else { return self.store(state) };
+        for &body in wrapped.iter().chain(contact) {
+            state.set(body, self.motions[body as usize], self.windings[body as usize]);
+        }
+    }
+
     fn heap_bytes(&self) -> usize {
         self.grid.heap_bytes()
             + self.heap.capacity() * size_of::<Entry>()
             + self.motions.capacity() * size_of::<Motion>()
             + self.windings.capacity() * size_of::<[i64; 2]>()
+            + self.wrapped.heap_bytes()
             + self.versions.capacity() * size_of::<u32>()
             + self.asked.0.capacity() * size_of::<(u32, [i32; 2])>()
     }
@@ -277,6 +289,7 @@ impl Thesis {
             let side = world.bounds.sides()[step.axis];
             self.motions[body as usize].position[step.axis] -= f64::from(wrapped) * side;
             self.windings[body as usize][step.axis] += i64::from(wrapped);
+            self.wrapped.push(body);
             walls_before.iter_mut().for_each(|(_, image)| image[step.axis] -= wrapped);
         }
         let mut asked = self.take_asked();

@@ -177,15 +177,24 @@ impl World {
         self.windings.shrink_to_fit();
     }
 
-    /// Takes a body out. The others keep their order, so that order stays that of insertion.
-    pub(crate) fn remove(&mut self, key: BodyKey) -> Option<Body> {
-        let index = self.index(key)?;
-        self.motions.remove(index);
-        self.windings.remove(index);
-        if index < self.last_contacts.len() {
-            self.last_contacts.remove(index);
+    /// Keeps the bodies at the places for which this holds. They keep their order, so that order stays that of insertion.
+    pub(crate) fn keep_bodies(&mut self, keeps: impl Fn(usize) -> bool) {
+        fn keep<T>(list: &mut Vec<T>, keeps: impl Fn(usize) -> bool) {
+            let mut places = 0..;
+            list.retain(|_| places.next().is_some_and(&keeps));
         }
-        Some(self.bodies.remove(index))
+        keep(&mut self.bodies, &keeps);
+        keep(&mut self.motions, &keeps);
+        keep(&mut self.windings, &keeps);
+        keep(&mut self.last_contacts, &keeps);
+    }
+
+    /// Takes back the body added last, as if it had never been there.
+    pub(crate) fn take_back_last(&mut self) {
+        self.bodies.pop();
+        self.motions.pop();
+        self.windings.pop();
+        self.next_id -= 1;
     }
 
     /// Keeps the times of last contacts from now on, or no longer; bodies that are new have had none.

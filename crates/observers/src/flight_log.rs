@@ -45,13 +45,26 @@ pub struct Flight {
 #[doc(alias = "events")]
 pub struct FlightLog {
     capacity: usize,
+    /// Numbers of the bodies, in ascending order; all bodies if absent.
+    among: Option<Vec<u64>>,
     flights: Vec<Flight>,
 }
 
 impl FlightLog {
     /// An empty log with room for so many flights. Where there are more bodies, it ends with the first of them.
     pub fn new(capacity: usize) -> Self {
-        Self { capacity, flights: Vec::new() }
+        Self { capacity, among: None, flights: Vec::new() }
+    }
+
+    /// An empty log of the flights of these bodies only, by [`Body::id`](carom_engine::Body::id).
+    pub fn among(capacity: usize, bodies: impl IntoIterator<Item = u64>) -> Self {
+        let mut among: Vec<u64> = bodies.into_iter().collect();
+        among.sort_unstable();
+        Self { capacity, among: Some(among), flights: Vec::new() }
+    }
+
+    fn logs(&self, body: &Body) -> bool {
+        self.among.as_ref().is_none_or(|among| among.binary_search(&body.id()).is_ok())
     }
 
     /// The flights, in the order in which they began.
@@ -78,13 +91,13 @@ fn flight(time: Instant, body: u64, motion: &Motion) -> Flight {
 
 impl Observer for FlightLog {
     #[inline]
-    fn watches(&self, _: [&Body; 2]) -> bool {
-        !self.is_full()
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        !self.is_full() && bodies.into_iter().any(|body| self.logs(body))
     }
 
     fn start(&mut self, view: &View<'_>) {
         if self.flights.is_empty() {
-            let bodies = view.bodies().take(self.capacity);
+            let bodies = view.bodies().filter(|body| self.logs(body.body)).take(self.capacity);
             self.flights = bodies.map(|body| flight(view.time(), body.body.id(), &body.motion)).collect();
         }
     }
@@ -93,7 +106,10 @@ impl Observer for FlightLog {
         if self.is_full() {
             return;
         }
-        let moving = report.sides.iter().filter(|side| !side.body.is_fixed());
-        self.flights.extend(moving.map(|side| flight(report.time, side.body.id(), &side.after)));
+        for side in &report.sides {
+            if !side.body.is_fixed() && self.logs(side.body) {
+                self.flights.push(flight(report.time, side.body.id(), &side.after));
+            }
+        }
     }
 }

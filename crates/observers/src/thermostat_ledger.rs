@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 /// ledger.standby(&simulation.view());
 /// for standby in 1..=5 {
 ///     simulation.observe_until(0.2 * f64::from(standby), &mut ledger)?;
-///     simulation.reset_energy_of_all(gas, 1.0)?;
+///     simulation.reset_energy_of_tag(gas, 1.0)?;
 ///     ledger.standby(&simulation.view());
 /// }
 /// // What the inelastic contacts take the resets give back.

@@ -6,6 +6,7 @@
 
 mod clock;
 mod scenes;
+mod setup;
 
 use anyhow::Result;
 use carom::{
@@ -25,6 +26,8 @@ use crate::{say, summary::Verdict};
 pub enum Bench {
     /// Gases of many kinds, on every engine
     Gas(Options),
+    /// Building a gas, single steps, and edits in a batch
+    Setup(setup::Options),
 }
 
 /// How to time gases.
@@ -62,7 +65,10 @@ struct Timing {
 /// # Errors
 /// A scene that cannot be built or run.
 pub fn run(bench: &Bench) -> Result<Verdict> {
-    let Bench::Gas(options) = bench;
+    let options = match bench {
+        Bench::Gas(options) => options,
+        Bench::Setup(options) => return setup::run(options),
+    };
     let mut all = Vec::new();
     for (name, scene) in scenes::all().into_iter().filter(|(name, _)| name.starts_with(&options.scene)) {
         let timings = time_scene(name, &scene(), options)?;

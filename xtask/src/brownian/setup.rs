@@ -44,7 +44,7 @@ pub fn scene(case: Case, size: Size, seed: u64, replica: u64, plan: &Plan) -> Sc
             until: plan.until,
             standby: plan.standby,
             observe: ["energy", "collision-rate", "overlap"].map(str::to_owned).to_vec(),
-            snapshots: None,
+            ..RunSpec::default()
         },
         ..Scene::default()
     }

@@ -99,7 +99,7 @@ impl Subject {
                     self.simulation.run_until(at(interval))?;
                     match self.work {
                         Work::Snapshots => write_extended_xyz(&self.simulation.view(), &mut io::sink())?,
-                        Work::Thermostat(tag) => self.simulation.reset_energy_of_all(tag, 1.0)?,
+                        Work::Thermostat(tag) => self.simulation.reset_energy_of_tag(tag, 1.0)?,
                         _ => {}
                     }
                 }

@@ -130,6 +130,12 @@ fn check(run: &RunSpec) -> Result<()> {
         run.standby,
         run.until
     );
+    ensure!(
+        (0.0..run.until).contains(&run.animation_from),
+        "run.animation_from must be from 0 to before run.until = {}, but is {}",
+        run.until,
+        run.animation_from
+    );
     for name in &run.observe {
         if !OBSERVERS.contains(&name.as_str()) {
             gas::check(name).with_context(|| {
@@ -163,6 +169,9 @@ mod tests {
             (RunSpec { standby: 1e-9, ..good.clone() }, "standbys"),
             (RunSpec { observe: vec!["colour".to_owned()], ..good.clone() }, "collision-rate"),
             (RunSpec { snapshots: Some("gsd".to_owned()), ..good.clone() }, "extxyz"),
+            (RunSpec { animation_from: -0.5, ..good.clone() }, "run.animation_from"),
+            (RunSpec { animation_from: good.until, ..good.clone() }, "run.animation_from"),
+            (RunSpec { animation_from: f64::NAN, ..good.clone() }, "run.animation_from"),
         ];
         for (run, said) in cases {
             let error = format!("{:#}", check(&run).unwrap_err());

@@ -6,7 +6,7 @@ use anyhow::Result;
 use carom::{
     CollisionRate, EnergyLedger, Observer, OverlapCheck, Scene, Simulation,
     engine::RunSpec,
-    observers::{ImpulseLog, Pressure, PressurePoint, picture, write_extended_xyz},
+    observers::{ImpulseLog, Pressure, PressurePoint, write_extended_xyz},
 };
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -15,6 +15,7 @@ use crate::{
     film,
     output::Folder,
     page::{Layout, Page},
+    part::{caption_of, picture_of},
     plot::{Axis, Chart, Layer, Shape, colour},
     progress::Progress,
     resumable::{Found, Resumable, Start, Task},
@@ -31,6 +32,9 @@ const PICTURE: u32 = 720;
 
 /// Files of the pictures at the start and at the end.
 const PICTURES: [&str; 2] = ["start.svg", "end.svg"];
+
+/// A scene file longer than this is not repeated in the report (bytes).
+const LONGEST_SCENE: usize = 100_000;
 
 /// File of the frames at the standbys.
 const TRAJECTORY: &str = "trajectory.extxyz";
@@ -128,13 +132,14 @@ fn simulate_with<O: Watchers>(
         Start::From(going) => {
             // Needed at the end: that it is gone must not come out then.
             task.folder.read(PICTURES[0])?;
-            task.folder.read(film::FILM)?;
+            if run.animation && going.simulation.time().to_f64() > run.animation_from {
+                task.folder.read(film::FILM)?;
+            }
             progress.skip(going.simulation.time().to_f64());
             *going
         }
         Start::Anew => {
-            task.folder.write_lasting(PICTURES[0], picture(&simulation.view(), PICTURE))?;
-            film::record(&simulation, task.folder)?;
+            task.folder.write_lasting(PICTURES[0], picture_of(&simulation.view(), PICTURE))?;
             let mut going = Resumable::begin(
                 task,
                 simulation,
@@ -146,8 +151,18 @@ fn simulate_with<O: Watchers>(
             going
         }
     };
+    // One that was killed before it went on from there records it again.
+    let begun = going.simulation.time().to_f64();
+    let mut film_from = (run.animation && begun <= run.animation_from).then_some(run.animation_from);
     for time in standbys(0.0, run.until, run.standby).skip(going.standbys()) {
         let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
+        if let Some(from) = film_from.take_if(|from| *from < time) {
+            // A run in two pieces makes the same contacts, to the bit.
+            if going.simulation.time().to_f64() < from {
+                going.run_to(from, task)?;
+            }
+            film::record(&going.simulation, task.folder)?;
+        }
         going.run_to(time, task)?;
         going.stand_by();
         write_on(&mut going, run)?;
@@ -155,7 +170,7 @@ fn simulate_with<O: Watchers>(
     }
     drop(progress);
     let view = going.simulation.view();
-    task.folder.write_lasting(PICTURES[1], picture(&view, PICTURE))?;
+    task.folder.write_lasting(PICTURES[1], picture_of(&view, PICTURE))?;
     let (energy, rate, overlaps, watchers) = &going.observers;
     watchers.write(task.folder)?;
     let (collisions, freedom) = (view.counters().collisions, view.degrees_of_freedom());
@@ -250,25 +265,39 @@ impl Outcome {
             charts.iter().map(|(svg, caption)| (svg.as_str(), *caption)).collect();
         page.pictures(Layout::Full, &charts);
         page.heading("The system");
-        let end = format!("At t = {}.", run.until);
-        let [start_picture, end_picture] = PICTURES.map(|name| folder.read(name));
-        page.pictures(Layout::Beside, &[(&start_picture?, "At the start."), (&end_picture?, &end)]);
-        page.film(
-            &folder.read(film::FILM)?,
-            "How it begins: every flight between contacts as the run made it. The same flights, with all digits: flights.csv.",
-        );
+        let [start, end] = PICTURES.map(|name| folder.read(name));
+        let (start, end) = (start?, end?);
+        let captions = [
+            format!("At the start.{}", caption_of(&start)),
+            format!("At t = {}.{}", run.until, caption_of(&end)),
+        ];
+        page.pictures(Layout::Beside, &[(&start, &captions[0]), (&end, &captions[1])]);
+        if run.animation {
+            let caption = format!(
+                "From t = {}: every flight between contacts as the run made it. The same flights, with all digits: {}.",
+                run.animation_from,
+                film::FLIGHTS
+            );
+            page.film(&folder.read(film::FILM)?, &caption);
+        }
         page.heading("The data");
         page.links(Self::data(run));
         page.heading("How to run it again");
         page.code(command);
-        page.paragraph("The scene with every choice written out:");
-        page.code(&scene.to_toml());
+        let text = scene.to_toml();
+        if text.len() <= LONGEST_SCENE {
+            page.paragraph("The scene with every choice written out:");
+            page.code(&text);
+        } else {
+            page.paragraph("The scene with every choice written out is in config.toml.");
+        }
         Ok(page.html())
     }
 
     /// Files of the folder that every run with these wishes leaves.
     fn data(run: &RunSpec) -> Vec<&'static str> {
-        let mut files = vec!["config.toml", "summary.json", "manifest.json", film::FLIGHTS];
+        let mut files = vec!["config.toml", "summary.json", "manifest.json"];
+        files.extend(run.animation.then_some(film::FLIGHTS));
         for name in &run.observe {
             match name.split(':').next() {
                 Some("energy") => files.push(series::ENERGY.name),

@@ -33,6 +33,10 @@ impl<const CONTACTS: u64> Scheduler for Epochs<CONTACTS> {
         self.0.store(state);
     }
 
+    fn store_changes(&mut self, state: &mut StoredMotions<'_>, contact: &[u32]) {
+        self.0.store_changes(state, contact);
+    }
+
     fn heap_bytes(&self) -> usize {
         self.0.heap_bytes()
     }

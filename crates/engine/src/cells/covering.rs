@@ -232,6 +232,7 @@ impl State {
             self.lines[body].set_motion(&covering.motion);
             let winding = &mut self.windings[body];
             *winding = [0, 1].map(|axis| winding[axis].wrapping_add(image[axis] as i16));
+            self.wrapped.push(body as u32);
         }
         covering.centre = place;
         let small = self.grid.largest_small();

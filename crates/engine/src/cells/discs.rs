@@ -182,6 +182,7 @@ impl State {
         line.set_cell_along(axis, if direction > 0 { 0 } else { (self.grid.counts()[axis] - 1) as u16 });
         let winding = &mut self.windings[disc as usize][axis];
         *winding = winding.wrapping_add(direction as i16);
+        self.wrapped.push(disc);
         self.wrap_motion(disc, axis, direction);
     }
 

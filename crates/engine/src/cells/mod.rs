@@ -69,6 +69,7 @@ use crate::{
     Fineness, GridError, Scheduler, SchedulerCounters, Thesis, World,
     grid::Grid,
     scheduler::{ContactEvent, EventLoop, StoredMotions, separation_error},
+    wrapped::Wrapped,
 };
 
 /// How [`Cells`] computes.
@@ -124,6 +125,7 @@ struct State {
     lines: Vec<Line>,
     /// Boxes left behind, as far as 16 bits go: within an epoch a body leaves a few behind.
     windings: Vec<[i16; 2]>,
+    wrapped: Wrapped,
     calendar: Calendar,
     neighbourhoods: Neighbourhoods,
     /// In place of the neighbourhoods where the gas is dilute.
@@ -161,6 +163,7 @@ impl Scheduler for Cells {
             grid,
             lines: Vec::new(),
             windings: Vec::new(),
+            wrapped: Wrapped::default(),
             calendar: Calendar::default(),
             neighbourhoods: Neighbourhoods::default(),
             rosters: Rosters::default(),
@@ -192,15 +195,19 @@ impl Scheduler for Cells {
     fn store(&self, state: &mut StoredMotions<'_>) {
         match &self.0 {
             Layout::Grid(cells) => {
-                for (body, now) in cells.windings.iter().enumerate() {
-                    let body = body as u32;
-                    let before = state.winding(body);
-                    let winding = [0, 1]
-                        .map(|axis| before[axis] + i64::from(now[axis].wrapping_sub(before[axis] as i16)));
-                    state.set(body, cells.motion(body), winding);
-                }
+                (0..cells.windings.len() as u32).for_each(|body| cells.store_body(state, body));
             }
             Layout::AllPairs(thesis) => thesis.store(state),
+        }
+    }
+
+    fn store_changes(&mut self, state: &mut StoredMotions<'_>, contact: &[u32]) {
+        match &mut self.0 {
+            Layout::Grid(cells) => {
+                let Some(wrapped) = cells.wrapped.take() else { return self.store(state) };
+                wrapped.iter().chain(contact).for_each(|&body| cells.store_body(state, body));
+            }
+            Layout::AllPairs(thesis) => thesis.store_changes(state, contact),
         }
     }
 
@@ -225,6 +232,7 @@ impl State {
         self.separation_error = separation_error(world);
         self.windings.clear();
         self.windings.extend(world.windings().iter().map(|winding| winding.map(|boxes| boxes as i16)));
+        self.wrapped.begin(world.bodies().len());
         self.lines.clear();
         self.lines.reserve_exact(world.bodies().len() + 1);
         for (body, motion) in world.bodies().iter().zip(world.motions()) {
@@ -276,11 +284,20 @@ impl State {
     fn heap_bytes(&self) -> usize {
         self.lines.capacity() * size_of::<Line>()
             + self.windings.capacity() * size_of::<[i16; 2]>()
+            + self.wrapped.heap_bytes()
             + self.calendar.heap_bytes()
             + self.neighbourhoods.heap_bytes()
             + self.rosters.heap_bytes()
             + self.molecules.heap_bytes()
             + self.coverings.heap_bytes()
+    }
+
+    /// Stores the motion of a body, and the boxes that it has left behind.
+    fn store_body(&self, state: &mut StoredMotions<'_>, body: u32) {
+        let (before, now) = (state.winding(body), self.windings[body as usize]);
+        let winding =
+            [0, 1].map(|axis| before[axis] + i64::from(now[axis].wrapping_sub(before[axis] as i16)));
+        state.set(body, self.motion(body), winding);
     }
 
     /// The index of the line that stands for nobody.

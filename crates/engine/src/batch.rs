@@ -1,0 +1,336 @@
+//! A batch of edits: bodies come, go, and change tags, energy or rotation in one transaction.
+
+use std::sync::Arc;
+
+use carom_detection::Detection;
+use carom_geometry::LARGEST;
+use carom_kinematics::kinetic_energy;
+use carom_response::Response;
+
+use crate::{
+    BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, LEAST_SPEED, MoleculeSpec, Rotation,
+    SceneError, Scheduler, Simulation, Tag, TagNames, WallSpec, World,
+    at_once::AtOnce,
+    body::BodyKind,
+    build::{add_molecule, add_wall, deepest_overlap, inertia},
+    simulation::Epoch,
+    sites::Sites,
+    unresolved::Unresolved,
+};
+
+/// Edits that are made together or not at all; see [`Simulation::edit`].
+///
+/// The batch works on a copy of the bodies. Each method checks its own edit, so that an error names the culprit, and
+/// leaves the batch as it was if it fails. A closure may catch such an error and go on, for instance to try another
+/// place for a molecule.
+#[derive(Debug)]
+pub struct Batch {
+    world: World,
+    names: TagNames,
+    elasticity: ElasticityTable,
+    /// The time of the edit, as an offset in the epoch of the world, until bodies have been brought there.
+    offset: Option<f64>,
+    /// What stands where, from the first added body on.
+    sites: Option<Sites>,
+    /// For each body of the world whether it has been taken out; they leave the lists when the batch ends.
+    removed: Vec<bool>,
+    /// Whether bodies have come, gone or changed their motion: the epoch then ends.
+    moves: bool,
+    /// Whether tags or rules of elasticity have changed.
+    relabels: bool,
+    /// The last description that was given a tag, the tag, and what it became: like bodies go on sharing it.
+    last_tagged: Option<(Arc<BodyKind>, Tag, Arc<BodyKind>)>,
+}
+
+impl Batch {
+    /// Adds a molecule as a scene file would.
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if it is impossible or overlaps something.
+    pub fn add(&mut self, spec: &MoleculeSpec) -> Result<BodyKey, EditError> {
+        self.insert("the molecule added", |world, names, entry| add_molecule(world, names, spec, entry))
+    }
+
+    /// Adds a wall as a scene file would.
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if it is impossible or overlaps something that moves.
+    pub fn add_wall(&mut self, spec: &WallSpec) -> Result<BodyKey, EditError> {
+        self.insert("the wall added", |world, names, entry| add_wall(world, names, spec, entry))
+    }
+
+    /// Takes a body out of the system; its place is free for the next one of the batch.
+    ///
+    /// # Errors
+    /// [`EditError::NoSuchBody`].
+    pub fn remove(&mut self, key: BodyKey) -> Result<(), EditError> {
+        let index = self.index(key)?;
+        self.begin_to_move();
+        if let Some(sites) = &mut self.sites {
+            sites.remove(&self.world, index);
+        }
+        self.removed[index] = true;
+        self.moves = true;
+        Ok(())
+    }
+
+    /// Gives a body a tag.
+    ///
+    /// # Errors
+    /// [`EditError::NoSuchBody`].
+    pub fn tag(&mut self, key: BodyKey, name: &str) -> Result<Tag, EditError> {
+        let index = self.index(key)?;
+        let tag = self.names.intern(name);
+        let kind = &mut self.world.bodies[index].kind;
+        if let Err(place) = kind.tags.binary_search(&tag) {
+            let before = Arc::clone(kind);
+            match &self.last_tagged {
+                Some((like, last, after)) if Arc::ptr_eq(like, &before) && *last == tag => {
+                    *kind = Arc::clone(after);
+                }
+                _ => {
+                    Arc::make_mut(kind).tags.insert(place, tag);
+                    self.last_tagged = Some((before, tag, Arc::clone(kind)));
+                }
+            }
+        }
+        self.relabels = true;
+        Ok(tag)
+    }
+
+    /// Takes a tag from a body; one that it does not carry changes nothing.
+    ///
+    /// # Errors
+    /// [`EditError::NoSuchBody`].
+    pub fn untag(&mut self, key: BodyKey, name: &str) -> Result<(), EditError> {
+        let index = self.index(key)?;
+        if let Some(tag) = self.names.find(name).filter(|&tag| self.world.bodies[index].has_tag(tag)) {
+            Arc::make_mut(&mut self.world.bodies[index].kind).tags.retain(|carried| *carried != tag);
+            self.relabels = true;
+        }
+        Ok(())
+    }
+
+    /// Changes the elasticity of all contacts from now on.
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if a coefficient is out of range.
+    pub fn set_elasticity(&mut self, spec: &ElasticitySpec) -> Result<(), EditError> {
+        self.elasticity = ElasticityTable::new(spec, &mut self.names)?;
+        self.relabels = true;
+        Ok(())
+    }
+
+    /// Scales velocity and spin of a body so that its kinetic energy is `energy`.
+    ///
+    /// # Errors
+    /// As [`Simulation::reset_energy`].
+    pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
+        let index = self.index(key)?;
+        let factor = energy_factor(&self.world, &self.names, index, energy)?;
+        self.begin_to_move();
+        let motion = &mut self.world.motions[index];
+        motion.velocity *= factor;
+        motion.angular_velocity *= factor;
+        self.moves = true;
+        Ok(())
+    }
+
+    /// Locks the orientation of a body where it is now, or frees it. Its spin is taken away when it is locked.
+    ///
+    /// # Errors
+    /// [`EditError::Fixed`] or [`EditError::NoSuchBody`].
+    pub fn set_rotation(&mut self, key: BodyKey, rotation: Rotation) -> Result<(), EditError> {
+        let index = self.index(key)?;
+        let body = &mut self.world.bodies[index];
+        if body.is_fixed() {
+            return Err(EditError::Fixed(BodyName::new(body, &self.names)));
+        }
+        let kind = Arc::make_mut(&mut body.kind);
+        kind.inertia = inertia(&kind.molecule, rotation);
+        self.begin_to_move();
+        if rotation == Rotation::Locked {
+            self.world.motions[index].angular_velocity = 0.0;
+        }
+        self.moves = true;
+        Ok(())
+    }
+
+    fn index(&self, key: BodyKey) -> Result<usize, EditError> {
+        let index = self.world.index(key).filter(|&index| !self.removed[index]);
+        index.ok_or(EditError::NoSuchBody(key))
+    }
+
+    /// Brings all bodies to the time of the edit, where the next epoch starts.
+    fn begin_to_move(&mut self) {
+        if let Some(offset) = self.offset.take() {
+            self.world.rebase(offset);
+        }
+    }
+
+    fn insert(
+        &mut self,
+        entry: &str,
+        add: impl FnOnce(&mut World, &mut TagNames, &str) -> Result<BodyKey, SceneError>,
+    ) -> Result<BodyKey, EditError> {
+        self.begin_to_move();
+        let known = self.names.len();
+        let added = add(&mut self.world, &mut self.names, entry).and_then(|key| {
+            let refused = self.refuse_overlaps_of_last(entry);
+            refused.map(|()| key).inspect_err(|_| self.world.take_back_last())
+        });
+        match added {
+            Ok(key) => {
+                self.removed.push(false);
+                self.moves = true;
+                Ok(key)
+            }
+            Err(error) => {
+                self.names.forget_after(known);
+                Err(error.into())
+            }
+        }
+    }
+
+    /// Refuses overlaps of the body added last with any other, unless both are fixed; lists it otherwise.
+    fn refuse_overlaps_of_last(&mut self, entry: &str) -> Result<(), SceneError> {
+        let (world, new) = (&self.world, self.world.bodies.len() - 1);
+        let mut sites = self.sites.take().filter(|sites| !sites.is_crowded(new)).unwrap_or_else(|| {
+            let mut sites = Sites::new(world);
+            (0..new).filter(|&index| !self.removed[index]).for_each(|index| sites.add(world, index));
+            sites
+        });
+        let overlap = deepest_overlap(world, &sites, new);
+        if overlap.is_none() {
+            sites.add(world, new);
+        }
+        self.sites = Some(sites);
+        match overlap {
+            None => Ok(()),
+            Some((other, depth)) => {
+                let other = BodyName::new(&self.world.bodies[other], &self.names);
+                let (first, second) = (other.to_string(), entry.to_owned());
+                Err(SceneError::Overlap { first, second, depth })
+            }
+        }
+    }
+}
+
+impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
+    /// Makes several edits at once: all of them, or none if one is refused.
+    ///
+    /// A batch costs one copy of the bodies and one start of an epoch, O(N) for N bodies, however many edits it has. Made
+    /// one by one, k edits cost k times as much. If the closure returns an error, or the bodies as a whole do not suit
+    /// the grid or the rules of elasticity, no bit of the simulation changes.
+    ///
+    /// ```
+    /// use carom_engine::{EditError, MoleculeSpec, Scene, Simulation};
+    ///
+    /// let scene = Scene::from_toml("[[gas]]\ntags = [\"gas\"]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 100")?;
+    /// let mut simulation = Simulation::new(&scene)?;
+    /// simulation.run_until(0.1)?;
+    /// // Two discs react: a heavier one takes the place of the first.
+    /// let mut pair = simulation.view().bodies().take(2).map(|body| (body.body.key(), body.motion)).collect::<Vec<_>>();
+    /// let (second, first) = (pair.pop().unwrap(), pair.pop().unwrap());
+    /// let product = MoleculeSpec {
+    ///     shape: Some("disc".to_owned()),
+    ///     atom_radius: Some(0.01),
+    ///     atom_mass: Some(2.0),
+    ///     at: first.1.position.to_array(),
+    ///     velocity: (0.5 * (first.1.velocity + second.1.velocity)).to_array(),
+    ///     ..MoleculeSpec::default()
+    /// };
+    /// let product = simulation.edit(|batch| {
+    ///     batch.remove(first.0)?;
+    ///     batch.remove(second.0)?;
+    ///     let product = batch.add(&product)?;
+    ///     batch.tag(product, "product")?;
+    ///     Ok(product)
+    /// })?;
+    /// assert_eq!(simulation.view().len(), 99);
+    /// // Nothing changes if one edit is refused.
+    /// let third = simulation.view().bodies().next().unwrap().body.key();
+    /// let refused = simulation.edit(|batch| {
+    ///     batch.remove(third)?;
+    ///     batch.remove(first.0)
+    /// });
+    /// assert_eq!(refused, Err(EditError::NoSuchBody(first.0)));
+    /// assert!(simulation.view().body(third).is_some());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The error of the closure; [`EditError::Scene`] if a body is too large for the grid or the box, or rules of
+    /// elasticity disagree.
+    #[doc(alias = "transaction")]
+    pub fn edit<T>(
+        &mut self,
+        edits: impl FnOnce(&mut Batch) -> Result<T, EditError>,
+    ) -> Result<T, EditError> {
+        let mut batch = Batch {
+            world: self.world.clone(),
+            names: self.names.clone(),
+            elasticity: self.elasticity.clone(),
+            offset: Some(self.offset),
+            sites: None,
+            removed: vec![false; self.world.bodies.len()],
+            moves: false,
+            relabels: false,
+            last_tagged: None,
+        };
+        let result = edits(&mut batch)?;
+        self.accept(batch)?;
+        Ok(result)
+    }
+
+    /// Takes over an edited world, if elasticity and grid suit it.
+    fn accept(&mut self, batch: Batch) -> Result<(), EditError> {
+        let Batch { mut world, names, mut elasticity, removed, moves, relabels, .. } = batch;
+        if !moves {
+            if relabels {
+                elasticity.classify(&mut world, &self.response)?;
+                // Tags touch no motion and no prediction: the epoch goes on.
+                self.world.bodies = world.bodies;
+                self.world.keep_last_contacts(!world.last_contacts.is_empty());
+                (self.names, self.elasticity) = (names, elasticity);
+            }
+            return Ok(());
+        }
+        world.keep_bodies(|index| !removed[index]);
+        elasticity.classify(&mut world, &self.response)?;
+        let scheduler = S::new(&self.scheduler_options, &world)
+            .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
+        self.ledger.put_in += world.energy() - self.world.energy();
+        self.work_before = self.counters.scheduler;
+        (self.offset, self.epoch) = (0.0, Epoch::ToBegin);
+        (self.at_once, self.unresolved) = (AtOnce::default(), Unresolved::default());
+        (self.world, self.names, self.elasticity, self.scheduler) = (world, names, elasticity, scheduler);
+        Ok(())
+    }
+}
+
+/// The factor for a body's velocity and spin that gives it this energy.
+pub(crate) fn energy_factor(
+    world: &World,
+    names: &TagNames,
+    index: usize,
+    energy: f64,
+) -> Result<f64, EditError> {
+    if !(energy.is_finite() && energy > 0.0) {
+        return Err(EditError::Energy(energy));
+    }
+    let (body, motion) = (&world.bodies[index], &world.motions[index]);
+    if body.is_fixed() {
+        return Err(EditError::Fixed(BodyName::new(body, names)));
+    }
+    let before = kinetic_energy(motion, &body.kind.inertia);
+    if before == 0.0 {
+        return Err(EditError::NoEnergy(BodyName::new(body, names)));
+    }
+    let factor = (energy / before).sqrt();
+    let (speed, spin) = (factor * motion.velocity.length(), factor * motion.angular_velocity.abs());
+    let rim = spin * body.kind.molecule.bounding_radius();
+    // NaN and an infinite factor are out of range as well.
+    let is_in_range = speed.max(spin) <= LARGEST && speed.max(rim) >= LEAST_SPEED;
+    if is_in_range && factor.is_finite() { Ok(factor) } else { Err(EditError::Energy(energy)) }
+}

@@ -1,0 +1,37 @@
+//! Journal of the periodic wraps in a scheduler, so that one step need not copy every body into the world.
+
+/// The bodies that a scheduler has moved by a side of the box since the world was last brought up to date.
+///
+/// Bounded by the number of bodies: a longer journal costs more than a copy of all of them.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Wrapped {
+    bodies: Vec<u32>,
+    most: usize,
+}
+
+impl Wrapped {
+    /// Empties the journal at the start of an epoch of so many bodies.
+    pub fn begin(&mut self, bodies: usize) {
+        self.bodies.clear();
+        self.most = bodies;
+    }
+
+    /// Notes that a body has been wrapped.
+    #[inline]
+    pub fn push(&mut self, body: u32) {
+        if self.bodies.len() <= self.most {
+            self.bodies.push(body);
+        }
+    }
+
+    /// Takes the bodies noted, some of them perhaps more than once; `None` if they were too many to be noted.
+    pub fn take(&mut self) -> Option<Vec<u32>> {
+        let overflown = self.bodies.len() > self.most;
+        let bodies = std::mem::take(&mut self.bodies);
+        (!overflown).then_some(bodies)
+    }
+
+    pub fn heap_bytes(&self) -> usize {
+        self.bodies.capacity() * size_of::<u32>()
+    }
+}

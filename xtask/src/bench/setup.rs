@@ -1,0 +1,91 @@
+//! `cargo xtask bench setup`: seconds from a scene to its first contact, of a single step, and of a batch of edits.
+
+use anyhow::{Context, Result};
+use carom::{
+    Scene, Simulation,
+    engine::{GasSpec, MoleculeSpec},
+};
+use clap::Args;
+use cpu_time::ThreadTime;
+
+use crate::{say, summary::Verdict};
+
+/// What to set up.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// Numbers of discs, at an area fraction of 0.5
+    #[arg(long, value_delimiter = ',', default_value = "1000,10000,100000")]
+    count: Vec<usize>,
+    /// Single steps to time
+    #[arg(long, default_value_t = 20_000)]
+    steps: usize,
+    /// Bodies in a batch
+    #[arg(long, default_value_t = 1000)]
+    batch: usize,
+}
+
+/// Times each of the gases.
+///
+/// # Errors
+/// A scene that cannot be built or run.
+pub fn run(options: &Options) -> Result<Verdict> {
+    for &count in &options.count {
+        say(&time(count, options)?);
+    }
+    Ok(Verdict::Passed)
+}
+
+fn time(count: usize, options: &Options) -> Result<String> {
+    let gas = GasSpec {
+        radius: Some((0.5 / (std::f64::consts::PI * count as f64)).sqrt()),
+        mass: Some(1.0),
+        energy: 1.0,
+        count: Some(count),
+        ..GasSpec::default()
+    };
+    let text = Scene { gas: vec![gas], ..Scene::default() }.to_toml();
+    let clock = ThreadTime::now();
+    let mut simulation = Simulation::new(&Scene::from_toml(&text)?)?;
+    let built = clock.elapsed();
+    simulation.step(f64::MAX, &mut ())?;
+    let first = clock.elapsed();
+    for _ in 0..options.steps {
+        simulation.step(f64::MAX, &mut ())?;
+    }
+    let step = (clock.elapsed() - first) / options.steps.max(1) as u32;
+    let epochs = simulation.view().counters().epochs;
+    // Discs so small that nearly all find room between the others, which leave in the end.
+    let specs = (0..options.batch).map(|number| {
+        let turns = number as f64 * 0.618_033_988_749_894_9;
+        MoleculeSpec {
+            shape: Some("disc".to_owned()),
+            atom_radius: Some(1e-3 / count as f64),
+            atom_mass: Some(1.0),
+            at: [turns.fract(), (number as f64 + 0.5) / options.batch as f64],
+            ..MoleculeSpec::default()
+        }
+    });
+    let specs: Vec<MoleculeSpec> = specs.collect();
+    let clock = ThreadTime::now();
+    let added = simulation.edit(|batch| {
+        let added: Vec<_> = specs.iter().filter_map(|spec| batch.add(spec).ok()).collect();
+        for &key in &added {
+            batch.tag(key, "added")?;
+        }
+        Ok(added)
+    })?;
+    let batch = clock.elapsed();
+    simulation.step(f64::MAX, &mut ())?;
+    let begun = clock.elapsed() - batch;
+    let started = simulation.view().counters().epochs - epochs;
+    let last = *added.last().context("no disc of the batch has found room")?;
+    let clock = ThreadTime::now();
+    simulation.tag(last, "last")?;
+    let single = clock.elapsed();
+    Ok(format!(
+        "{count:>8} discs: built in {built:.2?}, first contact after {first:.2?}; a step {step:.2?} ({} epochs); \
+         {} discs added and tagged in {batch:.2?}, then {started} epoch start, {begun:.2?}; one tag alone {single:.2?}",
+        epochs,
+        added.len(),
+    ))
+}

@@ -1,0 +1,187 @@
+//! The part of a large system that a page shows: as many bodies as a page can hold, around one of them.
+//!
+//! A page of more than ten megabytes takes long to open, and in a picture of a million discs none can be seen. So of many
+//! bodies those around one of them are drawn.
+
+use carom::{
+    View,
+    engine::{Body, BodyView},
+    observers::{close_up, picture},
+};
+use glam::DVec2;
+
+/// Up to so many bodies and atoms are shown all. More: larger pages, 50 bytes an atom in each picture.
+const MOST_BODIES: usize = 10_000;
+const MOST_ATOMS: usize = 40_000;
+
+/// Of more, this share of either is shown, and the rest is kept as a margin from which bodies come into view.
+const SHOWN: f64 = 0.4;
+
+/// A square part of the box.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// Its centre (length).
+    pub centre: DVec2,
+    /// Half of its side (length).
+    pub half: f64,
+    /// How far a body that is not listed must go before any of it can be seen (length).
+    pub margin: f64,
+    /// Numbers of the bodies that can be seen, and of those around them, in ascending order.
+    pub bodies: Vec<u64>,
+}
+
+impl Part {
+    /// The part of a system that a page shows; `None` for all of it.
+    pub fn of(view: &View<'_>) -> Option<Self> {
+        let atoms: usize = view.bodies().map(|body| weight(body.body)).sum();
+        if view.len() <= MOST_BODIES && atoms <= MOST_ATOMS {
+            return None;
+        }
+        // A body that is alone of its kind is what the scene is about; else any will do that moves.
+        let middle = view.bodies().nth(view.len() / 2)?;
+        let first = view.bodies().find(|body| !body.body.is_fixed()).unwrap_or(middle);
+        let is_like =
+            |other: &BodyView<'_>| weight(other.body) == weight(first.body) && tags(other) == tags(&first);
+        let is_alone = view.bodies().filter(is_like).take(2).count() == 1;
+        let chosen = if is_alone { first } else { middle };
+        let part = Self::around(view, chosen.motion.position);
+        let reach = chosen.body.molecule().bounding_radius();
+        if part.half >= 2.0 * reach || chosen.body.is_wall() {
+            return Some(part);
+        }
+        // It would fill the picture: what is at its rim is shown.
+        Some(Self::around(view, chosen.motion.position + reach * DVec2::X))
+    }
+
+    fn around(view: &View<'_>, centre: DVec2) -> Self {
+        let mut near: Vec<(f64, usize, u64)> = view
+            .bodies()
+            .map(|body| (distance(view, &body, centre), weight(body.body), body.body.id()))
+            .collect();
+        let by_distance = |one: &(f64, usize, u64), other: &(f64, usize, u64)| one.0.total_cmp(&other.0);
+        if near.len() > MOST_BODIES + 1 {
+            near.select_nth_unstable_by(MOST_BODIES, by_distance);
+            near.truncate(MOST_BODIES + 1);
+        }
+        near.sort_unstable_by(by_distance);
+        // So many of the nearest have room, and this is how far away the first is that has none.
+        let fit = |share: f64| {
+            let mut atoms = 0;
+            let most = (share * MOST_ATOMS as f64) as usize;
+            let room = |&&(_, weight, _): &&(f64, usize, u64)| {
+                atoms += weight;
+                atoms <= most
+            };
+            let count =
+                near.iter().take((share * MOST_BODIES as f64) as usize).take_while(room).count().max(1);
+            (count, near.get(count).map_or(f64::INFINITY, |first| first.0))
+        };
+        let ((kept, outer), (_, inner)) = (fit(1.0), fit(SHOWN));
+        let half = inner.clamp(0.0, 0.5 * view.bounds().sides().min_element());
+        let mut bodies: Vec<u64> = near[..kept].iter().map(|body| body.2).collect();
+        bodies.sort_unstable();
+        Self { centre: view.bounds().wrap(centre).0, half, margin: (outer - half).max(0.0), bodies }
+    }
+
+    /// Whether a body is in it or around it.
+    pub fn has(&self, body: &Body) -> bool {
+        self.bodies.binary_search(&body.id()).is_ok()
+    }
+
+    /// Lower left corner, width and height (length).
+    pub fn window(&self) -> [f64; 4] {
+        let corner = self.centre - self.half;
+        [corner.x, corner.y, 2.0 * self.half, 2.0 * self.half]
+    }
+}
+
+/// A picture of a system, or of a part of it that is named in a comment in front of the document.
+pub fn picture_of(view: &View<'_>, size: u32) -> String {
+    let Some(part) = Part::of(view) else { return picture(view, size) };
+    let Part { centre, half, .. } = part;
+    let svg = close_up(view, centre, 2.0 * half, size);
+    format!(
+        "<!--{} of {} bodies: a square of side {:.4e} around ({:.4e}, {:.4e})-->\n{svg}",
+        PART,
+        view.len(),
+        2.0 * half,
+        centre.x,
+        centre.y
+    )
+}
+
+/// How the comment begins.
+const PART: &str = "A part of the box";
+
+/// What part of the box a picture shows, as a sentence; nothing if it shows all.
+pub fn caption_of(picture: &str) -> String {
+    let comment = picture.strip_prefix("<!--").and_then(|rest| rest.split_once("-->"));
+    comment
+        .filter(|(text, _)| text.starts_with(PART))
+        .map_or_else(String::new, |(text, _)| format!(" {text}."))
+}
+
+fn weight(body: &Body) -> usize {
+    body.molecule().atoms().len()
+}
+
+fn tags<'a>(body: &BodyView<'a>) -> &'a [carom::engine::Tag] {
+    body.body.tags()
+}
+
+/// How far from a place the nearest point of a body can be, along the axis on which it is farther (length).
+fn distance(view: &View<'_>, body: &BodyView<'_>, place: DVec2) -> f64 {
+    let nearest = |point: DVec2| {
+        let sides = view.bounds().sides();
+        let apart = point - place;
+        (apart - sides * (apart / sides).round()).abs().max_element()
+    };
+    let Some([from, to]) = body.wall() else {
+        return nearest(body.motion.position) - body.body.molecule().bounding_radius();
+    };
+    // The distance changes by no more than the way along the wall: in small steps, no part of it is missed by much.
+    let (steps, along) = (256, to - from);
+    let apart = (0..=steps).map(|step| nearest(from + along * (f64::from(step) / f64::from(steps))));
+    apart.fold(f64::INFINITY, f64::min) - 0.5 * along.length() / f64::from(steps)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom::{Scene, Simulation};
+
+    fn simulation(scene: &str) -> Simulation {
+        Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_small_system_is_shown_whole() {
+        let small = simulation("[[gas]]\nradius = 0.001\nmass = 1.0\nenergy = 1.0\ncount = 10000");
+        assert!(Part::of(&small.view()).is_none());
+        assert_eq!(caption_of(&picture_of(&small.view(), 100)), "");
+    }
+
+    #[test]
+    fn every_body_that_can_be_seen_is_listed_and_no_other_comes_nearer_than_the_margin() {
+        let gas = "[[gas]]\nradius = 0.001\nmass = 1.0\nenergy = 1.0\ncount = 30000\n";
+        let tee = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.04\natom_mass = 1.0\nat = [0.98, 0.5]\n[[wall]]\ny = 0.0\n";
+        for scene in [gas.to_owned(), format!("{tee}{gas}")] {
+            let simulation = simulation(&scene);
+            let view = simulation.view();
+            let part = Part::of(&view).unwrap();
+            assert!((4000..=10_000).contains(&part.bodies.len()), "{}", part.bodies.len());
+            assert!(part.half > 0.1 && part.margin > 0.01, "{part:?}");
+            for body in view.bodies().filter(|body| !body.body.is_wall()) {
+                let sides = view.bounds().sides();
+                let apart = body.motion.position - part.centre;
+                let apart = (apart - sides * (apart / sides).round()).abs() - part.half;
+                let gap = apart.max_element() - body.body.molecule().bounding_radius();
+                assert!(part.has(body.body) || gap >= part.margin * (1.0 - 1e-12), "{gap} {}", part.margin);
+            }
+            let svg = picture_of(&view, 720);
+            let circles = svg.matches("<circle").count();
+            assert!((3000..4300).contains(&circles) && svg.len() < 300_000, "{circles} in {}", svg.len());
+            assert!(caption_of(&svg).starts_with(" A part of the box"));
+        }
+    }
+}
