@@ -113,7 +113,7 @@ pub fn record(simulation: &Simulation, folder: &Folder) -> Result<()> {
             until = now;
             break;
         }
-        // So far nobody was faster, and from now on nobody comes into view before this.
+        // No speed so far exceeds this one: no unrecorded body can be in view before this time.
         until = until.min(from + margin / watching.1.0).max(now);
     }
     drop(twin);

@@ -1,7 +1,8 @@
-//! The part of a large system that a page shows: as many bodies as a page can hold, around one of them.
+//! The part of a large system that a page shows: as many bodies as a page can hold, around one of
+//! them.
 //!
-//! A page of more than ten megabytes takes long to open, and in a picture of a million discs none can be seen. So of many
-//! bodies those around one of them are drawn.
+//! A page of more than ten megabytes takes long to open, and in a picture of a million discs none
+//! can be seen. So of many bodies those around one of them are drawn.
 
 use carom::{
     View,
@@ -10,11 +11,13 @@ use carom::{
 };
 use glam::DVec2;
 
-/// Up to so many bodies and atoms are shown all. More: larger pages, 50 bytes an atom in each picture.
+/// Up to so many bodies and atoms are shown all. More: larger pages, 50 bytes an atom in each
+/// picture.
 const MOST_BODIES: usize = 10_000;
 const MOST_ATOMS: usize = 40_000;
 
-/// Of more, this share of either is shown, and the rest is kept as a margin from which bodies come into view.
+/// Of more, this share of either is shown, and the rest is kept as a margin from which bodies come
+/// into view.
 const SHOWN: f64 = 0.4;
 
 /// A square part of the box.
@@ -37,7 +40,8 @@ impl Part {
         if view.len() <= MOST_BODIES && atoms <= MOST_ATOMS {
             return None;
         }
-        // A body that is alone of its kind is what the scene is about; else any will do that moves.
+        // The first body that moves, if no other has its tags and its number of atoms; else the
+        // middle one.
         let middle = view.bodies().nth(view.len() / 2)?;
         let first = view.bodies().find(|body| !body.body.is_fixed()).unwrap_or(middle);
         let is_like =
@@ -129,7 +133,8 @@ fn tags<'a>(body: &BodyView<'a>) -> &'a [carom::engine::Tag] {
     body.body.tags()
 }
 
-/// How far from a place the nearest point of a body can be, along the axis on which it is farther (length).
+/// How far from a place the nearest point of a body can be, along the axis on which it is farther
+/// (length).
 fn distance(view: &View<'_>, body: &BodyView<'_>, place: DVec2) -> f64 {
     let nearest = |point: DVec2| {
         let sides = view.bounds().sides();
@@ -139,7 +144,8 @@ fn distance(view: &View<'_>, body: &BodyView<'_>, place: DVec2) -> f64 {
     let Some([from, to]) = body.wall() else {
         return nearest(body.motion.position) - body.body.molecule().bounding_radius();
     };
-    // The distance changes by no more than the way along the wall: in small steps, no part of it is missed by much.
+    // The distance changes by no more than the way along the wall: in small steps, no part of it is
+    // missed by much.
     let (steps, along) = (256, to - from);
     let apart = (0..=steps).map(|step| nearest(from + along * (f64::from(step) / f64::from(steps))));
     apart.fold(f64::INFINITY, f64::min) - 0.5 * along.length() / f64::from(steps)

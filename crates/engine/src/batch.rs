@@ -20,25 +20,28 @@ use crate::{
 
 /// Edits that are made together or not at all; see [`Simulation::edit`].
 ///
-/// The batch works on a copy of the bodies. Each method checks its own edit, so that an error names the culprit, and
-/// leaves the batch as it was if it fails. A closure may catch such an error and go on, for instance to try another
-/// place for a molecule.
+/// The batch works on a copy of the bodies. Each method checks its own edit, so that an error
+/// belongs to one edit, and leaves the batch as it was if it fails. A closure may catch such an
+/// error and go on, for instance to try another place for a molecule.
 #[derive(Debug)]
 pub struct Batch {
     world: World,
     names: TagNames,
     elasticity: ElasticityTable,
-    /// The time of the edit, as an offset in the epoch of the world, until bodies have been brought there.
+    /// The time of the edit, as an offset in the epoch of the world, until bodies have been brought
+    /// there.
     offset: Option<f64>,
     /// What stands where, from the first added body on.
     sites: Option<Sites>,
-    /// For each body of the world whether it has been taken out; they leave the lists when the batch ends.
+    /// For each body of the world whether it has been taken out; they leave the lists when the
+    /// batch ends.
     removed: Vec<bool>,
     /// Whether bodies have come, gone or changed their motion: the epoch then ends.
     moves: bool,
     /// Whether tags or rules of elasticity have changed.
     relabels: bool,
-    /// The last description that was given a tag, the tag, and what it became: like bodies go on sharing it.
+    /// The last description that was given a tag, the tag, and what it became: like bodies go on
+    /// sharing it.
     last_tagged: Option<(Arc<BodyKind>, Tag, Arc<BodyKind>)>,
 }
 
@@ -116,7 +119,9 @@ impl Batch {
     /// # Errors
     /// [`EditError::Scene`] if a coefficient is out of range.
     pub fn set_elasticity(&mut self, spec: &ElasticitySpec) -> Result<(), EditError> {
-        self.elasticity = ElasticityTable::new(spec, &mut self.names)?;
+        let known = self.names.len();
+        self.elasticity =
+            ElasticityTable::new(spec, &mut self.names).inspect_err(|_| self.names.forget_after(known))?;
         self.relabels = true;
         Ok(())
     }
@@ -136,7 +141,8 @@ impl Batch {
         Ok(())
     }
 
-    /// Locks the orientation of a body where it is now, or frees it. Its spin is taken away when it is locked.
+    /// Locks the orientation of a body where it is now, or frees it. Its spin is taken away when it
+    /// is locked.
     ///
     /// # Errors
     /// [`EditError::Fixed`] or [`EditError::NoSuchBody`].
@@ -192,7 +198,8 @@ impl Batch {
         }
     }
 
-    /// Refuses overlaps of the body added last with any other, unless both are fixed; lists it otherwise.
+    /// Refuses overlaps of the body added last with any other, unless both are fixed; lists it
+    /// otherwise.
     fn refuse_overlaps_of_last(&mut self, entry: &str) -> Result<(), SceneError> {
         let (world, new) = (&self.world, self.world.bodies.len() - 1);
         let mut sites = self.sites.take().filter(|sites| !sites.is_crowded(new)).unwrap_or_else(|| {
@@ -219,9 +226,10 @@ impl Batch {
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Makes several edits at once: all of them, or none if one is refused.
     ///
-    /// A batch costs one copy of the bodies and one start of an epoch, O(N) for N bodies, however many edits it has. Made
-    /// one by one, k edits cost k times as much. If the closure returns an error, or the bodies as a whole do not suit
-    /// the grid or the rules of elasticity, no bit of the simulation changes.
+    /// A batch costs one copy of the bodies and one start of an epoch, O(N) for N bodies, however
+    /// many edits it has. Made one by one, k edits cost k times as much. If the closure returns an
+    /// error, or the bodies as a whole do not suit the grid or the rules of elasticity, no bit of
+    /// the simulation changes.
     ///
     /// ```
     /// use carom_engine::{EditError, MoleculeSpec, Scene, Simulation};
@@ -260,8 +268,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// ```
     ///
     /// # Errors
-    /// The error of the closure; [`EditError::Scene`] if a body is too large for the grid or the box, or rules of
-    /// elasticity disagree.
+    /// The error of the closure; [`EditError::Scene`] if a body is too large for the grid or the
+    /// box, or rules of elasticity disagree.
     #[doc(alias = "transaction")]
     pub fn edit<T>(
         &mut self,

@@ -1,6 +1,7 @@
 //! Random removal from an ordered list: each removal takes O(log n), and the rest keeps its order.
 
-/// The elements of a list of fixed length that have not been taken yet (a Fenwick tree of their counts).
+/// The elements of a list of fixed length that have not been taken yet (a Fenwick tree of their
+/// counts).
 #[doc(alias = "binary indexed tree")]
 pub(crate) struct Remaining {
     /// Node i, from 1 on, counts the elements that remain among the last (i & −i) up to i.

@@ -1,4 +1,5 @@
-//! What stands in the box, in a grid of cells: finds the body nearest to a given place while a box is filled or edited.
+//! What stands in the box, in a grid of cells: finds the body nearest to a given place while a box
+//! is filled or edited.
 
 use carom_geometry::gap_between;
 use carom_geometry::{Molecule, PeriodicBox};
@@ -14,14 +15,17 @@ use crate::{
 /// No entry.
 const NONE: u32 = u32::MAX;
 
-/// Ranges of cells are computed for lengths larger by this factor, so that no rounding leaves a cell out.
+/// Ranges of cells are computed for lengths larger by this factor, so that no rounding leaves a
+/// cell out.
 const MARGIN: f64 = 1.0 + 1e-9;
 
-/// What stands in the box: bodies of a world, and circles kept free for molecules still to be added.
+/// What stands in the box: bodies of a world, and circles kept free for molecules still to be
+/// added.
 ///
-/// The cells are about as large as the area for each body. A small body is listed in the cell of its centre. A large
-/// one is listed in every cell that its bounding circle touches, a wall in every cell that it passes. So a query costs
-/// O(1) for a small molecule, and setting up costs O(N), whatever the mixture of sizes.
+/// The cells are about as large as the area for each body. A small body is listed in the cell of
+/// its centre. A large one is listed in every cell that its bounding circle touches, a wall in
+/// every cell that it passes. So a query costs O(1) for a small molecule, and setting up costs
+/// O(N), whatever the mixture of sizes.
 #[derive(Debug)]
 pub(crate) struct Sites {
     counts: [i64; 2],
@@ -64,7 +68,8 @@ impl Sites {
             (sum + count, squares + count as f64 * radius * radius)
         });
         let planned = planned.max(1);
-        // Not smaller than the mean size either: overlapping fixed bodies would be listed in too many cells.
+        // Not smaller than the mean size either: overlapping fixed bodies would be listed in too
+        // many cells.
         let cell = (bounds.area().max(4.0 * squares) / planned as f64).sqrt();
         let most = planned as f64;
         let counts = (bounds.sides() / cell).floor().clamp(DVec2::ONE, DVec2::splat(most));
@@ -182,8 +187,9 @@ impl Sites {
         [0, 1].map(|axis| ((place[axis] / self.side[axis]) as i64).clamp(0, self.counts[axis] - 1))
     }
 
-    /// The body whose surface is nearest to (or deepest inside) a molecule, among those whose bounding circles overlap
-    /// its own, and the gap (length). Circles kept free count with the index `usize::MAX`.
+    /// The body whose surface is nearest to (or deepest inside) a molecule, among those whose
+    /// bounding circles overlap its own, and the gap (length). Circles kept free count with the
+    /// index `usize::MAX`.
     pub(crate) fn nearest(
         &self,
         world: &World,
@@ -193,8 +199,9 @@ impl Sites {
         self.nearest_of(world, molecule, motion, |_| true)
     }
 
-    /// The body of the world that is nearest to (or deepest inside) one of them, which is not listed itself, and the gap
-    /// (length). Among those whose bounding circles overlap; a fixed body is compared with those that move.
+    /// The body of the world that is nearest to (or deepest inside) one of them, which is not
+    /// listed itself, and the gap (length). Among those whose bounding circles overlap; a fixed
+    /// body is compared with those that move.
     pub(crate) fn nearest_to_body(&self, world: &World, index: usize) -> Option<(usize, f64)> {
         let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
         let moves = |index: usize| !world.bodies()[index].is_fixed();
@@ -204,7 +211,8 @@ impl Sites {
         }
     }
 
-    /// The body that moves and is nearest to (or deepest inside) a wall, among those in the cells that it passes.
+    /// The body that moves and is nearest to (or deepest inside) a wall, among those in the cells
+    /// that it passes.
     fn nearest_to_wall(&self, world: &World, wall: &StandingWall, index: usize) -> Option<(usize, f64)> {
         let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
         let turned = motion.orientation.cos_sin();
@@ -308,7 +316,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64;
 
-    /// Overlapping fixed discs of very different sizes, molecules and walls, in a box of this shape.
+    /// Overlapping fixed discs of very different sizes, molecules and walls, in a box of this
+    /// shape.
     fn crowd(random: &mut Pcg64, sides: [f64; 2], count: usize) -> World {
         let mut world = World::new(PeriodicBox::new(DVec2::from(sides)).unwrap());
         let mut names = TagNames::default();
@@ -332,7 +341,8 @@ mod tests {
         world
     }
 
-    /// The deepest overlap over all bodies in all images (length, negative); `None` if there is none.
+    /// The deepest overlap over all bodies in all images (length, negative); `None` if there is
+    /// none.
     fn deepest(world: &World, listed: &[bool], molecule: &Molecule, motion: &Motion) -> Option<f64> {
         let (place, _) = world.bounds().wrap(motion.position);
         let gaps = (0..world.bodies().len()).filter(|&index| listed[index]).flat_map(|index| {

@@ -1,6 +1,8 @@
-//! Journal of the periodic wraps in a scheduler, so that one step need not copy every body into the world.
+//! Journal of the periodic wraps in a scheduler, so that one step need not copy every body into the
+//! world.
 
-/// The bodies that a scheduler has moved by a side of the box since the world was last brought up to date.
+/// The bodies that a scheduler has moved by a side of the box since the world was last brought up
+/// to date.
 ///
 /// Bounded by the number of bodies: a longer journal costs more than a copy of all of them.
 #[derive(Debug, Clone, Default)]
@@ -24,7 +26,8 @@ impl Wrapped {
         }
     }
 
-    /// Takes the bodies noted, some of them perhaps more than once; `None` if they were too many to be noted.
+    /// Takes the bodies noted, some of them perhaps more than once; `None` if they were too many to
+    /// be noted.
     pub fn take(&mut self) -> Option<Vec<u32>> {
         let overflown = self.bodies.len() > self.most;
         let bodies = std::mem::take(&mut self.bodies);

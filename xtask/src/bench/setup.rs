@@ -1,4 +1,5 @@
-//! `cargo xtask bench setup`: seconds from a scene to its first contact, of a single step, and of a batch of edits.
+//! `cargo xtask bench setup`: seconds from a scene to its first contact, of a single step, and of a
+//! batch of edits.
 
 use anyhow::{Context, Result};
 use carom::{
@@ -54,7 +55,7 @@ fn time(count: usize, options: &Options) -> Result<String> {
     }
     let step = (clock.elapsed() - first) / options.steps.max(1) as u32;
     let epochs = simulation.view().counters().epochs;
-    // Discs so small that nearly all find room between the others, which leave in the end.
+    // Discs so small that about half of them fit between the others.
     let specs = (0..options.batch).map(|number| {
         let turns = number as f64 * 0.618_033_988_749_894_9;
         MoleculeSpec {
