@@ -4,7 +4,7 @@
 mod support;
 
 use carom_detection::Exact;
-use carom_engine::{Fineness, GasSpec, Rotation, Scene, Simulation, Thesis};
+use carom_engine::{AtomSpec, Fineness, GasSpec, Rotation, Scene, Simulation, Thesis};
 
 use carom_response::Impact;
 use support::{bumper, gas, named, simulate};
@@ -47,6 +47,21 @@ fn dense_gases_can_be_placed() {
     let mut scene = Scene { gas: vec![by_area("disc", 0.02, 0.7)], ..Scene::default() };
     scene.bounds.sides = [2.0, 0.3];
     filled(&scene);
+}
+
+#[test]
+fn fused_atoms_cover_the_area_fraction_asked_for() {
+    // Two discs of radius r at distance r/5: together they cover 1.13 of one, not 2.
+    let r = 0.01;
+    let atoms = [0.0, 0.2 * r].map(|x| AtomSpec { at: [x, 0.0], radius: r, mass: 1.0 });
+    let fused =
+        GasSpec { atoms: atoms.to_vec(), area_fraction: Some(0.4), energy: 1.0, ..GasSpec::default() };
+    let simulation = filled(&Scene { gas: vec![fused], ..Scene::default() });
+    let half = 0.1f64.acos();
+    let one = r * r * (2.0 * std::f64::consts::PI - 2.0 * (half - half.sin() * half.cos()));
+    assert_eq!(simulation.view().len(), (0.4 / one).round() as usize);
+    let share: f64 = simulation.view().bodies().map(|view| view.body.molecule().area()).sum();
+    assert!((share - 0.4).abs() <= 0.5 * one, "{share}");
 }
 
 #[test]

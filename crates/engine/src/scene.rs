@@ -192,7 +192,8 @@ pub struct GasSpec {
     /// Energy of each at the start, shared over its degrees of freedom by equipartition
     /// (mass × length² / time²).
     pub energy: f64,
-    /// Share of the box that they cover; rounded to the nearest number of molecules.
+    /// Share of the whole box that they cover, with overlaps of atoms counted once; rounded to the
+    /// nearest number of molecules.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area_fraction: Option<f64>,
     /// Or how many there are.
