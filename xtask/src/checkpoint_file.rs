@@ -21,7 +21,7 @@ use crate::output::write_lasting;
 
 /// Version of the format. It goes up with every change of what is in the body: of the engine's checkpoint, of an
 /// observer, of what a command keeps.
-pub const FORMAT: u32 = 3;
+pub const FORMAT: u32 = 4;
 
 const MAGIC: [u8; 16] = *b"carom checkpoint";
 

@@ -41,6 +41,7 @@
 mod body;
 mod build;
 mod cells;
+mod centre_of_mass;
 mod checkpoint;
 mod counters;
 mod elasticity_table;
@@ -67,6 +68,7 @@ mod world;
 
 pub use body::{Body, BodyKey, BodyName, Rotation, Tag, Tags};
 pub use cells::{Cells, Instructions};
+pub use centre_of_mass::{CentreOfMassFrame, ThermalEnergy};
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use counters::{Counters, Ledger, SchedulerCounters};
 pub use elasticity_table::ElasticityTable;

@@ -199,8 +199,14 @@ pub struct GasSpec {
     /// Or how many there are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
-    /// Whether their total momentum is made 0 at the start.
-    pub zero_momentum: bool,
+    /// Whether their total momentum is 0 at the start: all have one speed, and their directions are
+    /// drawn in opposite pairs (the last three of an odd number a third of a turn apart). If absent,
+    /// so it is wherever momentum is conserved along an axis: in a scene without fixed bodies, or
+    /// whose only fixed bodies are parallel walls across the whole box. `false`: directions are
+    /// independent of each other, and the gas drifts as a whole. `true` is refused for one molecule
+    /// alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub zero_momentum: Option<bool>,
     /// Free or locked.
     pub rotation: Rotation,
 }
