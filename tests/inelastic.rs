@@ -136,7 +136,7 @@ fn check_cooling<S: Scheduler>(options: &S::Options) {
     let mut logarithm = [0.0; 3];
     for seed in 0..RUNS {
         let mut cooling = Scene { gas: vec![gas("disc", radius, COUNT)], ..Scene::default() };
-        (cooling.gas[0].zero_momentum, cooling.bounds.seed) = (true, seed);
+        (cooling.gas[0].zero_momentum, cooling.bounds.seed) = (Some(true), seed);
         cooling.elasticity.default = E;
         let mut simulation = simulate::<S>(&cooling, options);
         let tau = |energy: f64| {
@@ -173,7 +173,7 @@ fn check_molecules<S: Scheduler>(options: &S::Options) {
     for (shape, atom_radius, count) in [("dumbbell", 0.03, 60), ("tee", 0.02, 30), ("rod:4", 0.015, 40)] {
         for e in [0.0, 0.05, 0.3, 0.9] {
             let mut dense = Scene { gas: vec![gas(shape, atom_radius, count)], ..Scene::default() };
-            dense.gas[0].zero_momentum = true;
+            dense.gas[0].zero_momentum = Some(true);
             dense.elasticity.default = e;
             let mut simulation = simulate::<S>(&dense, options);
             let mut losses = Losses::default();

@@ -14,8 +14,12 @@ mod logs;
 mod one_body;
 #[path = "observers/pairs.rs"]
 mod pairs;
+#[path = "observers/pressure.rs"]
+mod pressure;
 #[path = "observers/subscriptions.rs"]
 mod subscriptions;
+#[path = "observers/temperature.rs"]
+mod temperature;
 #[path = "observers/text.rs"]
 mod text;
 #[path = "observers/velocities.rs"]
@@ -77,7 +81,7 @@ fn hard_discs(count: usize, area_fraction: f64, seed: u64) -> Scene {
     let side = (count as f64 * 0.25 * PI / area_fraction).sqrt();
     let mut scene = Scene::default();
     (scene.bounds.sides, scene.bounds.seed) = ([side; 2], seed);
-    let spec = GasSpec { radius: Some(0.5), zero_momentum: true, ..gas("gas", count) };
+    let spec = GasSpec { radius: Some(0.5), zero_momentum: Some(true), ..gas("gas", count) };
     scene.gas.push(spec);
     scene
 }

@@ -4,9 +4,10 @@
 mod support;
 
 use carom_detection::Exact;
-use carom_engine::{Fineness, GasSpec, Rotation, Scene, Simulation, Thesis};
+use carom_engine::{AtomSpec, Fineness, GasSpec, Rotation, Scene, Simulation, Thesis, WallSpec};
 
 use carom_response::Impact;
+use glam::DVec2;
 use support::{bumper, gas, named, simulate};
 
 /// Builds a scene and asserts that nothing touches.
@@ -50,6 +51,21 @@ fn dense_gases_can_be_placed() {
 }
 
 #[test]
+fn fused_atoms_cover_the_area_fraction_asked_for() {
+    // Two discs of radius r at distance r/5: together they cover 1.13 of one, not 2.
+    let r = 0.01;
+    let atoms = [0.0, 0.2 * r].map(|x| AtomSpec { at: [x, 0.0], radius: r, mass: 1.0 });
+    let fused =
+        GasSpec { atoms: atoms.to_vec(), area_fraction: Some(0.4), energy: 1.0, ..GasSpec::default() };
+    let simulation = filled(&Scene { gas: vec![fused], ..Scene::default() });
+    let half = 0.1f64.acos();
+    let one = r * r * (2.0 * std::f64::consts::PI - 2.0 * (half - half.sin() * half.cos()));
+    assert_eq!(simulation.view().len(), (0.4 / one).round() as usize);
+    let share: f64 = simulation.view().bodies().map(|view| view.body.molecule().area()).sum();
+    assert!((share - 0.4).abs() <= 0.5 * one, "{share}");
+}
+
+#[test]
 fn mixtures_can_be_placed_around_what_stands() {
     // Ten to one in size, half of the covered area each.
     let scene =
@@ -77,18 +93,67 @@ fn a_gas_starts_with_the_energy_asked_for_shared_over_its_degrees_of_freedom() {
         let turning = 0.5 * spin * spin / view.body.inertia().inverse_moment;
         assert!((turning - 2.5 / 3.0).abs() < 1e-14);
     }
-    // Directions are random: the mean of 200 unit vectors is of length 1/√200 or so.
-    let speed = simulation.view().bodies().next().unwrap().motion.velocity.length();
-    let mean = simulation.view().momentum() / 200.0;
-    assert!(mean.length() < 4.0 * speed / 200f64.sqrt() && mean.length() > 0.0);
-
-    scene.gas[0].zero_momentum = true;
     scene.gas[0].rotation = Rotation::Locked;
     let simulation = filled(&scene);
-    assert!(simulation.view().momentum().length() < 1e-12);
     assert!((simulation.view().energy() - 500.0).abs() < 1e-10);
     assert!(simulation.view().bodies().all(|view| view.motion.angular_velocity == 0.0));
-    // One molecule alone cannot be in motion without momentum.
-    scene.gas[0].count = Some(1);
-    assert_eq!(filled(&scene).view().energy(), 0.0);
+}
+
+/// Total momentum of a gas of unit mass and energy in a scene, relative to √N times the speed.
+fn drift(scene: &Scene) -> f64 {
+    let simulation = filled(scene);
+    let gas = simulation.find_tag("gas").unwrap();
+    let velocities: Vec<DVec2> = simulation.view().tagged(gas).map(|view| view.motion.velocity).collect();
+    let speed = velocities[0].length();
+    assert!(velocities.iter().all(|velocity| (velocity.length() / speed - 1.0).abs() < 1e-15));
+    velocities.iter().sum::<DVec2>().length() / (speed * (velocities.len() as f64).sqrt())
+}
+
+#[test]
+fn a_gas_starts_without_momentum_where_momentum_is_conserved() {
+    let of = |count: usize, zero_momentum: Option<bool>| {
+        let tags = vec!["gas".to_owned()];
+        let gas = GasSpec { tags, zero_momentum, ..gas("disc", 0.005, count) };
+        Scene { gas: vec![gas], ..Scene::default() }
+    };
+    let at = |x: Option<f64>, y: Option<f64>| WallSpec { x, y, ..WallSpec::default() };
+    let open = at(None, None);
+    let finite = WallSpec { from: Some([0.2, 0.5]), to: Some([0.8, 0.5]), ..open };
+    // By default; 199 has a triple.
+    for count in [2, 3, 4, 199, 200] {
+        assert!(drift(&of(count, None)) < 1e-14, "{count}");
+        for wall in [at(Some(0.0), None), at(None, Some(0.0))] {
+            assert!(drift(&Scene { wall: vec![wall], ..of(count, None) }) < 1e-14, "{count}");
+        }
+    }
+    // Directions are independent where something fixed takes momentum up, or if asked for: the mean
+    // of 200 unit vectors is of length 1/√200 or so.
+    let independent = [
+        of(200, Some(false)),
+        Scene { bumper: vec![bumper(0.1, [0.5, 0.5])], ..of(200, None) },
+        Scene { wall: vec![finite], ..of(200, None) },
+        Scene { wall: vec![at(Some(0.0), None), at(None, Some(0.0))], ..of(200, None) },
+    ];
+    for scene in independent {
+        assert!((0.01..4.0).contains(&drift(&scene)), "{}", drift(&scene));
+    }
+    let asked = Scene { bumper: vec![bumper(0.1, [0.5, 0.5])], ..of(200, Some(true)) };
+    assert!(drift(&asked) < 1e-14);
+    // One alone must move if it has energy, and cannot do so without momentum.
+    assert!((drift(&of(1, None)) - 1.0).abs() < 1e-15);
+    let refused = Simulation::new(&of(1, Some(true))).unwrap_err().to_string();
+    assert!(refused.contains("zero_momentum"), "{refused}");
+}
+
+#[test]
+fn velocities_that_are_given_stay_what_they_are() {
+    let mut scene = support::scene(vec![named("tee", 0.02, 1.0, [0.5, 0.5])]);
+    scene.molecule[0].velocity = [0.3, -0.7];
+    scene.gas = vec![gas("disc", 0.01, 50)];
+    let simulation = filled(&scene);
+    let view = simulation.view();
+    let tee = view.bodies().next().unwrap();
+    assert_eq!(tee.motion.velocity, DVec2::new(0.3, -0.7));
+    let momentum = tee.motion.velocity / tee.body.inertia().inverse_mass;
+    assert!((view.momentum() - momentum).length() < 1e-13);
 }

@@ -64,7 +64,7 @@ fn a_dilute_gas_at_a_fixed_disc_has_the_density_of_the_gas() {
     // 4/3 − √3/π of B₂²: Z − 1 = 2 η χ).
     let (count, eta) = (20, 0.005);
     let mut scene = hard_discs(count, eta, 11);
-    scene.gas[0].zero_momentum = false;
+    scene.gas[0].zero_momentum = Some(false);
     let side = scene.bounds.sides[0];
     scene.bumper.push(BumperSpec { tags: vec![], radius: 0.5, at: [0.3 * side, 0.9 * side] });
     let mut simulation = Simulation::new(&scene).unwrap();

@@ -24,8 +24,7 @@ fn equal_speeds_relax_as_the_boltzmann_equation_says() {
     // Boltzmann equation with 10⁶ discs, ± 0.002. Here of 60 000 discs: standard error of the kurtosis below
     // √(4/60 000) = 0.008, that of an equilibrium sample; H from two components, some 0.003.
     let count = 60_000;
-    let mut scene = hard_discs(count, 0.02, 7);
-    scene.gas[0].zero_momentum = false;
+    let scene = hard_discs(count, 0.02, 7);
     let mut simulation = Simulation::new(&scene).unwrap();
     let mut velocities = VelocityDistribution::new(Group::All, 6.0, 120).unwrap();
     let mut taus = Vec::new();

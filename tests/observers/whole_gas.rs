@@ -100,7 +100,8 @@ fn a_disc_between_images_of_a_bumper_hits_at_even_times() {
 fn collision_rate_and_pressure_of_hard_discs_are_those_of_kinetic_theory() {
     // At area fraction 0.1 the virial series gives χ = 1.181 (Clisby & McCoy, J. Stat. Phys. 122 (2006) 15: Z =
     // 1.2361 = 1 + 2 η χ), and N discs at fixed N have (1 − 0.91/N) of it (Lebowitz & Percus, Phys. Rev. 124 (1961)
-    // 1673). kT = E/(N − 1) at total momentum 0.
+    // 1673). kT = E/(N − 1) at total momentum 0. The pressure has N kT from the motion and N − 1 times 2 η χ kT from the
+    // contacts, as each disc has N − 1 others; see the tests of two and of 72 discs.
     let (count, radius, eta) = (400, 0.5, 0.1);
     let side = (f64::from(count) * PI * radius * radius / eta).sqrt();
     let mut scene = Scene::default();
@@ -110,7 +111,7 @@ fn collision_rate_and_pressure_of_hard_discs_are_those_of_kinetic_theory() {
         mass: Some(1.0),
         energy: 1.0,
         count: Some(count as usize),
-        zero_momentum: true,
+        zero_momentum: Some(true),
         ..GasSpec::default()
     });
     let mut simulation = Simulation::new(&scene).unwrap();
@@ -122,7 +123,8 @@ fn collision_rate_and_pressure_of_hard_discs_are_those_of_kinetic_theory() {
     let (rate, error) = observers.0.mean().unwrap();
 
     let n = f64::from(count) / (side * side);
-    let temperature = simulation.view().energy() / f64::from(count - 1);
+    let temperature = simulation.view().temperature().unwrap();
+    assert!((temperature * f64::from(count - 1) / simulation.view().energy() - 1.0).abs() < 1e-12);
     let chi = 1.181 * (1.0 - 0.91 / f64::from(count));
     let predicted = 2.0 * n * (2.0 * radius) * chi * (PI * temperature).sqrt();
     assert!(error < 0.002 * predicted, "{error}");
@@ -132,8 +134,8 @@ fn collision_rate_and_pressure_of_hard_discs_are_those_of_kinetic_theory() {
     );
 
     let (pressure, error) = observers.1.mean().unwrap();
-    let ideal = simulation.view().energy() / (side * side);
-    let predicted = ideal * (1.0 + 2.0 * eta * chi);
+    let contacts = f64::from(count - 1) * 2.0 * eta * chi;
+    let predicted = n * temperature * (1.0 + contacts / f64::from(count));
     assert!(error < 0.001 * predicted, "{error}");
     assert!(
         (pressure - predicted).abs() < 4.0 * error + 3e-4 * predicted,
@@ -149,14 +151,14 @@ fn virial_of_dumbbells(area_fraction: f64) -> (f64, f64) {
     scene.bounds.sides = [side; 2];
     scene.gas.push(GasSpec {
         shape: Some("dumbbell".into()),
-        zero_momentum: true,
+        zero_momentum: Some(true),
         ..GasSpec { radius: Some(0.5), ..gas("gas", count as usize) }
     });
     let mut simulation = Simulation::new(&scene).unwrap();
     simulation.run_until(2.0 / area_fraction).unwrap();
     let mut pressure = Pressure::default();
     observe(&mut simulation, &mut pressure, 302.0 / area_fraction, 50);
-    // Two of the 3N − 2 degrees of freedom are gone from translation.
+    // Two of the 3N degrees of freedom are gone from translation: N − 1 times kT.
     let n = f64::from(count);
     let translation = simulation.view().energy() * (2.0 * n - 2.0) / (3.0 * n - 2.0);
     let points = pressure.series();

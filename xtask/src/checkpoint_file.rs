@@ -21,7 +21,7 @@ use crate::output::write_lasting;
 
 /// Version of the format. It goes up with every change of what is in the body: of the engine's checkpoint, of an
 /// observer, of what a command keeps.
-pub const FORMAT: u32 = 3;
+pub const FORMAT: u32 = 4;
 
 const MAGIC: [u8; 16] = *b"carom checkpoint";
 
@@ -219,8 +219,8 @@ mod tests {
 
     #[test]
     fn other_formats_and_other_files_are_refused_by_name() {
-        assert!(refusal(|bytes| bytes[16] += 1).contains("newer program: its format is 4"));
-        assert!(refusal(|bytes| bytes[16] -= 1).contains("older program: its format is 2"));
+        assert!(refusal(|bytes| bytes[16] += 1).contains("newer program: its format is 5"));
+        assert!(refusal(|bytes| bytes[16] -= 1).contains("older program: its format is 3"));
         assert!(refusal(|bytes| *bytes = b"time,energy\n0.0,1.0\n".to_vec()).contains("no checkpoint"));
         assert!(Body::read(Path::new("no/such/file")).unwrap_err().to_string().contains("cannot be read"));
     }

@@ -383,6 +383,6 @@ mod tests {
             Head { what: "run".to_owned(), until: 1.0, ended: false, time: Instant::ZERO, standbys: 0 };
         let simulation = simulation.checkpoint().unwrap();
         let kept = encode(&(head, State { simulation, observers, seconds: 0.5, files: Vec::new() })).unwrap();
-        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (3, 823, 799_264_185));
+        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (4, 831, 2_239_407_009));
     }
 }

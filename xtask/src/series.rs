@@ -23,8 +23,11 @@ pub const RATES: Table<RatePoint> = Table {
 /// `pressure.csv`.
 pub const PRESSURE: Table<PressurePoint> = Table {
     name: "pressure.csv",
-    header: &["time", "pressure", "kinetic", "virial"],
-    row: |csv, point| csv.serialize((point.time, point.pressure(), point.kinetic, point.virial)),
+    header: &["time", "pressure", "ideal", "virial", "momentum_flux"],
+    row: |csv, point| {
+        let (pressure, flux) = (point.pressure(), point.momentum_flux());
+        csv.serialize((point.time, pressure, point.ideal, point.virial, flux))
+    },
 };
 
 /// `running-average.csv`.

@@ -3,7 +3,8 @@
 //! Molecules of like size share a triangular lattice of sites, as wide as holds them all. Sites where they would
 //! touch what stands there are left out, the rest are occupied at random, and each molecule is moved at random
 //! as far as its neighbours' sites leave room. Larger kinds are placed before smaller ones. Orientations and
-//! directions of motion are random; collisions do the rest.
+//! directions of motion are random; collisions do the rest. Where momentum is conserved along an axis, directions come in
+//! opposite pairs, so that each gas starts with momentum 0.
 
 use std::sync::Arc;
 
@@ -16,6 +17,7 @@ use rand_pcg::Pcg64;
 use crate::{
     GasSpec, Rotation, Scene, SceneError, TagNames, Tags, World,
     build::{geometry, inertia, insert, molecule, tags},
+    centre_of_mass::conserved_momentum,
     limits::refuse_slow,
     selection::Remaining,
     sites::Sites,
@@ -128,8 +130,15 @@ pub(crate) fn fill(
             }
         }
     }
+    // Drawn in opposite pairs by default where the drift of the whole system would never end.
+    let keeps_momentum = conserved_momentum(world).any();
     for kind in &species {
-        set_in_motion(world, names, kind, &mut places, &mut velocities);
+        let directions = if kind.spec.zero_momentum.unwrap_or(keeps_momentum) {
+            opposite_directions(kind.count, &mut velocities)
+        } else {
+            (0..kind.count).map(|_| direction(&mut velocities)).collect()
+        };
+        set_in_motion(world, names, kind, &directions, &mut places, &mut velocities);
     }
     Ok(species.iter().map(|kind| kind.count).collect())
 }
@@ -164,6 +173,11 @@ impl<'a> Species<'a> {
         };
         if count > MOST_MOLECULES {
             return Err(problem("more than 2^27 molecules of one kind are taken for a slip of the pen"));
+        }
+        if spec.zero_momentum == Some(true) && count == 1 && spec.energy > 0.0 {
+            return Err(problem(
+                "`zero_momentum` needs `count` ≠ 1: one molecule alone cannot have `energy` above 0 and momentum 0",
+            ));
         }
         let inertia = inertia(&molecule, spec.rotation);
         let motion = Motion {
@@ -398,25 +412,21 @@ impl Lattice {
     }
 }
 
-/// Adds the molecules of one kind with random orientations and velocities.
+/// Adds the molecules of one kind with random orientations and these directions of motion.
 fn set_in_motion(
     world: &mut World,
     names: &mut TagNames,
     kind: &Species<'_>,
+    directions: &[DVec2],
     places: &mut Pcg64,
     velocities: &mut Pcg64,
 ) {
     let inertia = inertia(&kind.molecule, kind.spec.rotation);
     let tags = tags(names, &kind.spec.tags);
     let (turning, share) = (turns(kind.spec, &kind.molecule), share(kind.spec, &kind.molecule));
-    let mut moving: Vec<DVec2> =
-        (0..kind.count).map(|_| speed(share, &inertia) * direction(velocities)).collect();
-    if kind.spec.zero_momentum {
-        remove_drift(&mut moving);
-    }
-    for (&place, velocity) in kind.places.iter().zip(moving) {
+    for (&place, &direction) in kind.places.iter().zip(directions) {
         let motion = Motion {
-            velocity,
+            velocity: speed(share, &inertia) * direction,
             orientation: Orientation::from_turns(places.random()),
             angular_velocity: if turning { either_way(spin(share, &inertia), velocities) } else { 0.0 },
             ..Motion::at_rest(place)
@@ -427,6 +437,27 @@ fn set_in_motion(
 
 fn direction(random: &mut Pcg64) -> DVec2 {
     Orientation::from_turns(random.random()).cos_sin()
+}
+
+/// Random directions with sum 0, in random order: opposite pairs, and for an odd number three at a
+/// third of a turn from each other. One alone has any direction.
+fn opposite_directions(count: usize, random: &mut Pcg64) -> Vec<DVec2> {
+    let mut directions = Vec::with_capacity(count);
+    if count % 2 == 1 && count > 1 {
+        let turns: f64 = random.random();
+        let thirds = [0.0, 1.0 / 3.0, 2.0 / 3.0];
+        directions.extend(thirds.map(|third| Orientation::from_turns(turns + third).cos_sin()));
+    }
+    while directions.len() + 1 < count {
+        let one = direction(random);
+        directions.extend([one, -one]);
+    }
+    if directions.len() < count {
+        directions.push(direction(random));
+    }
+    // Neighbours in the list are neighbours in space.
+    directions.shuffle(random);
+    directions
 }
 
 /// Whether the molecules of a gas turn.
@@ -451,21 +482,4 @@ fn spin(energy: f64, inertia: &Inertia) -> f64 {
 
 fn either_way(spin: f64, random: &mut Pcg64) -> f64 {
     if random.random() { spin } else { -spin }
-}
-
-/// Takes the mean velocity out and scales the rest so that the energy stays what it was.
-fn remove_drift(velocities: &mut [DVec2]) {
-    let energy = |list: &[DVec2]| list.iter().map(|v| v.length_squared()).sum::<f64>();
-    let before = energy(velocities);
-    let drift = velocities.iter().sum::<DVec2>() / velocities.len().max(1) as f64;
-    for velocity in velocities.iter_mut() {
-        *velocity -= drift;
-    }
-    let after = energy(velocities);
-    if after > 0.0 {
-        let scale = (before / after).sqrt();
-        for velocity in velocities.iter_mut() {
-            *velocity *= scale;
-        }
-    }
 }

@@ -192,14 +192,21 @@ pub struct GasSpec {
     /// Energy of each at the start, shared over its degrees of freedom by equipartition
     /// (mass × length² / time²).
     pub energy: f64,
-    /// Share of the box that they cover; rounded to the nearest number of molecules.
+    /// Share of the whole box that they cover, with overlaps of atoms counted once; rounded to the
+    /// nearest number of molecules.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area_fraction: Option<f64>,
     /// Or how many there are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
-    /// Whether their total momentum is made 0 at the start.
-    pub zero_momentum: bool,
+    /// Whether their total momentum is 0 at the start: all have one speed, and their directions are
+    /// drawn in opposite pairs (the last three of an odd number a third of a turn apart). If absent,
+    /// so it is wherever momentum is conserved along an axis: in a scene without fixed bodies, or
+    /// whose only fixed bodies are parallel walls across the whole box. `false`: directions are
+    /// independent of each other, and the gas drifts as a whole. `true` is refused for one molecule
+    /// alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub zero_momentum: Option<bool>,
     /// Free or locked.
     pub rotation: Rotation,
 }

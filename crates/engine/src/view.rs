@@ -96,11 +96,6 @@ impl<'a> View<'a> {
         self.bodies().map(|view| momentum(&view.motion, view.body.inertia())).sum()
     }
 
-    /// Degrees of freedom that carry energy; see [`World::degrees_of_freedom`].
-    pub fn degrees_of_freedom(&self) -> usize {
-        self.world.degrees_of_freedom()
-    }
-
     /// Pairs of bodies that overlap by more than rounding.
     pub fn overlaps(&self) -> OverlapCensus {
         overlap::census(self)

@@ -85,16 +85,6 @@ impl World {
             .sum()
     }
 
-    /// Degrees of freedom that carry energy: two for each body that moves, one for each that turns. The
-    /// spin of a single disc never changes and does not count.
-    pub fn degrees_of_freedom(&self) -> usize {
-        let of = |body: &Body| {
-            let turning = !body.is_locked() && !body.kind.molecule.is_disc();
-            if body.is_fixed() { 0 } else { 2 + usize::from(turning) }
-        };
-        self.bodies.iter().map(of).sum()
-    }
-
     /// The largest distance from centre to centre at which two bodies that can collide may touch
     /// (length), or from a centre to the line of a wall; 0 if there are none.
     pub fn largest_reach(&self) -> f64 {

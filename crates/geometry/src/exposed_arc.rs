@@ -78,7 +78,9 @@ impl ExposedArc {
 
     /// ½ ∮ (x dy − y dx) along it: its share of the area inside a closed line of arcs (Green).
     pub(crate) fn swept_area(&self) -> f64 {
-        let chord = direction(self.end) - direction(self.start);
+        // A whole circle ends where it starts: rounding must not make a chord of it.
+        let is_whole = self.angle() >= TAU;
+        let chord = if is_whole { DVec2::ZERO } else { direction(self.end) - direction(self.start) };
         0.5 * self.radius * (self.radius * self.angle() + self.centre.x * chord.y - self.centre.y * chord.x)
     }
 
@@ -122,7 +124,19 @@ pub(crate) fn exposed(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
             continue;
         }
         let to_other = other_centre - centre;
+        let reach = radius + other_radius;
+        // Without a root for the many that are far away.
+        if to_other.length_squared() > 2.0 * reach * reach {
+            continue;
+        }
         let distance = to_other.length();
+        // Of identical circles the first one counts.
+        if distance == 0.0 && radius == other_radius {
+            if other < atom {
+                return Vec::new();
+            }
+            continue;
+        }
         // s² − s′² as a product, which does not cancel.
         let cosine = (distance * distance + (radius - other_radius) * (radius + other_radius))
             / (2.0 * radius * distance);

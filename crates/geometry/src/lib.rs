@@ -18,6 +18,7 @@
 mod atom;
 mod atom_row;
 mod circle_tree;
+mod covered_area;
 mod error;
 mod excluded_region;
 mod exposed_arc;

@@ -8,7 +8,7 @@ use parry2d_f64::{
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
-use crate::{Atom, AtomRow, CircleTree, Face, GeometryError, Shape, atom::reach};
+use crate::{Atom, AtomRow, CircleTree, Face, GeometryError, Shape, atom::reach, covered_area::covered_area};
 
 /// A rigid union of discs with its mass, moment of inertia and bounding circle.
 ///
@@ -33,6 +33,7 @@ pub struct Molecule {
     atoms: SmallVec<[Atom; 1]>,
     mass: f64,
     moment_of_inertia: f64,
+    area: f64,
     bounding_radius: f64,
     /// Corners of the rectangle that holds all atoms (length).
     rectangle: [DVec2; 2],
@@ -113,6 +114,7 @@ impl Molecule {
         Self {
             mass: atoms.iter().map(Atom::mass).sum(),
             moment_of_inertia: atoms.iter().map(inertia_about_origin).sum(),
+            area: area_of_atoms(&atoms),
             bounding_radius,
             rectangle: rectangle(&atoms),
             rows: if is_few { AtomRow::of(&atoms).collect() } else { Vec::new() },
@@ -144,6 +146,7 @@ impl Molecule {
     pub fn wall(span: DVec2, radius: f64) -> Result<Self, GeometryError> {
         let mut wall = Self::wall_without_ends(span, radius)?;
         wall.atoms = [-0.5, 0.5].map(|half| Atom::end_of_wall(half * span, radius)).into_iter().collect();
+        wall.area += std::f64::consts::PI * radius * radius;
         Ok(wall)
     }
 
@@ -157,6 +160,7 @@ impl Molecule {
             atoms: SmallVec::new(),
             mass: f64::INFINITY,
             moment_of_inertia: f64::INFINITY,
+            area: 4.0 * face.half_length() * radius,
             bounding_radius: (face.half_length() + radius) * (1.0 + 4.0 * f64::EPSILON),
             rectangle: rectangle(&[]),
             rows: Vec::new(),
@@ -210,10 +214,22 @@ impl Molecule {
         self.bounding_radius
     }
 
-    /// Sum of the areas of the atoms (length²); overlaps of atoms count twice, and what lies between the ends of a wall
-    /// does not count.
+    /// The covered area (length²): that of the union of the atoms, or of everything within the
+    /// radius of a wall's face. Overlaps of atoms count once; enclosed holes do not count.
+    ///
+    /// ```
+    /// use carom_geometry::{Atom, Molecule};
+    /// use glam::DVec2;
+    /// use std::f64::consts::PI;
+    ///
+    /// // Two unit discs at distance 1 share a lens of 2π/3 − √3/2.
+    /// let atom = |x| Atom::new(DVec2::new(x, 0.0), 1.0, 1.0);
+    /// let fused = Molecule::new([atom(0.0)?, atom(1.0)?])?;
+    /// assert!((fused.area() - (2.0 * PI - (2.0 * PI / 3.0 - 0.75f64.sqrt()))).abs() < 1e-14);
+    /// # Ok::<(), carom_geometry::GeometryError>(())
+    /// ```
     pub fn area(&self) -> f64 {
-        self.atoms.iter().map(|atom| std::f64::consts::PI * atom.radius() * atom.radius()).sum()
+        self.area
     }
 
     /// Whether this is a single disc, which cannot be made to spin by a smooth contact.
@@ -316,6 +332,12 @@ fn rectangle(atoms: &[Atom]) -> [DVec2; 2] {
     let low = atoms.iter().fold(DVec2::INFINITY, |low, atom| low.min(atom.offset() - radius(atom)));
     let high = atoms.iter().fold(DVec2::NEG_INFINITY, |high, atom| high.max(atom.offset() + radius(atom)));
     [low, high]
+}
+
+/// Area of the union of the atoms.
+fn area_of_atoms(atoms: &[Atom]) -> f64 {
+    let circles: Vec<_> = atoms.iter().map(|atom| (atom.offset(), atom.radius())).collect();
+    covered_area(&circles)
 }
 
 /// Moment of inertia of one uniform disc about the origin (parallel-axis theorem).

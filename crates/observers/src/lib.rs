@@ -9,7 +9,7 @@
 //! | any of the first two and the fourth, block by block of time | [`Blocks`] | contacts, standbys |
 //! | energy against the books, momentum | [`EnergyLedger`] | standbys |
 //! | collisions per body and time | [`CollisionRate`] | standbys |
-//! | pressure from the virial of the contacts | [`Pressure`] | contacts, standbys |
+//! | pressure from the virial of the contacts, momentum flux | [`Pressure`] | contacts, standbys |
 //! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | standbys |
 //! | velocities, and Boltzmann's H | [`VelocityDistribution`] | standbys |
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | standbys |

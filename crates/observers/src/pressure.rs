@@ -1,8 +1,13 @@
 //! Pressure from the virial of the contacts, with no force law and no wall (mass / time²).
 //!
-//! p A = K + (1 / 2t) Σ r·J: K the kinetic energy of translation, r from the first body's centre of mass to the
-//! second's (of the image that was touched), J the impulse on the second (virial theorem in two dimensions; Allen &
-//! Tildesley 2017, section 2.4). For hard discs at equilibrium p A / K = 1 + 2 η χ.
+//! p A = N kT + W with W = (1 / 2t) Σ r·J: N bodies that move, kT their temperature relative to the
+//! centre of mass, r from the first body's centre of mass to the second's (of the image that was
+//! touched), J the impulse on the second (virial theorem in two dimensions; Allen & Tildesley 2017,
+//! section 2.4). This is the pressure of the canonical ensemble at any N: β p A = N + W / kT, for two
+//! discs 2 + πσ²/(A − πσ²) exactly. For many hard discs at equilibrium it is N (1 + 2 η χ).
+//!
+//! The momentum flux (K + W) / A, with K the translational energy relative to the centre of mass, is
+//! smaller by kT / A, because momentum conservation takes 2 of the 2N degrees of freedom from K.
 
 use carom_engine::{CollisionReport, Observer, View};
 use carom_geometry::PeriodicBox;
@@ -44,7 +49,8 @@ pub struct Pressure {
 struct Interval {
     began: Instant,
     bounds: PeriodicBox,
-    translation: f64,
+    /// N kT and K at its beginning.
+    thermal: [f64; 2],
     /// Σ r·J so far.
     virial: f64,
 }
@@ -54,16 +60,31 @@ struct Interval {
 pub struct PressurePoint {
     /// Time of the standby.
     pub time: f64,
-    /// Share of the motion, K / A, with K the mean of its values at both ends (mass / time²).
+    /// Pressure of an ideal gas, N kT / A, with kT the mean of its values at both ends (mass / time²);
+    /// 0 if there is no temperature, as of a single disc with conserved momentum.
+    pub ideal: f64,
+    /// Share of the motion in the momentum flux, K / A, with K the mean of its values at both ends
+    /// (mass / time²).
     pub kinetic: f64,
     /// Share of the contacts, Σ r·J / (2 t A) (mass / time²).
     pub virial: f64,
 }
 
 impl PressurePoint {
-    /// The pressure (mass / time²).
+    /// The pressure (N kT + W) / A (mass / time²).
     pub fn pressure(&self) -> f64 {
+        self.ideal + self.virial
+    }
+
+    /// The flux of momentum relative to the centre of mass, (K + W) / A (mass / time²).
+    pub fn momentum_flux(&self) -> f64 {
         self.kinetic + self.virial
+    }
+
+    /// β p A / N; `None` if there is no temperature, or nothing moves.
+    #[doc(alias = "Z")]
+    pub fn compressibility_factor(&self) -> Option<f64> {
+        (self.ideal > 0.0).then(|| self.pressure() / self.ideal)
     }
 }
 
@@ -80,13 +101,20 @@ impl Pressure {
     pub fn mean(&self) -> Option<(f64, f64)> {
         mean_and_standard_error(self.series.iter().map(PressurePoint::pressure))
     }
+
+    /// Mean of β p A / N over the intervals and its standard error; `None` with fewer than two, or if
+    /// one of them has no temperature.
+    pub fn compressibility_factor(&self) -> Option<(f64, f64)> {
+        let factors: Option<Vec<f64>> =
+            self.series.iter().map(PressurePoint::compressibility_factor).collect();
+        mean_and_standard_error(factors?.into_iter())
+    }
 }
 
 impl Observer for Pressure {
     fn start(&mut self, view: &View<'_>) {
         let (began, bounds) = (view.time(), *view.bounds());
-        self.interval =
-            Some(Interval { began, bounds, translation: translational_energy(view), virial: 0.0 });
+        self.interval = Some(Interval { began, bounds, thermal: thermal(view), virial: 0.0 });
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
@@ -100,9 +128,12 @@ impl Observer for Pressure {
             let duration = view.time().since(interval.began);
             if duration > 0.0 {
                 let area = interval.bounds.area();
+                let (before, now) = (interval.thermal, thermal(view));
+                let [ideal, kinetic] = [0, 1].map(|term| 0.5 * (before[term] + now[term]) / area);
                 self.series.push(PressurePoint {
                     time: view.time().to_f64(),
-                    kinetic: 0.5 * (interval.translation + translational_energy(view)) / area,
+                    ideal,
+                    kinetic,
                     virial: interval.virial / (2.0 * duration * area),
                 });
             }
@@ -111,12 +142,8 @@ impl Observer for Pressure {
     }
 }
 
-/// Σ ½ m v² over the bodies that move (mass × length² / time²).
-fn translational_energy(view: &View<'_>) -> f64 {
-    let of = |inverse_mass: f64, speed_squared: f64| {
-        if inverse_mass == 0.0 { 0.0 } else { 0.5 * speed_squared / inverse_mass }
-    };
-    view.bodies()
-        .map(|view| of(view.body.inertia().inverse_mass, view.motion.velocity.length_squared()))
-        .sum()
+/// N kT and the translational energy K, both relative to the centre of mass (mass × length² / time²).
+fn thermal(view: &View<'_>) -> [f64; 2] {
+    let thermal = view.centre_of_mass_frame().thermal(view.bodies());
+    [thermal.bodies as f64 * thermal.temperature().unwrap_or(0.0), thermal.translation]
 }

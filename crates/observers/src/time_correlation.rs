@@ -25,7 +25,11 @@ const MOST_SPACINGS: u64 = RATIO.pow(18);
 /// By how much an interval may differ from the spacing, relative to it; the lags are as exact as this.
 const EVENNESS: f64 = 1e-6;
 
-/// Mean squared displacement and velocity autocorrelation of the bodies that move, in the frame of the box.
+/// Mean squared displacement and velocity autocorrelation of the bodies that move.
+///
+/// Places and velocities are relative to the centre of mass along each axis on which momentum is
+/// conserved (see [`CentreOfMassFrame`](carom_engine::CentreOfMassFrame)). After an edit at a
+/// standby call `start`, so that the frame moves on with its new velocity.
 ///
 /// Standbys must be one spacing apart. A body is followed for as long as it is there and belongs to the group.
 ///
@@ -33,12 +37,15 @@ const EVENNESS: f64 = 1e-6;
 /// use carom_engine::{Observer, Scene, Simulation};
 /// use carom_observers::{Group, TimeCorrelation};
 ///
-/// // A disc alone flies straight on, ten times round the box.
+/// // A disc flies straight on, ten times round the box. The bumper is a frame of rest.
 /// let disc = r#"
 ///     [[molecule]]
 ///     atoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]
 ///     at = [0.0, 0.0]
 ///     velocity = [2.0, 0.0]
+///     [[bumper]]
+///     radius = 0.05
+///     at = [0.5, 0.5]
 /// "#;
 /// let mut simulation = Simulation::new(&Scene::from_toml(disc)?)?;
 /// let mut correlation = TimeCorrelation::new(Group::All, 0.25, 5.0)?;
@@ -61,6 +68,7 @@ pub struct TimeCorrelation {
     spacing: f64,
     /// When the last sample was taken.
     last: Option<Instant>,
+    frame: MovingFrame,
     /// How many samples have been taken since the last gap.
     taken: u64,
     uneven: u64,
@@ -83,7 +91,18 @@ pub struct CorrelationPoint {
     pub autocorrelation: f64,
 }
 
-/// One body at one time.
+/// How far the frame of the centre of mass has gone, by its velocity from one standby to the next.
+///
+/// Its place Σ m x / M would jump whenever a body is added or removed.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct MovingFrame {
+    /// Since when it has had its velocity; `None` before the first standby.
+    since: Option<Instant>,
+    velocity: DVec2,
+    displacement: DVec2,
+}
+
+/// One body at one time, relative to the frame of the centre of mass.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Sample {
     id: u64,
@@ -122,7 +141,17 @@ impl TimeCorrelation {
             Level { stride, past: VecDeque::new(), sums: vec![LagSum::default(); lags] }
         };
         let levels = strides.map(level).collect();
-        Ok(Self { group, spacing, last: None, taken: 0, uneven: 0, at_zero: LagSum::default(), levels })
+        let frame = MovingFrame::default();
+        Ok(Self {
+            group,
+            spacing,
+            last: None,
+            frame,
+            taken: 0,
+            uneven: 0,
+            at_zero: LagSum::default(),
+            levels,
+        })
     }
 
     /// The averages so far in ascending order of lag, from lag 0 on; lags without pairs are left out.
@@ -168,17 +197,22 @@ impl Observer for TimeCorrelation {
         false
     }
 
+    fn start(&mut self, view: &View<'_>) {
+        self.frame.follow(view);
+    }
+
     fn standby(&mut self, view: &View<'_>) {
+        self.frame.follow(view);
         if !self.is_due(view.time()) {
             return;
         }
-        let group = self.group;
+        let (group, frame) = (self.group, self.frame);
         let moving = view.bodies().filter(|view| !view.body.is_fixed() && group.contains(view.body));
         let now: Vec<Sample> = moving
             .map(|body| Sample {
                 id: body.body.id(),
-                place: body.unwrapped(view.bounds()),
-                velocity: body.motion.velocity,
+                place: body.unwrapped(view.bounds()) - frame.displacement,
+                velocity: body.motion.velocity - frame.velocity,
             })
             .collect();
         self.at_zero.add(&now, &now);
@@ -187,6 +221,18 @@ impl Observer for TimeCorrelation {
         }
         self.last = Some(view.time());
         self.taken += 1;
+    }
+}
+
+impl MovingFrame {
+    /// Goes on to the time of the view. The velocity until then is that of the last view: only an
+    /// edit, which takes no time, changes it.
+    fn follow(&mut self, view: &View<'_>) {
+        if let Some(since) = self.since {
+            self.displacement += view.time().since(since) * self.velocity;
+        }
+        self.since = Some(view.time());
+        self.velocity = view.centre_of_mass_frame().velocity();
     }
 }
 

@@ -17,7 +17,12 @@ use crate::{Group, Histogram, mean::mean_and_standard_error};
 /// beyond.
 const THERMAL_SPEEDS: f64 = 6.0;
 
-/// Velocities of the bodies that move, in the frame of the box, over the standbys.
+/// Velocities of the bodies that move, over the standbys: relative to the centre of mass along each
+/// axis on which momentum is conserved (see
+/// [`CentreOfMassFrame`](carom_engine::CentreOfMassFrame)).
+///
+/// At equilibrium the variance of a component is (1/m − 1/M) kT, M the mass of all bodies that move,
+/// or kT/m along an axis on which momentum is not conserved.
 ///
 /// For bodies of one mass: choose a tag for each kind. Velocities at standbys fewer than some three collisions per body
 /// apart are not independent.
@@ -62,7 +67,9 @@ pub struct VelocityPoint {
     pub bodies: usize,
     /// ⟨v²⟩ (length² / time²).
     pub mean_square: f64,
-    /// ⟨v⁴⟩/⟨v²⟩²: 1 for equal speeds, 2 for a Maxwellian gas, 2N/(N + 1) for N bodies of a given total energy.
+    /// ⟨v⁴⟩/⟨v²⟩²: 1 for equal speeds, 2 for a Maxwellian gas. For N bodies of one mass and a given
+    /// total energy, 2N/(N + 1) if a fixed body breaks the conservation of momentum and 2(N − 1)/N
+    /// if nothing does.
     pub kurtosis: f64,
     /// H_x and H_y from the bins; `None` if no component is in them. Of N bodies it is too high by some K / 2N, K being
     /// the number of occupied bins.
@@ -124,7 +131,8 @@ impl Observer for VelocityDistribution {
 
     fn standby(&mut self, view: &View<'_>) {
         let moving = view.bodies().filter(|view| !view.body.is_fixed() && self.group.contains(view.body));
-        let velocities: Vec<DVec2> = moving.map(|view| view.motion.velocity).collect();
+        let drift = view.centre_of_mass_frame().velocity();
+        let velocities: Vec<DVec2> = moving.map(|view| view.motion.velocity - drift).collect();
         let count = velocities.len() as f64;
         let mean_square = velocities.iter().map(|v| v.length_squared()).sum::<f64>() / count;
         // Of an empty group the mean is NaN.

@@ -51,7 +51,8 @@ pub struct Measurement {
     pub rates: Vec<RatePoint>,
     /// Mean of these with its standard error.
     pub rate: Option<(f64, f64)>,
-    /// Twice the energy over the degrees of freedom (mass × length² / time²).
+    /// kT of all bodies (mass × length² / time²). The bumper breaks the conservation of momentum, so
+    /// that it is twice the whole energy over the degrees of freedom.
     pub temperature: f64,
     /// What it should be: the energy that was put in, over the same degrees of freedom.
     pub booked_temperature: f64,
@@ -197,7 +198,7 @@ impl Measurement {
         let histogram = directions.total().observed;
         let view = going.simulation.view();
         let collisions = view.counters().collisions;
-        let freedom = view.degrees_of_freedom() as f64;
+        let thermal = view.centre_of_mass_frame().thermal(view.bodies());
         let mut by_atom = histogram.atom_counts().to_vec();
         by_atom.resize(molecule.atoms().len(), 0);
         // All bodies but the molecule and what is fixed are gas.
@@ -215,8 +216,8 @@ impl Measurement {
             averages: average.series().to_vec(),
             rates: rate.series().to_vec(),
             rate: rate.mean(),
-            temperature: 2.0 * view.energy() / freedom,
-            booked_temperature: 2.0 * view.ledger().booked() / freedom,
+            temperature: thermal.temperature().context("nothing has a thermal motion")?,
+            booked_temperature: 2.0 * view.ledger().booked() / thermal.degrees_of_freedom,
             density: gas as f64 / view.bounds().area(),
             duration: plan.until - plan.from,
             totals: Totals {

@@ -183,6 +183,17 @@ impl Observer for AtStandbys {
         false
     }
 
+    fn start(&mut self, view: &View<'_>) {
+        for (_, looker) in &mut self.0 {
+            match looker {
+                Looker::Velocities(velocities) => velocities.start(view),
+                Looker::Correlation(correlation) => correlation.start(view),
+                Looker::Pairs(pairs) => pairs.start(view),
+                Looker::Thermostat(ledger) => ledger.start(view),
+            }
+        }
+    }
+
     fn standby(&mut self, view: &View<'_>) {
         for (_, looker) in &mut self.0 {
             match looker {

@@ -49,7 +49,7 @@ pub struct Outcome {
     overlaps: OverlapCheck,
     totals: Totals,
     bodies: usize,
-    /// kT at the end (mass × length² / time²); `None` if nothing can move.
+    /// kT at the end (mass × length² / time²); `None` if nothing has a thermal motion.
     temperature: Option<f64>,
     /// Contacts that the guard against inelastic collapse raised, and the energy that it spared by what was lost; `None` if
     /// there was none.
@@ -173,7 +173,7 @@ fn simulate_with<O: Watchers>(
     task.folder.write_lasting(PICTURES[1], picture_of(&view, PICTURE))?;
     let (energy, rate, overlaps, watchers) = &going.observers;
     watchers.write(task.folder)?;
-    let (collisions, freedom) = (view.counters().collisions, view.degrees_of_freedom());
+    let collisions = view.counters().collisions;
     let outcome = Outcome {
         energy: energy.clone(),
         rate: rate.clone(),
@@ -188,7 +188,7 @@ fn simulate_with<O: Watchers>(
             max_overlap: overlaps.deepest(),
         },
         bodies: view.len(),
-        temperature: (freedom > 0).then(|| 2.0 * view.energy() / freedom as f64),
+        temperature: view.temperature(),
         guarded: (view.ledger().spared > 0.0).then(|| {
             let ledger = view.ledger();
             (view.counters().guarded_collisions, ledger.spared / ledger.lost.max(ledger.spared))
@@ -233,6 +233,10 @@ impl Outcome {
         }
         if let Some((mean, error)) = self.pressure.as_ref().and_then(Pressure::mean) {
             figures.push(Figure::new("pressure", mean, "mass/time²").error(error));
+        }
+        let factor = self.pressure.as_ref().and_then(Pressure::compressibility_factor);
+        if let Some((mean, error)) = factor {
+            figures.push(Figure::new("compressibility factor βpA/N", mean, "1").error(error));
         }
         if let Some((guarded, share)) = self.guarded {
             figures.push(Figure::new("contacts that the guard against collapse raised", guarded as f64, "1"));

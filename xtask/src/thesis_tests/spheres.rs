@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use carom::{
     Cells, Exact, Fineness, Instructions, Scene, Simulation, Thesis,
     engine::{BoxSpec, GasSpec},
@@ -48,11 +48,10 @@ fn scene(count: usize, seed: u64) -> Scene {
     Scene { bounds: BoxSpec { seed, ..BoxSpec::default() }, gas: vec![gas], ..Scene::default() }
 }
 
-/// kT of a gas: its energy without that of the wind, over two degrees of freedom of each disc but one.
+/// kT of a gas.
 fn temperature(count: usize, seed: u64) -> Result<f64> {
     let simulation = Simulation::new(&scene(count, seed))?;
-    let (view, n) = (simulation.view(), count as f64);
-    Ok((view.energy() - 0.5 * view.momentum().length_squared() / n) / (n - 1.0))
+    simulation.view().temperature().context("fewer than two discs")
 }
 
 /// Collisions of all discs in the thesis's time, by Enskog: t N (N − 1) σ χ √(π kT / m) with χ = (1 − 7η/16)/(1 − η)²

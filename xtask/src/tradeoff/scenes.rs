@@ -28,7 +28,7 @@ pub fn all(seed: u64) -> Vec<Named> {
         radius: Some(radius),
         mass: Some(1.0),
         energy: 1.0,
-        zero_momentum: true,
+        zero_momentum: Some(true),
         ..GasSpec::default()
     };
     let plan = brownian::Plan { from: 1.0, until: 2.0, standby: 0.5 };
@@ -39,7 +39,7 @@ pub fn all(seed: u64) -> Vec<Named> {
         atom_mass: Some(0.5),
         energy: 1.5,
         count: Some(1000),
-        zero_momentum: true,
+        zero_momentum: Some(true),
         ..GasSpec::default()
     };
     vec![

@@ -59,7 +59,6 @@ pub struct Packed {
 pub fn packed<E: Engine>(dilation: f64, collisions: u64) -> Result<Packed> {
     let scene = close_packed(dilation);
     let mut run = E::simulate(&scene)?;
-    let count = scene.molecule.len() as f64;
     let mut both = (Pressure::default(), Watch::default());
     let (mut deepest, mut overlapping) = (0.0f64, 0);
     // The lattice of the start is left first.
@@ -74,8 +73,9 @@ pub fn packed<E: Engine>(dilation: f64, collisions: u64) -> Result<Packed> {
     let view = run.view();
     let point = both.0.series().last().context("there is one interval")?;
     let area = view.bounds().area();
-    let kinetic = view.energy() / (count - 1.0);
-    let found = 1.0 + point.virial * area / (count * kinetic * (1.0 - 1.0 / count));
+    // N (1 − 1/N) kT.
+    let thermal = view.centre_of_mass_frame().thermal(view.bodies());
+    let found = 1.0 + point.virial * area / thermal.translation;
     let law = 2.0 / dilation + 1.90;
     let energy = (view.energy() / view.ledger().initial - 1.0).abs();
     Ok(Packed {

@@ -1,0 +1,175 @@
+//! Thermal motion: velocities, energy and temperature relative to the centre of mass.
+//!
+//! A motion of the whole system is no heat. Along an axis on which momentum is conserved the
+//! velocity V = P / M of the centre of mass never changes, and the temperature is that of the
+//! velocities relative to it. Whether momentum is conserved is decided for each axis:
+//!
+//! * without fixed bodies, along both;
+//! * with straight walls across the whole box that are parallel to an axis, along that axis only;
+//! * with any other wall or fixed body, along neither.
+//!
+//! With V = 0 along an axis without conservation, and c = 0, 1 or 2 conserved components, the
+//! equipartition theorem in the ensemble of fixed P gives, for a group of n of the bodies,
+//!
+//! ⟨Σ ½ mᵢ |vᵢ − V|² + ½ Iᵢ ωᵢ²⟩ = ½ f kT, f = Σ (2 − c mᵢ / M) + turning degrees of freedom,
+//!
+//! because the variance of a component of vᵢ − V is (1/mᵢ − 1/M) kT. For all bodies this is
+//! kT = 2 (K − P²/2M) / (2 (N − 1) + turning degrees of freedom) (Rapaport 2004, section 2.4).
+//! Rooms that walls separate from each other count as one system.
+
+use carom_kinematics::{Motion, kinetic_energy};
+use glam::{BVec2, DVec2};
+
+use crate::{BodyView, View, World, body::Body};
+
+/// The frame that moves with the centre of mass along each axis on which momentum is conserved, and
+/// rests along the others.
+///
+/// ```
+/// use carom_engine::{Scene, Simulation};
+/// use glam::DVec2;
+///
+/// // The wall reflects along x; along y the gas drifts for ever.
+/// let scene = Scene::from_toml(r#"
+///     [[wall]]
+///     x = 0.0
+///     [[molecule]]
+///     atoms = [{ at = [0, 0], radius = 0.1, mass = 1 }]
+///     at = [0.3, 0.2]
+///     velocity = [1.0, 5.0]
+///     [[molecule]]
+///     atoms = [{ at = [0, 0], radius = 0.1, mass = 3 }]
+///     at = [0.3, 0.7]
+///     velocity = [0.0, 1.0]
+/// "#)?;
+/// let simulation = Simulation::new(&scene)?;
+/// let frame = simulation.view().centre_of_mass_frame();
+/// assert_eq!((frame.conserves_momentum(), frame.velocity()), ([false, true], DVec2::new(0.0, 2.0)));
+/// // ½ (1 + 3²) + ½ 3 (1²), over 2 + 1 degrees of freedom.
+/// let thermal = frame.thermal(simulation.view().bodies());
+/// assert_eq!((thermal.energy(), thermal.degrees_of_freedom), (6.5, 3.0));
+/// assert_eq!(simulation.view().temperature(), Some(2.0 * 6.5 / 3.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[doc(alias = "barycentric")]
+pub struct CentreOfMassFrame {
+    mass: f64,
+    velocity: DVec2,
+    conserved: BVec2,
+}
+
+/// Thermal energy of a group of bodies and the degrees of freedom that it is spread over.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ThermalEnergy {
+    /// How many bodies of the group can move.
+    pub bodies: usize,
+    /// Σ ½ m |v − V|² (mass × length² / time²).
+    pub translation: f64,
+    /// Σ ½ I ω² (mass × length² / time²).
+    pub rotation: f64,
+    /// Σ (2 − c m / M) over the bodies that can move, c the number of conserved components of
+    /// momentum, and one for each that can turn. The spin of a single disc never changes and does
+    /// not count.
+    pub degrees_of_freedom: f64,
+}
+
+impl CentreOfMassFrame {
+    pub(crate) fn of(world: &World) -> Self {
+        let moving = || world.bodies.iter().zip(&world.motions).filter(|(body, _)| !body.is_fixed());
+        let conserved = conserved_momentum(world);
+        let mass: f64 = moving().map(|(body, _)| mass(body)).sum();
+        // Relative to one of the velocities: where all are equal, V is that velocity to the bit.
+        let origin = moving().next().map_or(DVec2::ZERO, |(_, motion)| motion.velocity);
+        let momentum: DVec2 = moving().map(|(body, motion)| mass_times(body, motion.velocity - origin)).sum();
+        let velocity = if mass > 0.0 { origin + momentum / mass } else { DVec2::ZERO };
+        Self { mass, velocity: DVec2::select(conserved, velocity, DVec2::ZERO), conserved }
+    }
+
+    /// Whether the total momentum along x and along y is conserved.
+    pub fn conserves_momentum(&self) -> [bool; 2] {
+        self.conserved.into()
+    }
+
+    /// Velocity of the frame (length / time): P / M along an axis on which momentum is conserved, 0
+    /// along any other.
+    pub fn velocity(&self) -> DVec2 {
+        self.velocity
+    }
+
+    /// Thermal energy of these bodies, which must be of the view that the frame is taken from;
+    /// fixed ones do not count.
+    pub fn thermal<'a>(&self, bodies: impl IntoIterator<Item = BodyView<'a>>) -> ThermalEnergy {
+        let mut thermal = ThermalEnergy::default();
+        let (mut mass_of_group, mut turning) = (0.0, 0);
+        for BodyView { body, motion, .. } in bodies.into_iter().filter(|view| !view.body.is_fixed()) {
+            let at_rest = Motion { velocity: DVec2::ZERO, ..motion };
+            let relative = motion.velocity - self.velocity;
+            thermal.bodies += 1;
+            thermal.translation += 0.5 * mass_times(body, relative).dot(relative);
+            thermal.rotation += kinetic_energy(&at_rest, body.inertia());
+            mass_of_group += mass(body);
+            turning += usize::from(turns(body));
+        }
+        if thermal.bodies > 0 {
+            let components = f64::from(self.conserved.bitmask().count_ones());
+            let share_of_mass = mass_of_group / self.mass;
+            thermal.degrees_of_freedom = (2 * thermal.bodies + turning) as f64 - components * share_of_mass;
+        }
+        thermal
+    }
+}
+
+impl ThermalEnergy {
+    /// Translation and rotation together (mass × length² / time²).
+    pub fn energy(&self) -> f64 {
+        self.translation + self.rotation
+    }
+
+    /// kT, twice the energy over the degrees of freedom (mass × length² / time²); `None` if there
+    /// are no degrees of freedom, as of a single disc with conserved momentum.
+    pub fn temperature(&self) -> Option<f64> {
+        (self.degrees_of_freedom > 0.0).then(|| 2.0 * self.energy() / self.degrees_of_freedom)
+    }
+}
+
+impl View<'_> {
+    /// The frame in which velocities are thermal.
+    pub fn centre_of_mass_frame(&self) -> CentreOfMassFrame {
+        CentreOfMassFrame::of(self.world)
+    }
+
+    /// kT of all bodies (mass × length² / time²), relative to the centre of mass where momentum is
+    /// conserved; `None` if nothing can have a thermal motion.
+    pub fn temperature(&self) -> Option<f64> {
+        self.centre_of_mass_frame().thermal(self.bodies()).temperature()
+    }
+}
+
+/// Along which axes nothing fixed can change the total momentum.
+pub(crate) fn conserved_momentum(world: &World) -> BVec2 {
+    let fixed = world.bodies.iter().zip(&world.motions).filter(|(body, _)| body.is_fixed());
+    fixed.fold(BVec2::TRUE, |conserved, (body, motion)| conserved & !broken_by(body, motion))
+}
+
+/// Along which axes a contact with a fixed body changes momentum.
+fn broken_by(fixed: &Body, motion: &Motion) -> BVec2 {
+    // A wall without end points crosses the whole box, and all its normals are parallel.
+    match fixed.molecule().face().filter(|_| fixed.molecule().atoms().is_empty()) {
+        Some(face) => motion.orientation.cos_sin().rotate(face.normal()).cmpne(DVec2::ZERO),
+        None => BVec2::TRUE,
+    }
+}
+
+/// Whether contacts change the spin of a body.
+fn turns(body: &Body) -> bool {
+    !body.is_locked() && !body.molecule().is_disc()
+}
+
+fn mass(body: &Body) -> f64 {
+    1.0 / body.inertia().inverse_mass
+}
+
+fn mass_times(body: &Body, velocity: DVec2) -> DVec2 {
+    velocity / body.inertia().inverse_mass
+}

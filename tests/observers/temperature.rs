@@ -1,0 +1,100 @@
+//! Temperature relative to the centre of mass: planted velocities, and equipartition for groups.
+
+use carom::{
+    Observer, Scene, Simulation,
+    engine::{BumperSpec, WallSpec},
+    observers::{Estimate, Group, VelocityDistribution},
+};
+use glam::DVec2;
+
+use crate::{disc, gas};
+
+fn wall(x: Option<f64>, y: Option<f64>) -> WallSpec {
+    WallSpec { x, y, ..WallSpec::default() }
+}
+
+fn bumper() -> BumperSpec {
+    BumperSpec { tags: vec![], radius: 0.02, at: [0.5, 0.5] }
+}
+
+#[test]
+fn a_wall_across_the_box_breaks_one_component_of_momentum_and_all_else_that_is_fixed_both() {
+    let conserved = |wall: Vec<WallSpec>, bumper: Vec<BumperSpec>| {
+        let simulation = Simulation::new(&Scene { wall, bumper, ..Scene::default() }).unwrap();
+        simulation.view().centre_of_mass_frame().conserves_momentum()
+    };
+    let part = WallSpec { from: Some([0.2, 0.1]), to: Some([0.2, 0.4]), ..WallSpec::default() };
+    let upright = || wall(Some(0.3), None);
+    let level = || WallSpec { radius: 0.01, ..wall(None, Some(0.3)) };
+    assert_eq!(conserved(vec![], vec![]), [true, true]);
+    assert_eq!(conserved(vec![upright(), wall(Some(0.8), None)], vec![]), [false, true]);
+    assert_eq!(conserved(vec![level()], vec![]), [true, false]);
+    assert_eq!(conserved(vec![upright(), level()], vec![]), [false, false]);
+    assert_eq!(conserved(vec![part], vec![]), [false, false]);
+    assert_eq!(conserved(vec![level()], vec![bumper()]), [false, false]);
+}
+
+#[test]
+fn a_drift_that_never_ends_is_no_heat() {
+    let drift = DVec2::new(30.0, -20.0);
+    let molecules = |drift: DVec2| {
+        vec![
+            disc(DVec2::new(0.2, 0.2), drift + DVec2::new(1.0, 0.0), 0.05, 1.0),
+            disc(DVec2::new(0.8, 0.2), drift + DVec2::new(-0.5, 0.4), 0.05, 2.0),
+            disc(DVec2::new(0.2, 0.8), drift + DVec2::new(0.0, -0.2), 0.05, 4.0),
+        ]
+    };
+    let view = |drift: DVec2, wall: Vec<WallSpec>| {
+        Simulation::new(&Scene { molecule: molecules(drift), wall, ..Scene::default() }).unwrap()
+    };
+    // P = 0 without the drift: K = ½ (1 + 2 × 0.41 + 4 × 0.04) = 0.99, f = 4.
+    let kt = |simulation: &Simulation| simulation.view().temperature().unwrap();
+    for drift in [DVec2::ZERO, drift] {
+        assert!((kt(&view(drift, vec![])) - 0.495).abs() < 1e-12);
+        let mut velocities = VelocityDistribution::new(Group::All, 2.0, 10).unwrap();
+        velocities.standby(&view(drift, vec![]).view());
+        let mean_square = velocities.series()[0].mean_square;
+        assert!((mean_square - (1.0 + 0.41 + 0.04) / 3.0).abs() < 1e-12, "{mean_square}");
+    }
+    // Upright walls turn the drift along x into heat, and f = 5.
+    let heated = view(drift, vec![wall(Some(0.5), None)]);
+    let expected = 2.0 * (0.99 + 0.5 * 7.0 * 900.0) / 5.0;
+    assert!((kt(&heated) / expected - 1.0).abs() < 1e-12);
+    // Nothing moves, and one body alone.
+    assert_eq!(Simulation::new(&Scene::default()).unwrap().view().temperature(), None);
+    let alone = Scene { molecule: molecules(drift)[..1].to_vec(), ..Scene::default() };
+    assert_eq!(Simulation::new(&alone).unwrap().view().temperature(), None);
+}
+
+/// A heavy disc of half of all mass, among light ones, has the kT of all. Without its share of the
+/// centre of mass it would seem colder by a factor of 2 where nothing is fixed, of 4/3 beside a wall.
+#[test]
+fn groups_of_unlike_mass_have_one_temperature_with_whatever_is_fixed() {
+    for (walls, bumpers) in
+        [(vec![], vec![]), (vec![wall(Some(0.0), None)], vec![]), (vec![], vec![bumper()])]
+    {
+        let mut heavy = disc(DVec2::new(0.25, 0.25), DVec2::new(0.3, 0.2), 0.1, 10.0);
+        heavy.tags = vec!["heavy".into()];
+        let mut scene = Scene { molecule: vec![heavy], wall: walls, bumper: bumpers, ..Scene::default() };
+        scene.gas.push(gas("gas", 10));
+        let mut simulation = Simulation::new(&scene).unwrap();
+        let tag = simulation.find_tag("heavy").unwrap();
+        simulation.run_until(50.0).unwrap();
+        let mut ratios = Vec::new();
+        for block in 0..100 {
+            let mut sum = (0.0, 0.0);
+            for sample in 1..=400 {
+                let time = 50.0 + 80.0 * f64::from(block) + 0.2 * f64::from(sample);
+                simulation.run_until(time).unwrap();
+                let view = simulation.view();
+                let frame = view.centre_of_mass_frame();
+                sum.0 += frame.thermal(view.tagged(tag)).temperature().unwrap();
+                sum.1 += view.temperature().unwrap();
+            }
+            ratios.push((sum.0, sum.1));
+        }
+        let found = Estimate::of_ratio(ratios).unwrap();
+        assert!(found.standard_error < 0.03, "{found:?}");
+        assert!((found.mean - 1.0).abs() < 3.5 * found.standard_error, "{found:?} in {scene:?}");
+    }
+}
