@@ -13,7 +13,7 @@ use carom_kinematics::Instant;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::{body_frame::in_body_frame, direction_histogram::bin_of};
+use crate::{Additive, body_frame::in_body_frame, direction_histogram::bin_of};
 
 /// Contacts of discs of one radius with one body, by the atom touched and the direction of the normal from it.
 ///
@@ -57,7 +57,7 @@ pub struct ContactDensity {
     duration: f64,
 }
 
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Bin {
     /// Length of the exposed arc.
     arc: f64,
@@ -73,6 +73,8 @@ struct Bin {
 pub struct ContactPoint {
     /// Index of the atom touched.
     pub atom: usize,
+    /// Which of the equal bins of the whole turn around it.
+    pub bin: usize,
     /// Direction of the normal from the atom outwards, in the middle of the bin: radians, counter-clockwise from +x′.
     pub angle: f64,
     /// How much of the boundary of the excluded region is in the bin (length).
@@ -81,7 +83,9 @@ pub struct ContactPoint {
     pub contacts: u64,
     /// Σ|J| / (t ds), which is kT ρ_c at equilibrium (mass / time²).
     pub pressure: f64,
-    /// Its standard error if contacts are independent of each other, √(Σ|J|²) / (t ds) (mass / time²); 0 without contacts.
+    /// Its standard error if contacts are independent of each other, √(Σ|J|²) / (t ds) (mass /
+    /// time²); 0 without contacts. [`Blocks`](crate::Blocks) of this observer give it without that
+    /// assumption.
     pub standard_error: f64,
 }
 
@@ -94,7 +98,7 @@ impl ContactDensity {
     pub fn new(body: &Body, radius: f64, bins: usize) -> Result<Self, GeometryError> {
         let radius = check_positive("the radius of the discs of a gas", radius)?;
         let (bins, molecule) = (bins.max(1), body.molecule());
-        let bare = Bin { arc: 0.0, contacts: 0, impulse: 0.0, squares: 0.0 };
+        let bare = Bin::default();
         let mut atoms = Vec::new();
         if !body.is_wall() {
             let region = ExcludedRegion::of(molecule, radius)?;
@@ -123,6 +127,7 @@ impl ContactDensity {
             let norm = self.duration * bin.arc;
             ContactPoint {
                 atom,
+                bin: index,
                 angle: TAU * (index as f64 + 0.5) / self.bins as f64,
                 arc: bin.arc,
                 contacts: bin.contacts,
@@ -134,6 +139,12 @@ impl ContactDensity {
             boundary.iter().enumerate().map(move |(index, bin)| (atom, index, bin))
         });
         bins.filter(|(_, _, bin)| bin.arc > 0.0).map(|(atom, index, bin)| point(atom, index, bin)).collect()
+    }
+
+    /// Σ|J| of the contacts in one bin around an atom (mass × length / time); 0 where there is no
+    /// such bin.
+    pub fn impulse(&self, atom: usize, bin: usize) -> f64 {
+        self.atoms.get(atom).and_then(|bins| bins.get(bin)).map_or(0.0, |bin| bin.impulse)
     }
 
     /// Σ|J| / (t P) over the whole boundary (mass / time²): kT times the mean of ρ_c along it; `None` before any time
@@ -167,6 +178,27 @@ impl ContactDensity {
     fn watched_until(&mut self, time: Instant) {
         let began = *self.began.get_or_insert(time);
         self.duration = self.duration.max(time.since(began));
+    }
+}
+
+impl Additive for ContactDensity {
+    fn emptied(&self) -> Self {
+        let mut emptied = self.clone();
+        for bin in emptied.atoms.iter_mut().flatten() {
+            *bin = Bin { arc: bin.arc, ..Bin::default() };
+        }
+        let began = self.began.map(|began| began.after(self.duration));
+        Self { others: 0, began, duration: 0.0, ..emptied }
+    }
+
+    fn absorb(&mut self, later: &Self) {
+        for (sum, part) in self.atoms.iter_mut().flatten().zip(later.all_bins()) {
+            sum.contacts += part.contacts;
+            sum.impulse += part.impulse;
+            sum.squares += part.squares;
+        }
+        self.others += later.others;
+        self.duration += later.duration;
     }
 }
 

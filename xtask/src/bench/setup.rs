@@ -53,7 +53,7 @@ fn time(count: usize, options: &Options) -> Result<String> {
     for _ in 0..options.steps {
         simulation.step(f64::MAX, &mut ())?;
     }
-    let step = (clock.elapsed() - first) / options.steps.max(1) as u32;
+    let step = clock.elapsed().saturating_sub(first) / options.steps.max(1) as u32;
     let epochs = simulation.view().counters().epochs;
     // Discs so small that about half of them fit between the others.
     let specs = (0..options.batch).map(|number| {
@@ -77,7 +77,7 @@ fn time(count: usize, options: &Options) -> Result<String> {
     })?;
     let batch = clock.elapsed();
     simulation.step(f64::MAX, &mut ())?;
-    let begun = clock.elapsed() - batch;
+    let begun = clock.elapsed().saturating_sub(batch);
     let started = simulation.view().counters().epochs - epochs;
     let last = *added.last().context("no disc of the batch has found room")?;
     let clock = ThreadTime::now();

@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use carom::{
-    ProjectionHistogram,
-    observers::{Block, ContactPoint},
+    ContactDensity, ProjectionHistogram,
+    observers::{Block, ContactPoint, Drift},
 };
 use plotters::style::RGBColor;
 
@@ -81,10 +81,9 @@ impl Distributions {
         let gas = "Σ|J| / (t ds) over nkT is the density of gas centres at contact, in units of the mean density, along the \
                    boundary that they cannot cross. Each line belongs to the atom that is touched; an atom without a line \
                    cannot be reached. In a dilute gas all would be at 1: the gas crowds into the corners, at the lines' ends. \
-                   The bands are standard errors as if contacts were independent; in the corners, where a disc strikes more \
-                   than once, they are up to a quarter too narrow.";
+                   The bands are standard errors from the scatter of blocks of time.";
         let velocity = "The mean velocity of the molecule along its own axes, over the standbys so far. At equilibrium it fades \
-                        to 0; the band is √(kT/M) over the root of the number of standbys.";
+                        to 0; the band is one standard error, from the scatter of blocks of time.";
         page.pictures(Layout::Full, &[(&self.contacts, gas), (&self.velocity, velocity)]);
     }
 }
@@ -155,21 +154,28 @@ fn projection(group: &Group<'_>, axis: usize, name: &str) -> Result<String> {
     .svg()
 }
 
-/// The gas along the boundary: means over the runs, in units of the mean density.
+/// The gas along the boundary: means over time and runs, in units of the mean density.
 fn contact_points(group: &Group<'_>) -> Vec<ContactPoint> {
-    let runs = group.runs.len() as f64;
     let ideal = group.ideal_pressure();
+    let totals: Vec<Vec<ContactPoint>> =
+        group.runs.iter().map(|run| run.contacts.total().observed.points()).collect();
     let point = |(index, first): (usize, &ContactPoint)| {
-        let points = || group.runs.iter().filter_map(|run| run.contacts.get(index));
-        let squares: f64 = points().map(|point| point.standard_error * point.standard_error).sum();
+        let pair = |block: &Block<ContactDensity>| {
+            (block.observed.impulse(first.atom, first.bin) / first.arc, block.duration)
+        };
+        let pooled = Pooled::of(group.runs, |run| &run.contacts, pair);
+        let points = || totals.iter().filter_map(|points| points.get(index));
+        // Where there are too few blocks: what the error is if contacts are independent of each other.
+        let squares: f64 = points().map(|point| point.standard_error.powi(2)).sum();
+        let independent = squares.sqrt() / totals.len() as f64;
         ContactPoint {
             contacts: points().map(|point| point.contacts).sum(),
-            pressure: points().map(|point| point.pressure).sum::<f64>() / runs / ideal,
-            standard_error: squares.sqrt() / runs / ideal,
+            pressure: pooled.mean() / ideal,
+            standard_error: pooled.standard_error().unwrap_or(independent) / ideal,
             ..*first
         }
     };
-    group.runs[0].contacts.iter().enumerate().map(point).collect()
+    totals[0].iter().enumerate().map(point).collect()
 }
 
 /// The table of the gas along the boundary.
@@ -232,11 +238,13 @@ fn pieces(points: Vec<ContactPoint>) -> Vec<Vec<ContactPoint>> {
 
 fn velocity(group: &Group<'_>) -> Result<String> {
     let run = &group.runs[0];
-    let (duration, standbys) = (run.duration, run.averages.len() as f64);
+    let duration = run.duration;
+    // The blocks hold all that makes the velocity fluctuate, that of the gas as a whole included. With
+    // too few of them: one standby after another, as the molecule forgets its velocity within some hundredths.
     let thermal = (group.temperature() / run.molecule.mass()).sqrt();
-    // One standby after another: the molecule forgets its own velocity within some hundredths. That of the gas as a whole, which
-    // lasts some ten units where the bumper alone changes it, adds a few percent to the error, and is not in the band.
-    let error_at = |time: f64| thermal / (standbys * time / duration).max(1.0).sqrt();
+    let few = thermal / (run.averages.len() as f64).sqrt();
+    let of_one_run = group.error_of_one_run(Drift::path).unwrap_or(few);
+    let error_at = |time: f64| of_one_run * (duration / time).sqrt();
     let mut layers = vec![band_of_one_run(duration, error_at)];
     for (axis, name, colour) in [(0, "along x′", colour::BLUE), (1, "along y′", colour::GREEN)] {
         for (index, run) in group.runs.iter().enumerate() {
@@ -265,6 +273,7 @@ mod tests {
             atom: 0,
             angle: degrees.to_radians(),
             arc: 1.0,
+            bin: 0,
             contacts: 1,
             pressure: 1.0,
             standard_error: 0.1,

@@ -189,15 +189,29 @@ impl<'a> Group<'a> {
         Pooled::of(self.runs, |run| &run.directions, pair).standard_error().unwrap_or(independent)
     }
 
+    /// Standard error of the mean per time of one run, along the axis where it is larger, from the
+    /// scatter of the blocks of all runs; `None` with too few.
+    pub fn error_of_one_run(&self, sum: impl Fn(&Drift) -> DVec2) -> Option<f64> {
+        let along = |axis: usize| {
+            let pair = |block: &Block<Drift>| (sum(&block.observed)[axis], block.duration);
+            Pooled::of(self.runs, |run| &run.drift, pair).standard_error()
+        };
+        let of_all = along(0)?.max(along(1)?);
+        Some(of_all * (self.runs.len() as f64).sqrt())
+    }
+
     /// Standard errors of the mean force along x′ and y′ after measuring for `duration`, in one run or in all together.
     ///
     /// Where the frame does not turn, the kicks add up to P(t) − P(0), of variance 2MkT for each run; where it does,
-    /// they diffuse, and the sums between standbys tell how fast.
+    /// they diffuse, and the blocks show how fast; with too few blocks, the sums between standbys.
     pub fn force_errors(&self, duration: f64) -> Option<DVec2> {
         if !self.case.turns() {
             let runs = (duration / self.runs[0].duration).max(1.0);
             let mass = self.runs[0].molecule.mass();
             return Some(DVec2::splat((2.0 * mass * self.temperature() * runs).sqrt() / duration));
+        }
+        if let Some(error) = self.error_of_one_run(Drift::impulse) {
+            return Some(DVec2::splat(error * (self.runs[0].duration / duration).sqrt()));
         }
         let all: Vec<DVec2> = self.runs.iter().flat_map(|run| increments(&run.averages, self.from)).collect();
         if all.len() < 4 {

@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use carom::{
     BodyKey, CollisionRate, ContactDensity, DirectionHistogram, EnergyLedger, Molecule, Observer,
     OverlapCheck, ProjectionHistogram, RunningAverage, Scene, Simulation,
-    observers::{Axis, Blocks, ContactPoint, Drift, ImpulseLog, LedgerPoint, RatePoint, RunningPoint},
+    observers::{Axis, Blocks, Drift, ImpulseLog, LedgerPoint, RatePoint, RunningPoint},
 };
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -39,8 +39,9 @@ pub struct Measurement {
     pub directions: Blocks<DirectionHistogram>,
     /// Components of the kicks from the gas along x′ and y′, block by block.
     pub projections: [Blocks<ProjectionHistogram>; 2],
-    /// Density of the gas at contact, times kT, along the boundary of the excluded region.
-    pub contacts: Vec<ContactPoint>,
+    /// Density of the gas at contact, times kT, along the boundary of the excluded region,
+    /// block by block.
+    pub contacts: Blocks<ContactDensity>,
     /// What drives the molecule, bumper included, block by block.
     pub drift: Blocks<Drift>,
     /// Running averages of what pushes the molecule, bumper included.
@@ -103,8 +104,12 @@ type Watched = (EnergyLedger, OverlapCheck, Option<Measuring>, Option<FromGas<Im
 type Measuring = (FromGas<Kicked>, RunningAverage, Blocks<Drift>, CollisionRate);
 
 /// The kicks of the gas: by direction, along x′ and y′, and along the boundary of the excluded region.
-type Kicked =
-    (Blocks<DirectionHistogram>, Blocks<ProjectionHistogram>, Blocks<ProjectionHistogram>, ContactDensity);
+type Kicked = (
+    Blocks<DirectionHistogram>,
+    Blocks<ProjectionHistogram>,
+    Blocks<ProjectionHistogram>,
+    Blocks<ContactDensity>,
+);
 
 /// Runs a scene by the plan, from its beginning or from a checkpoint, and writes series, snapshots, a film of how measuring
 /// begins, and the first `impulses` kicks.
@@ -155,7 +160,7 @@ pub fn measure(
                 Blocks::new(DirectionHistogram::new(key, SECTORS)),
                 along(Axis::X)?,
                 along(Axis::Y)?,
-                ContactDensity::new(&body, GAS_RADIUS, CONTACT_BINS)?,
+                Blocks::new(ContactDensity::new(&body, GAS_RADIUS, CONTACT_BINS)?),
             );
             let drift = Blocks::new(Drift::new(key));
             let (average, rate) = (RunningAverage::new(key), CollisionRate::default());
@@ -211,7 +216,7 @@ impl Measurement {
             },
             directions: directions.clone(),
             projections: [along_x.clone(), along_y.clone()],
-            contacts: contacts.points(),
+            contacts: contacts.clone(),
             drift: drift.clone(),
             averages: average.series().to_vec(),
             rates: rate.series().to_vec(),

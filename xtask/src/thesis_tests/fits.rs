@@ -142,8 +142,8 @@ mod tests {
             let points: Vec<(f64, f64)> =
                 [50.0, 100.0, 500.0, 1000.0, 2000.0].map(|x| (x, form.at(planted, x).0)).to_vec();
             let fit = form.through(&points).unwrap();
-            for n in 0..2 {
-                assert!((fit.parameters[n] / planted[n] - 1.0).abs() < 1e-9, "{fit:?}");
+            for (found, planted) in fit.parameters.into_iter().zip(planted) {
+                assert!((found / planted - 1.0).abs() < 1e-9, "{fit:?}");
             }
             assert!(fit.errors.unwrap().iter().all(|error| *error < 1e-6));
             assert_eq!(form.through(&points[..1]), None);
