@@ -153,8 +153,8 @@ fn check_batches<S: Scheduler>(options: &S::Options) {
             let added: Vec<_> = seeds.iter().filter_map(|seed| batch.add(seed).ok()).collect();
             batch.tag(added[0], "seed")?;
             batch.tag(keys[3], "seed")?;
-            batch.reset_energy(keys[4], 2.0)?;
-            batch.set_rotation(keys[4], Rotation::Locked)?;
+            batch.reset_energy(keys[10], 2.0)?;
+            batch.set_rotation(keys[10], Rotation::Locked)?;
             batch.set_elasticity(&ElasticitySpec { default: 0.9, ..ElasticitySpec::default() })?;
             Ok(added)
         })
@@ -165,8 +165,8 @@ fn check_batches<S: Scheduler>(options: &S::Options) {
     let alone: Vec<_> = seeds.iter().filter_map(|seed| one_by_one.add(seed).ok()).collect();
     one_by_one.tag(alone[0], "seed").unwrap();
     one_by_one.tag(keys[3], "seed").unwrap();
-    one_by_one.reset_energy(keys[4], 2.0).unwrap();
-    one_by_one.set_rotation(keys[4], Rotation::Locked).unwrap();
+    one_by_one.reset_energy(keys[10], 2.0).unwrap();
+    one_by_one.set_rotation(keys[10], Rotation::Locked).unwrap();
     one_by_one.set_elasticity(&ElasticitySpec { default: 0.9, ..ElasticitySpec::default() }).unwrap();
     assert_eq!(added, alone);
     assert!((at_once.view().ledger().put_in - one_by_one.view().ledger().put_in).abs() < 1e-12);

@@ -50,10 +50,11 @@ fn time(count: usize, options: &Options) -> Result<String> {
     let built = clock.elapsed();
     simulation.step(f64::MAX, &mut ())?;
     let first = clock.elapsed();
+    let clock = ThreadTime::now();
     for _ in 0..options.steps {
         simulation.step(f64::MAX, &mut ())?;
     }
-    let step = clock.elapsed().saturating_sub(first) / options.steps.max(1) as u32;
+    let step = clock.elapsed() / options.steps.max(1) as u32;
     let epochs = simulation.view().counters().epochs;
     // Discs so small that about half of them fit between the others.
     let specs = (0..options.batch).map(|number| {
@@ -76,8 +77,9 @@ fn time(count: usize, options: &Options) -> Result<String> {
         Ok(added)
     })?;
     let batch = clock.elapsed();
+    let clock = ThreadTime::now();
     simulation.step(f64::MAX, &mut ())?;
-    let begun = clock.elapsed().saturating_sub(batch);
+    let begun = clock.elapsed();
     let started = simulation.view().counters().epochs - epochs;
     let last = *added.last().context("no disc of the batch has found room")?;
     let clock = ThreadTime::now();
