@@ -36,10 +36,8 @@ fn a_list_of_atoms_is_a_molecule_with_the_mass_and_moment_of_its_discs() {
 
 #[test]
 fn a_scene_of_molecules_from_a_list_of_atoms_keeps_all_that_is_conserved() {
-    let atoms: String = HOOK
-        .iter()
-        .map(|(at, radius, mass)| format!("{{ at = {at:?}, radius = {radius}, mass = {mass} }},\n"))
-        .collect();
+    let atom = |(at, radius, mass)| format!("{{ at = {at:?}, radius = {radius}, mass = {mass} }}");
+    let atoms = HOOK.map(atom).join(",\n");
     let scene = Scene::from_toml(&format!(
         "[box]\nseed = 3\n[[gas]]\ncount = 12\nenergy = 1.0\natoms = [\n{atoms}]\n"
     ))
