@@ -68,7 +68,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// # Errors
     /// [`EditError::NoEnergy`] if the body is at rest and has no direction, [`EditError::Energy`] if
     /// `energy` is not positive and finite or gives it a speed beyond 10⁶⁰ or below
-    /// [`LEAST_SPEED`], [`EditError::Fixed`], [`EditError::NoSuchBody`].
+    /// [`LEAST_SPEED`](crate::LEAST_SPEED), [`EditError::Fixed`], [`EditError::NoSuchBody`].
     #[doc(alias = "thermostat")]
     pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
         let index = self.index(key)?;
