@@ -62,11 +62,11 @@ pub use carom_observers as observers;
 
 pub use carom_detection::{BoundingCircles, Detection, Exact, FixedStep, GoldenSecant};
 pub use carom_engine::{
-    BodyKey, Cells, Checkpoint, CollisionReport, EditError, Fineness, Instructions, Observer, RunError,
-    Scene, SceneError, Scheduler, Simulation, Thesis, View,
+    BodyKey, CellScheduler, CellsPerSide, Checkpoint, CollisionReport, EditError, HeapScheduler,
+    Instructions, Observer, RunError, Scene, SceneError, Scheduler, Simulation, View,
 };
 pub use carom_geometry::{Atom, Molecule, PeriodicBox, Shape};
-pub use carom_kinematics::{Instant, Motion, Orientation};
+pub use carom_kinematics::{EpochTime, Motion, Orientation};
 pub use carom_observers::{
     CollisionRate, ContactDensity, DirectionHistogram, EnergyLedger, Group, OverlapCheck, PairDistribution,
     Pressure, ProjectionHistogram, RunningAverage, Subscriptions, ThermostatLedger, TimeCorrelation,

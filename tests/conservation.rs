@@ -208,8 +208,8 @@ proptest! {
     #[test]
     fn each_contact_and_each_run_keep_what_they_must(mut scene in systems(), e in elasticities()) {
         scene.elasticity.default = e;
-        check_system::<carom_engine::Thesis>(&scene, e, &carom_engine::Fineness::Automatic);
-        check_system::<carom_engine::Cells>(&scene, e, &carom_engine::Instructions::Widest);
+        check_system::<carom_engine::HeapScheduler>(&scene, e, &carom_engine::CellsPerSide::Automatic);
+        check_system::<carom_engine::CellScheduler>(&scene, e, &carom_engine::Instructions::Widest);
     }
 }
 

@@ -6,16 +6,16 @@ mod support;
 
 use carom_detection::Exact;
 use carom_engine::{
-    Body, Cells, Fineness, Instructions, Observer, Rotation, Scene, Scheduler, Simulation, Thesis, View,
-    WallSpec,
+    Body, CellScheduler, CellsPerSide, HeapScheduler, Instructions, Observer, Rotation, Scene, Scheduler,
+    Simulation, View, WallSpec,
 };
-use carom_kinematics::{Instant, Orientation};
+use carom_kinematics::{EpochTime, Orientation};
 use carom_response::Impact;
 use glam::DVec2;
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
 use rand_pcg::Pcg64;
 use support::{
-    Encounters, bits, bumper, frozen, gas, menagerie, scenes, simulate, test_each_instruction_set,
+    Encounters, bits, bumper, frozen, gas, reference_scene, scenes, simulate, test_each_instruction_set,
     test_each_scheduler,
 };
 
@@ -36,7 +36,7 @@ test_each_instruction_set! {
 }
 
 fn check_pieces<S: Scheduler>(options: &S::Options) {
-    let scene = menagerie(1);
+    let scene = reference_scene(1);
     let mut whole = simulate::<S>(&scene, options);
     whole.run_until(UNTIL).unwrap();
     let expected = bits(&whole.view());
@@ -59,7 +59,7 @@ fn check_pieces<S: Scheduler>(options: &S::Options) {
 
     // Stopped at each single contact, and looked at there and a little later.
     let mut steps = simulate::<S>(&scene, options);
-    let mut watched = Encounters::since(Instant::ZERO);
+    let mut watched = Encounters::since(EpochTime::ZERO);
     while steps.step(UNTIL, &mut watched).unwrap() {
         let now = steps.time().to_f64();
         steps.run_until((now + 1e-9).min(UNTIL)).unwrap();
@@ -69,7 +69,7 @@ fn check_pieces<S: Scheduler>(options: &S::Options) {
 
     // Watched: one report for each collision.
     let mut watched = simulate::<S>(&scene, options);
-    let mut seen = (Encounters::since(Instant::ZERO), Silent);
+    let mut seen = (Encounters::since(EpochTime::ZERO), Silent);
     watched.observe_until(UNTIL, &mut seen).unwrap();
     assert_eq!(bits(&watched.view()), expected);
     assert_eq!(seen.0.list.len() as u64, collisions);
@@ -86,7 +86,7 @@ impl Observer for Silent {
 }
 
 fn check_scaling<S: Scheduler>(options: &S::Options) {
-    for scene in [menagerie(2), dilute(2)] {
+    for scene in [reference_scene(2), dilute(2)] {
         let mut base = frozen(&simulate::<S>(&scene, options).view());
         base.elasticity.default = 0.95;
         check_scaling_of::<S>(&base, options, &[-60, -31, -1, 1, 30, 61]);
@@ -141,7 +141,7 @@ fn check_permutation<S: Scheduler>(options: &S::Options) {
     // Long molecules among discs, several of which cover a cell.
     let rods = vec![gas("rod:8", 0.008, 20), gas("disc", 0.02, 100)];
     let gases = [molecules, dilute, unlike, rods].map(|gas| Scene { gas, ..Scene::default() });
-    for start in [menagerie(3)].into_iter().chain(gases) {
+    for start in [reference_scene(3)].into_iter().chain(gases) {
         check_permutation_of::<S>(&start, options);
     }
 }
@@ -249,9 +249,11 @@ mod vector_instructions_give_the_bits_of_the_portable_path {
 
 fn check_against_portable(instructions: Instructions) {
     let many = Scene { gas: vec![gas("disc", 0.015, 400)], ..Scene::default() };
-    for (name, scene) in scenes().into_iter().chain([("menagerie", menagerie(4)), ("many discs", many)]) {
+    for (name, scene) in
+        scenes().into_iter().chain([("reference_scene", reference_scene(4)), ("many discs", many)])
+    {
         let [found, portable] = [instructions, Instructions::Portable].map(|instructions| {
-            let mut simulation = simulate::<Cells>(&scene, &instructions);
+            let mut simulation = simulate::<CellScheduler>(&scene, &instructions);
             simulation.run_until(UNTIL).unwrap();
             bits(&simulation.view())
         });
@@ -262,8 +264,8 @@ fn check_against_portable(instructions: Instructions) {
 fn check_looking(instructions: Instructions) {
     for (name, scene) in scenes() {
         let [straight, stopping] = [1, 97].map(|stops| {
-            let mut simulation = simulate::<Cells>(&scene, &instructions);
-            let mut seen = Encounters::since(Instant::ZERO);
+            let mut simulation = simulate::<CellScheduler>(&scene, &instructions);
+            let mut seen = Encounters::since(EpochTime::ZERO);
             for stop in 1..=stops {
                 let until = 1.5 * f64::from(stop) / f64::from(stops);
                 simulation.observe_until(until, &mut seen).unwrap();
@@ -278,9 +280,9 @@ fn check_looking(instructions: Instructions) {
 #[test]
 fn the_seed_and_the_replica_choose_the_run() {
     let run = |seed, replica| {
-        let mut scene = menagerie(seed);
+        let mut scene = reference_scene(seed);
         scene.bounds.replica = replica;
-        let mut simulation = simulate::<Thesis>(&scene, &Fineness::Automatic);
+        let mut simulation = simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic);
         simulation.run_until(0.5).unwrap();
         bits(&simulation.view())
     };
@@ -316,15 +318,15 @@ fn fingerprint_after<S: Scheduler>(scene: &Scene, collisions: u64, options: &S::
 /// kind, run these tests and copy the numbers they print.
 fn check_pinned(instructions: Instructions) {
     let found = [
-        fingerprint_after::<Cells>(&menagerie(42), 3000, &instructions),
-        fingerprint_after::<Cells>(&dilute(42), 3000, &instructions),
+        fingerprint_after::<CellScheduler>(&reference_scene(42), 3000, &instructions),
+        fingerprint_after::<CellScheduler>(&dilute(42), 3000, &instructions),
     ];
     assert_eq!(found, PINNED[1..], "found {found:#018x?}");
 }
 
 #[test]
 fn the_trajectory_of_the_thesis_scheduler_is_pinned() {
-    let found = fingerprint_after::<Thesis>(&menagerie(42), 3000, &Fineness::Automatic);
+    let found = fingerprint_after::<HeapScheduler>(&reference_scene(42), 3000, &CellsPerSide::Automatic);
     assert_eq!(found, PINNED[0], "found {found:#018x?}");
 }
 

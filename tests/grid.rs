@@ -4,8 +4,10 @@
 #[path = "support/engine.rs"]
 mod support;
 
-use carom_engine::{Cells, Fineness, Instructions, MoleculeSpec, Rotation, Scene, Scheduler, Thesis};
-use support::{Encounters, bumper, frozen, gas, menagerie, named, scene, scenes, simulate};
+use carom_engine::{
+    CellScheduler, CellsPerSide, HeapScheduler, Instructions, MoleculeSpec, Rotation, Scene, Scheduler,
+};
+use support::{Encounters, bumper, frozen, gas, named, reference_scene, scene, scenes, simulate};
 
 /// Collisions per body in one slice, and how many slices.
 ///
@@ -24,7 +26,7 @@ fn compare<S: Scheduler>(name: &str, start: &Scene, [per_body, slices]: [usize; 
         let wall = start.wall.clone();
         start = Scene { wall: wall.clone(), ..frozen(&under_test.view()) };
         under_test = simulate::<S>(&start, options);
-        let mut all_pairs = simulate::<Thesis>(&start, &Fineness::Given(1));
+        let mut all_pairs = simulate::<HeapScheduler>(&start, &CellsPerSide::Given(1));
         let bodies = start.molecule.len();
         let contacts = per_body * start.molecule.iter().filter(|body| !body.fixed).count() / 2;
         let mut found = Encounters::since(under_test.time());
@@ -54,10 +56,15 @@ fn compare<S: Scheduler>(name: &str, start: &Scene, [per_body, slices]: [usize; 
 
 fn compare_with_each(name: &str, start: &Scene, finenesses: &[u32]) {
     for &fineness in finenesses {
-        compare::<Thesis>(&format!("{name}, fineness {fineness}"), start, DENSE, &Fineness::Given(fineness));
+        compare::<HeapScheduler>(
+            &format!("{name}, fineness {fineness}"),
+            start,
+            DENSE,
+            &CellsPerSide::Given(fineness),
+        );
     }
-    compare::<Thesis>(&format!("{name}, fineness by itself"), start, DENSE, &Fineness::Automatic);
-    compare::<Cells>(&format!("{name}, fast"), start, DENSE, &Instructions::Widest);
+    compare::<HeapScheduler>(&format!("{name}, fineness by itself"), start, DENSE, &CellsPerSide::Automatic);
+    compare::<CellScheduler>(&format!("{name}, fast"), start, DENSE, &Instructions::Widest);
 }
 
 #[test]
@@ -95,7 +102,7 @@ fn dumbbells_and_tees() {
 
 #[test]
 fn bumpers_fixed_molecules_and_locked_ones() {
-    compare_with_each("menagerie", &menagerie(8), &[1, 2, 3, 4, 5]);
+    compare_with_each("reference_scene", &reference_scene(8), &[1, 2, 3, 4, 5]);
     // Bumpers at the corner and on the borders, where all images of them are met.
     let mut start = scene(vec![MoleculeSpec {
         rotation: Rotation::Locked,
@@ -119,7 +126,12 @@ fn a_long_molecule_and_a_narrow_box() {
 #[test]
 fn every_kind_of_scene() {
     for (name, start) in scenes() {
-        compare::<Thesis>(&format!("{name}, fineness by itself"), &start, DILUTE, &Fineness::Automatic);
-        compare::<Cells>(&format!("{name}, fast"), &start, DILUTE, &Instructions::Widest);
+        compare::<HeapScheduler>(
+            &format!("{name}, fineness by itself"),
+            &start,
+            DILUTE,
+            &CellsPerSide::Automatic,
+        );
+        compare::<CellScheduler>(&format!("{name}, fast"), &start, DILUTE, &Instructions::Widest);
     }
 }

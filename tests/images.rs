@@ -3,18 +3,18 @@
 #[path = "support/engine.rs"]
 mod support;
 
-use carom_engine::{Fineness, MoleculeSpec, Scheduler, Thesis};
-use carom_kinematics::Instant;
+use carom_engine::{CellsPerSide, HeapScheduler, MoleculeSpec, Scheduler};
+use carom_kinematics::EpochTime;
 use glam::DVec2;
 
 use support::{Encounters, disc, scene, simulate, with_each_scheduler};
 
 #[test]
 fn a_disc_wider_than_half_the_box_is_met_through_both_images() {
-    for fineness in [Fineness::Given(1), Fineness::Given(2), Fineness::Automatic] {
-        check_wide::<Thesis>(&fineness);
+    for fineness in [CellsPerSide::Given(1), CellsPerSide::Given(2), CellsPerSide::Automatic] {
+        check_wide::<HeapScheduler>(&fineness);
     }
-    check_wide::<carom_engine::Cells>(&carom_engine::Instructions::Widest);
+    check_wide::<carom_engine::CellScheduler>(&carom_engine::Instructions::Widest);
 }
 
 fn check_wide<S: Scheduler>(options: &S::Options) {
@@ -26,7 +26,7 @@ fn check_wide<S: Scheduler>(options: &S::Options) {
         let wide = MoleculeSpec { fixed: true, ..disc(0.3, 1.0, along(0.25), [0.0; 2]) };
         let narrow = disc(0.1, 1.0, along(0.75), motion(1.0));
         let mut simulation = simulate::<S>(&scene(vec![wide, narrow]), options);
-        let mut bounces = Encounters::since(Instant::ZERO);
+        let mut bounces = Encounters::since(EpochTime::ZERO);
         simulation.observe_until(4.05, &mut bounces).unwrap();
         // 0.1 to the first bounce, 0.2 from one to the next.
         assert_eq!(bounces.list.len(), 20, "{bounces:?}");
@@ -42,7 +42,7 @@ fn check_wide<S: Scheduler>(options: &S::Options) {
         let wide = disc(0.3, 3.0, along(0.25), motion(-0.25));
         let narrow = disc(0.1, 1.0, along(0.75), motion(0.75));
         let mut simulation = simulate::<S>(&scene(vec![wide, narrow]), options);
-        let mut bounces = Encounters::since(Instant::ZERO);
+        let mut bounces = Encounters::since(EpochTime::ZERO);
         simulation.observe_until(4.05, &mut bounces).unwrap();
         assert_eq!(bounces.list.len(), 20);
         for (n, bounce) in bounces.list.iter().enumerate() {
@@ -55,7 +55,7 @@ fn check_wide<S: Scheduler>(options: &S::Options) {
 #[test]
 fn the_nearest_image_is_not_always_the_one_that_is_hit() {
     for fineness in 1..=4 {
-        check_images::<Thesis>(&Fineness::Given(fineness));
+        check_images::<HeapScheduler>(&CellsPerSide::Given(fineness));
     }
     with_each_scheduler!(check_images);
 }
@@ -75,7 +75,7 @@ fn check_images<S: Scheduler>(options: &S::Options) {
         &scene(vec![disc(0.1, 1.0, [0.75, 0.75], [speed, speed]), disc(0.1, 1.0, [0.25, 0.25], [0.0; 2])]),
         options,
     );
-    let mut list = Encounters::since(Instant::ZERO);
+    let mut list = Encounters::since(EpochTime::ZERO);
     simulation.observe_until(0.6, &mut list).unwrap();
     assert_eq!(list.list.len(), 1);
     assert!((list.list[0].time - (0.5f64.sqrt() - 0.2)).abs() < 1e-15);
@@ -93,7 +93,7 @@ fn check_images<S: Scheduler>(options: &S::Options) {
 #[test]
 fn places_on_the_borders_of_cells_are_places_like_any_other() {
     for fineness in 1..=5 {
-        check_borders::<Thesis>(&Fineness::Given(fineness));
+        check_borders::<HeapScheduler>(&CellsPerSide::Given(fineness));
     }
     with_each_scheduler!(check_borders);
 }

@@ -6,7 +6,9 @@ mod support;
 use std::f64::consts::PI;
 
 use carom_engine::{CollisionReport, MoleculeSpec, Observer, RunError, Scene, Scheduler, WallSpec};
-use support::{bits, bumper, disc, frozen, gas, menagerie, scene, simulate, velocity, with_each_scheduler};
+use support::{
+    bits, bumper, disc, frozen, gas, reference_scene, scene, simulate, velocity, with_each_scheduler,
+};
 
 /// Sums what the contacts lose, and notes their elasticity.
 #[derive(Default)]
@@ -205,7 +207,7 @@ fn nothing_is_noted_where_no_contact_loses_energy() {
 fn check_elastic<S: Scheduler>(options: &S::Options) {
     for e in [1.0, 1.05] {
         let run = |contact_time: f64| {
-            let mut lively = menagerie(3);
+            let mut lively = reference_scene(3);
             lively.elasticity.default = e;
             lively.elasticity.contact_time = contact_time;
             let mut simulation = simulate::<S>(&lively, options);
@@ -218,13 +220,13 @@ fn check_elastic<S: Scheduler>(options: &S::Options) {
 }
 
 #[test]
-fn a_guarded_run_depends_on_no_standby_and_on_no_unit_of_time() {
+fn a_guarded_run_depends_on_no_sample_and_on_no_unit_of_time() {
     with_each_scheduler!(check_bits);
 }
 
 fn check_bits<S: Scheduler>(options: &S::Options) {
     for e in [0.0, 0.05] {
-        let mut base = frozen(&simulate::<S>(&menagerie(2), options).view());
+        let mut base = frozen(&simulate::<S>(&reference_scene(2), options).view());
         base.elasticity.default = e;
         let mut whole = simulate::<S>(&base, options);
         whole.run_until(4.0).unwrap();

@@ -3,7 +3,7 @@
 #[path = "support/engine.rs"]
 mod support;
 
-use carom_engine::{Cells, Fineness, Instructions, Scene, Scheduler, Thesis};
+use carom_engine::{CellScheduler, CellsPerSide, HeapScheduler, Instructions, Scene, Scheduler};
 use support::{bumper, gas, named, scene, scenes, simulate};
 
 fn walk<S: Scheduler + Clone>(name: &str, scene: &Scene, options: &S::Options, events: usize) {
@@ -20,13 +20,18 @@ fn walk<S: Scheduler + Clone>(name: &str, scene: &Scene, options: &S::Options, e
 fn walk_with_each(name: &str, mut scene: Scene) {
     for (seed, fineness) in [1, 2, 3, 5].into_iter().enumerate() {
         scene.bounds.seed = seed as u64;
-        walk::<Thesis>(&format!("{name}, fineness {fineness}"), &scene, &Fineness::Given(fineness), 60);
+        walk::<HeapScheduler>(
+            &format!("{name}, fineness {fineness}"),
+            &scene,
+            &CellsPerSide::Given(fineness),
+            60,
+        );
     }
     scene.bounds.seed = 17;
-    walk::<Cells>(&format!("{name}, fast"), &scene, &Instructions::Widest, 60);
+    walk::<CellScheduler>(&format!("{name}, fast"), &scene, &Instructions::Widest, 60);
     scene.elasticity.default = 0.7;
-    walk::<Thesis>(&format!("{name}, inelastic"), &scene, &Fineness::Automatic, 60);
-    walk::<Cells>(&format!("{name}, fast and inelastic"), &scene, &Instructions::Widest, 60);
+    walk::<HeapScheduler>(&format!("{name}, inelastic"), &scene, &CellsPerSide::Automatic, 60);
+    walk::<CellScheduler>(&format!("{name}, fast and inelastic"), &scene, &Instructions::Widest, 60);
 }
 
 #[test]
@@ -44,9 +49,9 @@ fn mixtures() {
     start.bumper = vec![bumper(0.1, [0.0, 0.0])];
     start.gas = vec![gas("disc", 0.13, 4), gas("disc", 0.008, 300)];
     start.gas[0].atom_mass = Some(0.01);
-    walk::<Cells>("fast large discs", &start, &Instructions::Widest, 400);
+    walk::<CellScheduler>("fast large discs", &start, &Instructions::Widest, 400);
     start.molecule.clear();
-    walk::<Cells>("fast large discs among discs alone", &start, &Instructions::Widest, 400);
+    walk::<CellScheduler>("fast large discs among discs alone", &start, &Instructions::Widest, 400);
 }
 
 #[test]
@@ -67,7 +72,7 @@ fn bumpers() {
 #[test]
 fn every_kind_of_scene() {
     for (name, scene) in scenes() {
-        let mut cells = simulate::<Cells>(&scene, &Instructions::Widest);
+        let mut cells = simulate::<CellScheduler>(&scene, &Instructions::Widest);
         for _ in 0..60 {
             cells.check_invariants(0.05).unwrap_or_else(|violation| panic!("{name}: {violation}"));
             for _ in 0..7 {
@@ -81,7 +86,7 @@ fn every_kind_of_scene() {
 fn edits_leave_nothing_overlooked() {
     let mut start = scene(vec![]);
     start.gas = vec![gas("dumbbell", 0.03, 4), gas("disc", 0.05, 8)];
-    let mut simulation = simulate::<Thesis>(&start, &Fineness::Given(3));
+    let mut simulation = simulate::<HeapScheduler>(&start, &CellsPerSide::Given(3));
     for round in 0..12 {
         for _ in 0..7 {
             simulation.step(1e3, &mut ()).unwrap();
@@ -90,7 +95,7 @@ fn edits_leave_nothing_overlooked() {
         match round % 4 {
             0 => simulation.remove(keys[keys.len() / 2]).unwrap(),
             1 => simulation.reset_energy(keys[0], 3.0).unwrap(),
-            2 => simulation.set_scheduler_options(&Fineness::Given(2 + round % 3)).unwrap(),
+            2 => simulation.set_scheduler_options(&CellsPerSide::Given(2 + round % 3)).unwrap(),
             _ => {
                 let spot = (0..100).find_map(|k| {
                     let at = [f64::from(k % 10) / 10.0, f64::from(k / 10) / 10.0];

@@ -86,14 +86,14 @@ fn hard_discs(count: usize, area_fraction: f64, seed: u64) -> Scene {
     scene
 }
 
-/// Starts, and stands by `standbys` times at even intervals until `until`.
-fn observe<O: Observer>(simulation: &mut Simulation, observer: &mut O, until: f64, standbys: u32) {
+/// Starts, and samples `samples` times at even intervals until `until`.
+fn observe<O: Observer>(simulation: &mut Simulation, observer: &mut O, until: f64, samples: u32) {
     observer.start(&simulation.view());
     let from = simulation.time().to_f64();
-    for standby in 1..=standbys {
-        let time = from + (until - from) * f64::from(standby) / f64::from(standbys);
+    for sample in 1..=samples {
+        let time = from + (until - from) * f64::from(sample) / f64::from(samples);
         simulation.observe_until(time, observer).unwrap();
-        observer.standby(&simulation.view());
+        observer.sample(&simulation.view());
     }
 }
 

@@ -3,7 +3,9 @@
 #[path = "support/engine.rs"]
 mod support;
 
-use carom_engine::{Cells, CollisionReport, Fineness, Instructions, Observer, Scene, Scheduler, Thesis};
+use carom_engine::{
+    CellScheduler, CellsPerSide, CollisionReport, HeapScheduler, Instructions, Observer, Scene, Scheduler,
+};
 use support::{bumper, gas, named, scene, simulate};
 
 /// Counts the collisions of the body inserted first.
@@ -54,18 +56,18 @@ fn run_the_tee<S: Scheduler>(scene: &Scene, collisions: u64, options: &S::Option
 fn the_tee_in_its_gas() {
     // A quarter of the thesis's box a side, at the same densities: the tee has a larger share of the
     // collisions.
-    run_the_tee::<Cells>(&thesis_scene(0.25), 100_000, &Instructions::Widest);
+    run_the_tee::<CellScheduler>(&thesis_scene(0.25), 100_000, &Instructions::Widest);
 }
 
 #[test]
 fn the_tee_in_its_gas_with_the_thesis_scheduler() {
-    run_the_tee::<Thesis>(&thesis_scene(0.25), 5_000, &Fineness::Automatic);
+    run_the_tee::<HeapScheduler>(&thesis_scene(0.25), 5_000, &CellsPerSide::Automatic);
 }
 
 #[test]
 fn the_whole_scene_of_the_thesis() {
     // A hundred thousand collisions of everything there is, of which some hundred are the tee's.
-    let mut simulation = simulate::<Cells>(&thesis_scene(1.0), &Instructions::Widest);
+    let mut simulation = simulate::<CellScheduler>(&thesis_scene(1.0), &Instructions::Widest);
     assert_eq!(simulation.view().len(), 1592 + 2);
     let mut time = 0.0;
     while simulation.view().counters().collisions < 100_000 {
@@ -81,7 +83,7 @@ fn the_whole_scene_of_the_thesis() {
 fn a_molecule_among_so_many_discs_that_memory_is_asked_ahead() {
     let mut scene = scene(vec![named("tee", 0.005, 2.0, [0.5, 0.5])]);
     scene.gas = vec![gas("disc", 0.0017, 33_000)];
-    let mut simulation = simulate::<Cells>(&scene, &Instructions::Widest);
+    let mut simulation = simulate::<CellScheduler>(&scene, &Instructions::Widest);
     let mut tee = OfTheFirst::default();
     let mut time = 0.0;
     while tee.0 < 100 {

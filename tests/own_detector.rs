@@ -2,8 +2,8 @@
 
 use carom_detection::{Answer, DISC_LANES, Detection, DiscLanes, Exact, Outcome};
 use carom_engine::{
-    AtomSpec, BumperSpec, Cells, CollisionReport, GasSpec, Instructions, MoleculeSpec, Observer, Scene,
-    Simulation,
+    AtomSpec, BumperSpec, CellScheduler, CollisionReport, GasSpec, Instructions, MoleculeSpec, Observer,
+    Scene, Simulation,
 };
 use carom_geometry::Outline;
 use carom_kinematics::{Motion, RelativeMotion};
@@ -63,7 +63,7 @@ fn counts(detector: impl Detection) -> Counts {
     ];
     scene.bumper = vec![BumperSpec { radius: 0.08, at: [0.4, 0.7], tags: vec![] }];
     scene.gas = vec![disc(0.02, 120)];
-    let mut simulation: Simulation<_, Impact, Cells> =
+    let mut simulation: Simulation<_, Impact, CellScheduler> =
         Simulation::with(&scene, detector, Impact, Instructions::default())
             .expect("a scene that can be built");
     let mut counts = Counts::default();
@@ -84,7 +84,7 @@ fn what_the_detector_does_not_see_does_not_happen() {
 
 /// The places and velocities of a gas of like discs after a thousand contacts.
 fn paths(detector: impl Detection, scene: &Scene) -> Vec<[f64; 4]> {
-    let mut simulation: Simulation<_, Impact, Cells> =
+    let mut simulation: Simulation<_, Impact, CellScheduler> =
         Simulation::with(scene, detector, Impact, Instructions::default())
             .expect("a scene that can be built");
     for _ in 0..1000 {

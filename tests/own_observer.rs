@@ -6,8 +6,8 @@ mod support;
 
 use std::{cell::Cell, rc::Rc};
 
-use carom_engine::{Body, Cells, CollisionReport, Instructions, Observer, RunError, Tag, View};
-use support::{bits, menagerie, simulate};
+use carom_engine::{Body, CellScheduler, CollisionReport, Instructions, Observer, RunError, Tag, View};
+use support::{bits, reference_scene, simulate};
 
 /// What an observer has seen.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -45,7 +45,7 @@ impl Observer for Count {
         });
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         self.add(|seen| {
             seen.samples += 1;
             seen.last = view.time().to_f64();
@@ -70,7 +70,7 @@ impl Observer for OfTag {
 
 /// Runs the scene of all kinds of bodies with samples; returns its last state.
 fn run(observer: &mut dyn Observer) -> Vec<[u64; 6]> {
-    let mut simulation = simulate::<Cells>(&menagerie(5), &Instructions::default());
+    let mut simulation = simulate::<CellScheduler>(&reference_scene(5), &Instructions::default());
     simulation.sample_every(0.25, 2.1, observer).unwrap();
     assert_eq!(simulation.time().to_f64(), 2.1);
     bits(&simulation.view())
@@ -104,14 +104,14 @@ fn however_it_is_held_it_sees_the_same_run() {
 
 #[test]
 fn reports_are_made_only_for_bodies_that_are_watched() {
-    let mut scene = menagerie(5);
+    let mut scene = reference_scene(5);
     scene.molecule[0].tags = vec!["tee".to_owned()];
-    let mut simulation = simulate::<Cells>(&scene, &Instructions::default());
+    let mut simulation = simulate::<CellScheduler>(&scene, &Instructions::default());
     let tag = simulation.view().tag_names().find("tee").unwrap();
     let (of_tee, all) = (Count::default(), Count::default());
     let observer: &mut dyn Observer = &mut OfTag(tag, of_tee.clone());
     simulation.sample_every(1.0, 3.0, observer).unwrap();
-    let mut again = simulate::<Cells>(&scene, &Instructions::default());
+    let mut again = simulate::<CellScheduler>(&scene, &Instructions::default());
     let both: &mut dyn Observer = &mut (OfTag(tag, Count::default()), all.clone());
     again.sample_every(1.0, 3.0, both).unwrap();
     let (of_tee, all) = (of_tee.0.get().collisions, all.0.get().collisions);
@@ -121,7 +121,7 @@ fn reports_are_made_only_for_bodies_that_are_watched() {
 
 #[test]
 fn an_interval_that_is_no_positive_time_is_refused() {
-    let mut simulation = simulate::<Cells>(&menagerie(5), &Instructions::default());
+    let mut simulation = simulate::<CellScheduler>(&reference_scene(5), &Instructions::default());
     for interval in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-300] {
         let refused = simulation.sample_every::<dyn Observer>(interval, 1.0, &mut ());
         assert!(matches!(refused, Err(RunError::Interval(_))), "{interval}: {refused:?}");

@@ -4,7 +4,9 @@
 mod support;
 
 use carom_detection::Exact;
-use carom_engine::{Cells, CollisionReport, Observer, RunError, Scene, Scheduler, Side, Simulation, Thesis};
+use carom_engine::{
+    CellScheduler, CollisionReport, HeapScheduler, Observer, RunError, Scene, Scheduler, Side, Simulation,
+};
 use carom_kinematics::{Inertia, Motion};
 use carom_response::{ContactFrame, Elasticity, Impact, Response, approach_speed};
 use glam::DVec2;
@@ -59,10 +61,10 @@ fn mixture() -> Scene {
 
 #[test]
 fn the_ledger_records_what_a_response_loses() {
-    check_ledger::<Thesis>(&mixture());
-    check_ledger::<Cells>(&mixture());
+    check_ledger::<HeapScheduler>(&mixture());
+    check_ledger::<CellScheduler>(&mixture());
     // Discs alone take a shorter way through the engine.
-    check_ledger::<Cells>(&Scene { gas: vec![gas("disc", 0.02, 100)], ..Scene::default() });
+    check_ledger::<CellScheduler>(&Scene { gas: vec![gas("disc", 0.02, 100)], ..Scene::default() });
 }
 
 fn check_ledger<S: Scheduler + Clone>(scene: &Scene) {
@@ -84,7 +86,7 @@ fn a_fixed_body_is_met_by_the_impulse_of_the_response() {
     // At nine times the reference speed: e = 0.55.
     let mut billiard = scene(vec![disc(0.05, 2.0, [0.3, 0.5], [9.0, 0.0])]);
     billiard.bumper = vec![bumper(0.1, [0.7, 0.5])];
-    for once in [check_bumper::<Thesis>, check_bumper::<Cells>] {
+    for once in [check_bumper::<HeapScheduler>, check_bumper::<CellScheduler>] {
         once(&billiard);
     }
 }
@@ -103,7 +105,7 @@ fn a_response_that_ignores_the_guard_loses_what_it_says_and_a_collapse_has_a_nam
     let mut lying =
         scene(vec![named("dumbbell", 0.05, 1.0, [0.4, 0.5]), disc(0.05, 1.0, [0.55, 0.6], [-0.5, -0.4])]);
     lying.molecule[0].angular_velocity = 3.0;
-    let mut simulation = simulate::<_, Cells>(&lying, Sticky);
+    let mut simulation = simulate::<_, CellScheduler>(&lying, Sticky);
     let initial = simulation.view().energy();
     let ended = simulation.run_until(20.0);
     assert!(matches!(ended, Ok(()) | Err(RunError::Stalled { .. })), "{ended:?}");

@@ -12,7 +12,7 @@ use carom_engine::{
 use carom_kinematics::{Motion, RelativeMotion};
 use carom_response::{ContactFrame, Impact, approach_speed};
 use glam::DVec2;
-use support::{frozen, menagerie, scenes, simulate, test_each_scheduler};
+use support::{frozen, reference_scene, scenes, simulate, test_each_scheduler};
 
 /// Asks every pair in every image for its next contact, each time anew. It keeps nothing but the
 /// motions, whose positions it never wraps.
@@ -210,7 +210,7 @@ test_each_scheduler! {
 
 #[test]
 fn a_scheduler_from_outside_runs_a_scene_through_many_epochs() {
-    let mut scene = menagerie(7);
+    let mut scene = reference_scene(7);
     scene.gas.iter_mut().for_each(|gas| gas.count = gas.count.map(|count| count.div_ceil(4)));
     let mut simulation = simulate::<AllPairs>(&scene, &());
     let energy = simulation.view().energy();

@@ -4,15 +4,15 @@
 mod support;
 
 use carom_detection::Exact;
-use carom_engine::{AtomSpec, Fineness, GasSpec, Rotation, Scene, Simulation, Thesis, WallSpec};
+use carom_engine::{AtomSpec, CellsPerSide, GasSpec, HeapScheduler, Rotation, Scene, Simulation, WallSpec};
 
 use carom_response::Impact;
 use glam::DVec2;
 use support::{bumper, gas, named, simulate};
 
 /// Builds a scene and asserts that nothing touches.
-fn filled(scene: &Scene) -> Simulation<Exact, Impact, Thesis> {
-    let simulation = simulate::<Thesis>(scene, &Fineness::Automatic);
+fn filled(scene: &Scene) -> Simulation<Exact, Impact, HeapScheduler> {
+    let simulation = simulate::<HeapScheduler>(scene, &CellsPerSide::Automatic);
     let census = simulation.view().overlaps();
     assert_eq!((census.pairs, census.deepest_length), (0, 0.0));
     simulation

@@ -4,15 +4,15 @@
 mod support;
 
 use carom_engine::{
-    Batch, Cells, EditError, ElasticitySpec, Fineness, GridError, MoleculeSpec, Rotation, SceneError,
-    Scheduler, Thesis,
+    Batch, CellScheduler, CellsPerSide, EditError, ElasticitySpec, GridError, HeapScheduler, MoleculeSpec,
+    Rotation, SceneError, Scheduler,
 };
 use glam::DVec2;
-use support::{bits, disc, head_on, menagerie, rule, simulate, velocity, with_each_scheduler};
+use support::{bits, disc, head_on, reference_scene, rule, simulate, velocity, with_each_scheduler};
 
 #[test]
 fn a_fixed_body_takes_no_rotation_mode() {
-    let mut simulation = simulate::<Thesis>(&menagerie(0), &Fineness::Automatic);
+    let mut simulation = simulate::<HeapScheduler>(&reference_scene(0), &CellsPerSide::Automatic);
     let fixed = simulation.view().bodies().find(|view| view.body.is_fixed()).unwrap().body.key();
     let refused = simulation.set_rotation(fixed, Rotation::Free).unwrap_err();
     assert!(matches!(&refused, EditError::Fixed(name) if name.key == fixed), "{refused}");
@@ -21,22 +21,22 @@ fn a_fixed_body_takes_no_rotation_mode() {
 
 #[test]
 fn another_grid_changes_the_course_of_nothing() {
-    let mut simulation = head_on::<Thesis>(&Fineness::Given(2));
+    let mut simulation = head_on::<HeapScheduler>(&CellsPerSide::Given(2));
     simulation.run_until(1.0).unwrap();
     // Reach 1 in a box of 20 × 10.
-    let refused = simulation.set_scheduler_options(&Fineness::Given(11));
+    let refused = simulation.set_scheduler_options(&CellsPerSide::Given(11));
     let reason = GridError::TooFine { fineness: 11, largest: 10, reach: 1.0, bodies: [0, 1] };
     let entry = "body 0 (tag left) and body 1".to_owned();
     assert_eq!(refused, Err(EditError::Scene(SceneError::Grid { entry, reason })));
     for fineness in [10, 1, 7] {
-        simulation.set_scheduler_options(&Fineness::Given(fineness)).unwrap();
+        simulation.set_scheduler_options(&CellsPerSide::Given(fineness)).unwrap();
         let goal = simulation.time().to_f64() + 0.25;
         simulation.run_until(goal).unwrap();
     }
     assert!(simulation.step(10.0, &mut ()).unwrap());
     assert!((simulation.time().to_f64() - 2.0).abs() < 1e-15);
     // A body too large for the grid chosen is refused, and the grid is not changed behind the user's back.
-    simulation.set_scheduler_options(&Fineness::Given(10)).unwrap();
+    simulation.set_scheduler_options(&CellsPerSide::Given(10)).unwrap();
     let large = disc(1.0, 1.0, [2.0, 2.0], [0.0; 2]);
     assert!(matches!(
         simulation.add(&large),
@@ -53,7 +53,7 @@ fn an_edit_that_is_refused_changes_no_bit() {
 }
 
 fn check_refusals<S: Scheduler>(options: &S::Options) {
-    let mut scene = menagerie(6);
+    let mut scene = reference_scene(6);
     scene.gas[0].tags = vec!["a".to_owned()];
     scene.elasticity.pair = vec![rule(&["a"], 0.9), rule(&["b"], 0.8), rule(&["c", "a"], 2.0)];
     let mut untouched = simulate::<S>(&scene, options);
@@ -119,7 +119,7 @@ fn a_batch_that_is_refused_changes_no_bit() {
 }
 
 fn check_refused_batches<S: Scheduler>(options: &S::Options) {
-    let mut scene = menagerie(6);
+    let mut scene = reference_scene(6);
     scene.gas[0].tags = vec!["a".to_owned()];
     scene.elasticity.pair = vec![rule(&["a"], 0.9), rule(&["b"], 0.8)];
     let mut untouched = simulate::<S>(&scene, options);
@@ -190,7 +190,7 @@ fn check_refused_batches<S: Scheduler>(options: &S::Options) {
 
 #[test]
 fn energy_beyond_all_speeds_is_refused() {
-    let mut simulation = head_on::<Cells>(&carom_engine::Instructions::Widest);
+    let mut simulation = head_on::<CellScheduler>(&carom_engine::Instructions::Widest);
     let key = simulation.view().bodies().next().unwrap().body.key();
     // Its speed would be beyond what detection can compute with.
     assert!(matches!(simulation.reset_energy(key, 1e200), Err(EditError::Energy(_))));

@@ -4,7 +4,7 @@
 mod support;
 
 use carom::{
-    BodyKey, Checkpoint, CollisionRate, DirectionHistogram, EnergyLedger, Exact, Impact, Instant, Observer,
+    BodyKey, Checkpoint, CollisionRate, DirectionHistogram, EnergyLedger, EpochTime, Exact, Impact, Observer,
     OverlapCheck, Pressure, ProjectionHistogram, RunningAverage, Scene, Scheduler, Simulation,
     engine::{ElasticitySpec, GasSpec, Rotation},
     observers::{
@@ -14,15 +14,15 @@ use carom::{
 };
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use support::{bits, disc, gas, menagerie, named, rule, scene, simulate, with_each_scheduler};
+use support::{bits, disc, gas, named, reference_scene, rule, scene, simulate, with_each_scheduler};
 
 type Run<S> = Simulation<Exact, Impact, S>;
 
-/// Between two standbys (time).
-const STANDBY: f64 = 0.125;
+/// Between two samples (time).
+const SAMPLE_INTERVAL: f64 = 0.125;
 
 /// Long enough for some eighty collisions of each body: a last bit that differs has become the first by then.
-const STANDBYS: u32 = 64;
+const SAMPLES: u32 = 64;
 
 /// Everything that observers can be, about the first body and the whole.
 type Watched = (
@@ -44,14 +44,14 @@ fn watched<S: Scheduler>(simulation: &Run<S>) -> Watched {
         ),
         (
             VelocityDistribution::adaptive(Group::All, 10),
-            TimeCorrelation::new(Group::All, STANDBY, 1.0).unwrap(),
+            TimeCorrelation::new(Group::All, SAMPLE_INTERVAL, 1.0).unwrap(),
             PairDistribution::new([Group::All; 2], view.bounds(), 0.2, 20).unwrap(),
             ThermostatLedger::default(),
         ),
     )
 }
 
-/// What is done between two standbys, and at one of them.
+/// What is done between two samples, and at one of them.
 trait Going<S: Scheduler> {
     fn to(&mut self, time: f64, simulation: &mut Run<S>, watched: &mut Watched);
 }
@@ -90,7 +90,7 @@ impl<S: Scheduler> Interrupted<'_, S> {
 
 impl<S: Scheduler> Going<S> for Interrupted<'_, S> {
     fn to(&mut self, time: f64, simulation: &mut Run<S>, watched: &mut Watched) {
-        while !simulation.observe_epoch(Instant::from(time), watched).unwrap() {
+        while !simulation.observe_epoch(EpochTime::from(time), watched).unwrap() {
             self.epochs += 1;
             if self.random.random_range(0..self.every) == 0 {
                 self.die_and_resume(simulation, watched);
@@ -101,21 +101,21 @@ impl<S: Scheduler> Going<S> for Interrupted<'_, S> {
 
 type Edit<S> = fn(u32, &mut Run<S>, &[BodyKey]);
 
-/// Runs from standby to standby with edits at them; gives every bit of the end, and of one more epoch's end.
+/// Runs from sample to sample with edits at them; gives every bit of the end, and of one more epoch's end.
 fn run<S: Scheduler>(scene: &Scene, options: &S::Options, edit: Edit<S>, going: &mut impl Going<S>) -> End {
     let mut simulation = simulate::<S>(scene, options);
     let keys: Vec<BodyKey> = simulation.view().bodies().map(|view| view.body.key()).collect();
     let mut watched = watched(&simulation);
     watched.start(&simulation.view());
-    for standby in 1..=STANDBYS {
-        going.to(STANDBY * f64::from(standby), &mut simulation, &mut watched);
-        watched.standby(&simulation.view());
-        edit(standby, &mut simulation, &keys);
+    for sample in 1..=SAMPLES {
+        going.to(SAMPLE_INTERVAL * f64::from(sample), &mut simulation, &mut watched);
+        watched.sample(&simulation.view());
+        edit(sample, &mut simulation, &keys);
     }
     let bits = bits(&simulation.view());
     let collisions = simulation.view().counters().collisions;
     let counters = format!("{:?} {:?}", simulation.view().counters(), simulation.view().ledger());
-    let reached = simulation.observe_epoch(Instant::from(1e6), &mut watched).unwrap();
+    let reached = simulation.observe_epoch(EpochTime::from(1e6), &mut watched).unwrap();
     assert!(!reached, "an epoch ends before a million");
     let state = postcard::to_stdvec(&(simulation.checkpoint().unwrap(), watched)).unwrap();
     End { bits, collisions, counters, state }
@@ -162,7 +162,7 @@ fn molecules_that_turn_or_are_locked_or_fixed_resume_to_the_bit() {
 }
 
 fn check_menagerie<S: Scheduler>(options: &S::Options) {
-    check(&menagerie(21), options, no_edit::<S>);
+    check(&reference_scene(21), options, no_edit::<S>);
 }
 
 /// Rings have enough atoms for a tree of circles.
@@ -172,7 +172,7 @@ fn lossy_contacts_by_tags_resume_to_the_bit() {
 }
 
 fn check_lossy<S: Scheduler>(options: &S::Options) {
-    let mut lossy = menagerie(22);
+    let mut lossy = reference_scene(22);
     lossy.molecule.push(named("ring:12", 0.01, 0.1, [0.5, 0.5]));
     lossy.molecule[0].tags = vec!["tee".to_owned(), "watched".to_owned()];
     lossy.gas[0].tags = vec!["small".to_owned()];
@@ -183,12 +183,12 @@ fn check_lossy<S: Scheduler>(options: &S::Options) {
 }
 
 #[test]
-fn edits_at_standbys_resume_to_the_bit() {
+fn edits_at_samples_resume_to_the_bit() {
     with_each_scheduler!(check_edits);
 }
 
 fn check_edits<S: Scheduler>(options: &S::Options) {
-    let edit = |standby: u32, simulation: &mut Run<S>, keys: &[BodyKey]| match standby {
+    let edit = |sample: u32, simulation: &mut Run<S>, keys: &[BodyKey]| match sample {
         2 => simulation.remove(keys[20]).unwrap(),
         3 => simulation.remove(keys[9]).unwrap(),
         4 => {
@@ -213,7 +213,7 @@ fn check_edits<S: Scheduler>(options: &S::Options) {
         18 => assert!(simulation.remove(keys[9]).is_err(), "a key is never used again"),
         _ => {}
     };
-    check(&menagerie(23), options, edit);
+    check(&reference_scene(23), options, edit);
 }
 
 #[test]
@@ -223,16 +223,16 @@ fn a_checkpoint_is_there_at_the_end_of_an_epoch_only() {
         ..scene(vec![])
     };
     let mut simulation = Simulation::new(&dilute).unwrap();
-    assert_eq!(simulation.checkpoint().unwrap().time(), Instant::ZERO, "before the first");
+    assert_eq!(simulation.checkpoint().unwrap().time(), EpochTime::ZERO, "before the first");
     simulation.run_until(0.01).unwrap();
     assert!(simulation.checkpoint().is_none(), "within one");
-    assert!(!simulation.observe_epoch(Instant::from(1e9), &mut ()).unwrap());
+    assert!(!simulation.observe_epoch(EpochTime::from(1e9), &mut ()).unwrap());
     let ended = simulation.time();
     assert_eq!(simulation.checkpoint().unwrap().time(), ended);
-    assert!(simulation.observe_epoch(Instant::from(0.0), &mut ()).unwrap(), "a time that has passed");
+    assert!(simulation.observe_epoch(EpochTime::from(0.0), &mut ()).unwrap(), "a time that has passed");
     assert_eq!(simulation.time(), ended);
     for never in [f64::NAN, f64::INFINITY] {
-        assert!(simulation.observe_epoch(Instant::from(never), &mut ()).is_err());
+        assert!(simulation.observe_epoch(EpochTime::from(never), &mut ()).is_err());
     }
     // A tag is found again, and its bodies.
     let resumed = Simulation::resume(&simulation.checkpoint().unwrap()).unwrap();

@@ -5,15 +5,15 @@ mod support;
 
 use carom_detection::Exact;
 use carom_engine::{
-    AtomSpec, BumperSpec, Cells, ElasticityRule, Fineness, GasSpec, GridError, Instructions, MoleculeSpec,
-    Rotation, Scene, SceneError, Simulation, Thesis, WallSpec,
+    AtomSpec, BumperSpec, CellScheduler, CellsPerSide, ElasticityRule, GasSpec, GridError, HeapScheduler,
+    Instructions, MoleculeSpec, Rotation, Scene, SceneError, Simulation, WallSpec,
 };
 use carom_geometry::GeometryError;
 use carom_response::Impact;
 use support::{bumper, disc, gas, named, scene, simulate, velocity};
 
 fn refusal(scene: &Scene) -> SceneError {
-    Simulation::<Exact, Impact, Thesis>::with(scene, Exact::default(), Impact, Fineness::Automatic)
+    Simulation::<Exact, Impact, HeapScheduler>::with(scene, Exact::default(), Impact, CellsPerSide::Automatic)
         .expect_err("the scene is wrong")
 }
 
@@ -55,11 +55,20 @@ fn text_with_unknown_or_missing_keys_is_refused_with_the_place() {
 
 #[test]
 fn a_scene_survives_being_written_and_read() {
-    let mut scene = support::menagerie(9);
+    let mut scene = support::reference_scene(9);
     scene.molecule[0].tags = vec!["a".to_owned()];
     scene.elasticity.pair = vec![ElasticityRule { between: vec!["a".to_owned()], coefficient: 0.1 + 0.2 }];
     scene.run.observe = vec!["energy".to_owned()];
     assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
+}
+
+#[test]
+fn the_old_name_of_the_sample_interval_is_read() {
+    let scene = Scene::from_toml("[run]\nstandby = 0.25\n").unwrap();
+    assert_eq!(scene.run.sample_interval, 0.25);
+    assert!(scene.to_toml().contains("sample_interval = 0.25"));
+    let twice = Scene::from_toml("[run]\nstandby = 0.25\nsample_interval = 0.5\n");
+    assert!(matches!(twice, Err(SceneError::Syntax(_))), "{twice:?}");
 }
 
 #[test]
@@ -191,7 +200,7 @@ fn overlaps_are_refused_with_both_entries() {
         if overlapping {
             overlap(&pair);
         } else {
-            let mut simulation = simulate::<Thesis>(&pair, &Fineness::Automatic);
+            let mut simulation = simulate::<HeapScheduler>(&pair, &CellsPerSide::Automatic);
             simulation.run_until(1e-6).unwrap();
             // Whatever the last bit: the pair closes, so it collides, once.
             assert_eq!(simulation.view().counters().collisions, 1);
@@ -203,7 +212,7 @@ fn overlaps_are_refused_with_both_entries() {
     let mut tees =
         scene(vec![named("rod:5", 0.02, 1.0, [0.5, 0.5]), named("rod:5", 0.02, 1.0, [0.5, 0.541])]);
     tees.bumper = vec![bumper(0.1, [0.1, 0.1]), bumper(0.1, [0.15, 0.1])];
-    simulate::<Thesis>(&tees, &Fineness::Automatic);
+    simulate::<HeapScheduler>(&tees, &CellsPerSide::Automatic);
     tees.molecule[1].at = [0.5, 0.539];
     let (_, _, depth) = overlap(&tees);
     assert!((depth - 0.001).abs() < 1e-15);
@@ -216,11 +225,11 @@ fn a_grid_too_fine_is_refused_with_the_finest_that_is_safe() {
     let mut thesis = scene(vec![named("tee", 0.005, 2.0, [0.5, 0.5])]);
     thesis.gas = vec![gas("disc", 0.01, 100)];
     let built = |fineness| {
-        Simulation::<Exact, Impact, Thesis>::with(
+        Simulation::<Exact, Impact, HeapScheduler>::with(
             &thesis,
             Exact::default(),
             Impact,
-            Fineness::Given(fineness),
+            CellsPerSide::Given(fineness),
         )
     };
     for fineness in [50, 35] {
@@ -238,7 +247,7 @@ fn a_grid_too_fine_is_refused_with_the_finest_that_is_safe() {
     assert!(built(34).is_ok());
     for fineness in [0, 4097, u32::MAX] {
         assert!(
-            matches!(built(fineness), Err(SceneError::Grid { reason: GridError::Fineness(asked), .. }) if asked == fineness)
+            matches!(built(fineness), Err(SceneError::Grid { reason: GridError::CellsPerSide(asked), .. }) if asked == fineness)
         );
     }
 }
@@ -251,7 +260,7 @@ fn a_box_in_which_a_molecule_could_meet_itself_is_refused() {
     };
     // A rod of bounding radius 0.5 and one a little shorter.
     assert_eq!(who(&scene(vec![named("rod:5", 0.1, 1.0, [0.5, 0.5])])), "molecule[0]");
-    simulate::<Thesis>(&scene(vec![named("rod:5", 0.099, 1.0, [0.5, 0.5])]), &Fineness::Given(1));
+    simulate::<HeapScheduler>(&scene(vec![named("rod:5", 0.099, 1.0, [0.5, 0.5])]), &CellsPerSide::Given(1));
     // The shorter side decides.
     let mut narrow = scene(vec![named("rod:5", 0.05, 1.0, [0.5, 0.25])]);
     narrow.bounds.sides = [1.0, 0.5];
@@ -260,16 +269,16 @@ fn a_box_in_which_a_molecule_could_meet_itself_is_refused() {
     let mut wall = scene(vec![disc(0.3, 1.0, [5.0, 0.5], [1.0, 0.0])]);
     wall.bounds.sides = [10.0, 1.0];
     wall.bumper = vec![bumper(0.6, [0.0, 0.5])];
-    simulate::<Thesis>(&wall, &Fineness::Given(1));
+    simulate::<HeapScheduler>(&wall, &CellsPerSide::Given(1));
     wall.bumper[0].radius = 0.8;
     assert_eq!(who(&wall), "molecule[0] and bumper[0]");
     // A fixed disc may cover the box; nobody is there to meet it.
     let mut covered = scene(vec![]);
     covered.bumper = vec![bumper(0.9, [0.5, 0.5])];
-    simulate::<Thesis>(&covered, &Fineness::Automatic).run_until(1.0).unwrap();
+    simulate::<HeapScheduler>(&covered, &CellsPerSide::Automatic).run_until(1.0).unwrap();
     covered.bumper = vec![bumper(1.6, [0.5, 0.5]), bumper(3.0, [0.0, 0.0])];
-    simulate::<Thesis>(&covered, &Fineness::Automatic).run_until(1.0).unwrap();
-    simulate::<Cells>(&covered, &Instructions::Widest).run_until(1.0).unwrap();
+    simulate::<HeapScheduler>(&covered, &CellsPerSide::Automatic).run_until(1.0).unwrap();
+    simulate::<CellScheduler>(&covered, &Instructions::Widest).run_until(1.0).unwrap();
     // Of two gases the one with the larger discs is named.
     let mut gases = scene(vec![]);
     gases.bounds.sides = [2.0, 0.2];
@@ -303,7 +312,7 @@ fn elasticity_rules_are_checked_and_the_most_specific_wins() {
         scene
     };
     let measured = |rules: &[Rule<'_>]| {
-        let mut simulation = simulate::<Thesis>(&with(rules), &Fineness::Automatic);
+        let mut simulation = simulate::<HeapScheduler>(&with(rules), &CellsPerSide::Automatic);
         simulation.run_until(0.2).unwrap();
         velocity(&simulation.view(), 1).x
     };
@@ -403,7 +412,7 @@ fn a_gas_can_be_placed_in_the_narrowest_box_that_is_accepted() {
         let mut narrow = Scene { gas: vec![gas("disc", 0.3, 30)], ..Scene::default() };
         narrow.bounds.sides = sides;
         narrow.bumper = vec![bumper(0.1, [0.0, 0.0])];
-        let mut simulation = simulate::<Cells>(&narrow, &Instructions::Widest);
+        let mut simulation = simulate::<CellScheduler>(&narrow, &Instructions::Widest);
         assert_eq!((simulation.view().len(), simulation.view().overlaps().deepest), (31, 0.0));
         simulation.run_until(1.0).unwrap();
         assert_eq!(simulation.view().overlaps().pairs, 0);

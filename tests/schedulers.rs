@@ -3,8 +3,8 @@
 #[path = "support/engine.rs"]
 mod support;
 
-use carom_engine::{Cells, Fineness, Instructions, MoleculeSpec, Scheduler, Thesis};
-use carom_kinematics::Instant;
+use carom_engine::{CellScheduler, CellsPerSide, HeapScheduler, Instructions, MoleculeSpec, Scheduler};
+use carom_kinematics::EpochTime;
 use support::{Encounters, disc, named, scene, scenes, simulate, test_each_instruction_set};
 
 test_each_instruction_set! {
@@ -18,11 +18,11 @@ test_each_instruction_set! {
 /// A quarter as long as the runs of the other scheduler, which is several times as fast.
 #[test]
 fn a_long_run_of_the_thesis_scheduler_has_no_overlap_and_keeps_its_energy() {
-    check_long_run::<Thesis>(&Fineness::Automatic, 10);
+    check_long_run::<HeapScheduler>(&CellsPerSide::Automatic, 10);
 }
 
 fn check_long_run_of_cells(instructions: Instructions) {
-    check_long_run::<Cells>(&instructions, 40);
+    check_long_run::<CellScheduler>(&instructions, 40);
 }
 
 fn check_heap_of_discs(instructions: Instructions) {
@@ -40,9 +40,9 @@ fn check_heap(instructions: Instructions, body: impl Fn([f64; 2], [f64; 2]) -> M
         body(at, [0.1 * (row - 3.3), 0.1 * (3.7 - column)])
     });
     let heap = scene(heap.collect());
-    let mut cells = simulate::<Cells>(&heap, &instructions);
-    let mut thesis = simulate::<Thesis>(&heap, &Fineness::Given(1));
-    let (mut ours, mut theirs) = (Encounters::since(Instant::ZERO), Encounters::since(Instant::ZERO));
+    let mut cells = simulate::<CellScheduler>(&heap, &instructions);
+    let mut thesis = simulate::<HeapScheduler>(&heap, &CellsPerSide::Given(1));
+    let (mut ours, mut theirs) = (Encounters::since(EpochTime::ZERO), Encounters::since(EpochTime::ZERO));
     for _ in 0..100 {
         cells.step(1.0, &mut ours).unwrap();
         thesis.step(1.0, &mut theirs).unwrap();

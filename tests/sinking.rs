@@ -9,7 +9,7 @@ use carom_engine::{
     CollisionReport, MoleculeSpec, Observer, Rotation, RunError, Scene, Scheduler, Side, WallSpec,
 };
 use carom_geometry::{Molecule, gap_between};
-use carom_kinematics::{Instant, Orientation};
+use carom_kinematics::{EpochTime, Orientation};
 use glam::DVec2;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -50,7 +50,7 @@ fn depth<S: Scheduler>(scene: &Scene, options: &S::Options, until: f64, most: u6
     let mut is_over = false;
     while !is_over && result.contacts < most {
         // An epoch has some contacts a body, so that runs of many contacts end soon after `most`.
-        let run = simulation.observe_epoch(Instant::from(time), &mut result);
+        let run = simulation.observe_epoch(EpochTime::from(time), &mut result);
         match run {
             Ok(false) => continue,
             Ok(true) => is_over = time >= until,

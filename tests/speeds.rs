@@ -5,10 +5,10 @@
 mod support;
 
 use carom_engine::{
-    Cells, EditError, Instructions, LEAST_SPEED, MoleculeSpec, RunError, Scene, SceneError, Scheduler,
-    Simulation, WallSpec,
+    CellScheduler, EditError, Instructions, LEAST_SPEED, MoleculeSpec, RunError, Scene, SceneError,
+    Scheduler, Simulation, WallSpec,
 };
-use support::{Encounters, bumper, disc, gas, menagerie, named, scene, simulate, with_each_scheduler};
+use support::{Encounters, bumper, disc, gas, named, reference_scene, scene, simulate, with_each_scheduler};
 
 #[test]
 fn a_superelastic_contact_leaves_bodies_where_they_were() {
@@ -106,8 +106,11 @@ fn check_powers<S: Scheduler>(options: &S::Options) {
     let mut lossy = pair(1.0);
     lossy.molecule[0].at[1] = 0.45;
     lossy.elasticity.default = 0.7;
-    let scenes =
-        [("a pair", pair(1.0), 8.0), ("a lossy pair", lossy, 8.0), ("a menagerie", menagerie(3), 0.2)];
+    let scenes = [
+        ("a pair", pair(1.0), 8.0),
+        ("a lossy pair", lossy, 8.0),
+        ("a reference_scene", reference_scene(3), 0.2),
+    ];
     for (name, scene, until) in scenes {
         let run = |power: i32| -> Result<_, SceneError> {
             let factor = 2f64.powi(power);
@@ -158,7 +161,7 @@ fn check_powers<S: Scheduler>(options: &S::Options) {
 
 #[test]
 fn edits_that_make_bodies_too_slow_are_refused_by_name() {
-    let mut simulation = simulate::<Cells>(&pair(1.0), &Instructions::Widest);
+    let mut simulation = simulate::<CellScheduler>(&pair(1.0), &Instructions::Widest);
     let key = simulation.view().bodies().next().unwrap().body.key();
     // ½ m v² of the least speed is 5e-141.
     for energy in [4.9e-141, 1e-200, 1e-320] {

@@ -4,10 +4,11 @@
 mod support;
 
 use carom_engine::{MoleculeSpec, RunError, Scene, Scheduler};
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 use glam::DVec2;
 use support::{
-    Encounters, bits, bumper, disc, frozen, menagerie, named, scene, simulate, velocity, with_each_scheduler,
+    Encounters, bits, bumper, disc, frozen, named, reference_scene, scene, simulate, velocity,
+    with_each_scheduler,
 };
 
 #[test]
@@ -55,7 +56,7 @@ fn a_time_that_has_passed_changes_nothing_and_one_that_never_comes_is_refused() 
 }
 
 fn check_times<S: Scheduler>(options: &S::Options) {
-    let mut simulation = simulate::<S>(&menagerie(12), options);
+    let mut simulation = simulate::<S>(&reference_scene(12), options);
     simulation.run_until(0.5).unwrap();
     let (now, counters) = (bits(&simulation.view()), *simulation.view().counters());
     for past in [0.5, 0.499, 0.0, -1.0, -1e300] {
@@ -95,7 +96,7 @@ fn at_any_age_the_same_trajectory() {
 }
 
 fn check_age<S: Scheduler>(options: &S::Options) {
-    let bodies = frozen(&simulate::<S>(&menagerie(13), options).view()).molecule;
+    let bodies = frozen(&simulate::<S>(&reference_scene(13), options).view()).molecule;
     let run = |start: f64| {
         // An empty box grows old at once; then everything comes in.
         let mut simulation = simulate::<S>(&Scene::default(), options);
@@ -103,7 +104,7 @@ fn check_age<S: Scheduler>(options: &S::Options) {
         for body in &bodies {
             simulation.add(body).unwrap();
         }
-        let mut list = Encounters::since(Instant::from(start));
+        let mut list = Encounters::since(EpochTime::from(start));
         simulation.observe_until(start + 2.0, &mut list).unwrap();
         assert!(list.list.len() > 500);
         let motions: Vec<_> = simulation.view().bodies().map(|body| body.motion).collect();
@@ -135,7 +136,7 @@ fn check_long_run<S: Scheduler>(options: &S::Options) {
     let mut scene = scene(vec![disc(0.1, 1.0, [0.5, 0.5], [0.7, 0.0])]);
     scene.bumper = vec![bumper(0.25, [0.0, 0.5])];
     let mut simulation = simulate::<S>(&scene, options);
-    let mut last: Option<Instant> = None;
+    let mut last: Option<EpochTime> = None;
     let mut hits = 0u32;
     while hits < 200_000 {
         assert!(simulation.step(1e9, &mut ()).unwrap());

@@ -5,10 +5,10 @@ mod support;
 
 use carom_detection::{BoundingCircles, Exact, GoldenSecant};
 use carom_engine::{
-    CollisionReport, EditError, ElasticityRule, Fineness, Instructions, MoleculeSpec, Observer, Scene,
-    SceneError, Scheduler, Simulation, Thesis, WallSpec,
+    CellsPerSide, CollisionReport, EditError, ElasticityRule, HeapScheduler, Instructions, MoleculeSpec,
+    Observer, Scene, SceneError, Scheduler, Simulation, WallSpec,
 };
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 use carom_response::Impact;
 use glam::DVec2;
 use support::{Encounters, bits, bumper, disc, gas, named, scene, simulate, velocity, with_each_scheduler};
@@ -41,7 +41,7 @@ fn check_bounces<S: Scheduler>(options: &S::Options) {
     for walls in [vec![line_x(0.25), line_x(0.75)], vec![line_x(5.25), thick]] {
         let start = scene(vec![disc(0.125, 1.0, [0.5, 0.5], [0.5, 0.0])]);
         let mut simulation = simulate::<S>(&with_walls(walls, start), options);
-        let mut bounces = Encounters::since(Instant::ZERO);
+        let mut bounces = Encounters::since(EpochTime::ZERO);
         simulation.observe_until(5100.0, &mut bounces).unwrap();
         assert_eq!(bounces.list.len(), 10_200);
         for (count, time) in bounces.times().into_iter().enumerate() {
@@ -54,7 +54,7 @@ fn check_bounces<S: Scheduler>(options: &S::Options) {
     for (sides, bounces_wanted) in [([1.0, 1.0], 10_000u32), ([3.0, 0.7], 2_000)] {
         odd.bounds.sides = sides;
         let mut simulation = simulate::<S>(&odd, options);
-        let mut bounces = Encounters::since(Instant::ZERO);
+        let mut bounces = Encounters::since(EpochTime::ZERO);
         while bounces.list.len() < bounces_wanted as usize {
             simulation.step(1e9, &mut bounces).unwrap();
         }
@@ -84,7 +84,7 @@ fn check_ends<S: Scheduler>(options: &S::Options) {
     let fall = |x: f64| disc(0.05, 1.0, [x, 0.875], [0.0, -0.5]);
     let first = |molecule: MoleculeSpec| {
         let mut simulation = simulate::<S>(&with_walls(vec![wall.clone()], scene(vec![molecule])), options);
-        let mut met = Encounters::since(Instant::ZERO);
+        let mut met = Encounters::since(EpochTime::ZERO);
         let contact = simulation.step(1.0, &mut met).unwrap();
         (contact.then(|| met.list[0]), velocity(&simulation.view(), 0))
     };
@@ -127,7 +127,7 @@ fn check_oblique<S: Scheduler>(options: &S::Options) {
     let mut simulation =
         simulate::<S>(&with_walls(walls, scene(vec![disc(0.02, 1.0, [0.55, 0.25], [0.3, -0.4])])), options);
     let (normal, along) = (DVec2::new(-0.6, 0.8), DVec2::new(0.8, 0.6));
-    let mut bounces = Encounters::since(Instant::ZERO);
+    let mut bounces = Encounters::since(EpochTime::ZERO);
     while bounces.list.len() < 10_000 {
         simulation.step(1e9, &mut bounces).unwrap();
         let velocity = velocity(&simulation.view(), 0);
@@ -195,8 +195,8 @@ fn check_scaling<S: Scheduler>(options: &S::Options) {
 
 #[test]
 fn looking_and_cutting_into_pieces_changes_no_bit() {
-    let mut whole = simulate::<carom_engine::Cells>(&closed_box(5), &Instructions::default());
-    let mut pieces = simulate::<carom_engine::Cells>(&closed_box(5), &Instructions::default());
+    let mut whole = simulate::<carom_engine::CellScheduler>(&closed_box(5), &Instructions::default());
+    let mut pieces = simulate::<carom_engine::CellScheduler>(&closed_box(5), &Instructions::default());
     whole.run_until(1.0).unwrap();
     for stop in 1..=50 {
         pieces.run_until(0.02 * f64::from(stop)).unwrap();
@@ -305,10 +305,10 @@ fn other_detectors_keep_molecules_inside_as_well() {
         angular_velocity: 5.0,
         ..named("tee", 0.02, 1.0, [0.3, 0.3])
     }];
-    let mut exact: Simulation<Exact, Impact, Thesis> =
-        Simulation::with(&scene, Exact::default(), Impact, Fineness::Automatic).unwrap();
-    let mut golden: Simulation<GoldenSecant, Impact, Thesis> =
-        Simulation::with(&scene, GoldenSecant::default(), Impact, Fineness::Automatic).unwrap();
+    let mut exact: Simulation<Exact, Impact, HeapScheduler> =
+        Simulation::with(&scene, Exact::default(), Impact, CellsPerSide::Automatic).unwrap();
+    let mut golden: Simulation<GoldenSecant, Impact, HeapScheduler> =
+        Simulation::with(&scene, GoldenSecant::default(), Impact, CellsPerSide::Automatic).unwrap();
     let mut circles: Simulation<BoundingCircles, Impact> =
         Simulation::with(&scene, BoundingCircles, Impact, Instructions::default()).unwrap();
     for _ in 0..12 {
@@ -329,7 +329,7 @@ fn other_detectors_keep_molecules_inside_as_well() {
 }
 
 #[test]
-fn a_wall_comes_and_goes_at_a_standby() {
+fn a_wall_comes_and_goes_at_a_sample() {
     with_each_scheduler!(check_coming_and_going);
 }
 

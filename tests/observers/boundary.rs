@@ -110,5 +110,5 @@ fn what_is_not_a_disc_of_the_gas_is_counted_apart() {
     simulation.remove(fixed.key()).unwrap();
     observe(&mut simulation, &mut small, 6.0, 1);
     assert_eq!(small.duration(), 5.0);
-    small.standby(&simulation.view());
+    small.sample(&simulation.view());
 }

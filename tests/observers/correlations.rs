@@ -24,7 +24,7 @@ fn free_flight_is_ballistic_and_forgets_nothing() {
         TimeCorrelation::new(Group::All, 0.1, 10.0).unwrap(),
         TimeCorrelation::new(tagged, 0.1, 10.0).unwrap(),
     );
-    observers.standby(&simulation.view());
+    observers.sample(&simulation.view());
     observe(&mut simulation, &mut observers, 10.0, 100);
     let drift = (slow + 3.0 * fast) / 4.0;
     let squares = [(slow - drift).length_squared(), (fast - drift).length_squared()];
@@ -58,11 +58,11 @@ fn averages_are_those_by_hand_whoever_comes_and_goes() {
     // All masses are 1, so that the centre of mass moves with the mean velocity.
     let drift = |simulation: &Simulation| simulation.view().momentum() / simulation.view().len() as f64;
     let mut gone = DVec2::ZERO;
-    for standby in 0..250 {
-        simulation.run_until(0.125 * f64::from(standby)).unwrap();
-        gone += if standby > 0 { 0.125 * drift(&simulation) } else { DVec2::ZERO };
+    for sample in 0..250 {
+        simulation.run_until(0.125 * f64::from(sample)).unwrap();
+        gone += if sample > 0 { 0.125 * drift(&simulation) } else { DVec2::ZERO };
         // One body goes, one comes (a tag given late), one turns cold for a while.
-        match standby {
+        match sample {
             60 => simulation.remove(key(&simulation, 3)).unwrap(),
             80 => _ = simulation.tag(key(&simulation, 30), "hot").unwrap(),
             90 => simulation.untag(key(&simulation, 5), "hot").unwrap(),
@@ -70,7 +70,7 @@ fn averages_are_those_by_hand_whoever_comes_and_goes() {
             _ => {}
         }
         let view = simulation.view();
-        correlation.standby(&view);
+        correlation.sample(&view);
         let sample = view.tagged(hot);
         let bounds = view.bounds();
         seen.push(
@@ -107,7 +107,7 @@ fn averages_are_those_by_hand_whoever_comes_and_goes() {
 }
 
 #[test]
-fn uneven_standbys_are_counted_and_no_lag_reaches_across_a_gap() {
+fn uneven_samples_are_counted_and_no_lag_reaches_across_a_gap() {
     let flight = disc(DVec2::new(0.2, 0.2), DVec2::X, 0.01, 1.0);
     let bumper = BumperSpec { tags: vec![], radius: 0.1, at: [0.5, 0.7] };
     let scene = Scene { molecule: vec![flight], bumper: vec![bumper], ..Scene::default() };
@@ -116,7 +116,7 @@ fn uneven_standbys_are_counted_and_no_lag_reaches_across_a_gap() {
     // 0, 1, 2 are even, 2.5 and the second 3 too soon, 5.5 is late: 6.5 follows on it.
     for time in [0.0, 1.0, 2.0, 2.5, 3.0, 3.0, 5.5, 6.5] {
         simulation.run_until(time).unwrap();
-        correlation.standby(&simulation.view());
+        correlation.sample(&simulation.view());
     }
     assert_eq!(correlation.uneven(), 3);
     let pairs: Vec<u64> = correlation.points().iter().map(|point| point.pairs).collect();
@@ -142,8 +142,8 @@ fn decay(count: usize, seed: u64) -> [f64; 4] {
     simulation.run_until(400.0 * spacing).unwrap();
     let mut observers =
         (TimeCorrelation::new(Group::All, spacing, 50.0 * spacing).unwrap(), CollisionRate::default());
-    let standbys = 4000;
-    observe(&mut simulation, &mut observers, f64::from(400 + standbys) * spacing, standbys as u32);
+    let samples = 4000;
+    observe(&mut simulation, &mut observers, f64::from(400 + samples) * spacing, samples as u32);
     let points = observers.0.points();
     assert_eq!(observers.0.uneven(), 0);
     let rate = observers.1.mean().unwrap().0;

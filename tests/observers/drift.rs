@@ -17,7 +17,7 @@ fn close(found: f64, expected: f64) {
 #[test]
 fn the_way_of_a_spinning_tee_alone() {
     let (speed, spin, start, until) = (0.7, 2.3, 0.4, 3.1);
-    for standbys in [1, 7, 64] {
+    for samples in [1, 7, 64] {
         let planted = MoleculeSpec {
             velocity: [speed, 0.0],
             angular_velocity: spin,
@@ -26,16 +26,16 @@ fn the_way_of_a_spinning_tee_alone() {
         let scene = Scene { molecule: vec![planted], ..Scene::default() };
         let mut simulation = Simulation::new(&scene).unwrap();
         let mut drift = Drift::new(key(&simulation, 0));
-        observe(&mut simulation, &mut drift, until, standbys);
+        observe(&mut simulation, &mut drift, until, samples);
         let end = start + spin * until;
         close(drift.path().x, speed / spin * (end.sin() - start.sin()));
         close(drift.path().y, speed / spin * (end.cos() - start.cos()));
         close(drift.turn(), spin * until);
         close(drift.duration(), until);
         assert_eq!((drift.impulse(), drift.angular_impulse()), (DVec2::ZERO, 0.0));
-        assert_eq!(drift.samples(), u64::from(standbys));
-        close(drift.velocity_squares().element_sum(), f64::from(standbys) * speed * speed);
-        close(drift.spin_squares(), f64::from(standbys) * spin * spin);
+        assert_eq!(drift.samples(), u64::from(samples));
+        close(drift.velocity_squares().element_sum(), f64::from(samples) * speed * speed);
+        close(drift.spin_squares(), f64::from(samples) * spin * spin);
     }
 }
 

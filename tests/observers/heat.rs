@@ -29,19 +29,19 @@ fn heat_from_hot_to_cold_is_booked_to_the_last_digit() {
         simulation.view().tagged(tag).map(|body| body.energy()).sum()
     };
     let initial = simulation.view().energy();
-    observers.0.standby(&simulation.view());
+    observers.0.sample(&simulation.view());
     assert_eq!((observers.0.mean_power(), observers.0.imbalance()), (None, 0.0));
     let (mut heated, mut cooled) = (0.0, 0.0);
     for _ in 0..20 {
-        // A standby after each reset books it apart, in an interval of no length.
+        // A sample after each reset books it apart, in an interval of no length.
         let until = simulation.time().to_f64() + 0.1;
         observe(&mut simulation, &mut observers, until, 1);
         heated += 60.0 * 4.0 - energy_of(&simulation, hot);
         simulation.reset_energy_of_tag(hot, 4.0).unwrap();
-        observers.0.standby(&simulation.view());
+        observers.0.sample(&simulation.view());
         cooled += 60.0 * 0.25 - energy_of(&simulation, cold);
         simulation.reset_energy_of_tag(cold, 0.25).unwrap();
-        observers.0.standby(&simulation.view());
+        observers.0.sample(&simulation.view());
     }
     let (ledger, ByHand(losses, _)) = observers;
     let lost: f64 = losses.iter().sum();
@@ -65,7 +65,7 @@ fn heat_from_hot_to_cold_is_booked_to_the_last_digit() {
 }
 
 #[test]
-fn books_begin_at_the_first_standby() {
+fn books_begin_at_the_first_sample() {
     let mut scene = Scene::default();
     scene.gas.push(gas("gas", 50));
     let mut simulation = Simulation::new(&scene).unwrap();
@@ -73,10 +73,10 @@ fn books_begin_at_the_first_standby() {
     simulation.reset_energy_of_tag(gas, 2.0).unwrap();
     let mut ledger = ThermostatLedger::default();
     assert_eq!((ledger.total_put_in(), ledger.total_lost(), ledger.imbalance()), (0.0, 0.0, 0.0));
-    ledger.standby(&simulation.view());
+    ledger.sample(&simulation.view());
     observe(&mut simulation, &mut ledger, 1.0, 4);
     simulation.reset_energy_of_tag(gas, 1.0).unwrap();
-    // Seen at the next standby only: the interval that begins now.
+    // Seen at the next sample only: the interval that begins now.
     observe(&mut simulation, &mut ledger, 2.0, 4);
     let put_in: Vec<f64> = ledger.series().iter().map(|point| point.put_in).collect();
     let near = |found: f64, expected: f64| (found - expected).abs() < 1e-11;

@@ -130,9 +130,9 @@ fn running_averages_are_the_sums_by_hand() {
     let mut velocities = Vec::new();
     let mut observers = (RunningAverage::new(watched), by_hand);
     observers.start(&simulation.view());
-    for standby in 1..=20 {
-        simulation.observe_until(0.5 + 0.5 * f64::from(standby), &mut observers).unwrap();
-        observers.standby(&simulation.view());
+    for sample in 1..=20 {
+        simulation.observe_until(0.5 + 0.5 * f64::from(sample), &mut observers).unwrap();
+        observers.sample(&simulation.view());
         let motion = simulation.view().body(watched).unwrap().motion;
         velocities.push(turned_back(motion.velocity, motion.orientation.radians()));
     }
@@ -183,7 +183,7 @@ fn a_body_that_was_removed_is_watched_no_more() {
     let watched = key(&simulation, 7);
     let mut observers = (RunningAverage::new(watched), DirectionHistogram::new(watched, 8));
     observers.start(&simulation.view());
-    observers.standby(&simulation.view());
+    observers.sample(&simulation.view());
     assert_eq!(observers.0.series()[0].momentum, DVec2::ZERO, "no time has passed");
     observe(&mut simulation, &mut observers, 1.0, 1);
     let hits = observers.1.hits();

@@ -33,7 +33,7 @@ fn counts_are_those_of_all_pairs_whatever_the_cells() {
         ] {
             let mut pairs = PairDistribution::new(groups, view.bounds(), cutoff, 10).unwrap();
             assert!(pairs.points().is_empty());
-            pairs.standby(&view);
+            pairs.sample(&view);
             let (mut counts, mut all) = ([0; 10], 0.0);
             for one in view.bodies().filter(|body| groups[0].contains(body.body)) {
                 for other in view.bodies().filter(|body| groups[1].contains(body.body)) {
@@ -72,7 +72,7 @@ fn pairs_of_hard_discs_are_those_of_the_liquid() {
     simulation.run_until(20.0).unwrap();
     let bounds = *simulation.view().bounds();
     let mut pairs = PairDistribution::new([Group::All; 2], &bounds, 8.0, 400).unwrap();
-    // Γ = 2.4: a collision per disc between standbys, and about 17 pairs a standby in the bin at contact.
+    // Γ = 2.4: a collision per disc between samples, and about 17 pairs a sample in the bin at contact.
     observe(&mut simulation, &mut pairs, 20.0 + 1500.0 * 0.42, 1500);
     let points = pairs.points();
     assert!(points[..50].iter().all(|point| (point.pairs, point.g) == (0, 0.0)));
@@ -104,9 +104,9 @@ fn a_cutoff_must_be_less_than_half_the_box() {
     assert!(matches!(new(f64::NAN), Err(CutoffError::Length(_))));
     assert!(matches!(new(0.0), Err(CutoffError::Length(_))));
     let mut pairs = new(0.2).unwrap();
-    pairs.standby(&view);
+    pairs.sample(&view);
     assert!(pairs.points().is_empty(), "there is no pair");
     let unit = Simulation::new(&Scene::default()).unwrap();
-    pairs.standby(&unit.view());
+    pairs.sample(&unit.view());
     assert_eq!(pairs.passed_over(), 1);
 }

@@ -11,12 +11,12 @@ use glam::DVec2;
 use crate::{disc, hard_discs, observe};
 
 /// β p A of a run, its standard error, and β times the momentum flux times A, from intervals between
-/// standbys, after some time to forget the start.
-fn reduced_pressure(scene: &Scene, settle: f64, until: f64, standbys: u32) -> (Estimate, f64) {
+/// samples, after some time to forget the start.
+fn reduced_pressure(scene: &Scene, settle: f64, until: f64, samples: u32) -> (Estimate, f64) {
     let mut simulation = Simulation::new(scene).unwrap();
     simulation.run_until(settle).unwrap();
     let mut pressure = Pressure::default();
-    observe(&mut simulation, &mut pressure, until, standbys);
+    observe(&mut simulation, &mut pressure, until, samples);
     let view = simulation.view();
     let moving = view.bodies().filter(|view| !view.body.is_fixed()).count() as f64;
     let (factor, error) = pressure.compressibility_factor().unwrap();

@@ -3,7 +3,7 @@
 use std::{cell::RefCell, rc::Rc};
 
 use carom::{
-    BodyKey, CollisionReport, Instant, Scene, Simulation, Subscriptions, View,
+    BodyKey, CollisionReport, EpochTime, Scene, Simulation, Subscriptions, View,
     engine::{BumperSpec, Tag},
     observers::{EventKind, TagFilter},
 };
@@ -12,7 +12,7 @@ use glam::DVec2;
 use crate::{ByHand, gas, observe, tee};
 
 /// What a subscriber and a filter by hand keep of a collision: when, and who.
-type Seen = (Instant, [BodyKey; 2]);
+type Seen = (EpochTime, [BodyKey; 2]);
 
 /// A filter by hand.
 type Wanted<'a> = Box<dyn Fn(&CollisionReport<'_>) -> bool + 'a>;
@@ -69,10 +69,10 @@ fn subscribers_see_exactly_what_filters_by_hand_see() {
     }
     let energies = Rc::new(RefCell::new(Vec::new()));
     let adding = Rc::clone(&energies);
-    let standbys = subscriptions.subscribe_standbys(move |view: &View<'_>| {
+    let samples = subscriptions.subscribe_samples(move |view: &View<'_>| {
         adding.borrow_mut().push(view.tagged(hot).map(|body| body.energy()).sum::<f64>());
     });
-    assert_eq!((subscriptions.len(), subscriptions.kind(standbys)), (8, Some(EventKind::Standby)));
+    assert_eq!((subscriptions.len(), subscriptions.kind(samples)), (8, Some(EventKind::Sample)));
 
     let all = lists.iter().map(|(_, _, wanted)| wanted).collect::<Vec<_>>();
     let by_hand = ByHand(Vec::new(), |r: &CollisionReport<'_>| {
@@ -93,7 +93,7 @@ fn subscribers_see_exactly_what_filters_by_hand_see() {
     // One of them ends; the others go on, and the key is of no more use.
     let (ended, ended_list, _) = &lists[1];
     let before = ended_list.borrow().len();
-    assert!(observers.0.unsubscribe(*ended) && observers.0.unsubscribe(standbys));
+    assert!(observers.0.unsubscribe(*ended) && observers.0.unsubscribe(samples));
     assert!(!observers.0.unsubscribe(*ended));
     assert_eq!((observers.0.len(), observers.0.kind(*ended)), (6, None));
     observe(&mut simulation, &mut observers, 3.0, 4);

@@ -52,7 +52,7 @@ fn a_drift_that_never_ends_is_no_heat() {
     for drift in [DVec2::ZERO, drift] {
         assert!((kt(&view(drift, vec![])) - 0.495).abs() < 1e-12);
         let mut velocities = VelocityDistribution::new(Group::All, 2.0, 10).unwrap();
-        velocities.standby(&view(drift, vec![]).view());
+        velocities.sample(&view(drift, vec![]).view());
         let mean_square = velocities.series()[0].mean_square;
         assert!((mean_square - (1.0 + 0.41 + 0.04) / 3.0).abs() < 1e-12, "{mean_square}");
     }

@@ -1,4 +1,4 @@
-//! What is written of a standby: extended XYZ and a picture, read back.
+//! What is written of a sample_interval: extended XYZ and a picture, read back.
 
 use carom::{
     Scene, Simulation,

@@ -28,11 +28,11 @@ fn equal_speeds_relax_as_the_boltzmann_equation_says() {
     let mut simulation = Simulation::new(&scene).unwrap();
     let mut velocities = VelocityDistribution::new(Group::All, 6.0, 120).unwrap();
     let mut taus = Vec::new();
-    // Γ = 2 n σ χ √π with n = 0.08/π: 0.05 collisions per disc between standbys.
+    // Γ = 2 n σ χ √π with n = 0.08/π: 0.05 collisions per disc between samples.
     let step = 0.05 / (0.16 / PI.sqrt());
-    for standby in 0..=45 {
-        simulation.observe_until(step * f64::from(standby), &mut velocities).unwrap();
-        velocities.standby(&simulation.view());
+    for sample in 0..=45 {
+        simulation.observe_until(step * f64::from(sample), &mut velocities).unwrap();
+        velocities.sample(&simulation.view());
         taus.push(2.0 * simulation.view().counters().collisions as f64 / count as f64);
     }
     let first = velocities.series()[0];
@@ -86,7 +86,7 @@ fn velocities_at_equilibrium_are_gaussian_and_speeds_rayleigh() {
     let mut simulation = Simulation::new(&hard_discs(count, 0.1, 20_170_131)).unwrap();
     simulation.run_until(60.0).unwrap();
     let mut velocities = VelocityDistribution::adaptive(Group::All, 40);
-    // Γ = 0.533 (Enskog): standbys four collisions per disc apart.
+    // Γ = 0.533 (Enskog): samples four collisions per disc apart.
     observe(&mut simulation, &mut velocities, 60.0 + 150.0 * 7.5, 150);
     let temperature = simulation.view().energy() / count as f64;
     let [x, y] = velocities.components().unwrap();
@@ -137,10 +137,10 @@ fn only_what_moves_and_carries_the_tag_is_counted() {
         VelocityDistribution::new(Group::All, 4.0, 4).unwrap(),
         VelocityDistribution::adaptive(resting, 10),
     );
-    observers.standby(&simulation.view());
+    observers.sample(&simulation.view());
     let (all, narrow, resting) = observers;
     // Speeds 0 and 5: ⟨v²⟩ = 12.5, ⟨v⁴⟩ = 312.5.
-    let [point] = all.series() else { panic!("there was one standby") };
+    let [point] = all.series() else { panic!("there was one sample") };
     assert_eq!((point.bodies, point.mean_square, point.kurtosis), (2, 12.5, 2.0));
     let [x, y] = all.components().unwrap();
     let occupied = |histogram: &Histogram| -> Vec<usize> {

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use carom::{
-    CollisionRate, CollisionReport, Detection, EnergyLedger, Fineness, Impact, Observer, OverlapCheck, Scene,
-    Simulation, Thesis,
+    CellsPerSide, CollisionRate, CollisionReport, Detection, EnergyLedger, HeapScheduler, Impact, Observer,
+    OverlapCheck, Scene, Simulation,
     detection::{Answer, Outcome},
     engine::{BumperSpec, ElasticitySpec, GasSpec},
     geometry::Outline,
@@ -21,7 +21,7 @@ fn energy_and_momentum_of_an_elastic_gas_stay_what_they_were() {
     scene.gas.push(gas("gas", 200));
     let mut simulation = Simulation::new(&scene).unwrap();
     let mut ledger = EnergyLedger::default();
-    ledger.standby(&simulation.view());
+    ledger.sample(&simulation.view());
     observe(&mut simulation, &mut ledger, 10.0, 20);
     assert!(simulation.view().counters().collisions > 10_000);
     assert!(ledger.drift() <= 1e-13, "{:e}", ledger.drift());
@@ -49,7 +49,7 @@ fn what_inelastic_contacts_take_and_resets_give_is_booked() {
         Some(0.5 * (1.0 - e * e) * 0.5 * approach * approach)
     });
     let mut observers = (EnergyLedger::default(), by_hand);
-    observers.standby(&simulation.view());
+    observers.sample(&simulation.view());
     observe(&mut simulation, &mut observers, 2.0, 10);
     let lost: f64 = observers.1.0.iter().sum();
     let (first, last) = (observers.0.series()[0], *observers.0.series().last().unwrap());
@@ -58,7 +58,7 @@ fn what_inelastic_contacts_take_and_resets_give_is_booked() {
     assert!((first.booked - last.booked - lost).abs() < 1e-13 * first.energy);
     let gas = simulation.find_tag("gas").unwrap();
     simulation.reset_energy_of_tag(gas, 1.0).unwrap();
-    observers.standby(&simulation.view());
+    observers.sample(&simulation.view());
     let last = observers.0.series().last().unwrap();
     assert!((last.energy - 200.0).abs() < 1e-11 && (last.booked - 200.0).abs() < 1e-11, "{last:?}");
     assert!(observers.0.drift() <= 1e-13, "{:e}", observers.0.drift());
@@ -70,7 +70,7 @@ fn drift_of_nothing_is_nothing() {
     let mut observers = (EnergyLedger::default(), CollisionRate::default(), Pressure::default());
     assert_eq!(observers.0.drift(), 0.0);
     for _ in 0..3 {
-        observers.standby(&simulation.view());
+        observers.sample(&simulation.view());
     }
     assert_eq!(observers.0.drift(), 0.0);
     assert_eq!((observers.1.mean(), observers.2.mean()), (None, None));
@@ -201,11 +201,11 @@ fn overlaps_that_a_blind_detector_lets_happen_are_seen() {
     ];
     let scene = Scene { molecule, ..Scene::default() };
     let mut overlaps = OverlapCheck::default();
-    let mut blind: Simulation<Blind, Impact, Thesis> =
-        Simulation::with(&scene, Blind, Impact, Fineness::default()).unwrap();
+    let mut blind: Simulation<Blind, Impact, HeapScheduler> =
+        Simulation::with(&scene, Blind, Impact, CellsPerSide::default()).unwrap();
     for (time, pairs) in [(0.05, 0), (0.15, 2), (0.3, 0)] {
         blind.run_until(time).unwrap();
-        overlaps.standby(&blind.view());
+        overlaps.sample(&blind.view());
         assert_eq!(blind.view().overlaps().pairs, pairs, "at {time}");
     }
     // At 0.15 the first pair is 0.05 apart, of diameter 0.1; the second 0.01 apart across the border, reach 0.06.

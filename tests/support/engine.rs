@@ -7,7 +7,7 @@ use carom_engine::{
     AtomSpec, BumperSpec, CollisionReport, ElasticityRule, GasSpec, Instructions, MoleculeSpec, Observer,
     Rotation, Scene, Scheduler, Simulation, View, WallSpec,
 };
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 use carom_response::Impact;
 use glam::DVec2;
 
@@ -20,8 +20,8 @@ pub use bodies::{bumper, disc, frozen, named};
 /// Runs a check with each scheduler.
 macro_rules! with_each_scheduler {
     ($check:ident) => {
-        $check::<carom_engine::Thesis>(&carom_engine::Fineness::Automatic);
-        $check::<carom_engine::Cells>(&carom_engine::Instructions::Widest);
+        $check::<carom_engine::HeapScheduler>(&carom_engine::CellsPerSide::Automatic);
+        $check::<carom_engine::CellScheduler>(&carom_engine::Instructions::Widest);
     };
 }
 pub(crate) use with_each_scheduler;
@@ -37,16 +37,16 @@ macro_rules! test_each_scheduler {
         mod $name {
             #[test]
             fn thesis() {
-                super::$check::<carom_engine::Thesis>(&carom_engine::Fineness::Automatic);
+                super::$check::<carom_engine::HeapScheduler>(&carom_engine::CellsPerSide::Automatic);
             }
 
-            super::support::tests_of_instructions!(super::$check::<carom_engine::Cells>);
+            super::support::tests_of_instructions!(super::$check::<carom_engine::CellScheduler>);
         }
     )+};
 }
 pub(crate) use test_each_scheduler;
 
-/// Defines tests of a check, one for each instruction set of [`Cells`](carom_engine::Cells), in a
+/// Defines tests of a check, one for each instruction set of [`CellScheduler`](carom_engine::CellScheduler), in a
 /// module with the name of what is checked. The check is a function of the instructions.
 macro_rules! test_each_instruction_set {
     ($($(#[$attribute:meta])* $name:ident: $check:ident;)+) => {$(
@@ -111,7 +111,7 @@ pub fn scene(molecule: Vec<MoleculeSpec>) -> Scene {
 
 /// The scene with everything in it that the engine treats in a way of its own: discs of two sizes, molecules
 /// free and locked, fixed discs, a fixed molecule.
-pub fn menagerie(seed: u64) -> Scene {
+pub fn reference_scene(seed: u64) -> Scene {
     let mut scene = scene(vec![
         MoleculeSpec {
             angular_velocity: 3.0,
@@ -263,12 +263,12 @@ pub struct Encounter {
 /// Writes down all collisions.
 #[derive(Debug, Clone)]
 pub struct Encounters {
-    begun: Instant,
+    begun: EpochTime,
     pub list: Vec<Encounter>,
 }
 
 impl Encounters {
-    pub fn since(begun: Instant) -> Self {
+    pub fn since(begun: EpochTime) -> Self {
         Self { begun, list: Vec::new() }
     }
 

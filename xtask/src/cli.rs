@@ -63,7 +63,7 @@ pub enum Command {
     CapabilityWorker {
         /// Which variant
         variant: String,
-        /// For how many standby intervals
+        /// For how many sample intervals
         intervals: u32,
     },
     /// Check what the compiler does not: layers, first lines, the commands in the README

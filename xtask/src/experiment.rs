@@ -11,8 +11,8 @@ use crate::{
     interruption::Signals,
     manifest::Manifest,
     output::{Destination, Folder, Resumption},
-    pieces::Pieces,
     say,
+    work_items::Pieces,
 };
 
 /// What is said and written before an experiment begins.

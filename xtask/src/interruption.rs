@@ -22,7 +22,7 @@ use signal_hook::{
 };
 use thiserror::Error;
 
-use crate::growing::Kept;
+use crate::append_file::Kept;
 
 /// How long runs have to come to a checkpoint after a signal. Longer: the program does not end
 /// within a second. Shorter: more is run twice.

@@ -1,5 +1,7 @@
 //! Runners on top of carom: experiments, scenes, encounter files, and checks of the repository itself.
 
+pub mod animation;
+pub mod append_file;
 pub mod bench;
 pub mod billiard;
 pub mod brownian;
@@ -13,10 +15,8 @@ pub mod encounters;
 pub mod experiment;
 pub mod experiment_encounters;
 pub mod experiment_extremes;
-pub mod film;
 pub mod fixed_energy;
 pub mod fuzz;
-pub mod growing;
 pub mod interruption;
 pub mod manifest;
 pub mod molecule_picture;
@@ -25,21 +25,21 @@ pub mod output;
 pub mod overrides;
 pub mod page;
 pub mod part;
-pub mod pieces;
 pub mod plot;
 pub mod polar;
 pub mod power_law;
 pub mod progress;
 pub mod resumable;
 pub mod run;
+pub mod sampling_times;
 pub mod scatter;
 pub mod series;
-pub mod standbys;
 pub mod summary;
-pub mod there_and_back;
 pub mod thesis_tests;
 pub mod tidy;
+pub mod time_reversal;
 pub mod tradeoff;
+pub mod work_items;
 
 use std::io::Write as _;
 

@@ -87,15 +87,17 @@ impl Manifest {
     }
 }
 
-/// The streams that a scene draws from: number 16 × replica + purpose, see [`carom::engine::random_stream`].
+/// The streams that a scene draws from: number 16 × replica + purpose, see [`carom::engine::RandomStream`].
 fn streams(scene: &Scene) -> [Stream; 2] {
-    use carom::engine::Purpose;
-    [("placement", Purpose::Placement), ("velocities", Purpose::Velocities)].map(|(name, purpose)| Stream {
-        purpose: name,
-        generator: "PCG-64",
-        seed: scene.bounds.seed,
-        number: 16 * u128::from(scene.bounds.replica) + purpose as u128,
-    })
+    use carom::engine::RandomStream;
+    [("placement", RandomStream::Placement), ("velocities", RandomStream::Velocities)].map(
+        |(name, purpose)| Stream {
+            purpose: name,
+            generator: "PCG-64",
+            seed: scene.bounds.seed,
+            number: 16 * u128::from(scene.bounds.replica) + purpose as u128,
+        },
+    )
 }
 
 fn revision() -> Option<String> {

@@ -5,6 +5,9 @@ use std::str::FromStr;
 use anyhow::{Context, Result, bail, ensure};
 use toml::{Table, Value};
 
+/// Keys that have been renamed: where they stand, the old name, which is still read, and the new one.
+const RENAMED: [(&str, &str, &str); 1] = [("run", "standby", "sample_interval")];
+
 /// One entry to be changed: where it stands, and what it becomes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Override {
@@ -39,8 +42,23 @@ impl Override {
     /// # Errors
     /// The path leads through something that is neither a table nor a list, or beyond the end of a list.
     pub fn apply(&self, scene: &mut Table) -> Result<()> {
+        let mut path = self.path.clone();
+        for (table, old, new) in RENAMED {
+            if path == [table, old] {
+                new.clone_into(&mut path[1]);
+            }
+            if let Some(Value::Table(entries)) = scene.get_mut(table)
+                && let Some(value) = entries.remove(old)
+            {
+                ensure!(
+                    !entries.contains_key(new),
+                    "`{table}.{new}` is given twice, once as `{table}.{old}`"
+                );
+                entries.insert(new.to_owned(), value);
+            }
+        }
         let mut walked = String::new();
-        let Some((last, above)) = self.path.split_last() else { bail!("an empty path") };
+        let Some((last, above)) = path.split_last() else { bail!("an empty path") };
         let mut place = Place::Table(scene);
         for key in above {
             place = place.enter(key, &walked)?;
@@ -109,6 +127,9 @@ mod tests {
         assert_eq!(changed("", "run.until = 2.5").unwrap(), "[run]\nuntil = 2.5\n");
         assert_eq!(changed("", "run.snapshots=extxyz").unwrap(), "[run]\nsnapshots = \"extxyz\"\n");
         assert_eq!(changed("", "box.sides=[2, 1.0]").unwrap(), "[box]\nsides = [2, 1.0]\n");
+        for set in ["run.sample_interval=2", "run.standby=2"] {
+            assert_eq!(changed("[run]\nstandby = 1\n", set).unwrap(), "[run]\nsample_interval = 2\n");
+        }
         assert_eq!(changed("", "box.seed=7").unwrap(), "[box]\nseed = 7\n");
     }
 

@@ -81,17 +81,17 @@ impl Page {
         self.body.push_str("</div>\n");
     }
 
-    /// A moving view, of what [`film`](crate::film) has recorded.
-    pub fn film(&mut self, film: &str, caption: &str) {
+    /// A moving view, of what [`animation`](crate::animation) has recorded.
+    pub fn animation(&mut self, animation: &str, caption: &str) {
         // In a string of JSON this means the same, and can end no element of the page.
-        let film = film.replace('<', "\\u003c");
+        let animation = animation.replace('<', "\\u003c");
         let _ = writeln!(
             self.body,
-            "<figure class=\"film\">\n<div class=\"views\"></div>\n<div class=\"controls\"></div>\n\
-             <figcaption>{}</figcaption>\n<script type=\"application/json\">{film}</script>\n</figure>\n\
+            "<figure class=\"animation\">\n<div class=\"views\"></div>\n<div class=\"controls\"></div>\n\
+             <figcaption>{}</figcaption>\n<script type=\"application/json\">{animation}</script>\n</figure>\n\
              <script>\n{}</script>",
             escape(caption),
-            include_str!("film.js")
+            include_str!("animation.js")
         );
     }
 
@@ -265,9 +265,9 @@ mod tests {
         page.pictures(Layout::Beside, &[("<svg></svg>", evil)]);
         page.table(&[evil], &[vec![evil.to_owned()]]);
         page.links([evil]);
-        page.film(&serde_json::to_string(evil).unwrap(), evil);
+        page.animation(&serde_json::to_string(evil).unwrap(), evil);
         let html = page.html();
-        // That of the page itself; of the film, its data and what plays them.
+        // That of the page itself; of the animation, its data and what plays them.
         assert_eq!(html.matches("<script").count(), 3, "{html}");
         assert_eq!(html.matches("</script").count(), 3, "{html}");
         assert!(!html.contains("{{"), "a placeholder is left");

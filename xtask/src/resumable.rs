@@ -1,9 +1,9 @@
 //! A run that can be interrupted at any moment and gone on with, to the bit.
 //!
-//! A checkpoint holds: what is run, as text, and until when (the head); the simulation, its observers, how many standbys
+//! A checkpoint holds: what is run, as text, and until when (the head); the simulation, its observers, how many samples
 //! there were, how long the files were that grow, and the processor time spent (the state); and, once the run has ended,
-//! its result. It is taken where an epoch ends, between two standbys: when it is time, when the program is asked to end, and
-//! once shortly before the end. Never at the end itself: the last standby stands where the run was to end, which a longer
+//! its result. It is taken where an epoch ends, between two samples: when it is time, when the program is asked to end, and
+//! once shortly before the end. Never at the end itself: the last sample stands where the run was to end, which a longer
 //! run knows nothing of, so a run is extended from before it.
 
 use std::{
@@ -14,14 +14,14 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail, ensure};
-use carom::{Checkpoint, Instant, Observer, Scene, Simulation};
+use carom::{Checkpoint, EpochTime, Observer, Scene, Simulation};
 use clap::Args;
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{
+    append_file::{Growing, Kept, Length},
     checkpoint_file::{self, Body, FileError},
-    growing::{Growing, Kept, Length},
     interruption::{SharedKept, Signals},
     output::{Folder, Resumption},
 };
@@ -58,8 +58,8 @@ pub struct Task<'a> {
     pub what: String,
     /// When it ends (time).
     pub until: f64,
-    /// How many standbys there will be.
-    pub standbys: usize,
+    /// How many samples there will be.
+    pub samples: usize,
     /// Checkpoints, and whether to go on from one.
     pub choices: &'a Choices,
     /// Who may ask the program to end.
@@ -86,7 +86,7 @@ pub struct Resumable<O> {
     pub observers: O,
     /// The files that grow with it.
     pub files: Growing,
-    standbys: usize,
+    samples: usize,
     clock: ThreadTime,
     /// Processor time before the present process (seconds).
     seconds_before: f64,
@@ -116,8 +116,8 @@ struct Head {
     what: String,
     until: f64,
     ended: bool,
-    time: Instant,
-    standbys: usize,
+    time: EpochTime,
+    samples: usize,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -163,7 +163,7 @@ impl Task<'_> {
             head.until
         );
         ensure!(
-            head.standbys < self.standbys && head.time <= Instant::from(self.until),
+            head.samples < self.samples && head.time <= EpochTime::from(self.until),
             "the run has come to {}, so that it cannot end at {}",
             head.time,
             self.until
@@ -205,14 +205,14 @@ impl Task<'_> {
         let simulation = Simulation::resume(&state.simulation)?;
         if head.ended {
             // From here on it has not: its result is no longer what the files will say.
-            self.write(head.standbys, &state)?;
+            self.write(head.samples, &state)?;
         }
         let kept = self.share(Some(state.files.clone()));
         Ok(Start::From(Box::new(Resumable {
             simulation,
             observers: state.observers,
             files: Growing::resume(self.folder, &state.files)?,
-            standbys: head.standbys,
+            samples: head.samples,
             clock: ThreadTime::now(),
             seconds_before: state.seconds,
             saved: Some(WallTime::now()),
@@ -236,16 +236,16 @@ impl Task<'_> {
     }
 
     /// Writes the checkpoint of a run that has not ended.
-    fn write<O: Serialize>(&self, standbys: usize, state: &State<O>) -> Result<()> {
+    fn write<O: Serialize>(&self, samples: usize, state: &State<O>) -> Result<()> {
         let time = state.simulation.time();
-        let head = Head { what: self.what.clone(), until: self.until, ended: false, time, standbys };
+        let head = Head { what: self.what.clone(), until: self.until, ended: false, time, samples };
         checkpoint_file::write(
             &self.path(),
             &[&checkpoint_file::encode(&head)?, &checkpoint_file::encode(state)?],
         )
     }
 
-    fn is_nearly_done(&self, time: Instant) -> bool {
+    fn is_nearly_done(&self, time: EpochTime) -> bool {
         time.to_f64() >= NEARLY_DONE * self.until
     }
 }
@@ -272,7 +272,7 @@ impl<O: Observer + Serialize> Resumable<O> {
             simulation,
             observers,
             files: Growing::begin(task.folder),
-            standbys: 0,
+            samples: 0,
             clock: ThreadTime::now(),
             seconds_before: 0.0,
             saved: None,
@@ -281,12 +281,12 @@ impl<O: Observer + Serialize> Resumable<O> {
         }
     }
 
-    /// Runs to the next standby, and leaves checkpoints on the way.
+    /// Runs to the next sample, and leaves checkpoints on the way.
     ///
     /// # Errors
     /// The run cannot go on, a checkpoint cannot be written, or the program has been asked to end and there is one.
     pub fn run_to(&mut self, time: f64, task: &Task<'_>) -> Result<()> {
-        let until = Instant::from(time);
+        let until = EpochTime::from(time);
         if self.saved.is_none() {
             self.save(task)?;
         }
@@ -303,15 +303,15 @@ impl<O: Observer + Serialize> Resumable<O> {
         Ok(())
     }
 
-    /// The simulation has come to a standby: the observers are told.
+    /// The simulation has come to a sample_interval: the observers are told.
     pub fn stand_by(&mut self) {
-        self.observers.standby(&self.simulation.view());
-        self.standbys += 1;
+        self.observers.sample(&self.simulation.view());
+        self.samples += 1;
     }
 
-    /// How many standbys there were.
-    pub fn standbys(&self) -> usize {
-        self.standbys
+    /// How many samples there were.
+    pub fn samples(&self) -> usize {
+        self.samples
     }
 
     /// Processor time spent so far, by earlier processes too, as far as their checkpoints know (seconds).
@@ -343,7 +343,7 @@ impl<O: Observer + Serialize> Resumable<O> {
         let state = State { simulation, observers: &self.observers, seconds: self.seconds(), files };
         // Locked, so that files are not cut back to an older checkpoint than the one on the disk.
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        task.write(self.standbys, &state)?;
+        task.write(self.samples, &state)?;
         kept.set(Some(state.files));
         drop(kept);
         self.saved = Some(WallTime::now());
@@ -378,9 +378,9 @@ mod tests {
             (DirectionHistogram::new(tee, 4), RunningAverage::new(tee), ImpulseLog::new(tee, 100)),
         );
         observers.start(&view);
-        observers.standby(&view);
+        observers.sample(&view);
         let head =
-            Head { what: "run".to_owned(), until: 1.0, ended: false, time: Instant::ZERO, standbys: 0 };
+            Head { what: "run".to_owned(), until: 1.0, ended: false, time: EpochTime::ZERO, samples: 0 };
         let simulation = simulation.checkpoint().unwrap();
         let kept = encode(&(head, State { simulation, observers, seconds: 0.5, files: Vec::new() })).unwrap();
         assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (4, 831, 2_239_407_009));

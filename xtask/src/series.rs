@@ -1,8 +1,8 @@
-//! Series over the standbys of a run, as tables.
+//! Series over the samples of a run, as tables.
 
 use carom::observers::{Impulse, LedgerPoint, PressurePoint, RatePoint, RunningPoint};
 
-use crate::growing::Table;
+use crate::append_file::Table;
 
 /// `energy.csv`.
 pub const ENERGY: Table<LedgerPoint> = Table {

@@ -74,11 +74,11 @@ pub struct Totals {
     pub simulated_time: f64,
     /// Contacts per second of processor time of the thread, in the run phase.
     pub collisions_per_second: f64,
-    /// Largest difference of energy and booked energy at a standby, relative to the energy at the start.
+    /// Largest difference of energy and booked energy at a sample, relative to the energy at the start.
     pub energy_drift: f64,
-    /// Largest number of overlapping pairs at a standby.
+    /// Largest number of overlapping pairs at a sample.
     pub overlapping_pairs: usize,
-    /// Deepest overlap at a standby, in units of the smaller diameter; may be a rounding.
+    /// Deepest overlap at a sample, in units of the smaller diameter; may be a rounding.
     pub max_overlap: f64,
 }
 

@@ -5,7 +5,7 @@ use clap::Parser as _;
 use xtask::{
     billiard::{Options, fly},
     chi_square::ChiSquare,
-    pieces::Pieces,
+    work_items::Pieces,
 };
 
 #[derive(clap::Parser)]

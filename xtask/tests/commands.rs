@@ -63,7 +63,7 @@ fn an_animation_can_be_left_out_or_start_late_and_the_report_does_not_grow_with_
         let radius = 0.4 / f64::from(count).sqrt();
         let text = format!(
             "[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}\n\
-             [run]\nuntil = 2e-3\nstandby = 1e-3\nobserve = [\"energy\"]\n"
+             [run]\nuntil = 2e-3\nsample_interval = 1e-3\nobserve = [\"energy\"]\n"
         );
         fs::write(&scene, text).unwrap();
         let out = root.path().join(name);
@@ -74,18 +74,18 @@ fn an_animation_can_be_left_out_or_start_late_and_the_report_does_not_grow_with_
         (out, report)
     };
     let (with, report) = run(20_000, "with", &[]);
-    assert!(report.len() < 2_000_000 && report.contains("class=\"film\""), "{}", report.len());
+    assert!(report.len() < 2_000_000 && report.contains("class=\"animation\""), "{}", report.len());
     let (without, plain) = run(20_000, "without", &["--set", "run.animation=false"]);
-    assert!(!plain.contains("class=\"film\"") && !plain.contains("flights.csv"));
+    assert!(!plain.contains("class=\"animation\"") && !plain.contains("flights.csv"));
     let (late, shown) = run(20_000, "late", &["--set", "run.animation_from=1.5e-3"]);
-    assert!(shown.contains("class=\"film\""));
-    assert_eq!(json(&with, "film.json")["from"], 0.0);
-    assert_eq!(json(&late, "film.json")["from"], 1.5e-3);
+    assert!(shown.contains("class=\"animation\""));
+    assert_eq!(json(&with, "animation.json")["from"], 0.0);
+    assert_eq!(json(&late, "animation.json")["from"], 1.5e-3);
     let first = fs::read_to_string(late.join("flights.csv")).unwrap().lines().nth(1).unwrap().to_owned();
     assert!(first.starts_with("0.0015,"), "{first}");
     // The run is the same with each of them.
     let kept = |folder: &Path| -> Vec<_> {
-        let is_choice = |name: &str| ["film.json", "flights.csv", "config.toml"].contains(&name);
+        let is_choice = |name: &str| ["animation.json", "flights.csv", "config.toml"].contains(&name);
         data(folder).into_iter().filter(|(name, _)| !is_choice(name)).collect()
     };
     assert!(kept(&with) == kept(&without) && kept(&with) == kept(&late));
@@ -196,7 +196,7 @@ fn an_existing_folder_is_refused_unless_forced() {
 }
 
 const SCENE: &str = "[box]\nseed = 3\n\n[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 40\n\n\
-                     [run]\nuntil = 0.5\nstandby = 0.1\nobserve = [\"energy\", \"collision-rate\", \"pressure\", \"overlap\", \"velocities\"]\n\
+                     [run]\nuntil = 0.5\nsample_interval = 0.1\nobserve = [\"energy\", \"collision-rate\", \"pressure\", \"overlap\", \"velocities\"]\n\
                      snapshots = \"extxyz\"\n";
 
 /// Runs a scene given as text, with more arguments, into `folder/out`.
@@ -213,7 +213,7 @@ fn a_scene_is_run_and_can_be_run_again_from_what_it_wrote() {
     assert_eq!(code, Some(0), "{said}");
     let out = root.path().join("out");
     let frames = fs::read_to_string(out.join("trajectory.extxyz")).unwrap();
-    assert_eq!(frames.matches("Lattice=").count(), 6, "one at the start, five standbys");
+    assert_eq!(frames.matches("Lattice=").count(), 6, "one at the start, five samples");
     assert_eq!(fs::read_to_string(out.join("energy.csv")).unwrap().lines().count(), 1 + 6);
     assert_eq!(fs::read_to_string(out.join("collision-rate.csv")).unwrap().lines().count(), 1 + 5);
 

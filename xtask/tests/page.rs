@@ -116,7 +116,7 @@ fn pages_are_whole_and_the_gas_moves() {
     check(&seen(browser, &folder.join("run/report.html")), 1, &["t = 0"]);
 
     // Of many bodies a part of the box.
-    let gas = "[[gas]]\nradius = 0.002\nmass = 1.0\nenergy = 1.0\ncount = 20000\n[run]\nuntil = 0.01\nstandby = 0.01\n";
+    let gas = "[[gas]]\nradius = 0.002\nmass = 1.0\nenergy = 1.0\ncount = 20000\n[run]\nuntil = 0.01\nsample_interval = 0.01\n";
     fs::write(folder.join("large.toml"), gas).unwrap();
     xtask(folder, &["run", "large.toml", "--out", "large"]);
     check(&seen(browser, &folder.join("large/report.html")), 1, &["t = 0"]);

@@ -12,7 +12,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use tempfile::TempDir;
 
-/// Discs, a tee that turns, a locked cross, a bumper, lossy contacts by tags; the last standby is off the others' grid.
+/// Discs, a tee that turns, a locked cross, a bumper, lossy contacts by tags; the last sample is off the others' grid.
 const SCENE: &str = r#"
 [box]
 seed = 3
@@ -42,7 +42,7 @@ between = ["tee", "gas"]
 coefficient = 0.99
 [run]
 until = 60.05
-standby = 0.1
+sample_interval = 0.1
 observe = ["energy", "collision-rate", "pressure", "overlap", "impulses:tee", "velocities:gas", "correlation:gas",
     "pair-distribution:gas", "contact-density:tee", "thermostat"]
 snapshots = "extxyz"
@@ -255,7 +255,7 @@ fn asked_to_end_a_run_leaves_a_checkpoint_and_says_how_to_go_on() {
     }
 }
 
-/// Molecules so many that an epoch takes some seconds, longer than the run, with standbys on the
+/// Molecules so many that an epoch takes some seconds, longer than the run, with samples on the
 /// way.
 const LONG_EPOCH: &str = r#"
 [box]
@@ -268,7 +268,7 @@ energy = 1.0
 count = 20000
 [run]
 until = 0.25
-standby = 0.0025
+sample_interval = 0.0025
 observe = ["energy"]
 "#;
 
@@ -454,7 +454,8 @@ fn what_cannot_be_resumed_is_refused_by_name_and_left_alone() {
     assert_eq!(fs::read_dir(foreign.path("out")).unwrap().count(), 1);
 
     // A folder that another process writes into.
-    let endless = ["run", "scene.toml", "--out", "busy", "--until", "1e6", "--set", "run.standby=1e3"];
+    let endless =
+        ["run", "scene.toml", "--out", "busy", "--until", "1e6", "--set", "run.sample_interval=1e3"];
     let mut child = foreign.start(&[&endless]);
     while !foreign.path("busy/checkpoint").exists() {
         sleep(Duration::from_millis(2));

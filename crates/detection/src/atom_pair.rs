@@ -89,7 +89,7 @@ impl<'a> AtomPair<'a> {
     /// A time up to which the circles are certainly apart, by one step from a placement on; that time itself
     /// if they may touch there.
     #[inline]
-    pub(crate) fn apart_until(&self, at: &Placement) -> f64 {
+    pub(crate) fn contact_time_lower_bounds(&self, at: &Placement) -> f64 {
         let now = self.gap(&self.pose_of(*at));
         let gap = now.value - now.error;
         if gap > 0.0 { at.time + safe_step(gap, now.rate - now.rate_error, &now.curvature) } else { at.time }

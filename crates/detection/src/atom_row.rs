@@ -1,6 +1,6 @@
 //! Until when a disc is certainly apart from each of a few atoms of a turning molecule.
 //!
-//! With a the place of an atom in its molecule's frame, and a disc at p, as the [asking](crate::Asker) molecule sees it, the gap
+//! With a the place of an atom in its molecule's frame, and a disc at p, as the [asking](crate::QueryBody) molecule sees it, the gap
 //! g = |p − a| − s has the rate g' = (p − a)·p'/|p − a|, and seen from outside the atom's acceleration is never more than
 //! K = ω² |a|. So there is no contact as long as g + g' h − K h²/2 is above 0: the shared step of
 //! [`Exact`](crate::Exact). Where g widens that is at least up to h = 2 g'/K; and as a pair that has just met, with g = 0 to
@@ -13,14 +13,14 @@
 use carom_geometry::AtomRow;
 
 use crate::{
-    asker::View,
+    relative_disc::RelativeDisc,
     tolerance::{SOON, STEP_MARGIN},
 };
 
 /// When a disc may touch one of these atoms (time from now).
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "it must be compiled with the vector instructions of its caller")]
-pub(crate) fn apart_from_atoms(rows: &[AtomRow], disc: &View, spin: f64) -> f64 {
+pub(crate) fn apart_from_atoms(rows: &[AtomRow], disc: &RelativeDisc, spin: f64) -> f64 {
     let [px, py] = disc.place;
     let [vx, vy] = disc.rate;
     // 2 E |p'|

@@ -115,7 +115,8 @@ pub(crate) fn descend(blocks: &BlockSearch<'_>, bodies: [Body<'_>; 2], begin: f6
         };
         let first = stack.len();
         for places in parts {
-            let bound = AtomPair::new(blocks.flight, places.map(Place::circle)).apart_until(&at);
+            let bound =
+                AtomPair::new(blocks.flight, places.map(Place::circle)).contact_time_lower_bounds(&at);
             search.evaluations += 1;
             if bound <= limit {
                 stack.push(Task { bound, places });

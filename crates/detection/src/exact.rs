@@ -18,8 +18,8 @@
 //! 3. **Many atoms.** Circles that hold atoms ([`CircleTree`](carom_geometry::CircleTree)) are followed as if they were
 //!    atoms. Their contents lie inside, rounding included, and cannot touch before they do; so the parts of two circles
 //!    begin where those were last certified. These shared steps use g − E and pass over nothing deeper than L u t.
-//! 4. **Before a search.** [`Detection::apart_until`] gives lower bounds by one step from coarser data; the rounding taken
-//!    off is wider than E ([`Asker`]). A search of bodies that turn begins at that bound.
+//! 4. **Before a search.** [`Detection::contact_time_lower_bounds`] gives lower bounds by one step from coarser data; the rounding taken
+//!    off is wider than E ([`QueryBody`]). A search of bodies that turn begins at that bound.
 //! 5. **Discs.** Bodies that do not turn meet by the closed form of [`disc_contact`].
 //! 6. **Ranges.** A query that holds NaN, an infinity, or a magnitude whose square could overflow is answered by
 //!    [`Outcome::OutOfRange`]. Very slow and very fast pairs are answered in another unit of time, where no product of
@@ -31,7 +31,7 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Asker, Detection, DiscLanes, ErrorBound, Outcome, Window,
+    Answer, Detection, DiscLanes, ErrorBound, Outcome, QueryBody, Window,
     atom_block::BlockSearch,
     circle_descent::{Body, descend},
     disc::disc_contact,
@@ -91,8 +91,13 @@ impl Detection for Exact {
         clippy::inline_always,
         reason = "it must be compiled with the vector instructions of its caller"
     )]
-    fn apart_until<const N: usize>(&self, asker: &Asker<'_>, lanes: &DiscLanes<N>, horizon: f64) -> [f64; N] {
-        asker.apart_until(lanes, horizon)
+    fn contact_time_lower_bounds<const N: usize>(
+        &self,
+        query: &QueryBody<'_>,
+        lanes: &DiscLanes<N>,
+        horizon: f64,
+    ) -> [f64; N] {
+        query.contact_time_lower_bounds(lanes, horizon)
     }
 
     #[inline(always)]
@@ -100,8 +105,8 @@ impl Detection for Exact {
         clippy::inline_always,
         reason = "it must be compiled with the vector instructions of its caller"
     )]
-    fn one_apart_until(&self, asker: &Asker<'_>, lanes: &DiscLanes<1>, horizon: f64) -> f64 {
-        asker.one_apart_until(lanes, horizon)
+    fn contact_time_lower_bound(&self, query: &QueryBody<'_>, lanes: &DiscLanes<1>, horizon: f64) -> f64 {
+        query.contact_time_lower_bound(lanes, horizon)
     }
 
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {

@@ -47,7 +47,6 @@
 //! # Ok::<(), carom_geometry::GeometryError>(())
 //! ```
 
-mod asker;
 mod atom_block;
 mod atom_pair;
 mod atom_row;
@@ -68,8 +67,10 @@ mod golden_secant;
 mod golden_section;
 mod lanes;
 mod outcome;
+mod query_body;
 mod range;
 mod rectangle;
+mod relative_disc;
 mod resolved_speed;
 mod safe_step;
 mod search;
@@ -80,7 +81,6 @@ mod strip;
 pub mod tolerance;
 mod walls;
 
-pub use asker::Asker;
 pub use bounding_circles::BoundingCircles;
 pub use error_bound::ErrorBound;
 pub use exact::Exact;
@@ -89,6 +89,7 @@ pub use fixed_step::{FixedStep, natural_time};
 pub use golden_secant::GoldenSecant;
 pub use lanes::{DISC_LANES, DiscLanes};
 pub use outcome::{Answer, Contact, Outcome, Part, Touch};
+pub use query_body::QueryBody;
 pub use resolved_speed::resolved_speed;
 pub use skimming::{Window, skim};
 
@@ -133,11 +134,16 @@ pub trait Detection {
         clippy::inline_always,
         reason = "it must be compiled with the vector instructions of its caller"
     )]
-    fn apart_until<const N: usize>(&self, asker: &Asker<'_>, lanes: &DiscLanes<N>, horizon: f64) -> [f64; N]
+    fn contact_time_lower_bounds<const N: usize>(
+        &self,
+        query: &QueryBody<'_>,
+        lanes: &DiscLanes<N>,
+        horizon: f64,
+    ) -> [f64; N]
     where
         Self: Sized,
     {
-        let _ = (asker, horizon);
+        let _ = (query, horizon);
         lanes.entry_times()
     }
 
@@ -150,11 +156,11 @@ pub trait Detection {
         clippy::inline_always,
         reason = "it must be compiled with the vector instructions of its caller"
     )]
-    fn one_apart_until(&self, asker: &Asker<'_>, lanes: &DiscLanes<1>, horizon: f64) -> f64
+    fn contact_time_lower_bound(&self, query: &QueryBody<'_>, lanes: &DiscLanes<1>, horizon: f64) -> f64
     where
         Self: Sized,
     {
-        let _ = (asker, lanes, horizon);
+        let _ = (query, lanes, horizon);
         0.0
     }
 

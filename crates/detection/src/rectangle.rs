@@ -1,7 +1,7 @@
 //! Until when discs are certainly beyond a side of the rectangle that holds a turning molecule.
 //!
 //! For the outward normal n of a side that is w from the centre of mass, and a disc of radius r at p, as the
-//! [asking](crate::Asker) molecule sees it, the distance s = n·p − w − r has for all h ≤ H
+//! [asking](crate::QueryBody) molecule sees it, the distance s = n·p − w − r has for all h ≤ H
 //!
 //! s(h) ≥ s + s' h − K h²/2,  K = 2 |ω| |V| + ω² (|d| + |V| H),
 //!
@@ -13,13 +13,18 @@
 
 use glam::DVec2;
 
-use crate::{asker::View, tolerance::STEP_MARGIN};
+use crate::{relative_disc::RelativeDisc, tolerance::STEP_MARGIN};
 
 /// When a disc may be at the rectangle of these corners (time from now); steps beyond `horizon` say no more than that it
 /// is not before.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "it must be compiled with the vector instructions of its caller")]
-pub(crate) fn apart_from_rectangle([low, high]: [DVec2; 2], disc: &View, spin: f64, horizon: f64) -> f64 {
+pub(crate) fn apart_from_rectangle(
+    [low, high]: [DVec2; 2],
+    disc: &RelativeDisc,
+    spin: f64,
+    horizon: f64,
+) -> f64 {
     let bend = 2.0 * spin.abs() * disc.speed + spin * spin * (disc.distance + disc.speed * horizon);
     let step = |behind: f64, beyond: f64, rate: f64| {
         let is_beyond = beyond > behind;

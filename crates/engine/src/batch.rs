@@ -10,10 +10,10 @@ use carom_response::Response;
 use crate::{
     BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, LEAST_SPEED, MoleculeSpec, Rotation,
     SceneError, Scheduler, Simulation, Tag, TagNames, WallSpec, World,
-    at_once::AtOnce,
     body::BodyKind,
     build::{add_molecule, add_wall, deepest_overlap, inertia},
     simulation::Epoch,
+    simultaneous_contacts::SimultaneousContacts,
     sites::Sites,
     unresolved::Unresolved,
 };
@@ -311,7 +311,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.ledger.put_in += world.energy() - self.world.energy();
         self.work_before = self.counters.scheduler;
         (self.offset, self.epoch) = (0.0, Epoch::ToBegin);
-        (self.at_once, self.unresolved) = (AtOnce::default(), Unresolved::default());
+        (self.simultaneous, self.unresolved) = (SimultaneousContacts::default(), Unresolved::default());
         (self.world, self.names, self.elasticity, self.scheduler) = (world, names, elasticity, scheduler);
         Ok(())
     }

@@ -9,10 +9,10 @@ use carom_response::{Impact, Response};
 use glam::DVec2;
 
 use crate::{
-    AtomSpec, Cells, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError, Scheduler,
-    SchedulerCounters, Simulation, TagNames, Tags, WallSpec, World, at_once::AtOnce, body::BodyKind,
-    grid::Grid, limits::refuse_slow, overlap::rounding_bound, placement, simulation::Epoch, sites::Sites,
-    unresolved::Unresolved,
+    AtomSpec, CellScheduler, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError,
+    Scheduler, SchedulerCounters, Simulation, TagNames, Tags, WallSpec, World, body::BodyKind, grid::Grid,
+    limits::refuse_slow, overlap::rounding_bound, placement, simulation::Epoch,
+    simultaneous_contacts::SimultaneousContacts, sites::Sites, unresolved::Unresolved,
 };
 
 impl Simulation {
@@ -21,7 +21,7 @@ impl Simulation {
     /// # Errors
     /// [`SceneError`], which names the entry, if the scene cannot be built.
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
-        Self::with(scene, Exact::default(), Impact, <Cells as Scheduler>::Options::default())
+        Self::with(scene, Exact::default(), Impact, <CellScheduler as Scheduler>::Options::default())
     }
 }
 
@@ -30,13 +30,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// ```
     /// use carom_detection::Exact;
-    /// use carom_engine::{Fineness, Scene, Simulation, Thesis};
+    /// use carom_engine::{CellsPerSide, Scene, Simulation, Thesis};
     /// use carom_response::Impact;
     ///
     /// let mut scene = Scene::default();
     /// // No grid: all pairs are looked at.
     /// let simulation: Simulation<Exact, Impact, Thesis> =
-    ///     Simulation::with(&scene, Exact::default(), Impact, Fineness::Given(1))?;
+    ///     Simulation::with(&scene, Exact::default(), Impact, CellsPerSide::Given(1))?;
     /// # Ok::<(), carom_engine::SceneError>(())
     /// ```
     ///
@@ -83,7 +83,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             .map_err(|reason| reason.named(|body| entry_of(body, &entries, &gases)))?;
         let ledger = Ledger { initial: world.energy(), ..Ledger::default() };
         Ok(Self {
-            at_once: AtOnce::default(),
+            simultaneous: SimultaneousContacts::default(),
             unresolved: Unresolved::default(),
             world,
             detection,

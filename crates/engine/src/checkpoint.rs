@@ -8,20 +8,20 @@ use std::sync::Arc;
 
 use carom_detection::{Detection, Exact};
 use carom_geometry::{LARGEST, Molecule, PeriodicBox};
-use carom_kinematics::{Inertia, Instant, Motion};
+use carom_kinematics::{EpochTime, Inertia, Motion};
 use carom_response::{Impact, Response};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    BodyKey, BodyName, Cells, Counters, ElasticitySpec, ElasticityTable, LEAST_SPEED, Ledger, Rotation,
-    SceneError, Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
-    at_once::AtOnce,
+    BodyKey, BodyName, CellScheduler, Counters, ElasticitySpec, ElasticityTable, LEAST_SPEED, Ledger,
+    Rotation, SceneError, Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
     body::BodyKind,
     build::{inertia, refuse_large_wall},
     limits::too_slow,
     simulation::Epoch,
+    simultaneous_contacts::SimultaneousContacts,
     unresolved::Unresolved,
 };
 
@@ -33,11 +33,11 @@ use crate::{
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
-/// use carom_kinematics::Instant;
+/// use carom_kinematics::EpochTime;
 ///
 /// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 50")?;
 /// let mut simulation = Simulation::new(&scene)?;
-/// simulation.observe_epoch(Instant::from(10.0), &mut ())?;
+/// simulation.observe_epoch(EpochTime::from(10.0), &mut ())?;
 /// let checkpoint = simulation.checkpoint().expect("the epoch has ended before that");
 /// let mut resumed = Simulation::resume(&checkpoint)?;
 /// simulation.run_until(10.0)?;
@@ -48,7 +48,7 @@ use crate::{
 /// ```
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Checkpoint {
-    epoch: Instant,
+    epoch: EpochTime,
     bounds: PeriodicBox,
     next_key: BodyKey,
     /// Shapes, each once for all bodies that share it.
@@ -60,7 +60,7 @@ pub struct Checkpoint {
     elasticity: ElasticitySpec,
     counters: Counters,
     ledger: Ledger,
-    at_once: AtOnce,
+    simultaneous: SimultaneousContacts,
     unresolved: Unresolved,
 }
 
@@ -129,7 +129,12 @@ impl Simulation {
     /// # Errors
     /// [`CheckpointError`] if no simulation can have written it.
     pub fn resume(checkpoint: &Checkpoint) -> Result<Self, CheckpointError> {
-        Self::resume_with(checkpoint, Exact::default(), Impact, <Cells as Scheduler>::Options::default())
+        Self::resume_with(
+            checkpoint,
+            Exact::default(),
+            Impact,
+            <CellScheduler as Scheduler>::Options::default(),
+        )
     }
 }
 
@@ -154,7 +159,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             ledger,
             offset,
             epoch,
-            at_once,
+            simultaneous,
             unresolved,
         } = self;
         if !matches!(epoch, Epoch::ToBegin) {
@@ -174,7 +179,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             elasticity: elasticity.spec(),
             counters: *counters,
             ledger: *ledger,
-            at_once: at_once.clone(),
+            simultaneous: simultaneous.clone(),
             unresolved: *unresolved,
         })
     }
@@ -217,7 +222,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             ledger: checkpoint.ledger,
             offset: 0.0,
             epoch: Epoch::ToBegin,
-            at_once: checkpoint.at_once.clone(),
+            simultaneous: checkpoint.simultaneous.clone(),
             unresolved: checkpoint.unresolved,
         })
     }
@@ -225,7 +230,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
 impl Checkpoint {
     /// The time at which it was taken.
-    pub fn time(&self) -> Instant {
+    pub fn time(&self) -> EpochTime {
         self.epoch
     }
 
@@ -236,7 +241,7 @@ impl Checkpoint {
             if all { Ok(()) } else { Err(CheckpointError::NotFinite(what)) }
         };
         finite("time", &[self.epoch.epoch(), self.epoch.epoch_low(), self.epoch.offset()])?;
-        finite("time of the last contact", &[self.at_once.time, self.unresolved.since])?;
+        finite("time of the last contact", &[self.simultaneous.time, self.unresolved.since])?;
         finite("ledger", &[initial, lost, spared, put_in])?;
         if self.last_contacts.iter().any(|&time| time.is_nan() || time == f64::INFINITY) {
             return Err(CheckpointError::NotFinite("time of a last contact"));
@@ -260,7 +265,7 @@ impl Checkpoint {
             unresolved,
             pairs,
             self.next_key.0,
-            self.at_once.counts.values().copied().max().map_or(0, |count| u64::from(count) << 32),
+            self.simultaneous.counts.values().copied().max().map_or(0, |count| u64::from(count) << 32),
             u64::from(self.unresolved.count) << 32,
         ];
         let windings = self.bodies.iter().flat_map(|body| body.winding).map(i64::unsigned_abs);
@@ -268,7 +273,7 @@ impl Checkpoint {
         if largest > MOST_COUNTED {
             return Err(out_of_range("largest count", "at most 2^62", largest as f64));
         }
-        let counted = self.at_once.time.max(self.unresolved.since);
+        let counted = self.simultaneous.time.max(self.unresolved.since);
         let last = self.last_contacts.iter().copied().fold(counted, f64::max);
         if last > 0.0 {
             return Err(out_of_range("time of the last contact", "at most 0", last));
@@ -414,9 +419,9 @@ mod tests {
             ("tag without a name", refusal(|c| c.bodies[0].tags.push(Tag(9)))),
             ("not finite", refusal(|c| c.bodies[0].motion.velocity.x = f64::NAN)),
             ("out of the box", refusal(|c| c.bodies[0].motion.position.y = 1.5)),
-            ("time is not finite", refusal(|c| c.epoch = Instant::from(f64::INFINITY))),
+            ("time is not finite", refusal(|c| c.epoch = EpochTime::from(f64::INFINITY))),
             ("ledger is not finite", refusal(|c| c.ledger.lost = f64::NAN)),
-            ("last contact is not finite", refusal(|c| c.at_once.time = f64::NAN)),
+            ("last contact is not finite", refusal(|c| c.simultaneous.time = f64::NAN)),
             (
                 "a component of the velocity of body 0 of the checkpoint must be 0 or from 1e-70 to 1e60, but is 1e61",
                 refusal(|c| c.bodies[0].motion.velocity.x = 1e61),
@@ -434,11 +439,11 @@ mod tests {
             ("largest count must be at most 2^62", refusal(|c| c.bodies[1].winding[0] = i64::MAX)),
             ("largest count", refusal(|c| c.counters.collisions = u64::MAX)),
             ("largest count", refusal(|c| c.counters.scheduler.pairs = u64::MAX)),
-            ("largest count", refusal(|c| c.at_once.counts = [(0, u32::MAX)].into())),
+            ("largest count", refusal(|c| c.simultaneous.counts = [(0, u32::MAX)].into())),
             ("largest count", refusal(|c| c.unresolved.count = u32::MAX)),
             ("last contact is not finite", refusal(|c| c.unresolved.since = f64::NAN)),
             ("last contact must be at most 0, but is 2", refusal(|c| c.unresolved.since = 2.0)),
-            ("last contact must be at most 0, but is 1", refusal(|c| c.at_once.time = 1.0)),
+            ("last contact must be at most 0, but is 1", refusal(|c| c.simultaneous.time = 1.0)),
             (
                 "the radius of the wall must be at most",
                 refusal(|c| c.molecules[0] = Molecule::wall(DVec2::X, 1e6).unwrap()),

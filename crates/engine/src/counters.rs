@@ -4,7 +4,7 @@ use std::ops::Add;
 
 use serde::{Deserialize, Serialize};
 
-/// Counts of events since the system was built; an edit at a standby resets none.
+/// Counts of events since the system was built; an edit at a sample resets none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Counters {
     /// Contacts between two bodies, fixed ones included.
@@ -28,17 +28,17 @@ pub struct Counters {
 /// molecules fly long at a small gap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct SchedulerCounters {
-    /// Bodies that entered another cell. Those that cover several cells of [`Cells`](crate::Cells) are not among them.
+    /// Bodies that entered another cell. Those that cover several cells of [`CellScheduler`](crate::CellScheduler) are not among them.
     pub crossings: u64,
-    /// Predictions that came up after a partner had changed its motion. [`Thesis`](crate::Thesis) drops them, and has one for
-    /// each pair; [`Cells`](crate::Cells) predicts the body anew, and has one for each body.
+    /// Predictions that came up after a partner had changed its motion. [`HeapScheduler`](crate::HeapScheduler) drops them, and has one for
+    /// each pair; [`CellScheduler`](crate::CellScheduler) predicts the body anew, and has one for each body.
     pub stale: u64,
     /// Times at which a search was taken up again that had ended "certified free until" or without certainty. Fewer than
     /// there were such searches: a body that meets another before is predicted anew in any case.
     pub rechecks: u64,
     /// Searches that ended without certainty; always 0 with the exact detector.
     pub unresolved: u64,
-    /// Pairs asked for their first contact. Those in the loop over small discs of [`Cells`](crate::Cells) are not counted:
+    /// Pairs asked for their first contact. Those in the loop over small discs of [`CellScheduler`](crate::CellScheduler) are not counted:
     /// counting would take a share of the time that asking takes.
     pub pairs: u64,
 }

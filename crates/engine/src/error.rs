@@ -1,7 +1,7 @@
 //! What a caller may do wrong, and how a run can end before its time.
 
 use carom_geometry::{GeometryError, LARGEST};
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 use carom_response::ElasticityError;
 use thiserror::Error;
 
@@ -116,7 +116,7 @@ pub enum GridError {
     },
     /// A fineness of 0, or more cells than can be stored.
     #[error("the fineness of a grid must be from 1 to 4096, but is {0}")]
-    Fineness(u32),
+    CellsPerSide(u32),
     /// A molecule could meet its own periodic image, or a pair reach across more than the box.
     #[error("the box is too small: bodies reach {reach} from centre to centre, its shorter side is {side}")]
     BoxTooSmall {
@@ -152,13 +152,13 @@ impl GridError {
                 let (a, b) = (name(a), name(b));
                 if a == b { a } else { format!("{a} and {b}") }
             }
-            Self::Fineness(_) => "the grid".to_owned(),
+            Self::CellsPerSide(_) => "the grid".to_owned(),
         };
         SceneError::Grid { entry, reason: self }
     }
 }
 
-/// An edit at a standby that cannot be made; nothing was changed.
+/// An edit at a sample that cannot be made; nothing was changed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum EditError {
@@ -195,7 +195,7 @@ pub enum RunError {
     #[error("at time {time} {body} has had {contacts} contacts while time hardly moved on")]
     Stalled {
         /// When.
-        time: Instant,
+        time: EpochTime,
         /// Which body.
         body: BodyName,
         /// How many contacts.
@@ -207,7 +207,7 @@ pub enum RunError {
     )]
     TimeStandsStill {
         /// When.
-        time: Instant,
+        time: EpochTime,
         /// How long the epoch would have been (time).
         stretch: f64,
     },
@@ -219,9 +219,9 @@ pub enum RunError {
         "at time {time} {body}, of speed {speed:e} and spin {spin:e}, is too fast for {outpaced}, which moves by {way:e} \
          in an epoch and is lost in rounding"
     )]
-    Outpaced {
+    TimeScalesTooFarApart {
         /// When.
-        time: Instant,
+        time: EpochTime,
         /// The fastest body.
         body: BodyName,
         /// Its speed (length per time).
@@ -242,7 +242,7 @@ pub enum RunError {
     )]
     TooSlow {
         /// When.
-        time: Instant,
+        time: EpochTime,
         /// The fastest body.
         body: BodyName,
         /// Its speed, or rim speed (length per time).
@@ -252,7 +252,7 @@ pub enum RunError {
     #[error("at time {time} {body} is too fast to go on: speed {speed:e}")]
     BlowUp {
         /// When.
-        time: Instant,
+        time: EpochTime,
         /// Which body.
         body: BodyName,
         /// Its speed, or rim speed (length per time).

@@ -9,8 +9,9 @@ use crate::{
 };
 
 /// How many cells a side the box is divided into.
+#[doc(alias = "fineness")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Fineness {
+pub enum CellsPerSide {
     /// As many as are safe, and no more than pay.
     #[default]
     Automatic,
@@ -72,7 +73,7 @@ impl Grid {
     ///
     /// # Errors
     /// [`GridError`] if the fineness asked for is not safe, or no fineness is.
-    pub fn counts_for(world: &World, fineness: Fineness) -> Result<[i32; 2], GridError> {
+    pub fn counts_for(world: &World, fineness: CellsPerSide) -> Result<[i32; 2], GridError> {
         let sides = world.bounds().sides();
         let side = sides.min_element();
         let (reach, bodies) = world.farthest_reaching().unwrap_or_default();
@@ -98,16 +99,16 @@ impl Grid {
         };
         let largest = safe(side).max(1);
         match fineness {
-            Fineness::Given(fineness) | Fineness::Unchecked(fineness)
+            CellsPerSide::Given(fineness) | CellsPerSide::Unchecked(fineness)
                 if !(1..=FINEST).contains(&fineness) =>
             {
-                Err(GridError::Fineness(fineness))
+                Err(GridError::CellsPerSide(fineness))
             }
-            Fineness::Given(fineness) if fineness > largest => {
+            CellsPerSide::Given(fineness) if fineness > largest => {
                 Err(GridError::TooFine { fineness, largest, reach, bodies })
             }
-            Fineness::Given(fineness) | Fineness::Unchecked(fineness) => Ok([fineness as i32; 2]),
-            Fineness::Automatic => {
+            CellsPerSide::Given(fineness) | CellsPerSide::Unchecked(fineness) => Ok([fineness as i32; 2]),
+            CellsPerSide::Automatic => {
                 // About one and a half cells for each body: fewer and lists grow, more and crossings do.
                 let bodies = world.bodies().len().max(1) as f64;
                 let paying = (sides.x * sides.y / (1.5 * bodies)).sqrt();

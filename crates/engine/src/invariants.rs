@@ -1,7 +1,7 @@
 //! The walk over everything that must hold, by brute force: for tests, after each event.
 
 use carom_detection::{Detection, Exact};
-use carom_kinematics::{Instant, RelativeMotion};
+use carom_kinematics::{EpochTime, RelativeMotion};
 use carom_response::Response;
 use thiserror::Error;
 
@@ -15,7 +15,7 @@ pub enum Violation {
     #[error("at time {time} {pairs} pairs of bodies overlap, the deepest by {depth:e}")]
     Overlap {
         /// When.
-        time: Instant,
+        time: EpochTime,
         /// How many pairs.
         pairs: usize,
         /// How deep the deepest (length).

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //!   scheduler ── soonest event ──► a crossing: the body enters the next cell and is predicted against it
-//!                                  stale (a partner has changed since): predicted anew, or dropped by `Thesis`
+//!                                  stale (a partner has changed since): predicted anew, or dropped by `HeapScheduler`
 //!                                  a re-check: predicted anew
 //!                                  a contact ──► response: impulse ──► both bodies' new motion
 //!                                       │                                   │
@@ -38,7 +38,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod at_once;
 mod batch;
 mod body;
 mod build;
@@ -46,15 +45,17 @@ mod cells;
 mod centre_of_mass;
 mod checkpoint;
 mod counters;
+mod edit;
 mod elasticity_table;
+mod epoch_loop;
 mod error;
 mod grid;
 mod guard;
+mod heap_scheduler;
 mod invariants;
 mod limits;
 mod observer;
 mod overlap;
-mod pass;
 mod placement;
 mod report;
 mod resolution;
@@ -64,10 +65,9 @@ pub mod scheduler;
 mod selection;
 mod separation;
 mod simulation;
+mod simultaneous_contacts;
 mod sites;
-mod standby;
 mod tags;
-mod thesis;
 mod unresolved;
 mod view;
 mod wall;
@@ -76,18 +76,19 @@ mod wrapped;
 
 pub use batch::Batch;
 pub use body::{Body, BodyKey, BodyName, Rotation, Tag, Tags};
-pub use cells::{Cells, Instructions};
+pub use cells::{CellScheduler, Instructions};
 pub use centre_of_mass::{CentreOfMassFrame, ThermalEnergy};
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use counters::{Counters, Ledger, SchedulerCounters};
 pub use elasticity_table::ElasticityTable;
 pub use error::{EditError, GridError, RunError, SceneError};
-pub use grid::Fineness;
+pub use grid::CellsPerSide;
+pub use heap_scheduler::HeapScheduler;
 pub use invariants::Violation;
 pub use limits::LEAST_SPEED;
 pub use observer::Observer;
 pub use overlap::{OverlapCensus, rounding_bound};
-pub use placement::{Purpose, random_stream};
+pub use placement::RandomStream;
 pub use report::{CollisionReport, Side};
 pub use scene::{
     AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, RunSpec, Scene,
@@ -96,6 +97,5 @@ pub use scene::{
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;
 pub use tags::TagNames;
-pub use thesis::Thesis;
 pub use view::{BodyView, View};
 pub use world::World;

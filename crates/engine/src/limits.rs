@@ -94,7 +94,7 @@ impl Limits {
     /// Whether none of these velocities is beyond what the limits were set for.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn hold(&self, [a, b]: [DVec2; 2]) -> bool {
+    pub fn within(&self, [a, b]: [DVec2; 2]) -> bool {
         // NaN is beyond any.
         (a.length_squared() <= self.fastest_squared) & (b.length_squared() <= self.fastest_squared)
     }
@@ -110,7 +110,7 @@ impl Limits {
         velocities: [DVec2; 2],
         spin: f64,
     ) -> Result<(), RunError> {
-        if self.hold(velocities) & (spin <= self.fastest_spin) {
+        if self.within(velocities) & (spin <= self.fastest_spin) {
             return Ok(());
         }
         let ContactPlaces { bodies, time: now, places: _ } = contact;
@@ -197,7 +197,7 @@ pub(crate) fn too_slow(world: &World) -> Option<(usize, f64)> {
 /// than the way of the body in one epoch, the run neither resolves its motion nor comes to its end in any
 /// reasonable number of epochs. The epoch has just begun, and lasts `stretch`; the last contact was at `last_contact` (an
 /// offset in the epoch, hence not positive), and the run is to go on for `remaining`.
-pub(crate) fn refuse_outpaced(
+pub(crate) fn refuse_time_scales_too_far_apart(
     world: &World,
     names: &TagNames,
     stretch: f64,
@@ -228,7 +228,7 @@ pub(crate) fn refuse_outpaced(
     };
     let fast = all.min_by(shortest).unwrap_or(slow);
     let motion = &world.motions[fast];
-    Err(RunError::Outpaced {
+    Err(RunError::TimeScalesTooFarApart {
         time: world.epoch,
         body: BodyName::new(&world.bodies[fast], names),
         speed: motion.velocity.length(),

@@ -1,4 +1,4 @@
-//! What watches a run: told of each contact and each standby, unable to change anything.
+//! What watches a run: told of each contact and each sample, unable to change anything.
 
 use crate::{Body, CollisionReport, View};
 
@@ -6,7 +6,7 @@ use crate::{Body, CollisionReport, View};
 ///
 /// [`Simulation::sample_every`](crate::Simulation::sample_every) calls all of its methods. The
 /// other methods that run a simulation call [`Self::collision`] only; a program that uses them calls
-/// [`Self::start`] before the run and [`Self::standby`] when it wants a sample.
+/// [`Self::start`] before the run and [`Self::sample`] when it wants a sample.
 ///
 /// Tuples, `Vec`, `Option`, `Box` and `&mut` of observers are observers, and `Box<dyn Observer>` is
 /// one chosen at run time; `()` watches nothing, and a run with it builds no reports.
@@ -44,8 +44,9 @@ pub trait Observer {
         let _ = report;
     }
 
-    /// The system stands by, all bodies at one time.
-    fn standby(&mut self, view: &View<'_>) {
+    /// A sample of all bodies at one time.
+    #[doc(alias = "standby")]
+    fn sample(&mut self, view: &View<'_>) {
         let _ = view;
     }
 }
@@ -73,8 +74,8 @@ macro_rules! pointer_to_an_observer {
                 (**self).collision(report);
             }
 
-            fn standby(&mut self, view: &View<'_>) {
-                (**self).standby(view);
+            fn sample(&mut self, view: &View<'_>) {
+                (**self).sample(view);
             }
         }
     };
@@ -102,9 +103,9 @@ impl<O: Observer> Observer for Vec<O> {
         }
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         for observer in self {
-            observer.standby(view);
+            observer.sample(view);
         }
     }
 }
@@ -127,9 +128,9 @@ impl<O: Observer> Observer for Option<O> {
         }
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         if let Some(observer) = self {
-            observer.standby(view);
+            observer.sample(view);
         }
     }
 }
@@ -157,9 +158,9 @@ macro_rules! tuple_of_observers {
             }
 
             #[expect(non_snake_case, reason = "type parameters double as names of the members")]
-            fn standby(&mut self, view: &View<'_>) {
+            fn sample(&mut self, view: &View<'_>) {
                 let ($($member,)+) = self;
-                $($member.standby(view);)+
+                $($member.sample(view);)+
             }
         }
     };

@@ -25,16 +25,19 @@ use crate::{
 
 /// What random numbers are drawn for; each purpose has a stream of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Purpose {
+pub enum RandomStream {
     /// Where molecules are placed, and how they are turned.
     Placement = 0,
     /// In which direction they move.
     Velocities = 1,
 }
 
-/// The random numbers for one purpose in one replica: stream 16 × replica + purpose of PCG-64.
-pub fn random_stream(seed: u64, replica: u64, purpose: Purpose) -> Pcg64 {
-    Pcg64::new(u128::from(seed), 16 * u128::from(replica) + purpose as u128)
+impl RandomStream {
+    /// The random numbers of this stream: PCG-64 with the state `seed` and the stream number
+    /// 16 × `replica` + this stream's own.
+    pub fn generator(self, seed: u64, replica: u64) -> Pcg64 {
+        Pcg64::new(u128::from(seed), 16 * u128::from(replica) + self as u128)
+    }
 }
 
 /// Molecules nearer than this to touching (relative to their size) are not placed: nothing starts in contact.
@@ -88,8 +91,8 @@ pub(crate) fn fill(
     mut species: Vec<Species<'_>>,
 ) -> Result<Vec<usize>, SceneError> {
     let (seed, replica) = (scene.bounds.seed, scene.bounds.replica);
-    let mut places = random_stream(seed, replica, Purpose::Placement);
-    let mut velocities = random_stream(seed, replica, Purpose::Velocities);
+    let mut places = RandomStream::Placement.generator(seed, replica);
+    let mut velocities = RandomStream::Velocities.generator(seed, replica);
     let mut by_size: Vec<usize> = (0..species.len()).collect();
     by_size.sort_by(|&i, &j| {
         let radius = |k: usize| species[k].molecule.bounding_radius();

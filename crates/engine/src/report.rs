@@ -1,6 +1,6 @@
 //! The report of a collision: who, where, when, and what it changed.
 
-use carom_kinematics::{Instant, Motion, angular_momentum, kinetic_energy, momentum};
+use carom_kinematics::{EpochTime, Motion, angular_momentum, kinetic_energy, momentum};
 use carom_response::Elasticity;
 use glam::DVec2;
 
@@ -55,7 +55,7 @@ impl Side<'_> {
 #[derive(Debug, Clone, Copy)]
 pub struct CollisionReport<'a> {
     /// When.
-    pub time: Instant,
+    pub time: EpochTime,
     /// The two bodies, the one inserted earlier first.
     pub sides: [Side<'a>; 2],
     /// Where they touch, in the frame of the first body's image (length).

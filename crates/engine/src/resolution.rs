@@ -4,7 +4,7 @@
 //! the same time. What they change is recorded afterwards, in order of time (see [`crate::pass`]).
 
 use carom_kinematics::{Inertia, Motion, kinetic_energy};
-use carom_response::{ContactFrame, Elasticity, Response, struck};
+use carom_response::{ContactFrame, Elasticity, Response, apply_impulse};
 use glam::DVec2;
 
 use crate::{
@@ -210,7 +210,7 @@ fn pushed(
     impulse: DVec2,
 ) -> [Motion; 2] {
     [
-        struck(&before[0], inertias[0], frame.arms[0], -impulse),
-        struck(&before[1], inertias[1], frame.arms[1], impulse),
+        apply_impulse(&before[0], inertias[0], frame.arms[0], -impulse),
+        apply_impulse(&before[1], inertias[1], frame.arms[1], impulse),
     ]
 }

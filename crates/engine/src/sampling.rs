@@ -12,7 +12,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Runs to `until` (time) and takes a sample every `interval` (time, positive).
     ///
     /// [`Observer::start`] is called first, [`Observer::collision`] at each collision that the
-    /// observer watches, and [`Observer::standby`] after each full interval from now on. Samples
+    /// observer watches, and [`Observer::sample`] after each full interval from now on. Samples
     /// change no bit of the trajectory. A time that has passed already changes nothing.
     ///
     /// ```
@@ -23,7 +23,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// struct Collisions(Vec<u64>);
     ///
     /// impl Observer for Collisions {
-    ///     fn standby(&mut self, view: &View<'_>) {
+    ///     fn sample(&mut self, view: &View<'_>) {
     ///         self.0.push(view.counters().collisions);
     ///     }
     /// }
@@ -64,7 +64,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 return self.observe_until(until, observer);
             }
             self.observe_until_instant(next, observer)?;
-            observer.standby(&self.view());
+            observer.sample(&self.view());
             samples += 1.0;
         }
     }

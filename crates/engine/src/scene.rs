@@ -255,8 +255,10 @@ pub struct ElasticityRule {
 pub struct RunSpec {
     /// When the run ends (time).
     pub until: f64,
-    /// Interval of snapshots and series (time).
-    pub standby: f64,
+    /// Interval of snapshots and series (time); also read as `standby`.
+    #[serde(alias = "standby")]
+    #[doc(alias = "standby")]
+    pub sample_interval: f64,
     /// What is measured.
     pub observe: Vec<String>,
     /// Format of snapshots; none if absent.
@@ -284,7 +286,7 @@ impl Default for RunSpec {
     fn default() -> Self {
         Self {
             until: 1.0,
-            standby: 1.0,
+            sample_interval: 1.0,
             observe: Vec::new(),
             snapshots: None,
             animation: true,

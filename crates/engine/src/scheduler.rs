@@ -255,7 +255,7 @@ impl<'a> StoredMotions<'a> {
 
 /// Finds the soonest contact, again and again, and keeps the motions while an epoch runs.
 ///
-/// [`Cells`](crate::Cells) and [`Thesis`](crate::Thesis) are the two that are shipped.
+/// [`CellScheduler`](crate::CellScheduler) and [`HeapScheduler`](crate::HeapScheduler) are the two that are shipped.
 ///
 /// The engine promises: an epoch is begun before anything else and after every edit.
 pub trait Scheduler: Sized {

@@ -1,16 +1,16 @@
 //! The simulation: it owns all state and runs from event to event.
 
 use carom_detection::{Detection, Exact};
-use carom_kinematics::{Instant, Motion};
+use carom_kinematics::{EpochTime, Motion};
 use carom_response::{Impact, Response};
 
 use crate::{
-    BodyName, Cells, Counters, ElasticityTable, Ledger, Observer, RunError, Scheduler, SchedulerCounters,
-    TagNames, View, World,
-    at_once::AtOnce,
-    limits::{LEAST_SPEED, Limits, refuse_outpaced, too_slow},
-    pass::{Ended, Pass},
+    BodyName, CellScheduler, Counters, ElasticityTable, Ledger, Observer, RunError, Scheduler,
+    SchedulerCounters, TagNames, View, World,
+    epoch_loop::{Ended, EpochLoop},
+    limits::{LEAST_SPEED, Limits, refuse_time_scales_too_far_apart, too_slow},
     scheduler::StoredMotions,
+    simultaneous_contacts::SimultaneousContacts,
     unresolved::Unresolved,
 };
 
@@ -19,7 +19,7 @@ use crate::{
 /// Generic over its seams: how contacts are found (`D`), what they change (`R`), and how events are ordered
 /// (`S`). See the [crate] for an example.
 #[derive(Debug, Clone)]
-pub struct Simulation<D = Exact, R = Impact, S: Scheduler = Cells> {
+pub struct Simulation<D = Exact, R = Impact, S: Scheduler = CellScheduler> {
     pub(crate) world: World,
     pub(crate) detection: D,
     pub(crate) response: R,
@@ -34,7 +34,7 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = Cells> {
     /// How far the present epoch has been run (time).
     pub(crate) offset: f64,
     pub(crate) epoch: Epoch,
-    pub(crate) at_once: AtOnce,
+    pub(crate) simultaneous: SimultaneousContacts,
     pub(crate) unresolved: Unresolved,
 }
 
@@ -48,7 +48,7 @@ pub(crate) enum Epoch {
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// The present time.
-    pub fn time(&self) -> Instant {
+    pub fn time(&self) -> EpochTime {
         self.world.epoch.after(self.offset)
     }
 
@@ -89,7 +89,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if !time.is_finite() {
             return Err(RunError::Time(time));
         }
-        self.observe_until_instant(Instant::from(time), observer)
+        self.observe_until_instant(EpochTime::from(time), observer)
     }
 
     /// Runs to an instant of any age and tells `observer` of each collision.
@@ -98,7 +98,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// As [`Self::run_until`].
     pub fn observe_until_instant<O: Observer + ?Sized>(
         &mut self,
-        until: Instant,
+        until: EpochTime,
         observer: &mut O,
     ) -> Result<(), RunError> {
         self.advance(until, u64::MAX, observer).map(|_| ())
@@ -114,13 +114,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if !time.is_finite() {
             return Err(RunError::Time(time));
         }
-        self.advance(Instant::from(time), 1, observer).map(|contacts| contacts == 1)
+        self.advance(EpochTime::from(time), 1, observer).map(|contacts| contacts == 1)
     }
 
     /// Runs to `until` or through so many contacts, whichever is first; tells how many there were.
     fn advance<O: Observer + ?Sized>(
         &mut self,
-        until: Instant,
+        until: EpochTime,
         most: u64,
         observer: &mut O,
     ) -> Result<u64, RunError> {
@@ -138,7 +138,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// As [`Self::run_until`].
     pub fn observe_epoch<O: Observer + ?Sized>(
         &mut self,
-        until: Instant,
+        until: EpochTime,
         observer: &mut O,
     ) -> Result<bool, RunError> {
         self.advance_one_epoch(until, u64::MAX, &mut 0, observer)
@@ -147,7 +147,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Runs to the end of the epoch at most; tells whether `until`, or the last contact asked for, has been reached.
     fn advance_one_epoch<O: Observer + ?Sized>(
         &mut self,
-        until: Instant,
+        until: EpochTime,
         most: u64,
         contacts: &mut u64,
         observer: &mut O,
@@ -171,7 +171,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Runs within one epoch; tells whether `until`, or the last contact asked for, has been reached.
     fn advance_in_epoch<O: Observer + ?Sized>(
         &mut self,
-        until: Instant,
+        until: EpochTime,
         most: u64,
         contacts: &mut u64,
         observer: &mut O,
@@ -181,7 +181,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let is_stored = matches!(self.epoch, Epoch::Running(_));
         self.begin_epoch(target)?;
         let Epoch::Running(limits) = &mut self.epoch else { return Ok(false) };
-        let pass = Pass {
+        let pass = EpochLoop {
             world: &mut self.world,
             detection: &self.detection,
             response: &self.response,
@@ -189,7 +189,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             names: &self.names,
             counters: &mut self.counters,
             ledger: &mut self.ledger,
-            at_once: &mut self.at_once,
+            simultaneous: &mut self.simultaneous,
             unresolved: &mut self.unresolved,
             limits,
             now: &mut self.offset,
@@ -199,7 +199,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             most,
         };
         match self.scheduler.run(pass)? {
-            Ended::AtTime if is_stored && *contacts == 0 => {
+            Ended::TargetReached if is_stored && *contacts == 0 => {
                 self.scheduler.store_changes(&mut StoredMotions::new(&mut self.world), &[]);
                 return Ok(true);
             }
@@ -207,7 +207,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 self.scheduler.store_changes(&mut StoredMotions::new(&mut self.world), &bodies);
                 return Ok(true);
             }
-            Ended::AtTime | Ended::AtContact(_) => {
+            Ended::TargetReached | Ended::AtContact(_) => {
                 self.scheduler.store(&mut StoredMotions::new(&mut self.world));
                 return Ok(true);
             }
@@ -252,7 +252,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let moving = self.world.bodies.iter().filter(|body| !body.is_fixed()).count() as u64;
         let contacts = (S::CONTACTS_PER_EPOCH * moving).div_ceil(2).max(1);
         let limits = Limits::new(&self.world, fastest_squared, fastest_spin, contacts);
-        refuse_outpaced(&self.world, &self.names, limits.time(), self.at_once.time, target)?;
+        refuse_time_scales_too_far_apart(
+            &self.world,
+            &self.names,
+            limits.time(),
+            self.simultaneous.time,
+            target,
+        )?;
         self.epoch = Epoch::Running(limits);
         self.counters.epochs += 1;
         self.scheduler.begin_epoch(&self.world, &self.detection, limits.time());
@@ -281,7 +287,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.stand_by();
         self.world.rebase(offset);
         self.offset = 0.0;
-        self.at_once.rebase(offset);
+        self.simultaneous.rebase(offset);
         self.unresolved.rebase(offset);
         self.epoch = Epoch::ToBegin;
     }
@@ -290,7 +296,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Fineness, Instructions, Scene, Thesis};
+    use crate::{CellsPerSide, HeapScheduler, Instructions, Scene};
 
     /// A dense gas, a dilute one, molecules, and molecules and a bumper among discs.
     const SCENES: [&str; 4] = [
@@ -356,7 +362,7 @@ mod tests {
 
     #[test]
     fn a_step_writes_only_what_it_has_changed() {
-        check_steps::<Cells>(&Instructions::Widest);
-        check_steps::<Thesis>(&Fineness::Automatic);
+        check_steps::<CellScheduler>(&Instructions::Widest);
+        check_steps::<HeapScheduler>(&CellsPerSide::Automatic);
     }
 }

@@ -1,7 +1,7 @@
-//! A standby view: every body at one and the same time, to read and not to change.
+//! A sample view: every body at one and the same time, to read and not to change.
 
 use carom_geometry::PeriodicBox;
-use carom_kinematics::{Instant, Motion, kinetic_energy, momentum};
+use carom_kinematics::{EpochTime, Motion, kinetic_energy, momentum};
 use glam::DVec2;
 
 use crate::{
@@ -33,7 +33,7 @@ pub struct BodyView<'a> {
 
 impl<'a> View<'a> {
     /// The time of the view.
-    pub fn time(&self) -> Instant {
+    pub fn time(&self) -> EpochTime {
         self.world.epoch.after(self.offset)
     }
 

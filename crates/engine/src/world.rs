@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use carom_geometry::PeriodicBox;
-use carom_kinematics::{Instant, Motion, kinetic_energy};
+use carom_kinematics::{EpochTime, Motion, kinetic_energy};
 
 use crate::{Body, BodyKey, body::BodyKind};
 
@@ -22,7 +22,7 @@ pub struct World {
     /// When each body last had a contact, as an offset in the epoch, −∞ if never; empty where no guard asks for it.
     pub(crate) last_contacts: Vec<f64>,
     /// Start of the epoch.
-    pub(crate) epoch: Instant,
+    pub(crate) epoch: EpochTime,
     pub(crate) next_id: u64,
 }
 
@@ -34,7 +34,7 @@ impl World {
             motions: Vec::new(),
             windings: Vec::new(),
             last_contacts: Vec::new(),
-            epoch: Instant::ZERO,
+            epoch: EpochTime::ZERO,
             next_id: 0,
         }
     }
@@ -67,7 +67,7 @@ impl World {
     }
 
     /// Start of the epoch.
-    pub fn epoch(&self) -> Instant {
+    pub fn epoch(&self) -> EpochTime {
         self.epoch
     }
 
@@ -215,13 +215,13 @@ impl World {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Cells, GasSpec, MoleculeSpec, Scene, Simulation};
+    use crate::{CellScheduler, GasSpec, MoleculeSpec, Scene, Simulation};
     use carom_detection::Exact;
     use carom_response::Impact;
 
     /// How many descriptions the bodies of a scene have among them.
     fn kinds(scene: &Scene) -> usize {
-        let simulation = Simulation::<Exact, Impact, Cells>::new(scene).unwrap();
+        let simulation = Simulation::<Exact, Impact, CellScheduler>::new(scene).unwrap();
         let mut kinds: Vec<_> = simulation.world.bodies.iter().map(|body| Arc::as_ptr(&body.kind)).collect();
         kinds.sort_unstable();
         kinds.dedup();

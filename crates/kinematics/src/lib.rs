@@ -24,15 +24,15 @@
 //! ```
 
 mod conserved;
+mod epoch_time;
 mod error_free;
-mod instant;
 mod motion;
 mod orientation;
 mod relative_motion;
 
 pub use conserved::{Inertia, angular_momentum, kinetic_energy, momentum};
+pub use epoch_time::EpochTime;
 pub use error_free::{two_product, two_sum};
-pub use instant::Instant;
 pub use motion::Motion;
 pub use orientation::{Orientation, Turning};
 pub use relative_motion::{HALF_ULP, RelativeMotion};

@@ -1,10 +1,10 @@
 //! What an observer sees, cut into blocks of time, so that the scatter of the blocks tells its statistical error.
 //!
-//! A block is 2ᵏ standbys long. When there are 64 of them, neighbours are joined and k goes up by one: 32 to 63 blocks cover
+//! A block is 2ᵏ samples long. When there are 64 of them, neighbours are joined and k goes up by one: 32 to 63 blocks cover
 //! a run of any length, without its end being known beforehand (blocking; Flyvbjerg & Petersen 1989).
 
 use carom_engine::{Body, CollisionReport, Observer, View};
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 use serde::{Deserialize, Serialize};
 
 /// So many blocks are joined in pairs. Fewer: errors are less certain than 1/√(2 · 32), an eighth. More: long runs have blocks
@@ -34,9 +34,9 @@ pub trait Additive {
 /// let disc = simulation.view().bodies().next().expect("there are sixty").body.key();
 /// let mut blocks = Blocks::new(DirectionHistogram::new(disc, 4));
 /// blocks.start(&simulation.view());
-/// for standby in 1..=10 {
-///     simulation.observe_until(f64::from(standby), &mut blocks)?;
-///     blocks.standby(&simulation.view());
+/// for sample in 1..=10 {
+///     simulation.observe_until(f64::from(sample), &mut blocks)?;
+///     blocks.sample(&simulation.view());
 /// }
 /// assert_eq!(blocks.complete().len(), 10);
 /// let hits: u64 = blocks.complete().iter().map(|block| block.observed.hits()).sum();
@@ -47,9 +47,9 @@ pub trait Additive {
 pub struct Blocks<O> {
     complete: Vec<Block<O>>,
     open: Block<O>,
-    began: Option<Instant>,
-    /// How many standbys the open block has seen, and how many it takes.
-    standbys: u64,
+    began: Option<EpochTime>,
+    /// How many samples the open block has seen, and how many it takes.
+    samples: u64,
     length: u64,
 }
 
@@ -66,15 +66,15 @@ impl<O: Additive> Blocks<O> {
     /// No block yet of what this observer, still empty, will see.
     pub fn new(observer: O) -> Self {
         let open = Block { duration: 0.0, observed: observer };
-        Self { complete: Vec::new(), open, began: None, standbys: 0, length: 1 }
+        Self { complete: Vec::new(), open, began: None, samples: 0, length: 1 }
     }
 
-    /// The blocks that are complete, in the order of time and all of one number of standbys.
+    /// The blocks that are complete, in the order of time and all of one number of samples.
     pub fn complete(&self) -> &[Block<O>] {
         &self.complete
     }
 
-    /// All together, up to the last standby, what is in no complete block included.
+    /// All together, up to the last sample, what is in no complete block included.
     pub fn total(&self) -> Block<O> {
         let mut total = Block { duration: 0.0, observed: self.open.observed.emptied() };
         for block in self.complete.iter().chain([&self.open]) {
@@ -86,7 +86,7 @@ impl<O: Additive> Blocks<O> {
     fn close(&mut self) {
         let next = Block { duration: 0.0, observed: self.open.observed.emptied() };
         self.complete.push(std::mem::replace(&mut self.open, next));
-        self.standbys = 0;
+        self.samples = 0;
         if self.complete.len() < MOST {
             return;
         }
@@ -125,13 +125,13 @@ impl<O: Observer + Additive> Observer for Blocks<O> {
         self.open.observed.collision(report);
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         let began = *self.began.get_or_insert(view.time());
-        self.open.observed.standby(view);
+        self.open.observed.sample(view);
         self.open.duration += view.time().since(began);
         self.began = Some(view.time());
-        self.standbys += 1;
-        if self.standbys == self.length {
+        self.samples += 1;
+        if self.samples == self.length {
             self.close();
         }
     }
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
     use carom_engine::{Scene, Simulation};
 
-    /// Which standbys it has been told of.
+    /// Which samples it has been told of.
     #[derive(Debug, Default)]
     struct Diary(Vec<f64>);
 
@@ -151,7 +151,7 @@ mod tests {
             self.0.is_empty()
         }
 
-        fn standby(&mut self, view: &View<'_>) {
+        fn sample(&mut self, view: &View<'_>) {
             self.0.push(view.time().to_f64());
         }
     }
@@ -169,26 +169,26 @@ mod tests {
     #[test]
     fn blocks_follow_each_other_and_lose_nothing() {
         let scene = Scene::from_toml("[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]\n").unwrap();
-        for (standbys, blocks, length) in [(0, 0, 1), (1, 1, 1), (63, 63, 1), (64, 32, 2), (391, 48, 8)] {
+        for (samples, blocks, length) in [(0, 0, 1), (1, 1, 1), (63, 63, 1), (64, 32, 2), (391, 48, 8)] {
             let mut simulation = Simulation::new(&scene).unwrap();
             let mut diary = Blocks::new(Diary::default());
             diary.start(&simulation.view());
-            for standby in 1..=standbys {
-                simulation.observe_until(0.5 * f64::from(standby), &mut ()).unwrap();
-                diary.standby(&simulation.view());
+            for sample in 1..=samples {
+                simulation.observe_until(0.5 * f64::from(sample), &mut ()).unwrap();
+                diary.sample(&simulation.view());
             }
-            assert_eq!((diary.complete().len(), diary.length), (blocks, length), "{standbys} standbys");
+            assert_eq!((diary.complete().len(), diary.length), (blocks, length), "{samples} samples");
             for block in diary.complete() {
                 assert_eq!(block.observed.0.len() as u64, length);
                 assert_eq!(block.duration, 0.5 * length as f64);
             }
-            // It wants what its open block wants, even if that is another after each standby.
+            // It wants what its open block wants, even if that is another after each sample.
             let view = simulation.view();
             let bumper = view.bodies().next().unwrap().body;
             assert_eq!(diary.watches([bumper; 2]), diary.open.observed.0.is_empty());
             let total = diary.total();
-            let expected: Vec<f64> = (1..=standbys).map(|standby| 0.5 * f64::from(standby)).collect();
-            assert_eq!((total.duration, total.observed.0), (0.5 * f64::from(standbys), expected));
+            let expected: Vec<f64> = (1..=samples).map(|sample| 0.5 * f64::from(sample)).collect();
+            assert_eq!((total.duration, total.observed.0), (0.5 * f64::from(samples), expected));
         }
     }
 }

@@ -1,16 +1,16 @@
-//! Collisions per body and time, from the counters at each standby.
+//! Collisions per body and time, from the counters at each sample.
 //!
 //! Γ = (2 C + F) / (N t) (1 / time): a contact of two bodies that move counts for both, the F with a fixed body
 //! for the one that moves; N bodies move. For hard discs at equilibrium Γ = 2 n σ χ √(π kT / m) (Enskog's
 //! theory in two dimensions; n bodies per area, χ the pair distribution at contact).
 
 use carom_engine::{Body, Counters, Observer, View};
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 use serde::{Deserialize, Serialize};
 
 use crate::mean::mean_and_standard_error;
 
-/// Collisions of the mean body per unit time, for each interval between standbys.
+/// Collisions of the mean body per unit time, for each interval between samples.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -20,9 +20,9 @@ use crate::mean::mean_and_standard_error;
 /// let mut simulation = Simulation::new(&scene)?;
 /// let mut rate = CollisionRate::default();
 /// rate.start(&simulation.view());
-/// for standby in 1..=10 {
-///     simulation.observe_until(f64::from(standby), &mut rate)?;
-///     rate.standby(&simulation.view());
+/// for sample in 1..=10 {
+///     simulation.observe_until(f64::from(sample), &mut rate)?;
+///     rate.sample(&simulation.view());
 /// }
 /// let (mean, standard_error) = rate.mean().expect("there are ten intervals");
 /// assert!(mean > 0.0 && standard_error < 0.1 * mean);
@@ -31,14 +31,14 @@ use crate::mean::mean_and_standard_error;
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct CollisionRate {
     /// When the present interval began, and the counts then.
-    began: Option<(Instant, Counters)>,
+    began: Option<(EpochTime, Counters)>,
     series: Vec<RatePoint>,
 }
 
-/// Collisions in the interval that ends at one standby.
+/// Collisions in the interval that ends at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RatePoint {
-    /// Time of the standby.
+    /// Time of the sample.
     pub time: f64,
     /// Contacts in the interval, those with fixed bodies included.
     pub collisions: u64,
@@ -47,7 +47,7 @@ pub struct RatePoint {
 }
 
 impl CollisionRate {
-    /// The intervals so far. The first begins at `start`, or at the first standby without one; an interval of no
+    /// The intervals so far. The first begins at `start`, or at the first sample without one; an interval of no
     /// length is left out.
     pub fn series(&self) -> &[RatePoint] {
         &self.series
@@ -72,7 +72,7 @@ impl Observer for CollisionRate {
         self.began = Some((view.time(), *view.counters()));
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         let (time, counters) = (view.time(), *view.counters());
         let Some((began, before)) = self.began.replace((time, counters)) else { return };
         let duration = time.since(began);

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
 use carom_geometry::{ExcludedRegion, GeometryError, check_positive};
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -39,7 +39,7 @@ use crate::{Additive, body_frame::in_body_frame, direction_histogram::bin_of};
 /// let mut contacts = ContactDensity::new(&bumper, 0.05, 12)?;
 /// contacts.start(&simulation.view());
 /// simulation.observe_until(20_000.0, &mut contacts)?;
-/// contacts.standby(&simulation.view());
+/// contacts.sample(&simulation.view());
 /// let density = 1.0 / (1.0 - std::f64::consts::PI * 0.25 * 0.25);
 /// let pressure = contacts.mean().expect("time has passed");
 /// assert!((pressure / (0.5 * density) - 1.0).abs() < 0.05);
@@ -53,7 +53,7 @@ pub struct ContactDensity {
     /// The boundary around each atom, bin by bin.
     atoms: Vec<Vec<Bin>>,
     others: u64,
-    began: Option<Instant>,
+    began: Option<EpochTime>,
     duration: f64,
 }
 
@@ -175,7 +175,7 @@ impl ContactDensity {
         self.atoms.iter().flatten()
     }
 
-    fn watched_until(&mut self, time: Instant) {
+    fn watched_until(&mut self, time: EpochTime) {
         let began = *self.began.get_or_insert(time);
         self.duration = self.duration.max(time.since(began));
     }
@@ -236,7 +236,7 @@ impl Observer for ContactDensity {
         bin.squares += impulse.length_squared();
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         if view.body(self.body).is_some() {
             self.watched_until(view.time());
         }

@@ -7,7 +7,7 @@
 //! is the change of its spin: these stay bounded. The other sums diffuse.
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
-use carom_kinematics::{Instant, Motion};
+use carom_kinematics::{EpochTime, Motion};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -15,8 +15,8 @@ use crate::{Additive, body_frame::in_body_frame};
 
 /// Sums of what drives one body, in its frame (x′, y′).
 ///
-/// The way is followed from contact to contact, not from standby to standby. What happens before the first `start` or
-/// standby is not counted.
+/// The way is followed from contact to contact, not from sample to sample. What happens before the first `start` or
+/// sample is not counted.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -30,14 +30,14 @@ use crate::{Additive, body_frame::in_body_frame};
 /// let mut drift = Drift::new(simulation.view().bodies().next().expect("there is one").body.key());
 /// drift.start(&simulation.view());
 /// simulation.observe_until(0.25, &mut drift)?;
-/// drift.standby(&simulation.view());
+/// drift.sample(&simulation.view());
 /// assert_eq!((drift.path().x, drift.path().y, drift.duration()), (0.5, 0.0, 0.25));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Drift {
     body: BodyKey,
-    followed_until: Option<Instant>,
+    followed_until: Option<EpochTime>,
     duration: f64,
     impulse: DVec2,
     angular_impulse: f64,
@@ -95,23 +95,23 @@ impl Drift {
         self.turn
     }
 
-    /// How many standbys its velocities were noted at.
+    /// How many samples its velocities were noted at.
     pub fn samples(&self) -> u64 {
         self.samples
     }
 
-    /// Sums over the standbys of v_x′² and v_y′² (length² / time²).
+    /// Sums over the samples of v_x′² and v_y′² (length² / time²).
     pub fn velocity_squares(&self) -> DVec2 {
         self.velocity_squares
     }
 
-    /// Sum over the standbys of ω² (1 / time²).
+    /// Sum over the samples of ω² (1 / time²).
     pub fn spin_squares(&self) -> f64 {
         self.spin_squares
     }
 
     /// Follows a flight that ends with this motion.
-    fn follow(&mut self, motion: &Motion, now: Instant) {
+    fn follow(&mut self, motion: &Motion, now: EpochTime) {
         let Some(before) = self.followed_until.replace(now) else { return };
         let time = now.since(before);
         let half_turn = 0.5 * motion.angular_velocity * time;
@@ -143,7 +143,7 @@ impl Observer for Drift {
         self.angular_impulse += side.arm.perp_dot(impulse);
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         let Some(watched) = view.body(self.body) else { return };
         self.follow(&watched.motion, view.time());
         let velocity = in_body_frame(watched.motion.velocity, watched.motion.orientation);

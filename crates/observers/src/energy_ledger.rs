@@ -1,4 +1,4 @@
-//! Kinetic energy against what the books say, and momentum, at each standby.
+//! Kinetic energy against what the books say, and momentum, at each sample.
 //!
 //! E = Σ ½ m v² + ½ I ω² (mass × length² / time²); booked: energy at the start, less what inelastic contacts
 //! took, plus what edits put in. Their difference is rounding and nothing else.
@@ -7,7 +7,7 @@ use carom_engine::{Body, Observer, View};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-/// Energy, booked energy and momentum over the standbys.
+/// Energy, booked energy and momentum over the samples.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 /// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100")?;
 /// let mut simulation = Simulation::new(&scene)?;
 /// let mut ledger = EnergyLedger::default();
-/// ledger.standby(&simulation.view());
+/// ledger.sample(&simulation.view());
 /// simulation.observe_until(1.0, &mut ledger)?;
-/// ledger.standby(&simulation.view());
+/// ledger.sample(&simulation.view());
 /// assert_eq!(ledger.series()[0].booked, ledger.series()[1].booked);
 /// assert!(ledger.drift() < 1e-13);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -29,10 +29,10 @@ pub struct EnergyLedger {
     series: Vec<LedgerPoint>,
 }
 
-/// Energy and momentum at one standby.
+/// Energy and momentum at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LedgerPoint {
-    /// Time of the standby.
+    /// Time of the sample.
     pub time: f64,
     /// Kinetic energy of all bodies (mass × length² / time²).
     pub energy: f64,
@@ -43,12 +43,12 @@ pub struct LedgerPoint {
 }
 
 impl EnergyLedger {
-    /// What was seen at each standby so far.
+    /// What was seen at each sample so far.
     pub fn series(&self) -> &[LedgerPoint] {
         &self.series
     }
 
-    /// Largest |E − booked| / E(first standby); 0 if that energy is 0.
+    /// Largest |E − booked| / E(first sample); 0 if that energy is 0.
     pub fn drift(&self) -> f64 {
         match self.series.first() {
             Some(first) if first.energy > 0.0 => {
@@ -66,7 +66,7 @@ impl Observer for EnergyLedger {
         false
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         self.series.push(LedgerPoint {
             time: view.time().to_f64(),
             energy: view.energy(),

@@ -1,7 +1,7 @@
 //! Who flies how from when on: all there is to know to draw a gas in motion, over a stretch of so many contacts.
 
 use carom_engine::{Body, CollisionReport, Observer, View};
-use carom_kinematics::{Instant, Motion};
+use carom_kinematics::{EpochTime, Motion};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -78,7 +78,7 @@ impl FlightLog {
     }
 }
 
-fn flight(time: Instant, body: u64, motion: &Motion) -> Flight {
+fn flight(time: EpochTime, body: u64, motion: &Motion) -> Flight {
     Flight {
         time: time.to_f64(),
         body,

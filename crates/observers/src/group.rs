@@ -28,7 +28,7 @@ pub enum Group {
 }
 
 impl Group {
-    /// Whether the body belongs to the group now; tags can change at any standby.
+    /// Whether the body belongs to the group now; tags can change at any sample.
     pub fn contains(self, body: &Body) -> bool {
         match self {
             Self::All => true,

@@ -4,28 +4,28 @@
 //! | --- | --- | --- |
 //! | from which side a body is hit, in its own frame | [`DirectionHistogram`] | contacts |
 //! | how hard it is hit along one of its axes | [`ProjectionHistogram`] | contacts |
-//! | mean force on a body and its mean velocity, in its own frame | [`RunningAverage`] | contacts, standbys |
-//! | impulses and torques on a body, how far it goes and turns, in its own frame | [`Drift`] | contacts, standbys |
-//! | any of the first two and the fourth, block by block of time | [`Blocks`] | contacts, standbys |
-//! | energy against the books, momentum | [`EnergyLedger`] | standbys |
-//! | collisions per body and time | [`CollisionRate`] | standbys |
-//! | pressure from the virial of the contacts, momentum flux | [`Pressure`] | contacts, standbys |
-//! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | standbys |
-//! | velocities, and Boltzmann's H | [`VelocityDistribution`] | standbys |
-//! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | standbys |
-//! | distances: the pair distribution g(r) | [`PairDistribution`] | standbys |
-//! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, standbys |
+//! | mean force on a body and its mean velocity, in its own frame | [`RunningAverage`] | contacts, samples |
+//! | impulses and torques on a body, how far it goes and turns, in its own frame | [`Drift`] | contacts, samples |
+//! | any of the first two and the fourth, block by block of time | [`Blocks`] | contacts, samples |
+//! | energy against the books, momentum | [`EnergyLedger`] | samples |
+//! | collisions per body and time | [`CollisionRate`] | samples |
+//! | pressure from the virial of the contacts, momentum flux | [`Pressure`] | contacts, samples |
+//! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | samples |
+//! | velocities, and Boltzmann's H | [`VelocityDistribution`] | samples |
+//! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
+//! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
+//! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, samples |
 //! | every impulse on a body | [`ImpulseLog`] | contacts |
 //! | every flight of every body, for a while | [`FlightLog`] | contacts |
-//! | overlapping pairs | [`OverlapCheck`] | standbys |
-//! | anything: closures, by event and by tag | [`Subscriptions`] | contacts, standbys |
+//! | overlapping pairs | [`OverlapCheck`] | samples |
+//! | anything: closures, by event and by tag | [`Subscriptions`] | contacts, samples |
 //!
 //! All but the last are plain data, which serde writes down to the bit: a run that is resumed from a checkpoint goes on with
 //! what it had seen.
 //!
 //! What blocks scatter is the statistical error: [`Estimate`] of a mean, [`Isotropy`] of a histogram of directions.
 //!
-//! What an observer is told of standbys only costs a run nothing between them. Two functions turn a standby
+//! What an observer is told of samples only costs a run nothing between them. Two functions turn a sample
 //! view into text: [`write_extended_xyz`] and [`picture`]. Observers are put together as a tuple:
 //!
 //! ```
@@ -36,9 +36,9 @@
 //! let mut simulation = Simulation::new(&scene)?;
 //! let mut observers = (EnergyLedger::default(), CollisionRate::default());
 //! observers.start(&simulation.view());
-//! for standby in 1..=10 {
-//!     simulation.observe_until(0.1 * f64::from(standby), &mut observers)?;
-//!     observers.standby(&simulation.view());
+//! for sample in 1..=10 {
+//!     simulation.observe_until(0.1 * f64::from(sample), &mut observers)?;
+//!     observers.sample(&simulation.view());
 //! }
 //! let (energy, rate) = observers;
 //! assert!(energy.drift() < 1e-13);

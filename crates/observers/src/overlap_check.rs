@@ -1,4 +1,4 @@
-//! Pairs of bodies that overlap by more than rounding, looked for afresh at each standby; there should be none.
+//! Pairs of bodies that overlap by more than rounding, looked for afresh at each sample; there should be none.
 //!
 //! Depth of a pair: −(distance of the nearest atoms' centres − the sum of their radii), a length; also in units of
 //! the smaller diameter. What counts as rounding: [`carom_engine::rounding_bound`].
@@ -6,7 +6,7 @@
 use carom_engine::{Body, Observer, View};
 use serde::{Deserialize, Serialize};
 
-/// The worst overlaps seen at any standby.
+/// The worst overlaps seen at any sample.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 /// let mut simulation = Simulation::new(&scene)?;
 /// let mut overlaps = OverlapCheck::default();
 /// simulation.run_until(1.0)?;
-/// overlaps.standby(&simulation.view());
+/// overlaps.sample(&simulation.view());
 /// assert_eq!((overlaps.checks(), overlaps.worst_pairs()), (1, 0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -29,12 +29,12 @@ pub struct OverlapCheck {
 }
 
 impl OverlapCheck {
-    /// How many standbys were looked at.
+    /// How many samples were looked at.
     pub fn checks(&self) -> u64 {
         self.checks
     }
 
-    /// Largest number of overlapping pairs at one standby.
+    /// Largest number of overlapping pairs at one sample.
     #[doc(alias = "overlapping_pairs")]
     pub fn worst_pairs(&self) -> usize {
         self.worst_pairs
@@ -58,7 +58,7 @@ impl Observer for OverlapCheck {
         false
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         let census = view.overlaps();
         self.checks += 1;
         self.worst_pairs = self.worst_pairs.max(census.pairs);

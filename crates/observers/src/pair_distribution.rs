@@ -13,7 +13,7 @@ use thiserror::Error;
 
 use crate::{Group, Histogram};
 
-/// Pair distribution of the centres of mass of two groups over the standbys; fixed bodies count too.
+/// Pair distribution of the centres of mass of two groups over the samples; fixed bodies count too.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -22,9 +22,9 @@ use crate::{Group, Histogram};
 /// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 200")?;
 /// let mut simulation = Simulation::new(&scene)?;
 /// let mut pairs = PairDistribution::new([Group::All; 2], simulation.view().bounds(), 0.2, 20)?;
-/// for standby in 1..=5 {
-///     simulation.run_until(f64::from(standby))?;
-///     pairs.standby(&simulation.view());
+/// for sample in 1..=5 {
+///     simulation.run_until(f64::from(sample))?;
+///     pairs.sample(&simulation.view());
 /// }
 /// // The discs have a diameter of 0.04: none is nearer, and more than by chance are just there.
 /// let points = pairs.points();
@@ -39,7 +39,7 @@ pub struct PairDistribution {
     bounds: PeriodicBox,
     cutoff: f64,
     distances: Histogram,
-    /// Σ over the standbys of the number of ordered pairs / A (1 / length²).
+    /// Σ over the samples of the number of ordered pairs / A (1 / length²).
     pairs_per_area: f64,
     passed_over: u64,
 }
@@ -93,7 +93,7 @@ impl PairDistribution {
         Ok(Self { groups, bounds: *bounds, cutoff, distances, pairs_per_area: 0.0, passed_over: 0 })
     }
 
-    /// g in each bin, from the standbys so far; empty as long as there has been no pair at any distance.
+    /// g in each bin, from the samples so far; empty as long as there has been no pair at any distance.
     pub fn points(&self) -> Vec<PairPoint> {
         if self.pairs_per_area == 0.0 {
             return Vec::new();
@@ -107,7 +107,7 @@ impl PairDistribution {
         self.distances.counts().iter().enumerate().map(point).collect()
     }
 
-    /// How many standbys were passed over because their box is not the one that the cutoff was given for.
+    /// How many samples were passed over because their box is not the one that the cutoff was given for.
     pub fn passed_over(&self) -> u64 {
         self.passed_over
     }
@@ -119,7 +119,7 @@ impl Observer for PairDistribution {
         false
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         if *view.bounds() != self.bounds {
             self.passed_over += 1;
             return;

@@ -1,4 +1,4 @@
-//! A picture of the system at a standby, as SVG: every atom a circle, coloured by kind, every wall a line, also where they
+//! A picture of the system at a sample, as SVG: every atom a circle, coloured by kind, every wall a line, also where they
 //! reach across a border.
 
 use std::fmt::Write;

@@ -11,12 +11,12 @@
 
 use carom_engine::{CollisionReport, Observer, View};
 use carom_geometry::PeriodicBox;
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 use serde::{Deserialize, Serialize};
 
 use crate::mean::mean_and_standard_error;
 
-/// Pressure in each interval between standbys.
+/// Pressure in each interval between samples.
 ///
 /// Fixed bodies take part: with them it is the pressure against a change of the box in which their places go with
 /// it and their sizes stay.
@@ -29,9 +29,9 @@ use crate::mean::mean_and_standard_error;
 /// let mut simulation = Simulation::new(&scene)?;
 /// let mut pressure = Pressure::default();
 /// pressure.start(&simulation.view());
-/// for standby in 1..=10 {
-///     simulation.observe_until(f64::from(standby), &mut pressure)?;
-///     pressure.standby(&simulation.view());
+/// for sample in 1..=10 {
+///     simulation.observe_until(f64::from(sample), &mut pressure)?;
+///     pressure.sample(&simulation.view());
 /// }
 /// // More than the 100 of an ideal gas: the discs have a size.
 /// let (mean, _) = pressure.mean().expect("there are ten intervals");
@@ -47,7 +47,7 @@ pub struct Pressure {
 /// The interval that is still open.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Interval {
-    began: Instant,
+    began: EpochTime,
     bounds: PeriodicBox,
     /// N kT and K at its beginning.
     thermal: [f64; 2],
@@ -55,10 +55,10 @@ struct Interval {
     virial: f64,
 }
 
-/// Pressure in the interval that ends at one standby.
+/// Pressure in the interval that ends at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PressurePoint {
-    /// Time of the standby.
+    /// Time of the sample.
     pub time: f64,
     /// Pressure of an ideal gas, N kT / A, with kT the mean of its values at both ends (mass / time²);
     /// 0 if there is no temperature, as of a single disc with conserved momentum.
@@ -89,7 +89,7 @@ impl PressurePoint {
 }
 
 impl Pressure {
-    /// The intervals so far. The first begins at `start`, or at the first standby without one; an interval of no
+    /// The intervals so far. The first begins at `start`, or at the first sample without one; an interval of no
     /// length is left out.
     pub fn series(&self) -> &[PressurePoint] {
         &self.series
@@ -123,7 +123,7 @@ impl Observer for Pressure {
         }
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         if let Some(interval) = self.interval {
             let duration = view.time().since(interval.began);
             if duration > 0.0 {

@@ -2,10 +2,10 @@
 //! item 3).
 //!
 //! With J the impulses on the body since t₀ and θ its orientation at each: F′(t) = Σ R(−θ) J / (t − t₀)
-//! (mass × length / time²), and v̄′(t) is the mean of R(−θ) v over the standbys so far (length / time).
+//! (mass × length / time²), and v̄′(t) is the mean of R(−θ) v over the samples so far (length / time).
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -24,9 +24,9 @@ use crate::body_frame::in_body_frame;
 /// let watched = simulation.view().bodies().next().expect("there are a hundred").body.key();
 /// let mut average = RunningAverage::new(watched);
 /// average.start(&simulation.view());
-/// for standby in 1..=3 {
-///     simulation.observe_until(f64::from(standby), &mut average)?;
-///     average.standby(&simulation.view());
+/// for sample in 1..=3 {
+///     simulation.observe_until(f64::from(sample), &mut average)?;
+///     average.sample(&simulation.view());
 /// }
 /// assert_eq!(average.series().len(), 3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -35,21 +35,21 @@ use crate::body_frame::in_body_frame;
 #[doc(alias = "progressive sum")]
 pub struct RunningAverage {
     body: BodyKey,
-    began: Option<Instant>,
+    began: Option<EpochTime>,
     momentum: DVec2,
     velocity: DVec2,
     series: Vec<RunningPoint>,
 }
 
-/// The averages at one standby.
+/// The averages at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RunningPoint {
-    /// Time of the standby.
+    /// Time of the sample.
     pub time: f64,
     /// Sum of all Δp in the body's frame, divided by the time since the start: the mean force
     /// (mass × length / time²); 0 before any time has passed.
     pub momentum: DVec2,
-    /// Mean over the standbys of the velocity in the body's frame (length / time).
+    /// Mean over the samples of the velocity in the body's frame (length / time).
     pub velocity: DVec2,
 }
 
@@ -64,7 +64,7 @@ impl RunningAverage {
         self.body
     }
 
-    /// The averages at each standby so far.
+    /// The averages at each sample so far.
     pub fn series(&self) -> &[RunningPoint] {
         &self.series
     }
@@ -86,7 +86,7 @@ impl Observer for RunningAverage {
         self.momentum += in_body_frame(impulse, side.before.orientation);
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         let Some(watched) = view.body(self.body) else { return };
         let elapsed = view.time().since(*self.began.get_or_insert(view.time()));
         self.velocity += in_body_frame(watched.motion.velocity, watched.motion.orientation);

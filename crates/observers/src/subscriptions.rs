@@ -22,7 +22,7 @@ pub enum EventKind {
     #[doc(alias = "bumper")]
     FixedCollision,
     /// The system stands by.
-    Standby,
+    Sample,
 }
 
 /// Closures that watch a run; each can come and go while it lasts.
@@ -67,12 +67,12 @@ pub struct Subscriptions {
 }
 
 type OnCollision = Box<dyn FnMut(&CollisionReport<'_>)>;
-type OnStandby = Box<dyn FnMut(&View<'_>)>;
+type OnSample = Box<dyn FnMut(&View<'_>)>;
 
 enum Subscription {
     Collision(TagFilter, OnCollision),
     FixedCollision(TagFilter, OnCollision),
-    Standby(OnStandby),
+    Sample(OnSample),
 }
 
 impl Subscription {
@@ -80,7 +80,7 @@ impl Subscription {
         match self {
             Self::Collision(..) => EventKind::Collision,
             Self::FixedCollision(..) => EventKind::FixedCollision,
-            Self::Standby(_) => EventKind::Standby,
+            Self::Sample(_) => EventKind::Sample,
         }
     }
 
@@ -90,7 +90,7 @@ impl Subscription {
         match self {
             Self::Collision(filter, _) => !with_fixed && filter.matches(bodies),
             Self::FixedCollision(filter, _) => with_fixed && filter.matches(bodies),
-            Self::Standby(_) => false,
+            Self::Sample(_) => false,
         }
     }
 }
@@ -116,10 +116,10 @@ impl Subscriptions {
         self.list.insert(Subscription::FixedCollision(filter, Box::new(f)))
     }
 
-    /// From now on `f` is told of the standbys ([`EventKind::Standby`]); [`View::tagged`] gives it the bodies of a
+    /// From now on `f` is told of the samples ([`EventKind::Sample`]); [`View::tagged`] gives it the bodies of a
     /// tag.
-    pub fn subscribe_standbys(&mut self, f: impl FnMut(&View<'_>) + 'static) -> SubscriptionKey {
-        self.list.insert(Subscription::Standby(Box::new(f)))
+    pub fn subscribe_samples(&mut self, f: impl FnMut(&View<'_>) + 'static) -> SubscriptionKey {
+        self.list.insert(Subscription::Sample(Box::new(f)))
     }
 
     /// Ends a subscription; `false` if it had ended already.
@@ -158,9 +158,9 @@ impl Observer for Subscriptions {
         }
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         for subscription in self.list.values_mut() {
-            if let Subscription::Standby(f) = subscription {
+            if let Subscription::Sample(f) = subscription {
                 f(view);
             }
         }

@@ -1,16 +1,16 @@
-//! The books of a thermostat: energy put in by resets and lost in contacts, from standby to standby.
+//! The books of a thermostat: energy put in by resets and lost in contacts, from sample to sample.
 //!
 //! E(t) − E(0) = Σ (work of resets) − Σ ½ (1 − e²) μ u² (mass × length² / time²), u being the speed of approach of a
 //! contact and μ its reduced mass; the power of each is its change in an interval divided by the length of that.
 
 use carom_engine::{Body, Observer, View};
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 use serde::{Deserialize, Serialize};
 
-/// Energy put in and lost in each interval between standbys, and in all.
+/// Energy put in and lost in each interval between samples, and in all.
 ///
-/// What is edited at a standby counts for the interval that begins when [`Observer::standby`] is called before the edit,
-/// and for the one that ends when it is called after it. An interval of no length is kept: a standby between a reset of
+/// What is edited at a sample counts for the interval that begins when [`Observer::sample`] is called before the edit,
+/// and for the one that ends when it is called after it. An interval of no length is kept: a sample between a reset of
 /// the hot bodies and one of the cold ones books the two apart.
 ///
 /// ```
@@ -23,11 +23,11 @@ use serde::{Deserialize, Serialize};
 /// let mut simulation = Simulation::new(&scene)?;
 /// let gas = simulation.find_tag("gas").expect("the scene names it");
 /// let mut ledger = ThermostatLedger::default();
-/// ledger.standby(&simulation.view());
-/// for standby in 1..=5 {
-///     simulation.observe_until(0.2 * f64::from(standby), &mut ledger)?;
+/// ledger.sample(&simulation.view());
+/// for sample in 1..=5 {
+///     simulation.observe_until(0.2 * f64::from(sample), &mut ledger)?;
 ///     simulation.reset_energy_of_tag(gas, 1.0)?;
-///     ledger.standby(&simulation.view());
+///     ledger.sample(&simulation.view());
 /// }
 /// // What the inelastic contacts take the resets give back.
 /// let power = ledger.mean_power().expect("time has passed");
@@ -38,15 +38,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[doc(alias = "heat")]
 pub struct ThermostatLedger {
-    /// The books at the first standby and at the last one.
+    /// The books at the first sample and at the last one.
     books: Option<[Books; 2]>,
     series: Vec<ThermostatPoint>,
 }
 
-/// The interval that ends at one standby.
+/// The interval that ends at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ThermostatPoint {
-    /// Time of the standby.
+    /// Time of the sample.
     pub time: f64,
     /// Length of the interval (time).
     pub duration: f64,
@@ -54,7 +54,7 @@ pub struct ThermostatPoint {
     pub put_in: f64,
     /// Energy lost in contacts, less what superelastic ones gave (mass × length² / time²).
     pub lost: f64,
-    /// Kinetic energy at the standby (mass × length² / time²).
+    /// Kinetic energy at the sample (mass × length² / time²).
     pub energy: f64,
 }
 
@@ -70,38 +70,38 @@ impl ThermostatPoint {
     }
 }
 
-/// What the books say at a standby: totals since the system was built.
+/// What the books say at a sample_interval: totals since the system was built.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Books {
-    time: Instant,
+    time: EpochTime,
     put_in: f64,
     lost: f64,
     energy: f64,
 }
 
 impl ThermostatLedger {
-    /// The intervals so far; the first begins at the first standby.
+    /// The intervals so far; the first begins at the first sample.
     pub fn series(&self) -> &[ThermostatPoint] {
         &self.series
     }
 
-    /// Energy put in since the first standby (mass × length² / time²).
+    /// Energy put in since the first sample (mass × length² / time²).
     pub fn total_put_in(&self) -> f64 {
         self.since_first(|books| books.put_in)
     }
 
-    /// Energy lost in contacts since the first standby (mass × length² / time²).
+    /// Energy lost in contacts since the first sample (mass × length² / time²).
     pub fn total_lost(&self) -> f64 {
         self.since_first(|books| books.lost)
     }
 
-    /// Energy put in per time since the first standby (mass × length² / time³); `None` before any time has passed.
+    /// Energy put in per time since the first sample (mass × length² / time³); `None` before any time has passed.
     pub fn mean_power(&self) -> Option<f64> {
         let duration: f64 = self.series.iter().map(|point| point.duration).sum();
         (duration > 0.0).then(|| self.total_put_in() / duration)
     }
 
-    /// Largest |E − E(first) − put in + lost| over the standbys, relative to the largest energy seen; 0 if that is 0.
+    /// Largest |E − E(first) − put in + lost| over the samples, relative to the largest energy seen; 0 if that is 0.
     pub fn imbalance(&self) -> f64 {
         let Some([first, _]) = self.books else { return 0.0 };
         let (mut booked, mut worst, mut largest) = (first.energy, 0.0f64, first.energy);
@@ -124,7 +124,7 @@ impl Observer for ThermostatLedger {
         false
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         let (time, ledger) = (view.time(), view.ledger());
         let now = Books { time, put_in: ledger.put_in, lost: ledger.lost, energy: view.energy() };
         let Some([first, before]) = self.books else {

@@ -4,13 +4,13 @@
 //! over origins t₀. In a dense gas of equal discs −d ln C/dt at t = 0 is the collision rate Γ, and C ≈ C(0) exp(−Γt)
 //! (Enskog's theory in two dimensions); D(t) = ¼ d⟨|Δx|²⟩/dt does not settle, since the tail of C falls as 1/t (Alder &
 //! Wainwright 1970). Lags are 1, 2, …, 9, 10, 20, …, 90, 100, … spacings: level k keeps the last nine samples taken every
-//! 10ᵏ standbys (after Frenkel & Smit 2002, section 4.4.2), so that memory grows with the logarithm of the longest lag.
+//! 10ᵏ samples (after Frenkel & Smit 2002, section 4.4.2), so that memory grows with the logarithm of the longest lag.
 
 use std::collections::VecDeque;
 
 use carom_engine::{Body, Observer, View};
 use carom_geometry::{GeometryError, check_positive};
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -29,9 +29,9 @@ const EVENNESS: f64 = 1e-6;
 ///
 /// Places and velocities are relative to the centre of mass along each axis on which momentum is
 /// conserved (see [`CentreOfMassFrame`](carom_engine::CentreOfMassFrame)). After an edit at a
-/// standby call `start`, so that the frame moves on with its new velocity.
+/// sample call `start`, so that the frame moves on with its new velocity.
 ///
-/// Standbys must be one spacing apart. A body is followed for as long as it is there and belongs to the group.
+/// Samples must be one spacing apart. A body is followed for as long as it is there and belongs to the group.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -49,9 +49,9 @@ const EVENNESS: f64 = 1e-6;
 /// "#;
 /// let mut simulation = Simulation::new(&Scene::from_toml(disc)?)?;
 /// let mut correlation = TimeCorrelation::new(Group::All, 0.25, 5.0)?;
-/// for standby in 0..=20 {
-///     simulation.observe_until(0.25 * f64::from(standby), &mut correlation)?;
-///     correlation.standby(&simulation.view());
+/// for sample in 0..=20 {
+///     simulation.observe_until(0.25 * f64::from(sample), &mut correlation)?;
+///     correlation.sample(&simulation.view());
 /// }
 /// let points = correlation.points();
 /// assert_eq!(points.len(), 1 + 9 + 2);
@@ -67,7 +67,7 @@ pub struct TimeCorrelation {
     group: Group,
     spacing: f64,
     /// When the last sample was taken.
-    last: Option<Instant>,
+    last: Option<EpochTime>,
     frame: MovingFrame,
     /// How many samples have been taken since the last gap.
     taken: u64,
@@ -91,13 +91,13 @@ pub struct CorrelationPoint {
     pub autocorrelation: f64,
 }
 
-/// How far the frame of the centre of mass has gone, by its velocity from one standby to the next.
+/// How far the frame of the centre of mass has gone, by its velocity from one sample to the next.
 ///
 /// Its place Σ m x / M would jump whenever a body is added or removed.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct MovingFrame {
-    /// Since when it has had its velocity; `None` before the first standby.
-    since: Option<Instant>,
+    /// Since when it has had its velocity; `None` before the first sample.
+    since: Option<EpochTime>,
     velocity: DVec2,
     displacement: DVec2,
 }
@@ -110,7 +110,7 @@ struct Sample {
     velocity: DVec2,
 }
 
-/// Samples every `stride` standbys, the latest first, and the sums for the lags 1, 2, … strides.
+/// Samples every `stride` samples, the latest first, and the sums for the lags 1, 2, … strides.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Level {
     stride: u64,
@@ -126,13 +126,13 @@ struct LagSum {
 }
 
 impl TimeCorrelation {
-    /// Correlations up to the lag `longest` (time) of standbys that are `spacing` (time) apart; a `longest` below one
+    /// Correlations up to the lag `longest` (time) of samples that are `spacing` (time) apart; a `longest` below one
     /// spacing is taken as one.
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if `spacing` or `longest` is not positive and finite.
     pub fn new(group: Group, spacing: f64, longest: f64) -> Result<Self, GeometryError> {
-        let spacing = check_positive("the spacing of standbys", spacing)?;
+        let spacing = check_positive("the spacing of samples", spacing)?;
         let longest = check_positive("the longest lag", longest)?;
         let spacings = ((longest / spacing * (1.0 + EVENNESS)) as u64).clamp(1, MOST_SPACINGS);
         let strides = (0..).map(|level| RATIO.pow(level)).take_while(|&stride| stride <= spacings);
@@ -167,7 +167,7 @@ impl TimeCorrelation {
             .collect()
     }
 
-    /// How many standbys were not one spacing after the sample before them, to one part in a million.
+    /// How many samples were not one spacing after the sample before them, to one part in a million.
     ///
     /// One that comes sooner is passed over. After one that comes later no lag reaches back across the gap; what was
     /// averaged before it stays.
@@ -176,7 +176,7 @@ impl TimeCorrelation {
     }
 
     /// Whether to take a sample now; forgets the samples before a gap.
-    fn is_due(&mut self, time: Instant) -> bool {
+    fn is_due(&mut self, time: EpochTime) -> bool {
         let Some(last) = self.last else { return true };
         let late = time.since(last) - self.spacing;
         if late.abs() <= EVENNESS * self.spacing {
@@ -201,7 +201,7 @@ impl Observer for TimeCorrelation {
         self.frame.follow(view);
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         self.frame.follow(view);
         if !self.is_due(view.time()) {
             return;

@@ -13,18 +13,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Group, Histogram, mean::mean_and_standard_error};
 
-/// How far bins chosen by the first standby reach, in thermal speeds √(⟨v²⟩/2); of a Maxwellian gas, 1.5 × 10⁻⁸ is
+/// How far bins chosen by the first sample reach, in thermal speeds √(⟨v²⟩/2); of a Maxwellian gas, 1.5 × 10⁻⁸ is
 /// beyond.
 const THERMAL_SPEEDS: f64 = 6.0;
 
-/// Velocities of the bodies that move, over the standbys: relative to the centre of mass along each
+/// Velocities of the bodies that move, over the samples: relative to the centre of mass along each
 /// axis on which momentum is conserved (see
 /// [`CentreOfMassFrame`](carom_engine::CentreOfMassFrame)).
 ///
 /// At equilibrium the variance of a component is (1/m − 1/M) kT, M the mass of all bodies that move,
 /// or kT/m along an axis on which momentum is not conserved.
 ///
-/// For bodies of one mass: choose a tag for each kind. Velocities at standbys fewer than some three collisions per body
+/// For bodies of one mass: choose a tag for each kind. Velocities at samples fewer than some three collisions per body
 /// apart are not independent.
 ///
 /// ```
@@ -34,9 +34,9 @@ const THERMAL_SPEEDS: f64 = 6.0;
 /// let scene = Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 400")?;
 /// let mut simulation = Simulation::new(&scene)?;
 /// let mut velocities = VelocityDistribution::adaptive(Group::All, 30);
-/// velocities.standby(&simulation.view());
+/// velocities.sample(&simulation.view());
 /// simulation.observe_until(3.0, &mut velocities)?;
-/// velocities.standby(&simulation.view());
+/// velocities.sample(&simulation.view());
 /// // They start with equal speeds, and collisions make them Maxwellian.
 /// assert!((velocities.series()[0].kurtosis - 1.0).abs() < 1e-12);
 /// assert!((velocities.series()[1].kurtosis - 2.0).abs() < 0.4);
@@ -58,10 +58,10 @@ struct Histograms {
     speeds: Histogram,
 }
 
-/// The velocities at one standby.
+/// The velocities at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct VelocityPoint {
-    /// Time of the standby.
+    /// Time of the sample.
     pub time: f64,
     /// How many bodies that can move there are in the group.
     pub bodies: usize,
@@ -102,22 +102,22 @@ impl VelocityDistribution {
         Self { group, bins: bins.max(1), histograms: None, series: Vec::new() }
     }
 
-    /// Histograms of the x and y components over all standbys (length / time); `None` before their range is known.
+    /// Histograms of the x and y components over all samples (length / time); `None` before their range is known.
     pub fn components(&self) -> Option<&[Histogram; 2]> {
         self.histograms.as_ref().map(|histograms| &histograms.components)
     }
 
-    /// Histogram of the speeds over all standbys (length / time); `None` before its range is known.
+    /// Histogram of the speeds over all samples (length / time); `None` before its range is known.
     pub fn speeds(&self) -> Option<&Histogram> {
         self.histograms.as_ref().map(|histograms| &histograms.speeds)
     }
 
-    /// The standbys so far; those at which nothing moves are left out.
+    /// The samples so far; those at which nothing moves are left out.
     pub fn series(&self) -> &[VelocityPoint] {
         &self.series
     }
 
-    /// Mean of ⟨v⁴⟩/⟨v²⟩² over the standbys and its standard error; `None` with fewer than two.
+    /// Mean of ⟨v⁴⟩/⟨v²⟩² over the samples and its standard error; `None` with fewer than two.
     pub fn kurtosis(&self) -> Option<(f64, f64)> {
         mean_and_standard_error(self.series.iter().map(|point| point.kurtosis))
     }
@@ -129,7 +129,7 @@ impl Observer for VelocityDistribution {
         false
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         let moving = view.bodies().filter(|view| !view.body.is_fixed() && self.group.contains(view.body));
         let drift = view.centre_of_mass_frame().velocity();
         let velocities: Vec<DVec2> = moving.map(|view| view.motion.velocity - drift).collect();

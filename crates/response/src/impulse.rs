@@ -148,7 +148,7 @@ fn scaled_inverse_masses(d: DVec2, [a, b]: [f64; 2]) -> f64 {
 }
 
 /// The motion of a body after `impulse` (mass × length / time) acted at `arm` from its centre.
-pub fn struck(motion: &Motion, inertia: &Inertia, arm: DVec2, impulse: DVec2) -> Motion {
+pub fn apply_impulse(motion: &Motion, inertia: &Inertia, arm: DVec2, impulse: DVec2) -> Motion {
     Motion {
         velocity: motion.velocity + impulse * inertia.inverse_mass,
         angular_velocity: motion.angular_velocity + arm.perp_dot(impulse) * inertia.inverse_moment,
@@ -236,7 +236,7 @@ mod tests {
         let elasticity = Elasticity::new(elasticity).unwrap();
         let impulse = Impact.impulse(&scene.frame, [(a, ia), (b, ib)], elasticity);
         let [arm_a, arm_b] = scene.frame.arms;
-        (impulse, [struck(a, ia, arm_a, -impulse), struck(b, ib, arm_b, impulse)])
+        (impulse, [apply_impulse(a, ia, arm_a, -impulse), apply_impulse(b, ib, arm_b, impulse)])
     }
 
     fn total<T: std::iter::Sum>(
@@ -384,8 +384,8 @@ mod tests {
         let frame = ContactFrame { line_of_centres: DVec2::Y, arms: [DVec2::new(0.5, 0.0), DVec2::ZERO] };
         let impulse = Impact.impulse(&frame, [(&a, &dumbbell), (&b, &disc)], Elasticity::ELASTIC);
         assert!((impulse.y - 12.0 / 11.0).abs() < 1e-15);
-        let a = struck(&a, &dumbbell, frame.arms[0], -impulse);
-        let b = struck(&b, &disc, frame.arms[1], impulse);
+        let a = apply_impulse(&a, &dumbbell, frame.arms[0], -impulse);
+        let b = apply_impulse(&b, &disc, frame.arms[1], impulse);
         assert!((b.velocity.y - 1.0 / 11.0).abs() < 1e-15);
         assert!((a.velocity.y + 6.0 / 11.0).abs() < 1e-15);
         assert!((a.angular_velocity + 8.0 / 11.0).abs() < 1e-15);

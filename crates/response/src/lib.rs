@@ -30,7 +30,7 @@ mod impulse;
 mod reflection;
 
 pub use elasticity::{Elasticity, ElasticityError};
-pub use impulse::{ContactFrame, Impact, approach_speed, reduced_mass, struck};
+pub use impulse::{ContactFrame, Impact, apply_impulse, approach_speed, reduced_mass};
 
 use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;

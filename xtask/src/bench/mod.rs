@@ -10,9 +10,9 @@ mod setup;
 
 use anyhow::Result;
 use carom::{
-    Fineness, Impact,
+    CellsPerSide, Impact,
     detection::Exact,
-    engine::{Cells, Instructions, Scene, Scheduler, Simulation, Thesis},
+    engine::{CellScheduler, HeapScheduler, Instructions, Scene, Scheduler, Simulation},
 };
 use clap::{Args, Subcommand};
 use cpu_time::ThreadTime;
@@ -171,10 +171,10 @@ impl<S: Scheduler> Runner for Engine<S> {
 
 fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Vec<Timing>> {
     let mut engines = vec![
-        Engine::<Cells>::boxed("cells", scene, Instructions::Widest)?,
-        Engine::<Cells>::boxed("cells-avx2", scene, Instructions::Avx2)?,
-        Engine::<Cells>::boxed("cells-portable", scene, Instructions::Portable)?,
-        Engine::<Thesis>::boxed("thesis", scene, Fineness::Automatic)?,
+        Engine::<CellScheduler>::boxed("cells", scene, Instructions::Widest)?,
+        Engine::<CellScheduler>::boxed("cells-avx2", scene, Instructions::Avx2)?,
+        Engine::<CellScheduler>::boxed("cells-portable", scene, Instructions::Portable)?,
+        Engine::<HeapScheduler>::boxed("thesis", scene, CellsPerSide::Automatic)?,
     ];
     let n = Simulation::new(scene)?.view().len();
     // Two turns to warm up: the start is a thinned lattice of equal speeds.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Setup;
-use crate::{pieces::Pieces, progress::Progress, summary::Totals};
+use crate::{progress::Progress, summary::Totals, work_items::Pieces};
 
 /// Sectors of the histogram of directions: one a degree.
 pub const SECTORS: usize = 360;
@@ -85,7 +85,7 @@ fn flight(setup: &Setup, replica: u64, progress: &Progress) -> Result<Hits> {
     let mut directions = DirectionHistogram::new(target, SECTORS);
     let (mut energy, mut overlaps) = (EnergyLedger::default(), OverlapCheck::default());
     directions.start(&simulation.view());
-    energy.standby(&simulation.view());
+    energy.sample(&simulation.view());
     let (mut blocks, mut before) = (Vec::new(), 0);
     let duration = setup.duration();
     let mut seconds = 0.0;
@@ -93,8 +93,8 @@ fn flight(setup: &Setup, replica: u64, progress: &Progress) -> Result<Hits> {
         let clock = ThreadTime::now();
         simulation.observe_until(duration * block as f64 / BLOCKS as f64, &mut directions)?;
         seconds += clock.elapsed().as_secs_f64();
-        energy.standby(&simulation.view());
-        overlaps.standby(&simulation.view());
+        energy.sample(&simulation.view());
+        overlaps.sample(&simulation.view());
         let hits = directions.hits();
         blocks.push(hits - before);
         progress.advance(duration / BLOCKS as f64, hits - before);

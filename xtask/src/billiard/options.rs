@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, ensure};
 use carom::{
     Molecule, Scene, Shape,
-    engine::{AtomSpec, BoxSpec, MoleculeSpec, Purpose, RunSpec, random_stream},
+    engine::{AtomSpec, BoxSpec, MoleculeSpec, RandomStream, RunSpec},
     geometry::ExcludedRegion,
 };
 use clap::Args;
@@ -98,13 +98,13 @@ impl Setup {
     /// # Errors
     /// No place was found.
     pub fn scene(&self, replica: u64) -> Result<Scene> {
-        let mut places = random_stream(self.seed, replica, Purpose::Placement);
+        let mut places = RandomStream::Placement.generator(self.seed, replica);
         let mut place = || self.side * DVec2::new(places.random::<f64>(), places.random::<f64>());
         let middle = DVec2::splat(0.5 * self.side);
         let at =
             std::iter::repeat_with(&mut place).take(MOST_TRIES).find(|at| !self.region.contains(at - middle));
         let angle =
-            std::f64::consts::TAU * random_stream(self.seed, replica, Purpose::Velocities).random::<f64>();
+            std::f64::consts::TAU * RandomStream::Velocities.generator(self.seed, replica).random::<f64>();
         let target = MoleculeSpec {
             tags: vec!["target".to_owned()],
             shape: Some(self.shape.to_string()),
@@ -125,7 +125,7 @@ impl Setup {
         Ok(Scene {
             bounds: BoxSpec { sides: [self.side; 2], seed: self.seed, replica },
             molecule: vec![target, disc],
-            run: RunSpec { until, standby: until / super::BLOCKS as f64, ..RunSpec::default() },
+            run: RunSpec { until, sample_interval: until / super::BLOCKS as f64, ..RunSpec::default() },
             ..Scene::default()
         })
     }

@@ -88,7 +88,7 @@ impl Job {
             folder,
             what: without_end(&command, &self.scene),
             until: plan.until,
-            standbys: plan.settling().chain(plan.measuring()).count(),
+            samples: plan.settling().chain(plan.measuring()).count(),
             choices: &options.choices,
             signals,
         }
@@ -387,7 +387,7 @@ fn campaign_config(options: &Options, plan: &Plan) -> Result<String> {
         area_fraction: f64,
         from: f64,
         until: f64,
-        standby: f64,
+        sample_interval: f64,
         command: String,
     }
     let experiment = Experiment {
@@ -399,7 +399,7 @@ fn campaign_config(options: &Options, plan: &Plan) -> Result<String> {
         area_fraction: options.area_fraction,
         from: plan.from,
         until: plan.until,
-        standby: plan.standby,
+        sample_interval: plan.sample_interval,
         command: options.command(plan),
     };
     Ok(toml::to_string_pretty(&Config { experiment })?)

@@ -82,7 +82,7 @@ impl Distributions {
                    boundary that they cannot cross. Each line belongs to the atom that is touched; an atom without a line \
                    cannot be reached. In a dilute gas all would be at 1: the gas crowds into the corners, at the lines' ends. \
                    The bands are standard errors from the scatter of blocks of time.";
-        let velocity = "The mean velocity of the molecule along its own axes, over the standbys so far. At equilibrium it fades \
+        let velocity = "The mean velocity of the molecule along its own axes, over the samples so far. At equilibrium it fades \
                         to 0; the band is one standard error, from the scatter of blocks of time.";
         page.pictures(Layout::Full, &[(&self.contacts, gas), (&self.velocity, velocity)]);
     }
@@ -240,7 +240,7 @@ fn velocity(group: &Group<'_>) -> Result<String> {
     let run = &group.runs[0];
     let duration = run.duration;
     // The blocks hold all that makes the velocity fluctuate, that of the gas as a whole included. With
-    // too few of them: one standby after another, as the molecule forgets its velocity within some hundredths.
+    // too few of them: one sample after another, as the molecule forgets its velocity within some hundredths.
     let thermal = (group.temperature() / run.molecule.mass()).sqrt();
     let few = thermal / (run.averages.len() as f64).sqrt();
     let of_one_run = group.error_of_one_run(Drift::path).unwrap_or(few);

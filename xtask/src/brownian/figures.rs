@@ -203,7 +203,7 @@ impl<'a> Group<'a> {
     /// Standard errors of the mean force along x′ and y′ after measuring for `duration`, in one run or in all together.
     ///
     /// Where the frame does not turn, the kicks add up to P(t) − P(0), of variance 2MkT for each run; where it does,
-    /// they diffuse, and the blocks show how fast; with too few blocks, the sums between standbys.
+    /// they diffuse, and the blocks show how fast; with too few blocks, the sums between samples.
     pub fn force_errors(&self, duration: f64) -> Option<DVec2> {
         if !self.case.turns() {
             let runs = (duration / self.runs[0].duration).max(1.0);

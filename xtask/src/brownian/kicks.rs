@@ -26,8 +26,8 @@ impl<O: Observer> Observer for FromGas<O> {
         }
     }
 
-    fn standby(&mut self, view: &View<'_>) {
-        self.0.standby(view);
+    fn sample(&mut self, view: &View<'_>) {
+        self.0.sample(view);
     }
 }
 

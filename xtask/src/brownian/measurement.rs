@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Plan, kicks::FromGas, setup::GAS_RADIUS, system};
 use crate::{
-    film,
+    animation,
     progress::Progress,
     resumable::{Found, Resumable, Start, Task},
     series,
@@ -111,7 +111,7 @@ type Kicked = (
     Blocks<ContactDensity>,
 );
 
-/// Runs a scene by the plan, from its beginning or from a checkpoint, and writes series, snapshots, a film of how measuring
+/// Runs a scene by the plan, from its beginning or from a checkpoint, and writes series, snapshots, an animation of how measuring
 /// begins, and the first `impulses` kicks.
 ///
 /// # Errors
@@ -143,7 +143,7 @@ pub fn measure(
                 system::snapshot_of(&simulation.view(), first.body.key(), task.folder)?;
             }
             let mut going = Resumable::begin(task, simulation, Watched::default());
-            going.observers.standby(&going.simulation.view());
+            going.observers.sample(&going.simulation.view());
             write_on(&mut going)?;
             going
         }
@@ -151,7 +151,7 @@ pub fn measure(
     let first = going.simulation.view().bodies().next().context("a scene without bodies")?;
     let (body, key, molecule) = (first.body.clone(), first.body.key(), first.body.molecule().clone());
     let settled = plan.settling().count();
-    let times = plan.settling().chain(plan.measuring()).enumerate().skip(going.standbys());
+    let times = plan.settling().chain(plan.measuring()).enumerate().skip(going.samples());
     for (index, time) in times {
         if index == settled && going.observers.2.is_none() {
             let along =
@@ -167,7 +167,7 @@ pub fn measure(
             let measuring = going.observers.2.insert((FromGas(kicked), average, drift, rate));
             measuring.start(&going.simulation.view());
             going.observers.3 = Some(FromGas(ImpulseLog::new(key, impulses)));
-            film::record(&going.simulation, task.folder)?;
+            animation::record(&going.simulation, task.folder)?;
         }
         let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
         going.run_to(time, task)?;
@@ -181,7 +181,7 @@ pub fn measure(
     Ok(measured)
 }
 
-/// Writes what the last standby has brought.
+/// Writes what the last sample has brought.
 fn write_on(going: &mut Resumable<Watched>) -> Result<()> {
     let Resumable { observers: (energy, _, measuring, impulses), files, .. } = going;
     let new = impulses.as_mut().map_or_else(Vec::new, |FromGas(log)| log.take());
@@ -239,7 +239,7 @@ impl Measurement {
     }
 }
 
-/// Sums of the kicks between one standby and the next, in the molecule's frame (mass × length / time).
+/// Sums of the kicks between one sample and the next, in the molecule's frame (mass × length / time).
 pub fn increments(averages: &[RunningPoint], from: f64) -> Vec<DVec2> {
     let mut before = DVec2::ZERO;
     let next = |point: &RunningPoint| {

@@ -6,7 +6,7 @@ use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 
 use super::{dilute::DILUTE, setup::AREA_FRACTION};
-use crate::{resumable::Choices, standbys::standbys};
+use crate::{resumable::Choices, sampling_times::sampling_times};
 
 /// Choices of `cargo xtask experiment brownian`.
 #[derive(Debug, Clone, Args)]
@@ -163,19 +163,19 @@ pub struct Plan {
     pub from: f64,
     /// The run ends.
     pub until: f64,
-    /// Between two standbys.
-    pub standby: f64,
+    /// Between two samples.
+    pub sample_interval: f64,
 }
 
 impl Plan {
-    /// The standbys while the gas settles.
+    /// The samples while the gas settles.
     pub fn settling(&self) -> impl Iterator<Item = f64> + use<> {
-        standbys(0.0, self.from, self.standby)
+        sampling_times(0.0, self.from, self.sample_interval)
     }
 
-    /// The standbys while measuring.
+    /// The samples while measuring.
     pub fn measuring(&self) -> impl Iterator<Item = f64> + use<> {
-        standbys(self.from, self.until, self.standby)
+        sampling_times(self.from, self.until, self.sample_interval)
     }
 }
 
@@ -198,11 +198,11 @@ impl Options {
         let ready = if self.area_fraction < DILUTE {
             // Kicks are rare, and cost little.
             let until = if self.paper { 500_000.0 } else { 20_000.0 };
-            Plan { from: 100.0, until, standby: 0.001 * until }
+            Plan { from: 100.0, until, sample_interval: 0.001 * until }
         } else if self.paper {
-            Plan { from: 100.0, until: 5000.0, standby: 1.0 }
+            Plan { from: 100.0, until: 5000.0, sample_interval: 1.0 }
         } else {
-            Plan { from: 5.0, until: 200.0, standby: 0.5 }
+            Plan { from: 5.0, until: 200.0, sample_interval: 0.5 }
         };
         let plan =
             Plan { from: self.from.unwrap_or(ready.from), until: self.until.unwrap_or(ready.until), ..ready };

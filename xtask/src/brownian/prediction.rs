@@ -117,7 +117,7 @@ mod tests {
     impl Prediction {
         /// For the molecule of a case, with atoms of half the gas's radius.
         pub fn of_case(case: Case) -> Self {
-            let plan = Plan { from: 0.0, until: 1.0, standby: 1.0 };
+            let plan = Plan { from: 0.0, until: 1.0, sample_interval: 1.0 };
             let simulation = Simulation::new(&scene(case, Size::Half, 1, 0, &plan)).unwrap();
             Self::new(case, simulation.view().bodies().next().unwrap().body.molecule())
         }

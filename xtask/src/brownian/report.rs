@@ -290,7 +290,10 @@ pub fn setting(page: &mut Page, group: &Group<'_>, size: Size, plan: &Plan) {
         ("molecule", group.case.words().to_owned()),
         ("relative size of its atoms", size.name()),
         ("gas", format!("{:.0} discs of radius 0.01, mass 1, energy 1 each at the start", first.density)),
-        ("measured", format!("from t = {} to {}, standby every {}", plan.from, plan.until, plan.standby)),
+        (
+            "measured",
+            format!("from t = {} to {}, sample every {}", plan.from, plan.until, plan.sample_interval),
+        ),
         ("runs", group.runs.len().to_string()),
         ("kicks by the gas", group.kicks.hits().to_string()),
     ]);

@@ -42,7 +42,7 @@ pub fn scene(case: Case, size: Size, seed: u64, replica: u64, plan: &Plan) -> Sc
         }],
         run: RunSpec {
             until: plan.until,
-            standby: plan.standby,
+            sample_interval: plan.sample_interval,
             observe: ["energy", "collision-rate", "overlap"].map(str::to_owned).to_vec(),
             ..RunSpec::default()
         },
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn every_case_is_a_valid_scene_of_the_same_mass_and_area() {
-        let plan = Plan { from: 1.0, until: 2.0, standby: 0.5 };
+        let plan = Plan { from: 1.0, until: 2.0, sample_interval: 0.5 };
         for case in [Case::Standard, Case::Control, Case::Locked0, Case::LockedPi] {
             for size in [Size::Half, Size::Quarter] {
                 let scene = scene(case, size, 1, 0, &plan);

@@ -8,7 +8,7 @@ use carom::{
 
 use super::{Plan, figures::Group, report::Charts};
 use crate::{
-    film,
+    animation,
     output::Folder,
     page::{Layout, Page},
 };
@@ -45,7 +45,7 @@ pub fn check(folder: &Folder, measures: bool) -> Result<()> {
     folder.read("start.svg")?;
     folder.read(CLOSE_UP)?;
     if measures {
-        folder.read(film::FILM)?;
+        folder.read(animation::ANIMATION)?;
     }
     Ok(())
 }
@@ -101,7 +101,7 @@ pub fn moving(page: &mut Page, folder: &Folder, plan: &Plan) -> Result<()> {
          the run had it. The same flights, with all digits, are in flights.csv of the run.",
         plan.from
     );
-    page.film(&folder.read(film::FILM)?, &caption);
+    page.animation(&folder.read(animation::ANIMATION)?, &caption);
     Ok(())
 }
 

@@ -21,9 +21,9 @@ pub enum Capability {
     ElasticityTable,
     /// Closures told of collisions.
     Subscriptions,
-    /// Snapshots at standbys.
+    /// Snapshots at samples.
     Snapshots,
-    /// Resets of energy at standbys.
+    /// Resets of energy at samples.
     Thermostat,
     /// Discs of several sizes.
     SizeMixture,
@@ -95,10 +95,10 @@ impl Capability {
             (Self::ElasticityTable, Level::Used) => "a rule for all discs, e = 0.999, with its guard",
             (Self::Subscriptions, Level::Idle) => "a list of subscriptions that is empty",
             (Self::Subscriptions, Level::Used) => "one subscription to every collision",
-            (Self::Snapshots, Level::Idle) => "standbys, about three collisions of each disc apart",
+            (Self::Snapshots, Level::Idle) => "samples, about three collisions of each disc apart",
             (Self::Snapshots, Level::Used) => "the same, with a snapshot at each",
-            (Self::Thermostat, Level::Idle) => "at each such standby, a reset of a tag that nobody carries",
-            (Self::Thermostat, Level::Used) => "at each such standby, all energies are reset",
+            (Self::Thermostat, Level::Idle) => "at each such sample, a reset of a tag that nobody carries",
+            (Self::Thermostat, Level::Used) => "at each such sample, all energies are reset",
             (Self::SizeMixture, Level::Idle) => "one disc three times as wide",
             (Self::SizeMixture, Level::Used) => "200 discs three times as wide",
         }
@@ -137,7 +137,7 @@ impl Capability {
                 &["engine/src/observer.rs", "engine/src/report.rs", "observers/src/subscriptions.rs"]
             }
             Self::Snapshots => &["engine/src/view.rs", "observers/src/extended_xyz.rs"],
-            Self::Thermostat => &["engine/src/standby.rs", "observers/src/thermostat_ledger.rs"],
+            Self::Thermostat => &["engine/src/sample.rs", "observers/src/thermostat_ledger.rs"],
             Self::SizeMixture => &["engine/src/cells/covering.rs"],
             Self::Locked | Self::Bumpers => &[],
         }

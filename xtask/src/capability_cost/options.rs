@@ -21,7 +21,7 @@ pub struct Options {
 /// How much is done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plan {
-    /// Standby intervals between the two ends whose counts of instructions are subtracted.
+    /// Sample intervals between the two ends whose counts of instructions are subtracted.
     pub counted: u32,
     /// Rounds of time measurements, of which the median counts.
     pub rounds: u32,

@@ -1,4 +1,4 @@
-//! One variant as it runs: the gas, what is added to it, and what is done at its standbys.
+//! One variant as it runs: the gas, what is added to it, and what is done at its samples.
 
 use std::{cell::Cell, f64::consts::PI, io, rc::Rc};
 
@@ -20,7 +20,7 @@ const OTHERS: usize = 200;
 /// Share of the box that the discs cover.
 const AREA_FRACTION: f64 = 0.5;
 
-/// Time between standbys: about three collisions of each disc.
+/// Time between samples: about three collisions of each disc.
 pub const INTERVAL: f64 = 0.005;
 
 /// Intervals until the gas has forgotten the lattice that it was placed on.
@@ -38,7 +38,7 @@ enum Work {
     /// Nothing; the run does not even stand by.
     None,
     Told(Subscriptions),
-    StandBy,
+    Sample,
     Snapshots,
     Thermostat(Tag),
 }
@@ -65,7 +65,7 @@ impl Subject {
                 count(&mut subscriptions, filter);
                 Work::Told(subscriptions)
             }
-            Variant::With(Capability::Snapshots, Level::Idle) => Work::StandBy,
+            Variant::With(Capability::Snapshots, Level::Idle) => Work::Sample,
             Variant::With(Capability::Snapshots, Level::Used) => Work::Snapshots,
             Variant::With(Capability::Thermostat, Level::Used) => {
                 Work::Thermostat(simulation.find_tag("gas").context("the discs carry this tag")?)
@@ -94,7 +94,7 @@ impl Subject {
             Work::Told(subscriptions) => {
                 self.simulation.observe_until(at(self.intervals), subscriptions)?;
             }
-            Work::StandBy | Work::Snapshots | Work::Thermostat(_) => {
+            Work::Sample | Work::Snapshots | Work::Thermostat(_) => {
                 for interval in begin + 1..=self.intervals {
                     self.simulation.run_until(at(interval))?;
                     match self.work {

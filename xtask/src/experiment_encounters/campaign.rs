@@ -22,9 +22,9 @@ use super::{
 use crate::{
     experiment::{Experiment, Opening, configuration, threads},
     output::Folder,
-    pieces::Pieces,
     say,
     summary::{Check, Summary, Totals, Verdict},
+    work_items::Pieces,
 };
 
 /// Cases that break the promise of the exact detector and are printed in full.

@@ -8,7 +8,7 @@ use std::{
 
 use anyhow::Result;
 use carom::{
-    Detection, Exact, Fineness, Impact, Scene, Simulation, Thesis,
+    CellsPerSide, Detection, Exact, HeapScheduler, Impact, Scene, Simulation,
     engine::{BoxSpec, MoleculeSpec},
     geometry::Outline,
     kinematics::RelativeMotion,
@@ -94,7 +94,7 @@ impl Notes {
 /// # Errors
 /// A scene cannot be built, or a run breaks off.
 pub fn recordings(seed: u64, count: usize) -> Result<Vec<Recording>> {
-    let plan = Plan { from: 1.0, until: 2.0, standby: 0.5 };
+    let plan = Plan { from: 1.0, until: 2.0, sample_interval: 0.5 };
     let tee = brownian::scene(Case::Standard, Size::Half, seed, 0, &plan);
     Ok(vec![
         record("recorded_tee", "a tee in its gas, area fraction 0.5", &tee, count)?,
@@ -138,8 +138,8 @@ fn dumbbells(seed: u64, area_fraction: f64) -> Scene {
 fn record(name: &'static str, about: &'static str, scene: &Scene, count: usize) -> Result<Recording> {
     let notes = Rc::new(RefCell::new(Notes::default()));
     let recorder = Recorder { notes: Rc::clone(&notes) };
-    let mut simulation: Simulation<Recorder, Impact, Thesis> =
-        Simulation::with(scene, recorder, Impact, Fineness::default())?;
+    let mut simulation: Simulation<Recorder, Impact, HeapScheduler> =
+        Simulation::with(scene, recorder, Impact, CellsPerSide::default())?;
     let energy = simulation.view().energy();
     let begun = ThreadTime::now();
     let mut time = WARM_UP;

@@ -12,7 +12,7 @@ use super::{
     },
     gaps::Gaps,
 };
-use crate::{progress::Progress, summary::Totals, there_and_back::line};
+use crate::{progress::Progress, summary::Totals, time_reversal::line};
 
 /// Drift of one scene.
 #[derive(Debug, Clone)]

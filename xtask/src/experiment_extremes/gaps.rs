@@ -39,7 +39,7 @@ impl Observer for Gaps {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carom::{Exact, Impact, Scene, Simulation, Thesis, engine::Fineness};
+    use carom::{Exact, HeapScheduler, Impact, Scene, Simulation, engine::CellsPerSide};
 
     use crate::experiment_extremes::cases::{bodies::disc, engine::in_box};
 
@@ -48,9 +48,13 @@ mod tests {
         let molecules =
             vec![disc(0.1, 1.0, [0.1, 0.5], [-1.0, 0.3]), disc(0.1, 1.0, [0.8, 0.55], [0.0, 0.3])];
         let scene: Scene = in_box([1.0, 1.0], molecules);
-        let mut run =
-            Simulation::<Exact, Impact, Thesis>::with(&scene, Exact::default(), Impact, Fineness::Automatic)
-                .unwrap();
+        let mut run = Simulation::<Exact, Impact, HeapScheduler>::with(
+            &scene,
+            Exact::default(),
+            Impact,
+            CellsPerSide::Automatic,
+        )
+        .unwrap();
         let mut gaps = Gaps::new(run.view().bounds());
         run.observe_until(40.0, &mut gaps).unwrap();
         assert!(gaps.contacts >= 10, "{gaps:?}");

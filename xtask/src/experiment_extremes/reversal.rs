@@ -8,7 +8,7 @@ use super::cases::{
     engine::{Run, gas, in_box},
     watch::run_collisions,
 };
-use crate::there_and_back::{LARGEST, line, there_and_back};
+use crate::time_reversal::{LARGEST, line, there_and_back};
 
 /// Discs.
 const COUNT: usize = 64;

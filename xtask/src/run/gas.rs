@@ -30,7 +30,7 @@ const MOST_IMPULSES: u64 = 1_000_000;
 /// Knows no tags: the books are those of the whole system.
 const THERMOSTAT: &str = "thermostat";
 
-/// The longest lag of correlations in standbys, whenever the run ends: one that is extended later is to have measured the
+/// The longest lag of correlations in samples, whenever the run ends: one that is extended later is to have measured the
 /// same as one that was long from the start.
 const LONGEST_LAG: f64 = 1e6;
 
@@ -91,9 +91,9 @@ pub fn check(name: &str) -> Result<()> {
     Ok(())
 }
 
-/// Observers that are told of standbys only.
+/// Observers that are told of samples only.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct AtStandbys(Vec<(Asked, Looker)>);
+pub struct AtSamples(Vec<(Asked, Looker)>);
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 enum Looker {
@@ -111,7 +111,7 @@ pub struct AtContacts(Vec<(Asked, ContactDensity)>, Option<ImpulseLog>);
 ///
 /// # Errors
 /// A tag that nothing carries, a body or a gas that is not unique.
-pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<(AtStandbys, AtContacts)> {
+pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<(AtSamples, AtContacts)> {
     let (mut lookers, mut densities, mut impulses) = (Vec::new(), Vec::new(), None);
     for name in &run.observe {
         let Some(asked) = Asked::parse(name) else { continue };
@@ -128,7 +128,7 @@ pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<(AtStandbys, AtContac
             lookers.push((asked, looker));
         }
     }
-    Ok((AtStandbys(lookers), AtContacts(densities, impulses)))
+    Ok((AtSamples(lookers), AtContacts(densities, impulses)))
 }
 
 fn looker(asked: &Asked, run: &RunSpec, view: &View<'_>) -> Result<Looker> {
@@ -136,8 +136,8 @@ fn looker(asked: &Asked, run: &RunSpec, view: &View<'_>) -> Result<Looker> {
     Ok(match asked.kind.as_str() {
         "velocities" => Looker::Velocities(VelocityDistribution::adaptive(group, SPEED_BINS)),
         "correlation" => {
-            let longest = (run.standby * LONGEST_LAG).min(f64::MAX);
-            Looker::Correlation(TimeCorrelation::new(group, run.standby, longest)?)
+            let longest = (run.sample_interval * LONGEST_LAG).min(f64::MAX);
+            Looker::Correlation(TimeCorrelation::new(group, run.sample_interval, longest)?)
         }
         "pair-distribution" => {
             let radii = view.bodies().filter(|body| group.contains(body.body)).map(|body| radius(&body));
@@ -177,7 +177,7 @@ fn contact_density(group: Group, view: &View<'_>) -> Result<ContactDensity> {
     Ok(ContactDensity::new(body.body, disc, TURN_BINS)?)
 }
 
-impl Observer for AtStandbys {
+impl Observer for AtSamples {
     #[inline]
     fn watches(&self, _: [&Body; 2]) -> bool {
         false
@@ -194,19 +194,19 @@ impl Observer for AtStandbys {
         }
     }
 
-    fn standby(&mut self, view: &View<'_>) {
+    fn sample(&mut self, view: &View<'_>) {
         for (_, looker) in &mut self.0 {
             match looker {
-                Looker::Velocities(velocities) => velocities.standby(view),
-                Looker::Correlation(correlation) => correlation.standby(view),
-                Looker::Pairs(pairs) => pairs.standby(view),
-                Looker::Thermostat(ledger) => ledger.standby(view),
+                Looker::Velocities(velocities) => velocities.sample(view),
+                Looker::Correlation(correlation) => correlation.sample(view),
+                Looker::Pairs(pairs) => pairs.sample(view),
+                Looker::Thermostat(ledger) => ledger.sample(view),
             }
         }
     }
 }
 
-impl AtStandbys {
+impl AtSamples {
     /// Writes their tables.
     ///
     /// # Errors
@@ -269,8 +269,8 @@ impl Observer for AtContacts {
         self.1.collision(report);
     }
 
-    fn standby(&mut self, view: &View<'_>) {
-        self.0.iter_mut().for_each(|(_, density)| density.standby(view));
+    fn sample(&mut self, view: &View<'_>) {
+        self.0.iter_mut().for_each(|(_, density)| density.sample(view));
     }
 }
 
@@ -344,17 +344,17 @@ mod tests {
 
             [run]
             until = 2.0
-            standby = 0.1
+            sample_interval = 0.1
             observe = ["velocities:gas", "correlation", "pair-distribution:gas", "contact-density:tee", "thermostat"]
         "#;
         let scene = Scene::from_toml(text).unwrap();
         let mut simulation = Simulation::new(&scene).unwrap();
         let mut watched = observers(&scene.run, &simulation.view()).unwrap();
         watched.start(&simulation.view());
-        watched.standby(&simulation.view());
+        watched.sample(&simulation.view());
         for tick in 1..=20 {
             simulation.observe_until(0.1 * f64::from(tick), &mut watched).unwrap();
-            watched.standby(&simulation.view());
+            watched.sample(&simulation.view());
         }
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();

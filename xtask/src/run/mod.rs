@@ -16,7 +16,7 @@ use crate::{
     output::Folder,
     overrides::Override,
     resumable::{Choices, Task, without_end},
-    standbys::standbys,
+    sampling_times::sampling_times,
     summary::Verdict,
 };
 
@@ -43,8 +43,8 @@ pub struct Options {
 /// The only format of snapshots.
 const EXTENDED_XYZ: &str = "extxyz";
 
-/// More standbys than this are taken for a slip of the pen.
-const MOST_STANDBYS: f64 = 1e7;
+/// More samples than this are taken for a slip of the pen.
+const MOST_SAMPLES: f64 = 1e7;
 
 /// Runs a scene and writes its folder.
 ///
@@ -65,7 +65,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         folder: &folder,
         what: without_end("cargo xtask run", &scene),
         until: scene.run.until,
-        standbys: standbys(0.0, scene.run.until, scene.run.standby).count(),
+        samples: sampling_times(0.0, scene.run.until, scene.run.sample_interval).count(),
         choices: &options.choices,
         signals: &signals,
     };
@@ -121,13 +121,13 @@ fn scene(options: &Options) -> Result<Scene> {
 
 /// Refuses what `[run]` cannot mean.
 fn check(run: &RunSpec) -> Result<()> {
-    for (entry, time) in [("run.until", run.until), ("run.standby", run.standby)] {
+    for (entry, time) in [("run.until", run.until), ("run.sample_interval", run.sample_interval)] {
         ensure!(time.is_finite() && time > 0.0, "{entry} must be positive and finite, but is {time}");
     }
     ensure!(
-        run.until / run.standby <= MOST_STANDBYS,
-        "run.standby = {} makes more than {MOST_STANDBYS:e} standbys until {}",
-        run.standby,
+        run.until / run.sample_interval <= MOST_SAMPLES,
+        "run.sample_interval = {} makes more than {MOST_SAMPLES:e} samples until {}",
+        run.sample_interval,
         run.until
     );
     ensure!(
@@ -165,8 +165,8 @@ mod tests {
         let cases = [
             (RunSpec { until: 0.0, ..good.clone() }, "run.until"),
             (RunSpec { until: f64::NAN, ..good.clone() }, "run.until"),
-            (RunSpec { standby: -1.0, ..good.clone() }, "run.standby"),
-            (RunSpec { standby: 1e-9, ..good.clone() }, "standbys"),
+            (RunSpec { sample_interval: -1.0, ..good.clone() }, "run.sample_interval"),
+            (RunSpec { sample_interval: 1e-9, ..good.clone() }, "samples"),
             (RunSpec { observe: vec!["colour".to_owned()], ..good.clone() }, "collision-rate"),
             (RunSpec { snapshots: Some("gsd".to_owned()), ..good.clone() }, "extxyz"),
             (RunSpec { animation_from: -0.5, ..good.clone() }, "run.animation_from"),

@@ -12,15 +12,15 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::{Options, gas};
 use crate::{
-    film,
+    animation,
     output::Folder,
     page::{Layout, Page},
     part::{caption_of, picture_of},
     plot::{Axis, Chart, Layer, Shape, colour},
     progress::Progress,
     resumable::{Found, Resumable, Start, Task},
+    sampling_times::sampling_times,
     series,
-    standbys::standbys,
     summary::{Figure, Summary, Totals},
 };
 
@@ -36,7 +36,7 @@ const PICTURES: [&str; 2] = ["start.svg", "end.svg"];
 /// A scene file longer than this is not repeated in the report (bytes).
 const LONGEST_SCENE: usize = 100_000;
 
-/// File of the frames at the standbys.
+/// File of the frames at the samples.
 const TRAJECTORY: &str = "trajectory.extxyz";
 
 /// What a run has shown.
@@ -68,7 +68,7 @@ pub fn simulate(
     found: Option<Found>,
     simulation: Simulation,
     run: &RunSpec,
-    (lookers, densities): (gas::AtStandbys, gas::AtContacts),
+    (lookers, densities): (gas::AtSamples, gas::AtContacts),
 ) -> Result<Outcome> {
     let asks_for_pressure = run.observe.iter().any(|name| name == "pressure");
     if asks_for_pressure || !densities.is_empty() {
@@ -90,7 +90,7 @@ trait Watchers: Observer + Serialize + DeserializeOwned {
 }
 
 /// Where no report of a contact is needed.
-impl Watchers for gas::AtStandbys {
+impl Watchers for gas::AtSamples {
     fn pressure(&self) -> Option<&Pressure> {
         None
     }
@@ -104,7 +104,7 @@ impl Watchers for gas::AtStandbys {
     }
 }
 
-impl Watchers for (gas::AtStandbys, Option<Pressure>, gas::AtContacts) {
+impl Watchers for (gas::AtSamples, Option<Pressure>, gas::AtContacts) {
     fn pressure(&self) -> Option<&Pressure> {
         self.1.as_ref()
     }
@@ -133,7 +133,7 @@ fn simulate_with<O: Watchers>(
             // Needed at the end: that it is gone must not come out then.
             task.folder.read(PICTURES[0])?;
             if run.animation && going.simulation.time().to_f64() > run.animation_from {
-                task.folder.read(film::FILM)?;
+                task.folder.read(animation::ANIMATION)?;
             }
             progress.skip(going.simulation.time().to_f64());
             *going
@@ -146,22 +146,22 @@ fn simulate_with<O: Watchers>(
                 (EnergyLedger::default(), CollisionRate::default(), OverlapCheck::default(), watchers),
             );
             going.observers.start(&going.simulation.view());
-            going.observers.standby(&going.simulation.view());
+            going.observers.sample(&going.simulation.view());
             write_on(&mut going, run)?;
             going
         }
     };
     // One that was killed before it went on from there records it again.
     let begun = going.simulation.time().to_f64();
-    let mut film_from = (run.animation && begun <= run.animation_from).then_some(run.animation_from);
-    for time in standbys(0.0, run.until, run.standby).skip(going.standbys()) {
+    let mut animation_from = (run.animation && begun <= run.animation_from).then_some(run.animation_from);
+    for time in sampling_times(0.0, run.until, run.sample_interval).skip(going.samples()) {
         let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
-        if let Some(from) = film_from.take_if(|from| *from < time) {
+        if let Some(from) = animation_from.take_if(|from| *from < time) {
             // A run in two pieces makes the same contacts, to the bit.
             if going.simulation.time().to_f64() < from {
                 going.run_to(from, task)?;
             }
-            film::record(&going.simulation, task.folder)?;
+            animation::record(&going.simulation, task.folder)?;
         }
         going.run_to(time, task)?;
         going.stand_by();
@@ -198,7 +198,7 @@ fn simulate_with<O: Watchers>(
     Ok(outcome)
 }
 
-/// Writes what the last standby has brought: a frame, and a row of each series that was asked for.
+/// Writes what the last sample has brought: a frame, and a row of each series that was asked for.
 fn write_on<O: Watchers>(going: &mut Resumable<Watched<O>>, run: &RunSpec) -> Result<()> {
     let Resumable { simulation, observers: (energy, rate, _, watchers), files, .. } = going;
     if run.snapshots.is_some() {
@@ -253,7 +253,7 @@ impl Outcome {
     /// A series that cannot be drawn, or a picture that is no longer there.
     pub fn page(&self, folder: &Folder, summary: &Summary, scene: &Scene, command: &str) -> Result<String> {
         let run = &scene.run;
-        let mut lead = format!("Run from t = 0 to {}, standby every {}.", run.until, run.standby);
+        let mut lead = format!("Run from t = 0 to {}, sample every {}.", run.until, run.sample_interval);
         if !run.observe.is_empty() {
             let _ = write!(lead, " Watched: {}.", run.observe.join(", "));
         }
@@ -262,7 +262,7 @@ impl Outcome {
         page.totals(&summary.totals);
         page.figures(&summary.figures);
         page.subheading("Checks");
-        page.paragraph(&format!("Overlaps were looked for at {} standbys.", self.overlaps.checks()));
+        page.paragraph(&format!("Overlaps were looked for at {} samples.", self.overlaps.checks()));
         page.checks(&summary.checks);
         let charts = self.charts(run)?;
         let charts: Vec<(&str, &str)> =
@@ -280,9 +280,9 @@ impl Outcome {
             let caption = format!(
                 "From t = {}: every flight between contacts as the run made it. The same flights, with all digits: {}.",
                 run.animation_from,
-                film::FLIGHTS
+                animation::FLIGHTS
             );
-            page.film(&folder.read(film::FILM)?, &caption);
+            page.animation(&folder.read(animation::ANIMATION)?, &caption);
         }
         page.heading("The data");
         page.links(Self::data(run));
@@ -301,7 +301,7 @@ impl Outcome {
     /// Files of the folder that every run with these wishes leaves.
     fn data(run: &RunSpec) -> Vec<&'static str> {
         let mut files = vec!["config.toml", "summary.json", "manifest.json"];
-        files.extend(run.animation.then_some(film::FLIGHTS));
+        files.extend(run.animation.then_some(animation::FLIGHTS));
         for name in &run.observe {
             match name.split(':').next() {
                 Some("energy") => files.push(series::ENERGY.name),
@@ -341,12 +341,12 @@ impl Outcome {
             let rates: Vec<(f64, f64)> =
                 self.rate.series().iter().map(|point| (point.time, point.rate)).collect();
             let svg = series_chart("Collisions", "collisions per body and time [1/time]", run.until, rates)?;
-            charts.push((svg, "Mean over the bodies that move, for each interval between standbys."));
+            charts.push((svg, "Mean over the bodies that move, for each interval between samples."));
         }
         if asked("pressure") {
             let points = self.pressure_series().iter().map(|point| (point.time, point.pressure()));
             let svg = series_chart("Pressure", "p [mass/time²]", run.until, points.collect())?;
-            charts.push((svg, "From the virial of the contacts, for each interval between standbys."));
+            charts.push((svg, "From the virial of the contacts, for each interval between samples."));
         }
         Ok(charts)
     }

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use carom::{
-    Exact, Fineness, GoldenSecant, Scene, Thesis,
+    CellsPerSide, Exact, GoldenSecant, HeapScheduler, Scene,
     engine::{BoxSpec, MoleculeSpec},
 };
 
@@ -13,9 +13,9 @@ use super::{
     timing::{Timing, time},
 };
 use crate::{
-    pieces::Pieces,
     power_law::PowerLaw,
     summary::{Figure, Verdict},
+    work_items::Pieces,
 };
 
 /// Atoms of each rod.
@@ -129,13 +129,13 @@ pub fn run(options: &Options) -> Result<Verdict> {
 
 /// Rods of so many atoms with one detector.
 fn case(detector: &str, atoms: usize, seed: u64, budget: f64, pieces: &Pieces) -> Result<Timing> {
-    let (scene, no_grid, signals) = (scene(atoms, seed), Fineness::Given(1), pieces.signals());
+    let (scene, no_grid, signals) = (scene(atoms, seed), CellsPerSide::Given(1), pieces.signals());
     pieces.finish(&format!("{detector}, {atoms}"), || {
         if detector == GOLDEN {
             let golden = GoldenSecant::default();
-            time::<_, Thesis>(detector, atoms, &scene, (golden, no_grid), budget, signals)
+            time::<_, HeapScheduler>(detector, atoms, &scene, (golden, no_grid), budget, signals)
         } else {
-            time::<_, Thesis>(detector, atoms, &scene, (Exact::default(), no_grid), budget, signals)
+            time::<_, HeapScheduler>(detector, atoms, &scene, (Exact::default(), no_grid), budget, signals)
         }
     })
 }

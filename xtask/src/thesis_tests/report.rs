@@ -10,9 +10,9 @@ use super::{
 use crate::{
     experiment::{Experiment, Opening, configuration},
     page::{Layout, Page, with_error},
-    pieces::Pieces,
     scatter::{Mark, Point, Scatter},
     summary::{Figure, Summary, Totals, Verdict},
+    work_items::Pieces,
 };
 
 /// Pieces of a fitted curve in a chart.

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use anyhow::{Context, Result};
 use carom::{
-    Cells, Exact, Fineness, Instructions, Scene, Simulation, Thesis,
+    CellScheduler, CellsPerSide, Exact, HeapScheduler, Instructions, Scene, Simulation,
     engine::{BoxSpec, GasSpec},
 };
 
@@ -16,9 +16,9 @@ use super::{
 };
 use crate::{
     fixed_energy::mean_speed,
-    pieces::Pieces,
     power_law::PowerLaw,
     summary::{Figure, Verdict},
+    work_items::Pieces,
 };
 
 /// Table 2.1: discs, seconds without grid (more than two hours for 2000), seconds with grid; Intel Core i5-7200U.
@@ -130,9 +130,18 @@ fn case(engine: &str, count: usize, seed: u64, budget: f64, pieces: &Pieces) -> 
     // The thesis takes the integer closest to √N.
     let fine = (count as f64).sqrt().round() as u32;
     pieces.finish(&format!("{engine}, {count}"), || match engine {
-        NO_GRID => time::<_, Thesis>(engine, count, &scene, (exact, Fineness::Given(1)), budget, signals),
-        GRID => time::<_, Thesis>(engine, count, &scene, (exact, Fineness::Given(fine)), budget, signals),
-        _ => time::<_, Cells>(engine, count, &scene, (exact, Instructions::Widest), budget, signals),
+        NO_GRID => {
+            time::<_, HeapScheduler>(engine, count, &scene, (exact, CellsPerSide::Given(1)), budget, signals)
+        }
+        GRID => time::<_, HeapScheduler>(
+            engine,
+            count,
+            &scene,
+            (exact, CellsPerSide::Given(fine)),
+            budget,
+            signals,
+        ),
+        _ => time::<_, CellScheduler>(engine, count, &scene, (exact, Instructions::Widest), budget, signals),
     })
 }
 

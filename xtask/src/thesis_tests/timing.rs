@@ -51,7 +51,7 @@ pub struct Stretch {
     pub time: f64,
     /// Processor time (seconds).
     pub seconds: f64,
-    /// Questions to the detector. Those inside the loop over small discs of [`carom::Cells`] are not counted.
+    /// Questions to the detector. Those inside the loop over small discs of [`carom::CellScheduler`] are not counted.
     pub queries: u64,
     /// Contacts.
     pub collisions: u64,
@@ -130,7 +130,7 @@ pub fn time<D: Detection, S: Scheduler>(
 ) -> Result<Timing> {
     let mut simulation: Simulation<D, Impact, S> = Simulation::with(scene, detection, Impact, scheduler)?;
     let (mut energy, mut overlaps) = (EnergyLedger::default(), OverlapCheck::default());
-    energy.standby(&simulation.view());
+    energy.sample(&simulation.view());
     let mut timing = Timing {
         engine: engine.to_owned(),
         size,
@@ -165,8 +165,8 @@ pub fn time<D: Detection, S: Scheduler>(
             length *= 2.0;
         }
     }
-    energy.standby(&simulation.view());
-    overlaps.standby(&simulation.view());
+    energy.sample(&simulation.view());
+    overlaps.sample(&simulation.view());
     timing.totals = Totals {
         collisions_per_second: timing.totals.collisions as f64 / timing.whole.seconds.max(1e-9),
         energy_drift: energy.drift(),

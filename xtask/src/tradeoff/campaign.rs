@@ -1,7 +1,7 @@
 //! The experiment from end to end: states of the exact run, times, replays, physics, and what is written of them.
 
 use anyhow::{Context, Result};
-use carom::{Checkpoint, Simulation, kinematics::Instant};
+use carom::{Checkpoint, Simulation, kinematics::EpochTime};
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
 
@@ -137,13 +137,13 @@ pub fn run(options: &Options) -> Result<Verdict> {
 
 /// The exact run as far as a state that can be gone on from by any setting.
 fn state_at(simulation: &mut Simulation, time: f64) -> Result<Checkpoint> {
-    while !simulation.observe_epoch(Instant::from(time), &mut ())? {}
+    while !simulation.observe_epoch(EpochTime::from(time), &mut ())? {}
     // On to the end of the epoch: it comes after a bounded number of contacts.
     loop {
         if let Some(state) = simulation.checkpoint() {
             return Ok(state);
         }
-        simulation.observe_epoch(Instant::from(2.0 * time + 1e6), &mut ())?;
+        simulation.observe_epoch(EpochTime::from(2.0 * time + 1e6), &mut ())?;
     }
 }
 
@@ -252,7 +252,7 @@ struct Timed {
     now: f64,
     /// Simulated time in a turn.
     length: f64,
-    /// Simulated time between standbys; a whole turn without.
+    /// Simulated time between samples; a whole turn without.
     interval: Option<f64>,
     ratios: Vec<f64>,
     broke_off: bool,
@@ -290,7 +290,7 @@ fn time(
                 runner: begin(setting, state)?,
                 now: state.time().to_f64(),
                 length: tau,
-                interval: setting.standby.map(|share| share * tau),
+                interval: setting.sample_interval.map(|share| share * tau),
                 ratios: Vec::new(),
                 broke_off: false,
             })
@@ -374,7 +374,7 @@ fn figures(results: &[SceneResult]) -> Vec<Figure> {
 mod tests {
     use super::super::knobs::Order;
     use super::*;
-    use carom::Fineness;
+    use carom::CellsPerSide;
 
     #[test]
     fn a_grid_too_fine_is_seen_to_miss_contacts_and_the_exact_one_none() {
@@ -400,9 +400,9 @@ mod tests {
             (tally.missed, tally.off + tally.invented, physics.overlapping)
         };
         // Ten cells a side are just safe.
-        assert_eq!(wrong(Order::Thesis(Fineness::Unchecked(10))), (0, 0, 0));
+        assert_eq!(wrong(Order::HeapScheduler(CellsPerSide::Unchecked(10))), (0, 0, 0));
         assert_eq!(wrong(Order::Epochs8), (0, 0, 0));
-        let (missed, other, overlapping) = wrong(Order::Thesis(Fineness::Unchecked(20)));
+        let (missed, other, overlapping) = wrong(Order::HeapScheduler(CellsPerSide::Unchecked(20)));
         assert!(missed > 10 && overlapping > 0, "{missed} {other} {overlapping}");
     }
 }

@@ -1,16 +1,16 @@
 //! The fast scheduler with epochs of another length: everything is predicted anew more often, or less.
 
 use carom::{
-    Cells, Detection, Instructions, Scheduler,
+    CellScheduler, Detection, Instructions, Scheduler,
     engine::{
         GridError, SchedulerCounters, World,
         scheduler::{EventLoop, StoredMotions},
     },
 };
 
-/// [`Cells`], with so many contacts of each moving body in an epoch.
+/// [`CellScheduler`], with so many contacts of each moving body in an epoch.
 #[derive(Debug, Clone)]
-pub struct Epochs<const CONTACTS: u64>(Cells);
+pub struct Epochs<const CONTACTS: u64>(CellScheduler);
 
 impl<const CONTACTS: u64> Scheduler for Epochs<CONTACTS> {
     type Options = Instructions;
@@ -18,7 +18,7 @@ impl<const CONTACTS: u64> Scheduler for Epochs<CONTACTS> {
     const CONTACTS_PER_EPOCH: u64 = CONTACTS;
 
     fn new(options: &Instructions, world: &World) -> Result<Self, GridError> {
-        Cells::new(options, world).map(Self)
+        CellScheduler::new(options, world).map(Self)
     }
 
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {

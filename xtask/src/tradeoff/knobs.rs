@@ -1,7 +1,7 @@
 //! The settings: the exact run first, then one knob after the other turned away from it.
 
 use carom::{
-    Fineness, Instructions, View,
+    CellsPerSide, Instructions, View,
     detection::{Exact, FixedStep, GoldenSecant, tolerance::MOST_FIXED_STEPS},
 };
 
@@ -11,7 +11,7 @@ use crate::experiment_encounters::settings::Detector;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Order {
     /// The fast scheduler.
-    Cells(Instructions),
+    CellScheduler(Instructions),
     /// The same with epochs of 1, 8 or 512 contacts of each body, not 64.
     Epochs1,
     /// See there.
@@ -19,7 +19,7 @@ pub enum Order {
     /// See there.
     Epochs512,
     /// The thesis's.
-    Thesis(Fineness),
+    HeapScheduler(CellsPerSide),
 }
 
 /// One setting of all knobs.
@@ -35,8 +35,8 @@ pub struct Setting {
     pub order: Order,
     /// Whether nothing turns.
     pub locked: bool,
-    /// Standbys come after so much of the mean time between two collisions of a body; without it there are none.
-    pub standby: Option<f64>,
+    /// Samples come after so much of the mean time between two collisions of a body; without it there are none.
+    pub sample_interval: Option<f64>,
 }
 
 /// What is turned.
@@ -56,9 +56,9 @@ pub fn exact() -> Setting {
         family: EXACT,
         name: "default".to_owned(),
         detector: Detector::Exact(Exact::default()),
-        order: Order::Cells(Instructions::Widest),
+        order: Order::CellScheduler(Instructions::Widest),
         locked: false,
-        standby: None,
+        sample_interval: None,
     }
 }
 
@@ -107,21 +107,21 @@ pub fn settings(view: &View<'_>, finest_step: i32) -> Vec<Setting> {
         add(MODEL, "rotation locked".to_owned(), &|setting| setting.locked = true);
     }
     let order = |order: Order| move |setting: &mut Setting| setting.order = order;
-    add(ORDER, "Cells, portable".to_owned(), &order(Order::Cells(Instructions::Portable)));
+    add(ORDER, "CellScheduler, portable".to_owned(), &order(Order::CellScheduler(Instructions::Portable)));
     add(ORDER, "epochs of 1".to_owned(), &order(Order::Epochs1));
     add(ORDER, "epochs of 8".to_owned(), &order(Order::Epochs8));
     add(ORDER, "epochs of 512".to_owned(), &order(Order::Epochs512));
-    for (share, name) in [(0.01, "standby each τ/100"), (1.0, "standby each τ")] {
-        add(ORDER, name.to_owned(), &|setting| setting.standby = Some(share));
+    for (share, name) in [(0.01, "sample each τ/100"), (1.0, "sample each τ")] {
+        add(ORDER, name.to_owned(), &|setting| setting.sample_interval = Some(share));
     }
-    add(ORDER, "Thesis".to_owned(), &order(Order::Thesis(Fineness::Automatic)));
+    add(ORDER, "HeapScheduler".to_owned(), &order(Order::HeapScheduler(CellsPerSide::Automatic)));
     let finest_safe = finest_safe(view);
     for factor in [1.0, 1.2, 1.5, 2.0] {
         let fineness = (f64::from(finest_safe) * factor).round() as u32;
         let name = format!("grid × {factor} ({fineness})");
-        add(ORDER, name, &order(Order::Thesis(Fineness::Unchecked(fineness))));
+        add(ORDER, name, &order(Order::HeapScheduler(CellsPerSide::Unchecked(fineness))));
     }
-    add(ORDER, "grid 50, the thesis's".to_owned(), &order(Order::Thesis(Fineness::Unchecked(50))));
+    add(ORDER, "grid 50, the thesis's".to_owned(), &order(Order::HeapScheduler(CellsPerSide::Unchecked(50))));
     settings
 }
 
@@ -148,7 +148,7 @@ impl Setting {
 
     /// Whether no contact may be wrong: the certified detector, and no grid beyond what is safe.
     pub fn is_exact(&self) -> bool {
-        let unsafe_grid = matches!(self.order, Order::Thesis(Fineness::Unchecked(_)));
+        let unsafe_grid = matches!(self.order, Order::HeapScheduler(CellsPerSide::Unchecked(_)));
         matches!(self.detector, Detector::Exact(_)) && !unsafe_grid && !self.locked
     }
 }

@@ -37,9 +37,9 @@ impl Observer for Measures {
         self.rate.start(view);
     }
 
-    fn standby(&mut self, view: &View<'_>) {
-        self.pressure.standby(view);
-        self.rate.standby(view);
+    fn sample(&mut self, view: &View<'_>) {
+        self.pressure.sample(view);
+        self.rate.sample(view);
     }
 }
 
@@ -119,7 +119,7 @@ pub fn measure(setting: &Setting, state: &Checkpoint, tau: f64, plan: &Plan) -> 
             physics.broke_off = Some(error.to_string());
             break;
         }
-        measures.standby(&runner.view());
+        measures.sample(&runner.view());
         let [at_zero, at_lag] = [&before, &after]
             .map(|other| before.iter().zip(other).map(|(v, w): (&DVec2, &DVec2)| v.dot(*w)).sum::<f64>());
         slopes.push(-(at_lag / at_zero).ln() / (LAG * tau));

@@ -5,7 +5,7 @@
 //! counts.
 
 use anyhow::Result;
-use carom::{Checkpoint, CollisionReport, Observer, kinematics::Instant};
+use carom::{Checkpoint, CollisionReport, Observer, kinematics::EpochTime};
 
 use super::{knobs::Setting, runner::begin};
 
@@ -21,7 +21,7 @@ pub struct Contact {
 /// All contacts of a stretch.
 #[derive(Debug, Clone)]
 pub struct Log {
-    begin: Instant,
+    begin: EpochTime,
     /// In order of time.
     pub contacts: Vec<Contact>,
 }
@@ -146,7 +146,7 @@ mod tests {
 
     fn tally(exact: &[(f64, u64, u64)], other: &[(f64, u64, u64)]) -> Tally {
         let log = |list: &[(f64, u64, u64)]| Log {
-            begin: Instant::ZERO,
+            begin: EpochTime::ZERO,
             contacts: list.iter().map(|&(time, a, b)| Contact { time, bodies: [a, b] }).collect(),
         };
         let mut tally = Tally::default();

@@ -183,7 +183,7 @@ pub fn page(results: &[SceneResult], compared: &[Compared], summary: &Summary, c
          (measured with the exact run). Where it is off by a thousandth of a side over the shortest way, that is a lower bound. It is \
          the geometric mean over the states that are begun from, so that rare wrong contacts hardly show; nor does an error \
          that is the same on both ways, such as discs that always meet at a distance a little too large. \
-         Standbys change no bit of a run, which is tested elsewhere: replays, reversals and physics are run without them.",
+         Samples change no bit of a run, which is tested elsewhere: replays, reversals and physics are run without them.",
     );
     page.paragraph(
         "Grids: ‘× 1’ has cells as long as two bodies reach and is safe; finer ones are not, and are only to be had under the name \

@@ -5,7 +5,7 @@ use carom::Checkpoint;
 use cpu_time::ThreadTime;
 
 use super::{knobs::Setting, options::Plan, runner::begin};
-use crate::there_and_back::{LARGEST, line};
+use crate::time_reversal::{LARGEST, line};
 
 /// Way forward, in mean times between two collisions of a body: the first, and how often it is doubled at the most.
 const SHORTEST: f64 = 0.25;

@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use carom::{
-    Checkpoint, Detection, Impact, Response, RunError, Scheduler, Simulation, Thesis, View,
-    engine::{Cells, Rotation},
+    Checkpoint, Detection, HeapScheduler, Impact, Response, RunError, Scheduler, Simulation, View,
+    engine::{CellScheduler, Rotation},
 };
 
 use super::{
@@ -12,7 +12,7 @@ use super::{
     measures::Measures,
     replay::Log,
 };
-use crate::{experiment_encounters::settings::Detector, there_and_back::there_and_back};
+use crate::{experiment_encounters::settings::Detector, time_reversal::there_and_back};
 
 /// A simulation of any kind.
 pub trait Runner {
@@ -69,11 +69,11 @@ impl<D: Detection, R: Response, S: Scheduler> Runner for Simulation<D, R, S> {
 /// The bodies do not suit it.
 pub fn begin(setting: &Setting, state: &Checkpoint) -> Result<Box<dyn Runner>> {
     Ok(match setting.order {
-        Order::Cells(instructions) => of::<Cells>(setting, state, instructions)?,
+        Order::CellScheduler(instructions) => of::<CellScheduler>(setting, state, instructions)?,
         Order::Epochs1 => of::<Epochs<1>>(setting, state, carom::Instructions::Widest)?,
         Order::Epochs8 => of::<Epochs<8>>(setting, state, carom::Instructions::Widest)?,
         Order::Epochs512 => of::<Epochs<512>>(setting, state, carom::Instructions::Widest)?,
-        Order::Thesis(fineness) => of::<Thesis>(setting, state, fineness)?,
+        Order::HeapScheduler(fineness) => of::<HeapScheduler>(setting, state, fineness)?,
     })
 }
 

@@ -31,7 +31,7 @@ pub fn all(seed: u64) -> Vec<Named> {
         zero_momentum: Some(true),
         ..GasSpec::default()
     };
-    let plan = brownian::Plan { from: 1.0, until: 2.0, standby: 0.5 };
+    let plan = brownian::Plan { from: 1.0, until: 2.0, sample_interval: 0.5 };
     let dumbbells = GasSpec {
         shape: Some("dumbbell".to_owned()),
         // 1000 dumbbells that cover 0.3 of the box.

@@ -5,7 +5,7 @@
 //! taking a body out and putting it in have no branches. What lies beyond the ring waits in one more such list, which is gone
 //! through once in each turn of the ring.
 
-use super::{line::Line, vector};
+use super::{body_record::BodyRecord, simd};
 
 /// Previous and next in a circular list.
 type Link = [u32; 2];
@@ -22,7 +22,7 @@ const BODIES_PER_BIN: u32 = 2;
 /// 2^52: adding it leaves the nearest integer in the last bits. Monotonic, which is all that matters.
 const SHIFT: f64 = 4_503_599_627_370_496.0;
 
-/// The events of all bodies in order of time; the times themselves stand in the bodies' lines.
+/// The events of all bodies in order of time; the times themselves stand in the bodies' records.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Calendar {
     /// One for each body, then a head for each bin of the ring, then the head of the list of those beyond it.
@@ -68,7 +68,7 @@ impl Calendar {
     /// Puts a body where its time says, wherever it was.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn schedule(&mut self, lines: &[Line], body: u32, time: f64) {
+    pub fn schedule(&mut self, records: &[BodyRecord], body: u32, time: f64) {
         self.unlink(body);
         let bin = self.bin_of(time);
         if bin >= self.next_bin {
@@ -81,7 +81,7 @@ impl Calendar {
             self.links[body as usize] = [body; 2];
             self.open.push((time, body));
             let last = self.open.len() - 1;
-            sink(lines, &mut self.open, last);
+            sink(records, &mut self.open, last);
         }
     }
 
@@ -100,10 +100,15 @@ impl Calendar {
     /// is opened.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn take_soonest(&mut self, lines: &[Line], stop: f64, opening: impl Fn(&Self)) -> Option<(f64, u32)> {
+    pub fn take_soonest(
+        &mut self,
+        records: &[BodyRecord],
+        stop: f64,
+        opening: impl Fn(&Self),
+    ) -> Option<(f64, u32)> {
         loop {
             while let Some(&(time, body)) = self.open.last() {
-                if lines[body as usize].time == time {
+                if records[body as usize].time == time {
                     if time > stop {
                         return None;
                     }
@@ -114,8 +119,8 @@ impl Calendar {
             }
             opening(self);
             if self.next_bin < self.turn {
-                self.open_bin(lines);
-            } else if !self.go_round(lines, stop) {
+                self.open_bin(records);
+            } else if !self.go_round(records, stop) {
                 return None;
             }
         }
@@ -138,8 +143,8 @@ impl Calendar {
     }
 
     /// Asks for what is read and written when a body is taken out.
-    pub fn expect(&self, body: u32) {
-        vector::expect(&self.links, body as usize);
+    pub fn prefetch(&self, body: u32) {
+        simd::prefetch(&self.links, body as usize);
     }
 
     #[inline(always)]
@@ -162,7 +167,7 @@ impl Calendar {
     /// Opens the next bin; nothing is open.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    fn open_bin(&mut self, lines: &[Line]) {
+    fn open_bin(&mut self, records: &[BodyRecord]) {
         let head = self.bodies + self.next_place;
         self.next_bin += 1;
         self.next_place += 1;
@@ -174,12 +179,12 @@ impl Calendar {
         while body != head {
             let next = self.links[body as usize][NEXT];
             self.links[body as usize] = [body; 2];
-            self.open.push((lines[body as usize].time, body));
+            self.open.push((records[body as usize].time, body));
             body = next;
         }
         let open = self.open.as_mut_slice();
         for place in 1..open.len() {
-            sink(lines, open, place);
+            sink(records, open, place);
         }
     }
 
@@ -187,13 +192,13 @@ impl Calendar {
     /// after `stop`.
     #[cold]
     #[inline(never)]
-    fn go_round(&mut self, lines: &[Line], stop: f64) -> bool {
+    fn go_round(&mut self, records: &[BodyRecord], stop: f64) -> bool {
         let head = self.bodies + self.ring;
         let mut waiting = Vec::new();
         let mut body = self.links[head as usize][NEXT];
         let mut soonest = f64::INFINITY;
         while body != head {
-            soonest = soonest.min(lines[body as usize].time);
+            soonest = soonest.min(records[body as usize].time);
             waiting.push(body);
             body = self.links[body as usize][NEXT];
         }
@@ -207,7 +212,7 @@ impl Calendar {
             self.turn = self.next_bin + u64::from(self.ring);
         }
         for body in waiting {
-            self.schedule(lines, body, lines[body as usize].time);
+            self.schedule(records, body, records[body as usize].time);
         }
         true
     }
@@ -216,11 +221,11 @@ impl Calendar {
 /// Moves an entry to its place among those before it, the soonest of which is the last.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-fn sink(lines: &[Line], open: &mut [(f64, u32)], mut place: usize) {
+fn sink(records: &[BodyRecord], open: &mut [(f64, u32)], mut place: usize) {
     let (time, body) = open[place];
     while place > 0 {
         let (other_time, other) = open[place - 1];
-        if other_time > time || (other_time == time && is_before(lines, body, other)) {
+        if other_time > time || (other_time == time && is_before(records, body, other)) {
             break;
         }
         open[place] = (other_time, other);
@@ -232,10 +237,10 @@ fn sink(lines: &[Line], open: &mut [(f64, u32)], mut place: usize) {
 /// Of two events at one instant the one of the earlier inserted pair goes first.
 #[cold]
 #[inline(never)]
-fn is_before(lines: &[Line], a: u32, b: u32) -> bool {
+fn is_before(records: &[BodyRecord], a: u32, b: u32) -> bool {
     let rank = |body: u32| {
-        let line = &lines[body as usize];
-        let other = if line.kind().is_contact() { line.partner() } else { body };
+        let record = &records[body as usize];
+        let other = if record.kind().is_contact() { record.partner() } else { body };
         (body.min(other), body.max(other), body)
     };
     rank(a) < rank(b)
@@ -244,40 +249,40 @@ fn is_before(lines: &[Line], a: u32, b: u32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::line::Kind;
+    use crate::cells::body_record::Kind;
     use rand::{RngExt, SeedableRng};
 
     #[test]
     fn events_come_in_order_whatever_the_width_of_a_bin() {
         for width in [1e-6, 1e-3, 0.1, 1e3, f64::INFINITY] {
             let mut random = rand_pcg::Pcg64::seed_from_u64(7);
-            let mut lines = vec![Line::dummy(); 50];
+            let mut records = vec![BodyRecord::dummy(); 50];
             let mut calendar = Calendar::default();
-            calendar.lay_out(lines.len(), width);
-            for body in 0..lines.len() as u32 {
-                lines[body as usize].set_event(random.random::<f64>(), Kind::Nothing, 0, 0);
-                calendar.schedule(&lines, body, lines[body as usize].time);
+            calendar.lay_out(records.len(), width);
+            for body in 0..records.len() as u32 {
+                records[body as usize].set_event(random.random::<f64>(), Kind::Nothing, 0, 0);
+                calendar.schedule(&records, body, records[body as usize].time);
             }
             let mut now = 0.0;
             for _ in 0..5000 {
-                let earliest = lines.iter().map(|line| line.time).fold(f64::INFINITY, f64::min);
-                let (time, body) = calendar.take_soonest(&lines, f64::MAX, |_| ()).unwrap();
+                let earliest = records.iter().map(|record| record.time).fold(f64::INFINITY, f64::min);
+                let (time, body) = calendar.take_soonest(&records, f64::MAX, |_| ()).unwrap();
                 assert_eq!(time, earliest, "width {width}");
                 assert!(time >= now);
                 now = time;
                 let later = |random: &mut rand_pcg::Pcg64| now + random.random::<f64>().powi(3);
                 // Somebody's event is dropped, if it is the next one, or a dead one of his is; he gets another then.
-                let dropped = random.random_range(0..lines.len() as u32);
+                let dropped = random.random_range(0..records.len() as u32);
                 calendar.drop_next(dropped);
-                lines[dropped as usize].set_event(later(&mut random), Kind::Nothing, 0, 0);
-                calendar.schedule(&lines, dropped, lines[dropped as usize].time);
+                records[dropped as usize].set_event(later(&mut random), Kind::Nothing, 0, 0);
+                calendar.schedule(&records, dropped, records[dropped as usize].time);
                 // The body itself, and another taken from wherever it is, earlier or later than it was.
-                for body in [body, random.random_range(0..lines.len() as u32)] {
-                    lines[body as usize].set_event(later(&mut random), Kind::Nothing, 0, 0);
-                    calendar.schedule(&lines, body, lines[body as usize].time);
+                for body in [body, random.random_range(0..records.len() as u32)] {
+                    records[body as usize].set_event(later(&mut random), Kind::Nothing, 0, 0);
+                    calendar.schedule(&records, body, records[body as usize].time);
                 }
             }
-            assert!(calendar.take_soonest(&lines, now - 1.0, |_| ()).is_none());
+            assert!(calendar.take_soonest(&records, now - 1.0, |_| ()).is_none());
         }
     }
 
@@ -285,8 +290,8 @@ mod tests {
     fn nothing_to_come_is_none() {
         let mut calendar = Calendar::default();
         calendar.lay_out(3, 1.0);
-        let lines = vec![Line::dummy(); 3];
-        (0..3).for_each(|body| calendar.schedule(&lines, body, f64::INFINITY));
-        assert_eq!(calendar.take_soonest(&lines, f64::MAX, |_| ()), None);
+        let records = vec![BodyRecord::dummy(); 3];
+        (0..3).for_each(|body| calendar.schedule(&records, body, f64::INFINITY));
+        assert_eq!(calendar.take_soonest(&records, f64::MAX, |_| ()), None);
     }
 }

@@ -7,7 +7,7 @@
 //! has changed its motion since has asked. If the partner of the contact kept has changed since, its time is still a lower
 //! bound of all those, and the full prediction is made when it comes up.
 //!
-//! Most that are seen in the cells are not met, and are sorted out at a glance: see `glance`.
+//! Most that are seen in the cells are not met, and are sorted out at a filter: see `filter`.
 
 use std::hint::select_unpredictable as select;
 
@@ -15,24 +15,24 @@ use carom_detection::{DISC_LANES, Detection};
 
 use super::{
     State,
-    line::{INDEX_BITS, INDEX_MASK, Kind},
-    vector::{Kernel, goes_before, sooner},
+    body_record::{INDEX_BITS, INDEX_MASK, Kind},
+    simd::{Kernel, goes_before, sooner},
 };
 
 impl State {
     /// Finds the soonest event of a disc whose motion has changed, or whose contact came up stale.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(super) fn foresee_among_few<D: Detection, K: Kernel>(
+    pub(super) fn predict_among_few<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
         detection: &D,
         disc: u32,
         now: f64,
     ) -> f64 {
-        let around = self.rosters.around(self.lines[disc as usize].cell());
+        let around = self.occupants.around(self.records[disc as usize].cell());
         let (soonest, partner) = self.ask_cells(kernel, detection, disc, around, now);
-        let version = self.lines[partner as usize].version;
+        let version = self.records[partner as usize].version;
         self.settle_among_few(disc, now, now + soonest, partner, version)
     }
 
@@ -49,25 +49,25 @@ impl State {
     ) -> f64 {
         self.done.crossings += 1;
         let (axis, direction) = kind.direction();
-        let line = &mut self.lines[disc as usize];
-        let from = line.cell();
-        if let Some(next) = self.grid.next(line.cell_along(axis), axis, direction) {
-            line.set_cell_along(axis, next);
+        let record = &mut self.records[disc as usize];
+        let from = record.cell();
+        if let Some(next) = self.grid.next(record.cell_along(axis), axis, direction) {
+            record.set_cell_along(axis, next);
         } else {
             self.wrap_place(disc, axis, direction);
         }
-        let to = self.lines[disc as usize].cell();
-        self.rosters.leave(kernel, disc, from);
-        self.rosters.enter(kernel, disc, to, self.lines[disc as usize].flight);
-        let ahead = self.rosters.ahead(to, axis, direction);
+        let to = self.records[disc as usize].cell();
+        self.occupants.leave(kernel, disc, from);
+        self.occupants.enter(kernel, disc, to, self.records[disc as usize].flight);
+        let ahead = self.occupants.ahead(to, axis, direction);
         let (soonest, partner) = self.ask_cells(kernel, detection, disc, ahead, now);
         let contact_time = now + soonest;
-        let line = &self.lines[disc as usize];
-        let version = self.lines[partner as usize].version;
-        let is_sooner = goes_before((contact_time, partner), (line.later(), line.partner()));
-        let time = select(is_sooner, contact_time, line.later());
-        let partner = select(is_sooner, partner, line.partner());
-        let version = select(is_sooner, version, line.partner_version);
+        let record = &self.records[disc as usize];
+        let version = self.records[partner as usize].version;
+        let is_sooner = goes_before((contact_time, partner), (record.later(), record.partner()));
+        let time = select(is_sooner, contact_time, record.later());
+        let partner = select(is_sooner, partner, record.partner());
+        let version = select(is_sooner, version, record.partner_version);
         self.settle_among_few(disc, now, time, partner, version)
     }
 
@@ -76,8 +76,8 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn keep_on_roster<K: Kernel>(&mut self, kernel: K, disc: u32) {
         if self.grid.is_dilute() {
-            let line = &self.lines[disc as usize];
-            self.rosters.set_flight(kernel, disc, line.cell(), line.flight);
+            let record = &self.records[disc as usize];
+            self.occupants.set_flight(kernel, disc, record.cell(), record.flight);
         }
     }
 
@@ -91,14 +91,14 @@ impl State {
         partner: u32,
         version: u32,
     ) -> f64 {
-        let line = &self.lines[disc as usize];
-        let (crossing_time, crossing) = self.crossing(line, now);
+        let record = &self.records[disc as usize];
+        let (crossing_time, crossing) = self.crossing(record, now);
         let meets = contact_time <= crossing_time;
         let time = if crossing_time < contact_time { crossing_time } else { contact_time };
         let kind = select(meets, Kind::Discs, crossing);
-        let line = &mut self.lines[disc as usize];
-        line.set_event(time, kind, partner, version);
-        line.set_later(contact_time);
+        let record = &mut self.records[disc as usize];
+        record.set_event(time, kind, partner, version);
+        record.set_later(contact_time);
         time
     }
 
@@ -114,37 +114,37 @@ impl State {
         cells: [u32; N],
         now: f64,
     ) -> (f64, u32) {
-        let question = self.question(disc, now);
-        debug_assert!(question.like.is_some(), "discs of a dilute gas that are not alike");
-        let (blocks, units) = (self.rosters.blocks(), self.rosters.units());
-        let glance = units.glance(&question.from.flight, now);
+        let query = self.query(disc, now);
+        debug_assert!(query.like.is_some(), "discs of a dilute gas that are not alike");
+        let (blocks, units) = (self.occupants.blocks(), self.occupants.units());
+        let filter = units.filter(&query.from.flight, now);
         let in_closed_form = detection.decides_discs_in_closed_form();
-        let everybody = if in_closed_form && !units.is_blind() { 0 } else { (1 << DISC_LANES) - 1 };
+        let everybody = if in_closed_form && !units.is_disabled() { 0 } else { (1 << DISC_LANES) - 1 };
         let mut soonest = (f64::INFINITY, 0);
         // First who may be met, then when: so the first loop, which is gone through far more often, has all registers.
         let (mut slots, mut count) = ([0; DISC_LANES], 0);
         for cell in cells {
-            let glance = glance.through(units, (cell >> INDEX_BITS) as usize);
+            let filter = filter.through(units, (cell >> INDEX_BITS) as usize);
             for (flights, discs) in blocks.of(cell) {
-                let mut near = kernel.near(&glance, flights) | everybody;
+                let mut near = kernel.near(&filter, flights) | everybody;
                 while near != 0 {
                     let other = discs[near.trailing_zeros() as usize % DISC_LANES];
                     slots[count] = other | cell & !INDEX_MASK;
                     count += usize::from(other != disc);
                     near &= near - 1;
                     if count == DISC_LANES {
-                        soonest = sooner(soonest, question.look_closer(detection, &slots, true));
+                        soonest = sooner(soonest, query.look_closer(detection, &slots, true));
                         count = 0;
                     }
                 }
             }
         }
         if !in_closed_form {
-            slots[count..].fill(self.rosters.dummy());
-            return sooner(soonest, question.look_closer(detection, &slots, true));
+            slots[count..].fill(self.occupants.dummy());
+            return sooner(soonest, query.look_closer(detection, &slots, true));
         }
         for &slot in &slots[..count] {
-            let [time] = question.lanes(&[slot], true).contact_times();
+            let [time] = query.lanes(&[slot], true).contact_times();
             soonest = sooner(soonest, (time, slot & INDEX_MASK));
         }
         soonest
@@ -153,7 +153,7 @@ impl State {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Cells, GasSpec, Instructions, Scene, Simulation, cells::Layout};
+    use crate::{CellScheduler, GasSpec, Instructions, Scene, Simulation, cells::Layout};
     use carom_detection::Exact;
     use carom_response::Impact;
 
@@ -161,18 +161,18 @@ mod tests {
         GasSpec { radius: Some(0.004), mass: Some(mass), energy, count: Some(60), ..GasSpec::default() }
     }
 
-    /// After how many of the contacts a glance told nothing.
+    /// After how many of the contacts a filter told nothing.
     fn blind(gas: Vec<GasSpec>, contacts: usize) -> usize {
         let scene = Scene { gas, ..Scene::default() };
-        let mut simulation: Simulation<_, _, Cells> =
+        let mut simulation: Simulation<_, _, CellScheduler> =
             Simulation::with(&scene, Exact::default(), Impact, Instructions::Widest).unwrap();
-        let mut is_blind = || {
+        let mut is_disabled = || {
             simulation.step(1e3, &mut ()).unwrap();
             let Layout::Grid(state) = &simulation.scheduler.0 else { panic!("no cells") };
             assert!(state.grid.is_dilute());
-            state.rosters.units().is_blind()
+            state.occupants.units().is_disabled()
         };
-        (0..contacts).filter(|_| is_blind()).count()
+        (0..contacts).filter(|_| is_disabled()).count()
     }
 
     #[test]

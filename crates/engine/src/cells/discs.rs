@@ -7,8 +7,8 @@ use wide::f64x2;
 
 use super::{
     State,
-    line::{INDEX_MASK, Kind, Line},
-    vector::{Kernel, Question, SoonestSlot, sooner},
+    body_record::{BodyRecord, INDEX_MASK, Kind},
+    simd::{Kernel, NeighbourQuery, SoonestSlot, sooner},
 };
 use crate::{
     World,
@@ -20,19 +20,19 @@ impl State {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn ask<K: Kernel>(&self, kernel: K, disc: u32, now: f64) -> Asked {
-        let from = &self.lines[disc as usize];
-        let cell = self.neighbourhoods.index(from.cell());
-        // Each branch makes its own question: one that both share would be written to memory first. No branch on what
+        let from = &self.records[disc as usize];
+        let cell = self.neighbour_lists.index(from.cell());
+        // Each branch makes its own query: one that both share would be written to memory first. No branch on what
         // they answer: that hangs on the end of the chain.
-        let (soonest, covered) = match (self.neighbourhoods.only_eight(cell), self.like) {
+        let (soonest, covered) = match (self.neighbour_lists.only_eight(cell), self.like) {
             // Said once more, so that it is known where it is compiled.
             (Some((slots, false, is_covered)), like @ Some(_)) => {
-                let question = Question { like, ..self.question(disc, now) };
-                (kernel.eight::<false>(question, slots).among(slots), is_covered.then_some(cell))
+                let query = NeighbourQuery { like, ..self.query(disc, now) };
+                (kernel.eight::<false>(query, slots).among(slots), is_covered.then_some(cell))
             }
             (Some((slots, true, is_covered)), like @ Some(_)) => {
-                let question = Question { like, ..self.question(disc, now) };
-                (kernel.eight::<true>(question, slots).among(slots), is_covered.then_some(cell))
+                let query = NeighbourQuery { like, ..self.query(disc, now) };
+                (kernel.eight::<true>(query, slots).among(slots), is_covered.then_some(cell))
             }
             _ => self.ask_any(kernel, disc, now, cell),
         };
@@ -51,28 +51,28 @@ impl State {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn ask_any<K: Kernel>(&self, kernel: K, disc: u32, now: f64, cell: u32) -> (SoonestSlot, Option<u32>) {
-        let list = self.neighbourhoods.list_of(cell);
+        let list = self.neighbour_lists.list_of(cell);
         let soonest = match list.plain() {
             Some((first, second)) => {
-                let soonest = kernel.eight::<false>(self.question(disc, now), first).among(first);
+                let soonest = kernel.eight::<false>(self.query(disc, now), first).among(first);
                 match second {
                     None => soonest,
                     Some(second) => {
-                        soonest.or(kernel.eight::<false>(self.question(disc, now), second).among(second))
+                        soonest.or(kernel.eight::<false>(self.query(disc, now), second).among(second))
                     }
                 }
             }
-            None => kernel.any(&self.question(disc, now), &list),
+            None => kernel.any(&self.query(disc, now), &list),
         };
         (soonest, list.is_covered().then_some(cell))
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(super) fn question(&self, disc: u32, now: f64) -> Question<'_> {
-        let from = &self.lines[disc as usize];
-        Question {
-            lines: &self.lines,
+    pub(super) fn query(&self, disc: u32, now: f64) -> NeighbourQuery<'_> {
+        let from = &self.records[disc as usize];
+        NeighbourQuery {
+            records: &self.records,
             from,
             now,
             separation_error: self.separation_error,
@@ -81,7 +81,7 @@ impl State {
         }
     }
 
-    /// Settles a small disc's soonest event: a contact with a neighbour, or the next cell. Writes it into the disc's line
+    /// Settles a small disc's soonest event: a contact with a neighbour, or the next cell. Writes it into the disc's record
     /// and tells when it is.
     ///
     /// No branch hangs on the end of the long chain of operations that gives the time, except the rare ones: what comes
@@ -106,14 +106,14 @@ impl State {
         let time = if crossing_time < contact_time { crossing_time } else { contact_time };
         let kind = select(meets, Kind::Discs, crossing);
         let partner = select(meets, partner, 0);
-        let version = self.lines[partner as usize].version;
-        self.lines[disc as usize].set_event(time, kind, partner, version);
+        let version = self.records[partner as usize].version;
+        self.records[disc as usize].set_event(time, kind, partner, version);
         if let Some(cell) = covered {
-            if self.coverings.are_large_discs() && detection.decides_discs_in_closed_form() {
+            if self.multi_cell.are_large_discs() && detection.decides_discs_in_closed_form() {
                 return self.meet_large_discs(disc, cell, now);
             }
             self.meet_coverings(world, detection, disc, cell, now, None);
-            return self.lines[disc as usize].time;
+            return self.records[disc as usize].time;
         }
         time
     }
@@ -123,11 +123,11 @@ impl State {
     #[cold]
     #[inline(never)]
     fn look_closer<D: Detection>(&self, detection: &D, disc: u32, now: f64) -> (f64, u32) {
-        let question = self.question(disc, now);
-        let list = self.neighbourhoods.list(question.from.cell());
+        let query = self.query(disc, now);
+        let list = self.neighbour_lists.list(query.from.cell());
         let mut soonest = (f64::INFINITY, 0);
-        list.for_each_eight(|slots| {
-            soonest = sooner(soonest, question.look_closer(detection, slots, list.at_border));
+        list.for_each_slots8(|slots| {
+            soonest = sooner(soonest, query.look_closer(detection, slots, list.at_border));
         });
         soonest
     }
@@ -135,7 +135,7 @@ impl State {
     /// When a disc leaves its cell, and where to. A velocity of exactly 0 never does; what 0/0 is must not count.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(super) fn crossing(&self, me: &Line, now: f64) -> (f64, Kind) {
+    pub(super) fn crossing(&self, me: &BodyRecord, now: f64) -> (f64, Kind) {
         // Both axes at once.
         let pair = |first: usize| f64x2::new([me.flight[first], me.flight[first + 1]]);
         let (origin, velocity) = (pair(0), pair(2));
@@ -157,12 +157,12 @@ impl State {
     pub(super) fn cross<K: Kernel>(&mut self, kernel: K, disc: u32, kind: Kind) {
         self.done.crossings += 1;
         let (axis, direction) = kind.direction();
-        let line = &mut self.lines[disc as usize];
-        let from = line.cell();
-        if let Some(next) = self.grid.next(line.cell_along(axis), axis, direction) {
-            line.set_cell_along(axis, next);
-            let to = line.cell();
-            self.neighbourhoods.step(kernel, disc, from, to, axis, direction);
+        let record = &mut self.records[disc as usize];
+        let from = record.cell();
+        if let Some(next) = self.grid.next(record.cell_along(axis), axis, direction) {
+            record.set_cell_along(axis, next);
+            let to = record.cell();
+            self.neighbour_lists.step(kernel, disc, from, to, axis, direction);
         } else {
             self.wrap(disc, axis, direction);
         }
@@ -170,16 +170,16 @@ impl State {
 
     #[cold]
     fn wrap(&mut self, disc: u32, axis: usize, direction: i32) {
-        self.neighbourhoods.leave(disc, self.lines[disc as usize].cell());
+        self.neighbour_lists.leave(disc, self.records[disc as usize].cell());
         self.wrap_place(disc, axis, direction);
-        self.neighbourhoods.enter(disc, self.lines[disc as usize].cell());
+        self.neighbour_lists.enter(disc, self.records[disc as usize].cell());
     }
 
     /// Brings a disc that crosses the border of the box back into it on the other side.
     pub(super) fn wrap_place(&mut self, disc: u32, axis: usize, direction: i32) {
-        let line = &mut self.lines[disc as usize];
-        line.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
-        line.set_cell_along(axis, if direction > 0 { 0 } else { (self.grid.counts()[axis] - 1) as u16 });
+        let record = &mut self.records[disc as usize];
+        record.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
+        record.set_cell_along(axis, if direction > 0 { 0 } else { (self.grid.counts()[axis] - 1) as u16 });
         let winding = &mut self.windings[disc as usize][axis];
         *winding = winding.wrapping_add(direction as i16);
         self.wrapped.push(disc);
@@ -190,7 +190,7 @@ impl State {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn contact_of_discs(&self, bodies: [u32; 2], time: f64) -> ContactEvent {
-        let (a, b) = (self.lines[bodies[0] as usize].cell(), self.lines[bodies[1] as usize].cell());
+        let (a, b) = (self.records[bodies[0] as usize].cell(), self.records[bodies[1] as usize].cell());
         let steps = [i32::from(b[0]) - i32::from(a[0]), i32::from(b[1]) - i32::from(a[1])];
         let is_next = |steps: i32| ((steps + 1) as u32) < 3;
         let mut image = [0; 2];

@@ -1,4 +1,4 @@
-//! The fast scheduler: a line for each body, neighbourhood lists for those in cells, shells for all others, one event
+//! The fast scheduler: a record for each body, neighbourhood lists for those in cells, shells for all others, one event
 //! a body.
 //!
 //! **Small discs** live in the cells of a grid whose cells are as long as two of them reach. Each cell has one list of
@@ -24,7 +24,7 @@
 //! the relation begun later; so the pair was among k's candidates, and k's event is at t or before, if t is before the end of
 //! the epoch: k keeps the soonest of its contacts, its crossing or shell event, and its re-checks ("certified free until",
 //! which is before t). A candidate is passed over only when it is certainly not before the event that k keeps, or not before
-//! the end of the epoch (see `glance`), which never moves to a later time. k's event changes only by a new
+//! the end of the epoch (see `filter`), which never moves to a later time. k's event changes only by a new
 //! prediction, which asks for the pair again: a contact takes the events of both its bodies off the calendar, and both are
 //! predicted before the next is asked for, or the epoch begins anew. So the soonest event of all is never later than the next
 //! contact. Versions go up with every change of motion, so no event acts on a motion that is no more; a stale event is a lower
@@ -34,19 +34,19 @@
 //! **Every epoch begins anew** from the state of the world: places, lists, events. So the state at an epoch's end is all
 //! there is to know of a run, and the order of lists and bins, which decides nothing, need not be kept.
 
+mod body_record;
 mod calendar;
 mod candidates;
-mod covering;
+mod cell_occupants;
 mod dilute;
 mod discs;
-mod glance;
+mod f32_filter;
 mod grid;
-mod line;
-mod look_ahead;
 mod molecules;
-mod neighbourhood;
-mod roster;
-mod vector;
+mod multi_cell;
+mod neighbour_lists;
+mod prefetch;
+mod simd;
 mod walls;
 
 use carom_detection::Detection;
@@ -54,25 +54,25 @@ use carom_kinematics::Motion;
 use glam::DVec2;
 
 use self::{
+    body_record::{BodyRecord, Kind},
     calendar::Calendar,
-    covering::Coverings,
-    glance::Units,
+    cell_occupants::CellOccupants,
+    f32_filter::Units,
     grid::CellGrid,
-    line::{Kind, Line},
-    look_ahead::look_ahead,
     molecules::Molecules,
-    neighbourhood::Neighbourhoods,
-    roster::Rosters,
-    vector::{Available, Kernel, Like, Portable},
+    multi_cell::MultiCellBodies,
+    neighbour_lists::NeighbourLists,
+    prefetch::prefetch_next,
+    simd::{Available, Kernel, Like, Portable},
 };
 use crate::{
-    Fineness, GridError, Scheduler, SchedulerCounters, Thesis, World,
+    CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, World,
     grid::Grid,
     scheduler::{ContactEvent, EventLoop, StoredMotions, separation_error},
     wrapped::Wrapped,
 };
 
-/// How [`Cells`] computes.
+/// How [`CellScheduler`] computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Instructions {
     /// With the best vector instructions that this processor has: AVX-512 (F, VL, DQ, BW), else as below.
@@ -85,7 +85,7 @@ pub enum Instructions {
 }
 
 impl Instructions {
-    /// The instructions that [`Cells`] computes with on this processor when these are chosen: the
+    /// The instructions that [`CellScheduler`] computes with on this processor when these are chosen: the
     /// best that it has, up to these.
     ///
     /// ```
@@ -99,21 +99,23 @@ impl Instructions {
     /// ```
     #[must_use]
     pub fn on_this_processor(self) -> Self {
-        vector::available(self).instructions()
+        simd::available(self).instructions()
     }
 }
 
 /// The fast scheduler; see the source for its design and the proof that it misses nothing.
 ///
-/// A box too small for a grid of three cells a side is run by [`Thesis`], which looks at every image, and so is a single
+/// A box too small for a grid of three cells a side is run by [`HeapScheduler`], which looks at every image, and so is a single
 /// body among fixed ones: what makes this one fast is the lists of those that move.
+#[doc(alias = "Cells")]
+#[doc(alias = "cell lists")]
 #[derive(Debug, Clone)]
-pub struct Cells(Layout);
+pub struct CellScheduler(Layout);
 
 #[derive(Debug, Clone)]
 enum Layout {
     Grid(Box<State>),
-    AllPairs(Box<Thesis>),
+    Fallback(Box<HeapScheduler>),
 }
 
 /// What the fast scheduler keeps during an epoch.
@@ -122,16 +124,16 @@ struct State {
     instructions: Available,
     grid: CellGrid,
     /// One for each body, and the dummy.
-    lines: Vec<Line>,
+    records: Vec<BodyRecord>,
     /// Boxes left behind, as far as 16 bits go: within an epoch a body leaves a few behind.
     windings: Vec<[i16; 2]>,
     wrapped: Wrapped,
     calendar: Calendar,
-    neighbourhoods: Neighbourhoods,
-    /// In place of the neighbourhoods where the gas is dilute.
-    rosters: Rosters,
+    neighbour_lists: NeighbourLists,
+    /// In place of the neighbour_lists where the gas is dilute.
+    occupants: CellOccupants,
     molecules: Molecules,
-    coverings: Coverings,
+    multi_cell: MultiCellBodies,
     /// End of the epoch: nothing later is of interest.
     limit: f64,
     /// Bound on the rounding of a separation in this epoch (length).
@@ -145,30 +147,30 @@ struct State {
     done: SchedulerCounters,
 }
 
-impl Scheduler for Cells {
+impl Scheduler for CellScheduler {
     type Options = Instructions;
 
     const CONTACTS_PER_EPOCH: u64 = 64;
 
     fn new(instructions: &Instructions, world: &World) -> Result<Self, GridError> {
         // Also refuses a box in which a molecule would meet itself.
-        Grid::counts_for(world, Fineness::Given(1))?;
+        Grid::counts_for(world, CellsPerSide::Given(1))?;
         let grid = if world.is_billiard() { None } else { CellGrid::new(world) };
         let Some(grid) = grid else {
-            return Thesis::new(&Fineness::Automatic, world)
-                .map(|thesis| Self(Layout::AllPairs(Box::new(thesis))));
+            return HeapScheduler::new(&CellsPerSide::Automatic, world)
+                .map(|thesis| Self(Layout::Fallback(Box::new(thesis))));
         };
         Ok(Self(Layout::Grid(Box::new(State {
-            instructions: vector::available(*instructions),
+            instructions: simd::available(*instructions),
             grid,
-            lines: Vec::new(),
+            records: Vec::new(),
             windings: Vec::new(),
             wrapped: Wrapped::default(),
             calendar: Calendar::default(),
-            neighbourhoods: Neighbourhoods::default(),
-            rosters: Rosters::default(),
+            neighbour_lists: NeighbourLists::default(),
+            occupants: CellOccupants::default(),
             molecules: Molecules::default(),
-            coverings: Coverings::default(),
+            multi_cell: MultiCellBodies::default(),
             limit: 0.0,
             separation_error: 0.0,
             sides: world.bounds().sides().to_array(),
@@ -181,14 +183,14 @@ impl Scheduler for Cells {
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
         match &mut self.0 {
             Layout::Grid(state) => state.begin_epoch(world, detection, limit),
-            Layout::AllPairs(thesis) => thesis.begin_epoch(world, detection, limit),
+            Layout::Fallback(thesis) => thesis.begin_epoch(world, detection, limit),
         }
     }
 
     fn run<L: EventLoop>(&mut self, events: L) -> L::End {
         match &mut self.0 {
-            Layout::Grid(state) => vector::run(state, events),
-            Layout::AllPairs(thesis) => events.run(&mut **thesis),
+            Layout::Grid(state) => simd::run(state, events),
+            Layout::Fallback(thesis) => events.run(&mut **thesis),
         }
     }
 
@@ -197,7 +199,7 @@ impl Scheduler for Cells {
             Layout::Grid(cells) => {
                 (0..cells.windings.len() as u32).for_each(|body| cells.store_body(state, body));
             }
-            Layout::AllPairs(thesis) => thesis.store(state),
+            Layout::Fallback(thesis) => thesis.store(state),
         }
     }
 
@@ -207,21 +209,21 @@ impl Scheduler for Cells {
                 let Some(wrapped) = cells.wrapped.take() else { return self.store(state) };
                 wrapped.iter().chain(contact).for_each(|&body| cells.store_body(state, body));
             }
-            Layout::AllPairs(thesis) => thesis.store_changes(state, contact),
+            Layout::Fallback(thesis) => thesis.store_changes(state, contact),
         }
     }
 
     fn heap_bytes(&self) -> usize {
         match &self.0 {
             Layout::Grid(state) => state.heap_bytes(),
-            Layout::AllPairs(thesis) => thesis.heap_bytes(),
+            Layout::Fallback(thesis) => thesis.heap_bytes(),
         }
     }
 
     fn counters(&self) -> SchedulerCounters {
         match &self.0 {
             Layout::Grid(state) => state.done,
-            Layout::AllPairs(thesis) => thesis.counters(),
+            Layout::Fallback(thesis) => thesis.counters(),
         }
     }
 }
@@ -233,63 +235,63 @@ impl State {
         self.windings.clear();
         self.windings.extend(world.windings().iter().map(|winding| winding.map(|boxes| boxes as i16)));
         self.wrapped.begin(world.bodies().len());
-        self.lines.clear();
-        self.lines.reserve_exact(world.bodies().len() + 1);
+        self.records.clear();
+        self.records.reserve_exact(world.bodies().len() + 1);
         for (body, motion) in world.bodies().iter().zip(world.motions()) {
-            let mut line = Line::new(motion, body.kind.molecule.bounding_radius());
-            line.set_cell(self.grid.cell_of(motion.position));
-            self.lines.push(line);
+            let mut record = BodyRecord::new(motion, body.kind.molecule.bounding_radius());
+            record.set_cell(self.grid.cell_of(motion.position));
+            self.records.push(record);
         }
-        let bodies = self.lines.len();
-        self.lines.push(Line::dummy());
+        let bodies = self.records.len();
+        self.records.push(BodyRecord::dummy());
         let [columns, rows] = self.grid.counts();
-        self.coverings.clear();
+        self.multi_cell.clear();
         self.molecules.clear();
         if self.grid.is_dilute() {
             let velocities = world.motions().iter().map(|motion| motion.velocity);
             let reach = 2.0 * self.grid.largest_small();
             let units = Units::new(reach, world.bounds().sides(), limit, velocities);
-            self.rosters.lay_out([columns, rows], bodies as u32, units);
+            self.occupants.lay_out([columns, rows], bodies as u32, units);
         } else {
-            let in_cells = world.bodies().iter().zip(&self.lines).enumerate();
+            let in_cells = world.bodies().iter().zip(&self.records).enumerate();
             let in_cells = in_cells.filter(|(_, (body, _))| !self.grid.covers(body));
-            let discs = in_cells.map(|(index, (_, line))| (index as u32, line.cell()));
-            self.neighbourhoods.list_all([columns, rows], bodies as u32, discs);
+            let discs = in_cells.map(|(index, (_, record))| (index as u32, record.cell()));
+            self.neighbour_lists.list_all([columns, rows], bodies as u32, discs);
         }
         if self.grid.holds_molecules() {
             self.molecules.take_over(world.motions());
-            self.coverings.expect_contacts(bodies);
+            self.multi_cell.expect_contacts(bodies);
         }
         for (index, body) in world.bodies().iter().enumerate() {
             if self.grid.is_dilute() {
-                let line = &self.lines[index];
-                self.rosters.enter(Portable, index as u32, line.cell(), line.flight);
+                let record = &self.records[index];
+                self.occupants.enter(Portable, index as u32, record.cell(), record.flight);
             } else if self.grid.covers(body) {
                 let among_molecules = self.grid.holds_molecules();
-                self.coverings.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
+                self.multi_cell.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
             }
         }
         self.like = self.grid.like(world).map(|radius| Like::new(radius, self.separation_error));
         self.inverse_mass = self.grid.inverse_mass(world);
         self.list_all(world);
         // Predict everybody first: their times tell how far apart events are.
-        vector::foresee_all(self, world, detection);
+        simd::predict_all(self, world, detection);
         let interval = self.mean_interval();
         self.calendar.lay_out(bodies, interval);
         for body in 0..bodies as u32 {
-            self.calendar.schedule(&self.lines, body, self.lines[body as usize].time);
+            self.calendar.schedule(&self.records, body, self.records[body as usize].time);
         }
     }
 
     fn heap_bytes(&self) -> usize {
-        self.lines.capacity() * size_of::<Line>()
+        self.records.capacity() * size_of::<BodyRecord>()
             + self.windings.capacity() * size_of::<[i16; 2]>()
             + self.wrapped.heap_bytes()
             + self.calendar.heap_bytes()
-            + self.neighbourhoods.heap_bytes()
-            + self.rosters.heap_bytes()
+            + self.neighbour_lists.heap_bytes()
+            + self.occupants.heap_bytes()
             + self.molecules.heap_bytes()
-            + self.coverings.heap_bytes()
+            + self.multi_cell.heap_bytes()
     }
 
     /// Stores the motion of a body, and the boxes that it has left behind.
@@ -300,9 +302,9 @@ impl State {
         state.set(body, self.motion(body), winding);
     }
 
-    /// The index of the line that stands for nobody.
+    /// The index of the record that stands for nobody.
     fn dummy(&self) -> u32 {
-        self.lines.len() as u32 - 1
+        self.records.len() as u32 - 1
     }
 
     /// Mean time between events of the system, from the median waiting time of its bodies: with
@@ -311,12 +313,13 @@ impl State {
     /// estimate uses the other bodies. Where there are none, it is the time in which the fastest
     /// body crosses a cell.
     fn mean_interval(&self) -> f64 {
-        let mut times: Vec<f64> = self.lines.iter().map(|line| line.time).filter(|t| t.is_finite()).collect();
+        let mut times: Vec<f64> =
+            self.records.iter().map(|record| record.time).filter(|t| t.is_finite()).collect();
         let bodies = times.len();
         times.retain(|&time| time > 0.0);
         if times.is_empty() {
             let cell = self.grid.side().min_element() / self.grid.box_sides().min_element();
-            return self.limit * cell / self.lines.len() as f64;
+            return self.limit * cell / self.records.len() as f64;
         }
         let middle = times.len() / 2;
         let (_, median, _) = times.select_nth_unstable_by(middle, f64::total_cmp);
@@ -334,17 +337,17 @@ impl State {
     ) -> Option<ContactEvent> {
         let is_large = self.is_large();
         loop {
-            let (lines, neighbourhoods) = (&self.lines, &self.neighbourhoods);
-            let (now, body) = self.calendar.take_soonest(lines, stop, |calendar| {
+            let (records, neighbour_lists) = (&self.records, &self.neighbour_lists);
+            let (now, body) = self.calendar.take_soonest(records, stop, |calendar| {
                 if is_large {
-                    look_ahead(calendar, lines, neighbourhoods);
+                    prefetch_next(calendar, records, neighbour_lists);
                 }
             })?;
-            let line = &self.lines[body as usize];
-            let kind = line.kind();
+            let record = &self.records[body as usize];
+            let kind = record.kind();
             if kind.is_contact() {
-                let partner = line.partner();
-                if self.lines[partner as usize].version == line.partner_version {
+                let partner = record.partner();
+                if self.records[partner as usize].version == record.partner_version {
                     // The partner is predicted anew, whatever it waited for; most often, for the same contact.
                     self.calendar.drop_next(partner);
                     let bodies = if body < partner { [body, partner] } else { [partner, body] };
@@ -358,7 +361,7 @@ impl State {
             } else if kind.is_crossing() {
                 if self.grid.is_dilute() {
                     let time = self.cross_among_few(kernel, detection, body, kind, now);
-                    self.calendar.schedule(&self.lines, body, time);
+                    self.calendar.schedule(&self.records, body, time);
                     continue;
                 }
                 self.cross(kernel, body, kind);
@@ -367,7 +370,7 @@ impl State {
             } else if kind == Kind::Recheck {
                 self.done.rechecks += 1;
             }
-            self.predict(kernel, world, detection, body, now);
+            self.predict_and_schedule(kernel, world, detection, body, now);
         }
     }
 
@@ -383,21 +386,23 @@ impl State {
     ) {
         let now = motions[0].time;
         for (body, motion) in bodies.into_iter().zip(&motions) {
-            if !self.coverings.is_fixed(body) {
-                self.launch(kernel, body, motion.position, motion.velocity, now);
-                self.coverings.set_motion(body, motion);
+            if !self.multi_cell.is_fixed(body) {
+                self.set_motion(kernel, body, motion.position, motion.velocity, now);
+                self.multi_cell.set_motion(body, motion);
                 self.molecules.set_motion(body, motion);
                 self.keep_on_roster(kernel, body);
             }
         }
-        let excused = self.excused(bodies);
-        if let Some([body, other]) = excused {
-            let time = self.foresee_searching(world, detection, body, now, Some(other));
-            self.calendar.schedule(&self.lines, body, time);
+        let skip_partner = self.skip_partner(bodies);
+        if let Some([body, other]) = skip_partner {
+            let time = self.predict_searching(world, detection, body, now, Some(other));
+            self.calendar.schedule(&self.records, body, time);
         }
         for body in bodies {
-            if !self.coverings.is_fixed(body) && excused.is_none_or(|[excused, _]| body != excused) {
-                self.predict(kernel, world, detection, body, now);
+            if !self.multi_cell.is_fixed(body)
+                && skip_partner.is_none_or(|[skip_partner, _]| body != skip_partner)
+            {
+                self.predict_and_schedule(kernel, world, detection, body, now);
             }
         }
     }
@@ -413,16 +418,16 @@ impl State {
         time: f64,
         [places, velocities]: [[DVec2; 2]; 2],
     ) {
-        if self.coverings.is_covering(bodies[0]) | self.coverings.is_covering(bodies[1]) {
+        if self.multi_cell.is_covering(bodies[0]) | self.multi_cell.is_covering(bodies[1]) {
             for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
-                if !self.coverings.is_fixed(body) {
-                    self.launch(kernel, body, place, velocity, time);
-                    self.coverings.set_flight(body, time, place, velocity);
+                if !self.multi_cell.is_fixed(body) {
+                    self.set_motion(kernel, body, place, velocity, time);
+                    self.multi_cell.set_flight(body, time, place, velocity);
                 }
             }
         } else {
-            self.launch(kernel, bodies[0], places[0], velocities[0], time);
-            self.launch(kernel, bodies[1], places[1], velocities[1], time);
+            self.set_motion(kernel, bodies[0], places[0], velocities[0], time);
+            self.set_motion(kernel, bodies[1], places[1], velocities[1], time);
             if !self.grid.is_dilute() & !self.grid.holds_molecules() {
                 return self.predict_two_discs(kernel, world, detection, bodies, time);
             }
@@ -432,8 +437,8 @@ impl State {
             self.keep_on_roster(kernel, body);
         }
         for body in bodies {
-            if !self.coverings.is_fixed(body) {
-                self.predict(kernel, world, detection, body, time);
+            if !self.multi_cell.is_fixed(body) {
+                self.predict_and_schedule(kernel, world, detection, body, time);
             }
         }
     }
@@ -441,11 +446,11 @@ impl State {
     /// Sets a body off from a place with a velocity at a time.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn launch<K: Kernel>(&mut self, kernel: K, body: u32, place: DVec2, velocity: DVec2, time: f64) {
-        let line = &mut self.lines[body as usize];
+    fn set_motion<K: Kernel>(&mut self, kernel: K, body: u32, place: DVec2, velocity: DVec2, time: f64) {
+        let record = &mut self.records[body as usize];
         let origin = place - velocity * time;
-        kernel.write(&mut line.flight, [origin.x, origin.y, velocity.x, velocity.y]);
-        line.version = line.version.wrapping_add(1);
+        kernel.write(&mut record.flight, [origin.x, origin.y, velocity.x, velocity.y]);
+        record.version = record.version.wrapping_add(1);
     }
 
     /// Finds the soonest events of two small discs in a dense gas.
@@ -462,11 +467,34 @@ impl State {
         // Both are asked before either is settled: the two chains of operations go on side by side.
         let (asked_a, asked_b) = (self.ask(kernel, a, now), self.ask(kernel, b, now));
         let soonest = self.settle_disc(world, detection, a, now, &asked_a);
-        self.calendar.schedule(&self.lines, a, soonest);
+        self.calendar.schedule(&self.records, a, soonest);
         let soonest = self.settle_disc(world, detection, b, now, &asked_b);
-        self.calendar.schedule(&self.lines, b, soonest);
+        self.calendar.schedule(&self.records, b, soonest);
     }
 
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn predict_and_schedule<D: Detection, K: Kernel>(
+        &mut self,
+        kernel: K,
+        world: &World,
+        detection: &D,
+        body: u32,
+        now: f64,
+    ) {
+        let time = self.predict(kernel, world, detection, body, now);
+        self.calendar.schedule(&self.records, body, time);
+    }
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
+    fn predict_all<D: Detection, K: Kernel>(&mut self, kernel: K, world: &World, detection: &D) {
+        for body in 0..world.bodies().len() as u32 {
+            self.predict_and_schedule(kernel, world, detection, body, 0.0);
+        }
+    }
+
+    /// Finds a body's soonest event, writes it into its record, and tells when it is.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn predict<D: Detection, K: Kernel>(
@@ -476,34 +504,11 @@ impl State {
         detection: &D,
         body: u32,
         now: f64,
-    ) {
-        let time = self.foresee(kernel, world, detection, body, now);
-        self.calendar.schedule(&self.lines, body, time);
-    }
-
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn foresee_all<D: Detection, K: Kernel>(&mut self, kernel: K, world: &World, detection: &D) {
-        for body in 0..world.bodies().len() as u32 {
-            self.foresee(kernel, world, detection, body, 0.0);
-        }
-    }
-
-    /// Finds a body's soonest event, writes it into its line, and tells when it is.
-    #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    fn foresee<D: Detection, K: Kernel>(
-        &mut self,
-        kernel: K,
-        world: &World,
-        detection: &D,
-        body: u32,
-        now: f64,
     ) -> f64 {
-        if self.coverings.is_covering(body) | self.grid.holds_molecules() {
-            self.foresee_searching(world, detection, body, now, None)
+        if self.multi_cell.is_covering(body) | self.grid.holds_molecules() {
+            self.predict_searching(world, detection, body, now, None)
         } else if self.grid.is_dilute() {
-            self.foresee_among_few(kernel, detection, body, now)
+            self.predict_among_few(kernel, detection, body, now)
         } else {
             let asked = self.ask(kernel, body, now);
             self.settle_disc(world, detection, body, now, &asked)
@@ -517,7 +522,7 @@ impl State {
     fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
         match self.inverse_mass {
             Some(inverse_mass)
-                if !(self.coverings.is_covering(bodies[0]) | self.coverings.is_covering(bodies[1])) =>
+                if !(self.multi_cell.is_covering(bodies[0]) | self.multi_cell.is_covering(bodies[1])) =>
             {
                 [inverse_mass; 2]
             }
@@ -528,20 +533,20 @@ impl State {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
-        if let Some(motion) = self.coverings.motion(body) {
+        if let Some(motion) = self.multi_cell.motion(body) {
             return [motion.position_at(time), motion.velocity];
         }
-        let line = &self.lines[body as usize];
-        [line.origin() + line.velocity() * time, line.velocity()]
+        let record = &self.records[body as usize];
+        [record.origin() + record.velocity() * time, record.velocity()]
     }
 
     #[inline]
     fn motion(&self, body: u32) -> Motion {
-        if let Some(motion) = self.coverings.motion(body).or_else(|| self.molecules.motion(body)) {
+        if let Some(motion) = self.multi_cell.motion(body).or_else(|| self.molecules.motion(body)) {
             return *motion;
         }
-        let line = &self.lines[body as usize];
-        Motion { velocity: line.velocity(), ..Motion::at_rest(line.origin()) }
+        let record = &self.records[body as usize];
+        Motion { velocity: record.velocity(), ..Motion::at_rest(record.origin()) }
     }
 }
 
@@ -570,11 +575,11 @@ mod tests {
                 }
             };
             let scene = Scene { molecule: (0..SIDE * SIDE).map(disc).collect(), ..Scene::default() };
-            let mut simulation = Simulation::<Exact, Impact, Cells>::new(&scene).unwrap();
+            let mut simulation = Simulation::<Exact, Impact, CellScheduler>::new(&scene).unwrap();
             simulation.scheduler.begin_epoch(&simulation.world, &simulation.detection, 1.0);
             match &simulation.scheduler.0 {
                 Layout::Grid(state) => state.mean_interval(),
-                Layout::AllPairs(_) => panic!("64 discs a side have a grid"),
+                Layout::Fallback(_) => panic!("64 discs a side have a grid"),
             }
         };
         let (inside, on_borders) = (interval(0.37), interval(0.0));

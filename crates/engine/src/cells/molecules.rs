@@ -4,21 +4,21 @@
 //! leaves its cell is told for eight at a time, by their bounding circles and its own rectangle; these few are searched in the
 //! order of the bounds so found, each up to the soonest event so far.
 
-use carom_detection::{Asker, Detection};
+use carom_detection::{Detection, QueryBody};
 use carom_kinematics::Motion;
 use glam::DVec2;
 
 use super::{
     State,
+    body_record::INDEX_MASK,
     candidates::Candidates,
-    covering::{Listed, Soonest},
-    line::INDEX_MASK,
-    neighbourhood::image_of,
-    vector::{self, Kernel},
+    multi_cell::{Listed, Soonest},
+    neighbour_lists::image_of,
+    simd::{self, Kernel},
 };
 use crate::World;
 
-/// What the lines of molecules do not hold; empty where discs live in the cells.
+/// What the records of molecules do not hold; empty where discs live in the cells.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Molecules {
     /// By body. Those of covering bodies are not kept up.
@@ -68,13 +68,13 @@ impl State {
     ///
     /// Asking a disc in a cell in lanes costs nothing; of two others it is decided by their motions, so that it does not
     /// depend on the order of insertion.
-    pub(super) fn excused(&self, [a, b]: [u32; 2]) -> Option<[u32; 2]> {
-        if self.coverings.is_fixed(a) | self.coverings.is_fixed(b) {
+    pub(super) fn skip_partner(&self, [a, b]: [u32; 2]) -> Option<[u32; 2]> {
+        if self.multi_cell.is_fixed(a) | self.multi_cell.is_fixed(b) {
             return None;
         }
-        let searches = |body| self.grid.holds_molecules() | self.coverings.is_covering(body);
+        let searches = |body| self.grid.holds_molecules() | self.multi_cell.is_covering(body);
         // The same for mirror images of a system.
-        let speed_squared = |body: u32| self.lines[body as usize].velocity().length_squared();
+        let speed_squared = |body: u32| self.records[body as usize].velocity().length_squared();
         match (searches(a), searches(b)) {
             (false, false) => None,
             (true, false) => Some([a, b]),
@@ -88,7 +88,7 @@ impl State {
     /// Finds the soonest event of a body that searches among its candidates, and tells when it is; `except` is one that
     /// it need not ask for.
     #[inline(never)]
-    pub(super) fn foresee_searching<D: Detection>(
+    pub(super) fn predict_searching<D: Detection>(
         &mut self,
         world: &World,
         detection: &D,
@@ -96,18 +96,18 @@ impl State {
         now: f64,
         except: Option<u32>,
     ) -> f64 {
-        if self.coverings.is_covering(body) {
-            vector::foresee_covering(self, world, detection, body, now, except);
+        if self.multi_cell.is_covering(body) {
+            simd::predict_multi_cell(self, world, detection, body, now, except);
         } else {
-            vector::foresee_molecule(self, world, detection, body, now, except);
+            simd::predict_molecule(self, world, detection, body, now, except);
         }
-        self.lines[body as usize].time
+        self.records[body as usize].time
     }
 
     /// Finds the soonest event of a molecule that lives in a cell: a contact, a re-check, or the next cell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(super) fn foresee_molecule<D: Detection, K: Kernel>(
+    pub(super) fn predict_molecule<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
         world: &World,
@@ -118,16 +118,16 @@ impl State {
     ) {
         let mut candidates = std::mem::take(&mut self.molecules.candidates);
         candidates.clear();
-        let question = self.question(body, now);
-        let list = self.neighbourhoods.list(question.from.cell());
-        let (crossing_time, crossing) = self.crossing(question.from, now);
+        let query = self.query(body, now);
+        let list = self.neighbour_lists.list(query.from.cell());
+        let (crossing_time, crossing) = self.crossing(query.from, now);
         let mut best = Soonest::before(crossing_time, crossing);
         let covered = list.is_covered().then_some(list.cell);
         let outline = world.bodies()[body as usize].kind.molecule.outline();
-        let asker = Asker::new(outline, &self.molecules.motions[body as usize], now);
-        list.for_each_eight(|slots| {
-            let lanes = kernel.lanes(&question, slots, list.at_border);
-            let times = detection.apart_until(&asker, &lanes, best.time - now);
+        let query_body = QueryBody::new(outline, &self.molecules.motions[body as usize], now);
+        list.for_each_slots8(|slots| {
+            let lanes = kernel.lanes(&query, slots, list.at_border);
+            let times = detection.contact_time_lower_bounds(&query_body, &lanes, best.time - now);
             candidates.sift(
                 times,
                 |bound| best.is_after(now, bound),
@@ -146,18 +146,18 @@ impl State {
             self.search(world, detection, body, &candidate, now, &mut best);
         }
         self.molecules.candidates = candidates;
-        self.settle(body, &best);
+        self.store_event(body, &best);
         if let Some(cell) = covered {
             self.meet_coverings(world, detection, body, cell, now, except);
         }
     }
 
-    /// Brings a molecule's motion back into the box where its line has been, and makes both agree to the bit.
+    /// Brings a molecule's motion back into the box where its record has been, and makes both agree to the bit.
     #[inline]
     pub(super) fn wrap_motion(&mut self, body: u32, axis: usize, direction: i32) {
         if let Some(motion) = self.molecules.motions.get_mut(body as usize) {
             motion.position[axis] -= f64::from(direction) * self.sides[axis];
-            self.lines[body as usize].set_motion(motion);
+            self.records[body as usize].set_motion(motion);
         }
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::{
     State,
-    covering::{Covering, Listed},
+    multi_cell::{Covering, Listed},
 };
 use crate::wall::{StandingWall, folded};
 

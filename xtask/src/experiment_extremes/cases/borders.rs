@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use carom::{
-    Exact, Impact, Scene, Simulation, Thesis,
-    engine::{Fineness, GridError, SceneError},
+    Exact, HeapScheduler, Impact, Scene, Simulation,
+    engine::{CellsPerSide, GridError, SceneError},
 };
 use glam::DVec2;
 
@@ -107,8 +107,8 @@ fn along<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
 
 /// The bodies of the first collisions with every pair and image looked at.
 fn all_pairs(scene: &Scene, count: usize) -> Result<Vec<[u64; 2]>> {
-    let mut run: Simulation<Exact, Impact, Thesis> =
-        Simulation::with(scene, Exact::default(), Impact, Fineness::Given(1))?;
+    let mut run: Simulation<Exact, Impact, HeapScheduler> =
+        Simulation::with(scene, Exact::default(), Impact, CellsPerSide::Given(1))?;
     let mut watch = Watch::default();
     for _ in 0..count {
         run.step(1e3, &mut watch)?;

@@ -1,8 +1,8 @@
 //! The engines that are put to the test, and scenes in a few words.
 
 use carom::{
-    Cells, Detection, Exact, GoldenSecant, Impact, Orientation, Scene, SceneError, Scheduler, Simulation,
-    Thesis,
+    CellScheduler, Detection, Exact, GoldenSecant, HeapScheduler, Impact, Orientation, Scene, SceneError,
+    Scheduler, Simulation,
     engine::{GasSpec, MoleculeSpec},
 };
 use glam::DVec2;
@@ -38,8 +38,8 @@ pub enum Ours {}
 
 impl Engine for Ours {
     type Detector = Exact;
-    type Scheduler = Cells;
-    const NAME: &'static str = "Exact, Cells";
+    type Scheduler = CellScheduler;
+    const NAME: &'static str = "Exact, CellScheduler";
 }
 
 /// The thesis's search and the thesis's heap of all events.
@@ -47,8 +47,8 @@ pub enum Theses {}
 
 impl Engine for Theses {
     type Detector = GoldenSecant;
-    type Scheduler = Thesis;
-    const NAME: &'static str = "GoldenSecant, Thesis";
+    type Scheduler = HeapScheduler;
+    const NAME: &'static str = "GoldenSecant, HeapScheduler";
 }
 
 /// A gas of energy 1 each.

@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 use carom::{
-    Instant, RunError, Scene,
+    EpochTime, RunError, Scene,
     engine::{MoleculeSpec, View},
 };
 
@@ -105,7 +105,7 @@ fn ages<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
 }
 
 /// An instant that is later by so much (time), to all digits of both.
-pub fn later(instant: Instant, duration: f64) -> Instant {
+pub fn later(instant: EpochTime, duration: f64) -> EpochTime {
     instant.new_epoch(0.0).after(duration)
 }
 

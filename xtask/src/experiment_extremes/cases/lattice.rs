@@ -69,7 +69,7 @@ pub fn packed<E: Engine>(dilation: f64, collisions: u64) -> Result<Packed> {
         deepest = deepest.max(overlaps.deepest_length);
         overlapping = overlapping.max(overlaps.pairs);
     })?;
-    both.0.standby(&run.view());
+    both.0.sample(&run.view());
     let view = run.view();
     let point = both.0.series().last().context("there is one interval")?;
     let area = view.bounds().area();

@@ -21,7 +21,7 @@ pub fn cases<E: Engine>() -> Vec<Case> {
         Case {
             id: "7.7",
             name: "tees with ω = 0, 1e-12, 1e6, and ω_a = ±ω_b, in a gas",
-            must: "no missed hit: no overlap at any standby",
+            must: "no missed hit: no overlap at any sample",
             run: spins::<E>,
         },
         Case {

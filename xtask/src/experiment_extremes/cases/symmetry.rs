@@ -50,7 +50,7 @@ pub fn cases<E: Engine>() -> Vec<Case> {
 }
 
 /// Discs, free and locked molecules and bumpers that fill the box well.
-fn menagerie<E: Engine>(turning: bool) -> Result<Scene> {
+fn reference_scene<E: Engine>(turning: bool) -> Result<Scene> {
     let rotation = if turning { Rotation::Free } else { Rotation::Locked };
     let mut scene =
         in_box([1.0, 1.0], vec![MoleculeSpec { rotation, ..named("tee", 0.02, 0.5, [0.25, 0.25]) }]);
@@ -77,7 +77,7 @@ fn after<E: Engine>(scene: &Scene, until: f64) -> Result<State> {
 }
 
 fn scaled<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
-    let mut base = menagerie::<E>(true)?;
+    let mut base = reference_scene::<E>(true)?;
     base.elasticity.default = 0.95;
     let one = after::<E>(&base, 2.0)?;
     let mut differ = 0;
@@ -98,7 +98,7 @@ fn scaled<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
 }
 
 fn exchanged<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
-    let base = menagerie::<E>(false)?;
+    let base = reference_scene::<E>(false)?;
     let mut mirrored = base.clone();
     for molecule in &mut mirrored.molecule {
         let swap = |[x, y]: [f64; 2]| [y, x];
@@ -124,7 +124,7 @@ fn exchanged<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
 }
 
 fn permuted<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
-    let base = menagerie::<E>(true)?;
+    let base = reference_scene::<E>(true)?;
     let mut reversed = base.clone();
     reversed.molecule.reverse();
     let mut found = after::<E>(&reversed, 3.0)?;
@@ -133,7 +133,7 @@ fn permuted<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
 }
 
 fn in_pieces<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
-    let base = menagerie::<E>(true)?;
+    let base = reference_scene::<E>(true)?;
     let mut run = E::simulate(&base)?;
     for piece in 1..=97 {
         run.run_until(3.0 * f64::from(piece) / 97.0)?;
@@ -143,7 +143,7 @@ fn in_pieces<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
 }
 
 fn to_rounding<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
-    let base = menagerie::<E>(true)?;
+    let base = reference_scene::<E>(true)?;
     let sequence = |scene: &Scene| -> Result<Vec<[u64; 2]>> {
         let mut run = E::simulate(scene)?;
         let mut watch = Watch::default();

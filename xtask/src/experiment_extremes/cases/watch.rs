@@ -1,7 +1,7 @@
 //! What is logged of every run: overlaps, energy, momentum, and whether each single collision makes sense.
 
 use anyhow::Result;
-use carom::{CollisionReport, Instant, Observer, Scene};
+use carom::{CollisionReport, EpochTime, Observer, Scene};
 use glam::DVec2;
 
 use super::{Engine, Finding, engine::Run};
@@ -15,8 +15,8 @@ pub struct Watch {
     pub atoms: Vec<[Option<u32>; 2]>,
     /// Bodies of each of the first collisions.
     pub bodies: Vec<[u64; 2]>,
-    begun: Instant,
-    last: Option<Instant>,
+    begun: EpochTime,
+    last: Option<EpochTime>,
     /// Smallest time from one collision to the next that is not 0.
     pub smallest_interval: f64,
     /// Collisions at the very instant of the one before.
@@ -36,13 +36,13 @@ const KEPT: usize = 10_000;
 
 impl Default for Watch {
     fn default() -> Self {
-        Self::since(Instant::ZERO)
+        Self::since(EpochTime::ZERO)
     }
 }
 
 impl Watch {
     /// Times count from here.
-    pub fn since(begun: Instant) -> Self {
+    pub fn since(begun: EpochTime) -> Self {
         Self {
             times: Vec::new(),
             atoms: Vec::new(),
@@ -113,7 +113,7 @@ pub struct Survey {
     pub watch: Watch,
     /// Collisions.
     pub collisions: u64,
-    /// Largest number of overlapping pairs at a standby.
+    /// Largest number of overlapping pairs at a sample.
     pub overlapping: usize,
     /// Largest relative difference of energy and booked energy.
     pub energy: f64,
@@ -121,8 +121,8 @@ pub struct Survey {
     pub momentum: f64,
 }
 
-/// Standbys in a survey, roughly.
-const STANDBYS: u64 = 64;
+/// Samples in a survey, roughly.
+const SAMPLES: u64 = 64;
 
 /// Slices of time at most, should nothing ever collide.
 const MOST_SLICES: usize = 4096;
@@ -153,7 +153,7 @@ pub fn run_collisions<E: Engine, O: Observer>(
         }
         let until = run.time().after(slice);
         // As many collisions to the next look as there shall be, without jumps.
-        let wanted = (collisions / STANDBYS).max(1) as f64;
+        let wanted = (collisions / SAMPLES).max(1) as f64;
         let so_far = |run: &Run<E>| run.view().counters().collisions - before;
         while !run.observe_epoch(until, observer)? {
             // A molecule of extreme spin heats a cold gas at once: millions of contacts would follow in the rest of a slice.

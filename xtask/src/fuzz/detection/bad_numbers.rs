@@ -2,7 +2,7 @@
 //! `Free` that is not free.
 
 use carom_detection::{
-    Answer, Asker, BoundingCircles, Detection, DiscLanes, FixedStep, GoldenSecant, Outcome, skim,
+    Answer, BoundingCircles, Detection, DiscLanes, FixedStep, GoldenSecant, Outcome, QueryBody, skim,
 };
 use carom_kinematics::Motion;
 use dashu_float::{FBig, round::mode::HalfEven};
@@ -200,7 +200,7 @@ fn check_lanes(
         time: bad.begin,
         ..Motion::at_rest(DVec2::ZERO)
     };
-    let asker = Asker::new(a.outline(), &turning, bad.horizon);
+    let query = QueryBody::new(a.outline(), &turning, bad.horizon);
     let reach = a.bounding_radius() + b.bounding_radius();
     let mut lanes = DiscLanes::empty(motion.separation_error, motion.velocity_error);
     lanes.set_since(2, motion.separation, motion.velocity, bad.begin, reach);
@@ -212,10 +212,10 @@ fn check_lanes(
         separation_error: motion.separation_error,
         speed: motion.velocity_error,
     };
-    let mut times = detector.apart_until(&asker, &lanes, bad.horizon).to_vec();
+    let mut times = detector.contact_time_lower_bounds(&query, &lanes, bad.horizon).to_vec();
     times.extend(detector.disc_contacts(&lanes));
     times.extend(lanes.entry_times());
-    times.push(detector.one_apart_until(&asker, &one, bad.horizon));
+    times.push(detector.contact_time_lower_bound(&query, &one, bad.horizon));
     if times.iter().any(|time| time.is_nan()) {
         report.fail("NaN", format!("lanes: {times:?}"));
     }

@@ -1,7 +1,7 @@
 //! Judges answers of a detector to one query by the oracle's search in extended precision.
 
 use carom_detection::{
-    Answer, Asker, Contact, Detection, DiscLanes, ErrorBound, Outcome, Touch, encounters::Encounter,
+    Answer, Contact, Detection, DiscLanes, ErrorBound, Outcome, QueryBody, Touch, encounters::Encounter,
 };
 use carom_geometry::gap_between;
 use carom_kinematics::{HALF_ULP, Motion};
@@ -171,8 +171,8 @@ fn check_bounds(detector: &impl Detection, encounter: &Encounter, judge: &Judge<
         angular_velocity: motion.angular_velocity[0],
         ..Motion::at_rest(DVec2::ZERO)
     };
-    let mut asker = Asker::new(a.outline(), &turning, 0.0);
-    asker.rotation_error += motion.orientation_error[0];
+    let mut query = QueryBody::new(a.outline(), &turning, 0.0);
+    query.rotation_error += motion.orientation_error[0];
     let reach = a.bounding_radius() + b.bounding_radius();
     let lane = |v: DVec2| [[v.x], [v.y]];
     let lanes = DiscLanes::<1> {
@@ -183,10 +183,13 @@ fn check_bounds(detector: &impl Detection, encounter: &Encounter, judge: &Judge<
         separation_error: motion.separation_error,
         speed: motion.velocity.x.abs() + motion.velocity.y.abs() + motion.velocity_error / HALF_ULP,
     };
-    let [bound] = detector.apart_until(&asker, &lanes, encounter.horizon);
+    let [bound] = detector.contact_time_lower_bounds(&query, &lanes, encounter.horizon);
     let mut bounds = vec![("entry bound", bound)];
     if b.is_disc() {
-        bounds.push(("bound of one disc", detector.one_apart_until(&asker, &lanes, encounter.horizon)));
+        bounds.push((
+            "bound of one disc",
+            detector.contact_time_lower_bound(&query, &lanes, encounter.horizon),
+        ));
     }
     for (name, bound) in bounds {
         if bound.is_nan() {

@@ -4,7 +4,7 @@
 use std::{env, fs, process};
 
 use carom::engine::{Checkpoint, Scene, Simulation};
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 
 use super::{mutate, scene_files};
 use crate::{
@@ -20,7 +20,7 @@ fn sound(draw: &mut Draw) -> Vec<u8> {
     let mut simulation = Simulation::new(&scene).unwrap_or_else(|_| fallback());
     for _ in 0..draw.integer(0, 3) {
         // A run that ends by a name leaves a state as well.
-        if simulation.observe_epoch(Instant::from(1e60), &mut ()).is_err() {
+        if simulation.observe_epoch(EpochTime::from(1e60), &mut ()).is_err() {
             break;
         }
     }

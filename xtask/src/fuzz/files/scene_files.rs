@@ -3,7 +3,7 @@
 use carom::engine::{GasSpec, RunError, Scene, Scheduler, Simulation, View};
 use carom::response::Response;
 use carom_detection::Detection;
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 
 use super::mutate;
 use crate::fuzz::{random::Draw, scenes, subject::Report};
@@ -101,7 +101,7 @@ pub fn run<D: Detection, R: Response, S: Scheduler>(
 ) {
     look(&simulation.view(), "at the start", report);
     let contacts = simulation.view().counters().collisions;
-    let target = Instant::ZERO.after(until);
+    let target = EpochTime::ZERO.after(until);
     let target = if simulation.time().since(target) > 0.0 { simulation.time().after(until) } else { target };
     for _ in 0..MOST_EPOCHS {
         match simulation.observe_epoch(target, &mut ()) {

@@ -6,7 +6,7 @@
 //! not from the motions that the engine keeps.
 
 use carom_geometry::Molecule;
-use carom_kinematics::{Instant, Motion};
+use carom_kinematics::{EpochTime, Motion};
 
 use crate::oracle::{DoubleDouble, Number as _};
 
@@ -17,7 +17,7 @@ pub type Pair = [f64; 2];
 #[derive(Debug, Clone, Copy)]
 pub struct State {
     /// When.
-    pub time: Instant,
+    pub time: EpochTime,
     /// Place of the centre of mass (length).
     pub place: Pair,
     /// Its velocity (length per time).
@@ -98,7 +98,7 @@ pub fn rotated([x, y]: Pair, [cos, sin]: Pair) -> Pair {
 }
 
 /// From one instant to a later one, in double the digits (time).
-fn duration(from: Instant, to: Instant) -> DoubleDouble {
+fn duration(from: EpochTime, to: EpochTime) -> DoubleDouble {
     let part = |to: f64, from: f64| DoubleDouble::new(to).minus(&DoubleDouble::new(from));
     part(to.epoch(), from.epoch())
         .plus(&part(to.epoch_low(), from.epoch_low()))
@@ -107,7 +107,7 @@ fn duration(from: Instant, to: Instant) -> DoubleDouble {
 
 impl State {
     /// The state of a motion at the time for which it holds.
-    pub fn of(motion: &Motion, time: Instant) -> Self {
+    pub fn of(motion: &Motion, time: EpochTime) -> Self {
         Self {
             time,
             place: motion.position.to_array(),
@@ -118,7 +118,7 @@ impl State {
     }
 
     /// Where the body is at another time if nothing happens, in a box of these sides.
-    pub fn at(&self, time: Instant, sides: Pair) -> Placed {
+    pub fn at(&self, time: EpochTime, sides: Pair) -> Placed {
         let duration = duration(self.time, time);
         let coordinate = |axis: usize| {
             let path = DoubleDouble::new(self.velocity[axis]).times(&duration);
@@ -131,7 +131,7 @@ impl State {
     }
 
     /// How far the body turns until then (radians).
-    pub fn angle_until(&self, time: Instant) -> f64 {
+    pub fn angle_until(&self, time: EpochTime) -> f64 {
         (self.spin * duration(self.time, time).value()).abs()
     }
 }
@@ -325,13 +325,13 @@ mod tests {
     #[test]
     fn a_state_is_carried_on_without_loss() {
         let state = State {
-            time: Instant::from(1e12),
+            time: EpochTime::from(1e12),
             place: [0.25, 0.5],
             velocity: [1.0, -0.5],
             turns: 0.0,
             spin: std::f64::consts::TAU,
         };
-        let later = state.at(Instant::from(1e12).new_epoch(1e6).after(0.125), [1.0, 1.0]);
+        let later = state.at(EpochTime::from(1e12).new_epoch(1e6).after(0.125), [1.0, 1.0]);
         assert_eq!(later.place, [0.375, 0.4375]);
         assert!((later.rotation[0] - 0.5f64.sqrt()).abs() < 1e-9);
     }

@@ -9,7 +9,7 @@ pub mod schedulers;
 pub mod watcher;
 
 use anyhow::{Result, ensure};
-use carom::engine::{Cells, Fineness, Instructions, Scene, Thesis};
+use carom::engine::{CellScheduler, CellsPerSide, HeapScheduler, Instructions, Scene};
 use carom::response::{Impact, Response};
 use carom_detection::{Detection, Exact};
 
@@ -38,10 +38,10 @@ impl<D: Detection + Clone, R: Response + Clone> Subject for Scenes<D, R> {
         let (detection, response) = (&self.detection, &self.response);
         let instructions = [Instructions::Widest, Instructions::Avx2, Instructions::Portable];
         let [one, other] = [case.seed % 3, case.seed / 3 % 3].map(|index| instructions[index as usize]);
-        let cells: Seams<'_, D, R, Cells> =
+        let cells: Seams<'_, D, R, CellScheduler> =
             Seams { detection, response, options: one, resumed_options: other };
-        let grid = Fineness::Automatic;
-        let thesis: Seams<'_, D, R, Thesis> =
+        let grid = CellsPerSide::Automatic;
+        let thesis: Seams<'_, D, R, HeapScheduler> =
             Seams { detection, response, options: grid, resumed_options: grid };
         let (cells, thesis) = (run::run(case, &cells), run::run(case, &thesis));
         let mut report = Report::default();
@@ -49,7 +49,7 @@ impl<D: Detection + Clone, R: Response + Clone> Subject for Scenes<D, R> {
             report.count("refused", 1);
             return report;
         };
-        for (name, outcome) in [("Cells: ", &cells), ("Thesis: ", &thesis)] {
+        for (name, outcome) in [("CellScheduler: ", &cells), ("HeapScheduler: ", &thesis)] {
             report.add(&outcome.report);
             if let Some(failure) = &outcome.report.failure {
                 report.fail(&failure.kind, format!("{name}{}", failure.detail));

@@ -4,7 +4,7 @@
 use carom::engine::{Checkpoint, ElasticitySpec, RunError, Scheduler, Simulation, Violation};
 use carom::response::Response;
 use carom_detection::Detection;
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 
 use super::{
     case::{Case, Edit},
@@ -62,7 +62,7 @@ where
     let mut draw = Draw::new(case.seed);
     let mut twin: Option<Simulation<D, R, S>> = None;
     let mut whole = true;
-    let mut until = Instant::ZERO;
+    let mut until = EpochTime::ZERO;
     for stretch in &case.stretch {
         until = until.new_epoch(stretch.duration);
         let ended = run_stretch(&mut simulation, &mut twin, until, &mut watcher, &mut draw, seams);
@@ -113,7 +113,7 @@ enum Ended {
 fn run_stretch<D, R, S>(
     simulation: &mut Simulation<D, R, S>,
     twin: &mut Option<Simulation<D, R, S>>,
-    until: Instant,
+    until: EpochTime,
     watcher: &mut Watcher,
     draw: &mut Draw,
     seams: &Seams<'_, D, R, S>,
@@ -176,7 +176,7 @@ where
 fn compare_twin<D: Detection, R: Response, S: Scheduler>(
     simulation: &Simulation<D, R, S>,
     twin: &mut Option<Simulation<D, R, S>>,
-    until: Instant,
+    until: EpochTime,
     error: Option<&RunError>,
     watcher: &mut Watcher,
 ) {
@@ -246,7 +246,7 @@ fn named_end(error: &RunError, elasticity: &ElasticitySpec, report: &mut Report)
     let allowed = match error {
         RunError::Stalled { .. } => elasticity.contact_time == 0.0,
         RunError::BlowUp { .. } | RunError::TimeStandsStill { .. } => superelastic,
-        RunError::Outpaced { .. } => true,
+        RunError::TimeScalesTooFarApart { .. } => true,
         _ => false,
     };
     report.count("ended by name", 1);

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use carom::engine::{BodyKey, CollisionReport, ElasticitySpec, Observer, View};
-use carom_kinematics::{Instant, Motion};
+use carom_kinematics::{EpochTime, Motion};
 
 use super::{
     contact::{self, Rules},
@@ -87,8 +87,8 @@ pub struct Watcher {
     bodies: BTreeMap<BodyKey, Tracked>,
     elasticity: ElasticitySpec,
     /// The time of the last event, or of the start.
-    last: Instant,
-    start: Instant,
+    last: EpochTime,
+    start: EpochTime,
     draw: Draw,
     /// How many epochs have ended.
     pub epochs: u64,
@@ -168,12 +168,12 @@ impl Watcher {
     }
 
     /// Bound on how far the place of a body may be off at `time`, its arms included (length).
-    fn error(&self, body: &Tracked, time: Instant) -> f64 {
+    fn error(&self, body: &Tracked, time: EpochTime) -> f64 {
         let epochs = (self.epochs - body.epoch) as f64;
         let turning = if body.state.spin == 0.0 { 0.0 } else { 4.0 + 8.0 * body.state.angle_until(time) };
         // Times are rounded as offsets in an epoch, in which a body goes no farther than this.
         let longest = SIDES_PER_EPOCH * self.longer_side();
-        let way = |time: Instant| (length(body.state.velocity) * time.offset().abs()).min(longest);
+        let way = |time: EpochTime| (length(body.state.velocity) * time.offset().abs()).min(longest);
         let clock = way(time) + way(body.state.time);
         // Epochs begin at double-doubles, which do not resolve the flight of bodies that are far too fast for their age.
         let rim = length(body.state.velocity) + body.state.spin.abs() * body.outline.reach;
@@ -213,7 +213,7 @@ impl Watcher {
     }
 
     /// Looks at all pairs in all images at one time.
-    fn look_at_all(&mut self, time: Instant) {
+    fn look_at_all(&mut self, time: EpochTime) {
         let placed: Vec<(&Tracked, Placed, f64)> = self
             .bodies
             .values()
@@ -244,7 +244,7 @@ impl Watcher {
     /// Whether a contact that the engine's own brute force finds `time` from now, before the next
     /// one in `next`, is one: whether bodies overlap between the two by more than roundings. Flat
     /// contacts are found at times that differ by more than those of the clock.
-    pub fn look_ahead(&mut self, now: Instant, time: f64, next: f64) {
+    pub fn look_ahead(&mut self, now: EpochTime, time: f64, next: f64) {
         for halvings in 0..LOOKS_AHEAD {
             let after = (next - time) * 0.5f64.powi(halvings);
             self.look_at_all(now.after(time + after));
@@ -257,7 +257,7 @@ impl Watcher {
     }
 
     /// Looks at all pairs at random moments since the last event.
-    fn look_back(&mut self, time: Instant) {
+    fn look_back(&mut self, time: EpochTime) {
         let since = time.since(self.last);
         // To the digits of a double-double, in which epochs are kept.
         if exceeds(-since, RESOLUTION * time.to_f64().abs()) {
@@ -349,7 +349,7 @@ impl Watcher {
         &mut self,
         body: &Tracked,
         side: &carom::engine::Side<'_>,
-        time: Instant,
+        time: EpochTime,
     ) -> (Placed, f64) {
         let placed = body.state.at(time, self.sides);
         let error = self.error(body, time);

@@ -1,5 +1,5 @@
-//! Discs asked in registers of four numbers, and seen at a glance in registers of eight, operation by operation as in
-//! [`Portable`](super::Portable), [`Question::lanes`] and [`Glance::near`].
+//! Discs asked in registers of four numbers, and seen at a filter in registers of eight, operation by operation as in
+//! [`Portable`](super::Portable), [`NeighbourQuery::lanes`] and [`F32Filter::near`].
 
 use std::arch::asm;
 use std::arch::x86_64::{
@@ -14,8 +14,8 @@ use std::arch::x86_64::{
 use carom_kinematics::HALF_ULP;
 
 use super::{
-    Around, DISC_LANES, DiscLanes, Flights, Glance, INDEX_BITS, INDEX_MASK, Kernel, Line, Question, Soonest,
-    SoonestSlot, masks::Masks,
+    BodyRecord, CellBlock, DISC_LANES, DiscLanes, F32Filter, Flights, INDEX_BITS, INDEX_MASK, Kernel,
+    NeighbourQuery, Soonest, SoonestSlot, masks::Masks,
 };
 
 /// Registers of 256 bits, with masks of one kind.
@@ -35,31 +35,27 @@ impl<M: Masks> Registers<M> {
 #[expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 impl<M: Masks> Kernel for Registers<M> {
     #[inline(always)]
-    fn eight<const IMAGES: bool>(self, question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
-        eight::<M, IMAGES>(self.0, &question, slots)
+    fn eight<const IMAGES: bool>(self, query: NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
+        eight::<M, IMAGES>(self.0, &query, slots)
     }
 
     #[inline(always)]
-    fn any(self, question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
+    fn any(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
         if list.at_border {
-            self.0.soonest::<true>(question, list)
+            self.0.soonest::<true>(query, list)
         } else {
-            self.0.soonest::<false>(question, list)
+            self.0.soonest::<false>(query, list)
         }
     }
 
     #[inline(always)]
-    fn lanes(self, question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
-        if images {
-            lanes::<M, true>(self.0, question, slots)
-        } else {
-            lanes::<M, false>(self.0, question, slots)
-        }
+    fn lanes(self, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
+        if images { lanes::<M, true>(self.0, query, slots) } else { lanes::<M, false>(self.0, query, slots) }
     }
 
     #[inline(always)]
-    fn near(self, glance: &Glance, flights: &Flights) -> u32 {
-        near(self.0, glance, flights)
+    fn near(self, filter: &F32Filter, flights: &Flights) -> u32 {
+        near(self.0, filter, flights)
     }
 
     #[inline(always)]
@@ -100,13 +96,13 @@ fn store(numbers: &mut [f64; 4], register: __m256d) {
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 pub(super) fn eight<M: Masks, const IMAGES: bool>(
     masks: M,
-    question: &Question<'_>,
+    query: &NeighbourQuery<'_>,
     slots: &[u32; DISC_LANES],
 ) -> Soonest {
-    let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(masks, question, slots);
-    let shifts = IMAGES.then(|| shifts(masks, question, slots));
-    let low = Four::of_lines(masks, question, [a, b, c, d], shifts.map(|[low, _]| low));
-    let high = Four::of_lines(masks, question, [e, f, g, h], shifts.map(|[_, high]| high));
+    let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(masks, query, slots);
+    let shifts = IMAGES.then(|| shifts(masks, query, slots));
+    let low = Four::of_lines(masks, query, [a, b, c, d], shifts.map(|[low, _]| low));
+    let high = Four::of_lines(masks, query, [e, f, g, h], shifts.map(|[_, high]| high));
     soonest_of(low, high)
 }
 
@@ -131,7 +127,7 @@ fn soonest_of<M: Masks>(low: Four<M>, high: Four<M>) -> Soonest {
 /// other four: [`image_of`](super::image_of) of all at once, times the sides.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-fn shifts<M: Masks>(_: M, question: &Question<'_>, slots: &[u32; DISC_LANES]) -> [[__m256d; 2]; 2] {
+fn shifts<M: Masks>(_: M, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> [[__m256d; 2]; 2] {
     // SAFETY: the token proves AVX2 (see `Masks`). The load reads 32 bytes, the size of the array
     // that the reference borrows; it needs no alignment. Nothing else touches memory.
     unsafe {
@@ -142,9 +138,8 @@ fn shifts<M: Masks>(_: M, question: &Question<'_>, slots: &[u32; DISC_LANES]) ->
         let up_y = _mm256_srai_epi32::<31>(_mm256_slli_epi32::<{ 29 - INDEX_BITS as i32 }>(slots));
         let down_y = _mm256_srai_epi32::<31>(slots);
         let images = [_mm256_sub_epi32(down_x, up_x), _mm256_sub_epi32(down_y, up_y)];
-        let shift = |axis: usize, boxes| {
-            _mm256_mul_pd(_mm256_cvtepi32_pd(boxes), _mm256_set1_pd(question.sides[axis]))
-        };
+        let shift =
+            |axis: usize, boxes| _mm256_mul_pd(_mm256_cvtepi32_pd(boxes), _mm256_set1_pd(query.sides[axis]));
         let low = |axis: usize| shift(axis, _mm256_castsi256_si128(images[axis]));
         let high = |axis: usize| shift(axis, _mm256_extracti128_si256::<1>(images[axis]));
         [[low(0), low(1)], [high(0), high(1)]]
@@ -177,19 +172,19 @@ fn by_number<M: Masks>(_: M, [a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
     }
 }
 
-/// Eight slots, as seen from the asking disc: [`Question::lanes`], written down in whole registers, as it is read.
+/// Slots8 slots, as seen from the asking disc: [`NeighbourQuery::lanes`], written down in whole registers, as it is read.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn lanes<M: Masks, const IMAGES: bool>(
     masks: M,
-    question: &Question<'_>,
+    query: &NeighbourQuery<'_>,
     slots: &[u32; DISC_LANES],
 ) -> DiscLanes {
-    let mut lanes = DiscLanes::empty(question.separation_error, question.speed());
-    let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(masks, question, slots);
-    let shifts = IMAGES.then(|| shifts(masks, question, slots));
-    write_lanes::<M, 0>(masks, question, [a, b, c, d], shifts.map(|[low, _]| low), &mut lanes);
-    write_lanes::<M, 4>(masks, question, [e, f, g, h], shifts.map(|[_, high]| high), &mut lanes);
+    let mut lanes = DiscLanes::empty(query.separation_error, query.speed());
+    let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(masks, query, slots);
+    let shifts = IMAGES.then(|| shifts(masks, query, slots));
+    write_lanes::<M, 0>(masks, query, [a, b, c, d], shifts.map(|[low, _]| low), &mut lanes);
+    write_lanes::<M, 4>(masks, query, [e, f, g, h], shifts.map(|[_, high]| high), &mut lanes);
     lanes
 }
 
@@ -198,20 +193,20 @@ fn lanes<M: Masks, const IMAGES: bool>(
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn write_lanes<M: Masks, const FIRST: usize>(
     masks: M,
-    question: &Question<'_>,
-    [a, b, c, d]: [&Line; 4],
+    query: &NeighbourQuery<'_>,
+    [a, b, c, d]: [&BodyRecord; 4],
     shifts: Option<[__m256d; 2]>,
     lanes: &mut DiscLanes,
 ) {
     // SAFETY: `masks` proves AVX2 (see `Masks`). Each store writes 32 bytes at the start of a slice
     // of four `f64`, whose bounds the slicing has checked; it needs no alignment.
     unsafe {
-        let from = load(masks, &question.from.flight);
-        let reach = if let Some(like) = question.like {
+        let from = load(masks, &query.from.flight);
+        let reach = if let Some(like) = query.like {
             _mm256_set1_pd(like.sigma)
         } else {
             let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
-            _mm256_add_pd(radii, _mm256_set1_pd(question.from.radius))
+            _mm256_add_pd(radii, _mm256_set1_pd(query.from.radius))
         };
         let (a, b) =
             (_mm256_sub_pd(load(masks, &a.flight), from), _mm256_sub_pd(load(masks, &b.flight), from));
@@ -222,7 +217,7 @@ fn write_lanes<M: Masks, const FIRST: usize>(
         if let Some([x, y]) = shifts {
             (x0, y0) = (_mm256_add_pd(x0, x), _mm256_add_pd(y0, y));
         }
-        let now = _mm256_set1_pd(question.now);
+        let now = _mm256_set1_pd(query.now);
         let dx = _mm256_add_pd(x0, _mm256_mul_pd(vx, now));
         let dy = _mm256_add_pd(y0, _mm256_mul_pd(vy, now));
         let across = _mm256_sub_pd(_mm256_mul_pd(x0, vy), _mm256_mul_pd(y0, vx));
@@ -236,30 +231,30 @@ fn write_lanes<M: Masks, const FIRST: usize>(
     }
 }
 
-/// Which of eight discs may be met, as [`Glance::near`] says it.
+/// Which of eight discs may be met, as [`F32Filter::near`] says it.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-fn near<M: Masks>(masks: M, glance: &Glance, flights: &Flights) -> u32 {
+fn near<M: Masks>(masks: M, filter: &F32Filter, flights: &Flights) -> u32 {
     // SAFETY: `masks` proves AVX2 (see `Masks`). Each load reads 32 bytes, the size of the array of
     // eight `f32` that the reference borrows; it needs no alignment. Nothing else touches memory.
     unsafe {
         let [x, y, vx, vy] = flights;
         let (x, y) = (_mm256_loadu_ps(x.as_ptr()), _mm256_loadu_ps(y.as_ptr()));
         let (vx, vy) = (_mm256_loadu_ps(vx.as_ptr()), _mm256_loadu_ps(vy.as_ptr()));
-        let now = _mm256_set1_ps(glance.now);
+        let now = _mm256_set1_ps(filter.now);
         let (x, y) = (_mm256_add_ps(x, _mm256_mul_ps(vx, now)), _mm256_add_ps(y, _mm256_mul_ps(vy, now)));
-        let dx = _mm256_sub_ps(_mm256_set1_ps(glance.place[0]), x);
-        let dy = _mm256_sub_ps(_mm256_set1_ps(glance.place[1]), y);
-        let vx = _mm256_sub_ps(_mm256_set1_ps(glance.velocity[0]), vx);
-        let vy = _mm256_sub_ps(_mm256_set1_ps(glance.velocity[1]), vy);
+        let dx = _mm256_sub_ps(_mm256_set1_ps(filter.place[0]), x);
+        let dy = _mm256_sub_ps(_mm256_set1_ps(filter.place[1]), y);
+        let vx = _mm256_sub_ps(_mm256_set1_ps(filter.velocity[0]), vx);
+        let vy = _mm256_sub_ps(_mm256_set1_ps(filter.velocity[1]), vy);
         let b = _mm256_add_ps(_mm256_mul_ps(dx, vx), _mm256_mul_ps(dy, vy));
         let cross = _mm256_sub_ps(_mm256_mul_ps(dx, vy), _mm256_mul_ps(dy, vx));
         let v_squared = _mm256_add_ps(_mm256_mul_ps(vx, vx), _mm256_mul_ps(vy, vy));
-        let reach_squared = _mm256_set1_ps(glance.reach_squared);
+        let reach_squared = _mm256_set1_ps(filter.reach_squared);
         let discriminant =
             _mm256_sub_ps(_mm256_mul_ps(reach_squared, v_squared), _mm256_mul_ps(cross, cross));
-        let least = _mm256_set1_ps(Glance::LEAST);
-        masks.below_and_at_least([b, _mm256_set1_ps(glance.receding)], [discriminant, least])
+        let least = _mm256_set1_ps(F32Filter::LEAST);
+        masks.below_and_at_least([b, _mm256_set1_ps(filter.receding)], [discriminant, least])
     }
 }
 
@@ -268,10 +263,10 @@ fn near<M: Masks>(masks: M, glance: &Glance, flights: &Flights) -> u32 {
 #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn bodies<'a, M: Masks, const IMAGES: bool>(
     masks: M,
-    question: &Question<'a>,
+    query: &NeighbourQuery<'a>,
     slots: &[u32; DISC_LANES],
-) -> [&'a Line; DISC_LANES] {
-    let lines = question.lines;
+) -> [&'a BodyRecord; DISC_LANES] {
+    let records = query.records;
     // SAFETY: `masks` proves AVX2 (see `Masks`). The load reads 32 bytes, the size of the array
     // that the reference borrows; it needs no alignment. Nothing else touches memory.
     let (indices, count) = unsafe {
@@ -281,15 +276,15 @@ fn bodies<'a, M: Masks, const IMAGES: bool>(
         if IMAGES {
             indices = _mm256_and_si256(indices, _mm256_set1_epi32(INDEX_MASK as i32));
         }
-        (indices, _mm256_set1_epi32(lines.len() as i32))
+        (indices, _mm256_set1_epi32(records.len() as i32))
     };
     assert!(masks.all_less(indices, count), "a slot holds a body that is not there");
     slots.map(|slot| {
         let index = if IMAGES { slot & INDEX_MASK } else { slot };
         // SAFETY: the assertion above holds for this index, which is one of the eight in the
-        // register: it is less than the number of lines, or than its lowest 32 bits, which are no
+        // register: it is less than the number of records, or than its lowest 32 bits, which are no
         // greater.
-        unsafe { lines.get_unchecked(index as usize) }
+        unsafe { records.get_unchecked(index as usize) }
     })
 }
 
@@ -308,29 +303,29 @@ struct Four<M> {
 }
 
 impl<M: Masks> Four<M> {
-    /// Four bodies by their lines, seen in images that shift them by `shifts` (length).
+    /// Four bodies by their records, seen in images that shift them by `shifts` (length).
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn of_lines(
         masks: M,
-        question: &Question<'_>,
-        [a, b, c, d]: [&Line; 4],
+        query: &NeighbourQuery<'_>,
+        [a, b, c, d]: [&BodyRecord; 4],
         shifts: Option<[__m256d; 2]>,
     ) -> Self {
         // SAFETY: `masks` proves AVX2 (see `Masks`); the instructions touch no memory.
         unsafe {
-            let (sigma_squared, touching) = if let Some(like) = question.like {
+            let (sigma_squared, touching) = if let Some(like) = query.like {
                 (_mm256_set1_pd(like.sigma_squared), _mm256_set1_pd(like.touching))
             } else {
                 let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
-                let sigma = _mm256_add_pd(radii, _mm256_set1_pd(question.from.radius));
+                let sigma = _mm256_add_pd(radii, _mm256_set1_pd(query.from.radius));
                 // 4 σ (error + 8 u σ), multiplied in the same order.
-                let error = _mm256_set1_pd(question.separation_error);
+                let error = _mm256_set1_pd(query.separation_error);
                 let error = _mm256_add_pd(error, _mm256_mul_pd(_mm256_set1_pd(8.0 * HALF_ULP), sigma));
                 let touching = _mm256_mul_pd(_mm256_mul_pd(_mm256_set1_pd(4.0), sigma), error);
                 (_mm256_mul_pd(sigma, sigma), touching)
             };
-            let from = load(masks, &question.from.flight);
+            let from = load(masks, &query.from.flight);
             // From the other to the asking one, which is what one instruction gives. Every sum and product below has the
             // bits that it has the other way round.
             let (a, b) =
@@ -342,7 +337,7 @@ impl<M: Masks> Four<M> {
             if let Some([x, y]) = shifts {
                 (x0, y0) = (_mm256_sub_pd(x0, x), _mm256_sub_pd(y0, y));
             }
-            let now = _mm256_set1_pd(question.now);
+            let now = _mm256_set1_pd(query.now);
             let dx = _mm256_add_pd(x0, _mm256_mul_pd(vx, now));
             let dy = _mm256_add_pd(y0, _mm256_mul_pd(vy, now));
             Self::of(masks, [x0, y0], [dx, dy], [vx, vy], sigma_squared, touching)

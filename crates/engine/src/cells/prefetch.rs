@@ -7,10 +7,10 @@
 
 use super::{
     State,
+    body_record::{BodyRecord, INDEX_MASK},
     calendar::Calendar,
-    line::{INDEX_MASK, Line},
-    neighbourhood::Neighbourhoods,
-    vector,
+    neighbour_lists::NeighbourLists,
+    simd,
 };
 
 /// Bodies from which on it pays. Below, all is in the caches, and asking costs 5%.
@@ -28,32 +28,32 @@ const MOST_OF_BIN: usize = 6;
 
 /// To be called before a bin is opened.
 #[inline(never)]
-pub(super) fn look_ahead(calendar: &Calendar, lines: &[Line], neighbourhoods: &Neighbourhoods) {
+pub(super) fn prefetch_next(calendar: &Calendar, records: &[BodyRecord], neighbour_lists: &NeighbourLists) {
     for (nth, bins) in NTH_OF_BIN.into_iter().enumerate() {
         if let Some(body) = calendar.coming(bins).nth(nth) {
-            vector::expect(lines, body as usize);
-            calendar.expect(body);
+            simd::prefetch(records, body as usize);
+            calendar.prefetch(body);
         }
     }
     for body in calendar.coming(AROUND).take(MOST_OF_BIN) {
-        let line = &lines[body as usize];
-        neighbourhoods.expect(line.cell());
-        vector::expect(lines, line.partner() as usize);
-        calendar.expect(line.partner());
+        let record = &records[body as usize];
+        neighbour_lists.expect(record.cell());
+        simd::prefetch(records, record.partner() as usize);
+        calendar.prefetch(record.partner());
     }
     for body in calendar.coming(NEIGHBOURS).take(MOST_OF_BIN) {
-        let line = &lines[body as usize];
+        let record = &records[body as usize];
         // What covers cells lives in none.
-        for slot in neighbourhoods.first(line.cell()).into_iter().flatten() {
-            vector::expect(lines, (slot & INDEX_MASK) as usize);
+        for slot in neighbour_lists.first(record.cell()).into_iter().flatten() {
+            simd::prefetch(records, (slot & INDEX_MASK) as usize);
         }
-        neighbourhoods.expect(lines[line.partner() as usize].cell());
+        neighbour_lists.expect(records[record.partner() as usize].cell());
     }
 }
 
 impl State {
     /// Whether the system is so large that looking ahead pays.
     pub(super) fn is_large(&self) -> bool {
-        self.lines.len() >= LEAST_BODIES && !self.grid.is_dilute()
+        self.records.len() >= LEAST_BODIES && !self.grid.is_dilute()
     }
 }

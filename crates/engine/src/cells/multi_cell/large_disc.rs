@@ -7,7 +7,7 @@ use super::{Covering, Listed, Pending, Soonest};
 use crate::{
     cells::{
         State,
-        vector::{Kernel, Question, SoonestSlot},
+        simd::{Kernel, NeighbourQuery, SoonestSlot},
     },
     scheduler::Parts,
 };
@@ -27,19 +27,19 @@ impl State {
         best: &mut Soonest,
     ) -> u64 {
         let body = covering.body;
-        let question = self.question_of_covering(body, now);
+        let query = self.question_of_covering(body, now);
         let by_form = detection.decides_discs_in_closed_form();
         let by_lists = except.is_none() && by_form;
         let is_plain = |tile: &Listed| {
-            by_lists && tile.image == [0; 2] && !self.neighbourhoods.list_of(tile.who).at_border
+            by_lists && tile.image == [0; 2] && !self.neighbour_lists.list_of(tile.who).at_border
         };
         let (mut soonest, mut asked) = (SoonestSlot::NOBODY, 0);
         for tile in covering.tiles.iter().filter(|tile| is_plain(tile)) {
-            let list = self.neighbourhoods.list_of(tile.who);
+            let list = self.neighbour_lists.list_of(tile.who);
             asked += list.count() as u64;
             soonest = soonest.or(match list.plain() {
-                Some((slots, None)) => kernel.eight::<false>(question, slots).among(slots),
-                _ => kernel.any(&question, &list),
+                Some((slots, None)) => kernel.eight::<false>(query, slots).among(slots),
+                _ => kernel.any(&query, &list),
             });
         }
         if !soonest.is_doubtful {
@@ -49,7 +49,7 @@ impl State {
         let one_by_one = covering.tiles.iter().filter(|tile| soonest.is_doubtful || !is_plain(tile));
         let small = one_by_one.flat_map(|&tile| self.seen_from(tile));
         let large = covering.neighbours.iter().filter_map(|neighbour| {
-            let other = &self.coverings.list[neighbour.who as usize];
+            let other = &self.multi_cell.list[neighbour.who as usize];
             (by_form && other.is_disc_among_discs)
                 .then_some(Listed { who: other.body, image: neighbour.image })
         });
@@ -78,8 +78,8 @@ impl State {
 
     /// What a covering body asks of those in the cells, which may be alike, but not like it.
     #[inline]
-    pub(super) fn question_of_covering(&self, body: u32, now: f64) -> Question<'_> {
-        Question { like: None, ..self.question(body, now) }
+    pub(super) fn question_of_covering(&self, body: u32, now: f64) -> NeighbourQuery<'_> {
+        NeighbourQuery { like: None, ..self.query(body, now) }
     }
 
     /// Asks when a disc in a cell meets a large one.

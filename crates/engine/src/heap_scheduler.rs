@@ -3,7 +3,7 @@
 //! Algorithm 4 of Montanari (2017): every pair in adjacent cells that will touch has an event in a binary
 //! heap, with the versions that both bodies had when it was predicted; an event whose bodies have changed
 //! since is dropped when it comes up. Repaired against the original: a grid that could miss contacts is
-//! refused (unless [`Fineness::Unchecked`](crate::Fineness::Unchecked) asks for it by that name), images come from the adjacency of cells, a crossing predicts only what is newly adjacent, and
+//! refused (unless [`CellsPerSide::Unchecked`](crate::CellsPerSide::Unchecked) asks for it by that name), images come from the adjacency of cells, a crossing predicts only what is newly adjacent, and
 //! ties have an order.
 //!
 //! **Nothing is missed** on a grid that is not refused. Call bodies i and j with an image k of j *related* while their cells are adjacent
@@ -23,15 +23,16 @@ use carom_kinematics::{Motion, RelativeMotion};
 use smallvec::SmallVec;
 
 use crate::{
-    Fineness, GridError, Scheduler, SchedulerCounters, World,
+    CellsPerSide, GridError, Scheduler, SchedulerCounters, World,
     grid::{Grid, Step},
     scheduler::{ContactEvent, EventLoop, EventQueue, Parts, StoredMotions, ordered, separation_error},
     wrapped::Wrapped,
 };
 
-/// The thesis's scheduler.
+/// The thesis's scheduler: one heap of all predicted events, and a plain grid of cells.
+#[doc(alias = "Thesis")]
 #[derive(Debug, Clone)]
-pub struct Thesis {
+pub struct HeapScheduler {
     counts: [i32; 2],
     grid: Grid,
     heap: BinaryHeap<Entry>,
@@ -99,13 +100,13 @@ impl PartialEq for Entry {
 
 impl Eq for Entry {}
 
-impl Scheduler for Thesis {
-    type Options = Fineness;
+impl Scheduler for HeapScheduler {
+    type Options = CellsPerSide;
 
     // More, and dead events outnumber the live ones in the heap.
     const CONTACTS_PER_EPOCH: u64 = 8;
 
-    fn new(fineness: &Fineness, world: &World) -> Result<Self, GridError> {
+    fn new(fineness: &CellsPerSide, world: &World) -> Result<Self, GridError> {
         Ok(Self {
             counts: Grid::counts_for(world, *fineness)?,
             grid: Grid::default(),
@@ -184,7 +185,7 @@ impl Scheduler for Thesis {
     }
 }
 
-impl EventQueue for Thesis {
+impl EventQueue for HeapScheduler {
     fn next_contact<D: Detection>(
         &mut self,
         world: &World,
@@ -273,7 +274,7 @@ impl Asked {
     }
 }
 
-impl Thesis {
+impl HeapScheduler {
     /// The scratch space, empty; to be put back.
     fn take_asked(&mut self) -> Asked {
         let mut asked = std::mem::take(&mut self.asked);
@@ -430,7 +431,7 @@ impl Thesis {
     }
 }
 
-impl Thesis {
+impl HeapScheduler {
     fn relative_motion(&self, world: &World, pair: [u32; 2], image: [i32; 2], now: f64) -> RelativeMotion {
         let [a, b] = pair.map(|body| &self.motions[body as usize]);
         RelativeMotion::between(a, b, world.bounds().shift(image.map(i64::from)), now)

@@ -1,10 +1,10 @@
-//! A first glance in single precision: which of eight discs another may meet at all.
+//! A first filter in single precision: which of eight discs another may meet at all.
 //!
 //! In a dilute gas many discs are looked at for each that is met. So their flights are kept in single precision, eight to
-//! a register, and only those that may be met are asked exactly. A glance leaves nobody out, so what happens does not depend
+//! a register, and only those that may be met are asked exactly. A filter leaves nobody out, so what happens does not depend
 //! on it.
 //!
-//! **Nobody is left out.** In units of the longer side of the box, and of a speed that nobody exceeds ([`Units::keep`] sees
+//! **Nobody is left out.** In units of the longer side of the box, and of a speed that nobody exceeds ([`Units::quantize`] sees
 //! to that), a place in the box and each component of a velocity are 1 at most; let the epoch last T, and u be 2⁻²⁴. A place
 //! at its start is kept to u (1 + T), a velocity to u, the time now to u T; so another disc's place now is off by u (2 + 4 T), the
 //! asking one's, with its image, by 4 u, their separation d by u (7 + 4 T), and their relative velocity v by 4 u, along each
@@ -19,7 +19,7 @@
 use carom_detection::DISC_LANES;
 use glam::{DVec2, Vec4};
 
-use super::neighbourhood::image_of;
+use super::neighbour_lists::image_of;
 
 /// u, the rounding of a single-precision number of magnitude 1.
 const U_SINGLE: f64 = 0.5 * f32::EPSILON as f64;
@@ -28,7 +28,7 @@ const U_SINGLE: f64 = 0.5 * f32::EPSILON as f64;
 /// to rounding, may not be seen to touch.
 const UNDERFLOW: f32 = f32::MIN_POSITIVE;
 
-/// Epochs longer than this (in the units of the glance) are not looked through: everybody may be met. A few sides of the box
+/// Epochs longer than this (in the units of the filter) are not looked through: everybody may be met. A few sides of the box
 /// at the greatest speed are never so long; this is for times that are no time. Larger: places would have no digits left.
 const LONGEST: f64 = 1e3;
 
@@ -49,7 +49,7 @@ pub(super) struct Units {
     /// By how much somebody is shifted who is seen in an image, by its code in a slot.
     shifts: [[f32; 2]; 16],
     /// Whether somebody is too fast, or the epoch too long: then everybody may be met.
-    is_blind: bool,
+    is_disabled: bool,
 }
 
 impl Units {
@@ -72,36 +72,36 @@ impl Units {
             reach_squared: (reach * reach) as f32,
             receding: (U_SINGLE * (48.0 + 20.0 * longest)) as f32,
             shifts: std::array::from_fn(|code| {
-                let [x, y] = image_of((code as u32) << super::line::INDEX_BITS);
+                let [x, y] = image_of((code as u32) << super::body_record::INDEX_BITS);
                 [(f64::from(x) * sides.x / side) as f32, (f64::from(y) * sides.y / side) as f32]
             }),
-            is_blind: !(longest <= LONGEST && numbers.iter().all(|number| number.is_normal())),
+            is_disabled: !(longest <= LONGEST && numbers.iter().all(|number| number.is_normal())),
         }
     }
 
-    /// Whether everybody may be met, whatever a glance says.
-    pub fn is_blind(&self) -> bool {
-        self.is_blind
+    /// Whether everybody may be met, whatever a filter says.
+    pub fn is_disabled(&self) -> bool {
+        self.is_disabled
     }
 
     /// A flight as it is kept. If it is too fast for these units, they hold for nobody any longer.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub fn keep(&mut self, flight: [f64; 4]) -> [f32; 4] {
+    pub fn quantize(&mut self, flight: [f64; 4]) -> [f32; 4] {
         let kept: [f64; 4] = std::array::from_fn(|number| flight[number] * self.per_unit[number]);
         // Not written unless it changes: it is read in one piece with what stands beside it.
         if !((kept[2].abs() <= 1.0) & (kept[3].abs() <= 1.0)) {
-            self.is_blind = true;
+            self.is_disabled = true;
         }
         kept.map(|number| number as f32)
     }
 
-    /// The glance of a disc on its flight, at a time.
+    /// The filter of a disc on its flight, at a time.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub fn glance(&self, flight: &[f64; 4], now: f64) -> Glance {
+    pub fn filter(&self, flight: &[f64; 4], now: f64) -> F32Filter {
         let place = [flight[0] + flight[2] * now, flight[1] + flight[3] * now];
-        Glance {
+        F32Filter {
             place: place.map(|number| (number * self.per_unit[0]) as f32),
             velocity: [(flight[2] * self.per_unit[2]) as f32, (flight[3] * self.per_unit[3]) as f32],
             now: (now * self.per_time) as f32,
@@ -123,7 +123,7 @@ fn hardly_exceeded(velocities: impl ExactSizeIterator<Item = DVec2>) -> f64 {
 
 /// What is to be known of a disc that looks who may be met, in the units of the epoch.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Glance {
+pub(super) struct F32Filter {
     pub place: [f32; 2],
     pub velocity: [f32; 2],
     pub now: f32,
@@ -131,7 +131,7 @@ pub(super) struct Glance {
     pub receding: f32,
 }
 
-impl Glance {
+impl F32Filter {
     /// The same at others that are seen in the image with this code.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
@@ -178,14 +178,14 @@ mod tests {
             [([1.0, 0.0], 8.0_f64.sqrt()), ([1.0, 1.0], 4.0), ([1e-3, 0.0], 8e-6_f64.sqrt())]
         {
             let mut units = units(1.0, speeds);
-            units.keep([0.0, 0.0, 0.999 * bound, -0.999 * bound]);
-            assert!(!units.is_blind(), "{bound}");
-            units.keep([0.0, 0.0, 0.0, -1.001 * bound]);
-            assert!(units.is_blind(), "{bound}");
+            units.quantize([0.0, 0.0, 0.999 * bound, -0.999 * bound]);
+            assert!(!units.is_disabled(), "{bound}");
+            units.quantize([0.0, 0.0, 0.0, -1.001 * bound]);
+            assert!(units.is_disabled(), "{bound}");
         }
         let mut units = units(1.0, [1.0]);
-        units.keep([0.0, 0.0, 0.0, f64::NAN]);
-        assert!(units.is_blind());
+        units.quantize([0.0, 0.0, 0.0, f64::NAN]);
+        assert!(units.is_disabled());
     }
 
     #[test]
@@ -202,11 +202,11 @@ mod tests {
             units(1e300, [1e-300]),
             units(1.0, [f64::NAN]),
         ];
-        assert!(blind.iter().all(Units::is_blind), "{blind:?}");
+        assert!(blind.iter().all(Units::is_disabled), "{blind:?}");
         // A square with few digits gives a speed that is kept to, whatever it is.
         let mut coarse = units(1e161, [1e-161]);
-        assert!(!coarse.is_blind());
-        coarse.keep([0.0, 0.0, 0.0, 1e-160]);
-        assert!(coarse.is_blind());
+        assert!(!coarse.is_disabled());
+        coarse.quantize([0.0, 0.0, 0.0, 1e-160]);
+        assert!(coarse.is_disabled());
     }
 }

@@ -12,7 +12,7 @@
 //!    contains a token that only feature detection makes (`instruction_sets.rs`), and every call of
 //!    a function with `#[target_feature]` is justified by such a token.
 //! 2. *Lines read without a check of each index.* One vector comparison checks eight indices
-//!    against the number of lines, and a slot out of range panics (`registers::bodies`).
+//!    against the number of records, and a slot out of range panics (`registers::bodies`).
 //! 3. *Loads and stores of whole registers.* Each goes through a reference to an array, or a slice
 //!    of checked length, of the size of the register. The store of a flight is in assembly.
 //! 4. *Prefetch.* It reads nothing that the program sees, and never faults.
@@ -46,22 +46,22 @@ use wide::f64x2;
 use self::instruction_sets::{Avx2, Avx512};
 use super::{
     Instructions, State,
-    glance::{Flights, Glance},
-    line::{INDEX_BITS, INDEX_MASK, Line},
-    neighbourhood::{Around, image_of},
+    body_record::{BodyRecord, INDEX_BITS, INDEX_MASK},
+    f32_filter::{F32Filter, Flights},
+    neighbour_lists::{CellBlock, image_of},
 };
 use crate::{
     World,
     scheduler::{ContactEvent, EventLoop, EventQueue},
 };
 
-/// One disc's question to those around it: when is the first of them touched?
+/// One disc's query to those around it: when is the first of them touched?
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Question<'a> {
+pub(super) struct NeighbourQuery<'a> {
     /// All bodies.
-    pub lines: &'a [Line],
+    pub records: &'a [BodyRecord],
     /// The asking disc.
-    pub from: &'a Line,
+    pub from: &'a BodyRecord,
     pub now: f64,
     /// Bound on the rounding of a separation (length).
     pub separation_error: f64,
@@ -102,7 +102,7 @@ pub(super) struct Soonest {
     pub time: f64,
     /// Which of them are touched then, a bit each.
     pub slots: u32,
-    /// Some pair touches to rounding and does not part: the question needs a closer look.
+    /// Some pair touches to rounding and does not part: the query needs a closer look.
     pub in_contact: bool,
 }
 
@@ -113,11 +113,11 @@ pub(super) struct SoonestSlot {
     pub time: f64,
     /// The slot of who is touched then; any for never.
     pub slot: u32,
-    /// Whether the question needs a closer look.
+    /// Whether the query needs a closer look.
     pub is_doubtful: bool,
 }
 
-/// How the question is answered: with which instructions. The numbers are the same.
+/// How the query is answered: with which instructions. The numbers are the same.
 ///
 /// They are those of [`DiscLanes::closed_form`]. Two discs pass each other at the distance |d × v| / |v|, whenever their separation
 /// d is taken. Here it is that at the start of the epoch, so that the root, for which all else waits, need not wait for the
@@ -130,16 +130,16 @@ pub(super) struct SoonestSlot {
 /// the instructions, so every function is safe to call.
 pub(super) trait Kernel: Copy {
     /// The answer of eight discs, in the images of their slots or, without these, none of them seen through the border of the box.
-    fn eight<const IMAGES: bool>(self, question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest;
+    fn eight<const IMAGES: bool>(self, query: NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest;
 
     /// The answer of any list.
-    fn any(self, question: &Question<'_>, list: &Around<'_>) -> SoonestSlot;
+    fn any(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot;
 
-    /// [`Question::lanes`] of eight slots.
-    fn lanes(self, question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes;
+    /// [`NeighbourQuery::lanes`] of eight slots.
+    fn lanes(self, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes;
 
     /// Which of eight discs may be met at all, a bit each.
-    fn near(self, glance: &Glance, flights: &Flights) -> u32;
+    fn near(self, filter: &F32Filter, flights: &Flights) -> u32;
 
     /// Writes a flight the way the others read it: numbers written one by one cannot be read as one register until
     /// they have reached the cache, and the flight is read again at once.
@@ -149,7 +149,7 @@ pub(super) trait Kernel: Copy {
     fn find(self, slots: &[u32; DISC_LANES], slot: u32) -> u32;
 }
 
-impl Question<'_> {
+impl NeighbourQuery<'_> {
     /// |vx| + |vy| of the asking disc (length per time).
     #[inline]
     fn speed(&self) -> f64 {
@@ -168,7 +168,7 @@ impl Question<'_> {
             speed: self.speed(),
         };
         for (lane, &slot) in slots.iter().enumerate() {
-            let other = &self.lines[(slot & INDEX_MASK) as usize];
+            let other = &self.records[(slot & INDEX_MASK) as usize];
             let mut start = other.origin() - self.from.origin();
             if images {
                 start += DVec2::from_array(image_of(slot).map(f64::from)) * DVec2::from_array(self.sides);
@@ -210,7 +210,7 @@ pub(super) fn goes_before((time, with): (f64, u32), (other_time, with_other): (f
 }
 
 impl Soonest {
-    /// Whether the question needs a closer look: several are touched at once, or a pair may touch or overlap already, which
+    /// Whether the query needs a closer look: several are touched at once, or a pair may touch or overlap already, which
     /// a negative time shows where the overlap is deep. An infinite time stands for no contact.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
@@ -235,9 +235,9 @@ impl SoonestSlot {
     /// The soonest of a list, eight of which are asked at a time.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    fn of(list: &Around<'_>, ask: impl Fn(&[u32; DISC_LANES]) -> Soonest) -> Self {
+    fn of(list: &CellBlock<'_>, ask: impl Fn(&[u32; DISC_LANES]) -> Soonest) -> Self {
         let mut soonest = Self::NOBODY;
-        list.for_each_eight(|slots| soonest = soonest.or(ask(slots).among(slots)));
+        list.for_each_slots8(|slots| soonest = soonest.or(ask(slots).among(slots)));
         soonest
     }
 
@@ -261,18 +261,18 @@ pub(super) struct Portable;
 
 impl Portable {
     #[inline(never)]
-    fn soonest<const IMAGES: bool>(question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
-        SoonestSlot::of(list, |slots| Self::eight_of::<IMAGES>(question, slots))
+    fn soonest<const IMAGES: bool>(query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
+        SoonestSlot::of(list, |slots| Self::eight_of::<IMAGES>(query, slots))
     }
 
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
-    fn eight_of<const IMAGES: bool>(question: &Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
-        if let Some(Like { sigma_squared, touching, .. }) = question.like {
-            return Self::eight_with::<IMAGES>(question, slots, |_| (sigma_squared, touching));
+    fn eight_of<const IMAGES: bool>(query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
+        if let Some(Like { sigma_squared, touching, .. }) = query.like {
+            return Self::eight_with::<IMAGES>(query, slots, |_| (sigma_squared, touching));
         }
-        let (radius, error) = (question.from.radius, question.separation_error);
-        Self::eight_with::<IMAGES>(question, slots, |other| {
+        let (radius, error) = (query.from.radius, query.separation_error);
+        Self::eight_with::<IMAGES>(query, slots, |other| {
             let Like { sigma_squared, touching, .. } = Like::at(other.radius + radius, error);
             (sigma_squared, touching)
         })
@@ -283,11 +283,11 @@ impl Portable {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
     fn eight_with<const IMAGES: bool>(
-        question: &Question<'_>,
+        query: &NeighbourQuery<'_>,
         [a, b, c, d, e, f, g, h]: &[u32; DISC_LANES],
-        like: impl Fn(&Line) -> (f64, f64),
+        like: impl Fn(&BodyRecord) -> (f64, f64),
     ) -> Soonest {
-        let two = |one: &u32, other: &u32| Self::two_with::<IMAGES>(question, [*one, *other], &like);
+        let two = |one: &u32, other: &u32| Self::two_with::<IMAGES>(query, [*one, *other], &like);
         let (ab, cd, ef, gh) = (two(a, b), two(c, d), two(e, f), two(g, h));
         // Halved again and again: one after the other they would have to wait for each other.
         let [one, other] = (ab.times.fast_min(cd.times)).fast_min(ef.times.fast_min(gh.times)).to_array();
@@ -307,14 +307,15 @@ impl Portable {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
     fn two_with<const IMAGES: bool>(
-        question: &Question<'_>,
+        query: &NeighbourQuery<'_>,
         slots: [u32; 2],
-        like: impl Fn(&Line) -> (f64, f64),
+        like: impl Fn(&BodyRecord) -> (f64, f64),
     ) -> Two {
-        let Question { lines, from, now, sides, .. } = *question;
-        let body = |slot| &lines[if IMAGES { slot & INDEX_MASK } else { slot } as usize];
+        let NeighbourQuery { records, from, now, sides, .. } = *query;
+        let body = |slot| &records[if IMAGES { slot & INDEX_MASK } else { slot } as usize];
         let (one, other) = (body(slots[0]), body(slots[1]));
-        let pair = |line: &Line, first: usize| f64x2::new([line.flight[first], line.flight[first + 1]]);
+        let pair =
+            |record: &BodyRecord, first: usize| f64x2::new([record.flight[first], record.flight[first + 1]]);
         let relative = |first| {
             let from = pair(from, first);
             f64x2::transpose([pair(one, first) - from, pair(other, first) - from])
@@ -336,7 +337,7 @@ impl Portable {
         let c = (dx * dx + dy * dy) - sigma_squared;
         let cross = x0 * vy - y0 * vx;
         let discriminant = sigma_squared * (vx * vx + vy * vy) - cross * cross;
-        // Who closes cannot be foreseen by a branch.
+        // Who closes cannot be predictn by a branch.
         let does_not_part = b.simd_le(zero);
         let closes = does_not_part & zero.simd_lt(discriminant);
         let time = c / (discriminant.fast_max(zero).sqrt() - b);
@@ -357,29 +358,25 @@ struct Two {
 
 impl Kernel for Portable {
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as writing the question down")]
-    fn eight<const IMAGES: bool>(self, question: Question<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
-        Self::eight_of::<IMAGES>(&question, slots)
+    #[expect(clippy::inline_always, reason = "a call costs as much as writing the query down")]
+    fn eight<const IMAGES: bool>(self, query: NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
+        Self::eight_of::<IMAGES>(&query, slots)
     }
 
     #[inline]
-    fn any(self, question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
-        if list.at_border {
-            Self::soonest::<true>(question, list)
-        } else {
-            Self::soonest::<false>(question, list)
-        }
+    fn any(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
+        if list.at_border { Self::soonest::<true>(query, list) } else { Self::soonest::<false>(query, list) }
     }
 
     #[inline]
-    fn lanes(self, question: &Question<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
-        question.lanes(slots, images)
+    fn lanes(self, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes {
+        query.lanes(slots, images)
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "what the glance knows is to stay in registers")]
-    fn near(self, glance: &Glance, flights: &Flights) -> u32 {
-        glance.near(flights)
+    #[expect(clippy::inline_always, reason = "what the filter knows is to stay in registers")]
+    fn near(self, filter: &F32Filter, flights: &Flights) -> u32 {
+        filter.near(flights)
     }
 
     #[inline]
@@ -399,7 +396,7 @@ impl Kernel for Portable {
 
 /// Asks memory for an element that will be needed soon. A hint: it changes nothing, wherever the element is.
 #[inline]
-pub(super) fn expect<T>(slice: &[T], index: usize) {
+pub(super) fn prefetch<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
@@ -502,10 +499,10 @@ macro_rules! built_for_each {
     };
 }
 
-built_for_each!(foresee_all());
-built_for_each!(foresee_covering(body: u32, now: f64, except: Option<u32>));
+built_for_each!(predict_all());
+built_for_each!(predict_multi_cell(body: u32, now: f64, except: Option<u32>));
 built_for_each!(meet_listed(disc: u32, cell: u32, now: f64, except: Option<u32>));
-built_for_each!(foresee_molecule(body: u32, now: f64, except: Option<u32>));
+built_for_each!(predict_molecule(body: u32, now: f64, except: Option<u32>));
 
 /// Runs a loop over the events, compiled in one piece with the instructions that were chosen.
 pub(super) fn run<L: EventLoop>(state: &mut State, events: L) -> L::End {
@@ -579,22 +576,22 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::{glance::Units, neighbourhood::Neighbourhoods};
+    use crate::cells::{f32_filter::Units, neighbour_lists::NeighbourLists};
     use proptest::prelude::*;
 
     /// What is answered with each set of instructions that this processor has.
-    fn in_all_ways<W: Work<Answer: std::fmt::Debug + PartialEq> + Copy>(question: W) -> Vec<W::Answer> {
+    fn in_all_ways<W: Work<Answer: std::fmt::Debug + PartialEq> + Copy>(query: W) -> Vec<W::Answer> {
         let wishes = [Instructions::Portable, Instructions::Avx2, Instructions::Widest];
-        wishes.into_iter().map(|wish| built_for(available(wish), question)).collect()
+        wishes.into_iter().map(|wish| built_for(available(wish), query)).collect()
     }
 
     /// Who of a block may be met.
     #[derive(Clone, Copy)]
-    struct Look<'a>(&'a Glance, &'a Flights);
+    struct Look<'a>(&'a F32Filter, &'a Flights);
 
     /// What the discs of a list say.
     #[derive(Clone, Copy)]
-    struct List<'a>(Question<'a>, Around<'a>);
+    struct List<'a>(NeighbourQuery<'a>, CellBlock<'a>);
 
     impl Work for Look<'_> {
         type Answer = u32;
@@ -613,7 +610,7 @@ mod tests {
         #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
         fn with<K: Kernel>(self, kernel: K) -> SoonestSlot {
             let soonest = kernel.any(&self.0, &self.1);
-            self.1.for_each_eight(|slots| {
+            self.1.for_each_slots8(|slots| {
                 let images = self.1.at_border;
                 let (lanes, expected) = (kernel.lanes(&self.0, slots, images), self.0.lanes(slots, images));
                 let bits = |lanes: &DiscLanes| {
@@ -629,7 +626,7 @@ mod tests {
                 assert_eq!(bits(&lanes), bits(&expected));
             });
             let mut eights = Vec::new();
-            self.1.for_each_eight(|slots| eights.push(*slots));
+            self.1.for_each_slots8(|slots| eights.push(*slots));
             if let [slots] = eights.as_slice() {
                 assert_eq!(kernel.eight::<true>(self.0, slots).among(slots), soonest);
                 if !self.1.at_border {
@@ -686,32 +683,32 @@ mod tests {
             let radius = |kind: u8| if alike { 0.15 } else { 0.05 + 0.05 * f64::from(kind) };
             let moving = |velocity, place| Motion { velocity, ..Motion::at_rest(place) };
             let asking = moving(DVec2::from(velocity), DVec2::new(0.1, -0.2));
-            let mut lines = vec![Line::new(&asking, radius(0))];
+            let mut records = vec![BodyRecord::new(&asking, radius(0))];
             for (&(_, _, x, y, vx, vy), &kind) in others.iter().zip(&kinds) {
                 let (place, velocity) = (DVec2::new(x, y), speed * DVec2::new(vx, vy));
-                let line = match kind {
+                let record = match kind {
                     // At contact to rounding.
                     1 => {
                         let normal = place.normalize_or(DVec2::X);
                         let there = asking.position_at(now) + (radius(0) + radius(kind)) * normal;
-                        Line::new(&moving(velocity, there - velocity * now), radius(kind))
+                        BodyRecord::new(&moving(velocity, there - velocity * now), radius(kind))
                     }
                     // Where the one before is.
-                    2 => lines[lines.len() - 1],
-                    _ => Line::new(&moving(velocity, place), radius(kind)),
+                    2 => records[records.len() - 1],
+                    _ => BodyRecord::new(&moving(velocity, place), radius(kind)),
                 };
-                lines.push(line);
+                records.push(record);
             }
-            let dummy = lines.len() as u32;
-            lines.push(Line::dummy());
-            let mut neighbourhoods = Neighbourhoods::default();
+            let dummy = records.len() as u32;
+            records.push(BodyRecord::dummy());
+            let mut neighbour_lists = NeighbourLists::default();
             let cells = others.iter().map(|&(column, row, ..)| [column, row]);
-            neighbourhoods.list_all([5, 5], dummy, (1..).zip(cells));
-            let list = neighbourhoods.list(if at_border { [4, 0] } else { [2, 2] });
+            neighbour_lists.list_all([5, 5], dummy, (1..).zip(cells));
+            let list = neighbour_lists.list(if at_border { [4, 0] } else { [2, 2] });
             prop_assert_eq!(list.at_border, at_border);
-            let question = Question {
-                lines: &lines,
-                from: &lines[0],
+            let query = NeighbourQuery {
+                records: &records,
+                from: &records[0],
                 now,
                 separation_error,
                 sides: [1.0, 0.75],
@@ -723,7 +720,7 @@ mod tests {
             for some in slots.chunks(DISC_LANES) {
                 let mut eight = [dummy; DISC_LANES];
                 eight[..some.len()].copy_from_slice(some);
-                let lanes = question.lanes(&eight, at_border);
+                let lanes = query.lanes(&eight, at_border);
                 let (times_of_some, touching) = lanes.closed_form();
                 for (lane, time) in times_of_some.into_iter().enumerate().take(some.len()) {
                     prop_assert!(is_right(&lanes, lane, time), "{time} where detection says {:?}", lanes.closed_form().0[lane]);
@@ -733,8 +730,8 @@ mod tests {
             }
             let least = times.iter().copied().fold(f64::INFINITY, f64::min);
             let touched = times.iter().filter(|&&time| time == least && time < f64::INFINITY).count();
-            let question = List(question, list);
-            let answers = in_all_ways(question);
+            let query = List(query, list);
+            let answers = in_all_ways(query);
             for answer in &answers {
                 prop_assert_eq!(answer.time.to_bits(), least.to_bits());
                 // Doubt costs time only; its absence is a promise.
@@ -749,7 +746,7 @@ mod tests {
             prop_assert!(slots.len() > DISC_LANES || answers[0].is_doubtful == (touched > 1 || in_contact));
         }
 
-        /// Whoever is met before the epoch ends may be met at a glance: at a distance, at contact, in a graze to rounding, at
+        /// Whoever is met before the epoch ends may be met at a filter: at a distance, at contact, in a graze to rounding, at
         /// nearly the same velocity, in any units; and those at rest relative to each other that touch.
         #[test]
         fn a_glance_leaves_nobody_out(
@@ -771,15 +768,15 @@ mod tests {
             // A quarter: four times that is what nobody exceeds.
             let at_start = [DVec2::new(0.25 * speed, 0.0)];
             let mut units = Units::new(2.0 * radius, sides, limit, at_start.into_iter());
-            let asking = Line::new(&Motion { velocity, time: now, ..Motion::at_rest(here) }, radius);
-            let mut lines = vec![asking];
+            let asking = BodyRecord::new(&Motion { velocity, time: now, ..Motion::at_rest(here) }, radius);
+            let mut records = vec![asking];
             let mut flights = [[f32::NAN; DISC_LANES]; 4];
             for (lane, (&(x, y, vx, vy), kind)) in others.iter().zip(&kinds).enumerate() {
                 let (mut apart, mut theirs) = (DVec2::new(x, y) * sides, speed * DVec2::new(vx, vy));
                 let towards = -apart.normalize_or(DVec2::X);
                 match kind {
                     // Nobody.
-                    0 => { lines.push(Line::dummy()); continue }
+                    0 => { records.push(BodyRecord::dummy()); continue }
                     // At contact to rounding, and coming.
                     1 => apart = -2.0 * radius * towards,
                     // On a course that grazes to rounding.
@@ -798,26 +795,26 @@ mod tests {
                     _ => {}
                 }
                 let motion = Motion { velocity: theirs, time: now, ..Motion::at_rest(here + apart - shift) };
-                let line = Line::new(&motion, radius);
-                for (numbers, number) in flights.iter_mut().zip(units.keep(line.flight)) {
+                let record = BodyRecord::new(&motion, radius);
+                for (numbers, number) in flights.iter_mut().zip(units.quantize(record.flight)) {
                     numbers[lane] = number;
                 }
-                lines.push(line);
+                records.push(record);
             }
-            prop_assert!(!units.is_blind());
-            let glance = units.glance(&lines[0].flight, now).through(&units, code as usize);
-            let near = glance.near(&flights);
-            prop_assert_eq!(in_all_ways(Look(&glance, &flights)), [near; 3]);
-            let question = Question {
-                lines: &lines,
-                from: &lines[0],
+            prop_assert!(!units.is_disabled());
+            let filter = units.filter(&records[0].flight, now).through(&units, code as usize);
+            let near = filter.near(&flights);
+            prop_assert_eq!(in_all_ways(Look(&filter, &flights)), [near; 3]);
+            let query = NeighbourQuery {
+                records: &records,
+                from: &records[0],
                 now,
                 separation_error: 0.0,
                 sides: sides.to_array(),
                 like: Some(Like::new(radius, 0.0)),
             };
             let slots: [u32; DISC_LANES] = std::array::from_fn(|lane| (lane as u32 + 1) | code << INDEX_BITS);
-            let times = question.lanes(&slots, true).contact_times();
+            let times = query.lanes(&slots, true).contact_times();
             for (lane, time) in times.into_iter().enumerate() {
                 let may_be_met = near & (1 << lane) != 0;
                 prop_assert!(may_be_met || now + time > limit, "lane {}, kind {}, {}", lane, kinds[lane], time);
@@ -837,18 +834,18 @@ mod tests {
         let mut units = Units::new(0.002, DVec2::ONE, 2.0, velocities.into_iter());
         let mut seen = 0;
         for _ in 0..1000 {
-            let glance = units.glance(&[0.5, 0.5, number(), number()], 0.0);
+            let filter = units.filter(&[0.5, 0.5, number(), number()], 0.0);
             let mut flights = [[0.0; DISC_LANES]; 4];
             for lane in 0..DISC_LANES {
                 let angle = std::f64::consts::TAU * number();
                 let kept = [0.5 + 0.04 * angle.cos(), 0.5 + 0.04 * angle.sin(), number(), number()];
                 units
-                    .keep(kept)
+                    .quantize(kept)
                     .into_iter()
                     .zip(&mut flights)
                     .for_each(|(kept, numbers)| numbers[lane] = kept);
             }
-            seen += glance.near(&flights).count_ones();
+            seen += filter.near(&flights).count_ones();
         }
         // 8000 (2 · 0.002 / 0.04) / (2 π) = 127 ± 11.
         assert!((85..=170).contains(&seen), "{seen}");

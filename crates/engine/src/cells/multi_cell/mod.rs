@@ -21,7 +21,7 @@ pub(super) use self::search::Soonest;
 use super::{State, candidates::Candidates, walls::near_wall};
 use crate::{Body, World, scheduler::Parts, wall::StandingWall};
 
-/// Column of a line whose body lives in no cell.
+/// Column of a record whose body lives in no cell.
 const NO_CELL: u16 = u16::MAX;
 
 /// Lists reach this much farther than they need to, so that no rounding makes them shorter.
@@ -29,7 +29,7 @@ const MARGIN: f64 = 1.0 + 1e-12;
 
 /// All covering bodies of the system; empty, and never asked, where there are none.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Coverings {
+pub(super) struct MultiCellBodies {
     list: Vec<Covering>,
     /// Place in `list` by body.
     index_of: Vec<u32>,
@@ -89,7 +89,7 @@ pub(super) struct Covering {
     neighbours: Vec<Listed>,
 }
 
-impl Coverings {
+impl MultiCellBodies {
     pub fn clear(&mut self) {
         self.list.clear();
         self.index_of.clear();
@@ -199,15 +199,15 @@ impl Pending {
 impl State {
     /// Lists every covering body, at the start of an epoch.
     pub(super) fn list_all(&mut self, world: &World) {
-        let count = self.coverings.list.len();
+        let count = self.multi_cell.list.len();
         if count == 0 {
             return;
         }
         let [columns, rows] = self.grid.counts();
-        self.coverings.covered.lay_out((columns * rows) as usize);
+        self.multi_cell.covered.lay_out((columns * rows) as usize);
         for index in 0..count {
-            let body = self.coverings.list[index].body;
-            self.lines[body as usize].set_cell([NO_CELL; 2]);
+            let body = self.multi_cell.list[index].body;
+            self.records[body as usize].set_cell([NO_CELL; 2]);
             self.list(world, index, 0.0);
         }
     }
@@ -215,7 +215,7 @@ impl State {
     /// A covering body has left its shell.
     #[cold]
     pub(super) fn leave_shell(&mut self, world: &World, body: u32, now: f64) {
-        if let Some(index) = self.coverings.get(body) {
+        if let Some(index) = self.multi_cell.get(body) {
             self.list(world, index, now);
         }
     }
@@ -224,12 +224,12 @@ impl State {
     fn list(&mut self, world: &World, index: usize, now: f64) {
         self.unlist(index);
         let bounds = world.bounds();
-        let covering = &mut self.coverings.list[index];
+        let covering = &mut self.multi_cell.list[index];
         let body = covering.body as usize;
         let (place, image) = bounds.wrap(covering.motion.position_at(now));
         if image != [0, 0] && !covering.fixed {
             covering.motion.position -= bounds.shift(image);
-            self.lines[body].set_motion(&covering.motion);
+            self.records[body].set_motion(&covering.motion);
             let winding = &mut self.windings[body];
             *winding = [0, 1].map(|axis| winding[axis].wrapping_add(image[axis] as i16));
             self.wrapped.push(body as u32);
@@ -243,33 +243,33 @@ impl State {
 
     fn unlist(&mut self, index: usize) {
         let me = index as u32;
-        let body = self.coverings.list[index].body;
+        let body = self.multi_cell.list[index].body;
         // Taken out and put back: what is listed again needs no new memory.
-        let mut cells = std::mem::take(&mut self.coverings.list[index].cells);
+        let mut cells = std::mem::take(&mut self.multi_cell.list[index].cells);
         for listed in cells.drain(..) {
-            if self.coverings.covered.leave(listed.who, body) {
-                self.neighbourhoods.set_covered(listed.who, false);
+            if self.multi_cell.covered.leave(listed.who, body) {
+                self.neighbour_lists.set_covered(listed.who, false);
             }
         }
-        let mut neighbours = std::mem::take(&mut self.coverings.list[index].neighbours);
+        let mut neighbours = std::mem::take(&mut self.multi_cell.list[index].neighbours);
         for neighbour in neighbours.drain(..) {
-            self.coverings.list[neighbour.who as usize].neighbours.retain(|entry| entry.who != me);
+            self.multi_cell.list[neighbour.who as usize].neighbours.retain(|entry| entry.who != me);
         }
-        let covering = &mut self.coverings.list[index];
+        let covering = &mut self.multi_cell.list[index];
         (covering.cells, covering.neighbours) = (cells, neighbours);
     }
 
     /// Lists a body in every cell within its radius, the largest small disc's and its shell's of its place; a disc not in those that
     /// are wholly inside it while it is in its shell.
     fn cover_cells(&mut self, index: usize) {
-        if let Some(wall) = self.coverings.list[index].wall {
+        if let Some(wall) = self.multi_cell.list[index].wall {
             let cells = self.cells_of_wall(&wall);
             self.list_in(index, cells);
             return;
         }
         let side = self.grid.side();
         let counts = self.grid.counts().map(i64::from);
-        let covering = &self.coverings.list[index];
+        let covering = &self.multi_cell.list[index];
         let reach = (covering.radius + self.grid.largest_small() + covering.shell) * MARGIN;
         let centre = covering.centre;
         let first = ((centre - reach) / side).floor();
@@ -291,7 +291,7 @@ impl State {
             Listed { who: (row * counts[0] + column) as u32, image }
         };
         let (first, last) = ([first.x as i64, first.y as i64], [last.x as i64, last.y as i64]);
-        let covering = &mut self.coverings.list[index];
+        let covering = &mut self.multi_cell.list[index];
         let mut cells = std::mem::take(&mut covering.cells);
         for row in first[1]..=last[1] {
             for column in first[0]..=last[0] {
@@ -309,34 +309,34 @@ impl State {
                 }
             }
         }
-        self.coverings.list[index].tiles = tiles;
+        self.multi_cell.list[index].tiles = tiles;
         self.list_in(index, cells);
     }
 
     /// Lists a body in these cells.
     fn list_in(&mut self, index: usize, cells: Vec<Listed>) {
-        let body = self.coverings.list[index].body;
+        let body = self.multi_cell.list[index].body;
         for &cell in &cells {
-            self.coverings.covered.enter(cell.who, Listed { who: body, image: cell.image });
-            self.neighbourhoods.set_covered(cell.who, true);
+            self.multi_cell.covered.enter(cell.who, Listed { who: body, image: cell.image });
+            self.neighbour_lists.set_covered(cell.who, true);
         }
-        self.coverings.list[index].cells = cells;
+        self.multi_cell.list[index].cells = cells;
     }
 
     /// Finds the covering bodies that this one might touch, among those listed in its cells. Circles of radius R + h round the
     /// centres of two such shells overlap; neither body reaches into the other, so there is a point in both circles that is no
     /// nearer to the centre of a disc's shell than R − h. Its cell is listed for both.
     fn find_neighbours(&mut self, bounds: &PeriodicBox, index: usize) {
-        let coverings = &mut self.coverings;
+        let multi_cell = &mut self.multi_cell;
         let me = index as u32;
-        let mut neighbours = std::mem::take(&mut coverings.list[index].neighbours);
-        let covering = &coverings.list[index];
+        let mut neighbours = std::mem::take(&mut multi_cell.list[index].neighbours);
+        let covering = &multi_cell.list[index];
         for cell in &covering.cells {
-            for place in 0..coverings.covered.count(cell.who) {
-                let other = coverings.covered.get(cell.who, place);
+            for place in 0..multi_cell.covered.count(cell.who) {
+                let other = multi_cell.covered.get(cell.who, place);
                 let image = [0, 1].map(|axis| cell.image[axis] - other.image[axis]);
-                let found = Listed { who: coverings.index_of[other.who as usize], image };
-                let there = &coverings.list[found.who as usize];
+                let found = Listed { who: multi_cell.index_of[other.who as usize], image };
+                let there = &multi_cell.list[found.who as usize];
                 if found.who == me || (covering.fixed && there.fixed) || neighbours.contains(&found) {
                     continue;
                 }
@@ -356,8 +356,8 @@ impl State {
         }
         for neighbour in &neighbours {
             let image = neighbour.image.map(|boxes| -boxes);
-            coverings.list[neighbour.who as usize].neighbours.push(Listed { who: me, image });
+            multi_cell.list[neighbour.who as usize].neighbours.push(Listed { who: me, image });
         }
-        coverings.list[index].neighbours = neighbours;
+        multi_cell.list[index].neighbours = neighbours;
     }
 }

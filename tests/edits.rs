@@ -1,4 +1,4 @@
-//! Edits at a standby hold from that instant on: each has a consequence that is known beforehand.
+//! Edits at a sample hold from that instant on: each has a consequence that is known beforehand.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -7,7 +7,7 @@ use carom_detection::Exact;
 use carom_engine::{EditError, ElasticitySpec, MoleculeSpec, Rotation, Scheduler, Simulation};
 use carom_response::Impact;
 use glam::DVec2;
-use support::{disc, head_on, menagerie, named, rule, scene, simulate, velocity, with_each_scheduler};
+use support::{disc, head_on, named, reference_scene, rule, scene, simulate, velocity, with_each_scheduler};
 
 #[test]
 fn a_contact_already_predicted_obeys_the_elasticity_set_since() {
@@ -125,7 +125,7 @@ fn a_batch_does_what_its_edits_do_one_by_one_and_starts_one_epoch() {
 }
 
 fn check_batches<S: Scheduler>(options: &S::Options) {
-    let scene = menagerie(8);
+    let scene = reference_scene(8);
     let start = || {
         let mut simulation = simulate::<S>(&scene, options);
         simulation.run_until(0.3).unwrap();
@@ -191,7 +191,7 @@ fn check_batches<S: Scheduler>(options: &S::Options) {
 fn many_edits_in_a_batch_keep_like_bodies_alike() {
     // A thousand discs come into an empty box, each where none of the others is, and half of them go again.
     let mut simulation =
-        simulate::<carom_engine::Cells>(&scene(Vec::new()), &carom_engine::Instructions::Widest);
+        simulate::<carom_engine::CellScheduler>(&scene(Vec::new()), &carom_engine::Instructions::Widest);
     let sides = simulation.view().bounds().sides();
     let place = |n: u32| (sides * DVec2::new(f64::from(n % 50) / 50.0, f64::from(n / 50) / 50.0)).to_array();
     let radius = 0.004 * sides.min_element();
@@ -220,7 +220,7 @@ fn energy_is_reset_to_the_last_bits() {
 }
 
 fn check_energy_resets<S: Scheduler>(options: &S::Options) {
-    let mut simulation = simulate::<S>(&menagerie(5), options);
+    let mut simulation = simulate::<S>(&reference_scene(5), options);
     let mut turnover = simulation.view().energy();
     for (round, energy) in [1.0, 0.1, 3.7e-9, 2.5e7, 1.0 / 3.0].into_iter().enumerate() {
         simulation.run_until(0.01 * round as f64).unwrap();
@@ -318,8 +318,8 @@ fn check_reversal<S: Scheduler>(options: &S::Options) {
     assert!((x[0] - 7.5).abs() < 1e-14 && (x[1] - 12.5).abs() < 1e-14, "{x:?}");
     assert_eq!(view.ledger().put_in, 0.0);
 
-    // Spins too: whatever has collided in a menagerie of molecules is undone.
-    let mut simulation = simulate::<S>(&menagerie(7), options);
+    // Spins too: whatever has collided in a reference_scene of molecules is undone.
+    let mut simulation = simulate::<S>(&reference_scene(7), options);
     let places = |simulation: &Simulation<Exact, Impact, S>| -> Vec<DVec2> {
         simulation.view().bodies().map(|body| body.motion.position).collect()
     };
@@ -395,7 +395,7 @@ fn no_edit_sets_a_counter_back() {
 }
 
 fn check_counters<S: Scheduler>(options: &S::Options) {
-    let mut simulation = simulate::<S>(&menagerie(9), options);
+    let mut simulation = simulate::<S>(&reference_scene(9), options);
     let mut before = simulation.view().counters().scheduler;
     for round in 0..4 {
         simulation.run_until(0.3 * f64::from(round + 1)).unwrap();

@@ -5,7 +5,7 @@
 //! number is one of `LEVELS` + 1 even steps, three characters long. In the box that is a hundredth of a pixel at most.
 //!
 //! Its size does not grow with the system: of many bodies those in a part of the box are shown, see [`part`](crate::part). The
-//! film ends before any body can come into view that is not recorded.
+//! animation ends before any body can come into view that is not recorded.
 
 use std::collections::BTreeMap;
 
@@ -20,30 +20,30 @@ use serde::Serialize;
 
 use crate::{output::Folder, part::Part};
 
-/// Name of the packed film.
-pub const FILM: &str = "film.json";
+/// Name of the packed animation.
+pub const ANIMATION: &str = "animation.json";
 
 /// Name of the table of flights.
 pub const FLIGHTS: &str = "flights.csv";
 
 const HEADER: [&str; 8] = ["time", "body", "x", "y", "velocity_x", "velocity_y", "angle", "angular_velocity"];
 
-/// Flights recorded. More: a longer film and a larger page; these are about 0.6 MB.
+/// Flights recorded. More: a longer animation and a larger page; these are about 0.6 MB.
 const CAPACITY: usize = 32_000;
 
-/// Contacts of the whole system after which a film ends. More: a longer film of a large system, and a second more before its run
+/// Contacts of the whole system after which an animation ends. More: a longer animation of a large system, and a second more before its run
 /// begins for each million.
 const MOST_CONTACTS: usize = 500_000;
 
 /// A number between 0 and 1 is written as one of so many steps; even, so that the middle is one of them.
 const LEVELS: f64 = 262_142.0;
 
-/// The digits of a number to the base 64, from 0 on, as `film.js` reads them.
+/// The digits of a number to the base 64, from 0 on, as `animation.js` reads them.
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 /// What a page plays.
 #[derive(Debug, Serialize)]
-struct Film {
+struct Animation {
     sides: [f64; 2],
     /// Lower left corner, width and height of the part of the box that is shown; all of it if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -82,11 +82,11 @@ impl Shape {
     }
 }
 
-/// A film ends, full or not, when a body of mean speed has crossed the box so many times.
+/// An animation ends, full or not, when a body of mean speed has crossed the box so many times.
 const CROSSINGS: f64 = 4.0;
 
 /// Records how the system goes on from here, and writes it down. How far does not depend on when the run ends: a run that
-/// is extended later has the same film.
+/// is extended later has the same animation.
 ///
 /// # Errors
 /// It cannot be written.
@@ -124,8 +124,8 @@ pub fn record(simulation: &Simulation, folder: &Folder) -> Result<()> {
         (flight.time, flight.body, place, flight.angle, flight.angular_velocity)
     });
     folder.write_lasting_table(FLIGHTS, &HEADER, rows)?;
-    let film = Film::of(&view, part.as_ref(), log.flights(), until);
-    folder.write_lasting(FILM, serde_json::to_string(&film).context("the film is no JSON")?)
+    let animation = Animation::of(&view, part.as_ref(), log.flights(), until);
+    folder.write_lasting(ANIMATION, serde_json::to_string(&animation).context("the animation is no JSON")?)
 }
 
 /// The largest speed that any body has had (length / time).
@@ -139,7 +139,7 @@ impl Observer for Fastest {
     }
 }
 
-/// When a film that begins now ends at the latest (time).
+/// When an animation that begins now ends at the latest (time).
 fn end(view: &View<'_>) -> f64 {
     let moving = || view.bodies().filter(|body| !body.body.is_fixed());
     let mean =
@@ -149,7 +149,7 @@ fn end(view: &View<'_>) -> f64 {
     view.time().to_f64() + if stretch.is_finite() { stretch } else { 1.0 }
 }
 
-impl Film {
+impl Animation {
     fn of(view: &View<'_>, part: Option<&Part>, flights: &[Flight], until: f64) -> Self {
         let is_shown = |body: &Body| part.is_none_or(|part| part.has(body));
         let mut shapes: Vec<Shape> = Vec::new();
@@ -179,7 +179,7 @@ impl Film {
             .filter_map(|body| Some(wall(body.wall()?, body.body.molecule().face()?.radius())));
         let largest =
             |quantity: fn(&Flight) -> f64| flights.iter().map(quantity).fold(f64::MIN_POSITIVE, f64::max);
-        let mut film = Self {
+        let mut animation = Self {
             sides: sides.to_array(),
             window: part.map(Part::window),
             from: view.time().to_f64(),
@@ -195,9 +195,9 @@ impl Film {
         for flight in flights {
             // Walls have none.
             let Some(&number) = number_of.get(&flight.body) else { continue };
-            film.pack(flight, number, view.bounds().wrap(flight.position).0 / sides);
+            animation.pack(flight, number, view.bounds().wrap(flight.position).0 / sides);
         }
-        film
+        animation
     }
 
     fn pack(&mut self, flight: &Flight, number: usize, place: DVec2) {
@@ -233,7 +233,7 @@ mod tests {
     use carom::Scene;
     use serde_json::Value;
 
-    /// What `film.js` does, in its own words.
+    /// What `animation.js` does, in its own words.
     fn numbers(text: &str) -> Vec<u32> {
         let digit = |byte: &u8| DIGITS.iter().position(|known| known == byte).unwrap() as u32;
         text.as_bytes()
@@ -255,12 +255,13 @@ mod tests {
         let mut simulation = Simulation::new(&scene).unwrap();
         record(&simulation, &folder).unwrap();
         let until = end(&simulation.view());
-        let film: Value = serde_json::from_str(&folder.read(FILM).unwrap()).unwrap();
-        assert_eq!(film["watched"], 0);
-        assert_eq!(film["walls"].as_array().unwrap().len(), 1);
-        assert_eq!(film["shapes"].as_array().unwrap().len(), 3);
-        let (fastest, spin) = (film["fastest"].as_f64().unwrap(), film["fastest_spin"].as_f64().unwrap());
-        let mut packed = numbers(film["flights"].as_str().unwrap()).into_iter();
+        let animation: Value = serde_json::from_str(&folder.read(ANIMATION).unwrap()).unwrap();
+        assert_eq!(animation["watched"], 0);
+        assert_eq!(animation["walls"].as_array().unwrap().len(), 1);
+        assert_eq!(animation["shapes"].as_array().unwrap().len(), 3);
+        let (fastest, spin) =
+            (animation["fastest"].as_f64().unwrap(), animation["fastest_spin"].as_f64().unwrap());
+        let mut packed = numbers(animation["flights"].as_str().unwrap()).into_iter();
         let table = folder.read(FLIGHTS).unwrap();
         let mut flights = 0;
         for line in table.lines().skip(1) {
@@ -287,7 +288,7 @@ mod tests {
             flights += 1;
         }
         assert_eq!(packed.next(), None);
-        // The run that was filmed goes on as if it had not been: as many contacts, of which two flights each come.
+        // The run that was recorded goes on as if it had not been: as many contacts, of which two flights each come.
         simulation.run_until(until).unwrap();
         let counters = simulation.view().counters();
         assert!(counters.collisions > 100);
@@ -296,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn a_film_of_a_large_system_is_no_larger_and_shows_nothing_that_is_not_there() {
+    fn a_animation_of_a_large_system_is_no_larger_and_shows_nothing_that_is_not_there() {
         let scene = |count: u32| {
             let radius = 0.3 / f64::from(count).sqrt();
             let gas = format!("[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}\n");
@@ -306,13 +307,13 @@ mod tests {
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
         let mut simulation = scene(40_000);
         record(&simulation, &folder).unwrap();
-        let (text, table) = (folder.read(FILM).unwrap(), folder.read(FLIGHTS).unwrap());
+        let (text, table) = (folder.read(ANIMATION).unwrap(), folder.read(FLIGHTS).unwrap());
         assert!(text.len() < 800_000, "{}", text.len());
-        let film: Value = serde_json::from_str(&text).unwrap();
+        let animation: Value = serde_json::from_str(&text).unwrap();
         let number = |value: &Value| value.as_f64().unwrap();
-        let [left, bottom, wide, high] = [0, 1, 2, 3].map(|n| number(&film["window"][n]));
-        let until = number(&film["until"]);
-        // Where the film has each body at its end, by its last flight.
+        let [left, bottom, wide, high] = [0, 1, 2, 3].map(|n| number(&animation["window"][n]));
+        let until = number(&animation["until"]);
+        // Where the animation has each body at its end, by its last flight.
         let mut last = BTreeMap::new();
         for line in table.lines().skip(1) {
             let row: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
@@ -328,8 +329,9 @@ mod tests {
             let from_corner = (place - DVec2::new(left, bottom)).rem_euclid(DVec2::ONE);
             if from_corner.x < wide && from_corner.y < high {
                 seen += 1;
-                let filmed = last.get(&body.body.id()).expect("a body comes into view that is not recorded");
-                let off = filmed - place;
+                let recorded =
+                    last.get(&body.body.id()).expect("a body comes into view that is not recorded");
+                let off = recorded - place;
                 assert!((off - off.round()).length() < 1e-9, "{off}");
             }
         }
@@ -337,13 +339,13 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_in_which_nothing_moves_is_a_film_too() {
+    fn a_scene_in_which_nothing_moves_is_a_animation_too() {
         let scene = Scene::from_toml("[[bumper]]\nradius = 0.02\nat = [0.1, 0.1]\n").unwrap();
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
         record(&Simulation::new(&scene).unwrap(), &folder).unwrap();
-        let film: Value = serde_json::from_str(&folder.read(FILM).unwrap()).unwrap();
-        assert_eq!(film["watched"], Value::Null);
-        assert_eq!(film["flights"].as_str().unwrap().len(), 18);
+        let animation: Value = serde_json::from_str(&folder.read(ANIMATION).unwrap()).unwrap();
+        assert_eq!(animation["watched"], Value::Null);
+        assert_eq!(animation["flights"].as_str().unwrap().len(), 18);
     }
 }

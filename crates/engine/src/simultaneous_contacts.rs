@@ -12,13 +12,13 @@ pub(crate) const MOST_CONTACTS_AT_ONCE: u32 = 1000;
 
 /// Contacts at one instant, for each body that has had one since time last moved on.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub(crate) struct AtOnce {
+pub(crate) struct SimultaneousContacts {
     /// The instant, as an offset in the epoch; that of the last edit, if there was no contact since.
     pub time: f64,
     pub counts: BTreeMap<u32, u32>,
 }
 
-impl AtOnce {
+impl SimultaneousContacts {
     /// Whether a contact at `time` (offset in the epoch) follows another at the same instant. If
     /// not, counting begins anew.
     #[inline(always)]

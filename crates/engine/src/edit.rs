@@ -1,4 +1,4 @@
-//! Edits at a standby: bodies come, go, change tags, energy or rotation, and elasticity changes; each from
+//! Edits at a sample_interval: bodies come, go, change tags, energy or rotation, and elasticity changes; each from
 //! that instant on.
 
 use std::sync::Arc;
@@ -197,7 +197,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if self.offset != 0.0 || !matches!(self.epoch, Epoch::ToBegin) {
             self.end_epoch(self.offset);
         }
-        self.at_once.begin();
+        self.simultaneous.begin();
         self.unresolved = Unresolved::default();
         let inertia = self.world.bodies[index].kind.inertia;
         let before = kinetic_energy(&self.world.motions[index], &inertia);

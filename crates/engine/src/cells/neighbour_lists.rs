@@ -3,8 +3,8 @@
 use carom_detection::DISC_LANES;
 
 use super::{
-    line::{INDEX_BITS, INDEX_MASK},
-    vector::{self, Kernel, Portable},
+    body_record::{INDEX_BITS, INDEX_MASK},
+    simd::{self, Kernel, Portable},
 };
 
 /// How many of its own slots a list uses, in the mark of its cell.
@@ -23,14 +23,14 @@ const LISTS_FOR_EACH_LONG_ONE: usize = 50;
 /// Images that no slot has: the slot tells where the list goes on.
 const LINK: u32 = 0xf << INDEX_BITS;
 
-/// Eight slots; those not in use hold the dummy.
+/// Slots8 slots; those not in use hold the dummy.
 ///
 /// If a list is longer than its own slots, the last of these is a link to eight more, and so on.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(32))]
-struct Eight([u32; DISC_LANES]);
+struct Slots8([u32; DISC_LANES]);
 
-impl Eight {
+impl Slots8 {
     /// Where the list goes on.
     #[inline]
     fn next(&self) -> Option<u32> {
@@ -41,19 +41,19 @@ impl Eight {
 
 /// What stands around a cell.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Around<'a> {
+pub(super) struct CellBlock<'a> {
     pub cell: u32,
     /// Whether some discs are seen through the border of the box.
     pub at_border: bool,
     mark: u8,
-    first: &'a Eight,
+    first: &'a Slots8,
     /// If it has sixteen slots of its own, and more than eight are in use.
-    second: Option<&'a Eight>,
-    more: &'a [Eight],
+    second: Option<&'a Slots8>,
+    more: &'a [Slots8],
     dummy: u32,
 }
 
-impl<'a> Around<'a> {
+impl<'a> CellBlock<'a> {
     /// The first eight slots, and eight more if these are in use, unless there are still more, or some disc is seen through
     /// the border of the box.
     #[inline]
@@ -64,7 +64,7 @@ impl<'a> Around<'a> {
 
     /// The eight slots that come after some of them.
     #[inline]
-    fn after(&self, eight: &'a Eight) -> Option<&'a Eight> {
+    fn after(&self, eight: &'a Slots8) -> Option<&'a Slots8> {
         match (eight.next(), self.second) {
             (Some(next), _) => Some(&self.more[next as usize]),
             (None, Some(second)) if std::ptr::eq(eight, self.first) => Some(second),
@@ -75,7 +75,7 @@ impl<'a> Around<'a> {
     /// Goes through all slots, eight at a time; those not in use hold the dummy.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
-    pub fn for_each_eight(&self, mut act: impl FnMut(&[u32; DISC_LANES])) {
+    pub fn for_each_slots8(&self, mut act: impl FnMut(&[u32; DISC_LANES])) {
         let mut without_link;
         let mut rest = Some(self.first);
         // One call, so that it is inlined.
@@ -126,23 +126,23 @@ impl<'a> Around<'a> {
 
 /// The lists of all cells of a grid of at least three cells a side.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Neighbourhoods {
+pub(super) struct NeighbourLists {
     columns: u32,
     rows: u32,
     /// The slots of each cell's own, eight or sixteen.
-    lists: Vec<Eight>,
+    lists: Vec<Slots8>,
     /// Where the first list begins.
     start: usize,
     is_wide: bool,
     /// How many of them are used, and the flags.
     marks: Vec<u8>,
     /// The others of long lists, and those of them that no list uses.
-    more: Vec<Eight>,
+    more: Vec<Slots8>,
     unused: Vec<u32>,
     dummy: u32,
 }
 
-impl Neighbourhoods {
+impl NeighbourLists {
     /// Lists discs in their cells, anew; `dummy` is the index that fills unused slots.
     pub fn list_all(
         &mut self,
@@ -169,7 +169,7 @@ impl Neighbourhoods {
         self.lists.reserve_exact(eights + 1);
         // So that a list of sixteen lies in one cache line: memory is handed out in halves of one.
         self.start = self.lists.as_ptr().align_offset(64).min(1);
-        self.lists.resize(self.start + eights, Eight([dummy; DISC_LANES]));
+        self.lists.resize(self.start + eights, Slots8([dummy; DISC_LANES]));
         self.more.clear();
         self.unused.clear();
         self.marks.clear();
@@ -187,7 +187,7 @@ impl Neighbourhoods {
     }
 
     pub fn heap_bytes(&self) -> usize {
-        (self.lists.capacity() + self.more.capacity()) * size_of::<Eight>()
+        (self.lists.capacity() + self.more.capacity()) * size_of::<Slots8>()
             + self.unused.capacity() * size_of::<u32>()
             + self.marks.capacity()
     }
@@ -206,18 +206,18 @@ impl Neighbourhoods {
     /// What stands around a cell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn list(&self, cell: [u16; 2]) -> Around<'_> {
+    pub fn list(&self, cell: [u16; 2]) -> CellBlock<'_> {
         self.list_of(self.index(cell))
     }
 
     /// What stands around the cell of an index.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
-    pub fn list_of(&self, cell: u32) -> Around<'_> {
+    pub fn list_of(&self, cell: u32) -> CellBlock<'_> {
         let mark = self.marks[cell as usize];
         let first = self.own(cell);
         let has_second = self.is_wide & ((mark & COUNT) as usize > DISC_LANES);
-        Around {
+        CellBlock {
             cell,
             at_border: mark & AT_BORDER != 0,
             mark,
@@ -247,8 +247,8 @@ impl Neighbourhoods {
     /// Asks for what stands around a cell, if there is such a cell.
     pub fn expect(&self, cell: [u16; 2]) {
         let cell = self.index(cell);
-        vector::expect(&self.lists, self.own(cell));
-        vector::expect(&self.marks, cell as usize);
+        simd::prefetch(&self.lists, self.own(cell));
+        simd::prefetch(&self.marks, cell as usize);
     }
 
     pub fn set_covered(&mut self, cell: u32, covered: bool) {
@@ -412,9 +412,9 @@ impl Neighbourhoods {
                 // A few more, not twice as many.
                 self.more.reserve_exact(self.more.len() / 16 + 1);
             }
-            self.more.push(Eight(both));
+            self.more.push(Slots8(both));
         } else {
-            self.more[next as usize] = Eight(both);
+            self.more[next as usize] = Slots8(both);
         }
         self.eight(list, last)[DISC_LANES - 1] = LINK | next;
         self.marks[list as usize] |= LONG;
@@ -452,7 +452,7 @@ impl Neighbourhoods {
         let mut at = Some(None);
         while let Some(number) = at {
             let slots = self.eight(list, number);
-            at = Eight(*slots).next().map(Some);
+            at = Slots8(*slots).next().map(Some);
             if let Some(place) = slots.iter_mut().find(is_it) {
                 *place = moved;
                 return;
@@ -507,7 +507,7 @@ pub(super) fn image_of(slot: u32) -> [i32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::vector::Portable;
+    use crate::cells::simd::Portable;
     use proptest::prelude::*;
 
     #[test]
@@ -516,7 +516,7 @@ mod tests {
         let cells = |every: u16| {
             (0..400_u16).filter(move |n| n % every == 0).map(|n| (u32::from(n), [n % 20, n / 20]))
         };
-        let mut lists = Neighbourhoods::default();
+        let mut lists = NeighbourLists::default();
         lists.list_all([20, 20], 400, cells(1));
         assert!(lists.is_wide && lists.more.is_empty());
         assert_eq!(lists.seen_from(lists.index([7, 7])).count(), 9);
@@ -548,7 +548,7 @@ mod tests {
                 .iter()
                 .map(|&(x, y)| if crowd { [0, 0] } else { [x % columns, y % rows] })
                 .collect();
-            let mut lists = Neighbourhoods { is_wide, ..Neighbourhoods::default() };
+            let mut lists = NeighbourLists { is_wide, ..NeighbourLists::default() };
             lists.lay_out(u32::from(columns), u32::from(rows), cells.len() as u32);
             lists.set_covered(u32::from(columns) + 1, true);
             for (disc, &cell) in cells.iter().enumerate() {
@@ -575,7 +575,7 @@ mod tests {
                 prop_assert_eq!(list.count(), list.slots().count());
                 prop_assert_eq!(list.mark & LONG != 0, list.count() > own);
                 let mut seen: Vec<u32> = Vec::new();
-                list.for_each_eight(|slots| seen.extend(slots.iter().filter(|&&slot| slot != lists.dummy)));
+                list.for_each_slots8(|slots| seen.extend(slots.iter().filter(|&&slot| slot != lists.dummy)));
                 prop_assert_eq!(&seen, &list.slots().collect::<Vec<_>>());
                 let mut appended = Vec::new();
                 list.append_to(&mut appended);

@@ -12,20 +12,20 @@ use crate::two_sum;
 /// Inside an epoch times are offsets, so a run at t = 10¹² resolves time as finely as one at t = 0.
 ///
 /// ```
-/// use carom_kinematics::Instant;
+/// use carom_kinematics::EpochTime;
 ///
-/// let old = Instant::from(1e12).after(1e-9);
-/// assert_eq!(old.since(Instant::from(1e12)), 1e-9);
+/// let old = EpochTime::from(1e12).after(1e-9);
+/// assert_eq!(old.since(EpochTime::from(1e12)), 1e-9);
 /// assert_eq!(old.to_f64(), 1e12);
 /// ```
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub struct Instant {
+pub struct EpochTime {
     epoch: f64,
     epoch_low: f64,
     offset: f64,
 }
 
-impl Instant {
+impl EpochTime {
     /// Time zero.
     pub const ZERO: Self = Self { epoch: 0.0, epoch_low: 0.0, offset: 0.0 };
 
@@ -73,25 +73,25 @@ impl Instant {
     }
 }
 
-impl From<f64> for Instant {
+impl From<f64> for EpochTime {
     fn from(time: f64) -> Self {
         Self { epoch: time, epoch_low: 0.0, offset: 0.0 }
     }
 }
 
-impl PartialEq for Instant {
+impl PartialEq for EpochTime {
     fn eq(&self, other: &Self) -> bool {
         self.since(*other) == 0.0
     }
 }
 
-impl PartialOrd for Instant {
+impl PartialOrd for EpochTime {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.since(*other).partial_cmp(&0.0)
     }
 }
 
-impl fmt::Display for Instant {
+impl fmt::Display for EpochTime {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.to_f64().fmt(f)
     }
@@ -106,18 +106,18 @@ mod tests {
         // 2^-20 is exact, so the sum is known exactly.
         let step = 2f64.powi(-20);
         for start in [0.0, 1e6, 1e12, 1e15] {
-            let mut now = Instant::from(start);
+            let mut now = EpochTime::from(start);
             for _ in 0..1 << 20 {
                 now = now.new_epoch(step);
             }
-            assert_eq!(now.since(Instant::from(start)), 1.0, "from {start}");
+            assert_eq!(now.since(EpochTime::from(start)), 1.0, "from {start}");
         }
     }
 
     #[test]
     fn instants_are_ordered_by_time() {
-        let early = Instant::from(1e12).after(1e-6);
-        let late = Instant::from(1e12).after(2e-6);
+        let early = EpochTime::from(1e12).after(1e-6);
+        let late = EpochTime::from(1e12).after(2e-6);
         assert!(early < late);
         assert!(late > early);
         assert_eq!(early, early.new_epoch(0.0));

@@ -1,4 +1,4 @@
-//! A body's line: all that the hot loop needs of it, in one cache line.
+//! A body's record: all that the hot loop needs of it, in one cache line.
 
 use carom_kinematics::Motion;
 use glam::DVec2;
@@ -23,7 +23,7 @@ pub(super) enum Kind {
     /// Along −y.
     Down = 4,
     /// Contact with a covering body, or of one; its parts and image are kept aside.
-    Covering = 5,
+    MultiCell = 5,
     /// A covering body leaves its shell.
     Shell = 6,
     /// A covering body is to be predicted again, since a search had to be broken off.
@@ -42,7 +42,7 @@ impl Kind {
     /// Whether it is a contact of two bodies.
     #[inline]
     pub fn is_contact(self) -> bool {
-        matches!(self, Self::Discs | Self::Covering)
+        matches!(self, Self::Discs | Self::MultiCell)
     }
 
     /// Whether a disc enters the next cell.
@@ -54,7 +54,7 @@ impl Kind {
     /// Axis and direction of a crossing.
     #[inline]
     pub fn direction(self) -> (usize, i32) {
-        // By arithmetic: which way a disc goes cannot be foreseen by a branch.
+        // By arithmetic: which way a disc goes cannot be predictn by a branch.
         let number = (self as u32).wrapping_sub(Self::Right as u32) & 3;
         ((number >> 1) as usize, 1 - 2 * (number & 1) as i32)
     }
@@ -67,7 +67,7 @@ impl Kind {
             2 => Self::Left,
             3 => Self::Up,
             4 => Self::Down,
-            5 => Self::Covering,
+            5 => Self::MultiCell,
             6 => Self::Shell,
             7 => Self::Recheck,
             _ => Self::Nothing,
@@ -80,7 +80,7 @@ impl Kind {
 /// A disc is wholly described by it; what turns has more in a table of its own.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
-pub(super) struct Line {
+pub(super) struct BodyRecord {
     /// Place at the start of the epoch, had it always moved as now (length), and velocity: x₀, y₀, vx, vy with
     /// place = (x₀, y₀) + (vx, vy) t. Side by side, so that they are read as one vector.
     pub flight: [f64; 4],
@@ -106,7 +106,7 @@ pub(super) fn flight_of(motion: &Motion) -> [f64; 4] {
     [origin.x, origin.y, motion.velocity.x, motion.velocity.y]
 }
 
-impl Line {
+impl BodyRecord {
     /// What fills unused slots: every comparison with NaN is false, so it never wins.
     pub fn dummy() -> Self {
         Self {
@@ -121,9 +121,9 @@ impl Line {
     }
 
     pub fn new(motion: &Motion, radius: f64) -> Self {
-        let mut line = Self { radius, ..Self::dummy() };
-        line.set_motion(motion);
-        line
+        let mut record = Self { radius, ..Self::dummy() };
+        record.set_motion(motion);
+        record
     }
 
     /// Takes over a motion that begins at its subjective time.
@@ -200,9 +200,9 @@ mod tests {
             assert_eq!(kind.direction(), (axis as usize, if sign == 0 { 1 } else { -1 }));
             assert!(kind.is_crossing() && !kind.is_contact());
         }
-        for kind in [Kind::Discs, Kind::Covering, Kind::Shell, Kind::Recheck, Kind::Nothing] {
+        for kind in [Kind::Discs, Kind::MultiCell, Kind::Shell, Kind::Recheck, Kind::Nothing] {
             assert!(!kind.is_crossing());
-            assert_eq!(kind.is_contact(), kind == Kind::Discs || kind == Kind::Covering);
+            assert_eq!(kind.is_contact(), kind == Kind::Discs || kind == Kind::MultiCell);
         }
     }
 }

@@ -2,10 +2,10 @@
 //!
 //! Of the bodies around a molecule those are searched that may touch it before its event, each up to the soonest event so
 //! far. Whether they may is told in two steps: of eight at a time by their bounding circles and the molecule's rectangle
-//! ([`Detection::apart_until`]), then of a disc whose turn has come by the molecule's atoms ([`Detection::one_apart_until`]). A
+//! ([`Detection::contact_time_lower_bounds`]), then of a disc whose turn has come by the molecule's atoms ([`Detection::contact_time_lower_bound`]). A
 //! disc in a covered cell asks about the covering bodies one by one: by their bounding circles, then by their atoms.
 
-use carom_detection::{Asker, DISC_LANES, Detection, DiscLanes, Outcome};
+use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome, QueryBody};
 use carom_kinematics::RelativeMotion;
 use glam::DVec2;
 
@@ -14,9 +14,9 @@ use crate::{
     World,
     cells::{
         State,
+        body_record::{BodyRecord, Kind},
         candidates::Candidate,
-        line::{Kind, Line},
-        vector::{self, Kernel},
+        simd::{self, Kernel},
     },
     scheduler::{ContactEvent, ordered},
 };
@@ -46,14 +46,14 @@ impl Soonest {
     /// Whether a contact comes before it: it is sooner, or as soon and with a body inserted earlier.
     #[inline]
     pub(super) fn is_beaten_by(&self, time: f64, partner: u32) -> bool {
-        let tie = (time == self.time) & (self.kind == Kind::Covering) & (partner < self.partner);
+        let tie = (time == self.time) & (self.kind == Kind::MultiCell) & (partner < self.partner);
         (time < self.time) | tie
     }
 
     /// Takes a contact that comes before it.
     #[inline]
     pub(super) fn take(&mut self, time: f64, partner: u32, pending: Pending) {
-        *self = Self { time, kind: Kind::Covering, partner, pending };
+        *self = Self { time, kind: Kind::MultiCell, partner, pending };
     }
 
     fn offer_recheck(&mut self, time: f64) {
@@ -67,7 +67,7 @@ impl State {
     /// Finds a covering body's soonest event: a contact, a re-check, or its shell.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
-    pub(in crate::cells) fn foresee_covering<D: Detection, K: Kernel>(
+    pub(in crate::cells) fn predict_multi_cell<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
         world: &World,
@@ -76,40 +76,44 @@ impl State {
         now: f64,
         except: Option<u32>,
     ) {
-        let Some(index) = self.coverings.get(body) else { return };
-        if self.coverings.list[index].fixed {
-            self.lines[body as usize].set_event(f64::INFINITY, Kind::Nothing, 0, 0);
+        let Some(index) = self.multi_cell.get(body) else { return };
+        if self.multi_cell.list[index].fixed {
+            self.records[body as usize].set_event(f64::INFINITY, Kind::Nothing, 0, 0);
             return;
         }
-        let covering = &self.coverings.list[index];
+        let covering = &self.multi_cell.list[index];
         let mut best = Soonest::before(leaves_shell(covering, now), Kind::Shell);
         if covering.is_disc_among_discs {
             self.done.pairs += self.meet_discs_around(kernel, detection, covering, now, except, &mut best);
-            if self.coverings.are_large_discs() && detection.decides_discs_in_closed_form() {
-                return self.settle(body, &best);
+            if self.multi_cell.are_large_discs() && detection.decides_discs_in_closed_form() {
+                return self.store_event(body, &best);
             }
         }
-        let mut around = std::mem::take(&mut self.coverings.around);
+        let mut around = std::mem::take(&mut self.multi_cell.around);
         around.clear();
-        let covering = &self.coverings.list[index];
+        let covering = &self.multi_cell.list[index];
         if !covering.is_disc_among_discs {
             self.gather_discs(covering, &mut around);
         }
         let by_form = covering.is_disc_among_discs && detection.decides_discs_in_closed_form();
         for neighbour in &covering.neighbours {
-            let other = &self.coverings.list[neighbour.who as usize];
+            let other = &self.multi_cell.list[neighbour.who as usize];
             if !(by_form && other.is_disc_among_discs) {
                 around.seen.push(Listed { who: other.body, image: neighbour.image });
             }
         }
         let outline = world.bodies()[body as usize].kind.molecule.outline();
-        let asker = Asker::new(outline, &covering.motion, now);
+        let query_body = QueryBody::new(outline, &covering.motion, now);
         let horizon = best.time - now;
-        let question = self.question_of_covering(body, now);
+        let query = self.question_of_covering(body, now);
         let Surroundings { slots, seen, candidates } = &mut around;
         slots.resize(slots.len().next_multiple_of(DISC_LANES), self.dummy());
         for eight in slots.as_chunks::<DISC_LANES>().0 {
-            let bounds = detection.apart_until(&asker, &kernel.lanes(&question, eight, false), horizon);
+            let bounds = detection.contact_time_lower_bounds(
+                &query_body,
+                &kernel.lanes(&query, eight, false),
+                horizon,
+            );
             candidates.sift(
                 bounds,
                 |bound| best.is_after(now, bound),
@@ -117,7 +121,11 @@ impl State {
             );
         }
         for some in seen.chunks(DISC_LANES) {
-            let bounds = detection.apart_until(&asker, &self.lanes::<DISC_LANES>(body, some, now), horizon);
+            let bounds = detection.contact_time_lower_bounds(
+                &query_body,
+                &self.lanes::<DISC_LANES>(body, some, now),
+                horizon,
+            );
             candidates.sift(
                 bounds,
                 |bound| best.is_after(now, bound),
@@ -132,7 +140,7 @@ impl State {
             }
             if !is_close && world.bodies()[other.who as usize].kind.molecule.is_disc() {
                 let lanes = self.lanes::<1>(body, &[other], now);
-                let closer = detection.one_apart_until(&asker, &lanes, horizon);
+                let closer = detection.contact_time_lower_bound(&query_body, &lanes, horizon);
                 if closer > bound {
                     candidates.push(Candidate { bound: closer, is_close: true, ..candidate });
                     continue;
@@ -140,14 +148,14 @@ impl State {
             }
             self.search(world, detection, body, &candidate, now, &mut best);
         }
-        self.coverings.around = around;
-        self.settle(body, &best);
+        self.multi_cell.around = around;
+        self.store_event(body, &best);
     }
 
     /// Lists the discs that may stand around a covering body, as its tiles tell.
     fn gather_discs(&self, covering: &Covering, around: &mut Surroundings) {
         for tile in &covering.tiles {
-            let list = self.neighbourhoods.list_of(tile.who);
+            let list = self.neighbour_lists.list_of(tile.who);
             if tile.image == [0; 2] && !list.at_border {
                 list.append_to(&mut around.slots);
             } else {
@@ -159,7 +167,7 @@ impl State {
     /// The discs seen from a covering body's tile.
     pub(super) fn seen_from(&self, tile: Listed) -> impl Iterator<Item = Listed> {
         let [x, y] = tile.image;
-        let seen = self.neighbourhoods.seen_from(tile.who);
+        let seen = self.neighbour_lists.seen_from(tile.who);
         seen.map(move |(who, image)| Listed { who, image: [image[0] + x, image[1] + y] })
     }
 
@@ -168,13 +176,13 @@ impl State {
     #[inline(never)]
     pub(in crate::cells) fn meet_large_discs(&mut self, disc: u32, cell: u32, now: f64) -> f64 {
         let mut best = self.soonest_so_far(disc);
-        for place in 0..self.coverings.covered.count(cell) {
-            let Listed { who, image } = self.coverings.covered.get(cell, place);
+        for place in 0..self.multi_cell.covered.count(cell) {
+            let Listed { who, image } = self.multi_cell.covered.get(cell, place);
             // It appears `image` boxes over to the large one, hence this to it the other way.
             self.ask_large_disc(disc, Listed { who, image: image.map(|boxes| -boxes) }, now, &mut best);
         }
-        if best.kind == Kind::Covering {
-            self.settle(disc, &best);
+        if best.kind == Kind::MultiCell {
+            self.store_event(disc, &best);
         }
         best.time
     }
@@ -191,7 +199,7 @@ impl State {
         now: f64,
         except: Option<u32>,
     ) {
-        vector::meet_listed(self, world, detection, disc, cell, now, except);
+        simd::meet_listed(self, world, detection, disc, cell, now, except);
     }
 
     /// The same, compiled with the instructions that were chosen.
@@ -211,15 +219,15 @@ impl State {
         let mut best = self.soonest_so_far(disc);
         // The same for all: the bounds must not depend on the order in which they are asked.
         let horizon = best.time - now;
-        for place in 0..self.coverings.covered.count(cell) {
-            let listed = self.coverings.covered.get(cell, place);
+        for place in 0..self.multi_cell.covered.count(cell) {
+            let listed = self.multi_cell.covered.get(cell, place);
             let other = listed.who;
             if Some(other) == except {
                 continue;
             }
             // The disc appears `image` boxes over to the covering body, hence this to the disc the other way.
             let image = listed.image.map(|boxes| -boxes);
-            let covering = &self.coverings.list[self.coverings.index_of[other as usize] as usize];
+            let covering = &self.multi_cell.list[self.multi_cell.index_of[other as usize] as usize];
             if covering.is_disc_among_discs && detection.decides_discs_in_closed_form() {
                 self.ask_large_disc(disc, Listed { who: other, image }, now, &mut best);
             } else {
@@ -231,12 +239,12 @@ impl State {
                     continue;
                 }
                 let outline = world.bodies()[other as usize].kind.molecule.outline();
-                let asker = Asker::new(outline, &covering.motion, now);
+                let query_body = QueryBody::new(outline, &covering.motion, now);
                 let is_disc = world.bodies()[disc as usize].kind.molecule.is_disc();
                 let closer = if is_disc {
-                    detection.one_apart_until(&asker, &lanes, horizon)
+                    detection.contact_time_lower_bound(&query_body, &lanes, horizon)
                 } else {
-                    detection.apart_until(&asker, &lanes, horizon)[0]
+                    detection.contact_time_lower_bounds(&query_body, &lanes, horizon)[0]
                 };
                 let bound = if closer > entry { closer } else { entry };
                 if best.is_after(now, bound) {
@@ -245,8 +253,8 @@ impl State {
                 }
             }
         }
-        if matches!(best.kind, Kind::Covering | Kind::Recheck) {
-            self.settle(disc, &best);
+        if matches!(best.kind, Kind::MultiCell | Kind::Recheck) {
+            self.store_event(disc, &best);
         }
     }
 
@@ -290,19 +298,19 @@ impl State {
     /// The event that a body has.
     #[inline]
     fn soonest_so_far(&self, body: u32) -> Soonest {
-        let line = &self.lines[body as usize];
-        let kind = line.kind();
+        let record = &self.records[body as usize];
+        let kind = record.kind();
         let pending = match kind {
-            Kind::Covering => self.coverings.pending[body as usize],
+            Kind::MultiCell => self.multi_cell.pending[body as usize],
             _ => Pending::NOTHING,
         };
-        Soonest { time: line.time, kind, partner: line.partner(), pending }
+        Soonest { time: record.time, kind, partner: record.partner(), pending }
     }
 
-    pub(in crate::cells) fn settle(&mut self, body: u32, best: &Soonest) {
-        let version = self.lines[best.partner as usize].version;
-        self.lines[body as usize].set_event(best.time, best.kind, best.partner, version);
-        self.coverings.pending[body as usize] = best.pending;
+    pub(in crate::cells) fn store_event(&mut self, body: u32, best: &Soonest) {
+        let version = self.records[best.partner as usize].version;
+        self.records[body as usize].set_event(best.time, best.kind, best.partner, version);
+        self.multi_cell.pending[body as usize] = best.pending;
     }
 
     /// The contact that a body's event announces.
@@ -312,7 +320,7 @@ impl State {
         bodies: [u32; 2],
         time: f64,
     ) -> ContactEvent {
-        let pending = self.coverings.pending[owner as usize];
+        let pending = self.multi_cell.pending[owner as usize];
         let [a, b] = bodies.map(|body| self.windings[body as usize]);
         let image =
             [0, 1].map(|axis| i64::from(pending.image[axis].wrapping_add(b[axis].wrapping_sub(a[axis]))));
@@ -343,9 +351,9 @@ impl State {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn lanes<const N: usize>(&self, body: u32, others: &[Listed], now: f64) -> DiscLanes<N> {
-        let me = &self.lines[body as usize];
+        let me = &self.records[body as usize];
         let sides = self.sides;
-        let dummy = Line::dummy();
+        let dummy = BodyRecord::dummy();
         let mut lanes = DiscLanes {
             separation: [[0.0; N]; 2],
             velocity: [[0.0; N]; 2],
@@ -356,11 +364,11 @@ impl State {
         };
         for lane in 0..N {
             let listed = others.get(lane);
-            let line = listed.map_or(&dummy, |listed| &self.lines[listed.who as usize]);
+            let record = listed.map_or(&dummy, |listed| &self.records[listed.who as usize]);
             let image = listed.map_or([0; 2], |listed| listed.image);
             let shift = DVec2::from_array([0, 1].map(|axis| f64::from(image[axis]) * sides[axis]));
-            let start = line.origin() - me.origin() + shift;
-            lanes.set_since(lane, start, line.velocity() - me.velocity(), now, line.radius + me.radius);
+            let start = record.origin() - me.origin() + shift;
+            lanes.set_since(lane, start, record.velocity() - me.velocity(), now, record.radius + me.radius);
         }
         lanes
     }

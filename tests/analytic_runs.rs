@@ -4,7 +4,7 @@
 mod support;
 
 use carom_engine::{MoleculeSpec, Scene, Scheduler};
-use carom_kinematics::Instant;
+use carom_kinematics::EpochTime;
 use glam::DVec2;
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_pcg::Pcg64;
@@ -27,7 +27,7 @@ fn check_head_on<S: Scheduler>(options: &S::Options) {
             scene(vec![disc(0.05, m1, [0.25, 0.5], [v, 0.0]), disc(0.1, m2, [0.65, 0.5], [0.0; 2])]);
         scene.elasticity.default = e;
         let mut simulation = simulate::<S>(&scene, options);
-        let mut list = Encounters::since(Instant::ZERO);
+        let mut list = Encounters::since(EpochTime::ZERO);
         simulation.observe_until(0.3 / v, &mut list).unwrap();
         // The gap is 0.25.
         assert_eq!(list.list.len(), 1);
@@ -59,7 +59,7 @@ fn check_oblique<S: Scheduler>(options: &S::Options) {
         ]);
         scene.bounds.sides = [10.0, 10.0];
         let mut simulation = simulate::<S>(&scene, options);
-        let mut list = Encounters::since(Instant::ZERO);
+        let mut list = Encounters::since(EpochTime::ZERO);
         simulation.observe_until(3.0, &mut list).unwrap();
         let tolerance = 1e-15 / cos.max(1e-4);
         assert!((list.list[0].time - (3.0 - cos)).abs() < 4.0 * tolerance, "b = {b}");
@@ -91,7 +91,7 @@ fn check_cradle<S: Scheduler>(options: &S::Options) {
         let mut scene = scene(list);
         scene.bounds.sides = [40.0, 10.0];
         let mut simulation = simulate::<S>(&scene, options);
-        let mut blows = Encounters::since(Instant::ZERO);
+        let mut blows = Encounters::since(EpochTime::ZERO);
         simulation.observe_until(2.5, &mut blows).unwrap();
         let pairs: Vec<_> = blows.list.iter().map(|blow| blow.bodies).collect();
         let expected: Vec<_> = (0..COUNT as u64).map(|i| [i, i + 1]).collect();
@@ -188,7 +188,7 @@ fn check_dumbbell<S: Scheduler>(options: &S::Options) {
     let mut scene = scene(vec![dumbbell]);
     scene.bumper = vec![bumper(0.05, [0.2, 0.5]), bumper(0.05, [0.8, 0.5])];
     let mut simulation = simulate::<S>(&scene, options);
-    let mut bounces = Encounters::since(Instant::ZERO);
+    let mut bounces = Encounters::since(EpochTime::ZERO);
     for _ in 0..100 {
         for _ in 0..100 {
             assert!(simulation.step(1e9, &mut bounces).unwrap());

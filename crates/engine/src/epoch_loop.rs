@@ -8,15 +8,15 @@ use glam::DVec2;
 
 use crate::{
     BodyName, CollisionReport, Counters, ElasticityTable, Ledger, Observer, RunError, Side, TagNames, World,
-    at_once::AtOnce,
     limits::{ContactPlaces, Limits},
     resolution::{Encounter, Resolved, ResolvedDiscs, Rules},
     scheduler::{ContactEvent, EventLoop, EventQueue, Parts},
+    simultaneous_contacts::SimultaneousContacts,
     unresolved::Unresolved,
 };
 
 /// All that a contact may ask for or change, the queue of events apart.
-pub(crate) struct Pass<'a, D, R, O: ?Sized> {
+pub(crate) struct EpochLoop<'a, D, R, O: ?Sized> {
     pub world: &'a mut World,
     pub detection: &'a D,
     pub response: &'a R,
@@ -24,7 +24,7 @@ pub(crate) struct Pass<'a, D, R, O: ?Sized> {
     pub names: &'a TagNames,
     pub counters: &'a mut Counters,
     pub ledger: &'a mut Ledger,
-    pub at_once: &'a mut AtOnce,
+    pub simultaneous: &'a mut SimultaneousContacts,
     pub unresolved: &'a mut Unresolved,
     pub limits: &'a mut Limits,
     /// How far the epoch has been run (time).
@@ -40,7 +40,7 @@ pub(crate) struct Pass<'a, D, R, O: ?Sized> {
 /// How a pass ended.
 pub(crate) enum Ended {
     /// The time that was asked for has been reached.
-    AtTime,
+    TargetReached,
     /// The last contact that was asked for has been reached; of these bodies.
     AtContact([u32; 2]),
     /// The epoch ends with the contact at this offset (time).
@@ -49,7 +49,7 @@ pub(crate) enum Ended {
     AtLimit(f64),
 }
 
-impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for Pass<'_, D, R, O> {
+impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for EpochLoop<'_, D, R, O> {
     type End = Result<Ended, RunError>;
 
     #[inline(always)]
@@ -62,13 +62,13 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for Pass<'_, D, 
             let Some(contact) = queue.next_contact(self.world, self.detection, stop) else {
                 if self.target < limit {
                     *self.now = self.target;
-                    return Ok(Ended::AtTime);
+                    return Ok(Ended::TargetReached);
                 }
                 return Ok(Ended::AtLimit(limit));
             };
             let ContactEvent { time, bodies, .. } = contact;
             *self.now = time;
-            let repeats = self.at_once.repeats(time);
+            let repeats = self.simultaneous.repeats(time);
             if repeats {
                 self.count_repeated(bodies, time)?;
             }
@@ -99,7 +99,7 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for Pass<'_, D, 
     }
 }
 
-impl<D, R: Response, O: Observer + ?Sized> Pass<'_, D, R, O> {
+impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
     fn rules(&self) -> Rules<'_, R> {
         Rules { world: self.world, response: self.response, elasticity: self.elasticity }
     }
@@ -122,7 +122,7 @@ impl<D, R: Response, O: Observer + ?Sized> Pass<'_, D, R, O> {
         let ContactEvent { time, bodies, image, .. } = contact;
         let ResolvedDiscs { line_of_centres, impulse, after, met_fixed } = *resolved;
         let [body_a, body_b] = bodies.map(|body| &self.world.bodies[body as usize]);
-        if !self.limits.hold(after) {
+        if !self.limits.within(after) {
             let places = ContactPlaces { bodies, time, places: [place_a, place_b] };
             self.limits.accept(self.world, self.names, places, after, 0.0)?;
         }
@@ -205,7 +205,7 @@ impl<D, R: Response, O: Observer + ?Sized> Pass<'_, D, R, O> {
     #[cold]
     #[inline(never)]
     fn count_repeated(&mut self, bodies: [u32; 2], time: f64) -> Result<(), RunError> {
-        match self.at_once.count(bodies, &self.world.bodies) {
+        match self.simultaneous.count(bodies, &self.world.bodies) {
             Some((body, contacts)) => Err(self.stalled(body, time, contacts)),
             None => Ok(()),
         }

@@ -14,11 +14,13 @@ use carom_geometry::Outline;
 use carom_kinematics::{HALF_ULP as U, Motion};
 use glam::DVec2;
 
-use crate::{DiscLanes, atom_row::apart_from_atoms, rectangle::apart_from_rectangle};
+use crate::{
+    DiscLanes, atom_row::apart_from_atoms, rectangle::apart_from_rectangle, relative_disc::RelativeDisc,
+};
 
 /// A body that asks for its contacts with others, as it is turned now.
 #[derive(Debug, Clone, Copy)]
-pub struct Asker<'a> {
+pub struct QueryBody<'a> {
     /// Its shape.
     pub outline: Outline<'a>,
     /// (cos θ, sin θ).
@@ -29,22 +31,7 @@ pub struct Asker<'a> {
     pub angular_velocity: f64,
 }
 
-/// A disc, as an asker sees it.
-pub(crate) struct View {
-    /// p and p' (length, and per time).
-    pub(crate) place: [f64; 2],
-    pub(crate) rate: [f64; 2],
-    /// Bounds on |d| and |V|.
-    pub(crate) distance: f64,
-    pub(crate) speed: f64,
-    /// Its radius (length).
-    pub(crate) radius: f64,
-    /// Bounds on the rounding of a gap to the disc and of its rate (length, and per time).
-    pub(crate) error: f64,
-    pub(crate) rate_error: f64,
-}
-
-impl<'a> Asker<'a> {
+impl<'a> QueryBody<'a> {
     /// A body of this shape and motion at `now` (time).
     #[inline]
     pub fn new(outline: Outline<'a>, motion: &Motion, now: f64) -> Self {
@@ -66,12 +53,20 @@ impl<'a> Asker<'a> {
         clippy::inline_always,
         reason = "it must be compiled with the vector instructions of its caller"
     )]
-    pub(crate) fn apart_until<const N: usize>(&self, lanes: &DiscLanes<N>, horizon: f64) -> [f64; N] {
+    pub(crate) fn contact_time_lower_bounds<const N: usize>(
+        &self,
+        lanes: &DiscLanes<N>,
+        horizon: f64,
+    ) -> [f64; N] {
         let mut times = lanes.entry_times();
         let Some(corners) = self.outline.rectangle() else { return times };
         for (lane, time) in times.iter_mut().enumerate() {
-            let later =
-                apart_from_rectangle(corners, &self.view(lanes, lane), self.angular_velocity, horizon);
+            let later = apart_from_rectangle(
+                corners,
+                &self.relative_disc(lanes, lane),
+                self.angular_velocity,
+                horizon,
+            );
             *time = if later > *time { later } else { *time };
         }
         times
@@ -83,9 +78,9 @@ impl<'a> Asker<'a> {
         clippy::inline_always,
         reason = "it must be compiled with the vector instructions of its caller"
     )]
-    pub(crate) fn one_apart_until(&self, lanes: &DiscLanes<1>, horizon: f64) -> f64 {
+    pub(crate) fn contact_time_lower_bound(&self, lanes: &DiscLanes<1>, horizon: f64) -> f64 {
         let Some(corners) = self.outline.rectangle() else { return 0.0 };
-        let (disc, spin) = (self.view(lanes, 0), self.angular_velocity);
+        let (disc, spin) = (self.relative_disc(lanes, 0), self.angular_velocity);
         match self.outline.rows() {
             [] => apart_from_rectangle(corners, &disc, spin, horizon),
             rows => apart_from_atoms(rows, &disc, spin),
@@ -97,7 +92,7 @@ impl<'a> Asker<'a> {
         clippy::inline_always,
         reason = "it must be compiled with the vector instructions of its caller"
     )]
-    fn view<const N: usize>(&self, lanes: &DiscLanes<N>, lane: usize) -> View {
+    fn relative_disc<const N: usize>(&self, lanes: &DiscLanes<N>, lane: usize) -> RelativeDisc {
         let (cos, sin) = (self.rotation.x, self.rotation.y);
         let spin = self.angular_velocity;
         let (dx, dy) = (lanes.separation[0][lane], lanes.separation[1][lane]);
@@ -106,7 +101,7 @@ impl<'a> Asker<'a> {
         let reach = lanes.contact_distance[lane];
         let distance = dx.abs() + dy.abs();
         let speed = vx.abs() + vy.abs();
-        View {
+        RelativeDisc {
             place: [x, y],
             rate: [(cos * vx + sin * vy) + spin * y, (cos * vy - sin * vx) - spin * x],
             distance,
@@ -156,8 +151,8 @@ mod tests {
             Self { molecule, other, motion, since, pair }
         }
 
-        fn asker(&self) -> Asker<'_> {
-            Asker::new(self.molecule.outline(), &self.motion, self.since)
+        fn query(&self) -> QueryBody<'_> {
+            QueryBody::new(self.molecule.outline(), &self.motion, self.since)
         }
 
         fn gap(&self) -> f64 {
@@ -166,7 +161,7 @@ mod tests {
         }
 
         /// What is told of the other one alone, as a scheduler asks.
-        fn apart_until(&self, horizon: f64) -> f64 {
+        fn contact_time_lower_bounds(&self, horizon: f64) -> f64 {
             let lane = |v: DVec2| [[v.x], [v.y]];
             let lanes = DiscLanes {
                 separation: lane(self.pair.separation),
@@ -176,9 +171,9 @@ mod tests {
                 separation_error: 0.0,
                 speed: 0.0,
             };
-            let [bound] = Exact::default().apart_until(&self.asker(), &lanes, horizon);
+            let [bound] = Exact::default().contact_time_lower_bounds(&self.query(), &lanes, horizon);
             if self.other.is_disc() {
-                bound.max(Exact::default().one_apart_until(&self.asker(), &lanes, horizon))
+                bound.max(Exact::default().contact_time_lower_bound(&self.query(), &lanes, horizon))
             } else {
                 bound
             }
@@ -223,12 +218,12 @@ mod tests {
             let rod = Molecule::named(Shape::Rod(count), 0.25, 1.0).unwrap();
             let disc = Molecule::disc(0.5, 1.0).unwrap();
             let motion = turning(turns, spin);
-            let asker = Asker::new(rod.outline(), &motion, since);
+            let query = QueryBody::new(rod.outline(), &motion, since);
             let mut lanes = DiscLanes::empty(0.0, 0.0);
             for (lane, (x, y, vx, vy)) in places.into_iter().enumerate() {
                 lanes.set(lane, DVec2::new(x, y), DVec2::new(vx, vy), rod.bounding_radius() + 0.5);
             }
-            let bounds = Exact::default().apart_until(&asker, &lanes, horizon);
+            let bounds = Exact::default().contact_time_lower_bounds(&query, &lanes, horizon);
             let entries = lanes.entry_times();
             for (lane, (x, y, vx, vy)) in places.into_iter().enumerate() {
                 let flight = (DVec2::new(x, y), DVec2::new(vx, vy));
@@ -254,7 +249,7 @@ mod tests {
             let motion = turning(turns[0], spins[0]);
             let encounter = Encounter::new([molecule, other], motion, since, flight, (turns[1], spins[1]));
             prop_assume!(encounter.gap() > 1e-12);
-            let bound = encounter.apart_until(horizon);
+            let bound = encounter.contact_time_lower_bounds(horizon);
             let found = encounter.first_contact(0.0, horizon);
             if let Some(contact) = found {
                 prop_assert!(contact >= bound.min(horizon), "{contact} {bound}");
@@ -282,7 +277,7 @@ mod tests {
             prop_assume!(encounter.gap() > -1e-15);
             let rate = normal.dot(DVec2::new(vx, vy) - spin * arm.perp());
             prop_assume!(rate.abs() > 0.02);
-            let bound = encounter.apart_until(10.0);
+            let bound = encounter.contact_time_lower_bounds(10.0);
             let contact = encounter.first_contact(0.0, 10.0);
             if rate < 0.0 {
                 prop_assert!(bound < 1e-12 && contact.is_some_and(|contact| contact < 1e-12), "{contact:?} {bound}");
@@ -302,19 +297,19 @@ mod tests {
         let ratios = |state: &[f64; 9]| {
             let [x, y, vx, vy, turns, spin, since, until, radius] = *state;
             let motion = Motion { time: since, ..turning(turns, spin) };
-            let asker = Asker::new(tee.outline(), &motion, until);
+            let query = QueryBody::new(tee.outline(), &motion, until);
             let mut lanes = DiscLanes::empty(0.0, 0.0);
             lanes.set(0, DVec2::new(x, y), DVec2::new(vx, vy), tee.bounding_radius() + radius.abs());
-            let view = asker.view(&lanes, 0);
+            let disc = query.relative_disc(&lanes, 0);
             let turned = big(spin) * (big(until) - big(since));
             let (sin, cos) = (big(2.0 * motion.orientation.turns()) * &pi + turned).sin_cos();
             let back = |x: f64, y: f64| [&cos * big(x) + &sin * big(y), &cos * big(y) - &sin * big(x)];
             let ([px, py], [qx, qy]) = (back(x, y), back(vx, vy));
             let exact_rate = [qx + big(spin) * &py, qy - big(spin) * &px];
             let off = |computed: f64, exact: &Big| (big(computed) - exact).to_f64().value();
-            let place = off(view.place[0], &px).hypot(off(view.place[1], &py));
-            let rate = off(view.rate[0], &exact_rate[0]).hypot(off(view.rate[1], &exact_rate[1]));
-            [place / view.error, rate / view.rate_error]
+            let place = off(disc.place[0], &px).hypot(off(disc.place[1], &py));
+            let rate = off(disc.rate[0], &exact_rate[0]).hypot(off(disc.rate[1], &exact_rate[1]));
+            [place / disc.error, rate / disc.rate_error]
         };
         let mut random = Random(21);
         for which in 0..2 {
@@ -333,11 +328,11 @@ mod tests {
     #[test]
     fn a_disc_beside_a_resting_rod_is_apart_until_it_comes_to_its_side() {
         let rod = Molecule::named(Shape::Rod(50), 0.25, 1.0).unwrap();
-        let asker = Asker::new(rod.outline(), &Motion::at_rest(DVec2::ZERO), 0.0);
+        let query = QueryBody::new(rod.outline(), &Motion::at_rest(DVec2::ZERO), 0.0);
         let mut lanes = DiscLanes::empty(0.0, 0.0);
         lanes.set(0, DVec2::new(3.0, 2.75), DVec2::new(0.3, -1.0), rod.bounding_radius() + 0.5);
         assert_eq!(lanes.entry_times()[0], 0.0);
-        let bound = Exact::default().apart_until(&asker, &lanes, 10.0)[0];
+        let bound = Exact::default().contact_time_lower_bounds(&query, &lanes, 10.0)[0];
         assert!((bound - 2.0).abs() < 1e-12, "{bound}");
     }
 
@@ -348,7 +343,7 @@ mod tests {
         let flight = (DVec2::new(1.0, 2.5), DVec2::new(0.0, -1.0));
         let pair = [dumbbell.unwrap(), disc.unwrap()];
         let encounter = Encounter::new(pair, turning(0.0, 0.0), 0.0, flight, (0.0, 0.0));
-        let bound = encounter.apart_until(10.0);
+        let bound = encounter.contact_time_lower_bounds(10.0);
         assert!((bound - 0.5).abs() < 1e-12, "{bound}");
     }
 
@@ -365,7 +360,7 @@ mod tests {
         for (gap, away, expected) in [(gap, 0.0, beside), (0.0, 0.05, leaving)] {
             let flight = (DVec2::new(8.0 - gap, 0.0), DVec2::new(-away, spin * 10.0));
             let encounter = Encounter::new(pair(), turning(0.0, spin), 0.0, flight, (0.0, 0.0));
-            let bound = encounter.apart_until(10.0);
+            let bound = encounter.contact_time_lower_bounds(10.0);
             let contact = encounter.first_contact(0.0, 10.0).expect("it comes down");
             assert!((bound / expected - 1.0).abs() < 1e-9, "{bound} {expected}");
             assert!((1.0..1.01).contains(&(contact / bound)), "{contact} {bound}");
@@ -383,7 +378,7 @@ mod tests {
             let flight = (DVec2::new(size, 2.2 * size), DVec2::ZERO);
             let encounter = Encounter::new(pair, turning(0.0, spin), 0.0, flight, (0.0, 0.0));
             let horizon = 1.0 / spin;
-            let bound = encounter.apart_until(horizon);
+            let bound = encounter.contact_time_lower_bounds(horizon);
             let contact = encounter.first_contact(0.0, horizon).expect("an atom comes up to it");
             assert!(bound <= contact, "{size:e}, {spin:e}: {bound:e} {contact:e}");
             let again = encounter.first_contact(bound, horizon);

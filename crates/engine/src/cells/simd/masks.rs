@@ -10,7 +10,7 @@ use std::arch::x86_64::{
 };
 
 use super::{
-    Around, Question, SoonestSlot,
+    CellBlock, NeighbourQuery, SoonestSlot,
     instruction_sets::{Avx2, Avx512},
     registers::eight,
 };
@@ -56,8 +56,8 @@ pub(in crate::cells) unsafe trait Masks: Copy {
     /// Which of eight numbers are below a bound and others at least at another, a bit each.
     fn below_and_at_least(self, below: [__m256; 2], at_least: [__m256; 2]) -> u32;
 
-    /// What a question is told by any list: with or without images, discs alike or not, eight or more.
-    fn soonest<const IMAGES: bool>(self, question: &Question<'_>, list: &Around<'_>) -> SoonestSlot;
+    /// What a query is told by any list: with or without images, discs alike or not, eight or more.
+    fn soonest<const IMAGES: bool>(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot;
 }
 
 #[expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
@@ -134,18 +134,18 @@ unsafe impl Masks for Avx2 {
     }
 
     #[inline(always)]
-    fn soonest<const IMAGES: bool>(self, question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
+    fn soonest<const IMAGES: bool>(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
         #[target_feature(enable = "avx2")]
         #[inline(never)]
         fn out_of_line<const IMAGES: bool>(
             masks: Avx2,
-            question: &Question<'_>,
-            list: &Around<'_>,
+            query: &NeighbourQuery<'_>,
+            list: &CellBlock<'_>,
         ) -> SoonestSlot {
-            SoonestSlot::of(list, |slots| eight::<_, IMAGES>(masks, question, slots))
+            SoonestSlot::of(list, |slots| eight::<_, IMAGES>(masks, query, slots))
         }
         // SAFETY: `self` proves that this processor has the features that `out_of_line` enables.
-        unsafe { out_of_line::<IMAGES>(self, question, list) }
+        unsafe { out_of_line::<IMAGES>(self, query, list) }
     }
 }
 
@@ -215,17 +215,17 @@ unsafe impl Masks for Avx512 {
     }
 
     #[inline(always)]
-    fn soonest<const IMAGES: bool>(self, question: &Question<'_>, list: &Around<'_>) -> SoonestSlot {
+    fn soonest<const IMAGES: bool>(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
         #[target_feature(enable = "avx2,avx512f,avx512vl,avx512dq,avx512bw")]
         #[inline(never)]
         fn out_of_line<const IMAGES: bool>(
             masks: Avx512,
-            question: &Question<'_>,
-            list: &Around<'_>,
+            query: &NeighbourQuery<'_>,
+            list: &CellBlock<'_>,
         ) -> SoonestSlot {
-            SoonestSlot::of(list, |slots| eight::<_, IMAGES>(masks, question, slots))
+            SoonestSlot::of(list, |slots| eight::<_, IMAGES>(masks, query, slots))
         }
         // SAFETY: `self` proves that this processor has the features that `out_of_line` enables.
-        unsafe { out_of_line::<IMAGES>(self, question, list) }
+        unsafe { out_of_line::<IMAGES>(self, query, list) }
     }
 }

@@ -3,38 +3,38 @@
   "use strict";
   const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   const LEVELS = 262142;
-  // Seconds that the whole film takes at speed 1.
+  // Seconds that the whole animation takes at speed 1.
   const LENGTH = 12;
   // The close view is so many times as wide as the molecule that it follows.
   const CLOSE = 7;
-  // An impulse is shown for this part of the film.
+  // An impulse is shown for this part of the animation.
   const SHOWN = 0.02;
 
   const figure = document.currentScript.previousElementSibling;
-  const film = JSON.parse(figure.querySelector("script").textContent);
-  const duration = film.until - film.from;
+  const animation = JSON.parse(figure.querySelector("script").textContent);
+  const duration = animation.until - animation.from;
   const flights = unpack();
 
   // For each body its flights, in order of time: t, x, y, vx, vy, angle, spin.
   function unpack() {
     const value = new Map([...DIGITS].map((digit, index) => [digit, index]));
-    const lists = film.bodies.map(() => []);
+    const lists = animation.bodies.map(() => []);
     let at = 0;
     const number = () => {
-      const text = film.flights;
+      const text = animation.flights;
       const sum = 4096 * value.get(text[at]) + 64 * value.get(text[at + 1]) + value.get(text[at + 2]);
       at += 3;
       return sum;
     };
     const positive = (largest) => (number() / LEVELS) * largest;
     const signed = (largest) => ((2 * number()) / LEVELS - 1) * largest;
-    while (at < film.flights.length) {
+    while (at < animation.flights.length) {
       const body = number();
-      const shape = film.shapes[film.bodies[body]];
-      const flight = [positive(duration), positive(film.sides[0]), positive(film.sides[1])];
-      flight.push(signed(film.fastest), signed(film.fastest));
+      const shape = animation.shapes[animation.bodies[body]];
+      const flight = [positive(duration), positive(animation.sides[0]), positive(animation.sides[1])];
+      flight.push(signed(animation.fastest), signed(animation.fastest));
       const turns = shape.atoms.length > 1 && !shape.fixed;
-      flight.push(turns ? positive(2 * Math.PI) : 0, turns ? signed(film.fastest_spin) : 0);
+      flight.push(turns ? positive(2 * Math.PI) : 0, turns ? signed(animation.fastest_spin) : 0);
       lists[body].push(flight);
     }
     return lists;
@@ -59,17 +59,17 @@
     const [t, x, y, vx, vy, angle, spin] = list[flightAt(list, time)];
     const passed = time - t;
     return [
-      wrap(x + vx * passed, film.sides[0]),
-      wrap(y + vy * passed, film.sides[1]),
+      wrap(x + vx * passed, animation.sides[0]),
+      wrap(y + vy * passed, animation.sides[1]),
       angle + spin * passed,
     ];
   }
 
-  const reach = film.shapes.map((shape) => Math.max(...shape.atoms.map(([x, y, r]) => Math.hypot(x, y) + r)));
+  const reach = animation.shapes.map((shape) => Math.max(...shape.atoms.map(([x, y, r]) => Math.hypot(x, y) + r)));
   // Fixed bodies first, then the many, the few on top.
-  const count = film.shapes.map((_, shape) => film.bodies.filter((other) => other === shape).length);
-  const order = film.shapes.map((_, shape) => shape);
-  order.sort((a, b) => film.shapes[b].fixed - film.shapes[a].fixed || count[b] - count[a]);
+  const count = animation.shapes.map((_, shape) => animation.bodies.filter((other) => other === shape).length);
+  const order = animation.shapes.map((_, shape) => shape);
+  order.sort((a, b) => animation.shapes[b].fixed - animation.shapes[a].fixed || count[b] - count[a]);
 
   function view(label, ratio, windowAt) {
     const block = document.createElement("div");
@@ -84,17 +84,17 @@
     return { canvas, windowAt };
   }
 
-  const [width, height] = film.sides;
-  const part = film.window || [0, 0, width, height];
-  const label = film.window ? `a part of the box, ${part[2].toPrecision(3)} wide` : "the whole box";
+  const [width, height] = animation.sides;
+  const part = animation.window || [0, 0, width, height];
+  const label = animation.window ? `a part of the box, ${part[2].toPrecision(3)} wide` : "the whole box";
   const views = [view(label, part[2] / part[3], () => part)];
   // Beyond a part of the box nothing is recorded.
-  if (film.watched !== null && !film.window) {
-    const name = film.shapes[film.bodies[film.watched]].name || "the molecule";
-    const side = Math.min(CLOSE * 2 * reach[film.bodies[film.watched]], width, height);
+  if (animation.watched !== null && !animation.window) {
+    const name = animation.shapes[animation.bodies[animation.watched]].name || "the molecule";
+    const side = Math.min(CLOSE * 2 * reach[animation.bodies[animation.watched]], width, height);
     views.push(
       view(`${name} from close by, each impulse on it as an arrow`, 1, (time) => {
-        const [x, y] = stateAt(film.watched, time);
+        const [x, y] = stateAt(animation.watched, time);
         return [x - side / 2, y - side / 2, side, side];
       }),
     );
@@ -126,9 +126,9 @@
         images(y - r, y + r, bottom, bottom + high, height, (dy) => f(dx, dy)),
       );
     for (const shape of order) {
-      const { atoms, colour } = film.shapes[shape];
+      const { atoms, colour } = animation.shapes[shape];
       context.beginPath();
-      film.bodies.forEach((own, body) => {
+      animation.bodies.forEach((own, body) => {
         if (own !== shape) return;
         const [x, y, angle] = states[body];
         const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
@@ -147,7 +147,7 @@
       context.fill();
     }
     context.lineCap = "round";
-    for (const [x1, y1, x2, y2, r] of film.walls) {
+    for (const [x1, y1, x2, y2, r] of animation.walls) {
       const [x, y] = [(x1 + x2) / 2, (y1 + y2) / 2];
       context.strokeStyle = style.color;
       context.lineWidth = Math.max(2 * r, 2.5 / scale);
@@ -158,21 +158,21 @@
         context.stroke();
       });
     }
-    if (film.watched !== null && wide < width) arrows(context, scale, time, states);
+    if (animation.watched !== null && wide < width) arrows(context, scale, time, states);
   }
 
   // The latest impulses on the body watched, from its centre; their length is the change of velocity.
   function arrows(context, scale, time, states) {
-    const [x, y] = states[film.watched];
-    const list = flights[film.watched];
+    const [x, y] = states[animation.watched];
+    const list = flights[animation.watched];
     for (let index = flightAt(list, time); index > 0; index--) {
       const age = (time - list[index][0]) / (SHOWN * duration);
       if (age > 1) break;
       const [dx, dy] = [3, 4].map((axis) => list[index][axis] - list[index - 1][axis]);
       const change = Math.hypot(dx, dy);
       if (change === 0) continue;
-      const own = reach[film.bodies[film.watched]];
-      const long = own * (1 + (4 * change) / film.fastest);
+      const own = reach[animation.bodies[animation.watched]];
+      const long = own * (1 + (4 * change) / animation.fastest);
       const [ux, uy] = [dx / change, dy / change];
       const tip = [x + ux * long, y + uy * long];
       const barb = 0.35 * own;
@@ -209,10 +209,10 @@
   const digits = Math.max(0, Math.min(12, 3 - Math.floor(Math.log10(duration))));
 
   function show() {
-    const states = film.bodies.map((_, body) => stateAt(body, time));
+    const states = animation.bodies.map((_, body) => stateAt(body, time));
     for (const each of views) draw(each, time, states);
     slider.value = (10000 * time) / duration;
-    clock.textContent = `t = ${(film.from + time).toFixed(digits)}`;
+    clock.textContent = `t = ${(animation.from + time).toFixed(digits)}`;
   }
 
   function frame(now) {

@@ -1,18 +1,18 @@
-//! Rosters for a dilute gas: for each cell, the discs in it with their flights.
+//! CellOccupants for a dilute gas: for each cell, the discs in it with their flights.
 //!
 //! Cells are larger here than two discs reach, so that they are left less often, and hold a few discs each. A list of
 //! the 3 × 3 cells around each would be long, and every crossing would change six of them; a roster is changed by two. Many
-//! discs are looked at for each contact, so a roster keeps their flights, too, as a first glance reads them: see `glance`.
+//! discs are looked at for each contact, so a roster keeps their flights, too, as a first filter reads them: see `filter`.
 
 use std::hint::select_unpredictable as select;
 
 use carom_detection::DISC_LANES;
 
 use super::{
-    glance::{Flights, Units},
-    line::{INDEX_BITS, INDEX_MASK},
-    neighbourhood::{fold, image_code},
-    vector::Kernel,
+    body_record::{INDEX_BITS, INDEX_MASK},
+    f32_filter::{Flights, Units},
+    neighbour_lists::{fold, image_code},
+    simd::Kernel,
 };
 
 /// No block.
@@ -25,7 +25,7 @@ struct Block(Flights);
 
 /// The discs of each cell of a grid of at least three cells a side.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Rosters {
+pub(super) struct CellOccupants {
     columns: u32,
     rows: u32,
     /// The columns around each column, and the rows around each row, in cells: with the image in which they are seen from
@@ -45,8 +45,8 @@ pub(super) struct Rosters {
     units: Units,
 }
 
-impl Rosters {
-    /// Empty rosters for so many discs, whose flights are kept in these units; the next index is that of the dummy.
+impl CellOccupants {
+    /// Empty occupants for so many discs, whose flights are kept in these units; the next index is that of the dummy.
     pub fn lay_out(&mut self, [columns, rows]: [u32; 2], discs: u32, units: Units) {
         if [self.columns, self.rows] != [columns, rows] {
             (self.columns, self.rows) = (columns, rows);
@@ -138,7 +138,7 @@ impl Rosters {
         }
         let lane = lowest(free);
         self.discs[block][lane] = disc;
-        self.flights[block].set(lane, self.units.keep(flight));
+        self.flights[block].set(lane, self.units.quantize(flight));
     }
 
     #[inline]
@@ -201,7 +201,7 @@ impl Rosters {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub fn set_flight<K: Kernel>(&mut self, kernel: K, disc: u32, cell: [u16; 2], flight: [f64; 4]) {
         let (block, lane) = self.place(kernel, disc, cell);
-        self.flights[block].set(lane, self.units.keep(flight));
+        self.flights[block].set(lane, self.units.quantize(flight));
     }
 
     /// In which block of a cell's a disc stands, and where in it.
@@ -260,7 +260,7 @@ impl Block {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::{neighbourhood::image_of, vector::Portable};
+    use crate::cells::{neighbour_lists::image_of, simd::Portable};
     use glam::DVec2;
     use proptest::prelude::*;
 
@@ -281,28 +281,28 @@ mod tests {
             let mut cells: Vec<[u16; 2]> =
                 starts.iter().map(|&(x, y)| if crowd { [0, 0] } else { [x % columns, y % rows] }).collect();
             let mut flights: Vec<[f64; 4]> = (0..cells.len()).map(|disc| [disc as f64; 4]).collect();
-            let mut rosters = Rosters::default();
+            let mut occupants = CellOccupants::default();
             let dummy = cells.len() as u32;
-            rosters.lay_out([u32::from(columns), u32::from(rows)], dummy, plain_units());
+            occupants.lay_out([u32::from(columns), u32::from(rows)], dummy, plain_units());
             for (disc, &cell) in cells.iter().enumerate() {
-                rosters.enter(Portable, disc as u32, cell, flights[disc]);
+                occupants.enter(Portable, disc as u32, cell, flights[disc]);
             }
             for (disc, x, y, turns) in moves {
                 let disc = disc % cells.len();
                 if turns {
                     flights[disc] = flights[disc].map(|number| number + 100.0);
-                    rosters.set_flight(Portable, disc as u32, cells[disc], flights[disc]);
+                    occupants.set_flight(Portable, disc as u32, cells[disc], flights[disc]);
                 }
-                rosters.leave(Portable, disc as u32, cells[disc]);
+                occupants.leave(Portable, disc as u32, cells[disc]);
                 cells[disc] = [x % columns, y % rows];
-                rosters.enter(Portable, disc as u32, cells[disc], flights[disc]);
+                occupants.enter(Portable, disc as u32, cells[disc], flights[disc]);
             }
             for row in 0..rows {
                 for column in 0..columns {
                     let mut seen = Vec::new();
-                    for slot in rosters.around([column, row]) {
+                    for slot in occupants.around([column, row]) {
                         let image = image_of(slot);
-                        for (eight, discs) in rosters.blocks().of(slot) {
+                        for (eight, discs) in occupants.blocks().of(slot) {
                             for (lane, &disc) in discs.iter().enumerate() {
                                 let flight = eight.map(|numbers| f64::from(numbers[lane]));
                                 prop_assert_eq!(flight[0].is_nan(), disc == dummy);
@@ -327,22 +327,22 @@ mod tests {
                     expected.sort_unstable();
                     prop_assert_eq!(seen, expected);
                     // Those ahead are those that were not around the cell before.
-                    let around = rosters.around([column, row]);
+                    let around = occupants.around([column, row]);
                     for (axis, direction) in [(0, -1), (0, 1), (1, -1), (1, 1)] {
                         let ahead = |place: usize| {
                             let offset = [place as i32 % 3 - 1, place as i32 / 3 - 1];
                             (offset[axis] == direction).then_some(around[place])
                         };
                         let expected: Vec<u32> = (0..9).filter_map(ahead).collect();
-                        prop_assert_eq!(&rosters.ahead([column, row], axis, direction)[..], &expected[..]);
+                        prop_assert_eq!(&occupants.ahead([column, row], axis, direction)[..], &expected[..]);
                     }
                 }
             }
             // What a roster needs besides is given back.
             for (disc, &cell) in cells.iter().enumerate() {
-                rosters.leave(Portable, disc as u32, cell);
+                occupants.leave(Portable, disc as u32, cell);
             }
-            prop_assert_eq!(rosters.free.len(), rosters.next.len() - usize::from(columns) * usize::from(rows));
+            prop_assert_eq!(occupants.free.len(), occupants.next.len() - usize::from(columns) * usize::from(rows));
         }
     }
 }

@@ -4,8 +4,8 @@ use smallvec::SmallVec;
 
 use super::Listed;
 use crate::cells::{
-    line::{INDEX_BITS, INDEX_MASK},
-    neighbourhood::{image_code, image_of},
+    body_record::{INDEX_BITS, INDEX_MASK},
+    neighbour_lists::{image_code, image_of},
 };
 
 /// Images that nobody is seen in: the rest tells where those of the cell are listed.

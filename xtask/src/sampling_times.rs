@@ -1,0 +1,25 @@
+//! The instants at which a run stands by.
+
+/// Samples after `begin`, at whole multiples of `interval` from it, and one at `end` (all times).
+///
+/// Each is a product, not a sum of intervals, so none drifts.
+pub fn sampling_times(begin: f64, end: f64, interval: f64) -> impl Iterator<Item = f64> {
+    // A last interval shorter than this part of one is a rounding, not an interval.
+    let count = ((end - begin) / interval - 1e-9).ceil().max(0.0) as u64;
+    (1..=count).map(move |index| if index == count { end } else { begin + index as f64 * interval })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_sample_is_the_end() {
+        assert_eq!(sampling_times(0.0, 1.0, 0.5).collect::<Vec<_>>(), [0.5, 1.0]);
+        assert_eq!(sampling_times(1.0, 2.1, 0.5).collect::<Vec<_>>(), [1.5, 2.0, 2.1]);
+        assert_eq!(sampling_times(0.0, 0.3, 0.1).collect::<Vec<_>>(), [0.1, 0.2, 0.3]);
+        assert_eq!(sampling_times(0.0, 0.2, 1.0).collect::<Vec<_>>(), [0.2]);
+        assert_eq!(sampling_times(1.0, 1.0, 0.5).count(), 0);
+        assert_eq!(sampling_times(0.0, 4900.0, 0.1).count(), 49_000);
+    }
+}
