@@ -30,12 +30,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// ```
     /// use carom_detection::Exact;
-    /// use carom_engine::{CellsPerSide, Scene, Simulation, Thesis};
+    /// use carom_engine::{CellsPerSide, Scene, Simulation, HeapScheduler};
     /// use carom_response::Impact;
     ///
     /// let mut scene = Scene::default();
     /// // No grid: all pairs are looked at.
-    /// let simulation: Simulation<Exact, Impact, Thesis> =
+    /// let simulation: Simulation<Exact, Impact, HeapScheduler> =
     ///     Simulation::with(&scene, Exact::default(), Impact, CellsPerSide::Given(1))?;
     /// # Ok::<(), carom_engine::SceneError>(())
     /// ```

@@ -490,7 +490,7 @@ impl State {
     #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn predict_all<D: Detection, K: Kernel>(&mut self, kernel: K, world: &World, detection: &D) {
         for body in 0..world.bodies().len() as u32 {
-            self.predict_and_schedule(kernel, world, detection, body, 0.0);
+            self.predict(kernel, world, detection, body, 0.0);
         }
     }
 

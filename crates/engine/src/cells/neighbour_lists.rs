@@ -245,7 +245,7 @@ impl NeighbourLists {
     }
 
     /// Asks for what stands around a cell, if there is such a cell.
-    pub fn expect(&self, cell: [u16; 2]) {
+    pub fn prefetch(&self, cell: [u16; 2]) {
         let cell = self.index(cell);
         simd::prefetch(&self.lists, self.own(cell));
         simd::prefetch(&self.marks, cell as usize);

@@ -37,7 +37,7 @@ pub(super) fn prefetch_next(calendar: &Calendar, records: &[BodyRecord], neighbo
     }
     for body in calendar.coming(AROUND).take(MOST_OF_BIN) {
         let record = &records[body as usize];
-        neighbour_lists.expect(record.cell());
+        neighbour_lists.prefetch(record.cell());
         simd::prefetch(records, record.partner() as usize);
         calendar.prefetch(record.partner());
     }
@@ -47,7 +47,7 @@ pub(super) fn prefetch_next(calendar: &Calendar, records: &[BodyRecord], neighbo
         for slot in neighbour_lists.first(record.cell()).into_iter().flatten() {
             simd::prefetch(records, (slot & INDEX_MASK) as usize);
         }
-        neighbour_lists.expect(records[record.partner() as usize].cell());
+        neighbour_lists.prefetch(records[record.partner() as usize].cell());
     }
 }
 
