@@ -1,14 +1,12 @@
 //! Each detector against 450 encounters whose first contact is known (`tests/data/README.md`).
 
-#[path = "../xtask/src/encounters.rs"]
-mod encounters;
 mod support;
 
 use std::{collections::BTreeMap, path::Path};
 
 use carom_detection::{Answer, BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Touch};
 use carom_kinematics::Motion;
-use encounters::{Encounter, Expected};
+use carom_runs::encounters::{self, Encounter, Expected};
 use support::Pair;
 
 fn all() -> Vec<Encounter> {

@@ -1,10 +1,6 @@
 //! The extreme scenes of `cargo xtask experiment extremes`, in short: numerical extremes, and cases solved on paper.
 
-#[allow(dead_code, reason = "the experiment uses more of it")]
-#[path = "../xtask/src/experiment_extremes/cases/mod.rs"]
-mod cases;
-
-use cases::{Case, Effort, Ours, cases};
+use carom_testkit::extremes::{Case, Effort, Ours, cases};
 
 /// Enough for each list, cell and epoch to come up many times.
 const EFFORT: Effort = Effort { collisions: 4000 };

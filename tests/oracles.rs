@@ -1,15 +1,11 @@
 //! The exact detector against an oracle in double-double arithmetic on encounters of all classes, and that oracle
 //! against another at 200 bits.
 
-#[path = "../xtask/src/oracle/mod.rs"]
-#[allow(dead_code, unused_imports, reason = "the runners use all of it")]
-mod oracle;
-
 use carom_detection::{
     Answer, Contact, Exact, Outcome, Touch,
     encounters::{Class, Encounter},
 };
-use oracle::{Big, DoubleDouble, Number, Oracle, Reference, Verdict};
+use carom_testkit::oracle::{Big, DoubleDouble, Number, Oracle, Reference, Verdict};
 
 const SEED: u64 = 20_170;
 

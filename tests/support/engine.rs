@@ -11,11 +11,7 @@ use carom_kinematics::EpochTime;
 use carom_response::Impact;
 use glam::DVec2;
 
-#[path = "../../xtask/src/experiment_extremes/cases/bodies.rs"]
-mod bodies;
-#[path = "skipped.rs"]
-mod skipped;
-pub use bodies::{bumper, disc, frozen, named};
+pub use carom_testkit::extremes::bodies::{bumper, disc, frozen, named};
 
 /// Runs a check with each scheduler.
 macro_rules! with_each_scheduler {
@@ -87,7 +83,7 @@ pub fn if_available(name: &str, instructions: Instructions, check: impl FnOnce(&
     if present == instructions {
         check(&instructions);
     } else {
-        skipped::skipped(name, format_args!("the best instructions here are {present:?}"));
+        carom_testkit::skipped::skipped(name, format_args!("the best instructions here are {present:?}"));
     }
 }
 

@@ -1,16 +1,14 @@
 //! The commands of `cargo xtask`, as the command line gives them.
 
-use std::path::PathBuf;
-
 use anyhow::Result;
+use carom_runs::{detect, run};
+use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
 use crate::{
-    bench, billiard, brownian, capability_cost,
-    detect::{self, Detector},
-    experiment_encounters, experiment_extremes, fuzz, run, say,
-    summary::Verdict,
-    thesis_tests, tidy, tradeoff,
+    bench,
+    experiments::{billiard, brownian, capability_cost, encounters, extremes, thesis_tests, tradeoff},
+    fuzz, tidy,
 };
 
 /// Runners on top of carom. Exit codes: 0 done, 1 a check failed, 2 bad input, 130 or 143 interrupted by a
@@ -32,17 +30,7 @@ pub enum Command {
     /// Run any scene, with what its [run] asks for
     Run(run::Options),
     /// Find the first contacts of pairs of molecules
-    Detect {
-        /// Pairs, one a line
-        #[arg(value_name = "CASES.csv")]
-        cases: PathBuf,
-        /// How to look: exact, golden-secant, bounding-circles or fixed-step
-        #[arg(long, default_value = "exact")]
-        detector: Detector,
-        /// Where to write the answers
-        #[arg(long, value_name = "ANSWERS.csv")]
-        out: PathBuf,
-    },
+    Detect(detect::Options),
     /// Time whole simulations
     #[command(subcommand)]
     Bench(bench::Bench),
@@ -56,7 +44,7 @@ pub enum Command {
         name: String,
     },
     /// Answer pairs on the standard input with parry: a part of the experiment `encounters`
-    #[command(hide = true, name = experiment_encounters::parry::COMMAND)]
+    #[command(hide = true, name = encounters::parry::COMMAND)]
     ParryWorker,
     /// Run one variant to be counted: a part of the experiment `capability-cost`
     #[command(hide = true, name = capability_cost::COMMAND)]
@@ -82,9 +70,9 @@ pub enum Experiment {
     /// Two rods of 1 to 256 atoms each (Montanari 2017, test 2: figure 2.4)
     Pair(thesis_tests::Options),
     /// All detectors on all kinds of encounters: what accuracy costs, and inaccuracy misses
-    Encounters(experiment_encounters::Options),
+    Encounters(encounters::Options),
     /// Scenes at the edge of what floats can do: what must hold there, and where it stops to hold
-    Extremes(experiment_extremes::Options),
+    Extremes(extremes::Options),
     /// What each capability costs where it is absent, idle, and used
     CapabilityCost(capability_cost::Options),
     /// Whole simulations with each knob turned: what accuracy costs, and what inaccuracy buys
@@ -102,19 +90,16 @@ impl Cli {
             Command::Experiment(Experiment::Billiard(options)) => billiard::run(options),
             Command::Experiment(Experiment::Spheres(options)) => thesis_tests::spheres(options),
             Command::Experiment(Experiment::Pair(options)) => thesis_tests::pair(options),
-            Command::Experiment(Experiment::Encounters(options)) => experiment_encounters::run(options),
-            Command::Experiment(Experiment::Extremes(options)) => experiment_extremes::run(options),
+            Command::Experiment(Experiment::Encounters(options)) => encounters::run(options),
+            Command::Experiment(Experiment::Extremes(options)) => extremes::run(options),
             Command::Experiment(Experiment::CapabilityCost(options)) => capability_cost::run(options),
             Command::Experiment(Experiment::Tradeoff(options)) => tradeoff::run(options),
             Command::Run(options) => run::run(options),
-            Command::Detect { cases, detector, out } => {
-                say(&detect::detect(cases, *detector, out)?.to_string());
-                Ok(Verdict::Passed)
-            }
+            Command::Detect(options) => detect::run(options),
             Command::Bench(bench) => bench::run(bench),
             Command::Fuzz(fuzz) => fuzz::run(fuzz),
             Command::FuzzWorker { name } => fuzz::work(name).map(|()| Verdict::Passed),
-            Command::ParryWorker => experiment_encounters::parry::work().map(|()| Verdict::Passed),
+            Command::ParryWorker => encounters::parry::work().map(|()| Verdict::Passed),
             Command::CapabilityWorker { variant, intervals } => capability_cost::work(variant, *intervals),
             Command::Tidy => tidy::run(),
         }

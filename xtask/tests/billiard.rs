@@ -1,12 +1,10 @@
 //! One disc around one fixed molecule: the mean free path and the directions that integral geometry predicts.
 
 use carom::Shape;
+use carom_runs::work_items::Pieces;
+use carom_tables::chi_square::ChiSquare;
 use clap::Parser as _;
-use xtask::{
-    billiard::{Options, fly},
-    chi_square::ChiSquare,
-    work_items::Pieces,
-};
+use xtask::experiments::billiard::{Options, fly};
 
 #[derive(clap::Parser)]
 struct Line {

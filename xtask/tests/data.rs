@@ -1,8 +1,5 @@
 //! What runs leave for other programs: tables that say what the histograms say, trajectories that ASE reads back to the bit.
 
-#[path = "../../tests/support/skipped.rs"]
-mod skipped;
-
 use std::{
     env,
     ffi::OsString,
@@ -35,7 +32,7 @@ fn python(test: &str, modules: &str) -> Option<OsString> {
     let there = import.is_ok_and(|status| status.success());
     if !there {
         let test = format!("{}::{test}", module_path!());
-        skipped::skipped(&test, format_args!("{} has not all of {modules}", python.display()));
+        carom_testkit::skipped::skipped(&test, format_args!("{} has not all of {modules}", python.display()));
     }
     there.then_some(python)
 }

@@ -8,13 +8,11 @@ use std::{
     time::Duration,
 };
 
-use xtask::{
-    fuzz::{
-        planted::Planted,
-        subject::Subject as _,
-        worker::{Runner as _, Worker},
-    },
-    interruption::Signals,
+use carom_runs::interruption::Signals;
+use xtask::fuzz::{
+    planted::Planted,
+    subject::Subject as _,
+    worker::{Runner as _, Worker},
 };
 
 fn xtask(arguments: &[&str]) -> Output {

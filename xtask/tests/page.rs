@@ -1,8 +1,5 @@
 //! The pages as a browser shows them: nothing fails, nothing is fetched, the gas is there and moves, and so is every figure.
 
-#[path = "../../tests/support/skipped.rs"]
-mod skipped;
-
 use std::{
     fs,
     path::Path,
@@ -95,7 +92,7 @@ fn check(seen: &Value, canvases: usize, titles: &[&str]) {
 fn pages_are_whole_and_the_gas_moves() {
     let Some(browser) = browser() else {
         let test = concat!(module_path!(), "::pages_are_whole_and_the_gas_moves");
-        skipped::skipped(test, format_args!("none of {BROWSERS:?} is installed"));
+        carom_testkit::skipped::skipped(test, format_args!("none of {BROWSERS:?} is installed"));
         return;
     };
     let root = tempfile::tempdir().unwrap();

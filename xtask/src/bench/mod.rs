@@ -14,12 +14,13 @@ use carom::{
     detection::Exact,
     engine::{CellScheduler, HeapScheduler, Instructions, Scene, Scheduler, Simulation},
 };
+use carom_runs::say;
+use carom_tables::Verdict;
 use clap::{Args, Subcommand};
 use cpu_time::ThreadTime;
 use serde::Serialize;
 
 use self::clock::gigahertz;
-use crate::{say, summary::Verdict};
 
 /// What to time.
 #[derive(Debug, Subcommand)]

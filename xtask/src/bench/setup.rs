@@ -6,10 +6,10 @@ use carom::{
     Scene, Simulation,
     engine::{GasSpec, MoleculeSpec},
 };
+use carom_runs::say;
+use carom_tables::Verdict;
 use clap::Args;
 use cpu_time::ThreadTime;
-
-use crate::{say, summary::Verdict};
 
 /// What to set up.
 #[derive(Debug, Args)]

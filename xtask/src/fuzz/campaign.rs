@@ -9,6 +9,7 @@ use std::{
 };
 
 use anyhow::{Context, Result};
+use carom_runs::{output::write_whole, say};
 
 use super::{
     minimise::minimise,
@@ -16,7 +17,6 @@ use super::{
     subject::{Failure, Report, Subject},
     worker::Runner,
 };
-use crate::{output::write_whole, say};
 
 /// Failures of one kind beyond this many are counted, but neither minimised nor written.
 const MOST_WRITTEN_PER_KIND: usize = 3;

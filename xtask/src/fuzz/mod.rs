@@ -2,7 +2,7 @@
 //! of files.
 //!
 //! Each fuzzer compares the code under test with references of its own: kinematics between reported
-//! events ([`scenes::kinematics`]), a search in extended precision ([`crate::oracle`]), and the
+//! events ([`scenes::kinematics`]), a search in extended precision ([`carom_testkit::oracle`]), and the
 //! plain rule that no input may cause a panic, a hang, a NaN or an overlap.
 //!
 //! A run has a seed. Each of its cases has a seed of its own, derived from that of the run and from
@@ -24,6 +24,8 @@ use std::{env, path::PathBuf, time::Duration};
 
 use anyhow::{Context as _, Result, bail, ensure};
 use carom::{Exact, Impact};
+use carom_runs::interruption::Signals;
+use carom_tables::Verdict;
 use clap::{Args, Subcommand};
 
 use self::{
@@ -35,7 +37,6 @@ use self::{
     subject::Subject,
     worker::Worker,
 };
-use crate::{interruption::Signals, summary::Verdict};
 
 /// The fuzzers.
 #[derive(Debug, Subcommand)]

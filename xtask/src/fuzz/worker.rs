@@ -14,13 +14,13 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use serde::{Deserialize, Serialize};
-
-use super::subject::{Failure, Report, Subject, check_and_catch};
-use crate::{
+use carom_runs::{
     checkpoint_file::{decode, encode},
     interruption::Signals,
 };
+use serde::{Deserialize, Serialize};
+
+use super::subject::{Failure, Report, Subject, check_and_catch};
 
 /// The name of the hidden command that starts the process.
 pub const COMMAND: &str = "fuzz-worker";

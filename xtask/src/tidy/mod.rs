@@ -9,8 +9,8 @@ mod one_glam;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-
-use crate::{say, summary::Verdict};
+use carom_runs::say;
+use carom_tables::Verdict;
 
 /// Something that is out of order, in words.
 type Fault = String;

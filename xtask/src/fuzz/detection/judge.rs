@@ -5,13 +5,11 @@ use carom_detection::{
 };
 use carom_geometry::gap_between;
 use carom_kinematics::{HALF_ULP, Motion};
+use carom_testkit::oracle::{DoubleDouble, Oracle, Reference, Verdict, gap_over_bound};
 use glam::DVec2;
 
 use super::case::{Query, exp2};
-use crate::{
-    fuzz::subject::{Report, exceeds},
-    oracle::{DoubleDouble, Oracle, Reference, Verdict, gap_over_bound},
-};
+use crate::fuzz::subject::{Report, exceeds};
 
 /// Most intervals that the reference looks at in one query.
 const MOST_INTERVALS: u64 = 300_000;
@@ -114,7 +112,7 @@ impl Judge<'_> {
         };
         let reference = match self.reference {
             Reference::Deep(deep) => {
-                use crate::oracle::Number as _;
+                use carom_testkit::oracle::Number as _;
                 format!(
                     "{:?} touch at {:e} and overlap by more than 2 E at {:e}",
                     deep.parts,

@@ -5,12 +5,10 @@ use std::{env, fs, process};
 
 use carom::engine::{Checkpoint, Scene, Simulation};
 use carom_kinematics::EpochTime;
+use carom_runs::checkpoint_file::{self, Body, decode, encode};
 
 use super::{mutate, scene_files};
-use crate::{
-    checkpoint_file::{self, Body, decode, encode},
-    fuzz::{random::Draw, scenes, subject::Report},
-};
+use crate::fuzz::{random::Draw, scenes, subject::Report};
 
 /// The bytes of the state of a small scene after some epochs.
 fn sound(draw: &mut Draw) -> Vec<u8> {

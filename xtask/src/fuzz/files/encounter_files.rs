@@ -4,12 +4,10 @@ use std::{env, fmt::Write as _, fs, process};
 
 use carom_detection::encounters::{Class, Encounter};
 use carom_geometry::Molecule;
+use carom_runs::detect::{Detector, detect};
 
 use super::mutate;
-use crate::{
-    detect::{Detector, detect},
-    fuzz::{random::Draw, subject::Report},
-};
+use crate::fuzz::{random::Draw, subject::Report};
 
 /// The detectors that answer.
 const DETECTORS: [Detector; 4] =

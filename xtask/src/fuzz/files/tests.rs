@@ -64,7 +64,7 @@ fn an_overlap_in_a_file_is_found() {
     )
     .unwrap();
     let simulation = carom::engine::Simulation::new(&scene).unwrap();
-    let body = crate::checkpoint_file::encode(&simulation.checkpoint().unwrap()).unwrap();
+    let body = carom_runs::checkpoint_file::encode(&simulation.checkpoint().unwrap()).unwrap();
     let report = |bytes: &[u8]| {
         let case = Case { kind: Kind::Body, bytes: bytes.to_vec() };
         check_and_catch(|| Mutations.check(&case))

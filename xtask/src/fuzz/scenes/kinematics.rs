@@ -7,8 +7,7 @@
 
 use carom_geometry::Molecule;
 use carom_kinematics::{EpochTime, Motion};
-
-use crate::oracle::{DoubleDouble, Number as _};
+use carom_testkit::oracle::{DoubleDouble, Number as _};
 
 /// Two numbers: a place, a velocity, or a cosine and sine.
 pub type Pair = [f64; 2];

@@ -1,19 +1,19 @@
 //! Runs a case with one scheduler, epoch by epoch, and beside it a copy that went through the bytes
 //! of a checkpoint.
 
-use carom::engine::{Checkpoint, ElasticitySpec, RunError, Scheduler, Simulation, Violation};
-use carom::response::Response;
+use carom::{
+    engine::{Checkpoint, ElasticitySpec, RunError, Scheduler, Simulation, Violation},
+    response::Response,
+};
 use carom_detection::Detection;
 use carom_kinematics::EpochTime;
+use carom_runs::checkpoint_file::{decode, encode};
 
 use super::{
     case::{Case, Edit},
     watcher::{Logged, Watcher},
 };
-use crate::{
-    checkpoint_file::{decode, encode},
-    fuzz::{random::Draw, subject::Report},
-};
+use crate::fuzz::{random::Draw, subject::Report};
 
 /// Most epochs of one case; a case that needs more is cut short.
 const MOST_EPOCHS: u64 = 40_000;

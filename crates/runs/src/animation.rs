@@ -1,0 +1,351 @@
+//! A moving view of a run: the flights of all bodies between their contacts, recorded for a while and packed for a page.
+//!
+//! A twin of the simulation flies ahead and is recorded, so that the run itself neither waits nor keeps anything. It makes the
+//! same contacts, to the bit. What is recorded is written as a table, with every digit, and as JSON, for the page: there each
+//! number is one of `LEVELS` + 1 even steps, three characters long. In the box that is a hundredth of a pixel at most.
+//!
+//! Its size does not grow with the system: of many bodies those in a part of the box are shown, see [`part`](crate::part). The
+//! animation ends before any body can come into view that is not recorded.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result};
+use carom::{
+    CollisionReport, Observer, Simulation, View,
+    engine::Body,
+    observers::{Flight, FlightLog, colour, kinds},
+};
+use glam::DVec2;
+use serde::Serialize;
+
+use crate::{output::Folder, part::Part};
+
+/// Name of the packed animation.
+pub const ANIMATION: &str = "animation.json";
+
+/// Name of the table of flights.
+pub const FLIGHTS: &str = "flights.csv";
+
+const HEADER: [&str; 8] = ["time", "body", "x", "y", "velocity_x", "velocity_y", "angle", "angular_velocity"];
+
+/// Flights recorded. More: a longer animation and a larger page; these are about 0.6 MB.
+const CAPACITY: usize = 32_000;
+
+/// Contacts of the whole system after which an animation ends. More: a longer animation of a large system, and a second more before its run
+/// begins for each million.
+const MOST_CONTACTS: usize = 500_000;
+
+/// A number between 0 and 1 is written as one of so many steps; even, so that the middle is one of them.
+const LEVELS: f64 = 262_142.0;
+
+/// The digits of a number to the base 64, from 0 on, as `animation.js` reads them.
+const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+/// What a page plays.
+#[derive(Debug, Serialize)]
+struct Animation {
+    sides: [f64; 2],
+    /// Lower left corner, width and height of the part of the box that is shown; all of it if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    window: Option<[f64; 4]>,
+    from: f64,
+    until: f64,
+    /// Largest component of a velocity.
+    fastest: f64,
+    /// Largest angular velocity.
+    fastest_spin: f64,
+    shapes: Vec<Shape>,
+    /// The shape of each body, by number in the list.
+    bodies: Vec<usize>,
+    /// A body that the page looks at from close by.
+    watched: Option<usize>,
+    /// Ends of each wall, and half its thickness.
+    walls: Vec<[f64; 5]>,
+    /// For each flight: its body's number as three digits; then time, place and velocity; then, unless the body is a disc,
+    /// orientation in turns and angular velocity.
+    flights: String,
+}
+
+/// Bodies that look alike.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Shape {
+    name: String,
+    colour: &'static str,
+    fixed: bool,
+    /// Place in the body's frame, and radius.
+    atoms: Vec<[f64; 3]>,
+}
+
+impl Shape {
+    fn turns(&self) -> bool {
+        self.atoms.len() > 1 && !self.fixed
+    }
+}
+
+/// An animation ends, full or not, when a body of mean speed has crossed the box so many times.
+const CROSSINGS: f64 = 4.0;
+
+/// Records how the system goes on from here, and writes it down. How far does not depend on when the run ends: a run that
+/// is extended later has the same animation.
+///
+/// # Errors
+/// It cannot be written.
+pub fn record(simulation: &Simulation, folder: &Folder) -> Result<()> {
+    let view = simulation.view();
+    let part = Part::of(&view);
+    let log = match &part {
+        Some(part) => FlightLog::among(CAPACITY, part.bodies.iter().copied()),
+        None => FlightLog::new(CAPACITY),
+    };
+    let speeds = view.bodies().map(|body| body.motion.velocity.length());
+    let mut watching = (log, Fastest(speeds.fold(0.0, f64::max)));
+    watching.start(&view);
+    let margin = part.as_ref().map_or(f64::INFINITY, |part| part.margin);
+    let from = view.time().to_f64();
+    let mut until = end(&view).min(from + margin / watching.1.0);
+    let mut twin = simulation.clone();
+    let mut contacts = 0;
+    // If the run cannot go on, the run itself will say why.
+    while matches!(twin.step(until, &mut watching), Ok(true)) {
+        contacts += 1;
+        let now = twin.time().to_f64();
+        if watching.0.is_full() || contacts == MOST_CONTACTS {
+            until = now;
+            break;
+        }
+        // No speed so far exceeds this one: no unrecorded body can be in view before this time.
+        until = until.min(from + margin / watching.1.0).max(now);
+    }
+    drop(twin);
+    let log = watching.0;
+    let rows = log.flights().iter().map(|flight| {
+        let Flight { position, velocity, .. } = flight;
+        let place = [position.x, position.y, velocity.x, velocity.y];
+        (flight.time, flight.body, place, flight.angle, flight.angular_velocity)
+    });
+    folder.write_lasting_table(FLIGHTS, &HEADER, rows)?;
+    let animation = Animation::of(&view, part.as_ref(), log.flights(), until);
+    folder.write_lasting(ANIMATION, serde_json::to_string(&animation).context("the animation is no JSON")?)
+}
+
+/// The largest speed that any body has had (length / time).
+struct Fastest(f64);
+
+impl Observer for Fastest {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        for side in &report.sides {
+            self.0 = self.0.max(side.after.velocity.length());
+        }
+    }
+}
+
+/// When an animation that begins now ends at the latest (time).
+fn end(view: &View<'_>) -> f64 {
+    let moving = || view.bodies().filter(|body| !body.body.is_fixed());
+    let mean =
+        moving().map(|body| body.motion.velocity.length()).sum::<f64>() / moving().count().max(1) as f64;
+    let stretch = CROSSINGS * view.bounds().sides().max_element() / mean;
+    // Where nothing moves there is nothing to see.
+    view.time().to_f64() + if stretch.is_finite() { stretch } else { 1.0 }
+}
+
+impl Animation {
+    fn of(view: &View<'_>, part: Option<&Part>, flights: &[Flight], until: f64) -> Self {
+        let is_shown = |body: &Body| part.is_none_or(|part| part.has(body));
+        let mut shapes: Vec<Shape> = Vec::new();
+        let (mut bodies, mut number_of) = (Vec::new(), BTreeMap::new());
+        let shown = |body: &Body| !body.is_wall() && is_shown(body);
+        for (body, kind) in view.bodies().zip(kinds(view)).filter(|(body, _)| shown(body.body)) {
+            let tags: Vec<&str> = body.body.tags().iter().map(|&tag| view.tag_names().name(tag)).collect();
+            let atoms = body.body.molecule().atoms().iter();
+            let shape = Shape {
+                name: tags.join(", "),
+                colour: colour(body.body, kind),
+                fixed: body.body.is_fixed(),
+                atoms: atoms.map(|atom| [atom.offset().x, atom.offset().y, atom.radius()]).collect(),
+            };
+            let number = shapes.iter().position(|known| *known == shape).unwrap_or(shapes.len());
+            if number == shapes.len() {
+                shapes.push(shape);
+            }
+            number_of.insert(body.body.id(), bodies.len());
+            bodies.push(number);
+        }
+        let sides = view.bounds().sides();
+        let wall = |ends: [DVec2; 2], radius| [ends[0].x, ends[0].y, ends[1].x, ends[1].y, radius];
+        let walls = view
+            .bodies()
+            .filter(|body| is_shown(body.body))
+            .filter_map(|body| Some(wall(body.wall()?, body.body.molecule().face()?.radius())));
+        let largest =
+            |quantity: fn(&Flight) -> f64| flights.iter().map(quantity).fold(f64::MIN_POSITIVE, f64::max);
+        let mut animation = Self {
+            sides: sides.to_array(),
+            window: part.map(Part::window),
+            from: view.time().to_f64(),
+            until,
+            fastest: largest(|flight| flight.velocity.abs().max_element()),
+            fastest_spin: largest(|flight| flight.angular_velocity.abs()),
+            watched: watched(&shapes, &bodies),
+            shapes,
+            bodies,
+            walls: walls.collect(),
+            flights: String::new(),
+        };
+        for flight in flights {
+            // Walls have none.
+            let Some(&number) = number_of.get(&flight.body) else { continue };
+            animation.pack(flight, number, view.bounds().wrap(flight.position).0 / sides);
+        }
+        animation
+    }
+
+    fn pack(&mut self, flight: &Flight, number: usize, place: DVec2) {
+        let signed = |value: f64, largest: f64| 0.5 * (value / largest + 1.0);
+        let time = (flight.time - self.from) / (self.until - self.from);
+        let velocity = flight.velocity.to_array().map(|component| signed(component, self.fastest));
+        let turn = flight.angle / std::f64::consts::TAU;
+        let spin = [turn - turn.floor(), signed(flight.angular_velocity, self.fastest_spin)];
+        let turning = if self.shapes[self.bodies[number]].turns() { &spin[..] } else { &[] };
+        push(&mut self.flights, number as u32);
+        for value in [time, place.x, place.y].iter().chain(&velocity).chain(turning) {
+            push(&mut self.flights, (value.clamp(0.0, 1.0) * LEVELS).round() as u32);
+        }
+    }
+}
+
+/// The first body that moves, if no other is like it.
+fn watched(shapes: &[Shape], bodies: &[usize]) -> Option<usize> {
+    let first = bodies.iter().position(|&shape| !shapes[shape].fixed)?;
+    let is_alone = bodies.iter().filter(|&&shape| shape == bodies[first]).count() == 1;
+    is_alone.then_some(first)
+}
+
+/// Three digits, the highest first.
+fn push(text: &mut String, number: u32) {
+    text.extend([12, 6, 0].map(|shift| char::from(DIGITS[(number >> shift & 63) as usize])));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::Existing;
+    use carom::Scene;
+    use serde_json::Value;
+
+    /// What `animation.js` does, in its own words.
+    fn numbers(text: &str) -> Vec<u32> {
+        let digit = |byte: &u8| DIGITS.iter().position(|known| known == byte).unwrap() as u32;
+        text.as_bytes()
+            .chunks(3)
+            .map(|three| three.iter().fold(0, |sum, byte| 64 * sum + digit(byte)))
+            .collect()
+    }
+
+    #[test]
+    fn a_packed_flight_is_the_recorded_one_to_a_hundredth_of_a_pixel() {
+        let scene = Scene::from_toml(
+            "[[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n\
+             [[bumper]]\nradius = 0.02\nat = [0.1, 0.1]\n[[wall]]\nx = 0.0\n\
+             [[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100\n",
+        )
+        .unwrap();
+        let root = tempfile::tempdir().unwrap();
+        let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
+        let mut simulation = Simulation::new(&scene).unwrap();
+        record(&simulation, &folder).unwrap();
+        let until = end(&simulation.view());
+        let animation: Value = serde_json::from_str(&folder.read(ANIMATION).unwrap()).unwrap();
+        assert_eq!(animation["watched"], 0);
+        assert_eq!(animation["walls"].as_array().unwrap().len(), 1);
+        assert_eq!(animation["shapes"].as_array().unwrap().len(), 3);
+        let (fastest, spin) =
+            (animation["fastest"].as_f64().unwrap(), animation["fastest_spin"].as_f64().unwrap());
+        let mut packed = numbers(animation["flights"].as_str().unwrap()).into_iter();
+        let table = folder.read(FLIGHTS).unwrap();
+        let mut flights = 0;
+        for line in table.lines().skip(1) {
+            let row: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+            if row[1] == 2.0 {
+                // The wall, after the molecule and the bumper.
+                continue;
+            }
+            let mut next = |scale: f64| f64::from(packed.next().unwrap()) / LEVELS * scale;
+            let number = (next(LEVELS)).round();
+            assert_eq!(number, if row[1] > 2.0 { row[1] - 1.0 } else { row[1] });
+            assert!((next(until) - row[0]).abs() < 4e-6 * until);
+            for place in &row[2..4] {
+                assert!((next(1.0) - place.rem_euclid(1.0)).abs() < 4e-6);
+            }
+            for velocity in &row[4..6] {
+                assert!((next(2.0 * fastest) - fastest - velocity).abs() < 4e-6 * fastest);
+            }
+            if number == 0.0 {
+                let turn = row[6] / std::f64::consts::TAU;
+                assert!((next(1.0) - turn.rem_euclid(1.0)).abs() < 4e-6);
+                assert!((next(2.0 * spin) - spin - row[7]).abs() < 4e-6 * spin);
+            }
+            flights += 1;
+        }
+        assert_eq!(packed.next(), None);
+        // The run that was recorded goes on as if it had not been: as many contacts, of which two flights each come.
+        simulation.run_until(until).unwrap();
+        let counters = simulation.view().counters();
+        assert!(counters.collisions > 100);
+        let expected = 102 + 2 * counters.collisions - counters.fixed_collisions;
+        assert_eq!(flights, expected);
+    }
+
+    #[test]
+    fn a_animation_of_a_large_system_is_no_larger_and_shows_nothing_that_is_not_there() {
+        let scene = |count: u32| {
+            let radius = 0.3 / f64::from(count).sqrt();
+            let gas = format!("[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}\n");
+            Simulation::new(&Scene::from_toml(&gas).unwrap()).unwrap()
+        };
+        let root = tempfile::tempdir().unwrap();
+        let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
+        let mut simulation = scene(40_000);
+        record(&simulation, &folder).unwrap();
+        let (text, table) = (folder.read(ANIMATION).unwrap(), folder.read(FLIGHTS).unwrap());
+        assert!(text.len() < 800_000, "{}", text.len());
+        let animation: Value = serde_json::from_str(&text).unwrap();
+        let number = |value: &Value| value.as_f64().unwrap();
+        let [left, bottom, wide, high] = [0, 1, 2, 3].map(|n| number(&animation["window"][n]));
+        let until = number(&animation["until"]);
+        // Where the animation has each body at its end, by its last flight.
+        let mut last = BTreeMap::new();
+        for line in table.lines().skip(1) {
+            let row: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+            let place = DVec2::new(row[2], row[3]) + (until - row[0]) * DVec2::new(row[4], row[5]);
+            last.insert(row[1] as u64, place);
+        }
+        assert!(last.len() <= 10_000);
+        simulation.run_until(until).unwrap();
+        assert!(simulation.view().counters().collisions > 10_000);
+        let mut seen = 0;
+        for body in simulation.view().bodies() {
+            let place = body.motion.position;
+            let from_corner = (place - DVec2::new(left, bottom)).rem_euclid(DVec2::ONE);
+            if from_corner.x < wide && from_corner.y < high {
+                seen += 1;
+                let recorded =
+                    last.get(&body.body.id()).expect("a body comes into view that is not recorded");
+                let off = recorded - place;
+                assert!((off - off.round()).length() < 1e-9, "{off}");
+            }
+        }
+        assert!((3500..4500).contains(&seen), "{seen}");
+    }
+
+    #[test]
+    fn a_scene_in_which_nothing_moves_is_a_animation_too() {
+        let scene = Scene::from_toml("[[bumper]]\nradius = 0.02\nat = [0.1, 0.1]\n").unwrap();
+        let root = tempfile::tempdir().unwrap();
+        let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
+        record(&Simulation::new(&scene).unwrap(), &folder).unwrap();
+        let animation: Value = serde_json::from_str(&folder.read(ANIMATION).unwrap()).unwrap();
+        assert_eq!(animation["watched"], Value::Null);
+        assert_eq!(animation["flights"].as_str().unwrap().len(), 18);
+    }
+}

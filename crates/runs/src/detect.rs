@@ -1,0 +1,276 @@
+//! `carom detect`: the first contacts of the pairs in an encounter file, by a detector of choice.
+
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+use anyhow::{Result, bail};
+use carom_detection::{BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Touch, skim};
+use carom_tables::Verdict;
+use clap::Args;
+
+use crate::{
+    encounters::{self, Encounter},
+    output::write_whole,
+    say,
+};
+
+/// How often a search that ended "certified free until" is taken up again from there.
+const MOST_QUERIES: u32 = 1000;
+
+/// Which detector answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Detector {
+    /// [`Exact`].
+    #[default]
+    Exact,
+    /// [`GoldenSecant`].
+    GoldenSecant,
+    /// [`BoundingCircles`].
+    BoundingCircles,
+    /// [`FixedStep`].
+    FixedStep,
+}
+
+impl FromStr for Detector {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        Ok(match text {
+            "exact" => Self::Exact,
+            "golden-secant" => Self::GoldenSecant,
+            "bounding-circles" => Self::BoundingCircles,
+            "fixed-step" => Self::FixedStep,
+            _ => bail!(
+                "unknown detector '{text}': known are exact, golden-secant, bounding-circles, fixed-step"
+            ),
+        })
+    }
+}
+
+/// Options of `carom detect`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// Pairs, one a line
+    #[arg(value_name = "CASES.csv")]
+    pub cases: PathBuf,
+    /// Detector: exact, golden-secant, bounding-circles or fixed-step
+    #[arg(long, default_value = "exact")]
+    pub detector: Detector,
+    /// File of the answers
+    #[arg(long, value_name = "ANSWERS.csv")]
+    pub out: PathBuf,
+}
+
+/// Answers the pairs of a file, and prints how many searches ended in which way.
+///
+/// # Errors
+/// See [`detect`].
+pub fn run(options: &Options) -> Result<Verdict> {
+    say(&detect(&options.cases, options.detector, &options.out)?.to_string());
+    Ok(Verdict::Passed)
+}
+
+/// How many searches ended in which way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Summary {
+    /// Pairs asked about.
+    pub cases: u64,
+    /// Pairs that touch.
+    pub contacts: u64,
+    /// Pairs that do not.
+    pub free: u64,
+    /// Pairs about which the detector could not tell.
+    pub unresolved: u64,
+    /// How many times the gap of an atom pair was computed.
+    pub evaluations: u64,
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { cases, contacts, free, unresolved, evaluations } = self;
+        write!(f, "{cases} encounters: {contacts} contacts, {free} free")?;
+        if *unresolved > 0 {
+            write!(f, ", {unresolved} unresolved")?;
+        }
+        write!(f, "; {evaluations} evaluations")
+    }
+}
+
+/// Asks `detector` about each encounter of the file `cases` and writes the answers to `out`.
+///
+/// Answers are CSV, `class,id,outcome,t,atomA,atomB,evaluations`, in the order of the cases. The outcome is
+/// `contact`, `free`, or `unresolved` where the detector gave up; then t is the time up to which it looked.
+/// Atoms are empty where the bounding circles touch.
+///
+/// # Errors
+/// Input that makes no sense, by file, line and column; an answer file that cannot be written.
+pub fn detect(cases: &Path, detector: Detector, out: &Path) -> Result<Summary> {
+    let encounters = encounters::read(cases)?;
+    let mut summary = Summary::default();
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(["class", "id", "outcome", "t", "atomA", "atomB", "evaluations"])?;
+    for encounter in &encounters {
+        let finding = match detector {
+            Detector::Exact => first_contact(&Exact::default(), encounter),
+            Detector::GoldenSecant => first_contact(&GoldenSecant::default(), encounter),
+            Detector::BoundingCircles => first_contact(&BoundingCircles, encounter),
+            Detector::FixedStep => first_contact(&FixedStep::default(), encounter),
+        };
+        summary.add(&finding);
+        let [time, atom_a, atom_b] = finding.cells();
+        let evaluations = finding.evaluations.to_string();
+        let (class, id) = (&encounter.class, &encounter.id);
+        table.write_record([class, id, finding.word(), &time, &atom_a, &atom_b, &evaluations])?;
+    }
+    write_whole(out, &table.into_inner()?)?;
+    Ok(summary)
+}
+
+/// The answer to one encounter, with times from the encounter's time 0 on.
+struct Finding {
+    outcome: Outcome,
+    evaluations: u64,
+}
+
+impl Finding {
+    fn word(&self) -> &'static str {
+        match self.outcome {
+            Outcome::Contact(_) => "contact",
+            Outcome::Free => "free",
+            Outcome::FreeUntil(_) | Outcome::Unresolved(_) => "unresolved",
+            Outcome::OutOfRange => "out-of-range",
+        }
+    }
+
+    /// t, atomA, atomB
+    fn cells(&self) -> [String; 3] {
+        match self.outcome {
+            Outcome::Contact(contact) => match contact.touch {
+                Touch::Atoms(a, b) => [contact.time.to_string(), a.to_string(), b.to_string()],
+                // The table of encounters has no walls.
+                Touch::BoundingCircles | Touch::FaceOfA(_) | Touch::FaceOfB(_) => {
+                    [contact.time.to_string(), String::new(), String::new()]
+                }
+            },
+            Outcome::FreeUntil(time) | Outcome::Unresolved(time) => {
+                [time.to_string(), String::new(), String::new()]
+            }
+            Outcome::Free | Outcome::OutOfRange => Default::default(),
+        }
+    }
+}
+
+impl Summary {
+    fn add(&mut self, finding: &Finding) {
+        self.cases += 1;
+        self.evaluations += finding.evaluations;
+        match finding.outcome {
+            Outcome::Contact(_) => self.contacts += 1,
+            Outcome::Free => self.free += 1,
+            Outcome::FreeUntil(_) | Outcome::Unresolved(_) | Outcome::OutOfRange => self.unresolved += 1,
+        }
+    }
+}
+
+/// Asks on from where a search ended "certified free until", as the engine does, but not without end.
+fn first_contact(detector: &impl Detection, encounter: &Encounter) -> Finding {
+    let [a, b] = [0, 1].map(|body| encounter.molecules[body].outline());
+    let window_end = encounter.window_end.unwrap_or_else(|| {
+        let reach = a.bounding_radius + b.bounding_radius;
+        skim(&encounter.pair_at(0.0), reach, f64::MAX).map_or(0.0, |window| window.end)
+    });
+    let mut time = 0.0;
+    let mut evaluations = 0;
+    for _ in 0..MOST_QUERIES {
+        let answer = detector.first_contact(a, b, &encounter.pair_at(time), window_end - time);
+        evaluations += u64::from(answer.evaluations);
+        let outcome = match answer.outcome {
+            Outcome::FreeUntil(later) => {
+                time = (time + later).max(time.next_up());
+                if time <= window_end {
+                    continue;
+                }
+                Outcome::Free
+            }
+            Outcome::Contact(mut contact) => {
+                contact.time += time;
+                Outcome::Contact(contact)
+            }
+            Outcome::Unresolved(later) => Outcome::Unresolved(time + later),
+            outcome @ (Outcome::Free | Outcome::OutOfRange) => outcome,
+        };
+        return Finding { outcome, evaluations };
+    }
+    Finding { outcome: Outcome::FreeUntil(time), evaluations }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    const COLUMNS: &str = "class,id,xA,yA,vxA,vyA,thA,wA,atomsA,xB,yB,vxB,vyB,thB,wB,atomsB";
+
+    /// The answer file to a case file of these lines.
+    fn answers(lines: &[&str], detector: Detector) -> Result<String> {
+        let folder = tempfile::tempdir()?;
+        let (cases, out) = (folder.path().join("cases.csv"), folder.path().join("answers.csv"));
+        fs::write(&cases, lines.join("\n"))?;
+        detect(&cases, detector, &out)?;
+        assert_eq!(fs::read_dir(folder.path())?.count(), 2, "nothing else is left behind");
+        Ok(fs::read_to_string(out)?)
+    }
+
+    #[test]
+    fn cases_without_answers_are_answered() {
+        // Discs of radius 1/2 head on from 3 apart at speed 1; and the same, flying away.
+        let meets = "discs,meet,0,0,0,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,7:7:1:0.5";
+        let parts = "discs,part,0,0,0,0,0,0,0:0:1:0.5,3,0,1,0,0,0,7:7:1:0.5";
+        let found = answers(&[COLUMNS, meets, parts], Detector::Exact).unwrap();
+        assert_eq!(
+            found,
+            "class,id,outcome,t,atomA,atomB,evaluations\ndiscs,meet,contact,2,0,0,1\ndiscs,part,free,,,,0\n"
+        );
+        let circles = answers(&[COLUMNS, meets], Detector::BoundingCircles).unwrap();
+        assert!(circles.contains("discs,meet,contact,2,,,1"));
+    }
+
+    #[test]
+    fn a_window_ends_the_search() {
+        let columns = format!("{COLUMNS},window_end");
+        let line = "discs,1,0,0,0,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5";
+        for (window_end, word) in [("2", "contact"), ("1.9", "free"), ("", "contact")] {
+            let found = answers(&[&columns, &format!("{line},{window_end}")], Detector::Exact).unwrap();
+            assert!(found.contains(word), "{window_end}: {found}");
+        }
+    }
+
+    #[test]
+    fn bad_input_is_refused_by_line_and_column() {
+        let good = "c,1,0,0,0,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5";
+        for (bad, column) in [
+            ("c,2,0,0,x,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5", "vxA"),
+            ("c,2,0,0,0,0,0,NaN,0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5", "wA"),
+            ("c,2,0,0,0,0,0,0,0:0:1:0.5,inf,0,-1,0,0,0,0:0:1:0.5", "xB"),
+            ("c,2,0,0,0,0,0,0,0:0:1:-0.5,3,0,-1,0,0,0,0:0:1:0.5", "atomsA"),
+            ("c,2,0,0,0,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,0:0:1", "atomsB"),
+            ("c,2,0,0,0,0,0,0,0:0:1:0.5;0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5", "atomsA"),
+            ("c,2,,0,0,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5", "xA"),
+        ] {
+            let error = format!("{:#}", answers(&[COLUMNS, good, bad], Detector::Exact).unwrap_err());
+            assert!(error.contains("line 3") && error.contains(&format!("`{column}`")), "{error}");
+        }
+        assert!(answers(&[COLUMNS, "c,2,0"], Detector::Exact).is_err());
+        let error = format!("{:#}", answers(&["class,id", "c,1"], Detector::Exact).unwrap_err());
+        assert!(error.contains("the column `xA` is missing"), "{error}");
+    }
+
+    #[test]
+    fn detectors_are_known_by_name() {
+        assert_eq!("golden-secant".parse::<Detector>().unwrap(), Detector::GoldenSecant);
+        assert!("golden".parse::<Detector>().unwrap_err().to_string().contains("fixed-step"));
+    }
+}

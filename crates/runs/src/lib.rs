@@ -1,0 +1,52 @@
+//! Runs of scenes: folder, manifest, checkpoints that a run resumes from, series as files, and a page.
+
+pub mod animation;
+pub mod append_file;
+pub mod check;
+pub mod checkpoint_file;
+pub mod detect;
+pub mod encounters;
+pub mod exit;
+pub mod experiment;
+pub mod interruption;
+pub mod manifest;
+pub mod output;
+pub mod overrides;
+pub mod part;
+pub mod progress;
+pub mod resumable;
+pub mod run;
+pub mod sampling_times;
+pub mod scene_file;
+pub mod series;
+pub mod work_items;
+
+use std::io::Write as _;
+
+use carom_report::page::with_error;
+use carom_tables::Summary;
+
+use crate::output::Folder;
+
+/// Writes a line to standard output.
+pub fn say(text: &str) {
+    // A closed pipe loses nothing that is not in the files.
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// Writes the end of a run: its totals, the checks that failed, and where its page is.
+pub fn conclude(folder: &Folder, summary: &Summary) {
+    let totals = &summary.totals;
+    say(&format!(
+        "{}: {} collisions, {:.0} per processor second; energy drift {}, overlapping pairs {}",
+        summary.title,
+        totals.collisions,
+        totals.collisions_per_second,
+        with_error(totals.energy_drift, None),
+        totals.overlapping_pairs,
+    ));
+    for check in summary.checks.iter().filter(|check| !check.passed) {
+        say(&format!("FAILED: {} is {}, allowed is {}", check.name, check.found, check.allowed));
+    }
+    say(&format!("{}", folder.path().join("report.html").display()));
+}

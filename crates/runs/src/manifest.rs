@@ -1,0 +1,153 @@
+//! How a run came about: program, compiler, machine, command, random numbers, and time taken.
+
+use std::{env, fs, process::Command, time::Instant};
+
+use anyhow::Result;
+use carom::Scene;
+use serde::Serialize;
+
+use crate::output::{Folder, MANIFEST};
+
+/// `manifest.json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Manifest {
+    program: &'static str,
+    version: &'static str,
+    /// Revision of the sources, where the program runs from a repository.
+    revision: Option<String>,
+    rustc: &'static str,
+    processor: String,
+    logical_processors: usize,
+    /// The command as it was given.
+    command: Vec<String>,
+    /// The command with every choice written out.
+    again: String,
+    streams: Vec<Stream>,
+    /// Since the run was begun, or last resumed.
+    wall_seconds: Option<f64>,
+    /// Of the whole run.
+    cpu_seconds: Option<f64>,
+    /// Whether the run came to its end; if not, the folder holds what was there until then.
+    complete: bool,
+    #[serde(skip)]
+    begun: Instant,
+}
+
+/// Random numbers of one purpose in one run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Stream {
+    purpose: &'static str,
+    generator: &'static str,
+    seed: u64,
+    #[serde(rename = "stream")]
+    number: u128,
+}
+
+impl Manifest {
+    /// Writes the manifest of a run that begins now.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn begin(folder: &Folder, again: &str, scenes: &[&Scene]) -> Result<Self> {
+        let manifest = Self {
+            program: "carom",
+            version: carom::VERSION,
+            revision: revision(),
+            rustc: env!("CAROM_RUSTC_VERSION"),
+            processor: processor(),
+            logical_processors: std::thread::available_parallelism().map_or(1, usize::from),
+            command: env::args().skip(1).collect(),
+            again: again.to_owned(),
+            streams: scenes.iter().flat_map(|scene| streams(scene)).collect(),
+            wall_seconds: None,
+            cpu_seconds: None,
+            complete: false,
+            begun: Instant::now(),
+        };
+        folder.write_json(MANIFEST, &manifest)?;
+        Ok(manifest)
+    }
+
+    /// Whether the folder holds a run that has come to its end.
+    pub fn is_complete(folder: &Folder) -> bool {
+        let manifest = folder.read(MANIFEST).ok().and_then(|text| serde_json::from_str(&text).ok());
+        manifest.is_some_and(|manifest: serde_json::Value| manifest["complete"] == true)
+    }
+
+    /// Notes that the run has come to its end, after so many seconds of processor time in its run phase, all threads
+    /// together.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn complete(mut self, folder: &Folder, cpu_seconds: f64) -> Result<()> {
+        self.wall_seconds = Some(self.begun.elapsed().as_secs_f64());
+        self.cpu_seconds = Some(cpu_seconds);
+        self.complete = true;
+        folder.write_json(MANIFEST, &self)
+    }
+}
+
+/// The streams that a scene draws from: number 16 × replica + purpose, see [`carom::engine::RandomStream`].
+fn streams(scene: &Scene) -> [Stream; 2] {
+    use carom::engine::RandomStream;
+    [("placement", RandomStream::Placement), ("velocities", RandomStream::Velocities)].map(
+        |(name, purpose)| Stream {
+            purpose: name,
+            generator: "PCG-64",
+            seed: scene.bounds.seed,
+            number: 16 * u128::from(scene.bounds.replica) + purpose as u128,
+        },
+    )
+}
+
+fn revision() -> Option<String> {
+    let output = Command::new("git")
+        .args(["-C", env!("CARGO_MANIFEST_DIR"), "describe", "--always", "--dirty", "--abbrev=40"])
+        .output()
+        .ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    (output.status.success() && !text.trim().is_empty()).then(|| text.trim().to_owned())
+}
+
+/// How the running program is called on a command line: `carom`, or `cargo xtask` for the runners.
+pub fn program() -> &'static str {
+    let path = env::current_exe().unwrap_or_default();
+    if path.file_stem().is_some_and(|name| name == "xtask") { "cargo xtask" } else { "carom" }
+}
+
+/// Name of the processor, where the system tells it.
+fn processor() -> String {
+    let known = fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        line.split_once(':').map(|(_, name)| name.trim().to_owned())
+    });
+    known.unwrap_or_else(|| env::consts::ARCH.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::Existing;
+
+    #[test]
+    fn a_manifest_is_incomplete_until_the_run_ends() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
+        let mut scene = Scene::default();
+        (scene.bounds.seed, scene.bounds.replica) = (u64::MAX, 3);
+        let read = || -> serde_json::Value {
+            serde_json::from_str(&fs::read_to_string(root.path().join(MANIFEST)).unwrap()).unwrap()
+        };
+        let manifest = Manifest::begin(&folder, "carom run", &[&scene]).unwrap();
+        assert_eq!(read()["complete"], false);
+        assert!(!Manifest::is_complete(&folder));
+        manifest.complete(&folder, 1.5).unwrap();
+        assert!(Manifest::is_complete(&folder));
+        let written = read();
+        assert_eq!(written["complete"], true);
+        assert_eq!(written["streams"][0]["seed"], u64::MAX);
+        assert_eq!(written["streams"][1]["stream"], 49);
+        assert_eq!(written["cpu_seconds"], 1.5);
+        assert!(written["wall_seconds"].as_f64().unwrap() >= 0.0);
+    }
+}

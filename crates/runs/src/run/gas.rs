@@ -1,0 +1,390 @@
+//! What `run.observe` can ask about a gas: velocities, correlations, distances, contacts along a body, heat.
+//!
+//! Each name may be followed by a colon and a tag, for the bodies that carry it: `velocities:gas`.
+
+use anyhow::{Context, Result, bail, ensure};
+use carom::{
+    CollisionReport, ContactDensity, Group, Observer, PairDistribution, ThermostatLedger, TimeCorrelation,
+    VelocityDistribution, View,
+    engine::{Body, BodyView, RunSpec},
+    observers::ImpulseLog,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::output::Folder;
+
+/// What `run.observe` may name, with a tag or without, unless said.
+pub const OBSERVERS: [&str; 6] =
+    ["velocities", "correlation", "pair-distribution", CONTACT_DENSITY, IMPULSES, THERMOSTAT];
+
+/// Asks for the tag of the one body watched.
+const CONTACT_DENSITY: &str = "contact-density";
+
+/// The same.
+const IMPULSES: &str = "impulses";
+
+/// Rows of the table of impulses at most (0.2 kB each).
+const MOST_IMPULSES: u64 = 1_000_000;
+
+/// Knows no tags: the books are those of the whole system.
+const THERMOSTAT: &str = "thermostat";
+
+/// The longest lag of correlations in samples, whenever the run ends: one that is extended later is to have measured the
+/// same as one that was long from the start.
+const LONGEST_LAG: f64 = 1e6;
+
+/// Bins for the speeds; each component has twice as many.
+const SPEED_BINS: usize = 60;
+
+/// How far distances are counted, in diameters of the largest body of the group, and bins for each diameter.
+const DIAMETERS: f64 = 5.0;
+const BINS_PER_DIAMETER: f64 = 50.0;
+
+/// Bins of the whole turn around each atom.
+const TURN_BINS: usize = 72;
+
+/// A name of `run.observe` that stands here, taken apart.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+struct Asked {
+    kind: String,
+    tag: Option<String>,
+}
+
+impl Asked {
+    /// Takes a name apart; `None` if it is not one of these.
+    fn parse(name: &str) -> Option<Self> {
+        let (kind, tag) = name.split_once(':').map_or((name, None), |(kind, tag)| (kind, Some(tag)));
+        let kind = OBSERVERS.into_iter().find(|&known| known == kind)?;
+        Some(Self { kind: kind.to_owned(), tag: tag.map(str::to_owned) })
+    }
+
+    fn group(&self, view: &View<'_>) -> Result<Group> {
+        let Some(name) = &self.tag else { return Ok(Group::All) };
+        let tag = view.tag_names().find(name);
+        let tag = tag.filter(|&tag| view.tagged(tag).next().is_some());
+        tag.map(Group::from).with_context(|| format!("nothing in the scene carries the tag {name:?}"))
+    }
+
+    /// Name of a table.
+    fn file(&self, name: &str) -> String {
+        self.tag.as_ref().map_or_else(|| format!("{name}.csv"), |tag| format!("{name}-{tag}.csv"))
+    }
+}
+
+/// Refuses a name with a tag that it cannot have.
+///
+/// # Errors
+/// What is wrong; a name that does not stand here is not known.
+pub fn check(name: &str) -> Result<()> {
+    let Some(Asked { kind, tag }) = Asked::parse(name) else { bail!("'{name}' is not known") };
+    match (kind.as_str(), tag.as_deref()) {
+        (CONTACT_DENSITY | IMPULSES, None) => bail!("'{name}' needs the tag of a body: {name}:TAG"),
+        (THERMOSTAT, Some(_)) => bail!("'{name}': the books of energy are kept for the whole system only"),
+        // It becomes part of the name of a file.
+        (_, Some(tag)) => ensure!(
+            !tag.is_empty() && tag.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)),
+            "'{name}': the tag must be of letters, digits, - and _"
+        ),
+        _ => {}
+    }
+    Ok(())
+}
+
+/// Observers that are told of samples only.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct AtSamples(Vec<(Asked, Looker)>);
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+enum Looker {
+    Velocities(VelocityDistribution),
+    Correlation(TimeCorrelation),
+    Pairs(PairDistribution),
+    Thermostat(ThermostatLedger),
+}
+
+/// Observers that are told of contacts.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct AtContacts(Vec<(Asked, ContactDensity)>, Option<ImpulseLog>);
+
+/// The observers that a run asks for.
+///
+/// # Errors
+/// A tag that nothing carries, a body or a gas that is not unique.
+pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<(AtSamples, AtContacts)> {
+    let (mut lookers, mut densities, mut impulses) = (Vec::new(), Vec::new(), None);
+    for name in &run.observe {
+        let Some(asked) = Asked::parse(name) else { continue };
+        let context = || format!("run.observe: '{name}'");
+        if asked.kind == CONTACT_DENSITY {
+            let density = contact_density(asked.group(view)?, view).with_context(context)?;
+            densities.push((asked, density));
+        } else if asked.kind == IMPULSES {
+            let body = the_one(asked.group(view)?, view).with_context(context)?;
+            let earlier = impulses.replace(ImpulseLog::new(body.body.key(), MOST_IMPULSES));
+            ensure!(earlier.is_none(), "run.observe: '{name}': the impulses of one body only can be written");
+        } else {
+            let looker = looker(&asked, run, view).with_context(context)?;
+            lookers.push((asked, looker));
+        }
+    }
+    Ok((AtSamples(lookers), AtContacts(densities, impulses)))
+}
+
+fn looker(asked: &Asked, run: &RunSpec, view: &View<'_>) -> Result<Looker> {
+    let group = asked.group(view)?;
+    Ok(match asked.kind.as_str() {
+        "velocities" => Looker::Velocities(VelocityDistribution::adaptive(group, SPEED_BINS)),
+        "correlation" => {
+            let longest = (run.sample_interval * LONGEST_LAG).min(f64::MAX);
+            Looker::Correlation(TimeCorrelation::new(group, run.sample_interval, longest)?)
+        }
+        "pair-distribution" => {
+            let radii = view.bodies().filter(|body| group.contains(body.body)).map(|body| radius(&body));
+            let diameter = 2.0 * radii.fold(0.0, f64::max);
+            // Just less than half the shorter side: beyond, images would be missed.
+            let half = 0.499 * view.bounds().sides().min_element();
+            let cutoff = (DIAMETERS * diameter).min(half);
+            let bins = (cutoff / diameter * BINS_PER_DIAMETER).ceil() as usize;
+            Looker::Pairs(PairDistribution::new([group; 2], view.bounds(), cutoff, bins)?)
+        }
+        _ => Looker::Thermostat(ThermostatLedger::default()),
+    })
+}
+
+fn radius(body: &BodyView<'_>) -> f64 {
+    body.body.molecule().bounding_radius()
+}
+
+/// The one body of a group.
+fn the_one<'a>(group: Group, view: &View<'a>) -> Result<BodyView<'a>> {
+    let mut members = view.bodies().filter(|body| group.contains(body.body));
+    let (body, another) = (members.next().context("there is no body")?, members.next());
+    ensure!(another.is_none(), "several bodies carry that tag, and only one can be watched");
+    Ok(body)
+}
+
+/// The contacts of the one body of a group with the discs that all have one radius.
+fn contact_density(group: Group, view: &View<'_>) -> Result<ContactDensity> {
+    let body = the_one(group, view)?;
+    let is_of_a_gas = |other: &BodyView<'_>| {
+        let disc = other.body.molecule().is_disc() && !other.body.is_fixed();
+        disc && other.body.key() != body.body.key()
+    };
+    let mut radii = view.bodies().filter(is_of_a_gas).map(|other| radius(&other));
+    let disc = radii.next().context("there is no gas of discs")?;
+    ensure!(radii.all(|radius| radius == disc), "the discs of the gas have several radii");
+    Ok(ContactDensity::new(body.body, disc, TURN_BINS)?)
+}
+
+impl Observer for AtSamples {
+    #[inline]
+    fn watches(&self, _: [&Body; 2]) -> bool {
+        false
+    }
+
+    fn start(&mut self, view: &View<'_>) {
+        for (_, looker) in &mut self.0 {
+            match looker {
+                Looker::Velocities(velocities) => velocities.start(view),
+                Looker::Correlation(correlation) => correlation.start(view),
+                Looker::Pairs(pairs) => pairs.start(view),
+                Looker::Thermostat(ledger) => ledger.start(view),
+            }
+        }
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        for (_, looker) in &mut self.0 {
+            match looker {
+                Looker::Velocities(velocities) => velocities.sample(view),
+                Looker::Correlation(correlation) => correlation.sample(view),
+                Looker::Pairs(pairs) => pairs.sample(view),
+                Looker::Thermostat(ledger) => ledger.sample(view),
+            }
+        }
+    }
+}
+
+impl AtSamples {
+    /// Writes their tables.
+    ///
+    /// # Errors
+    /// One cannot be written.
+    pub fn write(&self, folder: &Folder) -> Result<()> {
+        self.0.iter().try_for_each(|(asked, looker)| match looker {
+            Looker::Velocities(velocities) => write_velocities(folder, asked, velocities),
+            Looker::Correlation(correlation) => {
+                let rows = correlation.points().into_iter().map(|point| {
+                    (point.lag, point.pairs, point.mean_square_displacement, point.autocorrelation)
+                });
+                let header = ["lag", "pairs", "mean_square_displacement", "velocity_autocorrelation"];
+                folder.write_table(&asked.file("correlation"), &header, rows)
+            }
+            Looker::Pairs(pairs) => {
+                let rows = pairs.points().into_iter().map(|point| (point.distance, point.pairs, point.g));
+                folder.write_table(&asked.file("pair-distribution"), &["distance", "pairs", "g"], rows)
+            }
+            Looker::Thermostat(ledger) => {
+                let points = ledger.series().iter();
+                let rows = points.map(|p| (p.time, p.duration, p.put_in, p.lost, p.energy));
+                let header = ["time", "duration", "put_in", "lost", "energy"];
+                folder.write_table(&asked.file(THERMOSTAT), &header, rows)
+            }
+        })
+    }
+}
+
+fn write_velocities(folder: &Folder, asked: &Asked, velocities: &VelocityDistribution) -> Result<()> {
+    let rows = velocities.series().iter().map(|point| {
+        let h = [point.h.map(|h| h.x), point.h.map(|h| h.y)];
+        (point.time, point.bodies, point.mean_square, point.kurtosis, h, point.h_at_equilibrium())
+    });
+    let header = ["time", "bodies", "mean_square", "kurtosis", "h_x", "h_y", "h_at_equilibrium"];
+    folder.write_table(&asked.file("velocities"), &header, rows)?;
+    let histograms = velocities
+        .components()
+        .zip(velocities.speeds())
+        .map_or_else(Vec::new, |([x, y], speeds)| vec![("x", x), ("y", y), ("speed", speeds)]);
+    let rows = histograms.into_iter().flat_map(|(name, histogram)| {
+        let bins = histogram.counts().iter().zip(histogram.densities()).enumerate();
+        bins.map(move |(bin, (&count, density))| (name, histogram.centre(bin), count, density))
+    });
+    let header = ["component", "value", "count", "density"];
+    folder.write_table(&asked.file("velocity-histogram"), &header, rows)
+}
+
+impl Observer for AtContacts {
+    #[inline]
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.0.iter().any(|(_, density)| density.watches(bodies)) || self.1.watches(bodies)
+    }
+
+    fn start(&mut self, view: &View<'_>) {
+        self.0.iter_mut().for_each(|(_, density)| density.start(view));
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.0.iter_mut().for_each(|(_, density)| density.collision(report));
+        self.1.collision(report);
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        self.0.iter_mut().for_each(|(_, density)| density.sample(view));
+    }
+}
+
+impl AtContacts {
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty() && self.1.is_none()
+    }
+
+    /// The impulses, which are written as the run goes.
+    pub fn impulses(&mut self) -> Option<&mut ImpulseLog> {
+        self.1.as_mut()
+    }
+
+    /// Writes their tables that are there at the end only.
+    ///
+    /// # Errors
+    /// One cannot be written.
+    pub fn write(&self, folder: &Folder) -> Result<()> {
+        self.0.iter().try_for_each(|(asked, density)| {
+            let rows = density
+                .points()
+                .into_iter()
+                .map(|p| (p.atom, p.angle, p.arc, p.contacts, p.pressure, p.standard_error));
+            let header = ["atom", "angle", "arc", "contacts", "pressure", "standard_error"];
+            folder.write_table(&asked.file(CONTACT_DENSITY), &header, rows)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::Existing;
+    use carom::{Scene, Simulation};
+
+    #[test]
+    fn names_are_refused_with_their_reason() {
+        for good in ["velocities", "velocities:gas", "contact-density:the_tee", "thermostat"] {
+            assert!(check(good).is_ok(), "{good}");
+        }
+        for (bad, said) in [
+            ("colour", "not known"),
+            ("contact-density", "contact-density:TAG"),
+            ("impulses", "impulses:TAG"),
+            ("thermostat:gas", "whole system"),
+            ("velocities:", "letters"),
+            ("velocities:../x", "letters"),
+        ] {
+            let error = check(bad).unwrap_err().to_string();
+            assert!(error.contains(said), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_gas_is_watched_and_its_tables_are_written() {
+        let text = r#"
+            [[molecule]]
+            tags = ["tee"]
+            shape = "tee"
+            atom_radius = 0.02
+            atom_mass = 1.0
+            at = [0.5, 0.5]
+
+            [[gas]]
+            tags = ["gas"]
+            radius = 0.02
+            mass = 1.0
+            energy = 1.0
+            count = 100
+
+            [run]
+            until = 2.0
+            sample_interval = 0.1
+            observe = ["velocities:gas", "correlation", "pair-distribution:gas", "contact-density:tee", "thermostat"]
+        "#;
+        let scene = Scene::from_toml(text).unwrap();
+        let mut simulation = Simulation::new(&scene).unwrap();
+        let mut watched = observers(&scene.run, &simulation.view()).unwrap();
+        watched.start(&simulation.view());
+        watched.sample(&simulation.view());
+        for tick in 1..=20 {
+            simulation.observe_until(0.1 * f64::from(tick), &mut watched).unwrap();
+            watched.sample(&simulation.view());
+        }
+        let root = tempfile::tempdir().unwrap();
+        let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
+        watched.0.write(&folder).unwrap();
+        watched.1.write(&folder).unwrap();
+        let table = |name: &str| -> Vec<Vec<String>> {
+            let text = std::fs::read_to_string(root.path().join(name)).unwrap();
+            text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
+        };
+        let number = |cell: &String| cell.parse::<f64>().unwrap();
+        // 100 discs of unit mass and energy: ⟨v²⟩ = 2 at first.
+        let velocities = table("velocities-gas.csv");
+        assert_eq!((velocities.len(), velocities[0].len()), (21, 7));
+        assert!((number(&velocities[0][2]) - 2.0).abs() < 1e-12);
+        let counted: f64 = table("velocity-histogram-gas.csv").iter().map(|row| number(&row[2])).sum();
+        assert!(counted > 0.99 * 3.0 * 2100.0 && counted <= 3.0 * 2100.0, "{counted}");
+        assert_eq!(table("correlation.csv").len(), 12);
+        // None is nearer than a diameter, which is 50 bins.
+        let pairs = table("pair-distribution-gas.csv");
+        assert!(pairs[..49].iter().all(|row| number(&row[1]) == 0.0));
+        let near: f64 = pairs[51..76].iter().map(|row| number(&row[2]) / 25.0).sum();
+        assert!((0.9..1.5).contains(&near), "{near}");
+        assert!(table("contact-density-tee.csv").iter().any(|row| number(&row[3]) > 0.0));
+        assert!(table("thermostat.csv").iter().all(|row| number(&row[2]) == 0.0));
+
+        let refused = |name: &str| {
+            let run = RunSpec { observe: vec![name.to_owned()], ..RunSpec::default() };
+            format!("{:#}", observers(&run, &simulation.view()).expect_err("it is refused"))
+        };
+        assert!(refused("velocities:nobody").contains("nothing in the scene carries"));
+        assert!(refused("contact-density:gas").contains("several bodies"));
+        assert!(refused("impulses:gas").contains("several bodies"));
+    }
+}

@@ -1,0 +1,72 @@
+//! `carom run`: any scene, with what its `[run]` asks for.
+
+pub(crate) mod gas;
+mod outcome;
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use carom::Simulation;
+use carom_tables::Verdict;
+use clap::Args;
+pub(crate) use outcome::OBSERVERS;
+use outcome::simulate;
+
+use crate::{
+    interruption::Signals,
+    manifest::{Manifest, program},
+    output::Folder,
+    resumable::{Choices, Task, without_end},
+    sampling_times::sampling_times,
+    scene_file::SceneFile,
+};
+
+/// Options of `carom run`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// The scene file, and what to change in it
+    #[command(flatten)]
+    pub file: SceneFile,
+    /// Folders that are there already, and checkpoints
+    #[command(flatten)]
+    pub choices: Choices,
+}
+
+/// Runs a scene and writes its folder.
+///
+/// # Errors
+/// A scene that makes no sense, a folder that is not empty, a run that cannot go on.
+pub fn run(options: &Options) -> Result<Verdict> {
+    let scene = options.file.read()?;
+    // Built before anything is written: a scene that cannot be leaves no folder.
+    let simulation =
+        Simulation::new(&scene).with_context(|| format!("scene {}", options.file.path.display()))?;
+    let asked = gas::observers(&scene.run, &simulation.view())?;
+    let signals = Signals::watch()?;
+    let folder = Folder::create(&folder_path(options), options.choices.resumption.existing())?;
+    let _alone = folder.lock()?;
+    let command = format!("{} run {}", program(), folder.path().join("config.toml").display());
+    let task = Task {
+        folder: &folder,
+        what: without_end("run", &scene),
+        until: scene.run.until,
+        samples: sampling_times(0.0, scene.run.until, scene.run.sample_interval).count(),
+        choices: &options.choices,
+        signals: &signals,
+    };
+    let found = task.find()?;
+    let manifest = Manifest::begin(&folder, &command, &[&scene])?;
+    folder.write("config.toml", scene.to_toml())?;
+    let outcome = simulate(&task, found, simulation, &scene.run, asked)?;
+    let summary = outcome.summary(options);
+    folder.write("report.html", outcome.page(&folder, &summary, &scene, &command)?)?;
+    folder.write_json("summary.json", &summary)?;
+    manifest.complete(&folder, summary.totals.cpu_seconds())?;
+    crate::conclude(&folder, &summary);
+    Ok(summary.verdict())
+}
+
+fn folder_path(options: &Options) -> PathBuf {
+    let name = options.file.path.file_stem().unwrap_or_else(|| "scene".as_ref()).to_string_lossy();
+    options.choices.resumption.folder(&format!("out/run-{name}"))
+}

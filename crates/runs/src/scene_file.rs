@@ -1,0 +1,136 @@
+//! A scene file with what the command line changes in it, refused by name where it cannot be run.
+
+use std::{fs, path::PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+use carom::{Scene, engine::RunSpec};
+use clap::Args;
+
+use crate::{
+    overrides::Override,
+    run::{OBSERVERS, gas},
+};
+
+/// The only format of snapshots.
+const EXTENDED_XYZ: &str = "extxyz";
+
+/// The most samples of a run: more are refused as a mistake.
+const MOST_SAMPLES: f64 = 1e7;
+
+/// Options that name a scene file and change entries of it.
+#[derive(Debug, Clone, Args)]
+pub struct SceneFile {
+    /// The scene file
+    #[arg(value_name = "SCENE.toml")]
+    pub path: PathBuf,
+    /// End of the run (time), instead of the scene's run.until
+    #[arg(long)]
+    pub until: Option<f64>,
+    /// Seed of all random numbers, instead of the scene's box.seed
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Change an entry, such as gas.0.count=100; may be repeated
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
+    pub set: Vec<Override>,
+}
+
+impl SceneFile {
+    /// The scene, with the changes of the command line.
+    ///
+    /// # Errors
+    /// The file cannot be read or is no scene, or `[run]` or a rule of elasticity cannot mean anything.
+    pub fn read(&self) -> Result<Scene> {
+        let path = self.path.display();
+        let text =
+            fs::read_to_string(&self.path).with_context(|| format!("cannot read the scene file {path}"))?;
+        let mut scene = Scene::from_toml(&text).with_context(|| format!("scene {path}"))?;
+        if !self.set.is_empty() {
+            let mut table: toml::Table = text.parse().with_context(|| format!("scene {path}"))?;
+            for change in &self.set {
+                change.apply(&mut table)?;
+            }
+            scene = Scene::from_toml(&toml::to_string(&table)?)
+                .with_context(|| format!("scene {path} after --set"))?;
+        }
+        scene.run.until = self.until.unwrap_or(scene.run.until);
+        scene.bounds.seed = self.seed.unwrap_or(scene.bounds.seed);
+        check(&scene.run)?;
+        refuse_unknown_tags(&scene)?;
+        Ok(scene)
+    }
+}
+
+/// Refuses a rule of elasticity for a tag that nothing in the scene carries: in a file that is run as it stands it is a
+/// slip that would change the physics.
+fn refuse_unknown_tags(scene: &Scene) -> Result<()> {
+    let molecules = scene.molecule.iter().map(|entry| &entry.tags);
+    let bumpers = scene.bumper.iter().map(|entry| &entry.tags);
+    let walls = scene.wall.iter().map(|entry| &entry.tags);
+    let gases = scene.gas.iter().map(|entry| &entry.tags);
+    let carried: Vec<&String> = molecules.chain(bumpers).chain(walls).chain(gases).flatten().collect();
+    for (index, rule) in scene.elasticity.pair.iter().enumerate() {
+        for name in &rule.between {
+            ensure!(
+                carried.contains(&name),
+                "elasticity.pair[{index}]: nothing in the scene carries the tag {name:?}"
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Refuses what `[run]` cannot mean.
+fn check(run: &RunSpec) -> Result<()> {
+    for (entry, time) in [("run.until", run.until), ("run.sample_interval", run.sample_interval)] {
+        ensure!(time.is_finite() && time > 0.0, "{entry} must be positive and finite, but is {time}");
+    }
+    ensure!(
+        run.until / run.sample_interval <= MOST_SAMPLES,
+        "run.sample_interval = {} makes more than {MOST_SAMPLES:e} samples until {}",
+        run.sample_interval,
+        run.until
+    );
+    ensure!(
+        (0.0..run.until).contains(&run.animation_from),
+        "run.animation_from must be from 0 to before run.until = {}, but is {}",
+        run.until,
+        run.animation_from
+    );
+    for name in &run.observe {
+        if !OBSERVERS.contains(&name.as_str()) {
+            gas::check(name).with_context(|| {
+                format!("run.observe; known are {}, {}", OBSERVERS.join(", "), gas::OBSERVERS.join(", "))
+            })?;
+        }
+    }
+    match run.snapshots.as_deref() {
+        None | Some(EXTENDED_XYZ) => Ok(()),
+        Some(other) => bail!("run.snapshots: '{other}' is not known; known is {EXTENDED_XYZ}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_run_cannot_mean_is_refused_by_name() {
+        let good = RunSpec { observe: vec!["energy".to_owned()], ..RunSpec::default() };
+        assert!(check(&good).is_ok());
+        let cases = [
+            (RunSpec { until: 0.0, ..good.clone() }, "run.until"),
+            (RunSpec { until: f64::NAN, ..good.clone() }, "run.until"),
+            (RunSpec { sample_interval: -1.0, ..good.clone() }, "run.sample_interval"),
+            (RunSpec { sample_interval: 1e-9, ..good.clone() }, "samples"),
+            (RunSpec { observe: vec!["colour".to_owned()], ..good.clone() }, "collision-rate"),
+            (RunSpec { snapshots: Some("gsd".to_owned()), ..good.clone() }, "extxyz"),
+            (RunSpec { animation_from: -0.5, ..good.clone() }, "run.animation_from"),
+            (RunSpec { animation_from: good.until, ..good.clone() }, "run.animation_from"),
+            (RunSpec { animation_from: f64::NAN, ..good.clone() }, "run.animation_from"),
+        ];
+        for (run, said) in cases {
+            let error = format!("{:#}", check(&run).unwrap_err());
+            assert!(error.contains(said), "{error}");
+        }
+    }
+}

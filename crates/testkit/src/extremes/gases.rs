@@ -1,0 +1,240 @@
+//! Gases that are old, of very unequal bodies, inelastic, or about to blow up.
+
+use anyhow::{Result, bail};
+use carom::{
+    EpochTime, RunError, Scene,
+    engine::{MoleculeSpec, View},
+};
+
+use super::{
+    Case, Effort, Engine, Finding,
+    bodies::disc,
+    engine::{Run, directions, gas, in_box},
+    watch::{survey, survey_of},
+};
+
+/// The cases of whole gases.
+pub fn cases<E: Engine>() -> Vec<Case> {
+    vec![
+        Case {
+            id: "7.5",
+            name: "a gas at time 0, 1e3, 1e6, 1e9, 1e12",
+            must: "the same collisions, velocities to the bit; overlaps within the bound of time 0",
+            run: ages::<E>,
+        },
+        Case {
+            id: "7.6",
+            name: "mass ratios 1:1e8 and 1e8:1, radius ratio 1:1000",
+            must: "energy conserved to 1e-12; no overlap",
+            run: ratios::<E>,
+        },
+        Case {
+            id: "7.6 b",
+            name: "light and heavy discs, mass ratio 100, all energy in the light ones at the start",
+            must: "equipartition: mean energies equal within five standard errors",
+            run: equipartition::<E>,
+        },
+        Case {
+            id: "7.17",
+            name: "inelastic: three discs in line at e = 0.05, gases at e = 0.5 and e = 0",
+            must: "collapse guarded and counted, energy booked, the end reached",
+            run: inelastic::<E>,
+        },
+        Case {
+            id: "7.18",
+            name: "a gas at e = 1.01, on to the blow-up",
+            must: "it ends with a named error, with finite energy and no overlap",
+            run: superelastic::<E>,
+        },
+    ]
+}
+
+/// An old gas: nothing has moved until `age` (time), then so many discs are put in.
+///
+/// # Errors
+/// The scene cannot be built, or not run.
+pub fn aged<E: Engine>(age: f64, count: usize) -> Result<Run<E>> {
+    let mut run = E::simulate(&in_box([1.0, 1.0], Vec::new()))?;
+    run.run_until(age)?;
+    for molecule in scattered(count) {
+        run.add(&molecule)?;
+    }
+    Ok(run)
+}
+
+/// Discs on a square grid, with energies of about 1 in all directions.
+fn scattered(count: usize) -> Vec<MoleculeSpec> {
+    let side = (count as f64).sqrt().ceil() as usize;
+    let step = 1.0 / side as f64;
+    let at = |k: usize| [((k % side) as f64 + 0.5) * step, ((k / side) as f64 + 0.5) * step];
+    (0..count)
+        .zip(directions())
+        .map(|(k, direction)| disc(0.35 * step, 1.0, at(k), (1.414 * direction).to_array()))
+        .collect()
+}
+
+/// Light discs with one of another mass and radius among them.
+pub fn mixture(light: usize, radius: f64, mass: f64, big_radius: f64, big_mass: f64) -> Scene {
+    let speed = (2.0 / big_mass).sqrt();
+    let mut scene =
+        in_box([1.0, 1.0], vec![disc(big_radius, big_mass, [0.5, 0.5], [0.6 * speed, 0.8 * speed])]);
+    scene.gas = vec![gas("disc", radius, mass, light)];
+    scene
+}
+
+fn velocities(view: &View<'_>) -> Vec<[f64; 2]> {
+    view.bodies().map(|body| body.motion.velocity.to_array()).collect()
+}
+
+fn ages<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+    let mut findings = Vec::new();
+    let mut young = None;
+    for age in [0.0, 1e3, 1e6, 1e9, 1e12] {
+        let mut run = aged::<E>(age, 36)?;
+        let begun = run.time();
+        // By some hundred collisions each, a last bit that differs has become the first.
+        let duration = 16.0 * (effort.collisions as f64 / 2e4).clamp(0.25, 4.0);
+        run.observe_until_instant(later(begun, duration), &mut ())?;
+        let view = run.view();
+        findings.push(Finding::never(format!("overlapping pairs at {age:e}"), view.overlaps().pairs));
+        let state = (view.counters().collisions, velocities(&view));
+        let first = young.get_or_insert_with(|| state.clone());
+        let different = usize::from(*first != state);
+        findings.push(Finding::never(format!("paths other than at time 0 at {age:e}"), different));
+    }
+    Ok(findings)
+}
+
+/// An instant that is later by so much (time), to all digits of both.
+pub fn later(instant: EpochTime, duration: f64) -> EpochTime {
+    instant.new_epoch(0.0).after(duration)
+}
+
+fn ratios<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+    let scenes = [
+        ("a heavy disc, 1e8", mixture(50, 0.03, 1.0, 0.1, 1e8)),
+        ("a light disc, 1e-8", mixture(50, 0.03, 1.0, 0.1, 1e-8)),
+        ("a large disc, 1000 times", mixture(50, 1e-4, 1.0, 0.1, 1.0)),
+        ("a large and heavy disc, 1000 times and 1e8", mixture(50, 1e-4, 1.0, 0.1, 1e8)),
+    ];
+    let mut findings = Vec::new();
+    for (index, (name, scene)) in scenes.into_iter().enumerate() {
+        // So small discs hit each other once in some hundred boxes.
+        let collisions = if index < 2 { effort.collisions } else { effort.collisions / 10 };
+        findings.extend(survey::<E>(&scene, collisions)?.findings(name));
+    }
+    Ok(findings)
+}
+
+fn equipartition<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+    let mut scene = in_box([1.0, 1.0], Vec::new());
+    scene.gas = vec![gas("disc", 0.02, 1.0, 100), gas("disc", 0.03, 100.0, 40)];
+    scene.gas[1].energy = 0.0;
+    let mut run = E::simulate(&scene)?;
+    // Relaxation takes the heavy ones some M/2m collisions each.
+    survey_of::<E>(&mut run, 20_000)?;
+    let mut shares = Vec::new();
+    for _ in 0..20 {
+        let mut sums = [0.0; 2];
+        for _ in 0..20 {
+            let until = run.time().after(0.1);
+            run.run_until(until.to_f64())?;
+            for body in run.view().bodies() {
+                let heavy = body.body.molecule().mass() > 1.0;
+                sums[usize::from(heavy)] += body.energy() / if heavy { 40.0 } else { 100.0 };
+            }
+        }
+        shares.push(sums[1] / sums[0] - 1.0);
+        if run.view().counters().collisions > 20_000 + 10 * effort.collisions.max(20_000) {
+            break;
+        }
+    }
+    let n = shares.len() as f64;
+    let mean = shares.iter().sum::<f64>() / n;
+    let variance = shares.iter().map(|share| (share - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    Ok(vec![Finding::new(
+        "mean energy of heavy over that of light ones, less 1, in standard errors",
+        mean.abs() / (variance / n).sqrt(),
+        5.0,
+    )])
+}
+
+/// Most contacts of a gas that loses energy. More: what is left after a hundred contacts of each body at e = 0.5 is a motion
+/// in common, in which as many contacts again take as long as all before, time and again.
+const CONTACTS_WHILE_COOLING: u64 = 20_000;
+
+fn inelastic<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+    let mut row = in_box(
+        [1.0, 1.0],
+        vec![
+            disc(0.05, 1.0, [0.25, 0.5], [1.0, 0.0]),
+            disc(0.05, 1.0, [0.5, 0.5], [0.1, 0.0]),
+            disc(0.05, 1.0, [0.75, 0.5], [-1.0, 0.0]),
+        ],
+    );
+    row.elasticity.default = 0.05;
+    let mut findings = Vec::new();
+    let mut run = E::simulate(&row)?;
+    run.run_until(100.0)?;
+    findings.push(Finding::never("row: overlapping pairs", run.view().overlaps().pairs));
+    findings.push(Finding::new("row: collisions", run.view().counters().collisions as f64, 1e5));
+    for e in [0.5, 0.0] {
+        for guarded in [true, false] {
+            let mut scene = in_box([1.0, 1.0], Vec::new());
+            scene.gas = vec![gas("disc", 0.02, 1.0, 200), gas("dumbbell", 0.015, 1.0, 20)];
+            scene.elasticity.default = e;
+            if !guarded {
+                scene.elasticity.contact_time = 0.0;
+            }
+            let name = format!("gas at e = {e}{}", if guarded { "" } else { ", no guard" });
+            let mut run = E::simulate(&scene)?;
+            let ended = survey_of::<E>(&mut run, effort.collisions.min(CONTACTS_WHILE_COOLING));
+            let overlaps = run.view().overlaps();
+            findings.push(Finding::never(format!("{name}: overlapping pairs"), overlaps.pairs));
+            let view = run.view();
+            let drift = (view.energy() - view.ledger().booked()).abs() / view.ledger().initial;
+            findings.push(Finding::new(
+                format!("{name}: energy less what is booked, relative"),
+                drift,
+                1e-12,
+            ));
+            let ended_by_name = match ended {
+                Ok(survey) => {
+                    findings
+                        .push(Finding::never(format!("{name}: steps back in time"), survey.watch.backwards));
+                    guarded || survey.collisions > 0
+                }
+                Err(error) => !guarded && error.downcast_ref::<RunError>().is_some(),
+            };
+            findings.push(Finding::never(format!("{name}: ended otherwise"), usize::from(!ended_by_name)));
+            if guarded && e == 0.0 {
+                let spared = view.counters().guarded_collisions;
+                findings
+                    .push(Finding::never(format!("{name}: guard never at work"), usize::from(spared == 0)));
+            }
+        }
+    }
+    Ok(findings)
+}
+
+fn superelastic<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+    let mut scene = in_box([1.0, 1.0], Vec::new());
+    scene.gas = vec![gas("disc", 0.05, 1.0, 12), gas("dumbbell", 0.03, 0.5, 4)];
+    scene.elasticity.default = 1.01;
+    let mut run = E::simulate(&scene)?;
+    let ended = run.run_until(1e6);
+    match &ended {
+        Err(RunError::BlowUp { .. } | RunError::TimeStandsStill { .. }) => {}
+        Ok(()) => bail!("it has come to its end at e = 1.01"),
+        Err(other) => bail!("{other}"),
+    }
+    let view = run.view();
+    Ok(vec![
+        Finding::never("overlapping pairs at the end", view.overlaps().pairs),
+        Finding::new(
+            "energy over what is booked, less 1",
+            (view.energy() / view.ledger().booked() - 1.0).abs(),
+            1e-9,
+        ),
+    ])
+}

@@ -1,0 +1,5 @@
+//! Oracles of first contacts in high precision, and reference scenes whose outcome is known.
+
+pub mod extremes;
+pub mod oracle;
+pub mod skipped;

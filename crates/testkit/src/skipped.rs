@@ -1,0 +1,18 @@
+//! What is skipped because this machine lacks something is said, and counted.
+
+use std::{env, fmt::Display, fs::OpenOptions, io::Write as _};
+
+/// Reports that a test is skipped: on standard error, and as a line of the file that
+/// `CAROM_SKIPPED` names, if it is set.
+///
+/// # Panics
+/// If either cannot be written.
+pub fn skipped(test: &str, reason: impl Display) {
+    let line = format!("skipped: {test}: {reason}\n");
+    // Not by `eprintln!`: the test harness captures that of tests that pass.
+    std::io::stderr().write_all(line.as_bytes()).unwrap();
+    if let Some(list) = env::var_os("CAROM_SKIPPED") {
+        let mut list = OpenOptions::new().append(true).create(true).open(list).unwrap();
+        list.write_all(line.as_bytes()).unwrap();
+    }
+}

@@ -1,0 +1,143 @@
+//! What a thin gas must show: the exposed arcs, in the shares of kicks by direction and by atom.
+//!
+//! In an ideal gas at equilibrium the impulse on each piece of the boundary is the same, for a molecule of any mass, free
+//! or locked; the number of kicks goes with μ^(−1/2) of the contact's reduced mass μ (kinetic theory of gases).
+
+use std::f64::consts::{PI, TAU};
+
+use carom_tables::{Check, chi_square::ChiSquare};
+
+use super::{
+    figures::{Group, impulse_error},
+    measurement::{Kicks, SECTORS},
+    prediction::{Prediction, collision_rate, contact_density_of_disc},
+    setup::{BUMPER_RADIUS, GAS_MASS, GAS_RADIUS},
+};
+use crate::experiments::fixed_energy::mean_speed;
+
+/// Share of the box below which a gas is taken for ideal: the first correction, by what two gas discs keep free of each
+/// other near the molecule, is of this order.
+pub const DILUTE: f64 = 0.01;
+
+/// Directions are taken together, ten degrees at a time.
+const GROUPS: usize = 36;
+
+/// Fewer kicks than this in a group of directions on average, and χ² is not that of Gaussian errors.
+const LEAST: u64 = 20;
+
+/// Most that −log₁₀ p of a χ² may be: by chance exceeded once in 10 000 runs.
+const MOST_LOG_P: f64 = 4.0;
+
+/// Whether the gas covers so little of the box that it is as good as ideal.
+pub fn is_dilute(group: &Group<'_>) -> bool {
+    group.density() * PI * GAS_RADIUS * GAS_RADIUS < DILUTE
+}
+
+/// What a few discs around the molecule must show, in a box of area 1.
+#[derive(Debug, Clone, Copy)]
+pub struct FewDiscs {
+    /// Density of gas centres at the molecule's rim, relative to the mean.
+    pub rim: f64,
+    /// Kicks of the molecule (1 / time).
+    pub kicks: f64,
+    /// Collisions per body that moves (1 / time).
+    pub collisions: f64,
+}
+
+impl FewDiscs {
+    /// An ideal gas, n √(kT / 2π) ∮ μ^(−1/2) ds and n kT P, with three corrections of a percent: the centres have the room that
+    /// the molecule and the bumper leave; the discs crowd at the rim as at that of a disc of the same perimeter; and all
+    /// share one energy, so that the mean of a speed is not that of Maxwell (see [`crate::experiments::fixed_energy`]).
+    pub fn of(group: &Group<'_>) -> Self {
+        let (discs, temperature) = (group.density(), group.temperature());
+        let region = &group.prediction.boundary;
+        let bumper = BUMPER_RADIUS + GAS_RADIUS;
+        let room = 1.0 - region.area() - PI * bumper * bumper;
+        let rim = contact_density_of_disc(region.perimeter() / TAU - GAS_RADIUS, discs) / room;
+        let slowed = mean_speed(2.0 * discs + if group.case.turns() { 3.0 } else { 2.0 });
+        let kicks = rim * slowed * group.prediction.ideal_rate(discs, temperature);
+        // A disc meets all but itself; the bumper gives nobody else a collision.
+        let among_gas = (discs - 1.0) * collision_rate(discs, temperature) * slowed;
+        let on_bumper = discs / room * slowed * (temperature / (TAU * GAS_MASS)).sqrt() * TAU * bumper;
+        Self { rim, kicks, collisions: (among_gas + on_bumper + 2.0 * kicks) / (discs + 1.0) }
+    }
+}
+
+/// Directions by number and by impulse, and atoms, against the exposed arcs; none in a dense gas or after few kicks.
+pub fn checks(group: &Group<'_>) -> Vec<Check> {
+    if is_dilute(group) { against_arcs(&group.kicks, &group.prediction) } else { Vec::new() }
+}
+
+fn against_arcs(kicks: &Kicks, prediction: &Prediction) -> Vec<Check> {
+    if kicks.hits() < LEAST * GROUPS as u64 {
+        return Vec::new();
+    }
+    let counts = grouped(&kicks.counts.iter().map(|&count| count as f64).collect::<Vec<_>>());
+    let counts: Vec<u64> = counts.iter().map(|&count| count as u64).collect();
+    let shares = grouped(&prediction.count_shares(SECTORS));
+    let by_count = ChiSquare::of(&counts, &shares);
+    let hits = kicks.hits() as f64;
+    let impulse_shares = grouped(&prediction.impulse_shares(SECTORS));
+    let terms = grouped(&kicks.impulse).into_iter().zip(impulse_shares).zip(&shares).map(
+        |((impulse, impulse_share), share)| {
+            let expected = kicks.total_impulse() * impulse_share;
+            ((impulse - expected) / impulse_error(expected, (hits * share) as u64)).powi(2)
+        },
+    );
+    let by_impulse = ChiSquare { value: terms.sum(), freedom: GROUPS - 1 };
+    let by_atom = ChiSquare::of(&kicks.by_atom, &prediction.atom_shares());
+    [("kicks by direction", by_count), ("impulse by direction", by_impulse), ("kicks by atom", by_atom)]
+        .into_iter()
+        // A single atom has all kicks, whatever happens.
+        .filter(|(_, chi)| chi.freedom > 0)
+        .map(|(what, chi)| {
+            let name = format!("{what} against exposed arcs, −log10 p of χ²");
+            Check::at_most(&name, -chi.p_value().log10(), MOST_LOG_P)
+        })
+        .collect()
+}
+
+fn grouped(values: &[f64]) -> Vec<f64> {
+    values.chunks(values.len() / GROUPS).map(|group| group.iter().sum()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::brownian::Case;
+
+    /// A million kicks, shared out just as the exposed arcs say.
+    fn ideal(prediction: &Prediction) -> Kicks {
+        let out_of = |total: f64, shares: Vec<f64>| shares.into_iter().map(move |share| total * share);
+        Kicks {
+            counts: out_of(1e6, prediction.count_shares(SECTORS)).map(|count| count.round() as u64).collect(),
+            impulse: out_of(2.5e6, prediction.impulse_shares(SECTORS)).collect(),
+            by_atom: out_of(1e6, prediction.atom_shares()).map(|count| count.round() as u64).collect(),
+        }
+    }
+
+    fn passed(kicks: &Kicks, prediction: &Prediction) -> Vec<bool> {
+        against_arcs(kicks, prediction).iter().map(|check| check.passed).collect()
+    }
+
+    #[test]
+    fn kicks_as_from_the_arcs_pass_and_others_do_not() {
+        for case in [Case::Standard, Case::Locked0] {
+            let prediction = Prediction::of_case(case);
+            let kicks = ideal(&prediction);
+            assert_eq!(passed(&kicks, &prediction), [true; 3]);
+            // Turned by ten degrees; and a wing takes the kicks of the stem's end.
+            let mut turned = kicks.clone();
+            turned.counts.rotate_right(SECTORS / GROUPS);
+            turned.impulse.rotate_right(SECTORS / GROUPS);
+            turned.by_atom.swap(0, 4);
+            assert_eq!(passed(&turned, &prediction), [false; 3]);
+            // A hundredth more on one wing than on the other: 1800 kicks where chance makes 600.
+            let mut crooked = kicks.clone();
+            (crooked.by_atom[0], crooked.by_atom[2]) =
+                (kicks.by_atom[0] / 100 * 101, kicks.by_atom[2] / 100 * 99);
+            assert_eq!(passed(&crooked, &prediction), [true, true, false]);
+            assert_eq!(passed(&Kicks { counts: vec![1; SECTORS], ..kicks }, &prediction), [true; 0]);
+        }
+    }
+}

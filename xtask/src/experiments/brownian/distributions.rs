@@ -1,0 +1,285 @@
+//! More pictures of the experiment: Δp along the axes, the gas at the rim, the mean velocity as it settles.
+
+use anyhow::Result;
+use carom::{
+    ContactDensity, ProjectionHistogram,
+    observers::{Block, ContactPoint, Drift},
+};
+use carom_report::{
+    page::{Layout, Page},
+    plot::{Axis, Chart, Layer, Shape, colour, staircase},
+};
+use plotters::style::RGBColor;
+
+use super::{
+    Case, figures::Group, measurement::PROJECTION, pooled::Pooled, report::band_of_one_run, setup::GAS_MASS,
+};
+
+/// The charts, as SVG.
+#[derive(Debug, Clone)]
+pub struct Distributions {
+    /// How hard the molecule is kicked along x′.
+    pub along_x: String,
+    /// The same along y′.
+    pub along_y: String,
+    /// The gas along the boundary of the excluded region.
+    pub contacts: String,
+    /// The running average of the velocity.
+    pub velocity: String,
+}
+
+/// Header of the table of Δp along the axes.
+pub const PROJECTION_HEADER: [&str; 8] = [
+    "from",
+    "to",
+    "density_x",
+    "density_x_standard_error",
+    "density_y",
+    "density_y_standard_error",
+    "gaussian_of_disc",
+    "centre",
+];
+
+/// Header of the table of the gas along the boundary.
+pub const CONTACT_HEADER: [&str; 6] =
+    ["atom", "normal_degrees", "arc", "contacts", "density", "density_standard_error"];
+
+impl Distributions {
+    /// Draws them.
+    ///
+    /// # Errors
+    /// A figure that is not finite.
+    pub fn draw(group: &Group<'_>) -> Result<Self> {
+        Ok(Self {
+            along_x: projection(group, 0, "x′")?,
+            along_y: projection(group, 1, "y′")?,
+            contacts: contacts(group)?,
+            velocity: velocity(group)?,
+        })
+    }
+
+    /// Files that the charts are written to, with what is in each.
+    pub fn files(&self) -> [(&'static str, &str); 4] {
+        [
+            ("kicks-along-x.svg", &self.along_x),
+            ("kicks-along-y.svg", &self.along_y),
+            ("contact-density.svg", &self.contacts),
+            ("mean-velocity.svg", &self.velocity),
+        ]
+    }
+
+    /// Puts them on a page, with captions.
+    pub fn show(&self, page: &mut Page, case: Case) {
+        let kicks = if case == Case::Control {
+            "How hard the disc is kicked along x′. The line is exact at any density: a Rayleigh law of magnitudes in even \
+             directions is a Gaussian of variance 4μkT along each axis."
+        } else {
+            "How hard the tee is kicked along x′. No Gaussian: directions are uneven, and contacts far from the centre meet \
+             less inertia where the tee can turn."
+        };
+        page.pictures(Layout::Full, &[(&self.along_x, kicks), (&self.along_y, "The same along y′.")]);
+        let gas = "Σ|J| / (t ds) over nkT is the density of gas centres at contact, in units of the mean density, along the \
+                   boundary that they cannot cross. Each line belongs to the atom that is touched; an atom without a line \
+                   cannot be reached. In a dilute gas all would be at 1: the gas crowds into the corners, at the lines' ends. \
+                   The bands are standard errors from the scatter of blocks of time.";
+        let velocity = "The mean velocity of the molecule along its own axes, over the samples so far. At equilibrium it fades \
+                        to 0; the band is one standard error, from the scatter of blocks of time.";
+        page.pictures(Layout::Full, &[(&self.contacts, gas), (&self.velocity, velocity)]);
+    }
+}
+
+/// Density of Δp along one axis in one bin, with its standard error.
+fn density(group: &Group<'_>, axis: usize, bin: usize) -> (f64, f64) {
+    let pair = |block: &Block<ProjectionHistogram>| {
+        (block.observed.components().counts()[bin] as f64, block.observed.hits() as f64)
+    };
+    let pooled = Pooled::of(group.runs, |run| &run.projections[axis], pair);
+    let width = 2.0 * PROJECTION.1 / PROJECTION.0 as f64;
+    // Where there are too few blocks: what the error is if kicks are independent of each other.
+    let independent = pooled.sum().sqrt() / pooled.weight().max(1.0);
+    (pooled.mean() / width, pooled.standard_error().unwrap_or(independent) / width)
+}
+
+/// The Gaussian of the components of the impulses on a disc: variance 4μkT, exact at equilibrium at any density.
+fn gaussian(group: &Group<'_>, component: f64) -> f64 {
+    let mass = group.runs[0].molecule.mass();
+    let variance = 4.0 * group.temperature() * mass * GAS_MASS / (mass + GAS_MASS);
+    (-0.5 * component * component / variance).exp() / (std::f64::consts::TAU * variance).sqrt()
+}
+
+/// The table of Δp along the axes.
+pub fn projection_rows(group: &Group<'_>) -> Vec<[f64; 8]> {
+    let (bins, largest) = PROJECTION;
+    let edge = |bin: usize| largest * (2.0 * bin as f64 / bins as f64 - 1.0);
+    let row = |bin: usize| {
+        let (from, to, x, y) = (edge(bin), edge(bin + 1), density(group, 0, bin), density(group, 1, bin));
+        let centre = 0.5 * (from + to);
+        [from, to, x.0, x.1, y.0, y.1, gaussian(group, centre), centre]
+    };
+    (0..bins).map(row).collect()
+}
+
+fn projection(group: &Group<'_>, axis: usize, name: &str) -> Result<String> {
+    let (bins, largest) = PROJECTION;
+    let (values, errors): (Vec<f64>, Vec<f64>) = (0..bins).map(|bin| density(group, axis, bin)).unzip();
+    let stairs = |sign: f64| {
+        let values: Vec<f64> =
+            values.iter().zip(&errors).map(|(value, error)| value + sign * error).collect();
+        staircase(-largest, largest, &values)
+    };
+    let band =
+        stairs(-1.0).into_iter().zip(stairs(1.0)).map(|((x, low), (_, high))| (x, low, high)).collect();
+    let mut layers = vec![
+        Layer { name: "± one standard error".to_owned(), colour: colour::BLUE, shape: Shape::Band(band) },
+        Layer { name: "measured".to_owned(), colour: colour::BLUE, shape: Shape::Thin(stairs(0.0)) },
+    ];
+    let gaussian = |step: i32| {
+        let component = largest * f64::from(step) / 200.0;
+        (component, gaussian(group, component))
+    };
+    let curve: Vec<(f64, f64)> = (-200..=200).map(gaussian).collect();
+    let highest = values.iter().copied().chain(curve.iter().map(|point| point.1)).fold(0.0, f64::max);
+    if group.case == Case::Control {
+        let name = "Gaussian of variance 4μkT".to_owned();
+        layers.push(Layer { name, colour: colour::VERMILLION, shape: Shape::Line(curve) });
+    }
+    Chart {
+        title: format!("Kicks along {name}"),
+        x: Axis { label: format!("Δp along {name} [mass·length/time]"), range: (-largest, largest) },
+        y: Axis {
+            label: "probability density [time/(mass·length)]".to_owned(), range: (0.0, 1.2 * highest)
+        },
+        layers,
+    }
+    .svg()
+}
+
+/// The gas along the boundary: means over time and runs, in units of the mean density.
+fn contact_points(group: &Group<'_>) -> Vec<ContactPoint> {
+    let ideal = group.ideal_pressure();
+    let totals: Vec<Vec<ContactPoint>> =
+        group.runs.iter().map(|run| run.contacts.total().observed.points()).collect();
+    let point = |(index, first): (usize, &ContactPoint)| {
+        let pair = |block: &Block<ContactDensity>| {
+            (block.observed.impulse(first.atom, first.bin) / first.arc, block.duration)
+        };
+        let pooled = Pooled::of(group.runs, |run| &run.contacts, pair);
+        let points = || totals.iter().filter_map(|points| points.get(index));
+        // Where there are too few blocks: what the error is if contacts are independent of each other.
+        let squares: f64 = points().map(|point| point.standard_error.powi(2)).sum();
+        let independent = squares.sqrt() / totals.len() as f64;
+        ContactPoint {
+            contacts: points().map(|point| point.contacts).sum(),
+            pressure: pooled.mean() / ideal,
+            standard_error: pooled.standard_error().unwrap_or(independent) / ideal,
+            ..*first
+        }
+    };
+    totals[0].iter().enumerate().map(point).collect()
+}
+
+/// The table of the gas along the boundary.
+pub fn contact_rows(group: &Group<'_>) -> Vec<(usize, f64, f64, u64, f64, f64)> {
+    let row = |point: ContactPoint| {
+        let angle = point.angle.to_degrees();
+        (point.atom, angle, point.arc, point.contacts, point.pressure, point.standard_error)
+    };
+    contact_points(group).into_iter().map(row).collect()
+}
+
+fn contacts(group: &Group<'_>) -> Result<String> {
+    const COLOURS: [RGBColor; 5] =
+        [colour::BLUE, colour::VERMILLION, colour::GREEN, colour::ORANGE, colour::PURPLE];
+    let points = contact_points(group);
+    let highest = points.iter().map(|point| point.pressure + point.standard_error).fold(1.0, f64::max);
+    let mut layers = Vec::new();
+    for (atom, (letter, colour)) in
+        ('A'..='Z').zip(COLOURS.iter().cycle()).enumerate().take(group.kicks.by_atom.len())
+    {
+        let mut name = format!("atom {letter}");
+        let of_atom = points.iter().filter(|point| point.atom == atom);
+        for piece in pieces(of_atom.copied().collect()) {
+            let band = |point: &ContactPoint| {
+                let error = point.standard_error;
+                (point.angle.to_degrees(), point.pressure - error, point.pressure + error)
+            };
+            let line = |point: &ContactPoint| (point.angle.to_degrees(), point.pressure);
+            let (band, line) = (piece.iter().map(band).collect(), piece.iter().map(line).collect());
+            layers.push(Layer { name: String::new(), colour: *colour, shape: Shape::Band(band) });
+            layers.push(Layer { name: std::mem::take(&mut name), colour: *colour, shape: Shape::Line(line) });
+        }
+    }
+    Chart {
+        title: "The gas along the boundary of the excluded region".to_owned(),
+        x: Axis {
+            label: "direction of the normal in the molecule's frame [degrees from x′]".to_owned(),
+            range: (0.0, 360.0),
+        },
+        y: Axis { label: "density at contact [mean density]".to_owned(), range: (0.0, 1.25 * highest) },
+        layers,
+    }
+    .svg()
+}
+
+/// Runs of neighbouring bins.
+fn pieces(points: Vec<ContactPoint>) -> Vec<Vec<ContactPoint>> {
+    let mut pieces: Vec<Vec<ContactPoint>> = Vec::new();
+    for point in points {
+        // Bins are three degrees wide; four are a gap.
+        match pieces.last_mut() {
+            Some(piece) if piece.last().is_some_and(|last| point.angle - last.angle < 4f64.to_radians()) => {
+                piece.push(point);
+            }
+            _ => pieces.push(vec![point]),
+        }
+    }
+    pieces
+}
+
+fn velocity(group: &Group<'_>) -> Result<String> {
+    let run = &group.runs[0];
+    let duration = run.duration;
+    // The blocks hold all that makes the velocity fluctuate, that of the gas as a whole included. With
+    // too few of them: one sample after another, as the molecule forgets its velocity within some hundredths.
+    let thermal = (group.temperature() / run.molecule.mass()).sqrt();
+    let few = thermal / (run.averages.len() as f64).sqrt();
+    let of_one_run = group.error_of_one_run(Drift::path).unwrap_or(few);
+    let error_at = |time: f64| of_one_run * (duration / time).sqrt();
+    let mut layers = vec![band_of_one_run(duration, error_at)];
+    for (axis, name, colour) in [(0, "along x′", colour::BLUE), (1, "along y′", colour::GREEN)] {
+        for (index, run) in group.runs.iter().enumerate() {
+            let points = run.averages.iter().map(|point| (point.time - group.from, point.velocity[axis]));
+            let name = if index == 0 { name.to_owned() } else { String::new() };
+            layers.push(Layer { name, colour, shape: Shape::Line(points.collect()) });
+        }
+    }
+    let range = 4.0 * error_at(0.1 * duration);
+    Chart {
+        title: "Mean velocity of the molecule, as it settles".to_owned(),
+        x: Axis { label: "time since measuring began [time]".to_owned(), range: (0.0, duration) },
+        y: Axis { label: "mean velocity [length/time]".to_owned(), range: (-range, range) },
+        layers,
+    }
+    .svg()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_break_where_the_boundary_does() {
+        let point = |degrees: f64| ContactPoint {
+            atom: 0,
+            angle: degrees.to_radians(),
+            arc: 1.0,
+            bin: 0,
+            contacts: 1,
+            pressure: 1.0,
+            standard_error: 0.1,
+        };
+        let pieces = pieces([1.5, 4.5, 7.5, 13.5, 16.5, 358.5].map(point).into());
+        assert_eq!(pieces.iter().map(Vec::len).collect::<Vec<_>>(), [3, 2, 1]);
+        assert!(super::pieces(Vec::new()).is_empty());
+    }
+}

@@ -1,0 +1,225 @@
+//! The experiment from end to end: instructions, times, memory, and what is written of them.
+
+use anyhow::Result;
+use carom_runs::{
+    experiment::{Experiment, Opening, configuration},
+    output::Folder,
+    progress::Progress,
+    say,
+};
+use carom_tables::{Check, Figure, Summary, Totals, Verdict};
+use cpu_time::ThreadTime;
+use rayon::prelude::*;
+
+use super::{
+    Options,
+    callgrind::{self, Counted, Profile},
+    capability::{Capability, Level, Variant},
+    dependencies::{self, Needs},
+    options::Plan,
+    report,
+    subject::{Subject, WARM_UP},
+};
+
+/// The most that a capability may cost where it is absent, and where it is idle (share of the instructions).
+const ABSENT: f64 = 0.02;
+const IDLE: f64 = 0.05;
+
+/// What was found about one variant.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// Which.
+    pub variant: Variant,
+    /// Instructions of a collision.
+    pub instructions: Option<f64>,
+    /// Processor time of a collision, median over the rounds (nanoseconds).
+    pub nanoseconds: f64,
+    /// Processor time of a collision over that of the plain gas in the same round, median over the rounds.
+    pub time_ratio: f64,
+    /// Memory for each body (bytes).
+    pub bytes_per_body: f64,
+}
+
+/// All there is to report.
+#[derive(Debug)]
+pub struct Results {
+    /// The variants, the plain gas first.
+    pub found: Vec<Found>,
+    /// Where the instructions of the plain gas come from.
+    pub plain: Option<Profile>,
+    /// What each layer needs.
+    pub needs: Vec<Needs>,
+}
+
+impl Results {
+    /// What was found about a variant.
+    pub fn of(&self, variant: Variant) -> Option<&Found> {
+        self.found.iter().find(|found| found.variant == variant)
+    }
+
+    /// Instructions of a collision over those of the plain gas, less 1.
+    pub fn excess(&self, variant: Variant) -> Option<f64> {
+        Some(self.of(variant)?.instructions? / self.found.first()?.instructions? - 1.0)
+    }
+
+    /// Share of the instructions of the plain gas that stand in the capability's own sources.
+    pub fn absent(&self, capability: Capability) -> Option<f64> {
+        let plain = self.plain.as_ref()?;
+        let own = callgrind::of_sources(plain, capability.sources());
+        Some(own as f64 / callgrind::total(plain) as f64)
+    }
+
+    fn checks(&self) -> Vec<Check> {
+        let mut checks = Vec::new();
+        for capability in Capability::ALL {
+            if let Some(share) = self.absent(capability).filter(|_| !capability.sources().is_empty()) {
+                checks.push(Check::at_most(&format!("{} absent", capability.name()), share, ABSENT));
+            }
+            if let Some(excess) = self.excess(Variant::With(capability, Level::Idle)) {
+                checks.push(Check::at_most(&format!("{} idle", capability.name()), excess, IDLE));
+            }
+        }
+        checks
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        let of = |found: &Found| {
+            let variant = found.variant;
+            let figure = |what: &str, value, unit| Figure::new(format!("{what}: {variant}"), value, unit);
+            let instructions = found.instructions.map(|count| figure("instructions a collision", count, "1"));
+            let rest = [
+                figure("processor time of a collision", found.nanoseconds, "ns"),
+                figure("time over that of the plain gas", found.time_ratio, "1"),
+                figure("bytes a body", found.bytes_per_body, "byte"),
+            ];
+            instructions.into_iter().chain(rest).collect::<Vec<_>>()
+        };
+        self.found.iter().flat_map(of).collect()
+    }
+}
+
+/// Runs one variant and prints how many collisions there were: what callgrind looks at.
+///
+/// # Errors
+/// No such variant, or it breaks off.
+pub fn work(variant: &str, intervals: u32) -> Result<Verdict> {
+    let mut subject = Subject::new(variant.parse()?)?;
+    subject.run(intervals)?;
+    say(&subject.collisions().to_string());
+    Ok(Verdict::Passed)
+}
+
+/// Runs the experiment and writes its folder.
+///
+/// # Errors
+/// A folder that is not empty or cannot be written, a run that breaks off.
+pub fn run(options: &Options) -> Result<Verdict> {
+    let plan = options.plan();
+    let experiment = Experiment::begin(
+        &options.destination,
+        &Opening {
+            folder: "out/capability-cost",
+            note: "",
+            command: &options.command(),
+            configuration: configuration(
+                &options.command(),
+                &format!("intervals_counted = {}\nrounds_of_times = {}\n", plan.counted, plan.rounds),
+            ),
+            scenes: &[],
+        },
+    )?;
+    let folder = &experiment.folder;
+    let variants = Variant::all();
+    say("times");
+    let (mut found, totals) = time(&variants, plan)?;
+    let mut plain = None;
+    let installed = callgrind::is_installed();
+    if installed {
+        say("instructions");
+        let progress = Progress::new(variants.len() as f64);
+        let counted: Vec<[Counted; 2]> = variants
+            .par_iter()
+            .map(|&variant| {
+                let counted = ends(variant, plan, folder)?;
+                progress.advance(1.0, counted[1].collisions);
+                Ok(counted)
+            })
+            .collect::<Result<_>>()?;
+        for (found, [short, long]) in found.iter_mut().zip(&counted) {
+            let instructions = callgrind::total(&long.profile) - callgrind::total(&short.profile);
+            found.instructions = Some(instructions as f64 / (long.collisions - short.collisions) as f64);
+        }
+        plain = counted.first().map(|[short, long]| difference(&short.profile, &long.profile));
+    }
+    let results = Results { found, plain, needs: dependencies::needs() };
+    let note = if installed {
+        String::new()
+    } else {
+        "The program valgrind is not installed: no instructions were counted, and nothing is checked."
+            .to_owned()
+    };
+    let summary = Summary {
+        title: "What a capability costs where it is absent, idle, and used".to_owned(),
+        note,
+        totals,
+        checks: results.checks(),
+        figures: results.figures(),
+        runs: Vec::new(),
+    };
+    folder.write_table("costs.csv", &report::HEADER, report::rows(&results))?;
+    folder.write("report.html", report::page(&results, &summary, &options.command()).html())?;
+    folder.write_json("summary.json", &summary)?;
+    for line in report::lines(&results) {
+        say(&line);
+    }
+    carom_runs::conclude(&experiment.complete()?, &summary);
+    Ok(summary.verdict())
+}
+
+/// The counts at the two ends: what lies between them is running alone, without the building of the scene.
+fn ends(variant: Variant, plan: Plan, folder: &Folder) -> Result<[Counted; 2]> {
+    let count = |intervals| callgrind::count(variant, intervals, folder.path());
+    Ok([count(WARM_UP)?, count(WARM_UP + plan.counted)?])
+}
+
+fn difference(short: &Profile, long: &Profile) -> Profile {
+    let less = |key: &[String; 2]| short.get(key).copied().unwrap_or(0);
+    long.iter().map(|(key, cost)| (key.clone(), cost.saturating_sub(less(key)))).collect()
+}
+
+/// Times all variants, one after the other in each round.
+fn time(variants: &[Variant], plan: Plan) -> Result<(Vec<Found>, Totals)> {
+    let mut subjects = variants.iter().map(|&variant| Subject::new(variant)).collect::<Result<Vec<_>>>()?;
+    for subject in &mut subjects {
+        subject.run(WARM_UP)?;
+    }
+    let mut rounds: Vec<Vec<f64>> = vec![Vec::new(); variants.len()];
+    let mut totals = Totals::default();
+    let mut spent = 0.0;
+    for _ in 0..plan.rounds {
+        for (subject, times) in subjects.iter_mut().zip(&mut rounds) {
+            let before = subject.collisions();
+            let begun = ThreadTime::now();
+            subject.run(2)?;
+            let seconds = begun.elapsed().as_secs_f64();
+            let collisions = subject.collisions() - before;
+            times.push(seconds / collisions as f64);
+            totals.collisions += collisions;
+            spent += seconds;
+        }
+    }
+    totals.collisions_per_second = totals.collisions as f64 / spent;
+    let found = variants.iter().zip(&subjects).zip(&rounds).map(|((&variant, subject), times)| Found {
+        variant,
+        instructions: None,
+        nanoseconds: 1e9 * median(times.clone()),
+        time_ratio: median(times.iter().zip(&rounds[0]).map(|(time, plain)| time / plain).collect()),
+        bytes_per_body: subject.bytes_per_body(),
+    });
+    Ok((found.collect(), totals))
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}

@@ -1,0 +1,295 @@
+//! The experiment from end to end: cases, answers, times, and what is written of them.
+
+use std::fmt::Write as _;
+
+use anyhow::Result;
+use carom_detection::{Answer, Outcome};
+use carom_runs::{
+    experiment::{Experiment, Opening, configuration, threads},
+    output::Folder,
+    say,
+    work_items::Pieces,
+};
+use carom_tables::{Check, Summary, Totals, Verdict};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Options,
+    cases::{self, Group},
+    charts::Charts,
+    options::Plan,
+    overall,
+    parry::{Cast, Worker},
+    report,
+    settings::{Detector, Setting, settings},
+    tally::{HEADER, Tally},
+    timing::{self, Timing},
+};
+
+/// Cases that break the promise of the exact detector and are printed in full.
+const MOST_PRINTED: usize = 20;
+
+/// What came out for one class.
+#[derive(Debug)]
+pub struct ClassResult {
+    /// Its name.
+    pub name: String,
+    /// What is in it.
+    pub about: String,
+    /// Cases about which the oracle does not know.
+    pub unresolved: usize,
+    /// The answers at each setting.
+    pub tallies: Vec<Tally>,
+    /// The times at each setting.
+    pub timings: Vec<Option<Timing>>,
+    /// parry's answers.
+    pub parry: ParryResult,
+}
+
+/// What parry answered.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct ParryResult {
+    /// Its answers; a call that does not return counts as given up.
+    pub tally: Tally,
+    /// Its time over that of the exact detector, for each call that returned.
+    pub ratios: Vec<f64>,
+    /// Calls.
+    pub asked: usize,
+    /// Calls that did not return.
+    pub hung: usize,
+}
+
+impl ParryResult {
+    fn sum<'a>(rounds: impl Iterator<Item = &'a Self> + Clone) -> Self {
+        Self {
+            tally: Tally::sum(rounds.clone().map(|round| &round.tally)),
+            ratios: rounds.clone().flat_map(|round| &round.ratios).copied().collect(),
+            asked: rounds.clone().map(|round| round.asked).sum(),
+            hung: rounds.map(|round| round.hung).sum(),
+        }
+    }
+}
+
+/// The answers of all detectors about one class.
+#[derive(Debug, Serialize, Deserialize)]
+struct Answers {
+    unresolved: usize,
+    tallies: Vec<Tally>,
+}
+
+/// All there is to report.
+#[derive(Debug)]
+pub struct Results {
+    /// The settings.
+    pub settings: Vec<Setting>,
+    /// The classes.
+    pub classes: Vec<ClassResult>,
+    /// Totals of the runs that pairs were recorded from.
+    pub totals: Totals,
+}
+
+/// Runs the experiment and writes its folder.
+///
+/// # Errors
+/// A folder that is not empty or cannot be written, a run to record from that breaks off.
+pub fn run(options: &Options) -> Result<Verdict> {
+    let plan = options.plan();
+    let experiment = Experiment::begin_in_pieces(
+        &options.resumption,
+        options.command(),
+        &Opening {
+            folder: "out/encounters",
+            note: &options.note(),
+            command: &options.command(),
+            configuration: configuration(&options.command(), &settings_of(options, &plan)),
+            scenes: &[],
+        },
+    )?;
+    let (folder, pieces) = (&experiment.folder, &experiment.pieces);
+    let pool = threads(options.threads)?;
+    let (groups, totals) = pool.install(|| cases::groups(options.seed, &plan))?;
+    say(&format!(
+        "{} cases of {} classes",
+        groups.iter().map(|g| g.cases.len()).sum::<usize>(),
+        groups.len()
+    ));
+    let settings = settings();
+    let answers = pool.install(|| ask(&groups, &settings, &plan, pieces))?;
+    say("answers are judged; now times");
+    let parries = ask_parry(&groups, &plan, pieces)?;
+    let class = |((group, answers), parry): ((&Group, Answers), ParryResult)| -> Result<ClassResult> {
+        let Answers { unresolved, tallies } = answers;
+        let detectors: Vec<(Detector, &Tally)> =
+            settings.iter().map(|setting| setting.detector).zip(&tallies).collect();
+        let timings = pieces.finish(&format!("times of {}", group.name), || {
+            Ok(timing::time(&detectors, &group.cases, plan.rounds))
+        })?;
+        let (name, about) = (group.name.clone(), group.about.clone());
+        Ok(ClassResult { name, about, unresolved, tallies, timings, parry })
+    };
+    let classes = groups.iter().zip(answers).zip(parries).map(class).collect::<Result<_>>()?;
+    let results = Results { settings, classes, totals };
+    let summary = write(folder, &results, &groups, options)?;
+    say(&format!("{}", experiment.complete()?.path().join("report.html").display()));
+    Ok(summary.verdict())
+}
+
+fn settings_of(options: &Options, plan: &Plan) -> String {
+    format!(
+        "seed = {}\ncases_of_each_class = {}\nmost_intervals_of_the_oracle = {}\n\
+         most_evaluations_of_each_detector_in_a_class = {}\nrounds_of_times = {}\ncalls_of_parry_in_a_class = {}\n",
+        options.seed, plan.cases, plan.most_intervals, plan.most_evaluations, plan.rounds, plan.parry_cases,
+    )
+}
+
+/// All detectors about all cases: for each group, the answers at each setting.
+fn ask(groups: &[Group], settings: &[Setting], plan: &Plan, pieces: &Pieces) -> Result<Vec<Answers>> {
+    let of_group = |group: &Group| {
+        pieces.finish(&format!("answers about {}", group.name), || {
+            group.solve();
+            let of_setting = |setting: &Setting| Tally::of(setting.detector, &group.cases, plan);
+            let tallies = settings.par_iter().map(of_setting).collect();
+            Ok(Answers { unresolved: group.unresolved(), tallies })
+        })
+    };
+    groups.par_iter().map(of_group).collect()
+}
+
+/// parry about the first cases of all groups in turn, until too many calls have not returned.
+fn ask_parry(groups: &[Group], plan: &Plan, pieces: &Pieces) -> Result<Vec<ParryResult>> {
+    let mut worker = None;
+    let mut rounds: Vec<Vec<ParryResult>> = Vec::new();
+    let mut hung = 0;
+    for index in 0..plan.parry_cases {
+        let round: Vec<ParryResult> = pieces.finish(&format!("parry about case {index}"), || {
+            let worker = match &mut worker {
+                Some(worker) => worker,
+                none => none.insert(Worker::start()?),
+            };
+            let mut hung = hung;
+            groups.iter().map(|group| ask_parry_once(worker, group, index, plan, &mut hung)).collect()
+        })?;
+        hung += round.iter().map(|result| result.hung).sum::<usize>();
+        rounds.push(round);
+    }
+    let of_group = |group| ParryResult::sum(rounds.iter().map(move |round| &round[group]));
+    Ok((0..groups.len()).map(of_group).collect())
+}
+
+/// parry about one case, if there is one and not too many calls have not returned.
+fn ask_parry_once(
+    worker: &mut Worker,
+    group: &Group,
+    index: usize,
+    plan: &Plan,
+    hung: &mut usize,
+) -> Result<ParryResult> {
+    let mut result = ParryResult::default();
+    let Some(case) = group.cases.get(index).filter(|_| *hung < plan.most_hung) else { return Ok(result) };
+    result.asked = 1;
+    let answer = match worker.ask(&case.encounter)? {
+        Cast::Hung => {
+            *hung += 1;
+            result.hung = 1;
+            Answer { outcome: Outcome::Unresolved(0.0), evaluations: 0 }
+        }
+        Cast::Returned { answer, ratio } => {
+            result.ratios.push(ratio);
+            answer
+        }
+    };
+    result.tally.add(index, case, case.reference().judge(&case.encounter, &answer));
+    Ok(result)
+}
+
+fn write(folder: &Folder, results: &Results, groups: &[Group], options: &Options) -> Result<Summary> {
+    let rows = results.classes.iter().flat_map(|class| {
+        let own = results.settings.iter().zip(&class.tallies);
+        own.map(|(setting, tally)| tally.row(&class.name, setting.detector.name(), &setting.name))
+    });
+    folder.write_table("answers.csv", &HEADER, rows)?;
+    let times = results.classes.iter().flat_map(|class| {
+        let own = results.settings.iter().zip(&class.timings);
+        own.filter_map(|(setting, timing)| {
+            let timing = (*timing)?;
+            let (detector, name) = (setting.detector.name(), setting.name.clone());
+            Some((class.name.clone(), detector, name, timing.cases, timing.ratio, timing.exact * 1e9))
+        })
+    });
+    let header = ["class", "detector", "setting", "cases", "time_over_exact", "exact_ns"];
+    folder.write_table("times.csv", &header, times)?;
+    let parry =
+        results.classes.iter().map(|class| class.parry.tally.row(&class.name, "parry", "nonlinear cast"));
+    folder.write_table("parry.csv", &HEADER, parry)?;
+    let broken = violations(results, groups);
+    if !broken.is_empty() {
+        folder.write("violations.txt", &broken)?;
+        say(&broken);
+    }
+    let summary = Summary {
+        title: "Encounters: what accuracy costs in the search for one contact".to_owned(),
+        note: options.note(),
+        totals: results.totals,
+        checks: checks(results),
+        figures: overall::figures(results),
+        runs: Vec::new(),
+    };
+    let charts = Charts::draw(results)?;
+    for (name, svg) in charts.files() {
+        folder.write(name, svg)?;
+    }
+    folder.write("report.html", report::page(results, &summary, &charts, &options.command()).html())?;
+    folder.write_json("summary.json", &summary)?;
+    for line in report::lines(results) {
+        say(&line);
+    }
+    for check in summary.checks.iter().filter(|check| !check.passed) {
+        say(&format!("FAILED: {} is {}, allowed is {}", check.name, check.found, check.allowed));
+    }
+    Ok(summary)
+}
+
+/// What [`carom_detection::Exact`] promises, over all classes and budgets.
+fn checks(results: &Results) -> Vec<Check> {
+    use carom_testkit::oracle::Verdict::{Early, False, Late, Missed};
+    let exact = results.settings.iter().map(|setting| matches!(setting.detector, Detector::Exact(_)));
+    let exact: Vec<usize> = exact.enumerate().filter(|(_, is)| *is).map(|(index, _)| index).collect();
+    let count = |verdict| -> u64 {
+        let of_class =
+            |class: &ClassResult| exact.iter().map(|&index| class.tallies[index].count(verdict)).sum::<u64>();
+        results.classes.iter().map(of_class).sum()
+    };
+    [("missed", Missed), ("late", Late), ("early", Early), ("false", False)]
+        .map(|(name, verdict)| {
+            Check::at_most(&format!("contacts {name} by Exact"), count(verdict) as f64, 0.0)
+        })
+        .into_iter()
+        .chain(results.totals.checks())
+        .collect()
+}
+
+/// The cases in which [`carom_detection::Exact`] breaks its promise, in full.
+fn violations(results: &Results, groups: &[Group]) -> String {
+    let mut text = String::new();
+    let mut printed = 0;
+    for (class, group) in results.classes.iter().zip(groups) {
+        for (setting, tally) in results.settings.iter().zip(&class.tallies) {
+            if !matches!(setting.detector, Detector::Exact(_)) {
+                continue;
+            }
+            for (index, judgement) in tally.violations.iter().take(MOST_PRINTED.saturating_sub(printed)) {
+                printed += 1;
+                let case = &group.cases[*index];
+                let (encounter, reference) = (&case.encounter, case.reference());
+                let answer = setting.detector.ask(encounter);
+                let _ = writeln!(
+                    text,
+                    "{} {index}, Exact with {}: {judgement:?}\n  {answer:?}\n  {reference:?}\n  {encounter:?}",
+                    class.name, setting.name
+                );
+            }
+        }
+    }
+    text
+}

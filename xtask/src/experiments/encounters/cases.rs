@@ -1,0 +1,114 @@
+//! The cases: encounters of all classes, drawn or recorded, and what the oracle knows of each.
+
+use std::sync::OnceLock;
+
+use anyhow::Result;
+use carom_detection::encounters::{Class, Encounter};
+use carom_tables::Totals;
+use carom_testkit::oracle::{DoubleDouble, Oracle, Reference};
+use rayon::prelude::*;
+
+use super::{
+    options::Plan,
+    recorder::{Recording, recordings},
+};
+
+/// One encounter.
+#[derive(Debug)]
+pub struct Case {
+    /// The pair.
+    pub encounter: Encounter,
+    oracle: Oracle,
+    /// Once it has been asked for: it takes long, and a run that is gone on with needs few.
+    reference: OnceLock<Reference<DoubleDouble>>,
+}
+
+impl Case {
+    /// What the oracle knows of its first contact.
+    pub fn reference(&self) -> &Reference<DoubleDouble> {
+        self.reference.get_or_init(|| self.oracle.first_contact(&self.encounter))
+    }
+}
+
+/// The cases of one kind.
+#[derive(Debug)]
+pub struct Group {
+    /// Name of the class.
+    pub name: String,
+    /// What is in it.
+    pub about: String,
+    /// The cases.
+    pub cases: Vec<Case>,
+}
+
+impl Group {
+    fn new(name: String, about: String, encounters: Vec<Encounter>, oracle: Oracle) -> Self {
+        let case = |encounter| Case { encounter, oracle, reference: OnceLock::new() };
+        Self { name, about, cases: encounters.into_iter().map(case).collect() }
+    }
+
+    /// Asks the oracle about all cases, on the threads of the present pool.
+    pub fn solve(&self) {
+        self.cases.par_iter().for_each(|case| {
+            case.reference();
+        });
+    }
+
+    /// Cases about which the oracle itself does not know.
+    pub fn unresolved(&self) -> usize {
+        self.cases.iter().filter(|case| matches!(case.reference(), Reference::Unresolved)).count()
+    }
+}
+
+/// All groups, and the totals of the runs that pairs were recorded from.
+///
+/// # Errors
+/// A run that pairs are recorded from breaks off.
+pub fn groups(seed: u64, plan: &Plan) -> Result<(Vec<Group>, Totals)> {
+    let oracle = Oracle { most_intervals: plan.most_intervals };
+    let draw = |class: Class| {
+        let encounters = (0..plan.cases).into_par_iter().map(|index| Encounter::draw(class, seed, index));
+        Group::new(class.to_string(), about(class), encounters.collect(), oracle)
+    };
+    let mut groups: Vec<Group> = Class::ALL.into_iter().map(draw).collect();
+    let recordings = recordings(seed, plan.cases as usize)?;
+    let totals = Totals::of(&recordings.iter().map(|recording| recording.totals).collect::<Vec<_>>());
+    for Recording { name, about, encounters, .. } in recordings {
+        groups.push(Group::new(name.to_owned(), about.to_owned(), encounters, oracle));
+    }
+    Ok((groups, totals))
+}
+
+/// A class in a few words.
+fn about(class: Class) -> String {
+    match class {
+        Class::DiscT1 => "two small discs, far apart".to_owned(),
+        Class::Generic => "1 to 5 atoms each, thermal".to_owned(),
+        Class::ZeroOmega => "neither turns".to_owned(),
+        Class::OneOmega => "one turns".to_owned(),
+        Class::LargeOmega => "spins × 1e2 to 1e4".to_owned(),
+        Class::ExtremeRatio => "sizes to 1 : 1e6, to 1e6 turns".to_owned(),
+        Class::Far => "to 1e6 sizes apart, 1e9 from the origin".to_owned(),
+        Class::Annulus => "begins between the other's atoms".to_owned(),
+        Class::AfterCollision => "begins in contact, any velocities".to_owned(),
+        Class::Rebound => "begins just after a collision".to_owned(),
+        Class::Overlap => "begins 0 to 27e-16 deep".to_owned(),
+        Class::Fast => "1e4 to 1e8 turns in the window".to_owned(),
+        Class::Grazing => "tangential, ±1e-9 to 1e-3 sizes deep".to_owned(),
+        Class::Graze(exponent) => format!("tangential, ±1e-{exponent} sizes deep"),
+        Class::Recontact(exponent) => format!("leaves a contact, back after 1e-{exponent}"),
+        Class::MassRatio => "masses 1 : 1e6".to_owned(),
+        Class::SizeRatio => "sizes 1 : 1000".to_owned(),
+        Class::Slow => "temperature 1e-12".to_owned(),
+        Class::Linear16 => "rods of 16".to_owned(),
+        Class::MatchedSpins => "equal spins, constant gap 1e-9 to 1e-2".to_owned(),
+        Class::Concentric => "one turns inside the other, likewise".to_owned(),
+        Class::Rods => "rods of 2 to 256".to_owned(),
+        Class::Blobs => "round, 2 to 256 atoms".to_owned(),
+        Class::Wall => "comes at a wall or its end".to_owned(),
+        Class::WallLargeOmega => "the same, spins × 1e2 to 1e4".to_owned(),
+        Class::WallGraze(exponent) => format!("dips into a wall by ±1e-{exponent} sizes"),
+        Class::WallRecontact(exponent) => format!("leaves a wall, back after 1e-{exponent}"),
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,76 @@
+//! The charts: time against wrong answers, and against the error of the times of contact.
+
+use anyhow::Result;
+use carom_report::scatter::{Mark, Point, Scatter};
+use carom_testkit::oracle::Verdict;
+
+use super::{
+    campaign::Results,
+    overall::{FAMILIES, Overall, overall},
+};
+
+/// The two charts.
+#[derive(Debug)]
+pub struct Charts {
+    /// Time against wrong answers.
+    pub wrong: String,
+    /// Time against the error of times.
+    pub error: String,
+}
+
+/// Below this all errors are drawn in one place: it is less than a rounding (natural times).
+const SMALLEST: f64 = 1e-17;
+
+impl Charts {
+    /// Draws them.
+    ///
+    /// # Errors
+    /// A figure that is not finite.
+    pub fn draw(results: &Results) -> Result<Self> {
+        let overall = overall(results);
+        let x_label = "time of a query over that of Exact, geometric mean over the classes";
+        let families: Vec<String> = FAMILIES.map(str::to_owned).to_vec();
+        let point = |of: &Overall, y: f64, mark| {
+            let undecided = of.tally.count(Verdict::FreeUntil) as f64 / of.tally.judged().max(1) as f64;
+            let label = if undecided > 0.001 {
+                format!("{}, {:.1} % undecided", of.setting, 100.0 * undecided)
+            } else {
+                of.setting.clone()
+            };
+            Some(Point { family: of.family, label, x: of.ratio?, y, mark })
+        };
+        let wrong = overall.iter().filter_map(|of| {
+            let none = of.wrong == 0.0;
+            let y = if none { of.tally.upper_bound_of_none() } else { of.wrong };
+            point(of, y, if none { Mark::AtMost } else { Mark::Measured })
+        });
+        let error = overall.iter().filter_map(|of| {
+            let median = of.tally.quantile(0.5)?.max(SMALLEST);
+            point(of, median, Mark::UpTo(of.tally.quantile(0.999)?.max(median)))
+        });
+        let chart = |title: &str, y_label: &str, points: Vec<Point>| {
+            Scatter {
+                title: title.to_owned(),
+                x_label: x_label.to_owned(),
+                y_label: y_label.to_owned(),
+                families: families.clone(),
+                front: Vec::new(),
+                points,
+            }
+            .svg()
+        };
+        Ok(Self {
+            wrong: chart("Time and wrong answers", "share of wrong answers", wrong.collect())?,
+            error: chart(
+                "Time and error",
+                "|t − t*| in natural times: median, up to 99.9 %",
+                error.collect(),
+            )?,
+        })
+    }
+
+    /// Files that the charts are written to, with what is in each.
+    pub fn files(&self) -> [(&'static str, &str); 2] {
+        [("time-and-wrong-answers.svg", &self.wrong), ("time-and-error.svg", &self.error)]
+    }
+}

@@ -1,0 +1,166 @@
+//! Pairs as they come up in real runs: a detector that notes down what it is asked.
+
+use std::{
+    cell::RefCell,
+    f64::consts::{PI, TAU},
+    rc::Rc,
+};
+
+use anyhow::Result;
+use carom::{
+    CellsPerSide, Detection, Exact, HeapScheduler, Impact, Scene, Simulation,
+    engine::{BoxSpec, MoleculeSpec},
+    geometry::Outline,
+    kinematics::RelativeMotion,
+};
+use carom_detection::{Answer, encounters::Encounter, skim};
+use carom_geometry::Molecule;
+use carom_tables::Totals;
+use cpu_time::ThreadTime;
+use glam::DVec2;
+
+use crate::experiments::brownian::{self, Case, Plan, Size};
+
+/// Every so many questions one is noted down: not a divisor of anything, so that all kinds come up.
+const STRIDE: u64 = 37;
+
+/// How long a run goes on before anything is noted, and in what steps afterwards (time). A mean free time is some
+/// hundredths.
+const WARM_UP: f64 = 0.5;
+const STEP: f64 = 0.05;
+
+/// Most steps until enough pairs are noted.
+const MOST_STEPS: u32 = 4000;
+
+/// Dumbbells side by side in a row at the start.
+const COLUMNS: u32 = 12;
+
+/// Pairs from one run.
+#[derive(Debug)]
+pub struct Recording {
+    /// Name of the class.
+    pub name: &'static str,
+    /// What was run.
+    pub about: &'static str,
+    /// The pairs, of which at least one can turn.
+    pub encounters: Vec<Encounter>,
+    /// What the run took.
+    pub totals: Totals,
+}
+
+/// [`Exact`], which notes down pairs of bodies of which one has several atoms.
+#[derive(Debug, Clone)]
+struct Recorder {
+    notes: Rc<RefCell<Notes>>,
+}
+
+#[derive(Debug, Default)]
+struct Notes {
+    questions: u64,
+    wanted: usize,
+    encounters: Vec<Encounter>,
+}
+
+impl Detection for Recorder {
+    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+        if a.atoms.len() > 1 || b.atoms.len() > 1 {
+            self.notes.borrow_mut().note(a, b, motion, horizon);
+        }
+        Exact::default().first_contact(a, b, motion, horizon)
+    }
+}
+
+impl Notes {
+    fn note(&mut self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) {
+        self.questions += 1;
+        if self.encounters.len() >= self.wanted || !self.questions.is_multiple_of(STRIDE) {
+            return;
+        }
+        let molecule = |outline: Outline<'_>| Molecule::new(outline.atoms.iter().copied());
+        let (Ok(first), Ok(second)) = (molecule(a), molecule(b)) else { return };
+        let reach = first.bounding_radius() + second.bounding_radius();
+        let parted = skim(motion, reach, f64::MAX).map_or(f64::MAX, |window| window.end);
+        let horizon = horizon.min(parted);
+        if horizon < f64::MAX {
+            self.encounters.push(Encounter { molecules: [first, second], motion: *motion, horizon });
+        }
+    }
+}
+
+/// So many pairs from each of three runs: a tee in its gas, and dumbbells at two densities.
+///
+/// # Errors
+/// A scene cannot be built, or a run breaks off.
+pub fn recordings(seed: u64, count: usize) -> Result<Vec<Recording>> {
+    let plan = Plan { from: 1.0, until: 2.0, sample_interval: 0.5 };
+    let tee = brownian::scene(Case::Standard, Size::Half, seed, 0, &plan);
+    Ok(vec![
+        record("recorded_tee", "a tee in its gas, area fraction 0.5", &tee, count)?,
+        record("recorded_dumbbells_0.3", "dumbbells at area fraction 0.3", &dumbbells(seed, 0.3), count)?,
+        record("recorded_dumbbells_0.6", "dumbbells at area fraction 0.6", &dumbbells(seed, 0.6), count)?,
+    ])
+}
+
+/// 288 dumbbells of mass 1, in rows at first, each with the energy of about 1 in a direction of its own; they have
+/// forgotten the rows when the recording begins.
+///
+/// A box of 12 × 24 of them has room up to the area fraction π/4; no random placement comes near that.
+fn dumbbells(seed: u64, area_fraction: f64) -> Scene {
+    let count = COLUMNS * 2 * COLUMNS;
+    let radius = (area_fraction / (2.0 * PI * f64::from(count))).sqrt();
+    let dumbbell = |index: u32| {
+        let (column, row) = (index % COLUMNS, index / COLUMNS);
+        let width = 1.0 / f64::from(COLUMNS);
+        // Directions that follow each other by the golden section of a turn are spread evenly.
+        let turn = 0.618_033_988_749_894_9 * (f64::from(index) + 0.1 * seed as f64);
+        let velocity = (4f64 / 3.0).sqrt() * DVec2::from_angle(TAU * turn.fract());
+        let sign = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
+        MoleculeSpec {
+            shape: Some("dumbbell".to_owned()),
+            atom_radius: Some(radius),
+            atom_mass: Some(0.5),
+            at: [width * f64::from(column), 0.5 * width * f64::from(row)],
+            velocity: velocity.to_array(),
+            // I = 3 m r²/2 with m = 1: I ω²/2 = 1/3.
+            angular_velocity: sign * (4f64 / 9.0).sqrt() / radius,
+            ..MoleculeSpec::default()
+        }
+    };
+    Scene {
+        bounds: BoxSpec { seed, ..BoxSpec::default() },
+        molecule: (0..count).map(dumbbell).collect(),
+        ..Scene::default()
+    }
+}
+
+fn record(name: &'static str, about: &'static str, scene: &Scene, count: usize) -> Result<Recording> {
+    let notes = Rc::new(RefCell::new(Notes::default()));
+    let recorder = Recorder { notes: Rc::clone(&notes) };
+    let mut simulation: Simulation<Recorder, Impact, HeapScheduler> =
+        Simulation::with(scene, recorder, Impact, CellsPerSide::default())?;
+    let energy = simulation.view().energy();
+    let begun = ThreadTime::now();
+    let mut time = WARM_UP;
+    simulation.run_until(time)?;
+    notes.borrow_mut().wanted = count;
+    for _ in 0..MOST_STEPS {
+        if notes.borrow().encounters.len() >= count {
+            break;
+        }
+        time += STEP;
+        simulation.run_until(time)?;
+    }
+    let view = simulation.view();
+    let collisions = view.counters().collisions;
+    let overlaps = view.overlaps();
+    let totals = Totals {
+        collisions,
+        simulated_time: time,
+        collisions_per_second: collisions as f64 / begun.elapsed().as_secs_f64(),
+        energy_drift: (view.energy() - energy).abs() / energy,
+        overlapping_pairs: overlaps.pairs,
+        max_overlap: overlaps.deepest,
+    };
+    let encounters = std::mem::take(&mut notes.borrow_mut().encounters);
+    Ok(Recording { name, about, encounters, totals })
+}

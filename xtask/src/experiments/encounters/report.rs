@@ -1,0 +1,247 @@
+//! The tables and the page of the experiment.
+
+use carom_report::page::{Layout, Page};
+use carom_tables::Summary;
+use carom_testkit::oracle::Verdict;
+
+use super::{
+    campaign::{ClassResult, Results},
+    charts::Charts,
+    overall::{FAMILIES, Overall, overall},
+    settings::{BASELINE, Detector},
+    tally::{FAR_OFF, Tally},
+    timing::median,
+};
+
+fn number(value: Option<f64>) -> String {
+    value.map_or_else(
+        || "–".to_owned(),
+        |value| if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") },
+    )
+}
+
+fn ratio(value: Option<f64>) -> String {
+    match value {
+        None => "–".to_owned(),
+        Some(value) if value >= 10.0 => format!("{value:.0}"),
+        Some(value) => format!("{value:.2}"),
+    }
+}
+
+/// A count, and what it may be at most where there is none.
+fn count(tally: &Tally, verdict: Verdict) -> String {
+    match tally.count(verdict) {
+        0 if tally.judged() == 0 => "–".to_owned(),
+        0 => "0".to_owned(),
+        count => count.to_string(),
+    }
+}
+
+const CLASS_HEADER: [&str; 15] = [
+    "class",
+    "cases",
+    "contacts",
+    "missed",
+    "late",
+    "early",
+    "false",
+    "at most (95 %)",
+    "graze within 2E",
+    "free until",
+    "gave up",
+    "median |Δt|",
+    "99.9 %",
+    "largest",
+    "evaluations",
+];
+
+fn class_cells(name: &str, tally: &Tally) -> Vec<String> {
+    let wrong = [Verdict::Missed, Verdict::Late, Verdict::Early, Verdict::False];
+    let none = wrong.iter().all(|verdict| tally.count(*verdict) == 0);
+    let mut cells = vec![name.to_owned(), tally.judged().to_string(), tally.contacts.to_string()];
+    cells.extend(wrong.map(|verdict| count(tally, verdict)));
+    cells.push(if none { number(Some(tally.upper_bound_of_none())) } else { "–".to_owned() });
+    cells.extend([Verdict::Graze, Verdict::FreeUntil, Verdict::GaveUp].map(|verdict| count(tally, verdict)));
+    cells.extend([0.5, 0.999, 1.0].map(|share| number(tally.quantile(share))));
+    cells.push(format!("{:.1}", tally.evaluations_per_query()));
+    cells
+}
+
+fn class_rows(results: &Results, setting: usize) -> Vec<Vec<String>> {
+    let rows = results.classes.iter().map(|class| class_cells(&class.name, &class.tallies[setting]));
+    let all = Tally::sum(results.classes.iter().map(|class| &class.tallies[setting]));
+    rows.chain([class_cells("all", &all)]).collect()
+}
+
+/// The table of the exact detector and all settings in a line each, for the terminal.
+pub fn lines(results: &Results) -> Vec<String> {
+    let mut rows = vec![CLASS_HEADER.map(str::to_owned).to_vec()];
+    rows.extend(class_rows(results, 0));
+    for (row, class) in rows.iter_mut().skip(1).zip(&results.classes) {
+        row.push(format!("GoldenSecant {}", ratio(class.timings[BASELINE].map(|timing| timing.ratio))));
+        row.push(format!("parry {}", ratio(median(&mut class.parry.ratios.clone()))));
+    }
+    let mut lines = aligned(&rows);
+    lines.push(String::new());
+    let mut rows = vec![OVERALL_HEADER.map(str::to_owned).to_vec()];
+    rows.extend(overall(results).iter().map(overall_cells));
+    lines.extend(aligned(&rows));
+    lines
+}
+
+fn aligned(rows: &[Vec<String>]) -> Vec<String> {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| {
+        rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:>width$}"));
+        cells.collect::<Vec<_>>().join("  ")
+    };
+    rows.iter().map(line).collect()
+}
+
+const OVERALL_HEADER: [&str; 13] = [
+    "detector",
+    "setting",
+    "cases",
+    "time over Exact",
+    "wrong (mean of classes)",
+    "missed",
+    "late",
+    "early",
+    "false",
+    "free until",
+    "gave up",
+    "median |Δt|",
+    "99.9 %",
+];
+
+fn overall_cells(of: &Overall) -> Vec<String> {
+    let wrong = if of.wrong == 0.0 {
+        format!("0 (< {:.0e})", of.tally.upper_bound_of_none())
+    } else {
+        format!("{:.2e}", of.wrong)
+    };
+    let mut cells = vec![
+        FAMILIES[of.family].to_owned(),
+        of.setting.clone(),
+        of.asked.to_string(),
+        ratio(of.ratio),
+        wrong,
+    ];
+    let verdicts =
+        [Verdict::Missed, Verdict::Late, Verdict::Early, Verdict::False, Verdict::FreeUntil, Verdict::GaveUp];
+    cells.extend(verdicts.map(|verdict| count(&of.tally, verdict)));
+    cells.extend([0.5, 0.999].map(|share| number(of.tally.quantile(share))));
+    cells
+}
+
+/// Time over Exact, by class, of one setting of each detector.
+fn time_rows(results: &Results) -> Vec<Vec<String>> {
+    let step = |step: f64| {
+        results
+            .settings
+            .iter()
+            .position(|setting| matches!(setting.detector, Detector::FixedStep(fixed) if fixed.step == step))
+    };
+    let columns = [Some(BASELINE), step(1e-2), step(1e-3), step(1e-4)];
+    let row = |class: &ClassResult| {
+        let at = |index: Option<usize>| ratio(index.and_then(|index| Some(class.timings[index]?.ratio)));
+        let exact =
+            class.timings[0].map_or_else(|| "–".to_owned(), |timing| format!("{:.0}", timing.exact * 1e9));
+        let mut cells = vec![class.name.clone(), class.about.clone(), exact];
+        cells.extend(columns.map(at));
+        cells.push(at(results.settings.len().checked_sub(1)));
+        cells.push(ratio(median(&mut class.parry.ratios.clone())));
+        cells.push(format!("{} of {}", class.parry.hung, class.parry.asked));
+        cells
+    };
+    results.classes.iter().map(row).collect()
+}
+
+/// The page.
+pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str) -> Page {
+    let mut page = Page::new(
+        &summary.title,
+        "Two molecules fly and turn: when do they first touch? Every detector is asked about the same pairs, easy ones \
+         and of each kind that is known to be hard, and an oracle with 30 digits says what the answer is worth.",
+    );
+    if !summary.note.is_empty() {
+        page.note(&summary.note);
+    }
+    page.checks(&summary.checks);
+    page.heading("What accuracy costs");
+    page.pictures(
+        Layout::Full,
+        &[
+            (
+                &charts.wrong,
+                "One point for each detector and setting; left is fast, low is right. An answer is wrong if the contact is \
+                 missed, false, given up, or late or early by more than a millionth of a natural time. Rings with lines downwards: \
+                 none in n cases, drawn at the upper 95 % bound 3/n. Undecided: certified free until some time, where \
+                 one has to ask again.",
+            ),
+            (
+                &charts.error,
+                "Error of the times of contact: a dot at the median, a line up to 99.9 %. The upper ends are set by grazes \
+                 and fast rotors, whose time of contact no double can tell better.",
+            ),
+        ],
+    );
+    page.table(&OVERALL_HEADER, &overall(results).iter().map(overall_cells).collect::<Vec<_>>());
+    page.paragraph(&format!(
+        "Time is processor time of one thread, in turn with Exact on the same pairs, the median over rounds; then the \
+         geometric mean over the classes. Slow detectors are asked about as many pairs of a class, in order, as fit into \
+         a fixed number of evaluations: the column of cases tells. A tolerance is a parameter of this experiment only. \
+         Late or early by more than {FAR_OFF:e} natural times is wrong at any tolerance."
+    ));
+    page.heading("Exact, class by class");
+    page.paragraph(
+        "A contact must be reported before the overlap is deeper than 2 E, the printed bound on rounding, and not while the \
+         atoms are farther apart than that. Touches that are not deeper may be reported or not: graze within 2E. Times \
+         in natural times of the pair.",
+    );
+    page.table(&CLASS_HEADER, &class_rows(results, 0));
+    page.heading("GoldenSecant, class by class");
+    page.paragraph(
+        "Montanari (2017), chapter 2, repaired: crop ½, tolerance of five epsilon, the earliest of all atom pairs, one new \
+         evaluation in each round of the golden section.",
+    );
+    page.table(&CLASS_HEADER, &class_rows(results, BASELINE));
+    page.heading("Time over that of Exact, class by class");
+    let header = [
+        "class",
+        "what is in it",
+        "Exact [ns]",
+        "GoldenSecant",
+        "FixedStep 1e-2",
+        "1e-3",
+        "1e-4",
+        "BoundingCircles",
+        "parry",
+        "parry did not return",
+    ];
+    page.table(&header, &time_rows(results));
+    page.heading("parry, class by class");
+    page.paragraph(
+        "cast_shapes_nonlinear of parry2d-f64 on the same molecules as compounds of discs, warm calls. One that does not \
+         return within a tenth of a second counts as given up. It stops where it deems the distance small enough, so \
+         many of its contacts are early or late by the strict rule; what counts as wrong above is a \
+         millionth of a natural time.",
+    );
+    let rows = results.classes.iter().map(|class| class_cells(&class.name, &class.parry.tally));
+    page.table(&CLASS_HEADER, &rows.collect::<Vec<_>>());
+    page.heading("How the oracle works");
+    let unresolved: usize = results.classes.iter().map(|class| class.unresolved).sum();
+    page.paragraph(&format!(
+        "It excludes intervals of time by a bound on the second derivative of the squared distance, in double-double \
+         arithmetic, and halves what it cannot exclude; it shares no code with any detector. In {unresolved} cases it did \
+         not end within its budget; these are counted nowhere else.",
+    ));
+    page.heading("Again");
+    page.code(command);
+    page.links(["answers.csv", "times.csv", "parry.csv", "summary.json", "manifest.json"]);
+    page
+}

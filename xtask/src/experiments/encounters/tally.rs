@@ -1,0 +1,193 @@
+//! How often each detector is right, and how far off it is.
+
+use std::collections::BTreeMap;
+
+use carom_testkit::oracle::{Judgement, Reference, Verdict};
+use serde::{Deserialize, Serialize};
+
+use super::{cases::Case, options::Plan, settings::Detector};
+
+/// A late or early answer that is off by more than this (natural times) is wrong, whatever tolerance was asked for. One
+/// that is late or early within the printed bound of rounding is right: fast rotors and grazes do not bear more.
+pub const FAR_OFF: f64 = 1e-6;
+
+/// The answers of one detector to the cases of one class.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Tally {
+    /// The indices of the cases that it was asked about, with what each took.
+    pub asked: Vec<(usize, u32)>,
+    /// Judged cases in which there is a contact deeper than 2 E.
+    pub contacts: u64,
+    /// How often which verdict.
+    pub verdicts: BTreeMap<Verdict, u64>,
+    /// |t − t*| in natural times, sorted.
+    pub deviations: Vec<f64>,
+    /// Late and early answers that are off by more than [`FAR_OFF`].
+    far_off: u64,
+    /// Evaluations, in all.
+    pub evaluations: u64,
+    /// The cases that break a promise, by index.
+    pub violations: Vec<(usize, Judgement)>,
+}
+
+/// One row of the table of answers.
+#[derive(Debug, Clone, Serialize)]
+pub struct Row {
+    class: String,
+    detector: &'static str,
+    setting: String,
+    cases: usize,
+    judged: u64,
+    contacts: u64,
+    right: u64,
+    graze_within_2e: u64,
+    missed: u64,
+    late: u64,
+    early: u64,
+    #[serde(rename = "false")]
+    false_contacts: u64,
+    free_until: u64,
+    gave_up: u64,
+    wrong: f64,
+    wrong_upper_95: f64,
+    deviation_median: Option<f64>,
+    deviation_999: Option<f64>,
+    deviation_max: Option<f64>,
+    evaluations_per_query: f64,
+}
+
+impl Tally {
+    /// Asks a detector about the cases in order, until it has computed as many gaps as the plan allows.
+    pub fn of(detector: Detector, cases: &[Case], plan: &Plan) -> Self {
+        let mut tally = Self::default();
+        for (index, case) in cases.iter().enumerate() {
+            if detector.most_evaluations(&case.encounter) > plan.most_evaluations as f64 {
+                continue;
+            }
+            let answer = detector.ask(&case.encounter);
+            tally.evaluations += u64::from(answer.evaluations);
+            tally.asked.push((index, answer.evaluations));
+            tally.add(index, case, case.reference().judge(&case.encounter, &answer));
+            if tally.evaluations > plan.most_evaluations && !matches!(detector, Detector::Exact(_)) {
+                break;
+            }
+        }
+        tally.deviations.sort_by(f64::total_cmp);
+        tally
+    }
+
+    /// Counts one judgement; none where the oracle does not know.
+    pub fn add(&mut self, index: usize, case: &Case, judgement: Option<Judgement>) {
+        let Some(judgement) = judgement else { return };
+        self.contacts += u64::from(matches!(case.reference(), Reference::Deep(_)));
+        *self.verdicts.entry(judgement.verdict).or_default() += 1;
+        self.deviations.extend(judgement.deviation);
+        let beyond_rounding = matches!(judgement.verdict, Verdict::Late | Verdict::Early);
+        let far = judgement.deviation.is_some_and(|off| off > FAR_OFF);
+        self.far_off += u64::from(beyond_rounding && far);
+        if matches!(judgement.verdict, Verdict::Missed | Verdict::Late | Verdict::Early | Verdict::False) {
+            self.violations.push((index, judgement));
+        }
+    }
+
+    /// All of several classes.
+    pub fn sum<'a>(tallies: impl IntoIterator<Item = &'a Self>) -> Self {
+        let mut sum = Self::default();
+        for tally in tallies {
+            sum.asked.extend(&tally.asked);
+            sum.contacts += tally.contacts;
+            for (verdict, count) in &tally.verdicts {
+                *sum.verdicts.entry(*verdict).or_default() += count;
+            }
+            sum.deviations.extend(&tally.deviations);
+            sum.far_off += tally.far_off;
+            sum.evaluations += tally.evaluations;
+            sum.violations.extend(&tally.violations);
+        }
+        sum.deviations.sort_by(f64::total_cmp);
+        sum
+    }
+
+    /// How often this verdict.
+    pub fn count(&self, verdict: Verdict) -> u64 {
+        self.verdicts.get(&verdict).copied().unwrap_or(0)
+    }
+
+    /// Cases that the oracle could judge.
+    pub fn judged(&self) -> u64 {
+        self.verdicts.values().sum()
+    }
+
+    /// Share of wrong answers: missed, false, given up, or late or early by more than [`FAR_OFF`].
+    pub fn wrong(&self) -> f64 {
+        let plain = [Verdict::Missed, Verdict::False, Verdict::GaveUp].map(|verdict| self.count(verdict));
+        (plain.iter().sum::<u64>() + self.far_off) as f64 / self.judged().max(1) as f64
+    }
+
+    /// Upper end of the 95 % interval of a share of which none of the judged cases is: 3/n (Hanley and
+    /// Lippman-Hand 1983).
+    pub fn upper_bound_of_none(&self) -> f64 {
+        3.0 / self.judged().max(1) as f64
+    }
+
+    /// That share of all deviations is not larger than this.
+    pub fn quantile(&self, share: f64) -> Option<f64> {
+        let last = self.deviations.len().checked_sub(1)?;
+        Some(self.deviations[((last as f64) * share).ceil() as usize])
+    }
+
+    /// Evaluations a query.
+    pub fn evaluations_per_query(&self) -> f64 {
+        self.evaluations as f64 / self.asked.len().max(1) as f64
+    }
+
+    /// The row of the table.
+    pub fn row(&self, class: &str, detector: &'static str, setting: &str) -> Row {
+        Row {
+            class: class.to_owned(),
+            detector,
+            setting: setting.to_owned(),
+            cases: self.asked.len(),
+            judged: self.judged(),
+            contacts: self.contacts,
+            right: self.count(Verdict::Right),
+            graze_within_2e: self.count(Verdict::Graze),
+            missed: self.count(Verdict::Missed),
+            late: self.count(Verdict::Late),
+            early: self.count(Verdict::Early),
+            false_contacts: self.count(Verdict::False),
+            free_until: self.count(Verdict::FreeUntil),
+            gave_up: self.count(Verdict::GaveUp),
+            wrong: self.wrong(),
+            wrong_upper_95: self.upper_bound_of_none().max(self.wrong()),
+            deviation_median: self.quantile(0.5),
+            deviation_999: self.quantile(0.999),
+            deviation_max: self.quantile(1.0),
+            evaluations_per_query: self.evaluations_per_query(),
+        }
+    }
+}
+
+/// Header of the table of answers.
+pub const HEADER: [&str; 20] = [
+    "class",
+    "detector",
+    "setting",
+    "cases",
+    "judged",
+    "contacts",
+    "right",
+    "graze_within_2e",
+    "missed",
+    "late",
+    "early",
+    "false",
+    "free_until",
+    "gave_up",
+    "wrong",
+    "wrong_upper_95",
+    "deviation_median",
+    "deviation_999",
+    "deviation_max",
+    "evaluations_per_query",
+];

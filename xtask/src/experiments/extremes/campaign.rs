@@ -1,0 +1,266 @@
+//! The experiment from end to end: scenes, edges, reversal, drift, and what is written of them.
+
+use std::fmt::Write as _;
+
+use anyhow::Result;
+use carom_runs::{
+    conclude,
+    experiment::{Experiment, Opening, configuration, threads},
+    output::Folder,
+    progress::Progress,
+    say,
+};
+use carom_tables::{Check, Figure, Summary, Totals, Verdict};
+use carom_testkit::extremes::{Case, Effort, Engine, Finding, Ours, cases, engine::Theses};
+use rayon::prelude::*;
+
+use super::{
+    Options,
+    drift::{Drift, drift, scenes as scenes_of_drift},
+    edges::{Edge, Found, edges},
+    gaps::MOST_ROUNDINGS,
+    options::Plan,
+    report,
+    reversal::{Reversal, reversals},
+    trial::{Ending, attempt},
+};
+
+/// All there is to report.
+pub struct Results {
+    /// Each scene with how it ended with the exact engine and with the thesis's.
+    pub scenes: Vec<(Case, [Ending; 2])>,
+    /// Each edge, likewise.
+    pub edges: Vec<(Edge, [Found; 2])>,
+    /// Reversal at each density, of both engines.
+    pub reversals: [Vec<Reversal>; 2],
+    /// Drift of the exact engine.
+    pub drifts: Vec<Drift>,
+}
+
+/// The thesis's engine is not asked for more: it is there for comparison, and slower.
+const MOST_OF_THESIS: u64 = 20_000;
+
+/// Runs the experiment and writes its folder.
+///
+/// # Errors
+/// A folder that is not empty or cannot be written, a run that breaks off where none may.
+pub fn run(options: &Options) -> Result<Verdict> {
+    let plan = options.plan();
+    let drifting = scenes_of_drift();
+    let scenes_of: Vec<&carom::Scene> = drifting.iter().map(|(_, scene)| scene).collect();
+    let experiment = Experiment::begin(
+        &options.destination,
+        &Opening {
+            folder: "out/extremes",
+            note: &options.note(),
+            command: &options.command(),
+            configuration: configuration(&options.command(), &settings(&plan)),
+            scenes: &scenes_of,
+        },
+    )?;
+    let folder = &experiment.folder;
+    let results = threads(options.threads)?.install(|| measure(&plan, &options.scene))?;
+    let summary = write(folder, &results, options)?;
+    conclude(&experiment.complete()?, &summary);
+    Ok(summary.verdict())
+}
+
+fn settings(plan: &Plan) -> String {
+    format!(
+        "collisions_of_each_gas = {}\ncollisions_of_each_trial_of_an_edge = {}\n\
+         halvings_of_an_edge = {}\nstarts_of_the_reversal = {}\ncollisions_of_the_drift = {:?}\n\
+         patience_seconds_of_processor_time = {}\npatience_seconds_of_a_trial_of_an_edge = {}\n",
+        plan.collisions,
+        plan.edge_collisions,
+        plan.halvings,
+        plan.reversals,
+        plan.drift,
+        plan.patience.as_secs(),
+        plan.edge_patience.as_secs(),
+    )
+}
+
+/// Everything; or the scenes alone whose number begins with `number`, if there is one.
+fn measure(plan: &Plan, number: &str) -> Result<Results> {
+    say("scenes");
+    let ask = |case: &Case, collisions: u64| {
+        let case = *case;
+        attempt(plan.patience, move || (case.run)(Effort { collisions }))
+    };
+    let scenes = cases::<Ours>()
+        .into_par_iter()
+        .zip(cases::<Theses>())
+        .filter(|(case, _)| case.id.starts_with(number))
+        .map(|(ours, theses)| {
+            let endings = [ask(&ours, plan.collisions), ask(&theses, plan.collisions.min(MOST_OF_THESIS))];
+            (ours, endings)
+        })
+        .collect();
+    if !number.is_empty() {
+        return Ok(Results { scenes, edges: Vec::new(), reversals: Default::default(), drifts: Vec::new() });
+    }
+    let drifting = scenes_of_drift();
+    let progress = Progress::new(plan.drift.iter().sum::<u64>() as f64);
+    say("reversal");
+    let reversals = [reversals::<Ours>(plan.reversals)?, reversals::<Theses>(plan.reversals)?];
+    say("drift");
+    let drifts: Result<Vec<Drift>> = drifting
+        .par_iter()
+        .zip(plan.drift)
+        .map(|((name, scene), collisions)| drift::<Ours>(name, scene, collisions, &progress))
+        .collect();
+    // Last, as trials that hang go on in the background.
+    say("edges");
+    let find = |edge: &Edge| edge.find(plan.edge_collisions, plan.halvings, plan.edge_patience);
+    let edges = edges::<Ours>()
+        .into_par_iter()
+        .zip(edges::<Theses>())
+        .map(|(ours, theses)| {
+            let found = [find(&ours), find(&theses)];
+            (ours, found)
+        })
+        .collect();
+    Ok(Results { scenes, edges, reversals, drifts: drifts? })
+}
+
+fn write(folder: &Folder, results: &Results, options: &Options) -> Result<Summary> {
+    let engines = [Ours::NAME, Theses::NAME];
+    let rows = results.scenes.iter().flat_map(|(case, endings)| {
+        endings
+            .iter()
+            .zip(engines)
+            .map(|(ending, engine)| (case.id, case.name, case.must, engine, ending.holds(), ending.seen()))
+    });
+    folder.write_table("scenes.csv", &["id", "scene", "must_hold", "engine", "holds", "seen"], rows)?;
+    let rows = results.scenes.iter().flat_map(|(case, endings)| {
+        let id = case.id;
+        endings.iter().zip(engines).flat_map(move |(ending, engine)| {
+            let none: &[Finding] = &[];
+            let findings = if let Ending::Findings(findings) = ending { findings } else { none };
+            findings.iter().map(move |f| (id, engine, f.what.as_str(), f.found, f.allowed, f.holds()))
+        })
+    });
+    folder.write_table("findings.csv", &["id", "engine", "what", "found", "allowed", "holds"], rows)?;
+    let rows = results.edges.iter().flat_map(|(edge, found)| {
+        found.iter().zip(engines).map(|(found, engine)| {
+            let beyond = found.beyond.as_ref();
+            let (value, seen) = (beyond.map(|beyond| beyond.0), beyond.map(|beyond| beyond.1.seen()));
+            (edge.parameter, edge.scene, edge.goal, engine, found.holds_up_to, value, seen, found.kinds())
+        })
+    });
+    let header =
+        ["parameter", "scene", "goal", "engine", "holds_up_to", "beyond", "seen_beyond", "ends_beyond"];
+    folder.write_table("edges.csv", &header, rows)?;
+    let rows = results.reversals.iter().flatten().flat_map(|reversal| {
+        let of = |&(n, distance): &(f64, f64)| (reversal.engine, reversal.fraction, n, distance);
+        reversal.points.iter().map(of)
+    });
+    folder.write_table(
+        "reversal.csv",
+        &["engine", "area_fraction", "collisions_per_disc", "distance"],
+        rows,
+    )?;
+    let rows = results
+        .drifts
+        .iter()
+        .flat_map(|drift| drift.points.iter().map(|point| (drift.name, point.0, point.1)));
+    folder.write_table("drift.csv", &["scene", "collisions", "energy_change"], rows)?;
+    let broken = violations(results);
+    if !broken.is_empty() {
+        folder.write("violations.txt", &broken)?;
+        say(&broken);
+    }
+    let totals: Vec<Totals> = results.drifts.iter().map(|drift| drift.totals).collect();
+    let summary = Summary {
+        title: "Extremes: where the numbers break".to_owned(),
+        note: options.note(),
+        totals: Totals::of(&totals),
+        checks: checks(results, &totals),
+        figures: figures(results),
+        runs: Vec::new(),
+    };
+    let charts = report::charts(results)?;
+    for (name, svg) in &charts {
+        folder.write(name, svg)?;
+    }
+    folder.write("report.html", report::page(results, &summary, &charts, &options.command()).html())?;
+    folder.write_json("summary.json", &summary)?;
+    Ok(summary)
+}
+
+/// The exact engine's effective error, in eps × side, at the most. Smaller: the fit over a few starts might fail by chance.
+/// Larger: a root found only to 1e-13 would pass.
+const LARGEST_EFFECTIVE_ERROR: f64 = 32.0;
+
+fn checks(results: &Results, totals: &[Totals]) -> Vec<Check> {
+    let failed = |endings: &[Ending; 2]| f64::from(u8::from(!endings[0].holds()));
+    let scenes = results.scenes.iter().map(|(case, endings)| {
+        Check::at_most(&format!("{} {}: broken", case.id, case.name), failed(endings), 0.0)
+    });
+    let edges = results.edges.iter().map(|(edge, [found, _])| {
+        // NaN, where it never held, is beyond any bound.
+        Check::at_most(
+            &format!("goal over edge of the {}", edge.parameter),
+            edge.goal / found.holds_up_to,
+            1.0 + 1e-9,
+        )
+    });
+    let ends = results.edges.iter().map(|(edge, [found, _])| {
+        let name = format!("panic or hang beyond the edge of the {}", edge.parameter);
+        Check::at_most(&name, f64::from(u8::from(found.silent().is_some())), 0.0)
+    });
+    let reversals = results.reversals[0].iter().map(|reversal| {
+        let name = format!("effective error at area fraction {} (eps × side)", reversal.fraction);
+        Check::at_most(&name, reversal.effective_error, LARGEST_EFFECTIVE_ERROR)
+    });
+    let drifts = totals.iter().flat_map(Totals::checks);
+    let gaps = results.drifts.iter().flat_map(|drift| {
+        [("deepest", drift.gaps.deepest), ("farthest", drift.gaps.farthest)].map(|(which, gap)| {
+            let name = format!("{which} contact, {} (eps × side)", drift.name);
+            Check::at_most(&name, gap, MOST_ROUNDINGS)
+        })
+    });
+    scenes.chain(edges).chain(ends).chain(reversals).chain(drifts).chain(gaps).collect()
+}
+
+fn figures(results: &Results) -> Vec<Figure> {
+    let edges = results.edges.iter().map(|(edge, [found, _])| {
+        Figure::new(format!("holds up to: {}", edge.parameter), found.holds_up_to, "1")
+    });
+    let reversals =
+        results.reversals.iter().flatten().zip(super::reversal::DENSITIES.iter().cycle()).flat_map(
+            |(reversal, (_, rate))| {
+                let of = format!("{} at area fraction {}", reversal.engine, reversal.fraction);
+                [
+                    Figure::new(format!("effective error, {of}"), reversal.effective_error, "eps × side"),
+                    Figure::new(format!("growth per collision of each disc, {of}"), reversal.rate, "1")
+                        .predicted(*rate, "λ₁/Γ by two trajectories, 64 discs"),
+                ]
+            },
+        );
+    let drifts = results.drifts.iter().map(|drift| {
+        Figure::new(format!("exponent of the drift, {}", drift.name), drift.exponent, "1")
+            .predicted(0.5, "random walk of roundings")
+    });
+    edges.chain(reversals).chain(drifts).collect()
+}
+
+/// What does not hold with the exact engine, in full.
+fn violations(results: &Results) -> String {
+    let mut text = String::new();
+    for (case, [ours, _]) in results.scenes.iter().filter(|(_, endings)| !endings[0].holds()) {
+        let _ = writeln!(text, "{} {}: {}", case.id, case.name, ours.seen());
+        if let Ending::Findings(findings) = ours {
+            for finding in findings.iter().filter(|finding| !finding.holds()) {
+                let _ =
+                    writeln!(text, "  {}: {:e}, allowed {:e}", finding.what, finding.found, finding.allowed);
+            }
+        }
+    }
+    for (edge, [ours, _]) in &results.edges {
+        if let Some((at, ending)) = ours.silent() {
+            let _ = writeln!(text, "beyond the edge of the {}: at {at:e} {}", edge.parameter, ending.seen());
+        }
+    }
+    text
+}

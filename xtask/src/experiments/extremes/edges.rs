@@ -1,0 +1,272 @@
+//! Where what must hold stops to hold: one parameter driven up by decades, and the edge then found by bisection.
+
+use std::time::Duration;
+
+use anyhow::{Result, ensure};
+use carom::{
+    Atom, Detection, Molecule, Orientation, Scene, detection::Outcome, engine::MoleculeSpec,
+    kinematics::RelativeMotion,
+};
+use carom_testkit::extremes::{
+    Engine, Finding,
+    bodies::{disc, named},
+    engine::{gas, in_box},
+    gases::{aged, later, mixture},
+    lattice::packed,
+    watch::{survey, velocity},
+};
+use glam::DVec2;
+
+use super::trial::{Ending, attempt};
+
+/// A parameter, and what must hold up to its goal.
+pub struct Edge {
+    /// The parameter.
+    pub parameter: &'static str,
+    /// The scene.
+    pub scene: &'static str,
+    /// Up to here all must hold.
+    pub goal: f64,
+    /// Decades: where the search begins and ends.
+    decades: (f64, f64),
+    trial: fn(f64, u64) -> Result<Vec<Finding>>,
+}
+
+/// Where the edge lies.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// The largest value at which all held; NaN if it never did.
+    pub holds_up_to: f64,
+    /// The next value, and how it ended there; none if all held to the end of the search.
+    pub beyond: Option<(f64, Ending)>,
+    /// All values that were tried beyond the edge, and how each ended.
+    pub rest: Vec<(f64, Ending)>,
+}
+
+impl Found {
+    /// A value beyond the edge at which nothing is told of what is wrong.
+    pub fn silent(&self) -> Option<&(f64, Ending)> {
+        self.rest.iter().find(|(_, ending)| !ending.is_told())
+    }
+
+    /// How each ended, outwards from the edge.
+    pub fn kinds(&self) -> String {
+        let kind = |(value, ending): &(f64, Ending)| format!("{value:.1e} {}", ending.kind());
+        self.rest.iter().map(kind).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// Steps of the first search (decades).
+const STEP: f64 = 2.0;
+
+impl Edge {
+    /// Looks for the edge, and at what happens farther out.
+    pub fn find(&self, collisions: u64, halvings: u32, patience: Duration) -> Found {
+        let ask = |decade: f64| {
+            let (trial, value) = (self.trial, 10f64.powf(decade));
+            attempt(patience, move || trial(value, collisions))
+        };
+        let (mut low, end) = self.decades;
+        let first = ask(low);
+        if !first.holds() {
+            let beyond = (10f64.powf(low), first);
+            return Found { holds_up_to: f64::NAN, beyond: Some(beyond.clone()), rest: vec![beyond] };
+        }
+        // The goal itself is asked for, not only what lies about it.
+        if self.goal.log10() > low && ask(self.goal.log10()).holds() {
+            low = self.goal.log10();
+        }
+        // From the last value back to the edge.
+        let mut failed = Vec::new();
+        while failed.is_empty() && low < end {
+            let next = (low + STEP).min(end);
+            let ending = ask(next);
+            if ending.holds() { low = next } else { failed.push((next, ending)) }
+        }
+        if let Some(&(high, _)) = failed.first() {
+            for decade in [end, 0.5 * (high + end)].into_iter().filter(|&decade| decade > high).rev() {
+                failed.insert(0, (decade, ask(decade)));
+            }
+        }
+        for _ in 0..halvings {
+            let Some((high, _)) = failed.last() else { break };
+            let middle = 0.5 * (low + high);
+            let ending = ask(middle);
+            if ending.holds() { low = middle } else { failed.push((middle, ending)) }
+        }
+        let rest: Vec<(f64, Ending)> =
+            failed.into_iter().rev().map(|(decade, ending)| (10f64.powf(decade), ending)).collect();
+        Found { holds_up_to: 10f64.powf(low), beyond: rest.first().cloned(), rest }
+    }
+}
+
+/// All parameters.
+pub fn edges<E: Engine>() -> Vec<Edge> {
+    let edge = |parameter, scene, goal, decades, trial| Edge { parameter, scene, goal, decades, trial };
+    vec![
+        edge("mass ratio", "a heavy disc among 30 light ones", 1e12, (2.0, 62.0), heavy::<E>),
+        edge("speed ratio", "a light disc among 30, as much faster", 1e6, (1.0, 32.0), fast::<E>),
+        edge("size ratio", "two small discs meet obliquely beside a large one", 1e6, (1.0, 18.0), small::<E>),
+        edge("turns per natural time", "a rod in a gas, hit at its rim", 1e8, (1.0, 60.0), spinning::<E>),
+        edge("σ over depth of a graze", "two discs at 30 σ", 1e14, (3.0, 18.0), grazing::<E>),
+        edge(
+            "reach over depth of a sweep",
+            "a turning dumbbell and a disc",
+            1e13,
+            (3.0, 18.0),
+            sweeping::<E>,
+        ),
+        edge("age in natural times", "36 discs put into an old box", 1e12, (1.0, 40.0), old::<E>),
+        edge("1/(A/A₀ − 1)", "288 discs on the triangular lattice", 1e5, (2.0, 18.0), dense::<E>),
+        edge(
+            "1/contact time of the guard",
+            "a gas of discs and dumbbells at e = 0",
+            1e4,
+            (2.0, 18.0),
+            inelastic::<E>,
+        ),
+        edge("atoms of a ring", "a ring among 40 discs", 4096.0, (1.0, 5.0), many_atoms::<E>),
+        edge(
+            "box over diameter",
+            "two discs meet obliquely across half the box",
+            1e9,
+            (1.0, 18.0),
+            large_box::<E>,
+        ),
+    ]
+}
+
+/// What must hold in any run, and that it comes to as many collisions as were asked for.
+fn surveyed<E: Engine>(scene: &Scene, collisions: u64) -> Result<Vec<Finding>> {
+    let survey = survey::<E>(scene, collisions)?;
+    let missing =
+        Finding::never("collisions that never came", collisions.saturating_sub(survey.collisions) as usize);
+    Ok(survey.findings("").into_iter().chain([missing]).collect())
+}
+
+fn heavy<E: Engine>(ratio: f64, collisions: u64) -> Result<Vec<Finding>> {
+    surveyed::<E>(&mixture(30, 0.03, 1.0, 0.1, ratio), collisions)
+}
+
+fn fast<E: Engine>(ratio: f64, collisions: u64) -> Result<Vec<Finding>> {
+    // Of the same energy as the others.
+    surveyed::<E>(&mixture(30, 0.03, 1.0, 0.05, 1.0 / (ratio * ratio)), collisions)
+}
+
+/// A disc that comes on obliquely, b = 3/5 σ: how far the velocities after it are from those of the closed form.
+fn oblique<E: Engine>(radius: f64, side: f64, others: Vec<MoleculeSpec>) -> Result<Vec<Finding>> {
+    let sigma = 2.0 * radius;
+    let at = [0.75 * side, 0.75 * side];
+    let mut list = vec![
+        disc(radius, 1.0, [0.25 * side, at[1] - 0.6 * sigma], [1.0, 0.0]),
+        disc(radius, 1.0, at, [0.0; 2]),
+    ];
+    list.extend(others);
+    let mut run = E::simulate(&in_box([side, side], list))?;
+    let hit = run.step(0.6 * side, &mut ())?;
+    let normal = DVec2::new(0.8, 0.6);
+    let error = (velocity::<E>(&run, 1) - 0.8 * normal).length();
+    let overlaps = run.view().overlaps();
+    Ok(vec![
+        Finding::never("not hit", usize::from(!hit)),
+        Finding::never("overlapping pairs", overlaps.pairs),
+        Finding::new("deepest overlap in diameters", overlaps.deepest_length / sigma, 1e-3),
+        Finding::new("error of the velocity", error, 1e-3),
+    ])
+}
+
+fn small<E: Engine>(ratio: f64, _: u64) -> Result<Vec<Finding>> {
+    oblique::<E>(0.1 / ratio, 1.0, vec![disc(0.1, 1.0, [0.5, 0.25], [0.0; 2])])
+}
+
+fn large_box<E: Engine>(ratio: f64, _: u64) -> Result<Vec<Finding>> {
+    oblique::<E>(0.5, ratio.max(8.0), Vec::new())
+}
+
+fn spinning<E: Engine>(turns: f64, _: u64) -> Result<Vec<Finding>> {
+    let (radius, speed) = (0.02, 1.0);
+    let spin = std::f64::consts::TAU * turns * speed / (2.0 * radius);
+    // The rim of a rod of 6 is 6 radii out; the first disc reaches it in a thousand turns.
+    let gap = 1e3 * std::f64::consts::TAU / spin * speed;
+    let rod = MoleculeSpec { angular_velocity: spin, ..named("rod:6", radius, 10.0, [0.5, 0.5]) };
+    let mut list = vec![rod, disc(radius, 1.0, [0.5 + 7.0 * radius + gap.min(0.2), 0.5], [-speed, 0.0])];
+    list.extend((0..8).map(|k| disc(radius, 1.0, [0.06 + 0.12 * f64::from(k), 0.1], [0.3, 0.1])));
+    surveyed::<E>(&in_box([1.0, 1.0], list), 100)
+}
+
+fn grazing<E: Engine>(inverse: f64, _: u64) -> Result<Vec<Finding>> {
+    let half = Molecule::disc(0.5, 1.0)?;
+    let motion = RelativeMotion::exactly(DVec2::new(30.0, 1.0 - 1.0 / inverse), DVec2::new(-1.0, 0.0));
+    let answer = E::Detector::default().first_contact(half.outline(), half.outline(), &motion, 100.0);
+    let hit = matches!(answer.outcome, Outcome::Contact(_));
+    Ok(vec![Finding::never("missed", usize::from(!hit))])
+}
+
+fn sweeping<E: Engine>(inverse: f64, _: u64) -> Result<Vec<Finding>> {
+    let ends = [1.0, -1.0].map(|x| Atom::new(DVec2::new(x, 0.0), 1.0, 1.0));
+    let [left, right] = ends;
+    let (dumbbell, disc) = (Molecule::new([left?, right?])?, Molecule::disc(0.5, 1.0)?);
+    let mut missed = 0;
+    for start in [-0.3, -0.2, -0.1] {
+        let motion = RelativeMotion {
+            orientation: [Orientation::from_turns(start), Orientation::default()],
+            angular_velocity: [1.0, 0.0],
+            ..RelativeMotion::exactly(DVec2::new(2.5 * (1.0 - 1.0 / inverse), 0.0), DVec2::ZERO)
+        };
+        let answer = E::Detector::default().first_contact(dumbbell.outline(), disc.outline(), &motion, 3.0);
+        missed += usize::from(!matches!(answer.outcome, Outcome::Contact(_)));
+    }
+    Ok(vec![Finding::never("missed", missed)])
+}
+
+fn old<E: Engine>(age: f64, _: u64) -> Result<Vec<Finding>> {
+    let path = |age: f64| -> Result<(u64, Vec<DVec2>, usize)> {
+        let mut run = aged::<E>(age, 36)?;
+        let until = later(run.time(), 2.0);
+        run.observe_until_instant(until, &mut ())?;
+        let view = run.view();
+        let velocities = view.bodies().map(|body| body.motion.velocity).collect();
+        Ok((view.counters().collisions, velocities, view.overlaps().pairs))
+    };
+    let (young, aged) = (path(0.0)?, path(age)?);
+    ensure!(young.0 > 0, "nothing has happened");
+    Ok(vec![
+        Finding::never("another path than at time 0", usize::from(young != aged)),
+        Finding::never("overlapping pairs", aged.2),
+    ])
+}
+
+fn dense<E: Engine>(inverse: f64, collisions: u64) -> Result<Vec<Finding>> {
+    let seen = packed::<E>(1.0 / inverse, collisions.max(10_000))?;
+    Ok(vec![
+        Finding::never("overlapping pairs", seen.overlapping),
+        Finding::new("deepest overlap (σ)", seen.deepest, 1e-13),
+        Finding::new("pressure off the free-volume law by", seen.pressure, 0.05),
+        Finding::new("energy drift, relative", seen.energy, 1e-12),
+        Finding::never("collisions before the one before", seen.backwards),
+    ])
+}
+
+fn inelastic<E: Engine>(inverse: f64, collisions: u64) -> Result<Vec<Finding>> {
+    let mut scene = in_box([1.0, 1.0], Vec::new());
+    scene.gas = vec![gas("disc", 0.02, 1.0, 200), gas("dumbbell", 0.015, 1.0, 20)];
+    scene.elasticity.default = 0.0;
+    scene.elasticity.contact_time = 1.0 / inverse;
+    let survey = survey::<E>(&scene, collisions.max(10_000))?;
+    Ok(vec![
+        Finding::never("overlapping pairs", survey.overlapping),
+        Finding::never("collisions before the one before", survey.watch.backwards),
+    ])
+}
+
+fn many_atoms<E: Engine>(count: f64, collisions: u64) -> Result<Vec<Finding>> {
+    let count = count.round();
+    let radius = 0.2 * (std::f64::consts::PI / count).sin();
+    let ring = MoleculeSpec {
+        angular_velocity: 1.0,
+        ..named(&format!("ring:{count}"), radius, 10.0 / count, [0.5, 0.5])
+    };
+    let mut scene = in_box([1.0, 1.0], vec![ring]);
+    scene.gas = vec![gas("disc", 0.02, 1.0, 40)];
+    surveyed::<E>(&scene, collisions / 10)
+}

@@ -1,0 +1,63 @@
+//! How far apart two discs are when they are said to touch: what rounding leaves of exactness.
+
+use carom::{CollisionReport, Observer, PeriodicBox};
+
+/// The gap at a contact may be as large as so many roundings of a side of the box, either way. With more, an overlap would be
+/// deeper than what the engine promises.
+pub const MOST_ROUNDINGS: f64 = 16.0;
+
+/// Keeps the extreme gaps of all contacts of discs.
+#[derive(Debug, Clone)]
+pub struct Gaps {
+    bounds: PeriodicBox,
+    /// Deepest overlap at a contact, and largest distance left, in ε times the longer side of the box.
+    pub deepest: f64,
+    pub farthest: f64,
+    /// Contacts looked at.
+    pub contacts: u64,
+}
+
+impl Gaps {
+    /// Of contacts in a box.
+    pub fn new(bounds: &PeriodicBox) -> Self {
+        Self { bounds: *bounds, deepest: 0.0, farthest: 0.0, contacts: 0 }
+    }
+}
+
+impl Observer for Gaps {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        let [a, b] = &report.sides;
+        let [radius_a, radius_b] = [a, b].map(|side| side.body.molecule().bounding_radius());
+        let gap = (report.separation(&self.bounds).length() - (radius_a + radius_b))
+            / (f64::EPSILON * self.bounds.sides().max_element());
+        self.deepest = self.deepest.max(-gap);
+        self.farthest = self.farthest.max(gap);
+        self.contacts += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom::{Exact, HeapScheduler, Impact, Scene, Simulation, engine::CellsPerSide};
+
+    use carom_testkit::extremes::{bodies::disc, engine::in_box};
+
+    #[test]
+    fn two_discs_meet_within_a_rounding_and_across_the_border_too() {
+        let molecules =
+            vec![disc(0.1, 1.0, [0.1, 0.5], [-1.0, 0.3]), disc(0.1, 1.0, [0.8, 0.55], [0.0, 0.3])];
+        let scene: Scene = in_box([1.0, 1.0], molecules);
+        let mut run = Simulation::<Exact, Impact, HeapScheduler>::with(
+            &scene,
+            Exact::default(),
+            Impact,
+            CellsPerSide::Automatic,
+        )
+        .unwrap();
+        let mut gaps = Gaps::new(run.view().bounds());
+        run.observe_until(40.0, &mut gaps).unwrap();
+        assert!(gaps.contacts >= 10, "{gaps:?}");
+        assert!(gaps.deepest.max(gaps.farthest) <= MOST_ROUNDINGS, "{gaps:?}");
+    }
+}

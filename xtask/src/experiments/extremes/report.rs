@@ -1,0 +1,208 @@
+//! The page of the experiment: what must hold, what was seen, and where it stops.
+
+use anyhow::Result;
+use carom_report::{
+    page::{Layout, Page},
+    plot::{Axis, Chart, Layer, Shape, colour},
+};
+use carom_tables::Summary;
+use carom_testkit::extremes::{Engine, Ours, engine::Theses};
+
+use super::{campaign::Results, drift::Drift, edges::Found, trial::Ending};
+
+fn verdict(ending: &Ending) -> String {
+    if ending.holds() { "holds".to_owned() } else { ending.seen() }
+}
+
+fn number(value: f64) -> String {
+    if value.is_nan() { "never".to_owned() } else { format!("{value:.1e}") }
+}
+
+/// "Exact up to …, then …"
+fn sentence(found: &Found) -> String {
+    match &found.beyond {
+        None => format!("up to {} and no end seen", number(found.holds_up_to)),
+        Some((at, ending)) => {
+            format!("up to {}, then (at {}) {}", number(found.holds_up_to), number(*at), ending.seen())
+        }
+    }
+}
+
+/// The page.
+pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, String)], command: &str) -> Page {
+    let lead = "Scenes that a sceptic would try first, each with what must hold in it; parameters driven up until \
+                something breaks; and how exact a whole run is.";
+    let mut page = Page::new(&summary.title, lead);
+    if !summary.note.is_empty() {
+        page.note(&summary.note);
+    }
+    page.code(command);
+    page.heading("Scenes");
+    page.paragraph(&format!(
+        "What the two engines make of them: {} is the default; {} is Montanari's (2017), for comparison.",
+        Ours::NAME,
+        Theses::NAME
+    ));
+    let rows: Vec<Vec<String>> = results
+        .scenes
+        .iter()
+        .map(|(case, [ours, theses])| {
+            let scene = format!("{} {}", case.id, case.name);
+            vec![scene, case.must.to_owned(), verdict(ours), ours.seen(), verdict(theses)]
+        })
+        .collect();
+    page.table(&["scene", "must hold", Ours::NAME, "nearest to its bound", Theses::NAME], &rows);
+    page.heading("Edges");
+    let rows: Vec<Vec<String>> = results
+        .edges
+        .iter()
+        .map(|(edge, [ours, theses])| {
+            let name = format!("{}: {}", edge.parameter, edge.scene);
+            vec![name, number(edge.goal), sentence(ours), ours.kinds(), sentence(theses)]
+        })
+        .collect();
+    page.table(&["parameter and scene", "goal", Ours::NAME, "farther out", Theses::NAME], &rows);
+    page.paragraph(
+        "Beyond an edge a run either ends with a named error, or it goes on and a bound that is measured here is exceeded; \
+         farther out it is tried again, up to the end of the search. A panic or a run without end would break a check.",
+    );
+    page.heading("Reversal");
+    page.paragraph(
+        "64 discs run forward, all velocities are reversed, and run back. The distance from the start grows by the \
+         Lyapunov law; extrapolated to no collision, it is the effective error of the engine.",
+    );
+    let rows: Vec<Vec<String>> = results
+        .reversals
+        .iter()
+        .flatten()
+        .map(|reversal| {
+            let name = format!("{}, area fraction {}", reversal.engine, reversal.fraction);
+            vec![name, format!("{:.1}", reversal.effective_error), format!("{:.2}", reversal.rate)]
+        })
+        .collect();
+    page.table(
+        &["engine and density", "effective error (eps × side)", "e-foldings per collision of each"],
+        &rows,
+    );
+    tell_of_drifts(&mut page, &results.drifts);
+    for (_, svg) in charts {
+        page.pictures(Layout::Full, &[(svg, "")]);
+    }
+    page.heading("Checks");
+    page.checks(&summary.checks);
+    page.heading("Totals of the drift runs");
+    page.totals(&summary.totals);
+    page.heading("Files");
+    page.links([
+        "scenes.csv",
+        "findings.csv",
+        "edges.csv",
+        "reversal.csv",
+        "drift.csv",
+        "summary.json",
+        "manifest.json",
+    ]);
+    page
+}
+
+fn tell_of_drifts(page: &mut Page, drifts: &[Drift]) {
+    page.heading("Drift of the energy");
+    let rows: Vec<Vec<String>> = drifts
+        .iter()
+        .map(|drift| {
+            let last = drift.points.last().map_or(f64::NAN, |point| point.1);
+            vec![
+                drift.name.to_owned(),
+                drift.totals.collisions.to_string(),
+                format!("{last:.1e}"),
+                format!("{:.1e}", drift.totals.energy_drift),
+                format!("{:.2}", drift.exponent),
+                drift.law().to_owned(),
+                format!("{:.2}", drift.gaps.deepest),
+                format!("{:.2}", drift.gaps.farthest),
+            ]
+        })
+        .collect();
+    page.table(
+        &[
+            "scene",
+            "collisions",
+            "at the end, relative",
+            "largest",
+            "exponent",
+            "law",
+            "deepest contact (eps × side)",
+            "farthest contact (eps × side)",
+        ],
+        &rows,
+    );
+}
+
+const COLOURS: [plotters::style::RGBColor; 5] = [
+    colour::BLUE,
+    colour::VERMILLION,
+    colour::GREEN,
+    colour::ORANGE,
+    plotters::style::RGBColor(204, 121, 167),
+];
+
+fn chart(title: &str, [x, y]: [&str; 2], curves: Vec<(String, Vec<(f64, f64)>)>) -> Result<String> {
+    let all = || curves.iter().flat_map(|curve| &curve.1);
+    let range = |of: fn(&(f64, f64)) -> f64| {
+        let low = all().map(of).fold(f64::INFINITY, f64::min);
+        let high = all().map(of).fold(f64::NEG_INFINITY, f64::max);
+        let margin = (0.03 * (high - low)).max(1e-3);
+        (low - margin, high + margin)
+    };
+    let axis = |label: &str, range| Axis { label: label.to_owned(), range };
+    let (x, y) = (axis(x, range(|point| point.0)), axis(y, range(|point| point.1)));
+    let layers = curves
+        .into_iter()
+        .zip(COLOURS.into_iter().cycle())
+        .map(|((name, points), colour)| Layer { name, colour, shape: Shape::Line(points) })
+        .collect();
+    Chart { title: title.to_owned(), x, y, layers }.svg()
+}
+
+/// The charts, with the names of their files; none where only scenes were run.
+///
+/// # Errors
+/// A figure that is not finite.
+pub fn charts(results: &Results) -> Result<Vec<(&'static str, String)>> {
+    if results.drifts.is_empty() {
+        return Ok(Vec::new());
+    }
+    let reversal = results.reversals[0]
+        .iter()
+        .map(|reversal| {
+            let points = reversal.points.iter().map(|&(n, distance)| (n, distance.log10())).collect();
+            (format!("area fraction {}", reversal.fraction), points)
+        })
+        .collect();
+    let drift = results
+        .drifts
+        .iter()
+        .map(|drift| {
+            let sound = drift.changes.iter().filter(|change| change.1 > 0.0);
+            (drift.name.to_owned(), sound.map(|&(n, change)| (n.log10(), change.log10())).collect())
+        })
+        .collect();
+    Ok(vec![
+        (
+            "reversal.svg",
+            chart(
+                "Forward and back",
+                ["collisions of each disc on the way forward", "lg of the distance from the start (sides)"],
+                reversal,
+            )?,
+        ),
+        (
+            "drift.svg",
+            chart(
+                "Change of the energy",
+                ["lg collisions", "lg of the change, root mean square, relative"],
+                drift,
+            )?,
+        ),
+    ])
+}

@@ -1,0 +1,90 @@
+//! How exact a whole run is: forward, all velocities reversed, and back; how far from the start does it end?
+
+use anyhow::Result;
+use carom_testkit::extremes::{
+    Engine,
+    engine::{Run, gas, in_box},
+    watch::run_collisions,
+};
+use rayon::prelude::*;
+
+use crate::experiments::time_reversal::{LARGEST, line, there_and_back};
+
+/// Discs.
+const COUNT: usize = 64;
+
+/// Result at one density.
+#[derive(Debug, Clone)]
+pub struct Reversal {
+    /// Which engine.
+    pub engine: &'static str,
+    /// Share of the box covered by discs.
+    pub fraction: f64,
+    /// Collisions of each disc on the way forward, and the distance from the start after the way back (box sides):
+    /// geometric mean over the starts of the largest of any disc.
+    pub points: Vec<(f64, f64)>,
+    /// d₀ over eps × side.
+    pub effective_error: f64,
+    /// κ: e-foldings in one collision of each.
+    pub rate: f64,
+}
+
+/// The densities, each with how many e-foldings there are in one collision of each: λ₁/Γ, measured by the two-trajectory
+/// method for 64 discs.
+pub const DENSITIES: [(f64, f64); 5] = [(0.02, 6.40), (0.1, 2.68), (0.3, 1.16), (0.5, 0.647), (0.6, 0.469)];
+
+/// Measures at all densities.
+///
+/// # Errors
+/// A run that cannot go on.
+pub fn reversals<E: Engine>(starts: usize) -> Result<Vec<Reversal>> {
+    DENSITIES.par_iter().map(|&(fraction, rate)| reversal::<E>(fraction, rate, starts)).collect()
+}
+
+fn reversal<E: Engine>(fraction: f64, expected: f64, starts: usize) -> Result<Reversal> {
+    // Up to where 1e-15 has grown to some 1e-5.
+    let longest = 23.0 / expected;
+    let mut points = Vec::new();
+    for step in 1..=8 {
+        let collisions = longest * f64::from(step) / 8.0;
+        let mut logs = Vec::new();
+        for seed in 0..starts {
+            let (mut run, tau) = start::<E>(fraction, seed)?;
+            let (forward, distance) = there_and_back(&mut run, collisions * tau)?;
+            logs.push((forward, distance.max(1e-18).ln()));
+        }
+        let mean = |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / logs.len() as f64;
+        points.push((mean(|log| log.0), mean(|log| log.1).exp()));
+    }
+    let used: Vec<(f64, f64)> =
+        points.iter().filter(|point| point.1 < LARGEST).map(|&(n, distance)| (n, distance.ln())).collect();
+    let (intercept, rate) = line(&used);
+    let effective_error = intercept.exp() / f64::EPSILON;
+    Ok(Reversal { engine: E::NAME, fraction, points, effective_error, rate })
+}
+
+/// A gas at equilibrium, and its mean time between two collisions of a disc.
+fn start<E: Engine>(fraction: f64, seed: usize) -> Result<(Run<E>, f64)> {
+    let radius = (fraction / (std::f64::consts::PI * COUNT as f64)).sqrt();
+    let mut scene = in_box([1.0, 1.0], Vec::new());
+    scene.gas = vec![gas("disc", radius, 1.0, COUNT)];
+    scene.bounds.replica = seed as u64;
+    let mut run = E::simulate(&scene)?;
+    run_collisions::<E, _>(&mut run, 10 * COUNT as u64, &mut (), |_| {})?;
+    let tau = run.time().to_f64() * COUNT as f64 / (2.0 * run.view().counters().collisions as f64);
+    Ok((run, tau))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_testkit::extremes::Ours;
+
+    #[test]
+    fn the_distance_grows_by_the_lyapunov_law_from_a_few_roundings() {
+        let found = reversal::<Ours>(0.3, 1.16, 3).unwrap();
+        // As measured by two trajectories, within what three starts of up to 20 collisions each can show.
+        assert!((found.rate / 1.16 - 1.0).abs() < 0.3, "{found:?}");
+        assert!((0.01..100.0).contains(&found.effective_error), "{found:?}");
+    }
+}

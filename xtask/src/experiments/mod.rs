@@ -1,0 +1,11 @@
+//! The experiments: each has a question, a folder of files, and a page that answers it.
+
+pub mod billiard;
+pub mod brownian;
+pub mod capability_cost;
+pub mod encounters;
+pub mod extremes;
+pub mod fixed_energy;
+pub mod thesis_tests;
+pub mod time_reversal;
+pub mod tradeoff;

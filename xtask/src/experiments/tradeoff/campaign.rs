@@ -1,0 +1,408 @@
+//! The experiment from end to end: states of the exact run, times, replays, physics, and what is written of them.
+
+use anyhow::{Context, Result};
+use carom::{Checkpoint, Simulation, kinematics::EpochTime};
+use carom_runs::{
+    experiment::{Experiment, Opening, configuration},
+    progress::Progress,
+    say,
+};
+use carom_tables::{Check, Figure, Summary, Totals, Verdict};
+use cpu_time::ThreadTime;
+use rayon::prelude::*;
+
+use super::{
+    Options, charts,
+    knobs::{self, MODEL, Setting},
+    measures::{self, Physics},
+    options::Plan,
+    rapier,
+    replay::{self, Log, Tally},
+    report,
+    reversal::{self, EffectiveError},
+    runner::{Runner, begin},
+    scenes::{self, Named},
+};
+
+/// Time until the lattice of the start is forgotten, at least between the states from which contacts are replayed, and the most
+/// of a replay: in mean times between two collisions of a body.
+const WARM_UP: f64 = 50.0;
+const APART: f64 = 5.0;
+const STRETCH: f64 = 2.0;
+
+/// A replay ends where chaos has multiplied roundings by e to this. More: in a dilute gas, where they grow by some hundred in each
+/// collision, two exact runs differ by more than the tolerance. Less: fewer contacts are judged.
+const GROWTH: f64 = 3.0;
+
+/// A contact that is off by more than this is wrong (mean times between two collisions of a body). Rounding grows by some
+/// orders of magnitude within a replay, and stays below.
+pub const TOLERANCE: f64 = 1e-7;
+
+/// What was found about one setting.
+#[derive(Debug)]
+pub struct Found {
+    /// Which.
+    pub setting: Setting,
+    /// Processor time of a collision over that of the exact run in the same round, median; `None` if it breaks off.
+    pub time: Option<f64>,
+    /// Wrong contacts.
+    pub tally: Tally,
+    /// Effective error by reversal; `None` where the model is another, or the run breaks off.
+    pub effective: Option<EffectiveError>,
+    /// What the physicist came for.
+    pub physics: Physics,
+}
+
+/// What was found in one scene.
+#[derive(Debug)]
+pub struct SceneResult {
+    /// The scene.
+    pub named: Named,
+    /// Nanoseconds of a collision of the exact run.
+    pub nanoseconds: f64,
+    /// By how many e-foldings roundings grow in one collision of each body.
+    pub rate: f64,
+    /// Length of a replay, in mean times between two collisions of a body.
+    pub stretch: f64,
+    /// The settings, the exact run first.
+    pub found: Vec<Found>,
+    /// Its charts, as file name and SVG.
+    pub charts: Vec<(String, String)>,
+}
+
+/// Runs the experiment and writes its folder.
+///
+/// # Errors
+/// A folder that is not empty or cannot be written, an exact run that breaks off.
+pub fn run(options: &Options) -> Result<Verdict> {
+    let plan = options.plan();
+    let mut scenes = scenes::all(options.seed);
+    scenes.retain(|named| named.name.starts_with(&options.scene));
+    anyhow::ensure!(!scenes.is_empty(), "no scene has a name that begins with '{}'", options.scene);
+    let scenes_of: Vec<&carom::Scene> = scenes.iter().map(|named| &named.scene).collect();
+    let experiment = Experiment::begin(
+        &options.destination,
+        &Opening {
+            folder: "out/tradeoff",
+            note: &options.note(),
+            command: &options.command(),
+            configuration: configuration(&options.command(), &plan.configuration()),
+            scenes: &scenes_of,
+        },
+    )?;
+    let folder = &experiment.folder;
+    let progress = Progress::new(2.0 * scenes.len() as f64);
+    let mut totals = Totals::default();
+    let mut results = Vec::new();
+    for named in scenes {
+        let mut result = of_scene(named, &plan, &progress, &mut totals)?;
+        result.charts = charts::draw(&result)?;
+        for (name, svg) in &result.charts {
+            folder.write(name, svg)?;
+        }
+        for line in report::lines(&result) {
+            say(&line);
+        }
+        results.push(result);
+    }
+    drop(progress);
+    let mut compared = Vec::new();
+    if options.rapier {
+        say("rapier, in closed boxes");
+        for result in &results {
+            let one = rapier::compare(&result.named, &plan)?;
+            for line in rapier::lines(&one) {
+                say(&line);
+            }
+            compared.push(one);
+        }
+        folder.write_table("rapier.csv", &rapier::HEADER, compared.iter().flat_map(rapier::rows))?;
+    } else {
+        say("rapier is not asked for: --rapier compiles and runs it as well");
+    }
+    let summary = Summary {
+        title: "What accuracy costs in whole simulations".to_owned(),
+        note: options.note(),
+        totals,
+        checks: checks(&results),
+        figures: figures(&results),
+        runs: Vec::new(),
+    };
+    folder.write_table("settings.csv", &report::HEADER, results.iter().flat_map(report::rows))?;
+    folder.write("report.html", report::page(&results, &compared, &summary, &options.command()).html())?;
+    folder.write_json("summary.json", &summary)?;
+    carom_runs::conclude(&experiment.complete()?, &summary);
+    Ok(summary.verdict())
+}
+
+/// The exact run as far as a state that can be gone on from by any setting.
+fn state_at(simulation: &mut Simulation, time: f64) -> Result<Checkpoint> {
+    while !simulation.observe_epoch(EpochTime::from(time), &mut ())? {}
+    // On to the end of the epoch: it comes after a bounded number of contacts.
+    loop {
+        if let Some(state) = simulation.checkpoint() {
+            return Ok(state);
+        }
+        simulation.observe_epoch(EpochTime::from(2.0 * time + 1e6), &mut ())?;
+    }
+}
+
+/// Mean time between two collisions of a body, from one call to another.
+fn tau(simulation: &mut Simulation, from: f64, to: f64) -> Result<f64> {
+    simulation.run_until(from)?;
+    let before = simulation.view().counters().collisions;
+    simulation.run_until(to)?;
+    let view = simulation.view();
+    let moving = view.bodies().filter(|view| !view.body.is_fixed()).count();
+    let collisions = (view.counters().collisions - before).max(1);
+    Ok((to - from) * moving as f64 / (2.0 * collisions as f64))
+}
+
+/// Runs until the start is forgotten; what time it is then, and the mean time between two collisions of a body.
+///
+/// # Errors
+/// The run breaks off.
+pub fn settle(simulation: &mut Simulation) -> Result<(f64, f64)> {
+    // Γ is unknown yet: a first guess from a short run, then the warm-up, then the real one.
+    let mut length = 1e-3;
+    while simulation.view().counters().collisions < 4 * simulation.view().len() as u64 {
+        length *= 2.0;
+        simulation.run_until(length)?;
+    }
+    let guess = tau(simulation, length, 1.5 * length)?;
+    let begin = 1.5 * length + WARM_UP * guess;
+    let end = begin + 20.0 * guess;
+    Ok((end, tau(simulation, begin, end)?))
+}
+
+fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals) -> Result<SceneResult> {
+    let mut simulation = Simulation::new(&named.scene)?;
+    let (first, tau) = settle(&mut simulation)?;
+    let settings = knobs::settings(&simulation.view(), plan.finest_step);
+    let mut state = |index| state_at(&mut simulation, first + f64::from(index) * APART * tau);
+    let mut states = (0..plan.states).map(&mut state).collect::<Result<Vec<_>>>()?;
+    let rate = reversal::returns(&settings[0], &states, tau, plan)?.rate();
+    anyhow::ensure!(rate > 0.0, "{}: no chaos is seen in the exact run", named.name);
+    let stretch = STRETCH.min(GROWTH / rate);
+    // As many contacts in all where replays are short.
+    let more = (f64::from(plan.states) * STRETCH / stretch).ceil() as u32;
+    states.extend((plan.states..more).map(&mut state).collect::<Result<Vec<_>>>()?);
+    let start = states.first().context("a plan without states")?;
+    let (times, nanoseconds) = time(&settings, start, tau, plan, totals)?;
+    progress.advance(1.0, totals.collisions);
+    let bodies = simulation.view().len() as f64;
+    let exact: Vec<Log> = states
+        .par_iter()
+        .map(|state| replay::stretch(&settings[0], state, stretch * tau))
+        .collect::<Result<_>>()?;
+    let found = settings
+        .into_par_iter()
+        .zip(times)
+        .map(|(setting, time)| {
+            let tally = replays(&setting, &states, &exact, [stretch, tau], plan)?;
+            // What takes too long for even a few blocks has its times and replays only.
+            let block = time.unwrap_or(0.0) * 1e-9 * nanoseconds * measures::BLOCK * bodies / 2.0;
+            let affordable = block < 2.0 * plan.most_seconds;
+            let physics =
+                if affordable { measures::measure(&setting, start, tau, plan)? } else { Physics::default() };
+            let effective = (setting.family != MODEL)
+                .then(|| reversal::returns(&setting, &states, tau, plan).ok()?.effective_error(rate))
+                .flatten();
+            Ok(Found { setting, time, tally, effective, physics })
+        })
+        .collect::<Result<Vec<_>>>()?;
+    progress.advance(1.0, 0);
+    let of_exact = &found[0].physics;
+    totals.overlapping_pairs = totals.overlapping_pairs.max(of_exact.overlapping);
+    totals.max_overlap = totals.max_overlap.max(of_exact.deepest);
+    totals.simulated_time += simulation.time().to_f64();
+    Ok(SceneResult { named, nanoseconds, rate, stretch, found, charts: Vec::new() })
+}
+
+/// Replays a setting from all states, or as many as fit into its time. A stretch that breaks off counts for nothing; that it
+/// does shows in the physics.
+fn replays(
+    setting: &Setting,
+    states: &[Checkpoint],
+    exact: &[Log],
+    [stretch, tau]: [f64; 2],
+    plan: &Plan,
+) -> Result<Tally> {
+    let mut tally = Tally::default();
+    let clock = ThreadTime::now();
+    let duration = stretch * tau;
+    for (state, exact) in states.iter().zip(exact) {
+        let reference = Setting { locked: setting.locked, ..knobs::exact() };
+        let own = if setting.locked { Some(replay::stretch(&reference, state, duration)?) } else { None };
+        if let Ok(log) = replay::stretch(setting, state, duration) {
+            let exact = own.as_ref().unwrap_or(exact);
+            replay::compare(exact, &log, duration, TOLERANCE * tau, &mut tally);
+        }
+        if clock.elapsed().as_secs_f64() > plan.most_seconds {
+            break;
+        }
+    }
+    tally.largest /= tau;
+    Ok(tally)
+}
+
+/// One setting as it is timed.
+struct Timed {
+    runner: Box<dyn Runner>,
+    now: f64,
+    /// Simulated time in a turn.
+    length: f64,
+    /// Simulated time between samples; a whole turn without.
+    interval: Option<f64>,
+    ratios: Vec<f64>,
+    broke_off: bool,
+}
+
+impl Timed {
+    /// One turn: processor seconds and collisions.
+    fn turn(&mut self) -> (f64, u64) {
+        let before = self.runner.view().counters().collisions;
+        let clock = ThreadTime::now();
+        let end = self.now + self.length;
+        let interval = self.interval.unwrap_or(self.length);
+        let pieces = (self.length / interval).round().max(1.0) as u64;
+        for piece in 1..=pieces {
+            let until = if piece == pieces { end } else { self.now + interval * piece as f64 };
+            self.broke_off |= self.runner.run(until).is_err();
+        }
+        self.now = end;
+        (clock.elapsed().as_secs_f64(), self.runner.view().counters().collisions - before)
+    }
+}
+
+/// Times all settings, one after the other in each round.
+fn time(
+    settings: &[Setting],
+    state: &Checkpoint,
+    tau: f64,
+    plan: &Plan,
+    totals: &mut Totals,
+) -> Result<(Vec<Option<f64>>, f64)> {
+    let mut timed = settings
+        .iter()
+        .map(|setting| {
+            Ok(Timed {
+                runner: begin(setting, state)?,
+                now: state.time().to_f64(),
+                length: tau,
+                interval: setting.sample_interval.map(|share| share * tau),
+                ratios: Vec::new(),
+                broke_off: false,
+            })
+        })
+        .collect::<Result<Vec<_>>>()?;
+    for one in &mut timed {
+        // A turn of one mean time between collisions tells how long the next may be.
+        let (seconds, _) = one.turn();
+        one.length = tau * (plan.turn / seconds.max(1e-9)).clamp(1.0, 1e4).round();
+        if seconds < plan.most_seconds {
+            one.turn();
+        }
+    }
+    let mut exact = Vec::new();
+    for _ in 0..plan.rounds {
+        let mut base = f64::NAN;
+        for (index, one) in timed.iter_mut().enumerate() {
+            // What takes too long is timed once.
+            let slow = one.ratios.len() * usize::from(one.length <= tau) >= 2;
+            if one.broke_off || slow && index > 0 {
+                continue;
+            }
+            let (seconds, collisions) = one.turn();
+            let of_one = seconds / collisions.max(1) as f64;
+            if index == 0 {
+                base = of_one;
+                exact.push(of_one);
+                totals.collisions += collisions;
+                totals.collisions_per_second = 1.0 / of_one;
+            }
+            one.ratios.push(of_one / base);
+        }
+    }
+    let times = timed.into_iter().map(|one| if one.broke_off { None } else { median(one.ratios) });
+    Ok((times.collect(), 1e9 * median(exact).unwrap_or(f64::NAN)))
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// The exact detector misses nothing, whatever knob of speed is turned; nor does it let anything overlap.
+fn checks(results: &[SceneResult]) -> Vec<Check> {
+    let check = |result: &SceneResult| {
+        let safe = result.found.iter().filter(|found| found.setting.is_exact());
+        let wrong = safe.clone().map(|found| found.tally.wrong()).fold(0.0, f64::max);
+        let overlapping = safe.map(|found| found.physics.overlapping).max().unwrap_or(0);
+        [
+            Check::at_most(
+                &format!("{}: wrong contacts in a million, exact settings", result.named.name),
+                wrong,
+                0.0,
+            ),
+            Check::at_most(
+                &format!("{}: overlapping pairs, exact settings", result.named.name),
+                overlapping as f64,
+                0.0,
+            ),
+        ]
+    };
+    results.iter().flat_map(check).collect()
+}
+
+fn figures(results: &[SceneResult]) -> Vec<Figure> {
+    let of = |result: &SceneResult, found: &Found| {
+        let what = format!("{}, {}", result.named.name, found.setting.title());
+        let wrong = (found.setting.family != MODEL)
+            .then(|| Figure::new(format!("wrong contacts in a million: {what}"), found.tally.wrong(), "1"));
+        let time = found.time.map(|time| Figure::new(format!("time over Exact: {what}"), time, "1"));
+        let deepest = Figure::new(format!("deepest overlap: {what}"), found.physics.deepest, "diameter");
+        let effective = found
+            .effective
+            .map(|effective| Figure::new(format!("effective error: {what}"), effective.value, "side"));
+        wrong.into_iter().chain(time).chain([deepest]).chain(effective).collect::<Vec<_>>()
+    };
+    results.iter().flat_map(|result| result.found.iter().flat_map(move |found| of(result, found))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::knobs::Order;
+    use super::*;
+    use carom::CellsPerSide;
+
+    #[test]
+    fn a_grid_too_fine_is_seen_to_miss_contacts_and_the_exact_one_none() {
+        let scene = carom::Scene::from_toml(
+            "[box]\nseed = 1\n[[gas]]\nradius = 0.05\nmass = 1.0\nenergy = 1.0\ncount = 50",
+        )
+        .unwrap();
+        let mut simulation = Simulation::new(&scene).unwrap();
+        let tau = tau(&mut simulation, 1.0, 5.0).unwrap();
+        let states: Vec<Checkpoint> =
+            (0..20).map(|index| state_at(&mut simulation, 5.0 + f64::from(index) * tau).unwrap()).collect();
+        let exact: Vec<Log> = states
+            .iter()
+            .map(|state| replay::stretch(&knobs::exact(), state, STRETCH * tau).unwrap())
+            .collect();
+        let plan = Plan { rounds: 1, turn: 0.01, states: 20, blocks: 20, most_seconds: 60.0, finest_step: 2 };
+        let wrong = |order: Order| {
+            let setting = Setting { order, ..knobs::exact() };
+            let tally = replays(&setting, &states, &exact, [STRETCH, tau], &plan).unwrap();
+            let physics = measures::measure(&setting, &states[0], tau, &plan).unwrap();
+            // Whoever has had a wrong contact is judged no more.
+            assert!(tally.judged > 100, "{tally:?}");
+            (tally.missed, tally.off + tally.invented, physics.overlapping)
+        };
+        // Ten cells a side are just safe.
+        assert_eq!(wrong(Order::HeapScheduler(CellsPerSide::Unchecked(10))), (0, 0, 0));
+        assert_eq!(wrong(Order::Epochs8), (0, 0, 0));
+        let (missed, other, overlapping) = wrong(Order::HeapScheduler(CellsPerSide::Unchecked(20)));
+        assert!(missed > 10 && overlapping > 0, "{missed} {other} {overlapping}");
+    }
+}

@@ -1,0 +1,154 @@
+//! The settings: the exact run first, then one knob after the other turned away from it.
+
+use carom::{
+    CellsPerSide, Instructions, View,
+    detection::{Exact, FixedStep, GoldenSecant, tolerance::MOST_FIXED_STEPS},
+};
+
+use crate::experiments::encounters::settings::Detector;
+
+/// Who keeps the order of events.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Order {
+    /// The fast scheduler.
+    CellScheduler(Instructions),
+    /// The same with epochs of 1, 8 or 512 contacts of each body, not 64.
+    Epochs1,
+    /// See there.
+    Epochs8,
+    /// See there.
+    Epochs512,
+    /// The thesis's.
+    HeapScheduler(CellsPerSide),
+}
+
+/// One setting of all knobs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    /// Which of [`FAMILIES`].
+    pub family: usize,
+    /// In words.
+    pub name: String,
+    /// How contacts are found.
+    pub detector: Detector,
+    /// Who keeps the order of events.
+    pub order: Order,
+    /// Whether nothing turns.
+    pub locked: bool,
+    /// Samples come after so much of the mean time between two collisions of a body; without it there are none.
+    pub sample_interval: Option<f64>,
+}
+
+/// What is turned.
+pub const FAMILIES: [&str; 5] = ["Exact", "GoldenSecant", "FixedStep", "coarser model", "order of events"];
+
+/// Indices of [`FAMILIES`].
+const EXACT: usize = 0;
+const GOLDEN: usize = 1;
+const STEP: usize = 2;
+/// The model itself is another: what is missed there is not an error of the search.
+pub const MODEL: usize = 3;
+const ORDER: usize = 4;
+
+/// The exact run, the first of all settings.
+pub fn exact() -> Setting {
+    Setting {
+        family: EXACT,
+        name: "default".to_owned(),
+        detector: Detector::Exact(Exact::default()),
+        order: Order::CellScheduler(Instructions::Widest),
+        locked: false,
+        sample_interval: None,
+    }
+}
+
+/// The settings that make sense for the bodies of a view.
+pub fn settings(view: &View<'_>, finest_step: i32) -> Vec<Setting> {
+    let default = exact();
+    let mut settings = vec![default.clone()];
+    let mut add = |family, name: String, change: &dyn Fn(&mut Setting)| {
+        let mut setting = Setting { family, name, ..default.clone() };
+        change(&mut setting);
+        settings.push(setting);
+    };
+    let turns = view.bodies().any(|view| !view.body.molecule().is_disc() && !view.body.is_fixed());
+    let detector = |detector: Detector| move |setting: &mut Setting| setting.detector = detector;
+    if turns {
+        for most_steps in [4, 16] {
+            add(EXACT, format!("{most_steps} steps"), &detector(Detector::Exact(Exact { most_steps })));
+        }
+    }
+    let golden = GoldenSecant::default();
+    for (crop_factor, name) in [(0.5, "crop ½"), (1.0, "crop 1"), (2.0, "crop 2"), (4.0, "crop 4")] {
+        // Discs do not turn: there is nothing to crop.
+        if turns || crop_factor == golden.crop_factor {
+            add(
+                GOLDEN,
+                name.to_owned(),
+                &detector(Detector::GoldenSecant(GoldenSecant { crop_factor, ..golden })),
+            );
+        }
+    }
+    for exponent in [12, 9, 6, 3] {
+        let tolerance = 10f64.powi(-exponent);
+        add(
+            GOLDEN,
+            format!("tol 1e-{exponent}"),
+            &detector(Detector::GoldenSecant(GoldenSecant { tolerance, ..golden })),
+        );
+    }
+    for exponent in 2..=finest_step {
+        let most_steps = MOST_FIXED_STEPS.max(100 * 10u32.pow(exponent as u32));
+        let fixed = FixedStep { step: 10f64.powi(-exponent), most_steps };
+        add(STEP, format!("step 1e-{exponent}"), &detector(Detector::FixedStep(fixed)));
+    }
+    if turns {
+        add(MODEL, "bounding circles".to_owned(), &detector(Detector::BoundingCircles));
+        add(MODEL, "rotation locked".to_owned(), &|setting| setting.locked = true);
+    }
+    let order = |order: Order| move |setting: &mut Setting| setting.order = order;
+    add(ORDER, "CellScheduler, portable".to_owned(), &order(Order::CellScheduler(Instructions::Portable)));
+    add(ORDER, "epochs of 1".to_owned(), &order(Order::Epochs1));
+    add(ORDER, "epochs of 8".to_owned(), &order(Order::Epochs8));
+    add(ORDER, "epochs of 512".to_owned(), &order(Order::Epochs512));
+    for (share, name) in [(0.01, "sample each τ/100"), (1.0, "sample each τ")] {
+        add(ORDER, name.to_owned(), &|setting| setting.sample_interval = Some(share));
+    }
+    add(ORDER, "HeapScheduler".to_owned(), &order(Order::HeapScheduler(CellsPerSide::Automatic)));
+    let finest_safe = finest_safe(view);
+    for factor in [1.0, 1.2, 1.5, 2.0] {
+        let fineness = (f64::from(finest_safe) * factor).round() as u32;
+        let name = format!("grid × {factor} ({fineness})");
+        add(ORDER, name, &order(Order::HeapScheduler(CellsPerSide::Unchecked(fineness))));
+    }
+    add(ORDER, "grid 50, the thesis's".to_owned(), &order(Order::HeapScheduler(CellsPerSide::Unchecked(50))));
+    settings
+}
+
+/// The most cells a side of which none is shorter than two bodies reach.
+fn finest_safe(view: &View<'_>) -> u32 {
+    let radius = |fixed: bool| {
+        let radii = view.bodies().filter(move |view| fixed || !view.body.is_fixed());
+        let mut radii: Vec<f64> = radii.map(|view| view.body.molecule().bounding_radius()).collect();
+        radii.sort_by(|a, b| b.total_cmp(a));
+        radii
+    };
+    let (moving, all) = (radius(false), radius(true));
+    let reach = moving.first().copied().unwrap_or(0.0) + all.get(1).or(all.first()).copied().unwrap_or(0.0);
+    let side = view.bounds().sides().min_element();
+    // A quotient that is whole but for a rounding is whole.
+    ((side / reach * (1.0 + 8.0 * f64::EPSILON)) as u32).clamp(1, 2000)
+}
+
+impl Setting {
+    /// The setting with what it belongs to, in words.
+    pub fn title(&self) -> String {
+        format!("{}, {}", FAMILIES[self.family], self.name)
+    }
+
+    /// Whether no contact may be wrong: the certified detector, and no grid beyond what is safe.
+    pub fn is_exact(&self) -> bool {
+        let unsafe_grid = matches!(self.order, Order::HeapScheduler(CellsPerSide::Unchecked(_)));
+        matches!(self.detector, Detector::Exact(_)) && !unsafe_grid && !self.locked
+    }
+}

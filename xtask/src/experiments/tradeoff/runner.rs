@@ -1,0 +1,110 @@
+//! A simulation of whatever detector and scheduler, behind one name.
+
+use anyhow::Result;
+use carom::{
+    Checkpoint, Detection, HeapScheduler, Impact, Response, RunError, Scheduler, Simulation, View,
+    engine::{CellScheduler, Rotation},
+};
+
+use super::{
+    epochs::Epochs,
+    knobs::{Order, Setting},
+    measures::Measures,
+    replay::Log,
+};
+use crate::experiments::{encounters::settings::Detector, time_reversal::there_and_back};
+
+/// A simulation of any kind.
+pub trait Runner {
+    /// All bodies now.
+    fn view(&self) -> View<'_>;
+    /// Runs on.
+    ///
+    /// # Errors
+    /// The run breaks off.
+    fn run(&mut self, until: f64) -> Result<(), RunError>;
+    /// The same, measured.
+    ///
+    /// # Errors
+    /// The run breaks off.
+    fn measure(&mut self, until: f64, measures: &mut Measures) -> Result<(), RunError>;
+    /// The same, each contact noted down.
+    ///
+    /// # Errors
+    /// The run breaks off.
+    fn log(&mut self, until: f64, log: &mut Log) -> Result<(), RunError>;
+    /// Forward for a duration, reversed, and back: collisions of each body on the way forward, and the largest distance from
+    /// the start.
+    ///
+    /// # Errors
+    /// The run breaks off.
+    fn there_and_back(&mut self, duration: f64) -> Result<(f64, f64)>;
+}
+
+impl<D: Detection, R: Response, S: Scheduler> Runner for Simulation<D, R, S> {
+    fn view(&self) -> View<'_> {
+        self.view()
+    }
+
+    fn run(&mut self, until: f64) -> Result<(), RunError> {
+        self.run_until(until)
+    }
+
+    fn measure(&mut self, until: f64, measures: &mut Measures) -> Result<(), RunError> {
+        self.observe_until(until, measures)
+    }
+
+    fn log(&mut self, until: f64, log: &mut Log) -> Result<(), RunError> {
+        self.observe_until(until, log)
+    }
+
+    fn there_and_back(&mut self, duration: f64) -> Result<(f64, f64)> {
+        there_and_back(self, duration)
+    }
+}
+
+/// The setting, from a state on.
+///
+/// # Errors
+/// The bodies do not suit it.
+pub fn begin(setting: &Setting, state: &Checkpoint) -> Result<Box<dyn Runner>> {
+    Ok(match setting.order {
+        Order::CellScheduler(instructions) => of::<CellScheduler>(setting, state, instructions)?,
+        Order::Epochs1 => of::<Epochs<1>>(setting, state, carom::Instructions::Widest)?,
+        Order::Epochs8 => of::<Epochs<8>>(setting, state, carom::Instructions::Widest)?,
+        Order::Epochs512 => of::<Epochs<512>>(setting, state, carom::Instructions::Widest)?,
+        Order::HeapScheduler(fineness) => of::<HeapScheduler>(setting, state, fineness)?,
+    })
+}
+
+fn of<S: Scheduler + 'static>(
+    setting: &Setting,
+    state: &Checkpoint,
+    options: S::Options,
+) -> Result<Box<dyn Runner>>
+where
+    S::Options: 'static,
+{
+    // The exact detector by its own type, as everybody runs it.
+    if let Detector::Exact(exact) = setting.detector {
+        return finish(setting, Simulation::<_, Impact, S>::resume_with(state, exact, Impact, options)?);
+    }
+    finish(setting, Simulation::<_, Impact, S>::resume_with(state, setting.detector, Impact, options)?)
+}
+
+fn finish<D: Detection + 'static, S: Scheduler + 'static>(
+    setting: &Setting,
+    mut simulation: Simulation<D, Impact, S>,
+) -> Result<Box<dyn Runner>>
+where
+    S::Options: 'static,
+{
+    if setting.locked {
+        let moving = simulation.view().bodies().filter(|view| !view.body.is_fixed());
+        let keys: Vec<_> = moving.map(|view| view.body.key()).collect();
+        for key in keys {
+            simulation.set_rotation(key, Rotation::Locked)?;
+        }
+    }
+    Ok(Box::new(simulation))
+}

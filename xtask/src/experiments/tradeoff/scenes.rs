@@ -1,0 +1,63 @@
+//! The four scenes: the thesis's gas, a tee in it, dumbbells, and the dilute gas of the thesis's first test.
+
+use std::f64::consts::PI;
+
+use carom::{
+    Scene,
+    engine::{BoxSpec, GasSpec},
+};
+
+use crate::experiments::brownian::{self, Case, Size};
+
+/// A scene and what it is called.
+#[derive(Debug, Clone)]
+pub struct Named {
+    /// Name.
+    pub name: &'static str,
+    /// What is in it.
+    pub about: &'static str,
+    /// The scene.
+    pub scene: Scene,
+}
+
+/// All of them.
+pub fn all(seed: u64) -> Vec<Named> {
+    let bounds = BoxSpec { seed, ..BoxSpec::default() };
+    let of = |gas: GasSpec| Scene { bounds: bounds.clone(), gas: vec![gas], ..Scene::default() };
+    let discs = |radius: f64| GasSpec {
+        radius: Some(radius),
+        mass: Some(1.0),
+        energy: 1.0,
+        zero_momentum: Some(true),
+        ..GasSpec::default()
+    };
+    let plan = brownian::Plan { from: 1.0, until: 2.0, sample_interval: 0.5 };
+    let dumbbells = GasSpec {
+        shape: Some("dumbbell".to_owned()),
+        // 1000 dumbbells that cover 0.3 of the box.
+        atom_radius: Some((0.3 / (2000.0 * PI)).sqrt()),
+        atom_mass: Some(0.5),
+        energy: 1.5,
+        count: Some(1000),
+        zero_momentum: Some(true),
+        ..GasSpec::default()
+    };
+    vec![
+        Named {
+            name: "thesis-gas",
+            about: "discs of radius 0.01 that cover half of the box",
+            scene: of(GasSpec { area_fraction: Some(0.5), ..discs(0.01) }),
+        },
+        Named {
+            name: "tee",
+            about: "a tee of atoms half as large in that gas, and a bumper",
+            scene: brownian::scene(Case::Standard, Size::Half, seed, 0, &plan),
+        },
+        Named { name: "dumbbells", about: "1000 dumbbells that cover 0.3 of the box", scene: of(dumbbells) },
+        Named {
+            name: "dilute",
+            about: "1000 discs of radius 0.001, the first test of Montanari (2017), section 2.3.1",
+            scene: of(GasSpec { count: Some(1000), ..discs(0.001) }),
+        },
+    ]
+}
