@@ -7,14 +7,20 @@ use toml::Table;
 
 use super::{Fault, crates, read};
 
-/// Each layer, and what it may import. Detection and response never meet.
-const ARROWS: [(&str, &[&str]); 6] = [
+/// Each crate, and what it may import; `carom` is the facade of the six layers. Detection and
+/// response do not import each other. Tables and reports are without the engine.
+const ARROWS: [(&str, &[&str]); 11] = [
     ("geometry", &[]),
     ("kinematics", &["geometry"]),
     ("detection", &["geometry", "kinematics"]),
     ("response", &["geometry", "kinematics"]),
     ("engine", &["geometry", "kinematics", "detection", "response"]),
     ("observers", &["geometry", "kinematics", "detection", "response", "engine"]),
+    ("tables", &[]),
+    ("report", &["geometry", "tables"]),
+    ("runs", &["carom", "geometry", "kinematics", "detection", "tables", "report"]),
+    ("cli", &["carom", "tables", "runs"]),
+    ("testkit", &["carom", "geometry", "kinematics", "detection"]),
 ];
 
 /// Arrows that run the wrong way, in all manifests.
@@ -46,7 +52,8 @@ fn of_layer(name: &str, manifest: &Table) -> Vec<Fault> {
     for dependency in dependencies(manifest) {
         let wrong = match dependency.strip_prefix("carom-") {
             Some(layer) => !allowed.contains(&layer),
-            None => dependency == "carom" || dependency == "xtask",
+            None if dependency == "carom" => !allowed.contains(&"carom"),
+            None => dependency == "xtask",
         };
         if wrong {
             faults.push(format!("{path}: {name} must not import {dependency}"));
@@ -88,6 +95,7 @@ mod tests {
             faults_of("engine", "[dependencies]\ncarom-detection.workspace = true\nglam = \"0.33\"\n"),
             0
         );
+        assert_eq!(faults_of("runs", "[dependencies]\ncarom.workspace = true\ncarom-report = \"0.1\"\n"), 0);
         assert_eq!(
             faults_of("observers", "[dev-dependencies]\ncarom-engine = { path = \"../engine\" }\n"),
             0
@@ -105,6 +113,9 @@ mod tests {
             1
         );
         assert_eq!(faults_of("engine", "[dependencies]\nlook = { package = \"carom-observers\" }\n"), 1);
+        assert_eq!(faults_of("report", "[dependencies]\ncarom-engine.workspace = true\n"), 1);
+        assert_eq!(faults_of("tables", "[dependencies]\ncarom.workspace = true\n"), 1);
+        assert_eq!(faults_of("runs", "[dev-dependencies]\nxtask = { path = \"../../xtask\" }\n"), 1);
         assert_eq!(faults_of("observers", "[dependencies]\ncarom.workspace = true\nxtask = \"0\"\n"), 2);
     }
 
