@@ -158,7 +158,6 @@ impl GapFunction for AtomPair<'_> {
     type Pose = PairPose;
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "what is returned through memory is waited for")]
     fn pose(&self, time: f64) -> PairPose {
         self.pose_of(self.flight.at(time))
     }

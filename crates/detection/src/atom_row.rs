@@ -19,7 +19,6 @@ use crate::{
 
 /// When a disc may touch one of these atoms (time from now).
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "it must be compiled with the vector instructions of its caller")]
 pub(crate) fn apart_from_atoms(rows: &[AtomRow], disc: &RelativeDisc, spin: f64) -> f64 {
     let [px, py] = disc.place;
     let [vx, vy] = disc.rate;
@@ -56,7 +55,6 @@ pub(crate) fn apart_from_atoms(rows: &[AtomRow], disc: &RelativeDisc, spin: f64)
 
 /// The number if it is positive; 0 if it is not, or no number.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "it must be compiled with the vector instructions of its caller")]
 fn positive(x: f64) -> f64 {
     if x > 0.0 { x } else { 0.0 }
 }

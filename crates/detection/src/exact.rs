@@ -87,10 +87,6 @@ impl Detection for Exact {
     }
 
     #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "it must be compiled with the vector instructions of its caller"
-    )]
     fn contact_time_lower_bounds<const N: usize>(
         &self,
         query: &QueryBody<'_>,
@@ -101,10 +97,6 @@ impl Detection for Exact {
     }
 
     #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "it must be compiled with the vector instructions of its caller"
-    )]
     fn contact_time_lower_bound(&self, query: &QueryBody<'_>, lanes: &DiscLanes<1>, horizon: f64) -> f64 {
         query.contact_time_lower_bound(lanes, horizon)
     }

@@ -59,7 +59,6 @@ impl<'a> Flight<'a> {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "what is returned through memory is waited for")]
     pub(crate) fn at(&self, time: f64) -> Placement {
         let rotation = |body: usize| {
             if self.spin[body] == 0.0 {

@@ -88,10 +88,6 @@ impl<const N: usize> DiscLanes<N> {
     ///
     /// The numbers of the closed form for one pair, operation by operation, whatever the width of the registers.
     #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "it must be compiled with the vector instructions of its caller"
-    )]
     pub fn contact_times(&self) -> [f64; N] {
         let (times, in_contact) = self.closed_form();
         if in_contact { self.decided_times() } else { times }
@@ -100,10 +96,6 @@ impl<const N: usize> DiscLanes<N> {
     /// The closed form, and whether some pair touches to rounding, or overlaps, and does not part. Such a pair is rare
     /// and needs [`Self::decided_times`].
     #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "it must be compiled with the vector instructions of its caller"
-    )]
     pub fn closed_form(&self) -> ([f64; N], bool) {
         let mut times = [f64::INFINITY; N];
         let mut in_contact = false;
@@ -144,10 +136,6 @@ impl<const N: usize> DiscLanes<N> {
     /// When each disc enters the circle of the sum of the radii (time from now): 0 if it is inside, infinite if
     /// it never enters. Never too late, as the circle is inflated by the rounding of the places.
     #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "it must be compiled with the vector instructions of its caller"
-    )]
     pub fn entry_times(&self) -> [f64; N] {
         let mut times = [f64::INFINITY; N];
         for (lane, time) in times.iter_mut().enumerate() {

@@ -47,6 +47,11 @@
 //! # Ok::<(), carom_geometry::GeometryError>(())
 //! ```
 
+#![allow(
+    clippy::inline_always,
+    reason = "kernels must be compiled with the vector instructions of their callers"
+)]
+
 mod atom_block;
 mod atom_pair;
 mod atom_row;
@@ -130,10 +135,6 @@ pub trait Detection {
     ///
     /// Without further knowledge it is when the bounding circles meet, which every detector must respect.
     #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "it must be compiled with the vector instructions of its caller"
-    )]
     fn contact_time_lower_bounds<const N: usize>(
         &self,
         query: &QueryBody<'_>,
@@ -152,10 +153,6 @@ pub trait Detection {
     ///
     /// Without further knowledge it may be touched at once.
     #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "it must be compiled with the vector instructions of its caller"
-    )]
     fn contact_time_lower_bound(&self, query: &QueryBody<'_>, lanes: &DiscLanes<1>, horizon: f64) -> f64
     where
         Self: Sized,

@@ -49,10 +49,6 @@ impl<'a> QueryBody<'a> {
     /// When each of some bodies may touch this one at the soonest (time from now), as far as their circles and its
     /// rectangle tell: infinite for never. Steps beyond `horizon` say no more than that it is not before.
     #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "it must be compiled with the vector instructions of its caller"
-    )]
     pub(crate) fn contact_time_lower_bounds<const N: usize>(
         &self,
         lanes: &DiscLanes<N>,
@@ -74,10 +70,6 @@ impl<'a> QueryBody<'a> {
 
     /// The same of one disc within reach of this body's circle, as closely as is worth while: by the atoms, if they are few.
     #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "it must be compiled with the vector instructions of its caller"
-    )]
     pub(crate) fn contact_time_lower_bound(&self, lanes: &DiscLanes<1>, horizon: f64) -> f64 {
         let Some(corners) = self.outline.rectangle() else { return 0.0 };
         let (disc, spin) = (self.relative_disc(lanes, 0), self.angular_velocity);
@@ -88,10 +80,6 @@ impl<'a> QueryBody<'a> {
     }
 
     #[inline(always)]
-    #[expect(
-        clippy::inline_always,
-        reason = "it must be compiled with the vector instructions of its caller"
-    )]
     fn relative_disc<const N: usize>(&self, lanes: &DiscLanes<N>, lane: usize) -> RelativeDisc {
         let (cos, sin) = (self.rotation.x, self.rotation.y);
         let spin = self.angular_velocity;

@@ -18,7 +18,6 @@ use crate::{relative_disc::RelativeDisc, tolerance::STEP_MARGIN};
 /// When a disc may be at the rectangle of these corners (time from now); steps beyond `horizon` say no more than that it
 /// is not before.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "it must be compiled with the vector instructions of its caller")]
 pub(crate) fn apart_from_rectangle(
     [low, high]: [DVec2; 2],
     disc: &RelativeDisc,

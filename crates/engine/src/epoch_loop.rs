@@ -1,6 +1,8 @@
 //! The loop through an epoch: contact after contact is resolved and handed back to the queue, until the time asked for or
 //! the end of the epoch.
 
+#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+
 use carom_detection::Detection;
 use carom_kinematics::Motion;
 use carom_response::{ContactFrame, Elasticity, Response};
@@ -53,7 +55,6 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for EpochLoop<'_
     type End = Result<Ended, RunError>;
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled in one piece with the queue, with its instructions")]
     fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
         let all_elastic = self.elasticity.is_elastic() && self.response.conserves_energy(Elasticity::ELASTIC);
         loop {
@@ -112,7 +113,6 @@ impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
 
     /// Accepts the contact of two discs, counts it and reports it to the observer.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled in one piece with the queue, with its instructions")]
     fn record_discs(
         &mut self,
         contact: ContactEvent,

@@ -1,5 +1,7 @@
 //! When an epoch has to end, before the fastest body has used up the digits of its place or angle, and when that is too soon.
 
+#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+
 use carom_kinematics::{HALF_ULP, Motion};
 use glam::DVec2;
 
@@ -86,14 +88,12 @@ impl Limits {
 
     /// When the epoch ends at the latest (offset in it, time).
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn time(&self) -> f64 {
         self.time
     }
 
     /// Whether none of these velocities is beyond what the limits were set for.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn within(&self, [a, b]: [DVec2; 2]) -> bool {
         // NaN is beyond any.
         (a.length_squared() <= self.fastest_squared) & (b.length_squared() <= self.fastest_squared)
@@ -136,7 +136,6 @@ impl Limits {
 
     /// Counts a contact; tells whether the epoch ends with it.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn count_contact(&mut self) -> bool {
         self.contacts_left -= 1;
         self.contacts_left == 0

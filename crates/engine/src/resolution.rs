@@ -3,6 +3,8 @@
 //! Nothing here changes state, so contacts of different bodies can be resolved in any order, or at
 //! the same time. What they change is recorded afterwards, in order of time (see [`crate::pass`]).
 
+#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+
 use carom_kinematics::{Inertia, Motion, kinetic_energy};
 use carom_response::{ContactFrame, Elasticity, Response, apply_impulse};
 use glam::DVec2;
@@ -74,7 +76,6 @@ impl<R: Response> Rules<'_, R> {
     /// Resolves the contact of two discs where all contacts are elastic: only velocities change.
     /// `flights` are places and velocities of the two at the time of the contact.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled in one piece with the queue, with its instructions")]
     pub fn resolve_discs(
         &self,
         image: [i64; 2],

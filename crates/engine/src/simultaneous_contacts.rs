@@ -1,5 +1,7 @@
 //! Contacts of one body at one instant: how many there may be, and how many there have been.
 
+#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
@@ -22,7 +24,6 @@ impl SimultaneousContacts {
     /// Whether a contact at `time` (offset in the epoch) follows another at the same instant. If
     /// not, counting begins anew.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn repeats(&mut self, time: f64) -> bool {
         if time > self.time {
             self.time = time;

@@ -1,5 +1,7 @@
 //! An orientation, kept as a fraction of a full turn, and its cosine and sine.
 
+#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -88,7 +90,6 @@ impl Turning {
     /// (cos θ, sin θ) at `time`, as [`Orientation::turned`] and [`Orientation::cos_sin`] give it, but that the angle
     /// is rounded otherwise: by as much at most.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "what is returned through memory is waited for")]
     pub fn cos_sin_at(&self, time: f64) -> DVec2 {
         let quarters = self.quarters_at_start + self.quarters_per_time * time;
         // Farther on there is nothing left that quarters could be told from.
@@ -102,7 +103,6 @@ impl Turning {
 
 /// Cosine and sine of an angle in quarter turns. Dropping whole ones is exact.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "what is returned through memory is waited for")]
 fn cos_sin_of_quarters(quarters: f64) -> DVec2 {
     let shifted = quarters + SHIFT;
     let angle = (quarters - (shifted - SHIFT)) * FRAC_PI_2;

@@ -1,5 +1,7 @@
 //! The impulse of a smooth contact (equation 2.9 of Montanari 2017) and the motion after it.
 
+#![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
+
 use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;
 
@@ -21,7 +23,6 @@ impl ContactFrame {
     /// With the root of the standard library, which is an instruction of the same generation as those around it. glam's own is
     /// that of an older one in any case, and makes code compiled for AVX wait for hundreds of cycles.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     pub fn normal(&self) -> DVec2 {
         let d = self.line_of_centres;
         let inverse = 1.0 / d.length_squared().sqrt();

@@ -1,28 +1,41 @@
-//! Every `cargo xtask …` in the README is a command that there is.
+//! Every `cargo xtask …` and `carom …` in a Markdown file is a command that exists.
 
+use std::path::Path;
+
+use anyhow::Result;
 use clap::Parser as _;
 
-use super::Fault;
+use super::{Fault, files::text_files, read};
 use crate::cli::Cli;
 
-/// Commands in a page of Markdown that cannot be understood.
-pub fn faults(page: &str) -> Vec<Fault> {
-    let refused = |command: String| match Cli::try_parse_from(words(&command)) {
-        Ok(_) => None,
-        Err(error) if !error.use_stderr() => None,
-        Err(error) => {
-            let reason = error.to_string();
-            Some(format!(
-                "README.md: `cargo xtask {command}`: {}",
-                reason.lines().next().unwrap_or("refused")
-            ))
+/// Commands in all Markdown files that their program refuses.
+pub fn faults(root: &Path) -> Result<Vec<Fault>> {
+    let mut faults = Vec::new();
+    for path in text_files(root)? {
+        if path.extension().is_some_and(|extension| extension == "md") {
+            let page = read(&root.join(&path))?;
+            faults.extend(refused(&page).into_iter().map(|fault| format!("{}: {fault}", path.display())));
         }
+    }
+    Ok(faults)
+}
+
+/// Commands in a page of Markdown that their program refuses, with its reason.
+fn refused(page: &str) -> Vec<Fault> {
+    let refused = |(program, command): (&str, String)| {
+        let words = words(&command);
+        let parsed = match program {
+            "carom" => carom_cli::Cli::try_parse_from(words).map(|_| ()),
+            _ => Cli::try_parse_from(words).map(|_| ()),
+        };
+        let error = parsed.err().filter(clap::Error::use_stderr)?.to_string();
+        Some(format!("`{program} {command}`: {}", error.lines().next().unwrap_or("refused")))
     };
     commands(page).into_iter().filter_map(refused).collect()
 }
 
-/// What follows `cargo xtask` in code, on lines of a block or between backticks; the bare name is no command.
-fn commands(page: &str) -> Vec<String> {
+/// Programs and their arguments in code, on lines of a block or between backticks; a bare name is no command.
+fn commands(page: &str) -> Vec<(&'static str, String)> {
     let mut found = Vec::new();
     let mut block = String::new();
     let mut inside = false;
@@ -40,15 +53,17 @@ fn commands(page: &str) -> Vec<String> {
     found.extend(block.lines().map(str::to_owned));
     let command = |code: String| {
         let code = code.trim().trim_start_matches("$ ").to_owned();
-        let rest = code.strip_prefix("cargo xtask ")?.trim().to_owned();
-        (!rest.is_empty()).then_some(rest)
+        let (program, rest) = ["cargo xtask", "carom"].into_iter().find_map(|program| {
+            Some((program, code.strip_prefix(program)?.strip_prefix(' ')?.trim().to_owned()))
+        })?;
+        (!rest.is_empty()).then_some((program, rest))
     };
     found.into_iter().filter_map(command).collect()
 }
 
 /// A command as the program sees it: its name first, then its words, where quotes hold words together.
 fn words(command: &str) -> Vec<String> {
-    let mut words = vec!["xtask".to_owned()];
+    let mut words = vec!["program".to_owned()];
     let mut word = String::new();
     let mut quote = None;
     for character in command.chars() {
@@ -77,19 +92,23 @@ mod tests {
                     cargo test\n\
                     cargo xtask experiment brownian \\\n  --seed 2\n\
                     ```\n";
-        assert_eq!(commands(page), ["tidy", "run a.toml --until 3", "experiment brownian  --seed 2"]);
-        assert_eq!(faults(page), Vec::<Fault>::new());
+        let xtask = ["tidy", "run a.toml --until 3", "experiment brownian  --seed 2"];
+        let expected = xtask.map(|command| ("cargo xtask", command.to_owned()));
+        assert_eq!(commands(page), expected);
+        assert_eq!(commands("`carom check a.toml`, `carom`"), [("carom", "check a.toml".to_owned())]);
+        assert_eq!(refused(page), Vec::<Fault>::new());
     }
 
     #[test]
     fn commands_that_there_are_not_are_faults() {
         let page = "`cargo xtask fly` `cargo xtask run` `cargo xtask run a.toml --untill 3` \
-                    `cargo xtask experiment brownian --case 'no such'` `cargo xtask --help`";
-        assert_eq!(faults(page).len(), 4, "{:?}", faults(page));
+                    `cargo xtask experiment brownian --case 'no such'` `cargo xtask --help` \
+                    `carom chek a.toml` `carom run a.toml`";
+        assert_eq!(refused(page).len(), 5, "{:?}", refused(page));
     }
 
     #[test]
     fn quotes_hold_words_together() {
-        assert_eq!(words("run 'a b.toml' --set \"x=1 2\""), ["xtask", "run", "a b.toml", "--set", "x=1 2"]);
+        assert_eq!(words("run 'a b.toml' --set \"x=1 2\""), ["program", "run", "a b.toml", "--set", "x=1 2"]);
     }
 }

@@ -1,49 +1,20 @@
 //! Every source file opens with one sentence that says what is in it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
-use super::{Fault, read};
-
-/// Folders whose sources are looked at.
-const FOLDERS: [&str; 4] = ["crates", "xtask", "tests", "benches"];
+use super::{Fault, files::sources, read};
 
 /// Files that do not open with a sentence.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let mut faults = Vec::new();
-    for folder in FOLDERS {
-        for path in sources(&root.join(folder))? {
-            if !opens_with_a_sentence(&read(&path)?) {
-                let path = path.strip_prefix(root).unwrap_or(&path).display();
-                faults.push(format!("{path}: the file must open with one sentence, `//! …`"));
-            }
+    for path in sources(root)? {
+        if !opens_with_a_sentence(&read(&root.join(&path))?) {
+            faults.push(format!("{}: the file must open with one sentence, `//! …`", path.display()));
         }
     }
     Ok(faults)
-}
-
-/// All Rust sources in a folder and below, in alphabetical order.
-fn sources(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut found = Vec::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(folder) = folders.pop() {
-        if !folder.is_dir() {
-            continue;
-        }
-        for entry in
-            std::fs::read_dir(&folder).with_context(|| format!("cannot look into {}", folder.display()))?
-        {
-            let path = entry?.path();
-            if path.is_dir() && !path.ends_with("target") {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                found.push(path);
-            }
-        }
-    }
-    found.sort();
-    Ok(found)
 }
 
 /// Whether the first paragraph is a doc comment of the file that ends like a sentence.

@@ -1,10 +1,14 @@
 //! `cargo xtask tidy`: what the compiler does not check about the repository.
 
 mod commands;
+mod cycles;
+mod files;
 mod first_lines;
 mod layers;
 mod map;
 mod one_glam;
+mod width;
+mod words;
 
 use std::path::Path;
 
@@ -27,7 +31,9 @@ pub fn run() -> Result<Verdict> {
         say(fault);
     }
     if faults.is_empty() {
-        say("tidy: layers, first lines, commands in the README, one glam, map of the crates");
+        say(
+            "tidy: layers, cycles, first lines, width, words, commands in Markdown, one glam, map of the crates",
+        );
         Ok(Verdict::Passed)
     } else {
         say(&format!("tidy: {} faults", faults.len()));
@@ -42,9 +48,12 @@ pub fn run() -> Result<Verdict> {
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let mut faults = layers::faults(root)?;
     faults.extend(first_lines::faults(root)?);
-    faults.extend(commands::faults(&read(&root.join("README.md"))?));
+    faults.extend(commands::faults(root)?);
     faults.extend(one_glam::faults(&read(&root.join("Cargo.lock"))?)?);
     faults.extend(map::faults(root)?);
+    faults.extend(cycles::faults(root)?);
+    faults.extend(width::faults(root)?);
+    faults.extend(words::faults(root)?);
     Ok(faults)
 }
 

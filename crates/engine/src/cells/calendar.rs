@@ -67,7 +67,6 @@ impl Calendar {
 
     /// Puts a body where its time says, wherever it was.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn schedule(&mut self, records: &[BodyRecord], body: u32, time: f64) {
         self.unlink(body);
         let bin = self.bin_of(time);
@@ -87,7 +86,6 @@ impl Calendar {
 
     /// The number of the bin of a time.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn bin_of(&self, time: f64) -> u64 {
         let place = (time - self.start) * self.bins_per_time;
         // Written so that NaN (infinite time, bins without width) is far beyond any ring.
@@ -99,7 +97,6 @@ impl Calendar {
     /// The soonest event, if there is one at `stop` or before; it is taken off the calendar. Calls `opening` before each bin that
     /// is opened.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn take_soonest(
         &mut self,
         records: &[BodyRecord],
@@ -128,7 +125,6 @@ impl Calendar {
 
     /// Takes the event of a body out of the opened bins, if it is the next: the partner's of a contact, mostly.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn drop_next(&mut self, body: u32) {
         let is_next = self.open.last().is_some_and(|&(_, next)| next == body);
         self.open.truncate(self.open.len() - usize::from(is_next));
@@ -148,7 +144,6 @@ impl Calendar {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn unlink(&mut self, body: u32) {
         let [previous, next] = self.links[body as usize];
         self.links[previous as usize][NEXT] = next;
@@ -156,7 +151,6 @@ impl Calendar {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn link(&mut self, body: u32, head: u32) {
         let first = self.links[head as usize][NEXT];
         self.links[body as usize] = [head, first];
@@ -166,7 +160,6 @@ impl Calendar {
 
     /// Opens the next bin; nothing is open.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn open_bin(&mut self, records: &[BodyRecord]) {
         let head = self.bodies + self.next_place;
         self.next_bin += 1;
@@ -220,7 +213,6 @@ impl Calendar {
 
 /// Moves an entry to its place among those before it, the soonest of which is the last.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "a call costs as much as the work")]
 fn sink(records: &[BodyRecord], open: &mut [(f64, u32)], mut place: usize) {
     let (time, body) = open[place];
     while place > 0 {

@@ -40,7 +40,6 @@ impl<T: Copy> Candidates<T> {
 
     /// Appends those of some bodies that are wanted for their bounds (time from now), as far as they are anybody.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     pub fn sift<const N: usize>(
         &mut self,
         bounds: [f64; N],

@@ -81,7 +81,6 @@ impl CellOccupants {
 
     /// The cells around a cell, itself among them, as slots: with the image in which they are seen from it.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn around(&self, [column, row]: [u16; 2]) -> [u32; 9] {
         let [left, middle, right] = self.columns_around[column as usize];
         let [below, beside, above] = self.rows_around[row as usize];
@@ -100,7 +99,6 @@ impl CellOccupants {
 
     /// The three of them that come into view when the cell is entered along an axis, upwards or downwards.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn ahead(&self, [column, row]: [u16; 2], axis: usize, direction: i32) -> [u32; 3] {
         let (columns, rows) = (&self.columns_around[column as usize], &self.rows_around[row as usize]);
         let (along, [before, beside, after]) = if axis == 0 { (columns, rows) } else { (rows, columns) };
@@ -119,7 +117,6 @@ impl CellOccupants {
 
     /// All blocks, to be read.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn blocks(&self) -> Blocks<'_> {
         // One length, so that one comparison is enough for all three.
         let next = &self.next[..];
@@ -128,7 +125,6 @@ impl CellOccupants {
 
     /// Puts a disc on the roster of a cell.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub fn enter<K: Kernel>(&mut self, kernel: K, disc: u32, cell: [u16; 2], flight: [f64; 4]) {
         let mut block = self.first_block(cell);
         let mut free = kernel.find(&self.discs[block], self.dummy);
@@ -169,7 +165,6 @@ impl CellOccupants {
 
     /// Takes a disc off the roster of a cell.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub fn leave<K: Kernel>(&mut self, kernel: K, disc: u32, cell: [u16; 2]) {
         let (block, lane) = self.place(kernel, disc, cell);
         let discs = &mut self.discs[block];
@@ -198,7 +193,6 @@ impl CellOccupants {
 
     /// Takes over the flight of a disc that stands on the roster of a cell.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub fn set_flight<K: Kernel>(&mut self, kernel: K, disc: u32, cell: [u16; 2], flight: [f64; 4]) {
         let (block, lane) = self.place(kernel, disc, cell);
         self.flights[block].set(lane, self.units.quantize(flight));
@@ -206,7 +200,6 @@ impl CellOccupants {
 
     /// In which block of a cell's a disc stands, and where in it.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn place<K: Kernel>(&self, kernel: K, disc: u32, cell: [u16; 2]) -> (usize, usize) {
         let mut block = self.first_block(cell);
         let mut found = kernel.find(&self.discs[block], disc);
@@ -229,7 +222,6 @@ pub(super) struct Blocks<'a> {
 impl<'a> Blocks<'a> {
     /// The discs of a cell around another, with their flights, block by block; a place that is free holds the dummy.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn of(self, slot: u32) -> impl Iterator<Item = (&'a Flights, &'a [u32; DISC_LANES])> {
         let mut rest = slot & INDEX_MASK;
         std::iter::from_fn(move || {

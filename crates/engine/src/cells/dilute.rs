@@ -22,7 +22,6 @@ use super::{
 impl State {
     /// Finds the soonest event of a disc whose motion has changed, or whose contact came up stale.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn predict_among_few<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
@@ -38,7 +37,6 @@ impl State {
 
     /// Moves a disc into the next cell, and finds its soonest event.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn cross_among_few<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
@@ -73,7 +71,6 @@ impl State {
 
     /// Takes a disc's new flight over into its roster, if it stands on one.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn keep_on_roster<K: Kernel>(&mut self, kernel: K, disc: u32) {
         if self.grid.is_dilute() {
             let record = &self.records[disc as usize];
@@ -82,7 +79,6 @@ impl State {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn settle_among_few(
         &mut self,
         disc: u32,
@@ -105,7 +101,6 @@ impl State {
     /// The soonest contact in this epoch (from now on) with the discs of some cells around a disc's own, and with whom. Of
     /// contacts at one time it is that with the disc inserted first.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn ask_cells<D: Detection, K: Kernel, const N: usize>(
         &self,
         kernel: K,

@@ -18,7 +18,6 @@ use crate::{
 impl State {
     /// Asks when a small disc meets its neighbours, and when it leaves its cell.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn ask<K: Kernel>(&self, kernel: K, disc: u32, now: f64) -> Asked {
         let from = &self.records[disc as usize];
         let cell = self.neighbour_lists.index(from.cell());
@@ -49,7 +48,6 @@ impl State {
 
     /// Asks those around a cell, whatever its list is like; and the cell, if it is covered.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn ask_any<K: Kernel>(&self, kernel: K, disc: u32, now: f64, cell: u32) -> (SoonestSlot, Option<u32>) {
         let list = self.neighbour_lists.list_of(cell);
         let soonest = match list.plain() {
@@ -68,7 +66,6 @@ impl State {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn query(&self, disc: u32, now: f64) -> NeighbourQuery<'_> {
         let from = &self.records[disc as usize];
         NeighbourQuery {
@@ -87,7 +84,6 @@ impl State {
     /// No branch hangs on the end of the long chain of operations that gives the time, except the rare ones: what comes
     /// next can begin before this has ended.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn settle_disc<D: Detection>(
         &mut self,
         world: &World,
@@ -134,7 +130,6 @@ impl State {
 
     /// When a disc leaves its cell, and where to. A velocity of exactly 0 never does; what 0/0 is must not count.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn crossing(&self, me: &BodyRecord, now: f64) -> (f64, Kind) {
         // Both axes at once.
         let pair = |first: usize| f64x2::new([me.flight[first], me.flight[first + 1]]);
@@ -153,7 +148,6 @@ impl State {
 
     /// Moves a disc into the next cell, wrapping its place at the border of the box.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn cross<K: Kernel>(&mut self, kernel: K, disc: u32, kind: Kind) {
         self.done.crossings += 1;
         let (axis, direction) = kind.direction();
@@ -188,7 +182,6 @@ impl State {
 
     /// The contact of two discs; the image follows from their cells, which are adjacent.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn contact_of_discs(&self, bodies: [u32; 2], time: f64) -> ContactEvent {
         let (a, b) = (self.records[bodies[0] as usize].cell(), self.records[bodies[1] as usize].cell());
         let steps = [i32::from(b[0]) - i32::from(a[0]), i32::from(b[1]) - i32::from(a[1])];

@@ -86,7 +86,6 @@ impl Units {
 
     /// A flight as it is kept. If it is too fast for these units, they hold for nobody any longer.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub fn quantize(&mut self, flight: [f64; 4]) -> [f32; 4] {
         let kept: [f64; 4] = std::array::from_fn(|number| flight[number] * self.per_unit[number]);
         // Not written unless it changes: it is read in one piece with what stands beside it.
@@ -98,7 +97,6 @@ impl Units {
 
     /// The filter of a disc on its flight, at a time.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub fn filter(&self, flight: &[f64; 4], now: f64) -> F32Filter {
         let place = [flight[0] + flight[2] * now, flight[1] + flight[3] * now];
         F32Filter {
@@ -134,7 +132,6 @@ pub(super) struct F32Filter {
 impl F32Filter {
     /// The same at others that are seen in the image with this code.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub fn through(self, units: &Units, code: usize) -> Self {
         let [x, y] = units.shifts[code];
         Self { place: [self.place[0] - x, self.place[1] - y], ..self }
@@ -145,7 +142,6 @@ impl F32Filter {
 
     /// Which of eight discs may be met, a bit each: four at a time, as the registers of every processor have room for.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub fn near(&self, flights: &Flights) -> u32 {
         let [place_x, place_y] = self.place.map(Vec4::splat);
         let [velocity_x, velocity_y] = self.velocity.map(Vec4::splat);

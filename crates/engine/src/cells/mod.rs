@@ -34,6 +34,11 @@
 //! **Every epoch begins anew** from the state of the world: places, lists, events. So the state at an epoch's end is all
 //! there is to know of a run, and the order of lists and bins, which decides nothing, need not be kept.
 
+#![allow(
+    clippy::inline_always,
+    reason = "the loop is compiled anew for each instruction set, and calls cost as much as the work"
+)]
+
 mod body_record;
 mod calendar;
 mod candidates;
@@ -327,7 +332,6 @@ impl State {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn next_contact<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
@@ -375,7 +379,6 @@ impl State {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn motions_changed<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
@@ -408,7 +411,6 @@ impl State {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn flights_changed<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
@@ -445,7 +447,6 @@ impl State {
 
     /// Sets a body off from a place with a velocity at a time.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn set_motion<K: Kernel>(&mut self, kernel: K, body: u32, place: DVec2, velocity: DVec2, time: f64) {
         let record = &mut self.records[body as usize];
         let origin = place - velocity * time;
@@ -455,7 +456,6 @@ impl State {
 
     /// Finds the soonest events of two small discs in a dense gas.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn predict_two_discs<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
@@ -473,7 +473,6 @@ impl State {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn predict_and_schedule<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
@@ -487,7 +486,6 @@ impl State {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn predict_all<D: Detection, K: Kernel>(&mut self, kernel: K, world: &World, detection: &D) {
         for body in 0..world.bodies().len() as u32 {
             self.predict(kernel, world, detection, body, 0.0);
@@ -496,7 +494,6 @@ impl State {
 
     /// Finds a body's soonest event, writes it into its record, and tells when it is.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn predict<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
@@ -518,7 +515,6 @@ impl State {
     /// Inverse masses of two discs: those of bodies in cells, if they are all alike, need not be
     /// looked up for each of them.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
         match self.inverse_mass {
             Some(inverse_mass)
@@ -531,7 +527,6 @@ impl State {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
         if let Some(motion) = self.multi_cell.motion(body) {
             return [motion.position_at(time), motion.velocity];

@@ -106,7 +106,6 @@ impl State {
 
     /// Finds the soonest event of a molecule that lives in a cell: a contact, a re-check, or the next cell.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn predict_molecule<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,

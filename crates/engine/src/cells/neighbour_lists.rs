@@ -74,7 +74,6 @@ impl<'a> CellBlock<'a> {
 
     /// Goes through all slots, eight at a time; those not in use hold the dummy.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     pub fn for_each_slots8(&self, mut act: impl FnMut(&[u32; DISC_LANES])) {
         let mut without_link;
         let mut rest = Some(self.first);
@@ -198,21 +197,18 @@ impl NeighbourLists {
 
     /// Where the slots of a cell's own begin.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn own(&self, cell: u32) -> usize {
         self.start + ((cell as usize) << u32::from(self.is_wide))
     }
 
     /// What stands around a cell.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn list(&self, cell: [u16; 2]) -> CellBlock<'_> {
         self.list_of(self.index(cell))
     }
 
     /// What stands around the cell of an index.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn list_of(&self, cell: u32) -> CellBlock<'_> {
         let mark = self.marks[cell as usize];
         let first = self.own(cell);
@@ -231,7 +227,6 @@ impl NeighbourLists {
     /// The slots around a cell, if no more than eight are in use, and whether some are seen through the border of the box, and
     /// whether a covering body is listed in the cell.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn only_eight(&self, cell: u32) -> Option<(&[u32; DISC_LANES], bool, bool)> {
         let mark = self.marks[cell as usize];
         // No other flag is set below.
@@ -282,7 +277,6 @@ impl NeighbourLists {
     /// Moves a disc one cell along an axis without crossing the border of the box: three lists lose it behind, three
     /// gain it ahead.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     pub fn step<K: Kernel>(
         &mut self,
         kernel: K,
@@ -308,7 +302,6 @@ impl NeighbourLists {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn move_inside<K: Kernel, const EIGHTS: usize>(
         &mut self,
         kernel: K,
@@ -352,7 +345,6 @@ impl NeighbourLists {
 
     /// The list of the cell at an offset from `cell`, and the slot in it of a disc of `cell`.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn seen_at(&self, disc: u32, cell: [u16; 2], offset: [i32; 2]) -> (u32, u32) {
         let (list, image) = self.neighbour(cell, offset);
         // Seen from over there, the disc stands the other way round the border.
@@ -360,7 +352,6 @@ impl NeighbourLists {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn put<const EIGHTS: usize>(&mut self, list: u32, slot: u32) {
         let own = self.start + list as usize * EIGHTS;
         let mark = &mut self.marks[list as usize];
@@ -375,7 +366,6 @@ impl NeighbourLists {
 
     /// Takes a slot off a list.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as the work")]
     fn drop<K: Kernel, const EIGHTS: usize>(&mut self, kernel: K, list: u32, slot: u32) {
         let own = &mut self.lists[self.start + list as usize * EIGHTS..][..EIGHTS];
         let mark = &mut self.marks[list as usize];

@@ -16,7 +16,6 @@ impl State {
     /// Looks for a large disc's contacts with the small ones around it, and by the closed form with the large ones; tells how many
     /// it asked for.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn meet_discs_around<D: Detection, K: Kernel>(
         &self,
         kernel: K,
@@ -84,7 +83,6 @@ impl State {
 
     /// Asks when a disc in a cell meets a large one.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     pub(super) fn ask_large_disc(&mut self, disc: u32, large: Listed, now: f64, best: &mut Soonest) {
         self.done.pairs += 1;
         let [time] = self.lanes::<1>(disc, &[large], now).contact_times();

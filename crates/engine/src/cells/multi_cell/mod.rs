@@ -131,13 +131,11 @@ impl MultiCellBodies {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub fn is_covering(&self, body: u32) -> bool {
         self.get(body).is_some()
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub fn is_fixed(&self, body: u32) -> bool {
         self.get(body).is_some_and(|index| self.list[index].fixed)
     }
@@ -178,7 +176,6 @@ impl MultiCellBodies {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     fn get(&self, body: u32) -> Option<usize> {
         self.index_of.get(body as usize).filter(|&&index| index != u32::MAX).map(|&index| index as usize)
     }

@@ -37,7 +37,6 @@ impl Soonest {
 
     /// Whether it does not come before a contact that is no sooner than `bound` (time from `now`).
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     pub fn is_after(&self, now: f64, bound: f64) -> bool {
         // At one time it is decided by who meets.
         (now + bound <= self.time) & (bound < f64::INFINITY)
@@ -66,7 +65,6 @@ impl Soonest {
 impl State {
     /// Finds a covering body's soonest event: a contact, a re-check, or its shell.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(in crate::cells) fn predict_multi_cell<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
@@ -204,7 +202,6 @@ impl State {
 
     /// The same, compiled with the instructions that were chosen.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     #[expect(clippy::too_many_arguments, reason = "the kernel, of size 0, is the eighth")]
     pub(in crate::cells) fn meet_listed<D: Detection, K: Kernel>(
         &mut self,
@@ -349,7 +346,6 @@ impl State {
 
     /// Up to `N` bodies as seen from one, all as their bounding circles.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew for each set of instructions")]
     pub(super) fn lanes<const N: usize>(&self, body: u32, others: &[Listed], now: f64) -> DiscLanes<N> {
         let me = &self.records[body as usize];
         let sides = self.sides;

@@ -60,7 +60,6 @@ pub(in crate::cells) unsafe trait Masks: Copy {
     fn soonest<const IMAGES: bool>(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot;
 }
 
-#[expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 // SAFETY: only `Avx2::detect` makes an `Avx2`, after it has found AVX2.
 unsafe impl Masks for Avx2 {
     /// All bits of a number's place, or none.
@@ -149,7 +148,6 @@ unsafe impl Masks for Avx2 {
     }
 }
 
-#[expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 // SAFETY: only `Avx512::detect` makes an `Avx512`, after it has found AVX2.
 unsafe impl Masks for Avx512 {
     /// A bit for each number, of registers of 256 bits.

@@ -197,14 +197,12 @@ impl NeighbourQuery<'_> {
 
 /// Of two contacts, a time and with whom, the sooner; of two at one time that with the disc inserted first.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 pub(super) fn sooner(one: (f64, u32), other: (f64, u32)) -> (f64, u32) {
     if goes_before(other, one) { other } else { one }
 }
 
 /// Whether a contact goes before another.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 pub(super) fn goes_before((time, with): (f64, u32), (other_time, with_other): (f64, u32)) -> bool {
     (time < other_time) | ((time == other_time) & (with < with_other) & (time < f64::INFINITY))
 }
@@ -213,7 +211,6 @@ impl Soonest {
     /// Whether the query needs a closer look: several are touched at once, or a pair may touch or overlap already, which
     /// a negative time shows where the overlap is deep. An infinite time stands for no contact.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn is_doubtful(&self) -> bool {
         let several = self.slots & (self.slots.wrapping_sub(1)) != 0;
         (several & (self.time < f64::INFINITY)) | self.in_contact | (self.time < 0.0)
@@ -221,7 +218,6 @@ impl Soonest {
 
     /// Who is touched, of those in the slots that were asked.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     pub fn among(self, slots: &[u32; DISC_LANES]) -> SoonestSlot {
         let lowest = self.slots.trailing_zeros() as usize % DISC_LANES;
         SoonestSlot { time: self.time, slot: slots[lowest], is_doubtful: self.is_doubtful() }
@@ -234,7 +230,6 @@ impl SoonestSlot {
 
     /// The soonest of a list, eight of which are asked at a time.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn of(list: &CellBlock<'_>, ask: impl Fn(&[u32; DISC_LANES]) -> Soonest) -> Self {
         let mut soonest = Self::NOBODY;
         list.for_each_slots8(|slots| soonest = soonest.or(ask(slots).among(slots)));
@@ -243,7 +238,6 @@ impl SoonestSlot {
 
     /// The sooner of both; in doubt if they are at one time.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     pub fn or(self, other: Self) -> Self {
         let is_later = other.time > self.time;
         let several = (other.time == self.time) & (other.time < f64::INFINITY);
@@ -266,7 +260,6 @@ impl Portable {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
     fn eight_of<const IMAGES: bool>(query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
         if let Some(Like { sigma_squared, touching, .. }) = query.like {
             return Self::eight_with::<IMAGES>(query, slots, |_| (sigma_squared, touching));
@@ -281,7 +274,6 @@ impl Portable {
     /// The answer of eight slots; `like` tells the square of the contact distance (length squared), and by how much more that of a
     /// pair is that may touch already.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
     fn eight_with<const IMAGES: bool>(
         query: &NeighbourQuery<'_>,
         [a, b, c, d, e, f, g, h]: &[u32; DISC_LANES],
@@ -305,7 +297,6 @@ impl Portable {
     /// Two at a time, as the registers of most processors have room for; with d₀ at the start of the epoch, d now, and v from the
     /// asking to the other disc: b = d·v, c = d·d − σ² and the discriminant σ² v² − (d₀ × v)².
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled anew with and without images")]
     fn two_with<const IMAGES: bool>(
         query: &NeighbourQuery<'_>,
         slots: [u32; 2],
@@ -358,7 +349,6 @@ struct Two {
 
 impl Kernel for Portable {
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "a call costs as much as writing the query down")]
     fn eight<const IMAGES: bool>(self, query: NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
         Self::eight_of::<IMAGES>(&query, slots)
     }
@@ -374,7 +364,6 @@ impl Kernel for Portable {
     }
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "what the filter knows is to stay in registers")]
     fn near(self, filter: &F32Filter, flights: &Flights) -> u32 {
         filter.near(flights)
     }
@@ -511,7 +500,6 @@ pub(super) fn run<L: EventLoop>(state: &mut State, events: L) -> L::End {
         type Answer = L::End;
 
         #[inline(always)]
-        #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
         fn with<K: Kernel>(self, kernel: K) -> L::End {
             self.1.run(&mut Events(self.0, kernel))
         }
@@ -522,7 +510,6 @@ pub(super) fn run<L: EventLoop>(state: &mut State, events: L) -> L::End {
 /// The events of an epoch, found with certain instructions.
 struct Events<'a, K>(&'a mut State, K);
 
-#[expect(clippy::inline_always, reason = "compiled in one piece with the loop, with its instructions")]
 impl<K: Kernel> EventQueue for Events<'_, K> {
     #[inline(always)]
     fn next_contact<D: Detection>(
@@ -597,7 +584,6 @@ mod tests {
         type Answer = u32;
 
         #[inline(always)]
-        #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
         fn with<K: Kernel>(self, kernel: K) -> u32 {
             kernel.near(self.0, self.1)
         }
@@ -607,7 +593,6 @@ mod tests {
         type Answer = SoonestSlot;
 
         #[inline(always)]
-        #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
         fn with<K: Kernel>(self, kernel: K) -> SoonestSlot {
             let soonest = kernel.any(&self.0, &self.1);
             self.1.for_each_slots8(|slots| {
@@ -656,7 +641,6 @@ mod tests {
         type Answer = u32;
 
         #[inline(always)]
-        #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
         fn with<K: Kernel>(self, kernel: K) -> u32 {
             kernel.find(self.0, self.1)
         }

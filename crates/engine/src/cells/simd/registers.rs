@@ -32,7 +32,6 @@ impl<M: Masks> Registers<M> {
     }
 }
 
-#[expect(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 impl<M: Masks> Kernel for Registers<M> {
     #[inline(always)]
     fn eight<const IMAGES: bool>(self, query: NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
@@ -93,7 +92,6 @@ fn store(numbers: &mut [f64; 4], register: __m256d) {
 /// Inlined in any case, as everything below: a call would write registers to memory and read them
 /// back.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 pub(super) fn eight<M: Masks, const IMAGES: bool>(
     masks: M,
     query: &NeighbourQuery<'_>,
@@ -108,7 +106,6 @@ pub(super) fn eight<M: Masks, const IMAGES: bool>(
 
 /// The soonest of eight.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn soonest_of<M: Masks>(low: Four<M>, high: Four<M>) -> Soonest {
     let masks = low.masks;
     let in_contact = masks.is_any([low.in_contact(), high.in_contact()]);
@@ -126,7 +123,6 @@ fn soonest_of<M: Masks>(low: Four<M>, high: Four<M>) -> Soonest {
 /// By how much the discs in eight slots are shifted by the images in which they are seen (length), x and y of four and of the
 /// other four: [`image_of`](super::image_of) of all at once, times the sides.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn shifts<M: Masks>(_: M, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> [[__m256d; 2]; 2] {
     // SAFETY: the token proves AVX2 (see `Masks`). The load reads 32 bytes, the size of the array
     // that the reference borrows; it needs no alignment. Nothing else touches memory.
@@ -148,7 +144,6 @@ fn shifts<M: Masks>(_: M, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES])
 
 /// A row of four numbers.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn load<M: Masks>(_: M, row: &[f64; 4]) -> __m256d {
     // SAFETY: the token proves AVX2 (see `Masks`); the numbers are read by their indices, in safe
     // code.
@@ -157,7 +152,6 @@ fn load<M: Masks>(_: M, row: &[f64; 4]) -> __m256d {
 
 /// From a row for each of four discs to a register for each of x, y, vx, vy.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn by_number<M: Masks>(_: M, [a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
     // SAFETY: the token proves AVX2 (see `Masks`); the instructions touch no memory.
     unsafe {
@@ -174,7 +168,6 @@ fn by_number<M: Masks>(_: M, [a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
 
 /// Slots8 slots, as seen from the asking disc: [`NeighbourQuery::lanes`], written down in whole registers, as it is read.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn lanes<M: Masks, const IMAGES: bool>(
     masks: M,
     query: &NeighbourQuery<'_>,
@@ -190,7 +183,6 @@ fn lanes<M: Masks, const IMAGES: bool>(
 
 /// Four bodies into the lanes from the `FIRST` on.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn write_lanes<M: Masks, const FIRST: usize>(
     masks: M,
     query: &NeighbourQuery<'_>,
@@ -233,7 +225,6 @@ fn write_lanes<M: Masks, const FIRST: usize>(
 
 /// Which of eight discs may be met, as [`F32Filter::near`] says it.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn near<M: Masks>(masks: M, filter: &F32Filter, flights: &Flights) -> u32 {
     // SAFETY: `masks` proves AVX2 (see `Masks`). Each load reads 32 bytes, the size of the array of
     // eight `f32` that the reference borrows; it needs no alignment. Nothing else touches memory.
@@ -260,7 +251,6 @@ fn near<M: Masks>(masks: M, filter: &F32Filter, flights: &Flights) -> u32 {
 
 /// The eight bodies of eight slots; a slot without an image is an index itself.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
 fn bodies<'a, M: Masks, const IMAGES: bool>(
     masks: M,
     query: &NeighbourQuery<'a>,
@@ -305,7 +295,6 @@ struct Four<M> {
 impl<M: Masks> Four<M> {
     /// Four bodies by their records, seen in images that shift them by `shifts` (length).
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn of_lines(
         masks: M,
         query: &NeighbourQuery<'_>,
@@ -346,7 +335,6 @@ impl<M: Masks> Four<M> {
 
     /// Four discs from their separations at the start of the epoch and now, and their velocities.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn of(
         masks: M,
         [x0, y0]: [__m256d; 2],
@@ -370,14 +358,12 @@ impl<M: Masks> Four<M> {
 
     /// Which of them come to a contact.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn closes(self) -> M::Some {
         self.masks.above_zero(self.masks.not_above_zero(self.b), self.discriminant)
     }
 
     /// Times of contact, infinite for never.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn times(self) -> __m256d {
         // SAFETY: `masks` proves AVX2 (see `Masks`); the instructions touch no memory.
         let divisors = unsafe {
@@ -390,7 +376,6 @@ impl<M: Masks> Four<M> {
 
     /// A mask of those that touch to rounding and do not part: they need a closer look.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "compiled with the instructions of its caller")]
     fn in_contact(self) -> M::Some {
         self.masks.within(self.masks.not_above_zero(self.b), self.c, self.touching)
     }

@@ -1,0 +1,58 @@
+//! The sources and pages of the repository, without those that are built.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+
+/// Folders with sources and pages, besides the pages at the top.
+const FOLDERS: [&str; 4] = ["crates", "xtask", "tests", "benches"];
+
+/// All files in a folder and below with one of these extensions, in alphabetical order.
+pub fn with_extensions(folder: &Path, extensions: &[&str]) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        if !folder.is_dir() {
+            continue;
+        }
+        let entries =
+            std::fs::read_dir(&folder).with_context(|| format!("cannot look into {}", folder.display()))?;
+        for entry in entries {
+            let path = entry?.path();
+            if path.is_dir() && !path.ends_with("target") {
+                folders.push(path);
+            } else if path
+                .extension()
+                .and_then(|extension| extension.to_str())
+                .is_some_and(|extension| extensions.contains(&extension))
+            {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// All Rust sources and Markdown pages, as paths from the root.
+pub fn text_files(root: &Path) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for folder in FOLDERS {
+        found.extend(with_extensions(&root.join(folder), &["rs", "md"])?);
+    }
+    for entry in std::fs::read_dir(root).context("cannot look into the repository")? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|extension| extension == "md") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    let relative = |path: PathBuf| path.strip_prefix(root).map(Path::to_owned).unwrap_or(path);
+    Ok(found.into_iter().map(relative).collect())
+}
+
+/// All Rust sources, as paths from the root.
+pub fn sources(root: &Path) -> Result<Vec<PathBuf>> {
+    let files = text_files(root)?.into_iter();
+    Ok(files.filter(|path| path.extension().is_some_and(|extension| extension == "rs")).collect())
+}
