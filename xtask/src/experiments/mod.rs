@@ -3,9 +3,11 @@
 pub mod billiard;
 pub mod brownian;
 pub mod capability_cost;
+pub mod detectors;
 pub mod encounters;
 pub mod extremes;
 pub mod fixed_energy;
+pub mod thesis_scene;
 pub mod thesis_tests;
 pub mod time_reversal;
 pub mod tradeoff;

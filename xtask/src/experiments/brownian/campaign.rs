@@ -16,15 +16,15 @@ use rayon::{ThreadPoolBuilder, prelude::*};
 use serde::Serialize;
 
 use super::{
-    Case, Options, Plan, Size,
+    Options, Plan,
     distributions::{CONTACT_HEADER, Distributions, PROJECTION_HEADER, contact_rows, projection_rows},
     figures::Group,
     measurement::{Measurement, measure},
     report::{self, Charts, DIRECTION_HEADER, direction_rows},
-    setup::scene,
     system,
     verdict::Verdict as Equilibrium,
 };
+use crate::experiments::thesis_scene::{Case, Size, scene};
 
 /// One run.
 #[derive(Debug)]
@@ -173,7 +173,7 @@ fn jobs(options: &Options, plan: &Plan) -> Vec<Job> {
     for case in options.case().list() {
         for size in options.size().list() {
             for replica in 0..options.replicas {
-                let mut scene = scene(case, size, options.seed, replica, plan);
+                let mut scene = scene(case, size, options.seed, replica, plan.run());
                 for gas in &mut scene.gas {
                     gas.area_fraction = Some(options.area_fraction);
                 }

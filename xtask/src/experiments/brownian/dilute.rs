@@ -11,9 +11,11 @@ use super::{
     figures::{Group, impulse_error},
     measurement::{Kicks, SECTORS},
     prediction::{Prediction, collision_rate, contact_density_of_disc},
-    setup::{BUMPER_RADIUS, GAS_MASS, GAS_RADIUS},
 };
-use crate::experiments::fixed_energy::mean_speed;
+use crate::experiments::{
+    fixed_energy::mean_speed,
+    thesis_scene::{BUMPER_RADIUS, GAS_MASS, GAS_RADIUS},
+};
 
 /// Share of the box below which a gas is taken for ideal: the first correction, by what two gas discs keep free of each
 /// other near the molecule, is of this order.
@@ -104,7 +106,7 @@ fn grouped(values: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiments::brownian::Case;
+    use crate::experiments::thesis_scene::Case;
 
     /// A million kicks, shared out just as the exposed arcs say.
     fn ideal(prediction: &Prediction) -> Kicks {

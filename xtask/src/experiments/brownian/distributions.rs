@@ -11,9 +11,8 @@ use carom_report::{
 };
 use plotters::style::RGBColor;
 
-use super::{
-    Case, figures::Group, measurement::PROJECTION, pooled::Pooled, report::band_of_one_run, setup::GAS_MASS,
-};
+use super::{figures::Group, measurement::PROJECTION, pooled::Pooled, report::band_of_one_run};
+use crate::experiments::thesis_scene::{Case, GAS_MASS};
 
 /// The charts, as SVG.
 #[derive(Debug, Clone)]

@@ -8,12 +8,12 @@ use carom_tables::{Check, Figure};
 use glam::DVec2;
 
 use super::{
-    Case,
     dilute::{self, FewDiscs},
     measurement::{Kicks, Measurement, SECTORS, increments},
     pooled::{FEWEST_BLOCKS, Pooled},
     prediction::{Prediction, collision_rate, contact_density_of_disc},
 };
+use crate::experiments::thesis_scene::Case;
 
 const ENSKOG: &str = "Enskog with the contact value of hard discs (virial series of Clisby and McCoy 2006; Henderson 1975), \
                       good to 0.3 %: the room that the molecule takes is neglected";

@@ -16,7 +16,8 @@ use carom_tables::Totals;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use super::{Plan, kicks::FromGas, setup::GAS_RADIUS, system};
+use super::{Plan, kicks::FromGas, system};
+use crate::experiments::thesis_scene::GAS_RADIUS;
 
 /// Sectors of the histogram of directions: one a degree.
 pub const SECTORS: usize = 360;

@@ -11,10 +11,8 @@ mod options;
 mod pooled;
 mod prediction;
 mod report;
-mod setup;
 mod system;
 mod verdict;
 
 pub use campaign::run;
-pub use options::{Case, OneOrAll, Options, Plan, Size};
-pub use setup::scene;
+pub use options::{OneOrAll, Options, Plan};

@@ -3,10 +3,12 @@
 use std::{path::PathBuf, str::FromStr};
 
 use anyhow::{Result, ensure};
+use carom::engine::RunSpec;
 use carom_runs::{resumable::Choices, sampling_times::sampling_times};
 use clap::{Args, ValueEnum};
 
-use super::{dilute::DILUTE, setup::AREA_FRACTION};
+use super::dilute::DILUTE;
+use crate::experiments::thesis_scene::{AREA_FRACTION, Case, Size, value_name};
 
 /// Choices of `cargo xtask experiment brownian`.
 #[derive(Debug, Clone, Args)]
@@ -72,7 +74,7 @@ impl<T: ValueEnum> OneOrAll<T> {
     /// The choice as it is written.
     pub fn name(&self) -> String {
         match self {
-            Self::One(choice) => name(choice),
+            Self::One(choice) => value_name(choice),
             Self::All => "all".to_owned(),
         }
     }
@@ -85,74 +87,8 @@ impl<T: ValueEnum> FromStr for OneOrAll<T> {
         if text == "all" {
             return Ok(Self::All);
         }
-        let known = || T::value_variants().iter().map(name).collect::<Vec<_>>().join(", ");
+        let known = || T::value_variants().iter().map(value_name).collect::<Vec<_>>().join(", ");
         T::from_str(text, false).map(Self::One).map_err(|_| format!("known are {}, all", known()))
-    }
-}
-
-fn name<T: ValueEnum>(choice: &T) -> String {
-    choice.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
-}
-
-/// What is put into the gas.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Case {
-    /// The tee, free to turn.
-    Standard,
-    /// A disc of the same area and mass.
-    Control,
-    /// The tee, locked upright.
-    #[value(name = "locked-0")]
-    Locked0,
-    /// The tee, locked upside down.
-    LockedPi,
-}
-
-/// Radius of the molecule's atoms relative to the gas discs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Size {
-    /// One half.
-    #[value(name = "0.5")]
-    Half,
-    /// One quarter.
-    #[value(name = "0.25")]
-    Quarter,
-}
-
-impl Case {
-    /// The case as it is written.
-    pub fn name(self) -> String {
-        name(&self)
-    }
-
-    /// The molecule in words.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Standard => "a tee of five discs, free to turn",
-            Self::Control => "a disc of the same area and mass as the tee",
-            Self::Locked0 => "a tee of five discs, its orientation locked at 0",
-            Self::LockedPi => "a tee of five discs, its orientation locked at half a turn",
-        }
-    }
-
-    /// Whether the molecule can turn, so that its frame does.
-    pub fn turns(self) -> bool {
-        self == Self::Standard
-    }
-}
-
-impl Size {
-    /// The size as it is written.
-    pub fn name(self) -> String {
-        name(&self)
-    }
-
-    /// The ratio.
-    pub fn ratio(self) -> f64 {
-        match self {
-            Self::Half => 0.5,
-            Self::Quarter => 0.25,
-        }
     }
 }
 
@@ -168,6 +104,11 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// The `[run]` of a scene that ends and is sampled by this plan.
+    pub fn run(&self) -> RunSpec {
+        RunSpec { until: self.until, sample_interval: self.sample_interval, ..RunSpec::default() }
+    }
+
     /// The samples while the gas settles.
     pub fn settling(&self) -> impl Iterator<Item = f64> + use<> {
         sampling_times(0.0, self.from, self.sample_interval)

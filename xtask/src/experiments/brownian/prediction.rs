@@ -8,10 +8,7 @@ use carom::{
 };
 use glam::DVec2;
 
-use super::{
-    Case,
-    setup::{AREA_FRACTION, GAS_MASS, GAS_RADIUS},
-};
+use crate::experiments::thesis_scene::{AREA_FRACTION, Case, GAS_MASS, GAS_RADIUS};
 
 /// Contact value χ = g(σ⁺) of hard discs of area fraction 0.5, from the [5/4] Padé approximant of the virial series
 /// of Clisby and `McCoy`, J. Stat. Phys. 122 (2006) 15.
@@ -111,14 +108,15 @@ pub fn contact_density_of_disc(radius: f64, density: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiments::brownian::{Plan, Size, scene};
+    use carom::engine::RunSpec;
+
+    use crate::experiments::thesis_scene::{Size, scene};
     use carom::Simulation;
 
     impl Prediction {
         /// For the molecule of a case, with atoms of half the gas's radius.
         pub fn of_case(case: Case) -> Self {
-            let plan = Plan { from: 0.0, until: 1.0, sample_interval: 1.0 };
-            let simulation = Simulation::new(&scene(case, Size::Half, 1, 0, &plan)).unwrap();
+            let simulation = Simulation::new(&scene(case, Size::Half, 1, 0, RunSpec::default())).unwrap();
             Self::new(case, simulation.view().bodies().next().unwrap().body.molecule())
         }
     }

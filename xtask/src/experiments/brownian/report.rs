@@ -11,11 +11,11 @@ use carom_report::{
 use glam::DVec2;
 
 use super::{
-    Case, Plan, Size,
+    Plan,
     figures::{Group, force_series, impulse_error},
     measurement::SECTORS,
-    setup::GAS_RADIUS,
 };
+use crate::experiments::thesis_scene::{Case, GAS_RADIUS, Size};
 
 /// The charts of a group, as SVG.
 #[derive(Debug, Clone)]

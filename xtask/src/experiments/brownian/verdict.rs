@@ -18,10 +18,10 @@ use carom_tables::Check;
 use serde::Serialize;
 
 use super::{
-    Case,
     figures::{BROKEN, Group},
     pooled::{FEWEST_BLOCKS, Pooled},
 };
+use crate::experiments::thesis_scene::Case;
 
 /// Standard errors from zero beyond which a bias counts as found. With 30 blocks or more chance alone goes further once in
 /// 2500 findings (Student's t). Smaller: a campaign of some forty findings would cry wolf. Larger: it would see less.

@@ -22,10 +22,11 @@ use super::{
     overall,
     parry::{Cast, Worker},
     report,
-    settings::{Detector, Setting, settings},
+    settings::{Setting, settings},
     tally::{HEADER, Tally},
     timing::{self, Timing},
 };
+use crate::experiments::detectors::Detector;
 
 /// Cases that break the promise of the exact detector and are printed in full.
 const MOST_PRINTED: usize = 20;

@@ -19,7 +19,7 @@ use carom_tables::Totals;
 use cpu_time::ThreadTime;
 use glam::DVec2;
 
-use crate::experiments::brownian::{self, Case, Plan, Size};
+use crate::experiments::thesis_scene::{self, Case, Size};
 
 /// Every so many questions one is noted down: not a divisor of anything, so that all kinds come up.
 const STRIDE: u64 = 37;
@@ -92,8 +92,8 @@ impl Notes {
 /// # Errors
 /// A scene cannot be built, or a run breaks off.
 pub fn recordings(seed: u64, count: usize) -> Result<Vec<Recording>> {
-    let plan = Plan { from: 1.0, until: 2.0, sample_interval: 0.5 };
-    let tee = brownian::scene(Case::Standard, Size::Half, seed, 0, &plan);
+    let run = RunSpec { until: 2.0, sample_interval: 0.5, ..RunSpec::default() };
+    let tee = thesis_scene::scene(Case::Standard, Size::Half, seed, 0, run);
     Ok(vec![
         record("recorded_tee", "a tee in its gas, area fraction 0.5", &tee, count)?,
         record("recorded_dumbbells_0.3", "dumbbells at area fraction 0.3", &dumbbells(seed, 0.3), count)?,

@@ -8,10 +8,11 @@ use super::{
     campaign::{ClassResult, Results},
     charts::Charts,
     overall::{FAMILIES, Overall, overall},
-    settings::{BASELINE, Detector},
+    settings::BASELINE,
     tally::{FAR_OFF, Tally},
     timing::median,
 };
+use crate::experiments::detectors::Detector;
 
 fn number(value: Option<f64>) -> String {
     value.map_or_else(

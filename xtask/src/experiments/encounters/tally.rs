@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use carom_testkit::oracle::{Judgement, Reference, Verdict};
 use serde::{Deserialize, Serialize};
 
-use super::{cases::Case, options::Plan, settings::Detector};
+use super::{cases::Case, options::Plan};
+use crate::experiments::detectors::Detector;
 
 /// A late or early answer that is off by more than this (natural times) is wrong, whatever tolerance was asked for. One
 /// that is late or early within the printed bound of rounding is right: fast rotors and grazes do not bear more.

@@ -6,7 +6,8 @@ use carom_detection::encounters::Encounter;
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
-use super::{cases::Case, settings::Detector, tally::Tally};
+use super::{cases::Case, tally::Tally};
+use crate::experiments::detectors::Detector;
 
 /// Most cases that are timed together, and about how many evaluations that may be: a batch of milliseconds.
 const BATCH: usize = 64;

@@ -5,7 +5,7 @@ use carom::{
     detection::{Exact, FixedStep, GoldenSecant, tolerance::MOST_FIXED_STEPS},
 };
 
-use crate::experiments::encounters::settings::Detector;
+use crate::experiments::detectors::Detector;
 
 /// Who keeps the order of events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -12,7 +12,7 @@ use super::{
     measures::Measures,
     replay::Log,
 };
-use crate::experiments::{encounters::settings::Detector, time_reversal::there_and_back};
+use crate::experiments::{detectors::Detector, time_reversal::there_and_back};
 
 /// A simulation of any kind.
 pub trait Runner {

@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use carom::{
     Scene,
-    engine::{BoxSpec, GasSpec},
+    engine::{BoxSpec, GasSpec, RunSpec},
 };
 
-use crate::experiments::brownian::{self, Case, Size};
+use crate::experiments::thesis_scene::{self, Case, Size};
 
 /// A scene and what it is called.
 #[derive(Debug, Clone)]
@@ -31,7 +31,7 @@ pub fn all(seed: u64) -> Vec<Named> {
         zero_momentum: Some(true),
         ..GasSpec::default()
     };
-    let plan = brownian::Plan { from: 1.0, until: 2.0, sample_interval: 0.5 };
+    let run = RunSpec { until: 2.0, sample_interval: 0.5, ..RunSpec::default() };
     let dumbbells = GasSpec {
         shape: Some("dumbbell".to_owned()),
         // 1000 dumbbells that cover 0.3 of the box.
@@ -51,7 +51,7 @@ pub fn all(seed: u64) -> Vec<Named> {
         Named {
             name: "tee",
             about: "a tee of atoms half as large in that gas, and a bumper",
-            scene: brownian::scene(Case::Standard, Size::Half, seed, 0, &plan),
+            scene: thesis_scene::scene(Case::Standard, Size::Half, seed, 0, run),
         },
         Named { name: "dumbbells", about: "1000 dumbbells that cover 0.3 of the box", scene: of(dumbbells) },
         Named {

@@ -4,8 +4,7 @@ use carom::{
     Scene,
     engine::{AtomSpec, BoxSpec, BumperSpec, GasSpec, MoleculeSpec, Rotation, RunSpec},
 };
-
-use super::{Case, Plan, Size};
+use clap::ValueEnum;
 
 /// Radius of the gas discs (length).
 pub const GAS_RADIUS: f64 = 0.01;
@@ -27,7 +26,7 @@ const ATOM_MASS: f64 = 2.0;
 
 /// The scene of one run. It stops the wind that a gas of non-zero momentum would be with a small fixed disc
 /// (Montanari 2017, section 3.1.1).
-pub fn scene(case: Case, size: Size, seed: u64, replica: u64, plan: &Plan) -> Scene {
+pub fn scene(case: Case, size: Size, seed: u64, replica: u64, run: RunSpec) -> Scene {
     Scene {
         bounds: BoxSpec { seed, replica, ..BoxSpec::default() },
         molecule: vec![molecule(case, size)],
@@ -40,12 +39,7 @@ pub fn scene(case: Case, size: Size, seed: u64, replica: u64, plan: &Plan) -> Sc
             area_fraction: Some(AREA_FRACTION),
             ..GasSpec::default()
         }],
-        run: RunSpec {
-            until: plan.until,
-            sample_interval: plan.sample_interval,
-            observe: ["energy", "collision-rate", "overlap"].map(str::to_owned).to_vec(),
-            ..RunSpec::default()
-        },
+        run: RunSpec { observe: ["energy", "collision-rate", "overlap"].map(str::to_owned).to_vec(), ..run },
         ..Scene::default()
     }
 }
@@ -75,6 +69,73 @@ fn molecule(case: Case, size: Size) -> MoleculeSpec {
     }
 }
 
+/// What is put into the gas.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Case {
+    /// The tee, free to turn.
+    Standard,
+    /// A disc of the same area and mass.
+    Control,
+    /// The tee, locked upright.
+    #[value(name = "locked-0")]
+    Locked0,
+    /// The tee, locked upside down.
+    LockedPi,
+}
+
+/// Radius of the molecule's atoms relative to the gas discs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Size {
+    /// One half.
+    #[value(name = "0.5")]
+    Half,
+    /// One quarter.
+    #[value(name = "0.25")]
+    Quarter,
+}
+
+impl Case {
+    /// The case as it is written.
+    pub fn name(self) -> String {
+        value_name(&self)
+    }
+
+    /// The molecule in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Standard => "a tee of five discs, free to turn",
+            Self::Control => "a disc of the same area and mass as the tee",
+            Self::Locked0 => "a tee of five discs, its orientation locked at 0",
+            Self::LockedPi => "a tee of five discs, its orientation locked at half a turn",
+        }
+    }
+
+    /// Whether the molecule can turn, so that its frame does.
+    pub fn turns(self) -> bool {
+        self == Self::Standard
+    }
+}
+
+impl Size {
+    /// The size as it is written.
+    pub fn name(self) -> String {
+        value_name(&self)
+    }
+
+    /// The ratio.
+    pub fn ratio(self) -> f64 {
+        match self {
+            Self::Half => 0.5,
+            Self::Quarter => 0.25,
+        }
+    }
+}
+
+/// A choice as it is written on the command line.
+pub fn value_name<T: ValueEnum>(choice: &T) -> String {
+    choice.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,10 +143,9 @@ mod tests {
 
     #[test]
     fn every_case_is_a_valid_scene_of_the_same_mass_and_area() {
-        let plan = Plan { from: 1.0, until: 2.0, sample_interval: 0.5 };
         for case in [Case::Standard, Case::Control, Case::Locked0, Case::LockedPi] {
             for size in [Size::Half, Size::Quarter] {
-                let scene = scene(case, size, 1, 0, &plan);
+                let scene = scene(case, size, 1, 0, RunSpec::default());
                 assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
                 let simulation = Simulation::new(&scene).unwrap();
                 let view = simulation.view();
