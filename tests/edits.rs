@@ -295,9 +295,10 @@ fn check_faster<S: Scheduler>(options: &S::Options) {
     simulation.tag(fixed, "left").unwrap();
     simulation.reset_energy_of_tag(tag, 0.5).unwrap();
     assert_eq!(simulation.view().energy(), 1.0);
-    simulation.reset_energy_of_all(3.0).unwrap();
-    assert_eq!(simulation.view().energy(), 6.0);
-    assert!((simulation.view().ledger().put_in - 5.0).abs() < 1e-14);
+    // By a factor of 9, of which the root has no rounding.
+    simulation.reset_energy_of_all(4.5).unwrap();
+    assert_eq!(simulation.view().energy(), 9.0);
+    assert!((simulation.view().ledger().put_in - 8.0).abs() < 1e-14);
 }
 
 #[test]
@@ -410,4 +411,58 @@ fn check_counters<S: Scheduler>(options: &S::Options) {
         }
         assert_eq!(simulation.view().counters().scheduler, before);
     }
+}
+
+#[test]
+fn a_thermostat_and_an_exchange_of_bodies_are_one_transaction() {
+    with_each_scheduler!(check_thermostat_with_exchange);
+}
+
+fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
+    let mut simulation = head_on::<S>(options);
+    simulation.run_until(1.0).unwrap();
+    let keys: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
+    let left = simulation.find_tag("left").unwrap();
+    let moving = disc(0.1, 1.0, [1.0, 1.0], [0.0, 1.0]);
+    let fixed = MoleculeSpec { fixed: true, ..disc(0.1, 1.0, [3.0, 1.0], [0.0; 2]) };
+    let idle = disc(0.1, 1.0, [1.0, 1.0], [0.0; 2]);
+    // One body has no energy to scale: nothing is changed, neither bodies nor energies.
+    let before = (support::bits(&simulation.view()), *simulation.view().ledger());
+    let mut newcomer = None;
+    let refused = simulation.edit(|batch| {
+        batch.remove(keys[1])?;
+        batch.reset_energy_of_tag(left, 7.0)?;
+        newcomer = Some(batch.add(&idle)?);
+        batch.reset_energy_of_all(3.0)
+    });
+    assert!(matches!(refused, Err(EditError::NoEnergy(name)) if Some(name.key) == newcomer));
+    assert_eq!((support::bits(&simulation.view()), *simulation.view().ledger()), before);
+    // One that is refused in a batch changes none of the others.
+    simulation
+        .edit(|batch| {
+            let idle = batch.add(&idle)?;
+            assert!(batch.reset_energy_of_all(3.0).is_err());
+            batch.remove(idle)
+        })
+        .unwrap();
+    assert_eq!((support::bits(&simulation.view()), *simulation.view().ledger()), before);
+
+    let epochs = simulation.view().counters().epochs;
+    let (newcomer, other) = simulation
+        .edit(|batch| {
+            // What has been taken out has no energy to reset.
+            batch.remove(keys[1])?;
+            let (newcomer, fixed) = (batch.add(&moving)?, batch.add(&fixed)?);
+            batch.tag(fixed, "left")?;
+            batch.reset_energy_of_all(2.0)?;
+            batch.reset_energy_of_tag(left, 0.5)?;
+            Ok((newcomer, fixed))
+        })
+        .unwrap();
+    let energies: Vec<_> = simulation.view().bodies().map(|view| (view.body.key(), view.energy())).collect();
+    assert_eq!(energies, [(keys[0], 0.5), (newcomer, 2.0), (other, 0.0)]);
+    // From 1 to 2.5.
+    assert!((simulation.view().ledger().put_in - 1.5).abs() < 1e-14);
+    assert!(simulation.step(1e3, &mut ()).unwrap());
+    assert!(simulation.view().counters().epochs > epochs);
 }
