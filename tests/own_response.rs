@@ -14,17 +14,20 @@ use carom_response::{ContactFrame, Elasticity, Impact, Response, approach_speed}
 use glam::DVec2;
 use support::{bits, bumper, disc, gas, named, scene};
 
-/// Elastic for slow contacts; e = 1/2 at ten times the reference speed and beyond. The example of the README.
+/// Elastic for slow contacts; the elasticity of the scene at ten times the reference speed and beyond.
+/// The example of the README.
 #[derive(Debug, Clone)]
 struct SpeedDependent {
     reference: f64,
 }
 
 impl Response for SpeedDependent {
-    fn impulse(&self, frame: &ContactFrame, bodies: [(&Motion, &Inertia); 2], _: Elasticity) -> DVec2 {
+    fn impulse(&self, frame: &ContactFrame, bodies: [(&Motion, &Inertia); 2], e: Elasticity) -> DVec2 {
         let approach = approach_speed(frame, [bodies[0].0, bodies[1].0]);
-        let coefficient = (1.0 - 0.05 * approach / self.reference).clamp(0.5, 1.0);
-        let elasticity = Elasticity::new(coefficient).expect("between a half and one");
+        let share = (0.1 * approach / self.reference).clamp(0.0, 1.0);
+        // 1 where e is 1: so the engine's guard against inelastic collapse works.
+        let coefficient = 1.0 - share * (1.0 - e.coefficient());
+        let elasticity = Elasticity::new(coefficient).expect("between e and 1");
         Impact.impulse(frame, bodies, elasticity)
     }
 }
@@ -58,6 +61,7 @@ fn mixture() -> Scene {
     let mut scene = scene(vec![named("tee", 0.02, 0.5, [0.25, 0.25])]);
     scene.bumper = vec![bumper(0.05, [0.75, 0.75])];
     scene.gas = vec![gas("disc", 0.02, 60), gas("dumbbell", 0.015, 12)];
+    scene.elasticity.default = 0.5;
     scene
 }
 
@@ -67,7 +71,8 @@ fn the_ledger_records_what_a_response_loses() {
     check_ledger::<HeapScheduler, _>(&mixture(), &response);
     check_ledger::<CellScheduler, _>(&mixture(), &response);
     // Discs alone take a shorter way through the engine.
-    let discs = Scene { gas: vec![gas("disc", 0.02, 100)], ..Scene::default() };
+    let mut discs = Scene { gas: vec![gas("disc", 0.02, 100)], ..Scene::default() };
+    discs.elasticity.default = 0.5;
     check_ledger::<CellScheduler, _>(&discs, &response);
 }
 
@@ -90,6 +95,7 @@ fn a_fixed_body_is_met_by_the_impulse_of_the_response() {
     // At nine times the reference speed: e = 0.55.
     let mut billiard = scene(vec![disc(0.05, 2.0, [0.3, 0.5], [9.0, 0.0])]);
     billiard.bumper = vec![bumper(0.1, [0.7, 0.5])];
+    billiard.elasticity.default = 0.5;
     for once in [check_bumper::<HeapScheduler>, check_bumper::<CellScheduler>] {
         once(&billiard);
     }
