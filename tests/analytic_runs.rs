@@ -8,11 +8,17 @@ use carom_kinematics::EpochTime;
 use glam::DVec2;
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_pcg::Pcg64;
-use support::{Encounters, bits, bumper, disc, named, scene, simulate, velocity, with_each_scheduler};
+use support::{Encounters, bits, bumper, disc, named, scene, simulate, test_each_scheduler, velocity};
 
-#[test]
-fn two_discs_head_on() {
-    with_each_scheduler!(check_head_on);
+test_each_scheduler! {
+    two_discs_head_on: check_head_on;
+    two_discs_off_centre: check_oblique;
+    newtons_cradle_passes_the_blow_on_whatever_the_gaps: check_cradle;
+    a_break_shot_is_resolved_in_the_order_of_insertion: check_break_shot;
+    discs_on_a_line_sort_their_velocities: check_line;
+    a_dumbbell_between_two_bumpers_never_begins_to_turn: check_dumbbell;
+    a_billiard_keeps_its_speed: check_billiard;
+    heavy_and_light_keep_the_energy: check_masses;
 }
 
 fn check_head_on<S: Scheduler>(options: &S::Options) {
@@ -40,11 +46,6 @@ fn check_head_on<S: Scheduler>(options: &S::Options) {
             );
         }
     }
-}
-
-#[test]
-fn two_discs_off_centre() {
-    with_each_scheduler!(check_oblique);
 }
 
 fn check_oblique<S: Scheduler>(options: &S::Options) {
@@ -77,11 +78,6 @@ fn check_oblique<S: Scheduler>(options: &S::Options) {
     assert_eq!(simulation.view().counters().collisions, 0);
 }
 
-#[test]
-fn newtons_cradle_passes_the_blow_on_whatever_the_gaps() {
-    with_each_scheduler!(check_cradle);
-}
-
 fn check_cradle<S: Scheduler>(options: &S::Options) {
     const COUNT: usize = 7;
     for gap in [1e-1, 1e-3, 1e-6, 1e-9, 1e-12, 0.0] {
@@ -104,11 +100,6 @@ fn check_cradle<S: Scheduler>(options: &S::Options) {
         assert!((blows.list[COUNT - 1].time - (1.0 + (COUNT - 1) as f64 * gap)).abs() < 1e-14);
         assert_eq!(simulation.view().overlaps().pairs, 0);
     }
-}
-
-#[test]
-fn a_break_shot_is_resolved_in_the_order_of_insertion() {
-    with_each_scheduler!(check_break_shot);
 }
 
 fn check_break_shot<S: Scheduler>(options: &S::Options) {
@@ -144,11 +135,6 @@ fn check_break_shot<S: Scheduler>(options: &S::Options) {
     }
 }
 
-#[test]
-fn discs_on_a_line_sort_their_velocities() {
-    with_each_scheduler!(check_line);
-}
-
 fn check_line<S: Scheduler>(options: &S::Options) {
     const COUNT: usize = 16;
     let mut random = Pcg64::seed_from_u64(3);
@@ -177,11 +163,6 @@ fn check_line<S: Scheduler>(options: &S::Options) {
     }
 }
 
-#[test]
-fn a_dumbbell_between_two_bumpers_never_begins_to_turn() {
-    with_each_scheduler!(check_dumbbell);
-}
-
 fn check_dumbbell<S: Scheduler>(options: &S::Options) {
     // Along the x axis; the free path from one bumper to the other and back is 2 × (0.6 − 0.4 − 0.1).
     let dumbbell = MoleculeSpec { velocity: [0.3, 0.0], ..named("dumbbell", 0.1, 1.0, [0.5, 0.5]) };
@@ -206,11 +187,6 @@ fn check_dumbbell<S: Scheduler>(options: &S::Options) {
     }
 }
 
-#[test]
-fn a_billiard_keeps_its_speed() {
-    with_each_scheduler!(check_billiard);
-}
-
 fn check_billiard<S: Scheduler>(options: &S::Options) {
     // Sinai (1970): one disc, one scatterer on the torus.
     let mut scene = scene(vec![disc(0.05, 1.0, [0.1, 0.2], [0.6, 0.8])]);
@@ -226,11 +202,6 @@ fn check_billiard<S: Scheduler>(options: &S::Options) {
     let drift = velocity(&view, 0).length_squared() - 1.0;
     assert!(drift.abs() < 1e-12, "{drift:e}");
     assert_eq!(view.overlaps().pairs, 0);
-}
-
-#[test]
-fn heavy_and_light_keep_the_energy() {
-    with_each_scheduler!(check_masses);
 }
 
 fn check_masses<S: Scheduler>(options: &S::Options) {

@@ -14,7 +14,7 @@ use carom_kinematics::{Motion, angular_momentum};
 use glam::DVec2;
 use property::cases;
 use proptest::prelude::*;
-use support::{named, scene, simulate, with_each_scheduler};
+use support::{named, scene, simulate, test_each_scheduler};
 
 /// Asserts the laws of a smooth impact at each contact, by formulas of its own.
 struct Laws {
@@ -213,9 +213,9 @@ proptest! {
     }
 }
 
-#[test]
-fn a_cluster_in_the_open_keeps_its_angular_momentum() {
-    with_each_scheduler!(check_cluster);
+test_each_scheduler! {
+    a_cluster_in_the_open_keeps_its_angular_momentum: check_cluster;
+    an_inelastic_gas_loses_what_the_books_say_and_keeps_its_momentum: check_inelastic_gas;
 }
 
 /// Nine molecules fly at each other in the middle of a box so large that none comes to its border.
@@ -245,11 +245,6 @@ fn check_cluster<S: Scheduler>(options: &S::Options) {
     assert!(view.counters().collisions >= 8, "{} contacts", view.counters().collisions);
     assert!(view.bodies().all(|body| body.winding == [0, 0]));
     assert!((total(&view) - before).abs() < 1e-11 * before.abs(), "{} after {before}", total(&view));
-}
-
-#[test]
-fn an_inelastic_gas_loses_what_the_books_say_and_keeps_its_momentum() {
-    with_each_scheduler!(check_inelastic_gas);
 }
 
 fn check_inelastic_gas<S: Scheduler>(options: &S::Options) {

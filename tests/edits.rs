@@ -7,11 +7,19 @@ use carom_detection::Exact;
 use carom_engine::{EditError, ElasticitySpec, MoleculeSpec, Rotation, Scheduler, Simulation};
 use carom_response::Impact;
 use glam::DVec2;
-use support::{disc, head_on, named, reference_scene, rule, scene, simulate, velocity, with_each_scheduler};
+use support::{disc, head_on, named, reference_scene, rule, scene, simulate, test_each_scheduler, velocity};
 
-#[test]
-fn a_contact_already_predicted_obeys_the_elasticity_set_since() {
-    with_each_scheduler!(check_elasticity);
+test_each_scheduler! {
+    a_contact_already_predicted_obeys_the_elasticity_set_since: check_elasticity;
+    a_tag_brings_its_rule_with_it_and_takes_it_away: check_tags;
+    a_disc_put_in_the_way_is_met_and_one_taken_out_is_not: check_coming_and_going;
+    a_batch_does_what_its_edits_do_one_by_one_and_starts_one_epoch: check_batches;
+    energy_is_reset_to_the_last_bits: check_energy_resets;
+    a_disc_made_faster_meets_its_partner_sooner: check_faster;
+    a_reversed_run_goes_back_through_its_contacts: check_reversal;
+    a_locked_molecule_turns_no_more_and_a_freed_one_does: check_locking;
+    no_edit_sets_a_counter_back: check_counters;
+    a_thermostat_and_an_exchange_of_bodies_are_one_transaction: check_thermostat_with_exchange;
 }
 
 fn check_elasticity<S: Scheduler>(options: &S::Options) {
@@ -27,11 +35,6 @@ fn check_elasticity<S: Scheduler>(options: &S::Options) {
         }
         assert!((simulation.view().ledger().lost - (1.0 - e * e)).abs() < 1e-15);
     }
-}
-
-#[test]
-fn a_tag_brings_its_rule_with_it_and_takes_it_away() {
-    with_each_scheduler!(check_tags);
 }
 
 fn check_tags<S: Scheduler>(options: &S::Options) {
@@ -75,11 +78,6 @@ fn check_tags<S: Scheduler>(options: &S::Options) {
     assert_eq!(velocity(&simulation.view(), 1), DVec2::new(0.5, 0.0));
 }
 
-#[test]
-fn a_disc_put_in_the_way_is_met_and_one_taken_out_is_not() {
-    with_each_scheduler!(check_coming_and_going);
-}
-
 fn check_coming_and_going<S: Scheduler>(options: &S::Options) {
     // Put in the way of the left disc at time 1: their surfaces are 0.5 apart.
     let mut simulation = head_on::<S>(options);
@@ -117,11 +115,6 @@ fn check_coming_and_going<S: Scheduler>(options: &S::Options) {
     assert_eq!(simulation.view().bodies().next().unwrap().motion.position, DVec2::new(15.5, 5.0));
     let ids: Vec<u64> = simulation.view().bodies().map(|view| view.body.id()).collect();
     assert_eq!(ids, [0, 2]);
-}
-
-#[test]
-fn a_batch_does_what_its_edits_do_one_by_one_and_starts_one_epoch() {
-    with_each_scheduler!(check_batches);
 }
 
 fn check_batches<S: Scheduler>(options: &S::Options) {
@@ -214,11 +207,6 @@ fn many_edits_in_a_batch_keep_like_bodies_alike() {
     assert_eq!(simulation.view().counters().epochs, 1);
 }
 
-#[test]
-fn energy_is_reset_to_the_last_bits() {
-    with_each_scheduler!(check_energy_resets);
-}
-
 fn check_energy_resets<S: Scheduler>(options: &S::Options) {
     let mut simulation = simulate::<S>(&reference_scene(5), options);
     let mut turnover = simulation.view().energy();
@@ -259,11 +247,6 @@ fn check_energy_resets<S: Scheduler>(options: &S::Options) {
     }
 }
 
-#[test]
-fn a_disc_made_faster_meets_its_partner_sooner() {
-    with_each_scheduler!(check_faster);
-}
-
 fn check_faster<S: Scheduler>(options: &S::Options) {
     let mut simulation = head_on::<S>(options);
     simulation.run_until(1.0).unwrap();
@@ -300,11 +283,6 @@ fn check_faster<S: Scheduler>(options: &S::Options) {
     assert!((simulation.view().ledger().put_in - 5.0).abs() < 1e-14);
 }
 
-#[test]
-fn a_reversed_run_goes_back_through_its_contacts() {
-    with_each_scheduler!(check_reversal);
-}
-
 fn check_reversal<S: Scheduler>(options: &S::Options) {
     // They meet at 2, and again on the way back.
     let mut simulation = head_on::<S>(options);
@@ -335,11 +313,6 @@ fn check_reversal<S: Scheduler>(options: &S::Options) {
     for (end, start) in places(&simulation).into_iter().zip(start) {
         assert!((end - start).length() < 1e-9, "{end} {start}");
     }
-}
-
-#[test]
-fn a_locked_molecule_turns_no_more_and_a_freed_one_does() {
-    with_each_scheduler!(check_locking);
 }
 
 fn check_locking<S: Scheduler>(options: &S::Options) {
@@ -389,11 +362,6 @@ fn check_locking<S: Scheduler>(options: &S::Options) {
     }
 }
 
-#[test]
-fn no_edit_sets_a_counter_back() {
-    with_each_scheduler!(check_counters);
-}
-
 fn check_counters<S: Scheduler>(options: &S::Options) {
     let mut simulation = simulate::<S>(&reference_scene(9), options);
     let mut before = simulation.view().counters().scheduler;
@@ -410,4 +378,53 @@ fn check_counters<S: Scheduler>(options: &S::Options) {
         }
         assert_eq!(simulation.view().counters().scheduler, before);
     }
+}
+
+fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
+    let mut simulation = head_on::<S>(options);
+    simulation.run_until(1.0).unwrap();
+    let keys: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
+    let left = simulation.find_tag("left").unwrap();
+    let moving = disc(0.1, 1.0, [1.0, 1.0], [0.0, 1.0]);
+    let fixed = MoleculeSpec { fixed: true, ..disc(0.1, 1.0, [3.0, 1.0], [0.0; 2]) };
+    let idle = disc(0.1, 1.0, [1.0, 1.0], [0.0; 2]);
+    // One body has no energy to scale: nothing is changed, neither bodies nor energies.
+    let before = (support::bits(&simulation.view()), *simulation.view().ledger());
+    let mut newcomer = None;
+    let refused = simulation.edit(|batch| {
+        batch.remove(keys[1])?;
+        batch.reset_energy_of_tag(left, 7.0)?;
+        newcomer = Some(batch.add(&idle)?);
+        batch.reset_energy_of_all(3.0)
+    });
+    assert!(matches!(refused, Err(EditError::NoEnergy(name)) if Some(name.key) == newcomer));
+    assert_eq!((support::bits(&simulation.view()), *simulation.view().ledger()), before);
+    // One that is refused in a batch changes none of the others.
+    simulation
+        .edit(|batch| {
+            let idle = batch.add(&idle)?;
+            assert!(batch.reset_energy_of_all(3.0).is_err());
+            batch.remove(idle)
+        })
+        .unwrap();
+    assert_eq!((support::bits(&simulation.view()), *simulation.view().ledger()), before);
+
+    let epochs = simulation.view().counters().epochs;
+    let (newcomer, other) = simulation
+        .edit(|batch| {
+            // What has been taken out has no energy to reset.
+            batch.remove(keys[1])?;
+            let (newcomer, fixed) = (batch.add(&moving)?, batch.add(&fixed)?);
+            batch.tag(fixed, "left")?;
+            batch.reset_energy_of_all(2.0)?;
+            batch.reset_energy_of_tag(left, 0.5)?;
+            Ok((newcomer, fixed))
+        })
+        .unwrap();
+    let energies: Vec<_> = simulation.view().bodies().map(|view| (view.body.key(), view.energy())).collect();
+    assert_eq!(energies, [(keys[0], 0.5), (newcomer, 2.0), (other, 0.0)]);
+    // From 1 to 2.5.
+    assert!((simulation.view().ledger().put_in - 1.5).abs() < 1e-14);
+    assert!(simulation.step(1e3, &mut ()).unwrap());
+    assert!(simulation.view().counters().epochs > epochs);
 }

@@ -7,7 +7,7 @@ use carom_engine::{CellsPerSide, HeapScheduler, MoleculeSpec, Scheduler};
 use carom_kinematics::EpochTime;
 use glam::DVec2;
 
-use support::{Encounters, disc, scene, simulate, with_each_scheduler};
+use support::{Encounters, disc, scene, simulate, test_each_scheduler};
 
 #[test]
 fn a_disc_wider_than_half_the_box_is_met_through_both_images() {
@@ -52,12 +52,16 @@ fn check_wide<S: Scheduler>(options: &S::Options) {
     }
 }
 
+test_each_scheduler! {
+    the_nearest_image_is_not_always_the_one_that_is_hit: check_images;
+    places_on_the_borders_of_cells_are_places_like_any_other: check_borders;
+}
+
 #[test]
-fn the_nearest_image_is_not_always_the_one_that_is_hit() {
+fn every_number_of_cells_finds_the_image_that_is_hit() {
     for fineness in 1..=4 {
         check_images::<HeapScheduler>(&CellsPerSide::Given(fineness));
     }
-    with_each_scheduler!(check_images);
 }
 
 fn check_images<S: Scheduler>(options: &S::Options) {
@@ -91,11 +95,10 @@ fn check_images<S: Scheduler>(options: &S::Options) {
 }
 
 #[test]
-fn places_on_the_borders_of_cells_are_places_like_any_other() {
+fn every_number_of_cells_has_borders_like_any_other_place() {
     for fineness in 1..=5 {
         check_borders::<HeapScheduler>(&CellsPerSide::Given(fineness));
     }
-    with_each_scheduler!(check_borders);
 }
 
 fn check_borders<S: Scheduler>(options: &S::Options) {

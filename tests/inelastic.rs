@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use carom_engine::{CollisionReport, MoleculeSpec, Observer, RunError, Scene, Scheduler, WallSpec};
 use support::{
-    bits, bumper, disc, frozen, gas, reference_scene, scene, simulate, velocity, with_each_scheduler,
+    bits, bumper, disc, frozen, gas, reference_scene, scene, simulate, test_each_scheduler, velocity,
 };
 
 /// Sums what the contacts lose, and notes their elasticity.
@@ -31,9 +31,16 @@ impl Observer for Losses {
     }
 }
 
-#[test]
-fn a_disc_that_rattles_in_a_narrow_gap_keeps_its_speed() {
-    with_each_scheduler!(check_rattle);
+test_each_scheduler! {
+    a_disc_that_rattles_in_a_narrow_gap_keeps_its_speed: check_rattle;
+    a_body_that_is_hit_all_the_time_makes_no_hit_elastic: check_crowd;
+    a_column_that_falls_on_a_bumper_collapses_only_without_the_guard: check_column;
+    a_gas_cools_by_the_law_of_haff_as_if_there_were_no_guard: check_cooling;
+    molecules_that_turn_never_sink_into_each_other: check_molecules;
+    nothing_is_noted_where_no_contact_loses_energy: check_elastic;
+    a_guarded_run_depends_on_no_sample_and_on_no_unit_of_time: check_bits;
+    the_guard_stays_with_its_bodies_through_edits: check_edits;
+    a_wall_however_short_is_guarded_as_well_as_a_long_one: check_short_walls;
 }
 
 fn check_rattle<S: Scheduler>(options: &S::Options) {
@@ -61,11 +68,6 @@ fn check_rattle<S: Scheduler>(options: &S::Options) {
     }
 }
 
-#[test]
-fn a_body_that_is_hit_all_the_time_makes_no_hit_elastic() {
-    with_each_scheduler!(check_crowd);
-}
-
 fn check_crowd<S: Scheduler>(options: &S::Options) {
     // Discs from all sides at a large one, 10⁻⁹ apart in time: each has had no contact before.
     for fixed in [true, false] {
@@ -83,11 +85,6 @@ fn check_crowd<S: Scheduler>(options: &S::Options) {
         assert_eq!(losses.elasticities, [0.5; 8]);
         assert_eq!(simulation.view().counters().guarded_collisions, 0);
     }
-}
-
-#[test]
-fn a_column_that_falls_on_a_bumper_collapses_only_without_the_guard() {
-    with_each_scheduler!(check_column);
 }
 
 /// A column of discs that falls on a bumper at speed 1, from various heights above each other.
@@ -118,11 +115,6 @@ fn check_column<S: Scheduler>(options: &S::Options) {
         // Nearly all of the energy is lost, in spite of the guard.
         assert!(view.energy() < 0.03 * view.ledger().initial, "{count} discs, e = {e}: {}", view.energy());
     }
-}
-
-#[test]
-fn a_gas_cools_by_the_law_of_haff_as_if_there_were_no_guard() {
-    with_each_scheduler!(check_cooling);
 }
 
 fn check_cooling<S: Scheduler>(options: &S::Options) {
@@ -166,11 +158,6 @@ fn check_cooling<S: Scheduler>(options: &S::Options) {
     assert!(logarithm.iter().all(|error| error.abs() < 0.1), "{logarithm:?}");
 }
 
-#[test]
-fn molecules_that_turn_never_sink_into_each_other() {
-    with_each_scheduler!(check_molecules);
-}
-
 fn check_molecules<S: Scheduler>(options: &S::Options) {
     for (shape, atom_radius, count) in [("dumbbell", 0.03, 60), ("tee", 0.02, 30), ("rod:4", 0.015, 40)] {
         for e in [0.0, 0.05, 0.3, 0.9] {
@@ -199,11 +186,6 @@ fn check_molecules<S: Scheduler>(options: &S::Options) {
     }
 }
 
-#[test]
-fn nothing_is_noted_where_no_contact_loses_energy() {
-    with_each_scheduler!(check_elastic);
-}
-
 fn check_elastic<S: Scheduler>(options: &S::Options) {
     for e in [1.0, 1.05] {
         let run = |contact_time: f64| {
@@ -217,11 +199,6 @@ fn check_elastic<S: Scheduler>(options: &S::Options) {
         };
         assert_eq!(run(0.0), run(1.0));
     }
-}
-
-#[test]
-fn a_guarded_run_depends_on_no_sample_and_on_no_unit_of_time() {
-    with_each_scheduler!(check_bits);
 }
 
 fn check_bits<S: Scheduler>(options: &S::Options) {
@@ -257,11 +234,6 @@ fn check_bits<S: Scheduler>(options: &S::Options) {
     }
 }
 
-#[test]
-fn the_guard_stays_with_its_bodies_through_edits() {
-    with_each_scheduler!(check_edits);
-}
-
 fn check_edits<S: Scheduler>(options: &S::Options) {
     // A disc rattles in a gap of 0.9 t_c; another, inserted before it, goes; one comes.
     let mut narrow =
@@ -288,11 +260,6 @@ fn check_edits<S: Scheduler>(options: &S::Options) {
     spec.default = 0.5;
     simulation.set_elasticity(&spec).unwrap();
     assert_eq!([step(&mut simulation), step(&mut simulation)], [0.5, 1.0]);
-}
-
-#[test]
-fn a_wall_however_short_is_guarded_as_well_as_a_long_one() {
-    with_each_scheduler!(check_short_walls);
 }
 
 /// Counts contacts with something fixed that lose no energy.

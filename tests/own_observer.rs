@@ -7,7 +7,7 @@ mod support;
 use std::{cell::Cell, rc::Rc};
 
 use carom_engine::{Body, CellScheduler, CollisionReport, Instructions, Observer, RunError, Tag, View};
-use support::{bits, reference_scene, simulate};
+use support::{bits, reference_scene, scene, simulate};
 
 /// What an observer has seen.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -134,4 +134,51 @@ fn an_interval_that_is_no_positive_time_is_refused() {
     let count = Count::default();
     simulation.sample_every::<dyn Observer>(10.0, 0.5, &mut count.clone()).unwrap();
     assert_eq!((count.0.get().samples, simulation.time().to_f64()), (0, 0.5));
+}
+
+/// Notes the time of each sample, as a float.
+#[derive(Default)]
+struct Times(Vec<f64>);
+
+impl Observer for Times {
+    fn sample(&mut self, view: &View<'_>) {
+        self.0.push(view.time().to_f64());
+    }
+}
+
+/// The times of samples of an empty box from `start` (time) on.
+fn times(start: f64, interval: f64, until: f64) -> Vec<f64> {
+    let mut simulation = simulate::<CellScheduler>(&scene(Vec::new()), &Instructions::default());
+    simulation.run_until(start).unwrap();
+    let mut times = Times::default();
+    simulation.sample_every(interval, until, &mut times).unwrap();
+    assert_eq!(simulation.time().to_f64(), until.max(start));
+    times.0
+}
+
+#[test]
+fn rounding_loses_no_sample_at_the_end() {
+    // 3 × 0.1, 6 × 0.1 and 7 × 0.1 are later than 0.3, 0.6 and 0.7 by a rounding.
+    for (until, samples) in [(0.3, 3), (0.6, 6), (0.7, 7), (0.99, 9), (100.0, 1000)] {
+        let times = times(0.0, 0.1, until);
+        assert_eq!(times.len(), samples, "{until}");
+        assert!(times.iter().all(|&time| time <= until), "{times:?}");
+        assert!(times.is_sorted_by(|one, next| (next - one - 0.1).abs() < 1e-13), "{times:?}");
+    }
+    // Of an old system the end is rounded by more than four roundings of the duration.
+    for start in [1e6, 1e6 + 0.1, 3e9 + 0.7] {
+        let times = times(start, 0.1, start + 0.3);
+        assert_eq!((times.len(), times[2]), (3, start + 0.3), "{start}");
+    }
+}
+
+#[test]
+fn an_interval_shorter_than_the_rounding_of_time_takes_no_spurious_sample() {
+    for interval in [1e-300, 1e-17, 1.0] {
+        assert!(times(1.0, interval, 1.0).is_empty(), "{interval}");
+        assert!(times(1.0, interval, 0.5).is_empty(), "{interval}");
+    }
+    // Ten intervals fit into the distance from 1 to the next float, and are not taken twice.
+    let next = 1.0 + f64::EPSILON;
+    assert_eq!(times(1.0, 0.1 * f64::EPSILON, next).len(), 10);
 }

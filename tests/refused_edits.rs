@@ -8,7 +8,7 @@ use carom_engine::{
     Rotation, SceneError, Scheduler,
 };
 use glam::DVec2;
-use support::{bits, disc, head_on, reference_scene, rule, simulate, velocity, with_each_scheduler};
+use support::{bits, disc, head_on, reference_scene, rule, simulate, test_each_scheduler, velocity};
 
 #[test]
 fn a_fixed_body_takes_no_rotation_mode() {
@@ -47,9 +47,10 @@ fn another_grid_changes_the_course_of_nothing() {
     ));
 }
 
-#[test]
-fn an_edit_that_is_refused_changes_no_bit() {
-    with_each_scheduler!(check_refusals);
+test_each_scheduler! {
+    an_edit_that_is_refused_changes_no_bit: check_refusals;
+    a_batch_that_is_refused_changes_no_bit: check_refused_batches;
+    no_key_is_used_again_after_a_refused_batch: check_keys_of_refused_batches;
 }
 
 fn check_refusals<S: Scheduler>(options: &S::Options) {
@@ -111,11 +112,6 @@ fn check_refusals<S: Scheduler>(options: &S::Options) {
     simulation.run_until(1.0).unwrap();
     assert_eq!(bits(&simulation.view()), bits(&untouched.view()));
     assert_eq!(simulation.view().counters(), untouched.view().counters());
-}
-
-#[test]
-fn a_batch_that_is_refused_changes_no_bit() {
-    with_each_scheduler!(check_refused_batches);
 }
 
 fn check_refused_batches<S: Scheduler>(options: &S::Options) {
@@ -196,4 +192,32 @@ fn energy_beyond_all_speeds_is_refused() {
     assert!(matches!(simulation.reset_energy(key, 1e200), Err(EditError::Energy(_))));
     simulation.run_until(1.0).unwrap();
     assert_eq!(velocity(&simulation.view(), 0), DVec2::X);
+}
+
+fn check_keys_of_refused_batches<S: Scheduler>(options: &S::Options) {
+    let mut simulation = head_on::<S>(options);
+    let known: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
+    let at = |x| disc(0.1, 1.0, [x, 1.0], [0.0; 2]);
+    let mut kept = Vec::new();
+    // Refused by the closure, and as a whole.
+    let refused = simulation.edit(|batch| {
+        kept.push(batch.add(&at(1.0))?);
+        kept.push(batch.add(&at(2.0))?);
+        batch.remove(kept[0])?;
+        batch.reset_energy(kept[1], 1.0)
+    });
+    assert!(matches!(refused, Err(EditError::NoEnergy(_))), "{refused:?}");
+    let refused = simulation.edit(|batch| {
+        kept.push(batch.add(&at(3.0))?);
+        batch.add(&disc(6.0, 1.0, [2.0, 5.0], [0.0; 2])).map(|_| ())
+    });
+    assert!(matches!(refused, Err(EditError::Scene(_))), "{refused:?}");
+    assert_eq!(kept.len(), 3);
+    let added = simulation.add(&at(1.0)).unwrap();
+    assert!(kept.iter().chain(&known).all(|&key| key < added), "{kept:?} {added:?}");
+    for key in kept {
+        assert!(simulation.view().body(key).is_none());
+        assert_eq!(simulation.remove(key), Err(EditError::NoSuchBody(key)));
+    }
+    assert_eq!(simulation.view().len(), 3);
 }

@@ -14,7 +14,7 @@ use carom::{
 };
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use support::{bits, disc, gas, named, reference_scene, rule, scene, simulate, with_each_scheduler};
+use support::{bits, disc, gas, named, reference_scene, rule, scene, simulate, test_each_scheduler};
 
 type Run<S> = Simulation<Exact, Impact, S>;
 
@@ -146,9 +146,12 @@ fn check<S: Scheduler>(scene: &Scene, options: &S::Options, edit: Edit<S>) {
 
 fn no_edit<S: Scheduler>(_: u32, _: &mut Run<S>, _: &[BodyKey]) {}
 
-#[test]
-fn discs_resume_to_the_bit() {
-    with_each_scheduler!(check_discs);
+test_each_scheduler! {
+    discs_resume_to_the_bit: check_discs;
+    molecules_that_turn_or_are_locked_or_fixed_resume_to_the_bit: check_menagerie;
+    /// Rings have enough atoms for a tree of circles.
+    lossy_contacts_by_tags_resume_to_the_bit: check_lossy;
+    edits_at_samples_resume_to_the_bit: check_edits;
 }
 
 fn check_discs<S: Scheduler>(options: &S::Options) {
@@ -156,19 +159,8 @@ fn check_discs<S: Scheduler>(options: &S::Options) {
     check(&discs, options, no_edit::<S>);
 }
 
-#[test]
-fn molecules_that_turn_or_are_locked_or_fixed_resume_to_the_bit() {
-    with_each_scheduler!(check_menagerie);
-}
-
 fn check_menagerie<S: Scheduler>(options: &S::Options) {
     check(&reference_scene(21), options, no_edit::<S>);
-}
-
-/// Rings have enough atoms for a tree of circles.
-#[test]
-fn lossy_contacts_by_tags_resume_to_the_bit() {
-    with_each_scheduler!(check_lossy);
 }
 
 fn check_lossy<S: Scheduler>(options: &S::Options) {
@@ -180,11 +172,6 @@ fn check_lossy<S: Scheduler>(options: &S::Options) {
     lossy.elasticity.default = 0.999;
     lossy.elasticity.pair = vec![rule(&["small", "tee"], 0.9), rule(&["dumbbells"], 1.05)];
     check(&lossy, options, no_edit::<S>);
-}
-
-#[test]
-fn edits_at_samples_resume_to_the_bit() {
-    with_each_scheduler!(check_edits);
 }
 
 fn check_edits<S: Scheduler>(options: &S::Options) {

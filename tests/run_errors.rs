@@ -6,11 +6,17 @@ mod support;
 use carom_engine::{MoleculeSpec, RunError, Scene, Scheduler, Simulation};
 use carom_kinematics::EpochTime;
 use glam::DVec2;
-use support::{Encounters, bits, bumper, disc, gas, named, scene, simulate, velocity, with_each_scheduler};
+use support::{Encounters, bits, bumper, disc, gas, named, scene, simulate, test_each_scheduler, velocity};
 
-#[test]
-fn superelastic_contacts_end_in_a_blow_up() {
-    with_each_scheduler!(check_blow_up);
+test_each_scheduler! {
+    superelastic_contacts_end_in_a_blow_up: check_blow_up;
+    a_contact_that_is_refused_is_counted_and_booked_nowhere: check_refused_contact;
+    an_inelastic_collapse_without_a_guard_ends_at_rest_or_with_its_name: check_collapse;
+    a_chain_of_touching_discs_passes_a_blow_on_at_one_instant: check_chain;
+    what_happens_everywhere_at_once_happens_in_order: check_lattice;
+    a_run_that_has_stalled_stays_where_it_is: check_stall;
+    a_wedge_of_endless_contacts_stalls_by_name: check_wedge;
+    a_body_too_fast_for_another_to_be_seen_moving_has_its_name: check_outpaced;
 }
 
 fn check_blow_up<S: Scheduler>(options: &S::Options) {
@@ -48,11 +54,6 @@ fn check_blow_up<S: Scheduler>(options: &S::Options) {
     assert_eq!(simulation.view().overlaps().pairs, 0);
 }
 
-#[test]
-fn a_contact_that_is_refused_is_counted_and_booked_nowhere() {
-    with_each_scheduler!(check_refused_contact);
-}
-
 fn check_refused_contact<S: Scheduler>(options: &S::Options) {
     // What a heavy disc hits flies off at twice its speed, beyond 1e60, since the guard makes the
     // contact elastic.
@@ -69,11 +70,6 @@ fn check_refused_contact<S: Scheduler>(options: &S::Options) {
         assert_eq!((view.counters().guarded_collisions, view.counters().collisions), (0, 0));
         assert_eq!((view.ledger().spared, view.ledger().lost), (0.0, 0.0));
     }
-}
-
-#[test]
-fn an_inelastic_collapse_without_a_guard_ends_at_rest_or_with_its_name() {
-    with_each_scheduler!(check_collapse);
 }
 
 fn check_collapse<S: Scheduler>(options: &S::Options) {
@@ -110,11 +106,6 @@ fn check_collapse<S: Scheduler>(options: &S::Options) {
     }
 }
 
-#[test]
-fn a_chain_of_touching_discs_passes_a_blow_on_at_one_instant() {
-    with_each_scheduler!(check_chain);
-}
-
 fn check_chain<S: Scheduler>(options: &S::Options) {
     const COUNT: usize = 100;
     let mut list = vec![disc(0.5, 1.0, [1.0, 2.0], [1.0, 0.0])];
@@ -127,11 +118,6 @@ fn check_chain<S: Scheduler>(options: &S::Options) {
     assert_eq!(blows.list.len(), COUNT);
     assert!(blows.list.iter().all(|blow| (blow.time - 1.0).abs() < 1e-13));
     assert!((velocity(&simulation.view(), COUNT) - DVec2::X).length() < 1e-13);
-}
-
-#[test]
-fn what_happens_everywhere_at_once_happens_in_order() {
-    with_each_scheduler!(check_lattice);
 }
 
 fn check_lattice<S: Scheduler>(options: &S::Options) {
@@ -177,11 +163,6 @@ fn check_lattice<S: Scheduler>(options: &S::Options) {
     assert!(simulation.view().momentum().length() < 1e-14);
     assert_eq!(simulation.view().overlaps().pairs, 0);
     assert_eq!(bits(&simulation.view()), bits(&run().view()));
-}
-
-#[test]
-fn a_run_that_has_stalled_stays_where_it_is() {
-    with_each_scheduler!(check_stall);
 }
 
 fn check_stall<S: Scheduler>(options: &S::Options) {
@@ -239,11 +220,6 @@ fn a_guard_below_the_rounding_of_places_is_refused() {
     assert!(message.contains("elasticity.contact_time") && message.contains("2e-6"), "{message}");
 }
 
-#[test]
-fn a_wedge_of_endless_contacts_stalls_by_name() {
-    with_each_scheduler!(check_wedge);
-}
-
 fn check_wedge<S: Scheduler>(options: &S::Options) {
     // Between two bumpers a gap too narrow by 1e-9: on the axis it meets both at one instant, as at the tip of a wedge of
     // 5e-5 radians, with π/5e-5 contacts without any time.
@@ -252,11 +228,6 @@ fn check_wedge<S: Scheduler>(options: &S::Options) {
     funnel.bumper = vec![bumper(0.125, [0.625, 0.5 - away]), bumper(0.125, [0.625, 0.5 + away])];
     let ended = simulate::<S>(&funnel, options).run_until(1.0);
     assert!(matches!(ended, Err(RunError::Stalled { contacts: 1001, .. })), "{ended:?}");
-}
-
-#[test]
-fn a_body_too_fast_for_another_to_be_seen_moving_has_its_name() {
-    with_each_scheduler!(check_outpaced);
 }
 
 fn check_outpaced<S: Scheduler>(options: &S::Options) {

@@ -13,7 +13,7 @@ use carom_kinematics::{EpochTime, Orientation};
 use glam::DVec2;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use support::{disc, named, scene, simulate, with_each_scheduler};
+use support::{disc, named, scene, simulate, test_each_scheduler};
 
 /// Deepest overlap that is allowed, in roundings (ε) of the side of the box.
 const DEEPEST: f64 = 16.0;
@@ -169,9 +169,11 @@ fn gap_of(a: &MoleculeSpec, b: &MoleculeSpec) -> f64 {
     gap_between(&molecule(a), rotation(a), &molecule(b), rotation(b), separation)
 }
 
-#[test]
-fn discs_that_stay_together_after_an_inelastic_contact_do_not_sink() {
-    with_each_scheduler!(check_discs_together);
+test_each_scheduler! {
+    discs_that_stay_together_after_an_inelastic_contact_do_not_sink: check_discs_together;
+    dumbbells_that_chatter_do_not_sink: check_chatter;
+    pairs_and_clusters_do_not_sink_at_any_elasticity: check_clusters;
+    pairs_and_clusters_do_not_sink_without_a_guard: check_unguarded_clusters;
 }
 
 fn check_discs_together<S: Scheduler>(options: &S::Options) {
@@ -180,11 +182,6 @@ fn check_discs_together<S: Scheduler>(options: &S::Options) {
     together.elasticity.default = 0.0;
     let result = depth::<S>(&together, options, 1e6, MOST_CONTACTS);
     assert!(result.deepest <= DEEPEST, "{result:?}");
-}
-
-#[test]
-fn dumbbells_that_chatter_do_not_sink() {
-    with_each_scheduler!(check_chatter);
 }
 
 /// Two free dumbbells that begin a few roundings apart and meet some 10⁸ times per unit of time at first.
@@ -214,16 +211,6 @@ fn check_chatter<S: Scheduler>(options: &S::Options) {
     let result = depth::<S>(&chatter, options, 1e-2, u64::MAX);
     eprintln!("{result:?}");
     assert!(result.contacts > 1000 && result.deepest <= DEEPEST, "{result:?}");
-}
-
-#[test]
-fn pairs_and_clusters_do_not_sink_at_any_elasticity() {
-    with_each_scheduler!(check_clusters);
-}
-
-#[test]
-fn pairs_and_clusters_do_not_sink_without_a_guard() {
-    with_each_scheduler!(check_unguarded_clusters);
 }
 
 fn check_clusters<S: Scheduler>(options: &S::Options) {

@@ -8,11 +8,12 @@ use carom_engine::{
     CellScheduler, EditError, Instructions, LEAST_SPEED, MoleculeSpec, RunError, Scene, SceneError,
     Scheduler, Simulation, WallSpec,
 };
-use support::{Encounters, bumper, disc, gas, named, reference_scene, scene, simulate, with_each_scheduler};
+use support::{Encounters, bumper, disc, gas, named, reference_scene, scene, simulate, test_each_scheduler};
 
-#[test]
-fn a_superelastic_contact_leaves_bodies_where_they_were() {
-    with_each_scheduler!(check_superelastic);
+test_each_scheduler! {
+    a_superelastic_contact_leaves_bodies_where_they_were: check_superelastic;
+    velocities_times_a_power_of_two_give_the_same_trajectory_or_a_name: check_powers;
+    a_system_that_has_become_too_slow_ends_by_name_and_keeps_its_books: check_cooling;
 }
 
 fn check_superelastic<S: Scheduler + Clone>(options: &S::Options) {
@@ -97,11 +98,6 @@ fn slow_discs_are_refused_by_name() {
     assert!(Simulation::new(&of_gas).is_ok());
 }
 
-#[test]
-fn velocities_times_a_power_of_two_give_the_same_trajectory_or_a_name() {
-    with_each_scheduler!(check_powers);
-}
-
 fn check_powers<S: Scheduler>(options: &S::Options) {
     let mut lossy = pair(1.0);
     lossy.molecule[0].at[1] = 0.45;
@@ -175,11 +171,6 @@ fn edits_that_make_bodies_too_slow_are_refused_by_name() {
     assert_eq!(simulation.view().len(), 2);
     simulation.reverse();
     simulation.run_until(1.0).unwrap();
-}
-
-#[test]
-fn a_system_that_has_become_too_slow_ends_by_name_and_keeps_its_books() {
-    with_each_scheduler!(check_cooling);
 }
 
 fn check_cooling<S: Scheduler>(options: &S::Options) {

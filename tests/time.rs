@@ -7,13 +7,16 @@ use carom_engine::{MoleculeSpec, RunError, Scene, Scheduler};
 use carom_kinematics::EpochTime;
 use glam::DVec2;
 use support::{
-    Encounters, bits, bumper, disc, frozen, named, reference_scene, scene, simulate, velocity,
-    with_each_scheduler,
+    Encounters, bits, bumper, disc, frozen, named, reference_scene, scene, simulate, test_each_scheduler,
+    velocity,
 };
 
-#[test]
-fn where_nothing_can_happen_only_time_goes_on() {
-    with_each_scheduler!(check_nothing);
+test_each_scheduler! {
+    where_nothing_can_happen_only_time_goes_on: check_nothing;
+    a_time_that_has_passed_changes_nothing_and_one_that_never_comes_is_refused: check_times;
+    events_at_exactly_the_end_belong_to_the_run: check_last_instant;
+    at_any_age_the_same_trajectory: check_age;
+    a_million_epochs_lose_no_time: check_long_run;
 }
 
 fn check_nothing<S: Scheduler>(options: &S::Options) {
@@ -50,11 +53,6 @@ fn check_nothing<S: Scheduler>(options: &S::Options) {
     }
 }
 
-#[test]
-fn a_time_that_has_passed_changes_nothing_and_one_that_never_comes_is_refused() {
-    with_each_scheduler!(check_times);
-}
-
 fn check_times<S: Scheduler>(options: &S::Options) {
     let mut simulation = simulate::<S>(&reference_scene(12), options);
     simulation.run_until(0.5).unwrap();
@@ -71,11 +69,6 @@ fn check_times<S: Scheduler>(options: &S::Options) {
     assert_eq!((bits(&simulation.view()), *simulation.view().counters()), (now, counters));
 }
 
-#[test]
-fn events_at_exactly_the_end_belong_to_the_run() {
-    with_each_scheduler!(check_last_instant);
-}
-
 fn check_last_instant<S: Scheduler>(options: &S::Options) {
     // The gap of 0.25 closes at speed 1 at exactly 0.25.
     let pair =
@@ -88,11 +81,6 @@ fn check_last_instant<S: Scheduler>(options: &S::Options) {
     assert_eq!(velocity(&simulation.view(), 1), DVec2::X);
     simulation.run_until(0.25).unwrap();
     assert_eq!(simulation.view().counters().collisions, 1);
-}
-
-#[test]
-fn at_any_age_the_same_trajectory() {
-    with_each_scheduler!(check_age);
 }
 
 fn check_age<S: Scheduler>(options: &S::Options) {
@@ -124,11 +112,6 @@ fn check_age<S: Scheduler>(options: &S::Options) {
             assert!((aged.position - young.position).length() < 1e-15);
         }
     }
-}
-
-#[test]
-fn a_million_epochs_lose_no_time() {
-    with_each_scheduler!(check_long_run);
 }
 
 fn check_long_run<S: Scheduler>(options: &S::Options) {

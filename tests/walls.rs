@@ -11,7 +11,7 @@ use carom_engine::{
 use carom_kinematics::EpochTime;
 use carom_response::Impact;
 use glam::DVec2;
-use support::{Encounters, bits, bumper, disc, gas, named, scene, simulate, velocity, with_each_scheduler};
+use support::{Encounters, bits, bumper, disc, gas, named, scene, simulate, test_each_scheduler, velocity};
 
 fn line_x(x: f64) -> WallSpec {
     WallSpec { x: Some(x), ..WallSpec::default() }
@@ -29,9 +29,13 @@ fn with_walls(wall: Vec<WallSpec>, scene: Scene) -> Scene {
     Scene { wall, ..scene }
 }
 
-#[test]
-fn a_disc_between_two_walls_bounces_at_the_planted_times() {
-    with_each_scheduler!(check_bounces);
+test_each_scheduler! {
+    a_disc_between_two_walls_bounces_at_the_planted_times: check_bounces;
+    end_points_and_parts_across_the_border_are_met_at_the_planted_times: check_ends;
+    an_oblique_wall_reflects_to_rounding_for_ten_thousand_bounces: check_oblique;
+    a_closed_box_keeps_its_energy_and_everybody_in: check_closed_box;
+    velocities_times_two_give_the_same_paths: check_scaling;
+    a_wall_comes_and_goes_at_a_sample: check_coming_and_going;
 }
 
 fn check_bounces<S: Scheduler>(options: &S::Options) {
@@ -74,11 +78,6 @@ fn scene_of_odd_numbers() -> Scene {
     scene(vec![disc(0.07, 1.3, [0.5, 0.3], [0.37, 0.21])])
 }
 
-#[test]
-fn end_points_and_parts_across_the_border_are_met_at_the_planted_times() {
-    with_each_scheduler!(check_ends);
-}
-
 fn check_ends<S: Scheduler>(options: &S::Options) {
     let wall = segment([0.9, 0.5], [1.25, 0.5]);
     let fall = |x: f64| disc(0.05, 1.0, [x, 0.875], [0.0, -0.5]);
@@ -116,11 +115,6 @@ fn check_ends<S: Scheduler>(options: &S::Options) {
     assert_eq!(after, DVec2::X);
 }
 
-#[test]
-fn an_oblique_wall_reflects_to_rounding_for_ten_thousand_bounces() {
-    with_each_scheduler!(check_oblique);
-}
-
 fn check_oblique<S: Scheduler>(options: &S::Options) {
     // Two parallel walls tilted by 3 : 4, a disc between them.
     let walls = vec![segment([-0.2, -0.1], [1.4, 1.1]), segment([0.1, -0.3], [1.7, 0.9])];
@@ -149,11 +143,6 @@ fn closed_box(seed: u64) -> Scene {
     scene
 }
 
-#[test]
-fn a_closed_box_keeps_its_energy_and_everybody_in() {
-    with_each_scheduler!(check_closed_box);
-}
-
 fn check_closed_box<S: Scheduler>(options: &S::Options) {
     let mut simulation = simulate::<S>(&closed_box(3), options);
     let energy = simulation.view().energy();
@@ -166,11 +155,6 @@ fn check_closed_box<S: Scheduler>(options: &S::Options) {
         assert!(view.bodies().zip(&windings).all(|(body, winding)| body.winding == *winding));
     }
     assert!(simulation.view().counters().fixed_collisions > 1000);
-}
-
-#[test]
-fn velocities_times_two_give_the_same_paths() {
-    with_each_scheduler!(check_scaling);
 }
 
 fn check_scaling<S: Scheduler>(options: &S::Options) {
@@ -326,11 +310,6 @@ fn other_detectors_keep_molecules_inside_as_well() {
         assert!(place.min_element() > radius - 1e-12 && place.max_element() < 1.0 - radius + 1e-12);
         assert_eq!(tee.motion.angular_velocity, 5.0, "a circle cannot be made to spin");
     }
-}
-
-#[test]
-fn a_wall_comes_and_goes_at_a_sample() {
-    with_each_scheduler!(check_coming_and_going);
 }
 
 fn check_coming_and_going<S: Scheduler>(options: &S::Options) {

@@ -13,15 +13,6 @@ use glam::DVec2;
 
 pub use carom_testkit::extremes::bodies::{bumper, disc, frozen, named};
 
-/// Runs a check with each scheduler.
-macro_rules! with_each_scheduler {
-    ($check:ident) => {
-        $check::<carom_engine::HeapScheduler>(&carom_engine::CellsPerSide::Automatic);
-        $check::<carom_engine::CellScheduler>(&carom_engine::Instructions::Widest);
-    };
-}
-pub(crate) use with_each_scheduler;
-
 /// Defines tests of a check, one for each scheduler and instruction set, in a module with the name
 /// of what is checked: `name::thesis`, `name::cells_avx512`, `name::cells_avx2`,
 /// `name::cells_portable`.

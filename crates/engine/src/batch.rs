@@ -1,6 +1,6 @@
 //! A batch of edits: bodies come, go, and change tags, energy or rotation in one transaction.
 
-use std::sync::Arc;
+use std::{collections::HashMap, sync::Arc};
 
 use carom_detection::Detection;
 use carom_geometry::LARGEST;
@@ -8,7 +8,7 @@ use carom_kinematics::kinetic_energy;
 use carom_response::Response;
 
 use crate::{
-    BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, LEAST_SPEED, MoleculeSpec, Rotation,
+    Body, BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, LEAST_SPEED, MoleculeSpec, Rotation,
     SceneError, Scheduler, Simulation, Tag, TagNames, WallSpec, World,
     body::BodyKind,
     build::{add_molecule, add_wall, deepest_overlap, inertia},
@@ -40,9 +40,48 @@ pub struct Batch {
     moves: bool,
     /// Whether tags or rules of elasticity have changed.
     relabels: bool,
-    /// The last description that was given a tag, the tag, and what it became: like bodies go on
-    /// sharing it.
-    last_tagged: Option<(Arc<BodyKind>, Tag, Arc<BodyKind>)>,
+    /// What edits have made of descriptions: like bodies go on sharing one.
+    edited: EditedKinds,
+}
+
+/// An edit of what bodies of one kind have in common.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum KindEdit {
+    Tag(Tag),
+    Untag(Tag),
+    Rotation(Rotation),
+}
+
+/// A description before an edit and after it.
+#[derive(Debug)]
+struct EditedKind {
+    /// Kept, so that its address stays its own.
+    _before: Arc<BodyKind>,
+    after: Arc<BodyKind>,
+}
+
+/// The descriptions that a batch has edited, by the address of the description before and the edit.
+#[derive(Debug, Default)]
+struct EditedKinds(HashMap<(usize, KindEdit), EditedKind>);
+
+impl EditedKinds {
+    /// Edits the description of one body. Takes O(1) time on average.
+    fn edit(&mut self, kind: &mut Arc<BodyKind>, edit: KindEdit) {
+        let entry = self.0.entry((Arc::as_ptr(kind).addr(), edit)).or_insert_with(|| {
+            let mut after = BodyKind::clone(kind);
+            match edit {
+                KindEdit::Tag(tag) => {
+                    if let Err(place) = after.tags.binary_search(&tag) {
+                        after.tags.insert(place, tag);
+                    }
+                }
+                KindEdit::Untag(tag) => after.tags.retain(|carried| *carried != tag),
+                KindEdit::Rotation(rotation) => after.inertia = inertia(&after.molecule, rotation),
+            }
+            EditedKind { _before: Arc::clone(kind), after: Arc::new(after) }
+        });
+        *kind = Arc::clone(&entry.after);
+    }
 }
 
 impl Batch {
@@ -84,18 +123,9 @@ impl Batch {
     pub fn tag(&mut self, key: BodyKey, name: &str) -> Result<Tag, EditError> {
         let index = self.index(key)?;
         let tag = self.names.intern(name);
-        let kind = &mut self.world.bodies[index].kind;
-        if let Err(place) = kind.tags.binary_search(&tag) {
-            let before = Arc::clone(kind);
-            match &self.last_tagged {
-                Some((like, last, after)) if Arc::ptr_eq(like, &before) && *last == tag => {
-                    *kind = Arc::clone(after);
-                }
-                _ => {
-                    Arc::make_mut(kind).tags.insert(place, tag);
-                    self.last_tagged = Some((before, tag, Arc::clone(kind)));
-                }
-            }
+        let body = &mut self.world.bodies[index];
+        if !body.has_tag(tag) {
+            self.edited.edit(&mut body.kind, KindEdit::Tag(tag));
         }
         self.relabels = true;
         Ok(tag)
@@ -108,7 +138,7 @@ impl Batch {
     pub fn untag(&mut self, key: BodyKey, name: &str) -> Result<(), EditError> {
         let index = self.index(key)?;
         if let Some(tag) = self.names.find(name).filter(|&tag| self.world.bodies[index].has_tag(tag)) {
-            Arc::make_mut(&mut self.world.bodies[index].kind).tags.retain(|carried| *carried != tag);
+            self.edited.edit(&mut self.world.bodies[index].kind, KindEdit::Untag(tag));
             self.relabels = true;
         }
         Ok(())
@@ -133,12 +163,47 @@ impl Batch {
     pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
         let index = self.index(key)?;
         let factor = energy_factor(&self.world, &self.names, index, energy)?;
-        self.begin_to_move();
-        let motion = &mut self.world.motions[index];
-        motion.velocity *= factor;
-        motion.angular_velocity *= factor;
-        self.moves = true;
+        self.scale(&[(index, factor)]);
         Ok(())
+    }
+
+    /// Scales the kinetic energy of each body with this tag to `energy`. Fixed bodies, which have
+    /// none, are left out. If one body is refused, none is changed.
+    ///
+    /// # Errors
+    /// As [`Simulation::reset_energy_of_tag`].
+    pub fn reset_energy_of_tag(&mut self, tag: Tag, energy: f64) -> Result<(), EditError> {
+        self.reset_energies(energy, |body| body.has_tag(tag))
+    }
+
+    /// Scales the kinetic energy of each body that moves to `energy`. If one is refused, none is
+    /// changed.
+    ///
+    /// # Errors
+    /// As [`Simulation::reset_energy_of_all`].
+    pub fn reset_energy_of_all(&mut self, energy: f64) -> Result<(), EditError> {
+        self.reset_energies(energy, |_| true)
+    }
+
+    fn reset_energies(&mut self, energy: f64, which: impl Fn(&Body) -> bool) -> Result<(), EditError> {
+        let chosen = |index: usize| !self.removed[index] && which(&self.world.bodies[index]);
+        let factors = energy_factors(&self.world, &self.names, energy, chosen)?;
+        self.scale(&factors);
+        Ok(())
+    }
+
+    /// Multiplies velocities and spins of bodies by factors.
+    fn scale(&mut self, factors: &[(usize, f64)]) {
+        if factors.is_empty() {
+            return;
+        }
+        self.begin_to_move();
+        for &(index, factor) in factors {
+            let motion = &mut self.world.motions[index];
+            motion.velocity *= factor;
+            motion.angular_velocity *= factor;
+        }
+        self.moves = true;
     }
 
     /// Locks the orientation of a body where it is now, or frees it. Its spin is taken away when it
@@ -152,8 +217,7 @@ impl Batch {
         if body.is_fixed() {
             return Err(EditError::Fixed(BodyName::new(body, &self.names)));
         }
-        let kind = Arc::make_mut(&mut body.kind);
-        kind.inertia = inertia(&kind.molecule, rotation);
+        self.edited.edit(&mut body.kind, KindEdit::Rotation(rotation));
         self.begin_to_move();
         if rotation == Rotation::Locked {
             self.world.motions[index].angular_velocity = 0.0;
@@ -229,7 +293,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// A batch costs one copy of the bodies and one start of an epoch, O(N) for N bodies, however
     /// many edits it has. Made one by one, k edits cost k times as much. If the closure returns an
     /// error, or the bodies as a whole do not suit the grid or the rules of elasticity, no bit of
-    /// the simulation changes.
+    /// the trajectory changes. Keys of bodies that a refused batch has added are not used again.
     ///
     /// ```
     /// use carom_engine::{EditError, MoleculeSpec, Scene, Simulation};
@@ -284,9 +348,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             removed: vec![false; self.world.bodies.len()],
             moves: false,
             relabels: false,
-            last_tagged: None,
+            edited: EditedKinds::default(),
         };
-        let result = edits(&mut batch)?;
+        let result = edits(&mut batch);
+        // Also if the batch is refused: the closure may have kept the keys of bodies that it added.
+        self.world.next_id = batch.world.next_id;
+        let result = result?;
         self.accept(batch)?;
         Ok(result)
     }
@@ -296,7 +363,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let Batch { mut world, names, mut elasticity, removed, moves, relabels, .. } = batch;
         if !moves {
             if relabels {
-                elasticity.classify(&mut world, &self.response)?;
+                elasticity.classify(&mut world)?;
                 // Tags touch no motion and no prediction: the epoch goes on.
                 self.world.bodies = world.bodies;
                 self.world.keep_last_contacts(!world.last_contacts.is_empty());
@@ -305,7 +372,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             return Ok(());
         }
         world.keep_bodies(|index| !removed[index]);
-        elasticity.classify(&mut world, &self.response)?;
+        elasticity.classify(&mut world)?;
         let scheduler = S::new(&self.scheduler_options, &world)
             .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
         self.ledger.put_in += world.energy() - self.world.energy();
@@ -315,6 +382,20 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         (self.world, self.names, self.elasticity, self.scheduler) = (world, names, elasticity, scheduler);
         Ok(())
     }
+}
+
+/// The factors for velocities and spins that give each chosen body this energy; fixed bodies, which
+/// have none, are left out.
+pub(crate) fn energy_factors(
+    world: &World,
+    names: &TagNames,
+    energy: f64,
+    chosen: impl Fn(usize) -> bool,
+) -> Result<Vec<(usize, f64)>, EditError> {
+    (0..world.bodies.len())
+        .filter(|&index| !world.bodies[index].is_fixed() && chosen(index))
+        .map(|index| energy_factor(world, names, index, energy).map(|factor| (index, factor)))
+        .collect()
 }
 
 /// The factor for a body's velocity and spin that gives it this energy.
@@ -341,4 +422,53 @@ pub(crate) fn energy_factor(
     // NaN and an infinite factor are out of range as well.
     let is_in_range = speed.max(spin) <= LARGEST && speed.max(rim) >= LEAST_SPEED;
     if is_in_range && factor.is_finite() { Ok(factor) } else { Err(EditError::Energy(energy)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{CellScheduler, Scene};
+    use carom_detection::Exact;
+    use carom_response::Impact;
+
+    type Edit = fn(&mut Batch, BodyKey) -> Result<(), EditError>;
+
+    /// A hundred dumbbells and discs, one after the other.
+    fn mixture() -> Simulation<Exact, Impact, CellScheduler> {
+        let molecule = |n: u32| MoleculeSpec {
+            shape: Some(["dumbbell", "disc"][n as usize % 2].to_owned()),
+            atom_radius: Some(0.01),
+            atom_mass: Some(1.0),
+            at: [0.1 * f64::from(n % 10), 0.1 * f64::from(n / 10)],
+            velocity: [1.0, 0.5],
+            ..MoleculeSpec::default()
+        };
+        Simulation::new(&Scene { molecule: (0..100).map(molecule).collect(), ..Scene::default() }).unwrap()
+    }
+
+    #[test]
+    fn like_bodies_share_their_description_after_every_kind_of_edit() {
+        let mut simulation = mixture();
+        let keys: Vec<BodyKey> = simulation.world.bodies.iter().map(|body| body.key).collect();
+        let mut kinds = Vec::new();
+        let edits: [Edit; 6] = [
+            |batch, key| batch.tag(key, "a").map(|_| ()),
+            |batch, key| batch.tag(key, "b").map(|_| ()),
+            |batch, key| batch.untag(key, "a"),
+            |batch, key| batch.set_rotation(key, Rotation::Locked),
+            |batch, key| batch.set_rotation(key, Rotation::Free),
+            |batch, key| {
+                batch.tag(key, "c")?;
+                batch.set_rotation(key, Rotation::Locked)?;
+                batch.untag(key, "b")
+            },
+        ];
+        for edit in edits {
+            simulation.edit(|batch| keys.iter().try_for_each(|&key| edit(batch, key))).unwrap();
+            kinds.push(simulation.world.count_kinds());
+        }
+        assert_eq!(kinds, [2; 6]);
+        let tag = simulation.names.find("c").unwrap();
+        assert!(simulation.world.bodies.iter().all(|body| body.tags() == [tag] && body.is_locked()));
+    }
 }

@@ -9,7 +9,8 @@ use smallvec::SmallVec;
 
 use crate::TagNames;
 
-/// Handle of a body; stays valid until the body is removed and is never used again.
+/// Handle of a body; stays valid until the body is removed and is never used again, not even if the
+/// batch that has added the body is refused.
 ///
 /// Keys ascend in the order of insertion, which is the order of the bodies in the world, in a view
 /// and in a checkpoint, and the rule of ties. So a body is found by binary search, a view iterates
@@ -26,6 +27,10 @@ impl Default for BodyKey {
 }
 
 /// A tag: a name that groups bodies, as a number.
+///
+/// It is valid in the system that has made it, as long as the system has a body or rule with its
+/// name or has had one. A tag that is new in a batch ends with the batch if the batch is refused:
+/// its number goes to the next new name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Tag(pub(crate) u32);
 
@@ -33,7 +38,7 @@ pub struct Tag(pub(crate) u32);
 pub type Tags = SmallVec<[Tag; 2]>;
 
 /// Whether a body can turn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Rotation {
     /// It turns as impulses make it turn.
@@ -85,7 +90,7 @@ impl Body {
         self.key
     }
 
-    /// Number of the body in order of insertion, from 0; never reused.
+    /// Number of the body in order of insertion, from 0; never reused. Refused batches leave gaps.
     pub fn id(&self) -> u64 {
         self.key.0
     }
@@ -102,7 +107,7 @@ impl Body {
 
     /// How far from the centre of mass something can be touched (length): the bounding radius; of a wall, how far from its
     /// face.
-    pub(crate) fn reach(&self) -> f64 {
+    pub fn reach(&self) -> f64 {
         self.kind.molecule.face().map_or(self.kind.molecule.bounding_radius(), carom_geometry::Face::radius)
     }
 

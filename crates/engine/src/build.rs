@@ -77,7 +77,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         refuse_overlaps(&world, &entries)?;
         let gases = placement::fill(&mut world, &mut names, scene, species)?;
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut names)?;
-        elasticity.classify(&mut world, &response)?;
+        elasticity.classify(&mut world)?;
         world.shrink();
         let scheduler = S::new(&options, &world)
             .map_err(|reason| reason.named(|body| entry_of(body, &entries, &gases)))?;

@@ -199,7 +199,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let mut world = checkpoint.world()?;
         let mut names = checkpoint.names.clone();
         let mut elasticity = ElasticityTable::new(&checkpoint.elasticity, &mut names)?;
-        elasticity.classify(&mut world, &response)?;
+        elasticity.classify(&mut world)?;
         if checkpoint.last_contacts.len() != world.last_contacts.len() {
             return Err(CheckpointError::LastContacts(checkpoint.last_contacts.len()));
         }

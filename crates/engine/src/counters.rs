@@ -11,9 +11,10 @@ pub struct Counters {
     pub collisions: u64,
     /// Of these, contacts with a fixed body.
     pub fixed_collisions: u64,
-    /// Contacts whose elasticity the guard against inelastic collapse has raised, if by ever so little
-    /// ([`ElasticitySpec::contact_time`](crate::ElasticitySpec::contact_time)): what that means for the energy is in
-    /// [`Ledger::spared`].
+    /// Contacts whose impulse the guard against inelastic collapse has changed
+    /// ([`ElasticitySpec::contact_time`](crate::ElasticitySpec::contact_time)), by however little.
+    /// Their energy is in [`Ledger::spared`]. Contacts of a response that ignores the raised
+    /// elasticity are not counted.
     pub guarded_collisions: u64,
     /// Epochs begun: stretches of time at the start of which everything is predicted anew.
     pub epochs: u64,
@@ -64,10 +65,12 @@ impl Add for SchedulerCounters {
 pub struct Ledger {
     /// Energy at the start.
     pub initial: f64,
-    /// Lost in contacts of elasticity below 1, less what superelastic ones gave.
+    /// Lost in contacts, less what contacts have added: of all contacts that do not conserve the
+    /// energy by the word of the response (`Response::conserves_energy`), at any elasticity.
     pub lost: f64,
-    /// What contacts of elasticity below 1 would have lost as well without the guard against inelastic collapse; it is still
-    /// there, and in none of the other three.
+    /// What guarded contacts would have lost in addition without the guard against inelastic
+    /// collapse: the energy after each, less the energy that the response leaves at the elasticity
+    /// of the table. For information; not a term of [`Self::booked`].
     pub spared: f64,
     /// Put in by energy resets and by adding, removing or locking bodies.
     pub put_in: f64,

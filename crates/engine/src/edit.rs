@@ -9,7 +9,11 @@ use carom_response::Response;
 
 use crate::{
     Body, BodyKey, BodyName, EditError, ElasticitySpec, MoleculeSpec, Rotation, Scheduler, Simulation, Tag,
-    WallSpec, batch::energy_factor, build::inertia, simulation::Epoch, unresolved::Unresolved,
+    WallSpec,
+    batch::{energy_factor, energy_factors},
+    build::inertia,
+    simulation::Epoch,
+    unresolved::Unresolved,
 };
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
@@ -96,13 +100,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     }
 
     fn reset_energies(&mut self, energy: f64, which: impl Fn(&Body) -> bool) -> Result<(), EditError> {
-        let bodies = self.world.bodies.iter().enumerate();
-        let chosen = bodies.filter(|(_, body)| !body.is_fixed() && which(body));
-        let factors: Vec<(usize, f64)> = chosen
-            .map(|(index, _)| {
-                energy_factor(&self.world, &self.names, index, energy).map(|factor| (index, factor))
-            })
-            .collect::<Result<_, _>>()?;
+        let chosen = |index: usize| which(&self.world.bodies[index]);
+        let factors = energy_factors(&self.world, &self.names, energy, chosen)?;
         for (index, factor) in factors {
             self.scale(index, factor);
         }

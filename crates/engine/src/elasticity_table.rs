@@ -1,8 +1,11 @@
 //! Which elasticity holds between two bodies: the most specific rule of the scene, by tags.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{
+    collections::{BTreeMap, HashMap},
+    sync::Arc,
+};
 
-use carom_response::{Elasticity, Response};
+use carom_response::Elasticity;
 
 use crate::{
     Body, ElasticityRule, ElasticitySpec, SceneError, Tag, TagNames, Tags, World, body::BodyKind,
@@ -83,25 +86,19 @@ impl ElasticityTable {
     }
 
     /// Makes the table good for the bodies of a world, and has the world keep what the guard needs to know.
-    pub(crate) fn classify<R: Response>(
-        &mut self,
-        world: &mut World,
-        response: &R,
-    ) -> Result<(), SceneError> {
+    pub(crate) fn classify(&mut self, world: &mut World) -> Result<(), SceneError> {
         self.by_class.clear();
         if !self.rules.is_empty() {
             self.look_up(world)?;
         }
-        world.keep_last_contacts(self.is_guarded(response));
+        world.keep_last_contacts(self.is_guarded());
         Ok(())
     }
 
-    /// Whether contacts may lose energy, and a guard watches over them.
-    fn is_guarded<R: Response>(&self, response: &R) -> bool {
-        let loses = |elasticity: Elasticity| {
-            elasticity.coefficient() < 1.0
-                || (elasticity == Elasticity::ELASTIC && !response.conserves_energy(elasticity))
-        };
+    /// Whether the table has elasticities below 1, which a guard raises. A guarded contact has
+    /// elasticity 1, so a response cannot distinguish it from others where the table has that.
+    fn is_guarded(&self) -> bool {
+        let loses = |elasticity: Elasticity| elasticity.coefficient() < 1.0;
         let any = loses(self.default) || self.rules.iter().any(|rule| loses(rule.elasticity));
         any && self.guard.contact_time > 0.0
     }
@@ -122,20 +119,24 @@ impl ElasticityTable {
     /// Sorts the bodies into classes and looks up each pair of classes once.
     fn look_up(&mut self, world: &mut World) -> Result<(), SceneError> {
         let mut classes: BTreeMap<Tags, u32> = BTreeMap::new();
-        // Bodies that share a kind go on sharing it.
-        let mut done: Option<[Arc<BodyKind>; 2]> = None;
+        // Bodies that share a kind go on sharing it. Those before are kept with their addresses.
+        let mut done: HashMap<usize, [Arc<BodyKind>; 2]> = HashMap::new();
+        let mut last: Option<[Arc<BodyKind>; 2]> = None;
         for body in &mut world.bodies {
-            if let Some([before, after]) = &done
+            if let Some([before, after]) = &last
                 && Arc::ptr_eq(&body.kind, before)
             {
                 body.kind = Arc::clone(after);
                 continue;
             }
-            let next = classes.len() as u32;
-            let class = *classes.entry(body.kind.tags.clone()).or_insert(next);
-            let before = Arc::clone(&body.kind);
-            Arc::make_mut(&mut body.kind).elasticity_class = class;
-            done = Some([before, Arc::clone(&body.kind)]);
+            let both = done.entry(Arc::as_ptr(&body.kind).addr()).or_insert_with(|| {
+                let next = classes.len() as u32;
+                let class = *classes.entry(body.kind.tags.clone()).or_insert(next);
+                let after = BodyKind { elasticity_class: class, ..BodyKind::clone(&body.kind) };
+                [Arc::clone(&body.kind), Arc::new(after)]
+            });
+            body.kind = Arc::clone(&both[1]);
+            last = Some(both.clone());
         }
         let mut tags: Vec<(&Tags, u32)> = classes.iter().map(|(tags, &class)| (tags, class)).collect();
         tags.sort_by_key(|&(_, class)| class);
@@ -186,5 +187,60 @@ impl Rule {
             }
             _ => false,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use carom_detection::Exact;
+    use carom_kinematics::{Inertia, Motion};
+    use carom_response::{ContactFrame, Impact, Response};
+    use glam::DVec2;
+
+    use super::*;
+    use crate::{BumperSpec, CellScheduler, Instructions, Scene, Simulation};
+
+    /// Loses energy at any elasticity below 2.
+    struct Lossy;
+
+    impl Response for Lossy {
+        fn impulse(&self, frame: &ContactFrame, bodies: [(&Motion, &Inertia); 2], e: Elasticity) -> DVec2 {
+            0.5 * Impact.impulse(frame, bodies, e)
+        }
+    }
+
+    #[test]
+    fn last_contacts_are_kept_only_where_the_guard_can_raise_an_elasticity() {
+        let rule = |tag: &str, coefficient| ElasticityRule { between: vec![tag.to_owned()], coefficient };
+        let table = |default, pair| ElasticitySpec { default, pair, ..ElasticitySpec::default() };
+        for (elasticity, kept) in [
+            (table(1.0, vec![]), 0),
+            (table(1.5, vec![]), 0),
+            (table(1.0, vec![rule("a", 1.2)]), 0),
+            (table(0.9, vec![]), 1),
+            (table(1.0, vec![rule("a", 0.5)]), 1),
+            (ElasticitySpec { contact_time: 0.0, ..table(0.5, vec![]) }, 0),
+        ] {
+            let bumper = vec![BumperSpec { tags: Vec::new(), at: [0.5; 2], radius: 0.1 }];
+            let scene = Scene { bumper, elasticity, ..Scene::default() };
+            let options = Instructions::default();
+            let simulation: Simulation<Exact, Lossy, CellScheduler> =
+                Simulation::with(&scene, Exact::default(), Lossy, options).unwrap();
+            assert_eq!(simulation.world.last_contacts().len(), kept, "{:?}", scene.elasticity);
+        }
+    }
+
+    #[test]
+    fn alternating_kinds_stay_shared_when_they_are_classified() {
+        let bumper = |n: u32| BumperSpec {
+            tags: vec![["a", "b"][n as usize % 2].to_owned()],
+            at: [0.1 * f64::from(n % 10), 0.1 * f64::from(n / 10)],
+            radius: 0.01,
+        };
+        let pair = vec![ElasticityRule { between: vec!["a".to_owned()], coefficient: 0.5 }];
+        let elasticity = ElasticitySpec { pair, ..ElasticitySpec::default() };
+        let scene = Scene { bumper: (0..100).map(bumper).collect(), elasticity, ..Scene::default() };
+        let simulation: Simulation = Simulation::new(&scene).unwrap();
+        assert_eq!(simulation.world.count_kinds(), 2);
     }
 }

@@ -152,7 +152,8 @@ impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
     }
 
     /// Accepts any contact, counts it, enters its energy into the ledger and reports it to the
-    /// observer. A contact that is refused changes nothing.
+    /// observer. A contact that is refused changes no motion, counter or entry of the ledger and is
+    /// not reported.
     #[inline(never)]
     fn record(&mut self, encounter: &Encounter, resolved: &Resolved) -> Result<(), RunError> {
         let Encounter { contact, before, .. } = encounter;
@@ -174,9 +175,9 @@ impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
             }
         }
         self.counters.collisions += 1;
-        self.counters.guarded_collisions += u64::from(resolved.is_guarded);
+        self.counters.guarded_collisions += u64::from(resolved.spared.is_some());
         self.counters.fixed_collisions += u64::from(resolved.met_fixed);
-        self.ledger.spared += resolved.spared;
+        self.ledger.spared += resolved.spared.unwrap_or(0.0);
         self.ledger.lost += resolved.lost.unwrap_or(0.0);
         if self.observer.watches(pair) {
             let (atoms, radius) = parts.atoms_and_first_radius(pair[0].molecule());

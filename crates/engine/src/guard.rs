@@ -29,7 +29,7 @@
 //! That is an energy of c² of what there is.
 
 use carom_kinematics::Motion;
-use carom_response::{ContactFrame, Elasticity, approach_speed, reduced_mass};
+use carom_response::{ContactFrame, Elasticity, approach_speed};
 
 use crate::Body;
 
@@ -49,14 +49,14 @@ pub(crate) struct Partner<'a> {
 }
 
 impl Guard {
-    /// The elasticity of a contact that would have one below 1, and the energy that it spares.
+    /// A higher elasticity for a contact that would have one below 1; `None` if it keeps its own.
     #[cold]
     pub(crate) fn raise(
         self,
         elasticity: Elasticity,
         frame: &ContactFrame,
         [a, b]: [Partner<'_>; 2],
-    ) -> (Elasticity, f64) {
+    ) -> Option<Elasticity> {
         let approach = approach_speed(frame, [a.motion, b.motion]);
         let radii = [&a, &b].map(|partner| partner.body.kind.molecule.bounding_radius());
         let rims = a.motion.angular_velocity.abs() * radii[0] + b.motion.angular_velocity.abs() * radii[1];
@@ -75,13 +75,7 @@ impl Guard {
             e
         };
         // Bodies that do not approach have no impulse, whatever the elasticity.
-        match Elasticity::new(raised) {
-            Ok(higher) if raised > e && approach > 0.0 => {
-                let mass = reduced_mass(frame, [&a.body.kind.inertia, &b.body.kind.inertia]);
-                (higher, 0.5 * (raised * raised - e * e) * mass * (approach * approach))
-            }
-            _ => (elasticity, 0.0),
-        }
+        (raised > e && approach > 0.0).then(|| Elasticity::new(raised).ok()).flatten()
     }
 }
 

@@ -327,7 +327,7 @@ impl HeapScheduler {
                 self.predict_pair(world, detection, [body, other], image, now);
                 continue;
             }
-            let relative = self.relative_motion(world, [body, other], image, now);
+            let relative = self.relative_motion(world, [body, other], image.map(i64::from), now);
             let sigma = radius + partner.bounding_radius();
             lanes.set(partners.len(), relative.separation, relative.velocity, sigma);
             partners.push((other, image));
@@ -354,7 +354,7 @@ impl HeapScheduler {
         let times = detection.disc_contacts(lanes);
         for (&(other, image), time) in partners.iter().zip(times) {
             if now + time <= self.limit {
-                self.schedule([body, other], image, now + time, Kind::Contact(Parts::Discs));
+                self.schedule([body, other], image.map(i64::from), now + time, Kind::Contact(Parts::Discs));
             }
         }
     }
@@ -369,7 +369,7 @@ impl HeapScheduler {
     ) {
         self.done.pairs += 1;
         // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
-        let (pair, image) = ordered(pair, image);
+        let (pair, image) = ordered(pair, image.map(i64::from));
         let relative = self.relative_motion(world, pair, image, now);
         let [a, b] = pair.map(|body| world.bodies()[body as usize].kind.molecule.outline());
         let answer = detection.first_contact(a, b, &relative, self.limit - now);
@@ -392,10 +392,10 @@ impl HeapScheduler {
         }
     }
 
-    fn schedule(&mut self, pair: [u32; 2], image: [i32; 2], time: f64, kind: Kind) {
+    fn schedule(&mut self, pair: [u32; 2], image: [i64; 2], time: f64, kind: Kind) {
         let (pair, image) = ordered(pair, image);
         let [winding_a, winding_b] = pair.map(|body| self.windings[body as usize]);
-        let path_image = [0, 1].map(|axis| i64::from(image[axis]) - (winding_b[axis] - winding_a[axis]));
+        let path_image = [0, 1].map(|axis| image[axis] - (winding_b[axis] - winding_a[axis]));
         let versions = pair.map(|body| self.versions[body as usize]);
         self.heap.push(Entry { time, bodies: pair, versions, image: path_image, kind });
     }
@@ -432,9 +432,9 @@ impl HeapScheduler {
 }
 
 impl HeapScheduler {
-    fn relative_motion(&self, world: &World, pair: [u32; 2], image: [i32; 2], now: f64) -> RelativeMotion {
+    fn relative_motion(&self, world: &World, pair: [u32; 2], image: [i64; 2], now: f64) -> RelativeMotion {
         let [a, b] = pair.map(|body| &self.motions[body as usize]);
-        RelativeMotion::between(a, b, world.bounds().shift(image.map(i64::from)), now)
+        RelativeMotion::between(a, b, world.bounds().shift(image), now)
     }
 
     /// The image of an entry's second body relative to the places that both have now.

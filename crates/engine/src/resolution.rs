@@ -1,7 +1,8 @@
 //! What a contact does to its two bodies: a pure function of their motions and of the rules.
 //!
 //! Nothing here changes state, so contacts of different bodies can be resolved in any order, or at
-//! the same time. What they change is recorded afterwards, in order of time (see [`crate::pass`]).
+//! the same time, since the result of a [`Response`] depends on its arguments alone. What they
+//! change is recorded afterwards, in order of time (see [`crate::epoch_loop`]).
 
 #![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
@@ -47,10 +48,9 @@ pub(crate) struct Resolved {
     pub after: [Motion; 2],
     /// The same with places rounded outwards if the bodies overlap: what the run goes on with.
     pub onwards: [Motion; 2],
-    /// Whether the guard against inelastic collapse raised the elasticity, and the kinetic energy
-    /// that this spared.
-    pub is_guarded: bool,
-    pub spared: f64,
+    /// Kinetic energy that the contact would have lost in addition without the guard against
+    /// inelastic collapse; `None` if the guard changes nothing.
+    pub spared: Option<f64>,
     /// Kinetic energy lost, unless the response conserves it.
     pub lost: Option<f64>,
     /// Whether one of the two is fixed.
@@ -115,21 +115,23 @@ impl<R: Response> Rules<'_, R> {
         let (frame, distance) =
             contact_frame(self.world, contact, before).unwrap_or_else(|| (between_centres, d.length()));
         let depth = parts.contact_distance(pair.map(Body::molecule)) - distance;
-        let mut elasticity = self.elasticity.between(pair[0], pair[1]);
-        let (mut is_guarded, mut spared) = (false, 0.0);
+        let of_table = self.elasticity.between(pair[0], pair[1]);
+        let mut elasticity = of_table;
         if let Some(last) = last_contacts
-            && elasticity.coefficient() < 1.0
+            && of_table.coefficient() < 1.0
         {
             let partner = |n: usize| Partner { body: pair[n], motion: &before[n], since: time - last[n] };
-            let raised;
-            (raised, spared) = self.elasticity.guard.raise(elasticity, &frame, [partner(0), partner(1)]);
-            is_guarded = raised != elasticity;
-            elasticity = raised;
+            let raised = self.elasticity.guard.raise(of_table, &frame, [partner(0), partner(1)]);
+            elasticity = raised.unwrap_or(of_table);
         }
         let inertias = pair.map(|body| &body.kind.inertia);
         let with_inertia = [(&before[0], inertias[0]), (&before[1], inertias[1])];
         let mut impulse = self.response.impulse(&frame, with_inertia, elasticity);
         let mut after = self.act(&frame, before, inertias, impulse, elasticity);
+        let mut spared = None;
+        if elasticity != of_table {
+            spared = self.spared(&frame, before, inertias, of_table, (impulse, &after));
+        }
         let changes_energy = *repeats || !self.response.conserves_energy(elasticity);
         let mut is_unresolved = false;
         if changes_energy
@@ -154,18 +156,34 @@ impl<R: Response> Rules<'_, R> {
         let mut onwards = after;
         round_outwards(self.world, depth, &frame, inertias, &mut onwards);
         let met_fixed = inertias[0].is_fixed() || inertias[1].is_fixed();
-        Resolved {
-            frame,
-            elasticity,
-            impulse,
-            after,
-            onwards,
-            is_guarded,
-            spared,
-            lost,
-            met_fixed,
-            is_unresolved,
+        Resolved { frame, elasticity, impulse, after, onwards, spared, lost, met_fixed, is_unresolved }
+    }
+
+    /// How much less energy a contact has without the guard, if the response depends on the guard:
+    /// `impulse` and motions `after` are those with the raised elasticity.
+    #[cold]
+    #[inline(never)]
+    fn spared(
+        &self,
+        frame: &ContactFrame,
+        before: &[Motion; 2],
+        inertias: [&Inertia; 2],
+        of_table: Elasticity,
+        (impulse, after): (DVec2, &[Motion; 2]),
+    ) -> Option<f64> {
+        let bodies = [(&before[0], inertias[0]), (&before[1], inertias[1])];
+        let unguarded = self.response.impulse(frame, bodies, of_table);
+        if unguarded == impulse {
+            return None;
         }
+        // The work of an impulse is its product with the mean velocity of the surfaces. Differences
+        // of kinetic energies would round by far more than a slow contact spares.
+        let work = |impulse: DVec2, after: &[Motion; 2]| {
+            let velocities = surface_velocity(frame, before) + surface_velocity(frame, after);
+            0.5 * impulse.dot(velocities)
+        };
+        let without = self.act(frame, before, inertias, unguarded, of_table);
+        Some(work(impulse, after) - work(unguarded, &without))
     }
 
     /// The motions after an impulse on the second body. A body that does not turn and meets a fixed
@@ -201,6 +219,11 @@ impl<R: Response> Rules<'_, R> {
             *after = reflected;
         }
     }
+}
+
+/// The velocity of the touching point of the second body relative to that of the first.
+fn surface_velocity(frame: &ContactFrame, motions: &[Motion; 2]) -> DVec2 {
+    motions[1].velocity_of(frame.arms[1]) - motions[0].velocity_of(frame.arms[0])
 }
 
 /// The motions after an impulse on the second body, and its opposite on the first.

@@ -1,6 +1,7 @@
 //! A run with samples at equal intervals of time.
 
 use carom_detection::Detection;
+use carom_kinematics::EpochTime;
 use carom_response::Response;
 
 use crate::{Observer, RunError, Scheduler, Simulation};
@@ -8,12 +9,19 @@ use crate::{Observer, RunError, Scheduler, Simulation};
 /// Samples of one run. More could not be counted one by one in floating point.
 const MOST_SAMPLES: f64 = (1u64 << 53) as f64;
 
+/// Rounding of the end of a run and of the interval may lose a sample. A sample counts as reached if
+/// at most this share of the interval is missing, and no more than that rounding. Larger: of
+/// intervals as short as the rounding of the end, samples are taken before their time.
+const LARGEST_SHORTFALL: f64 = 0.25;
+
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Runs to `until` (time) and takes a sample every `interval` (time, positive).
     ///
     /// [`Observer::start`] is called first, [`Observer::collision`] at each collision that the
-    /// observer watches, and [`Observer::sample`] after each full interval from now on. Samples
-    /// change no bit of the trajectory. A time that has passed already changes nothing.
+    /// observer watches, and [`Observer::sample`] after each full interval from now on. A last
+    /// interval that ends later than `until` by rounding alone counts as full: its sample is taken
+    /// at `until`. Samples change no bit of the trajectory. A time that has passed already changes
+    /// nothing.
     ///
     /// ```
     /// use carom_engine::{CollisionReport, Observer, Scene, Simulation, View};
@@ -51,21 +59,30 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if !until.is_finite() {
             return Err(RunError::Time(until));
         }
-        let start = self.time();
-        if (until - start.to_f64()) / interval > MOST_SAMPLES {
+        let (start, end) = (self.time(), EpochTime::from(until));
+        let samples = samples_between(start, end, interval);
+        if samples > MOST_SAMPLES {
             return Err(RunError::Interval(interval));
         }
         observer.start(&self.view());
-        let mut samples = 0.0;
-        loop {
+        for sample in 1..=samples as u64 {
             // Times are multiples of the interval, so that no rounding adds up.
-            let next = start.after((samples + 1.0) * interval);
-            if next.to_f64() > until {
-                return self.observe_until(until, observer);
-            }
-            self.observe_until_instant(next, observer)?;
+            let time = start.after(sample as f64 * interval);
+            self.observe_until_instant(if time > end { end } else { time }, observer)?;
             observer.sample(&self.view());
-            samples += 1.0;
         }
+        self.observe_until(until, observer)
     }
+}
+
+/// How many multiples of `interval` (time) lie between two instants, as far as the rounding of the
+/// three tells; 0 if `end` is not later by a float.
+fn samples_between(start: EpochTime, end: EpochTime, interval: f64) -> f64 {
+    let until = end.to_f64();
+    if until <= start.to_f64() {
+        return 0.0;
+    }
+    let duration = end.since(start);
+    let rounding = 4.0 * f64::EPSILON * duration + f64::EPSILON * until.abs();
+    (duration / interval + (rounding / interval).min(LARGEST_SHORTFALL)).floor()
 }

@@ -14,6 +14,34 @@
 //! decides: it is given the body inserted first as A (see [`ordered`]) and takes the atoms with the
 //! lowest indices.
 //!
+//! # Walls
+//!
+//! A wall is a fixed body with a straight [`Face`](carom_geometry::Face), of any length, that goes
+//! through its centre of mass. [`Body::reach`] of a wall is half the thickness of the face, and
+//! [`World::largest_reach`] counts this alone. So cells at least as wide as the largest reach hold
+//! every body that touches another in the same or a neighbouring cell, but a wall only near its
+//! centre. A scheduler with cells lists each wall in all cells that hold centres of bodies that may
+//! touch it, [`StandingWall::cells_within`] the largest bounding radius of a body that moves. A
+//! scheduler that compares all pairs within their bounding radii
+//! ([`Molecule::bounding_radius`](carom_geometry::Molecule::bounding_radius)) needs nothing special:
+//! that of a wall includes its length.
+//!
+//! ```
+//! use carom_engine::{Scene, Simulation, scheduler::StandingWall};
+//! use glam::DVec2;
+//!
+//! let scene = Scene::from_toml("[[wall]]\nfrom = [0.15, 0.55]\nto = [0.35, 0.55]")?;
+//! let simulation = Simulation::new(&scene)?;
+//! let view = simulation.view();
+//! let wall = view.bodies().next().unwrap();
+//! assert_eq!(wall.body.reach(), 0.0);
+//! let wall = StandingWall::of(wall.body, &wall.motion).unwrap();
+//! // The centres of discs of radius 0.01 that touch it are in these cells of side 0.1.
+//! assert_eq!(wall.cells_within(0.01, DVec2::splat(0.1)), [[1, 5], [2, 5], [3, 5]]);
+//! assert!((wall.gap(DVec2::new(0.2, 0.5)) - 0.05).abs() < 1e-15);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Rounding
 //!
 //! Positions are known to a few roundings of the side of the box. [`separation_error`] bounds the
@@ -29,6 +57,7 @@ use carom_geometry::Molecule;
 use carom_kinematics::{HALF_ULP, Motion};
 use glam::DVec2;
 
+pub use crate::wall::StandingWall;
 use crate::{Body, GridError, SchedulerCounters, World, limits::sides_per_epoch};
 
 /// The next contact of two bodies.
@@ -145,7 +174,7 @@ pub fn separation_error(world: &World) -> f64 {
 /// // Body 2 meets body 5 one box to its right, so body 5 meets body 2 one box to its left.
 /// assert_eq!(ordered([5, 2], [-1, 0]), ([2, 5], [1, 0]));
 /// ```
-pub fn ordered(pair: [u32; 2], image: [i32; 2]) -> ([u32; 2], [i32; 2]) {
+pub fn ordered(pair: [u32; 2], image: [i64; 2]) -> ([u32; 2], [i64; 2]) {
     if pair[0] <= pair[1] { (pair, image) } else { ([pair[1], pair[0]], image.map(|boxes| -boxes)) }
 }
 

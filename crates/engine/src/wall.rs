@@ -15,9 +15,9 @@ use crate::{
 /// Cells are taken to be nearer to a wall than they are by this share of their length, so that no rounding leaves one out.
 const MARGIN: f64 = 1e-9;
 
-/// A wall in its home image.
+/// A wall in its home image: where its face is, and which cells it passes.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct StandingWall {
+pub struct StandingWall {
     centre: DVec2,
     /// From the centre to the second end.
     half: DVec2,
@@ -27,7 +27,7 @@ pub(crate) struct StandingWall {
 }
 
 impl StandingWall {
-    /// The wall that a body is, if it is one.
+    /// The wall that a body with this motion is; `None` if it has no face.
     pub fn of(body: &Body, motion: &Motion) -> Option<Self> {
         let face = *body.molecule().face()?;
         let rotation = motion.orientation.cos_sin();
@@ -46,8 +46,10 @@ impl StandingWall {
         self.face.nearest(back.rotate(place - self.centre)).distance - self.face.radius()
     }
 
-    /// Every cell (column and row, those of the box and of its images) of a grid with cells of `side` that has a point
-    /// within `reach` (length) of the wall's surface, and a few more at its corners.
+    /// Every cell that has a point within `reach` (length) of the wall's surface, and a few more at
+    /// its corners, as column and row of a grid with cells of `side` (length, positive).
+    ///
+    /// Cell [0, 0] begins at the origin. Columns and rows beyond the box are those of its images.
     pub fn cells_within(&self, reach: f64, side: DVec2) -> Vec<[i64; 2]> {
         let reach = self.face.radius() + reach + MARGIN * side.max_element();
         let [first, second] = self.ends();

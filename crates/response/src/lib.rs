@@ -36,10 +36,56 @@ use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;
 
 /// The impulse of a contact: the seam of this layer.
+///
+/// The result of each method must depend on its arguments and on constants of the response alone.
+/// The engine may resolve contacts in any order, at the same time, or more than once, and a resumed
+/// run must have the same results: a counter or a random generator in a response breaks all three.
+/// A response with random elasticities derives them from the bits of the velocities, which differ
+/// from contact to contact:
+///
+/// ```
+/// use std::hash::{DefaultHasher, Hash, Hasher};
+///
+/// use carom_kinematics::{Inertia, Motion};
+/// use carom_response::{ContactFrame, Elasticity, Impact, Response};
+/// use glam::DVec2;
+///
+/// /// Elasticities uniformly distributed from e to 1, where e is that of the table.
+/// struct RandomRestitution {
+///     seed: u64,
+/// }
+///
+/// impl Response for RandomRestitution {
+///     fn impulse(&self, frame: &ContactFrame, bodies: [(&Motion, &Inertia); 2], e: Elasticity) -> DVec2 {
+///         let mut hasher = DefaultHasher::new();
+///         self.seed.hash(&mut hasher);
+///         let velocities = bodies.map(|(motion, _)| motion.velocity.to_array());
+///         velocities.as_flattened().iter().for_each(|v| v.to_bits().hash(&mut hasher));
+///         let share = (hasher.finish() >> 11) as f64 / (1u64 << 53) as f64;
+///         let coefficient = 1.0 - share * (1.0 - e.coefficient());
+///         Impact.impulse(frame, bodies, Elasticity::new(coefficient).expect("from e to 1"))
+///     }
+/// }
+///
+/// let disc = Inertia::free(1.0, 0.5);
+/// let frame = ContactFrame { line_of_centres: DVec2::X, arms: [DVec2::ZERO; 2] };
+/// let impulse = |velocity| {
+///     let a = Motion { velocity, ..Motion::at_rest(DVec2::ZERO) };
+///     let b = Motion::at_rest(DVec2::X);
+///     let response = RandomRestitution { seed: 1 };
+///     response.impulse(&frame, [(&a, &disc), (&b, &disc)], Elasticity::new(0.5).unwrap()).x
+/// };
+/// assert_eq!(impulse(DVec2::X), impulse(DVec2::X));
+/// let (one, other) = (impulse(DVec2::X), impulse(DVec2::new(1.0, 0.1)));
+/// assert!(one != other && one.min(other) > 0.75 && one.max(other) < 1.0);
+/// ```
 pub trait Response: Sync {
     /// The impulse on B (mass × length / time); A receives its opposite.
     ///
-    /// The motions are those at the instant of contact, in the order A, B.
+    /// The motions are those at the instant of contact, in the order A, B. `elasticity` is that of
+    /// the table of the scene. The engine's guard against inelastic collapse passes a higher one, 1
+    /// as a rule, where the table has less than 1. Only a response that conserves the energy at
+    /// elasticity 1, and loses little near it, is guarded; one that loses energy at 1 is not.
     fn impulse(
         &self,
         frame: &ContactFrame,

@@ -268,7 +268,7 @@ impl State {
         self.done.pairs += 1;
         let Candidate { bound, who: Listed { who: other, image: seen }, .. } = *candidate;
         // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
-        let (pair, image) = ordered([body, other], seen);
+        let (pair, image) = ordered([body, other], seen.map(i64::from));
         let relative = self.relative_motion(world, pair, image, now);
         let outline = |body: u32| world.bodies()[body as usize].kind.molecule.outline();
         let (a, b) = (outline(pair[0]), outline(pair[1]));
@@ -337,11 +337,11 @@ impl State {
         &self,
         world: &World,
         pair: [u32; 2],
-        image: [i32; 2],
+        image: [i64; 2],
         now: f64,
     ) -> RelativeMotion {
         let (a, b) = (self.motion(pair[0]), self.motion(pair[1]));
-        RelativeMotion::between(&a, &b, world.bounds().shift(image.map(i64::from)), now)
+        RelativeMotion::between(&a, &b, world.bounds().shift(image), now)
     }
 
     /// Up to `N` bodies as seen from one, all as their bounding circles.
