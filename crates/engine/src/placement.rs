@@ -169,7 +169,15 @@ impl<'a> Species<'a> {
         let count = match (spec.area_fraction, spec.count) {
             (None, Some(count)) => count,
             (Some(fraction), None) if (0.0..1.0).contains(&fraction) => {
-                (fraction * bounds.area() / molecule.area()).round() as usize
+                let (one, all) = (molecule.area(), bounds.area());
+                let count = (fraction * all / one).round() as usize;
+                if fraction > 0.0 && count == 0 {
+                    return Err(problem(&format!(
+                        "`area_fraction` = {fraction} of the box's area {all} is less than half of one \
+                         molecule's area {one}: it rounds to 0 molecules"
+                    )));
+                }
+                count
             }
             (Some(_), None) => return Err(problem("`area_fraction` must be at least 0 and below 1")),
             _ => return Err(problem("give either `area_fraction` or `count`")),

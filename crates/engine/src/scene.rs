@@ -193,7 +193,7 @@ pub struct GasSpec {
     /// (mass × length² / time²).
     pub energy: f64,
     /// Share of the whole box that they cover, with overlaps of atoms counted once; rounded to the
-    /// nearest number of molecules.
+    /// nearest number of molecules. A share above 0 that rounds to no molecule is refused.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area_fraction: Option<f64>,
     /// Or how many there are.
