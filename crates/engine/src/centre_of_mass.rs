@@ -66,11 +66,11 @@ pub struct ThermalEnergy {
     pub bodies: usize,
     /// Σ ½ m |v − V|² (mass × length² / time²).
     pub translation: f64,
-    /// Σ ½ I ω² (mass × length² / time²).
+    /// Σ ½ I ω² over the bodies that can turn (mass × length² / time²).
     pub rotation: f64,
     /// Σ (2 − c m / M) over the bodies that can move, c the number of conserved components of
-    /// momentum, and one for each that can turn. The spin of a single disc never changes and does
-    /// not count.
+    /// momentum, and one for each that can turn. The spin of a round molecule never changes and
+    /// does not count (see [`Molecule::is_round`](carom_geometry::Molecule::is_round)).
     pub degrees_of_freedom: f64,
 }
 
@@ -107,9 +107,11 @@ impl CentreOfMassFrame {
             let relative = motion.velocity - self.velocity;
             thermal.bodies += 1;
             thermal.translation += 0.5 * mass_times(body, relative).dot(relative);
-            thermal.rotation += kinetic_energy(&at_rest, body.inertia());
+            if turns(body) {
+                thermal.rotation += kinetic_energy(&at_rest, body.inertia());
+                turning += 1;
+            }
             mass_of_group += mass(body);
-            turning += usize::from(turns(body));
         }
         if thermal.bodies > 0 {
             let components = f64::from(self.conserved.bitmask().count_ones());
@@ -163,7 +165,7 @@ fn broken_by(fixed: &Body, motion: &Motion) -> BVec2 {
 
 /// Whether contacts change the spin of a body.
 fn turns(body: &Body) -> bool {
-    !body.is_locked() && !body.molecule().is_disc()
+    !body.is_locked() && !body.molecule().is_round()
 }
 
 fn mass(body: &Body) -> f64 {

@@ -471,9 +471,9 @@ fn opposite_directions(count: usize, random: &mut Pcg64) -> Vec<DVec2> {
     directions
 }
 
-/// Whether the molecules of a gas turn.
+/// Whether contacts change the spin of the molecules of a gas.
 fn turns(spec: &GasSpec, molecule: &Molecule) -> bool {
-    spec.rotation == Rotation::Free && !molecule.is_disc()
+    spec.rotation == Rotation::Free && !molecule.is_round()
 }
 
 /// The energy of each degree of freedom of a molecule (mass × length² / time²).
