@@ -4,7 +4,7 @@
 //! touch what stands there are left out, the rest are occupied at random, and each molecule is moved at random
 //! as far as its neighbours' sites leave room. Larger kinds are placed before smaller ones. Orientations and
 //! directions of motion are random; collisions do the rest. Where momentum is conserved along an axis, directions come in
-//! opposite pairs, so that each gas starts with momentum 0.
+//! opposite pairs, so that each gas of two or more molecules starts with momentum 0.
 
 use std::sync::Arc;
 
