@@ -161,11 +161,6 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig {
-            rng_seed: proptest::test_runner::RngSeed::Fixed(19),
-            ..ProptestConfig::default()
-        })]
-
         /// Lines parallel to x, 1/500 apart, each covered over a union of intervals.
         #[test]
         fn the_area_is_that_of_its_horizontal_sections(
