@@ -143,6 +143,15 @@ fn a_gas_starts_without_momentum_where_momentum_is_conserved() {
     assert!((drift(&of(1, None)) - 1.0).abs() < 1e-15);
     let refused = Simulation::new(&of(1, Some(true))).unwrap_err().to_string();
     assert!(refused.contains("zero_momentum"), "{refused}");
+    // So the momentum of two gases of one molecule each is not 0, and that of two gases of two is.
+    let momentum = |count: usize| {
+        let scene = of(count, None);
+        filled(&Scene { gas: [scene.gas[0].clone(), scene.gas[0].clone()].into(), ..scene })
+            .view()
+            .momentum()
+            .length()
+    };
+    assert!(momentum(1) > 0.1 && momentum(2) < 1e-14, "{} {}", momentum(1), momentum(2));
 }
 
 #[test]

@@ -167,9 +167,18 @@ fn impossible_gases_are_refused_by_name() {
     refuse_gas(GasSpec { count: None, area_fraction: Some(0.5), ..gas("disc", 1e-60, 0) }, "more than 2^27");
     refuse_gas(gas("disc", 1e-9, usize::MAX), "more than 2^27");
     refuse_gas(gas("disc", 1e59, 1), "only 0 of 1");
-    // A disc of more area than the box rounds to none of them.
-    let huge = GasSpec { count: None, area_fraction: Some(0.5), ..gas("disc", 1e59, 0) };
-    assert!(Simulation::new(&Scene { gas: vec![huge], ..Scene::default() }).unwrap().view().is_empty());
+    // A share of the box that is less than half a molecule; with more than half, there is one.
+    let by_area =
+        |fraction, radius| GasSpec { count: None, area_fraction: Some(fraction), ..gas("disc", radius, 0) };
+    refuse_gas(by_area(0.5, 1e59), "rounds to 0 molecules");
+    // π/16 = 0.196 of the box's area 1.
+    let refused = refusal(&Scene { gas: vec![by_area(0.098, 0.25)], ..Scene::default() }).to_string();
+    assert!(refused.starts_with("gas[0]: `area_fraction` = 0.098 of the box's area 1 "), "{refused}");
+    assert!(refused.contains("area 0.19634"), "{refused}");
+    for (fraction, count) in [(0.099, 1), (0.0, 0)] {
+        let scene = Scene { gas: vec![by_area(fraction, 0.25)], ..Scene::default() };
+        assert_eq!(Simulation::new(&scene).unwrap().view().len(), count, "{fraction}");
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use carom::{
     Observer, Scene, Simulation,
-    engine::{BumperSpec, WallSpec},
+    engine::{AtomSpec, BumperSpec, GasSpec, MoleculeSpec, WallSpec},
     observers::{Estimate, Group, VelocityDistribution},
 };
 use glam::DVec2;
@@ -96,5 +96,51 @@ fn groups_of_unlike_mass_have_one_temperature_with_whatever_is_fixed() {
         let found = Estimate::of_ratio(ratios).unwrap();
         assert!(found.standard_error < 0.03, "{found:?}");
         assert!((found.mean - 1.0).abs() < 3.5 * found.standard_error, "{found:?} in {scene:?}");
+    }
+}
+
+/// Two small atoms hidden in a disc change its moment of inertia, but no smooth contact turns it:
+/// its energy is that of two degrees of freedom, and it behaves as a disc without them.
+#[test]
+fn hidden_atoms_add_no_degree_of_freedom() {
+    let atom = |x: f64, radius: f64, mass: f64| AtomSpec { at: [x, 0.0], radius, mass };
+    let atoms = vec![atom(0.0, 0.02, 0.5), atom(-0.015, 0.005, 0.25), atom(0.015, 0.005, 0.25)];
+    let loaded = GasSpec { radius: None, mass: None, atoms, ..gas("gas", 50) };
+    let mut scene = Scene { gas: vec![loaded], ..Scene::default() };
+    let mut simulation = Simulation::new(&scene).unwrap();
+    // Σ ½ m v² = 50 at P = 0, over 2 × 50 − 2 degrees of freedom.
+    let thermal = |simulation: &Simulation| {
+        let view = simulation.view();
+        view.centre_of_mass_frame().thermal(view.bodies())
+    };
+    assert_eq!(thermal(&simulation).degrees_of_freedom, 98.0);
+    let kt = simulation.view().temperature().unwrap();
+    assert!((kt / (100.0 / 98.0) - 1.0).abs() < 1e-12, "{kt}");
+    simulation.run_until(20.0).unwrap();
+    assert!(simulation.view().counters().collisions > 1000);
+    let fastest =
+        simulation.view().bodies().map(|body| body.motion.angular_velocity.abs()).fold(0.0, f64::max);
+    assert!(fastest < 1e-10, "{fastest}");
+    assert!((simulation.view().temperature().unwrap() / kt - 1.0).abs() < 1e-12);
+    // A spin that is given is kept, and is no heat.
+    let of_gas = scene.gas.remove(0);
+    scene.molecule = [0.2, 0.7]
+        .map(|x| MoleculeSpec {
+            atoms: of_gas.atoms.clone(),
+            at: [x, 0.5],
+            velocity: [if x < 0.5 { 1.0 } else { -1.0 }, 0.1],
+            angular_velocity: 100.0,
+            ..MoleculeSpec::default()
+        })
+        .to_vec();
+    let mut simulation = Simulation::new(&scene).unwrap();
+    simulation.run_until(1.0).unwrap();
+    assert!(simulation.view().counters().collisions > 0);
+    // Relative velocities ± 1 along x: Σ ½ m v² = 1, and f = 2.
+    let found = thermal(&simulation);
+    assert_eq!(found.degrees_of_freedom, 2.0);
+    assert!((found.energy() - 1.0).abs() < 1e-12, "{found:?}");
+    for body in simulation.view().bodies() {
+        assert!((body.motion.angular_velocity / 100.0 - 1.0).abs() < 1e-10);
     }
 }

@@ -129,6 +129,11 @@ fn the_same_run_twice_gives_the_same_bytes() {
     assert_eq!(json(&first, "manifest.json")["complete"], true);
     let page = fs::read_to_string(first.join("report.html")).unwrap();
     assert!(page.contains("<svg") && page.contains("prefers-color-scheme") && !page.contains("src=\"http"));
+    // So short a run has too few blocks of time for errors from their scatter.
+    assert!(
+        page.contains("as if contacts were independent") && page.contains("as if samples were independent")
+    );
+    assert!(!page.contains("from the scatter of blocks of time"));
 }
 
 #[test]

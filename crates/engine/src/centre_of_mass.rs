@@ -8,6 +8,10 @@
 //! * with straight walls across the whole box that are parallel to an axis, along that axis only;
 //! * with any other wall or fixed body, along neither.
 //!
+//! The geometry alone decides. That is right for every response that gives impulses along the contact
+//! normal, as [`Impact`](carom_response::Impact) does; a response with a tangential impulse, such as
+//! friction, changes the momentum along a straight wall, too, which is not taken into account.
+//!
 //! With V = 0 along an axis without conservation, and c = 0, 1 or 2 conserved components, the
 //! equipartition theorem in the ensemble of fixed P gives, for a group of n of the bodies,
 //!
@@ -15,7 +19,11 @@
 //!
 //! because the variance of a component of vᵢ − V is (1/mᵢ − 1/M) kT. For all bodies this is
 //! kT = 2 (K − P²/2M) / (2 (N − 1) + turning degrees of freedom) (Rapaport 2004, section 2.4).
-//! Rooms that walls separate from each other count as one system.
+//!
+//! All bodies count as one system. Two or more parallel walls across the whole box divide it into as
+//! many rooms, each of which conserves its own momentum along the walls. There the motion of the rooms
+//! relative to each other counts as thermal, and f is too large by the number of rooms less 1:
+//! 2 N − 1 instead of 2 N − 2 for the discs of two rooms.
 
 use carom_kinematics::{Motion, kinetic_energy};
 use glam::{BVec2, DVec2};
@@ -66,11 +74,11 @@ pub struct ThermalEnergy {
     pub bodies: usize,
     /// Σ ½ m |v − V|² (mass × length² / time²).
     pub translation: f64,
-    /// Σ ½ I ω² (mass × length² / time²).
+    /// Σ ½ I ω² over the bodies that can turn (mass × length² / time²).
     pub rotation: f64,
     /// Σ (2 − c m / M) over the bodies that can move, c the number of conserved components of
-    /// momentum, and one for each that can turn. The spin of a single disc never changes and does
-    /// not count.
+    /// momentum, and one for each that can turn. The spin of a round molecule never changes and
+    /// does not count (see [`Molecule::is_round`](carom_geometry::Molecule::is_round)).
     pub degrees_of_freedom: f64,
 }
 
@@ -107,9 +115,11 @@ impl CentreOfMassFrame {
             let relative = motion.velocity - self.velocity;
             thermal.bodies += 1;
             thermal.translation += 0.5 * mass_times(body, relative).dot(relative);
-            thermal.rotation += kinetic_energy(&at_rest, body.inertia());
+            if turns(body) {
+                thermal.rotation += kinetic_energy(&at_rest, body.inertia());
+                turning += 1;
+            }
             mass_of_group += mass(body);
-            turning += usize::from(turns(body));
         }
         if thermal.bodies > 0 {
             let components = f64::from(self.conserved.bitmask().count_ones());
@@ -141,6 +151,11 @@ impl View<'_> {
 
     /// kT of all bodies (mass × length² / time²), relative to the centre of mass where momentum is
     /// conserved; `None` if nothing can have a thermal motion.
+    ///
+    /// All bodies count as one system. Where k ≥ 2 parallel walls across the whole box divide it into
+    /// k rooms, any drift of the rooms relative to each other, along the walls, counts as thermal,
+    /// and there are k − 1 degrees of freedom too many. The error is of the order of k over the number
+    /// of bodies if the momentum of each room is 0; simulate each room alone to avoid it.
     pub fn temperature(&self) -> Option<f64> {
         self.centre_of_mass_frame().thermal(self.bodies()).temperature()
     }
@@ -163,7 +178,7 @@ fn broken_by(fixed: &Body, motion: &Motion) -> BVec2 {
 
 /// Whether contacts change the spin of a body.
 fn turns(body: &Body) -> bool {
-    !body.is_locked() && !body.molecule().is_disc()
+    !body.is_locked() && !body.molecule().is_round()
 }
 
 fn mass(body: &Body) -> f64 {

@@ -4,7 +4,7 @@
 //! touch what stands there are left out, the rest are occupied at random, and each molecule is moved at random
 //! as far as its neighbours' sites leave room. Larger kinds are placed before smaller ones. Orientations and
 //! directions of motion are random; collisions do the rest. Where momentum is conserved along an axis, directions come in
-//! opposite pairs, so that each gas starts with momentum 0.
+//! opposite pairs, so that each gas of two or more molecules starts with momentum 0.
 
 use std::sync::Arc;
 
@@ -169,7 +169,15 @@ impl<'a> Species<'a> {
         let count = match (spec.area_fraction, spec.count) {
             (None, Some(count)) => count,
             (Some(fraction), None) if (0.0..1.0).contains(&fraction) => {
-                (fraction * bounds.area() / molecule.area()).round() as usize
+                let (one, all) = (molecule.area(), bounds.area());
+                let count = (fraction * all / one).round() as usize;
+                if fraction > 0.0 && count == 0 {
+                    return Err(problem(&format!(
+                        "`area_fraction` = {fraction} of the box's area {all} is less than half of one \
+                         molecule's area {one}: it rounds to 0 molecules"
+                    )));
+                }
+                count
             }
             (Some(_), None) => return Err(problem("`area_fraction` must be at least 0 and below 1")),
             _ => return Err(problem("give either `area_fraction` or `count`")),
@@ -463,9 +471,9 @@ fn opposite_directions(count: usize, random: &mut Pcg64) -> Vec<DVec2> {
     directions
 }
 
-/// Whether the molecules of a gas turn.
+/// Whether contacts change the spin of the molecules of a gas.
 fn turns(spec: &GasSpec, molecule: &Molecule) -> bool {
-    spec.rotation == Rotation::Free && !molecule.is_disc()
+    spec.rotation == Rotation::Free && !molecule.is_round()
 }
 
 /// The energy of each degree of freedom of a molecule (mass × length² / time²).

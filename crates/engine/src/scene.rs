@@ -193,18 +193,21 @@ pub struct GasSpec {
     /// (mass × length² / time²).
     pub energy: f64,
     /// Share of the whole box that they cover, with overlaps of atoms counted once; rounded to the
-    /// nearest number of molecules.
+    /// nearest number of molecules. A share above 0 that rounds to no molecule is refused.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area_fraction: Option<f64>,
     /// Or how many there are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
-    /// Whether their total momentum is 0 at the start: all have one speed, and their directions are
-    /// drawn in opposite pairs (the last three of an odd number a third of a turn apart). If absent,
-    /// so it is wherever momentum is conserved along an axis: in a scene without fixed bodies, or
-    /// whose only fixed bodies are parallel walls across the whole box. `false`: directions are
-    /// independent of each other, and the gas drifts as a whole. `true` is refused for one molecule
-    /// alone.
+    /// Whether the total momentum of this gas is 0 at the start: all have one speed, and their
+    /// directions are drawn in opposite pairs (three of an odd number a third of a turn apart). If
+    /// absent, so it is wherever momentum is conserved along an axis: in a scene without fixed
+    /// bodies, or whose only fixed bodies are parallel walls across the whole box. `false`:
+    /// directions are independent of each other, and the gas drifts as a whole.
+    ///
+    /// One molecule with energy cannot have momentum 0: `true` is refused for a gas of one, and if
+    /// absent, it moves. The total momentum of a scene with such a gas, or with a `[[molecule]]` that
+    /// moves, is therefore not 0 in general.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub zero_momentum: Option<bool>,
     /// Free or locked.

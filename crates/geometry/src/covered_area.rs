@@ -8,14 +8,17 @@
 
 use glam::DVec2;
 
-use crate::exposed_arc::exposed;
+use crate::exposed_arc::boundary;
 
 /// Area of the union of the discs with these centres and radii (length²).
 ///
 /// Rounding errors are a few 10⁻¹⁶ of the total length of the arcs times the distance of the
-/// farthest point from the origin.
+/// farthest point from the origin. That holds for circles that hardly cross, too, and for arcs of any
+/// length: two arcs that meet end at one point to rounding (see [`exposed_arc`](crate::exposed_arc)).
+/// Where three circles meet in one point at a small angle, they may be larger by its reciprocal, up
+/// to 10⁻⁸.
 pub(crate) fn covered_area(circles: &[(DVec2, f64)]) -> f64 {
-    let arcs = (0..circles.len()).flat_map(|index| exposed(circles, index));
+    let arcs = (0..circles.len()).flat_map(|index| boundary(circles, index));
     arcs.map(|piece| piece.arc.swept_area()).sum()
 }
 
@@ -58,6 +61,34 @@ mod tests {
             let expected = PI * (r * r + s * s) - lens(r, s, d);
             assert_close(union(&[(0.0, 0.0, r), (d, 0.0, s)]), expected);
             assert_close(union(&[(0.6 * d, -0.8 * d, s), (0.0, 0.0, r)]), expected);
+        }
+    }
+
+    /// Circles that overlap by a few roundings cross at an angle of some 1e-8, of which little is
+    /// known. Their lens is of no area, and the boundary must be closed there all the same.
+    #[test]
+    fn discs_that_hardly_overlap_cover_the_sum_of_their_areas() {
+        for (r, s) in [(1.0, 0.3), (0.7, 0.1), (1.0, 1.0 / 3.0), (0.9, 0.89)] {
+            for step in 0..40 {
+                let d = (r + s) * (1.0 - f64::from(step) * f64::EPSILON);
+                let expected = PI * (r * r + s * s);
+                assert_close(union(&[(0.0, 0.0, r), (d, 0.0, s)]), expected);
+                assert_close(union(&[(0.6 * d, -0.8 * d, s), (0.0, 0.0, r)]), expected);
+                // And from inside: a small disc that sticks out by as little.
+                let d = (r - s) * (1.0 + f64::from(step) * f64::EPSILON);
+                assert_close(union(&[(0.0, 0.0, r), (d, 0.0, s)]), PI * r * r);
+            }
+        }
+    }
+
+    /// Two unit discs cross at (0, 0.8), and a third one covers that point by `depth`: its exposed
+    /// arc is 8/3 `depth` long, and of no area. Without it the boundary is open by as much.
+    #[test]
+    fn arcs_of_any_length_close_the_boundary() {
+        let expected = 2.0 * PI - lens(1.0, 1.0, 1.2);
+        for step in 0..40 {
+            let depth = 1e-14 * f64::from(step);
+            assert_close(union(&[(-0.6, 0.0, 1.0), (0.6, 0.0, 1.0), (0.0, 0.05 + depth, 0.75)]), expected);
         }
     }
 
@@ -130,11 +161,6 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig {
-            rng_seed: proptest::test_runner::RngSeed::Fixed(19),
-            ..ProptestConfig::default()
-        })]
-
         /// Lines parallel to x, 1/500 apart, each covered over a union of intervals.
         #[test]
         fn the_area_is_that_of_its_horizontal_sections(

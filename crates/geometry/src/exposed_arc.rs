@@ -2,8 +2,11 @@
 //!
 //! A probe of radius r touches an atom of radius ρ with its centre on the circle of radius s = ρ + r about the atom.
 //! Another atom, whose own such circle has radius s′, at distance d in direction φ, covers all of it (s + d ≤ s′),
-//! nothing of it (d ≥ s + s′, or s′ + d ≤ s), or the angles within acos((d² + s² − s′²) / (2 s d)) of φ (law of
-//! cosines).
+//! nothing of it (d ≥ s + s′, or s′ + d ≤ s), or the angles within α of φ, with
+//! cos α = (d² + s² − s′²) / (2 s d) and s sin α = h, half the common chord of both circles:
+//! (2 d h)² = (s + s′ + d) (s + s′ − d) (d + |s − s′|) (d − |s − s′|) (Heron). Both circles take h
+//! from the same product, so the arcs of both end at one point to rounding, also where the circles
+//! hardly cross. An arc cosine would be off by up to the root of the rounding there.
 
 use std::f64::consts::{PI, TAU};
 
@@ -113,8 +116,16 @@ pub(crate) struct Piece {
 /// touch a corner of the boundary would count as reachable. Larger: arcs are lost that a gas can hit.
 const SHORTEST: f64 = 1e-12;
 
-/// The exposed arcs of one circle of a union, given as centres and radii.
+/// The exposed arcs of one circle of a union, given as centres and radii; without those that are
+/// roundings of circles that meet in one point.
 pub(crate) fn exposed(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
+    let mut pieces = boundary(circles, atom);
+    pieces.retain(|piece| piece.arc.angle() > SHORTEST);
+    pieces
+}
+
+/// The exposed arcs of one circle of a union, however short.
+pub(crate) fn boundary(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
     let (centre, radius) = circles[atom];
     let arc = |start: f64, angle: f64| ExposedArc { atom, start, end: start + angle, radius, centre };
     // Start, end, and by which circle.
@@ -137,16 +148,18 @@ pub(crate) fn exposed(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
             }
             continue;
         }
-        // s² − s′² as a product, which does not cancel.
-        let cosine = (distance * distance + (radius - other_radius) * (radius + other_radius))
-            / (2.0 * radius * distance);
-        if cosine >= 1.0 {
-            continue;
-        }
-        if cosine <= -1.0 {
+        let difference = (radius - other_radius).abs();
+        if distance <= difference && radius < other_radius {
             return Vec::new();
         }
-        let half = libm::acos(cosine);
+        if distance >= reach || distance <= difference {
+            continue;
+        }
+        // Of both sides of a triangle, times 2 d; s² − s′² as a product, which does not cancel.
+        let along = distance * distance + (radius - other_radius) * reach;
+        let chord = ((reach + distance) * (reach - distance)).sqrt()
+            * ((distance + difference) * (distance - difference)).sqrt();
+        let half = libm::atan2(chord, along);
         let start = (libm::atan2(to_other.y, to_other.x) - half).rem_euclid(TAU);
         covered.push((start, start + 2.0 * half, other));
     }
@@ -164,7 +177,7 @@ pub(crate) fn exposed(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
     }
     let mut pieces = Vec::new();
     for &(start, end, other) in covered.iter().chain([&(first + TAU, first + TAU, opener)]) {
-        if start - reached > SHORTEST {
+        if start > reached {
             let from = reached.rem_euclid(TAU);
             pieces.push(Piece { arc: arc(from, start - reached), before: Some(last), after: Some(other) });
         }

@@ -35,6 +35,7 @@ pub struct Molecule {
     moment_of_inertia: f64,
     area: f64,
     bounding_radius: f64,
+    is_round: bool,
     /// Corners of the rectangle that holds all atoms (length).
     rectangle: [DVec2; 2],
     /// All atoms, if they are more than one and no more than [`CircleTree::CROSSOVER`].
@@ -116,6 +117,7 @@ impl Molecule {
             moment_of_inertia: atoms.iter().map(inertia_about_origin).sum(),
             area: area_of_atoms(&atoms),
             bounding_radius,
+            is_round: is_round(&atoms, bounding_radius),
             rectangle: rectangle(&atoms),
             rows: if is_few { AtomRow::of(&atoms).collect() } else { Vec::new() },
             tree: (atoms.len() > CircleTree::CROSSOVER).then(|| CircleTree::new(&atoms, bounding_radius)),
@@ -162,6 +164,7 @@ impl Molecule {
             moment_of_inertia: f64::INFINITY,
             area: 4.0 * face.half_length() * radius,
             bounding_radius: (face.half_length() + radius) * (1.0 + 4.0 * f64::EPSILON),
+            is_round: false,
             rectangle: rectangle(&[]),
             rows: Vec::new(),
             tree: None,
@@ -232,9 +235,32 @@ impl Molecule {
         self.area
     }
 
-    /// Whether this is a single disc, which cannot be made to spin by a smooth contact.
+    /// Whether this is a single atom. Other molecules may be round, too: see
+    /// [`is_round`](Self::is_round).
     pub fn is_disc(&self) -> bool {
         self.atoms.len() == 1
+    }
+
+    /// Whether the union of the atoms is a disc about the centre of mass, to 10⁻¹² of its radius.
+    ///
+    /// All contact normals then pass through the centre of mass, so no smooth contact changes the
+    /// spin: it is not a degree of freedom of the thermal motion. Round are single atoms, and those
+    /// that hide further atoms, which change the moment of inertia only.
+    ///
+    /// ```
+    /// use carom_geometry::{Atom, Molecule};
+    /// use glam::DVec2;
+    ///
+    /// let atom = |x, radius| Atom::new(DVec2::new(x, 0.0), radius, 1.0);
+    /// let heavy_rim = Molecule::new([atom(0.0, 1.0)?, atom(-0.8, 0.1)?, atom(0.8, 0.1)?])?;
+    /// assert!(heavy_rim.is_round() && !heavy_rim.is_disc());
+    /// // One hidden atom moves the centre of mass away from the centre of the disc.
+    /// assert!(!Molecule::new([atom(0.0, 1.0)?, atom(0.8, 0.1)?])?.is_round());
+    /// # Ok::<(), carom_geometry::GeometryError>(())
+    /// ```
+    #[doc(alias = "rotational degree of freedom")]
+    pub fn is_round(&self) -> bool {
+        self.is_round
     }
 
     /// What detection needs of this molecule.
@@ -334,6 +360,20 @@ fn rectangle(atoms: &[Atom]) -> [DVec2; 2] {
     [low, high]
 }
 
+/// A molecule is round if its outline deviates from a circle about the centre of mass by at most
+/// this share of its radius. Smaller: the rounding of the centre of mass of atoms that are given far
+/// from the origin counts as a shape. Larger: molecules count as round whose spin thermalises
+/// within a run; at a lever arm of this share, that takes some 10²⁴ contacts.
+const ROUND: f64 = 1e-12;
+
+/// Whether one atom about the centre of mass covers all others.
+fn is_round(atoms: &[Atom], bounding_radius: f64) -> bool {
+    let deviation = ROUND * bounding_radius;
+    atoms
+        .iter()
+        .any(|atom| atom.offset().length() <= deviation && atom.radius() >= bounding_radius - deviation)
+}
+
 /// Area of the union of the atoms.
 fn area_of_atoms(atoms: &[Atom]) -> f64 {
     let circles: Vec<_> = atoms.iter().map(|atom| (atom.offset(), atom.radius())).collect();
@@ -347,6 +387,8 @@ fn inertia_about_origin(atom: &Atom) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
     use parry2d_f64::mass_properties::MassProperties;
     use proptest::prelude::*;
@@ -418,6 +460,29 @@ mod tests {
             let again = Molecule::try_from(Written::from(wall.clone())).unwrap();
             prop_assert_eq!(format!("{:?}", again), format!("{:?}", wall));
         }
+    }
+
+    #[test]
+    fn a_molecule_is_round_if_one_atom_about_the_centre_of_mass_covers_the_others() {
+        let of = |atoms: &[(f64, f64, f64)]| {
+            let atoms = atoms.iter().map(|&(x, y, radius)| Atom::new(DVec2::new(x, y), radius, 1.0).unwrap());
+            Molecule::new(atoms).unwrap().is_round()
+        };
+        assert!(of(&[(0.3, 7.0, 0.01)]));
+        // Far from the origin the centre of mass is off by roundings of the coordinates.
+        for (x, y) in [(0.0, 0.0), (0.3, -0.7), (100.1, 33.3)] {
+            assert!(of(&[(x, y, 1.0), (x - 0.75, y, 0.25), (x + 0.75, y, 0.125)]), "{x} {y}");
+            let third = [0.0, TAU / 3.0, 2.0 * TAU / 3.0]
+                .map(|angle: f64| (x + 0.8 * angle.cos(), y + 0.8 * angle.sin(), 0.1));
+            assert!(of(&[third[0], third[1], (x, y, 1.0), third[2]]), "{x} {y}");
+        }
+        // One hidden atom off the centre, an atom that sticks out, a dumbbell, a ring around a hole.
+        assert!(!of(&[(0.0, 0.0, 1.0), (0.5, 0.0, 0.25)]));
+        assert!(!of(&[(0.0, 0.0, 1.0), (1e-9, 0.0, 0.25)]));
+        assert!(!of(&[(0.0, 0.0, 1.0), (-0.8, 0.0, 0.25), (0.8, 0.0, 0.1)]));
+        assert!(!of(&[(-0.5, 0.0, 0.5), (0.5, 0.0, 0.5)]));
+        assert!(!Molecule::named(Shape::Ring(12), 0.1, 1.0).unwrap().is_round());
+        assert!(!Molecule::wall(DVec2::X, 0.1).unwrap().is_round());
     }
 
     #[test]

@@ -50,6 +50,7 @@
 
 mod blocks;
 mod body_frame;
+mod coarse_atoms;
 mod collision_rate;
 mod contact_density;
 mod direction_histogram;
@@ -77,6 +78,7 @@ mod time_correlation;
 mod velocity_distribution;
 
 pub use blocks::{Additive, Block, Blocks};
+pub use coarse_atoms::{MOST_CIRCLES, drawn_circles};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
 pub use direction_histogram::DirectionHistogram;

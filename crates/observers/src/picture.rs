@@ -7,7 +7,7 @@ use carom_engine::{Body, View};
 use carom_geometry::PeriodicBox;
 use glam::DVec2;
 
-use crate::kinds::kinds;
+use crate::{coarse_atoms::drawn_circles, kinds::kinds};
 
 /// Colours that colour-blind readers tell apart (Okabe & Ito 2008); fixed bodies are grey.
 const COLOURS: [&str; 7] = ["#d55e00", "#0072b2", "#56b4e9", "#009e73", "#cc79a7", "#e69f00", "#f0e442"];
@@ -18,7 +18,8 @@ const THINNEST: f64 = 1.5;
 /// The system as one SVG document whose longer side is `size` pixels; y points upwards.
 ///
 /// Each atom is drawn with its centre in the box, and again for each periodic image that reaches into it. Bodies of one
-/// kind (tags, number of atoms, size, mass) share a colour and a group, titled with their tags.
+/// kind (tags, number of atoms, size, mass) share a colour and a group, titled with their tags. A
+/// molecule of very many atoms is drawn coarsely (see [`drawn_circles`](crate::drawn_circles())).
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -102,7 +103,9 @@ fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
             }
             continue;
         }
-        for (centre, radius) in body.atoms() {
+        let (position, rotation) = (body.motion.position, body.motion.orientation.cos_sin());
+        for (offset, radius) in drawn_circles(body.body.molecule()) {
+            let centre = position + rotation.rotate(offset);
             for place in images(centre, radius, window, *view.bounds()) {
                 let (DVec2 { x, y }, r) = (place_of(place), radius * scale);
                 write_to(

@@ -13,7 +13,7 @@ use anyhow::{Context, Result};
 use carom::{
     CollisionReport, Observer, Simulation, View,
     engine::Body,
-    observers::{Flight, FlightLog, colour, kinds},
+    observers::{Flight, FlightLog, colour, drawn_circles, kinds},
 };
 use glam::DVec2;
 use serde::Serialize;
@@ -157,12 +157,12 @@ impl Animation {
         let shown = |body: &Body| !body.is_wall() && is_shown(body);
         for (body, kind) in view.bodies().zip(kinds(view)).filter(|(body, _)| shown(body.body)) {
             let tags: Vec<&str> = body.body.tags().iter().map(|&tag| view.tag_names().name(tag)).collect();
-            let atoms = body.body.molecule().atoms().iter();
+            let circles = drawn_circles(body.body.molecule()).into_iter();
             let shape = Shape {
                 name: tags.join(", "),
                 colour: colour(body.body, kind),
                 fixed: body.body.is_fixed(),
-                atoms: atoms.map(|atom| [atom.offset().x, atom.offset().y, atom.radius()]).collect(),
+                atoms: circles.map(|(centre, radius)| [centre.x, centre.y, radius]).collect(),
             };
             let number = shapes.iter().position(|known| *known == shape).unwrap_or(shapes.len());
             if number == shapes.len() {

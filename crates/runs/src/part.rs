@@ -7,7 +7,7 @@
 use carom::{
     View,
     engine::{Body, BodyView},
-    observers::{close_up, picture},
+    observers::{MOST_CIRCLES, close_up, picture},
 };
 use glam::DVec2;
 
@@ -15,6 +15,10 @@ use glam::DVec2;
 /// picture.
 const MOST_BODIES: usize = 10_000;
 const MOST_ATOMS: usize = 40_000;
+
+/// The least half side of a part, as a share of the shorter side of the box. Smaller: where many bodies
+/// cover one place, the part around it has no size.
+const LEAST_HALF: f64 = 1e-3;
 
 /// Of more, this share of either is shown, and the rest is kept as a margin from which bodies come
 /// into view.
@@ -81,7 +85,8 @@ impl Part {
             (count, near.get(count).map_or(f64::INFINITY, |first| first.0))
         };
         let ((kept, outer), (_, inner)) = (fit(1.0), fit(SHOWN));
-        let half = inner.clamp(0.0, 0.5 * view.bounds().sides().min_element());
+        let shorter = view.bounds().sides().min_element();
+        let half = inner.clamp(LEAST_HALF * shorter, 0.5 * shorter);
         let mut bodies: Vec<u64> = near[..kept].iter().map(|body| body.2).collect();
         bodies.sort_unstable();
         Self { centre: view.bounds().wrap(centre).0, half, margin: (outer - half).max(0.0), bodies }
@@ -125,8 +130,9 @@ pub fn caption_of(picture: &str) -> String {
         .map_or_else(String::new, |(text, _)| format!(" {text}."))
 }
 
+/// How many circles a body is drawn by, at most.
 fn weight(body: &Body) -> usize {
-    body.molecule().atoms().len()
+    body.molecule().atoms().len().min(MOST_CIRCLES)
 }
 
 fn tags<'a>(body: &BodyView<'a>) -> &'a [carom::engine::Tag] {
@@ -154,7 +160,10 @@ fn distance(view: &View<'_>, body: &BodyView<'_>, place: DVec2) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carom::{Scene, Simulation};
+    use carom::{
+        Scene, Simulation,
+        engine::{AtomSpec, BumperSpec, MoleculeSpec},
+    };
 
     fn simulation(scene: &str) -> Simulation {
         Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap()
@@ -165,6 +174,46 @@ mod tests {
         let small = simulation("[[gas]]\nradius = 0.001\nmass = 1.0\nenergy = 1.0\ncount = 10000");
         assert!(Part::of(&small.view()).is_none());
         assert_eq!(caption_of(&picture_of(&small.view(), 100)), "");
+    }
+
+    /// Atoms on a spiral that are very many for one molecule.
+    fn spiral(count: u32) -> Vec<AtomSpec> {
+        let atom = |k: u32| {
+            let angle = 40.0 * f64::from(k).sqrt() / f64::from(count).sqrt() * std::f64::consts::TAU;
+            let at = 0.2 * angle / (40.0 * std::f64::consts::TAU) * DVec2::from_angle(angle);
+            AtomSpec { at: at.to_array(), radius: 1e-4, mass: 1.0 / f64::from(count) }
+        };
+        (0..count).map(atom).collect()
+    }
+
+    #[test]
+    fn a_body_of_any_number_of_atoms_makes_a_small_picture() {
+        let many = MoleculeSpec { atoms: spiral(20_000), at: [0.5, 0.5], ..MoleculeSpec::default() };
+        let scene = Scene { molecule: vec![many], ..Scene::default() };
+        let simulation = Simulation::new(&scene).unwrap();
+        let svg = picture_of(&simulation.view(), 720);
+        let circles = svg.matches("<circle").count();
+        assert!(
+            (5_000..=MOST_CIRCLES).contains(&circles) && svg.len() < 1_000_000,
+            "{circles} in {}",
+            svg.len()
+        );
+        // It is shown whole, and so are two of them.
+        assert!(Part::of(&simulation.view()).is_none());
+    }
+
+    #[test]
+    fn a_part_where_many_bodies_overlap_has_a_size() {
+        let bumper = |k: u32| {
+            let at = [0.5, 0.5].map(|x| x + 1e-6 * f64::from(k));
+            BumperSpec { tags: vec![], radius: 0.2, at }
+        };
+        let scene = Scene { bumper: (0..11_000).map(bumper).collect(), ..Scene::default() };
+        let simulation = Simulation::new(&scene).unwrap();
+        let part = Part::of(&simulation.view()).unwrap();
+        assert!(part.half > 0.0 && part.margin >= 0.0, "{} {}", part.half, part.margin);
+        let [_, _, width, height] = part.window();
+        assert_eq!(width / height, 1.0);
     }
 
     #[test]

@@ -11,7 +11,12 @@ use carom_report::{
 };
 use plotters::style::RGBColor;
 
-use super::{figures::Group, measurement::PROJECTION, pooled::Pooled, report::band_of_one_run};
+use super::{
+    figures::Group,
+    measurement::PROJECTION,
+    pooled::{FEWEST_BLOCKS, Pooled},
+    report::band_of_one_run,
+};
 use crate::experiments::thesis_scene::{Case, GAS_MASS};
 
 /// The charts, as SVG.
@@ -25,6 +30,37 @@ pub struct Distributions {
     pub contacts: String,
     /// The running average of the velocity.
     pub velocity: String,
+    /// What the bands of the contact density are.
+    errors_of_contacts: Errors,
+    /// What the band of the mean velocity is.
+    errors_of_velocity: Errors,
+}
+
+/// Where the width of a band comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Errors {
+    /// From the scatter of blocks of time.
+    Blocks,
+    /// From the assumption that contacts, or samples, are independent of each other.
+    Independence,
+}
+
+impl Errors {
+    /// The second where there are too few blocks for the first.
+    fn of(from_blocks: Option<f64>) -> Self {
+        if from_blocks.is_some() { Self::Blocks } else { Self::Independence }
+    }
+
+    /// How a standard error of these `events` is found, to end a sentence.
+    fn source(self, events: &str) -> String {
+        match self {
+            Self::Blocks => "from the scatter of blocks of time".to_owned(),
+            Self::Independence => format!(
+                "as if {events} were independent of each other, because there are too few blocks of time \
+                 (fewer than {FEWEST_BLOCKS})"
+            ),
+        }
+    }
 }
 
 /// Header of the table of Δp along the axes.
@@ -54,6 +90,8 @@ impl Distributions {
             along_y: projection(group, 1, "y′")?,
             contacts: contacts(group)?,
             velocity: velocity(group)?,
+            errors_of_contacts: errors_of_contacts(group),
+            errors_of_velocity: Errors::of(group.error_of_one_run(Drift::path)),
         })
     }
 
@@ -77,13 +115,19 @@ impl Distributions {
              less inertia where the tee can turn."
         };
         page.pictures(Layout::Full, &[(&self.along_x, kicks), (&self.along_y, "The same along y′.")]);
-        let gas = "Σ|J| / (t ds) over nkT is the density of gas centres at contact, in units of the mean density, along the \
-                   boundary that they cannot cross. Each line belongs to the atom that is touched; an atom without a line \
-                   cannot be reached. In a dilute gas all would be at 1: the gas crowds into the corners, at the lines' ends. \
-                   The bands are standard errors from the scatter of blocks of time.";
-        let velocity = "The mean velocity of the molecule along its own axes, over the samples so far. At equilibrium it fades \
-                        to 0; the band is one standard error, from the scatter of blocks of time.";
-        page.pictures(Layout::Full, &[(&self.contacts, gas), (&self.velocity, velocity)]);
+        let gas = format!(
+            "Σ|J| / (t ds) over nkT is the density of gas centres at contact, in units of the mean density, along the \
+             boundary that they cannot cross. Each line belongs to the atom that is touched; an atom without a line \
+             cannot be reached. In a dilute gas all would be at 1: the gas crowds into the corners, at the lines' ends. \
+             The bands are standard errors {}.",
+            self.errors_of_contacts.source("contacts")
+        );
+        let velocity = format!(
+            "The mean velocity of the molecule along its own axes, over the samples so far. At equilibrium it fades \
+             to 0; the band is one standard error, {}.",
+            self.errors_of_velocity.source("samples")
+        );
+        page.pictures(Layout::Full, &[(&self.contacts, &gas), (&self.velocity, &velocity)]);
     }
 }
 
@@ -153,16 +197,27 @@ fn projection(group: &Group<'_>, axis: usize, name: &str) -> Result<String> {
     .svg()
 }
 
+/// Impulse per length of the boundary on one bin, against time.
+fn pooled_contacts(group: &Group<'_>, point: &ContactPoint) -> Pooled {
+    let pair = |block: &Block<ContactDensity>| {
+        (block.observed.impulse(point.atom, point.bin) / point.arc, block.duration)
+    };
+    Pooled::of(group.runs, |run| &run.contacts, pair)
+}
+
+/// A bin without a contact has no error from blocks, however many there are.
+fn errors_of_contacts(group: &Group<'_>) -> Errors {
+    let points = group.runs[0].contacts.total().observed.points();
+    Errors::of(points.iter().find_map(|point| pooled_contacts(group, point).standard_error()))
+}
+
 /// The gas along the boundary: means over time and runs, in units of the mean density.
 fn contact_points(group: &Group<'_>) -> Vec<ContactPoint> {
     let ideal = group.ideal_pressure();
     let totals: Vec<Vec<ContactPoint>> =
         group.runs.iter().map(|run| run.contacts.total().observed.points()).collect();
     let point = |(index, first): (usize, &ContactPoint)| {
-        let pair = |block: &Block<ContactDensity>| {
-            (block.observed.impulse(first.atom, first.bin) / first.arc, block.duration)
-        };
-        let pooled = Pooled::of(group.runs, |run| &run.contacts, pair);
+        let pooled = pooled_contacts(group, first);
         let points = || totals.iter().filter_map(|points| points.get(index));
         // Where there are too few blocks: what the error is if contacts are independent of each other.
         let squares: f64 = points().map(|point| point.standard_error.powi(2)).sum();
@@ -265,6 +320,17 @@ fn velocity(group: &Group<'_>) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_caption_names_the_source_of_the_errors_that_are_drawn() {
+        let of = |blocks: usize| {
+            let pooled = Pooled::planted(vec![(0..blocks).map(|block| (block as f64, 1.0)).collect()]);
+            Errors::of(pooled.standard_error())
+        };
+        assert_eq!((of(FEWEST_BLOCKS - 1), of(FEWEST_BLOCKS)), (Errors::Independence, Errors::Blocks));
+        assert_eq!(Errors::Blocks.source("samples"), "from the scatter of blocks of time");
+        assert!(Errors::Independence.source("samples").starts_with("as if samples were independent"));
+    }
 
     #[test]
     fn lines_break_where_the_boundary_does() {

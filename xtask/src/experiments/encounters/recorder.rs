@@ -9,7 +9,7 @@ use std::{
 use anyhow::Result;
 use carom::{
     CellsPerSide, Detection, Exact, HeapScheduler, Impact, Scene, Simulation,
-    engine::{BoxSpec, MoleculeSpec},
+    engine::{BoxSpec, MoleculeSpec, RunSpec},
     geometry::Outline,
     kinematics::RelativeMotion,
 };

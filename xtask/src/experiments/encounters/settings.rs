@@ -50,6 +50,7 @@ pub const BASELINE: usize = 4;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use carom_detection::encounters::Encounter;
 
     #[test]
     fn the_baseline_is_the_thesis_as_repaired() {

@@ -1,9 +1,14 @@
 //! Test 2: two rods of ever more atoms that meet again and again (Montanari 2017, section 2.3.2, figure 2.4).
 
+use std::{cell::Cell, collections::BTreeMap};
+
 use anyhow::Result;
 use carom::{
-    CellsPerSide, Exact, GoldenSecant, HeapScheduler, Scene,
+    CellsPerSide, Detection, Exact, GoldenSecant, HeapScheduler, Impact, Scene, Simulation,
+    detection::Answer,
     engine::{BoxSpec, MoleculeSpec},
+    geometry::Outline,
+    kinematics::RelativeMotion,
 };
 use carom_runs::work_items::Pieces;
 use carom_tables::{Figure, Verdict, power_law::PowerLaw};
@@ -12,7 +17,7 @@ use super::{
     Options,
     fits::{Fit, Form},
     report::{Costs, Results, Test, cell, number},
-    timing::{Timing, time},
+    timing::{THESIS_TIME, Timing, time},
 };
 
 /// Atoms of each rod.
@@ -29,10 +34,26 @@ const DETECTORS: [&str; 2] = [GOLDEN, EXACT];
 const FIT_FROM: usize = 16;
 
 /// A search looks at all N² pairs of atoms, as the thesis says, but most queries need none: the
-/// bounding circles do not meet. The share of those that do grows as the length of the rods, from
-/// 1.2 % at 16 atoms to 18 % at 256, where it comes near its limit. So a query grows by nearly one
-/// power more than a search.
-const GROWTH: &str = "N² pairs of atoms, in a share of the queries that grows as N";
+/// bounding circles do not meet. The exponent of the time per query is therefore 2 plus that of the
+/// share of the queries whose bounding circles meet, which is measured ([`searched_share`]).
+const GROWTH: &str =
+    "2, for N² pairs of atoms, plus the exponent of the share of the queries whose bounding circles meet";
+
+/// Queries from which the share is measured, at least.
+const LEAST_QUERIES: u64 = 50_000;
+
+/// Header of the table.
+const HEADER: [&str; 9] = [
+    "detector",
+    "atoms",
+    "collisions",
+    "queries",
+    "share with bounding circles that meet",
+    "µs per query",
+    "time for 100 [s]",
+    "thesis, fit of figure 2.4 [s]",
+    "time units run",
+];
 
 /// Figure 2.4: p₂ N² + p₁ N with p₁ = −0.1 ± 0.2 and p₂ = 0.013 ± 0.001, taken as seconds, as in the first test (the
 /// thesis does not say); `None` where that is not positive.
@@ -77,8 +98,12 @@ pub fn run(options: &Options) -> Result<Verdict> {
         size: "atoms of each rod",
     };
     test.run(options, |budget, pieces| {
-        let mut timings = Vec::new();
+        let (mut timings, mut shares) = (Vec::new(), BTreeMap::new());
         for atoms in ATOMS {
+            let share = pieces.finish(&format!("share of searches, {atoms}"), || {
+                searched_share(&scene(atoms, options.seed))
+            })?;
+            shares.insert(atoms, share);
             for detector in DETECTORS {
                 timings.push(case(detector, atoms, options.seed, budget, pieces)?);
             }
@@ -106,19 +131,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
                         .collect(),
                 },
             ],
-            figures: figures(&timings),
-            header: [
-                "detector",
-                "atoms",
-                "collisions",
-                "queries",
-                "µs per query",
-                "time for 100 [s]",
-                "thesis, fit of figure 2.4 [s]",
-                "time units run",
-            ]
-            .to_vec(),
-            rows: timings.iter().map(row).collect(),
+            figures: figures(&timings, &shares),
+            header: HEADER.to_vec(),
+            rows: timings.iter().map(|timing| row(timing, shares[&timing.size])).collect(),
             timings,
         })
     })
@@ -137,12 +152,44 @@ fn case(detector: &str, atoms: usize, seed: u64, budget: f64, pieces: &Pieces) -
     })
 }
 
-fn row(timing: &Timing) -> Vec<String> {
+/// Counts the queries to a detector, and those that are not decided by the bounding circles alone.
+#[derive(Default)]
+struct Counting {
+    queries: Cell<u64>,
+    searched: Cell<u64>,
+}
+
+impl Detection for &Counting {
+    fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
+        let answer = Exact::default().first_contact(a, b, motion, horizon);
+        self.queries.set(self.queries.get() + 1);
+        self.searched.set(self.searched.get() + u64::from(answer.evaluations > 0));
+        answer
+    }
+}
+
+/// The share of the queries in which the bounding circles meet before the horizon, so that atoms
+/// are searched. It depends on the motion alone: all detectors cut the flight to the time in which
+/// the circles overlap.
+fn searched_share(scene: &Scene) -> Result<f64> {
+    let counting = Counting::default();
+    let mut simulation: Simulation<&Counting, Impact, HeapScheduler> =
+        Simulation::with(scene, &counting, Impact, CellsPerSide::Given(1))?;
+    let mut time = 0.0;
+    while counting.queries.get() < LEAST_QUERIES && time < THESIS_TIME {
+        time += 0.01 * THESIS_TIME;
+        simulation.run_until(time)?;
+    }
+    Ok(counting.searched.get() as f64 / counting.queries.get().max(1) as f64)
+}
+
+fn row(timing: &Timing, share: f64) -> Vec<String> {
     vec![
         timing.engine.clone(),
         timing.size.to_string(),
         timing.totals.collisions.to_string(),
         timing.whole.queries.to_string(),
+        number(share),
         cell(timing.per_query(), 1e-6),
         cell(timing.for_thesis_time(), 1.0),
         figure_2_4(timing.size).map_or_else(|| "–".to_owned(), number),
@@ -158,8 +205,20 @@ fn golden_fit(timings: &[Timing]) -> Option<Fit> {
     Form::Quadratic.through(&points)
 }
 
-fn figures(timings: &[Timing]) -> Vec<Figure> {
+/// Exponent of the share of the queries that are searched against the atoms, from [`FIT_FROM`] on.
+fn growth_of_share(shares: &BTreeMap<usize, f64>) -> Option<PowerLaw> {
+    let points: Vec<(f64, f64)> =
+        shares.range(FIT_FROM..).map(|(&atoms, &share)| (atoms as f64, share)).collect();
+    PowerLaw::through(&points)
+}
+
+fn figures(timings: &[Timing], shares: &BTreeMap<usize, f64>) -> Vec<Figure> {
     let mut figures = Vec::new();
+    let growth = growth_of_share(shares);
+    figures.extend(growth.map(|law| {
+        let name = "exponent of the share of the queries whose bounding circles meet, against the atoms";
+        Figure::new(name, law.exponent, "1").error(law.error)
+    }));
     figures.extend(golden_fit(timings).into_iter().flat_map(|fit| fit.figures(GOLDEN, None)));
     for detector in DETECTORS {
         let of = timings.iter().filter(|timing| timing.engine == detector && timing.size >= FIT_FROM);
@@ -169,7 +228,10 @@ fn figures(timings: &[Timing]) -> Vec<Figure> {
             let name =
                 format!("{detector}: exponent of the time per query against the atoms, from {FIT_FROM} on");
             let figure = Figure::new(name, law.exponent, "1").error(law.error);
-            if detector == GOLDEN { figure.predicted(3.0, GROWTH) } else { figure }
+            match growth.filter(|_| detector == GOLDEN) {
+                Some(share) => figure.predicted(2.0 + share.exponent, GROWTH),
+                None => figure,
+            }
         }));
     }
     let cost = |detector, atoms| {
@@ -198,5 +260,23 @@ mod tests {
             assert!(timing.totals.collisions > 0 && timing.totals.overlapping_pairs == 0, "{timing:?}");
             assert!(timing.totals.energy_drift < 1e-12);
         }
+    }
+    #[test]
+    fn the_longer_the_rods_the_more_queries_are_searched() {
+        let shares: BTreeMap<usize, f64> =
+            [16, 64, 256].map(|atoms| (atoms, searched_share(&scene(atoms, 1)).unwrap())).into();
+        assert!(shares.values().all(|share| (0.001..0.5).contains(share)), "{shares:?}");
+        // A target as long as the rods: nearly one power of the length, less where it comes near 1.
+        let growth = growth_of_share(&shares).unwrap().exponent;
+        assert!((0.8..1.2).contains(&growth), "{growth} of {shares:?}");
+    }
+
+    #[test]
+    fn the_table_has_a_column_for_each_title() {
+        let timing = case(EXACT, 2, 1, 0.05, &Pieces::default()).unwrap();
+        let row = row(&timing, 0.125);
+        assert_eq!(row.len(), HEADER.len());
+        let column = HEADER.iter().position(|title| title.starts_with("share")).unwrap();
+        assert_eq!(row[column], number(0.125));
     }
 }
