@@ -78,7 +78,7 @@ fn cycles(sources: &BTreeMap<String, String>) -> Vec<Vec<String>> {
     for (file, reached) in &reach {
         let group: BTreeSet<&&String> = reached.iter().filter(|other| reach[*other].contains(file)).collect();
         if group.len() > 1 {
-            found.insert(group.into_iter().map(|&&ref name| name.clone()).collect());
+            found.insert(group.into_iter().map(|name| (*name).clone()).collect());
         }
     }
     found.into_iter().collect()
