@@ -188,18 +188,17 @@ mod tests {
 
     #[test]
     fn a_body_of_any_number_of_atoms_makes_a_small_picture() {
-        let many = MoleculeSpec { atoms: spiral(20_000), at: [0.5, 0.5], ..MoleculeSpec::default() };
-        let scene = Scene { molecule: vec![many], ..Scene::default() };
-        let simulation = Simulation::new(&scene).unwrap();
-        let svg = picture_of(&simulation.view(), 720);
-        let circles = svg.matches("<circle").count();
-        assert!(
-            (5_000..=MOST_CIRCLES).contains(&circles) && svg.len() < 1_000_000,
-            "{circles} in {}",
-            svg.len()
-        );
-        // It is shown whole, and so are two of them.
-        assert!(Part::of(&simulation.view()).is_none());
+        let body = |x: f64| MoleculeSpec { atoms: spiral(24_000), at: [x, 0.5], ..MoleculeSpec::default() };
+        let drawn = |molecule: Vec<MoleculeSpec>| {
+            let simulation = Simulation::new(&Scene { molecule, ..Scene::default() }).unwrap();
+            // All of the box is shown.
+            assert!(Part::of(&simulation.view()).is_none());
+            picture_of(&simulation.view(), 720)
+        };
+        let (one, two) = (drawn(vec![body(0.25)]), drawn(vec![body(0.25), body(0.75)]));
+        let circles = one.matches("<circle").count();
+        assert!((5_000..=MOST_CIRCLES).contains(&circles), "{circles}");
+        assert!(one.len() < 1_000_000 && two.len() < 2_000_000, "{} {}", one.len(), two.len());
     }
 
     #[test]

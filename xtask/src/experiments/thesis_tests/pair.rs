@@ -42,6 +42,9 @@ const GROWTH: &str =
 /// Queries from which the share is measured, at least.
 const LEAST_QUERIES: u64 = 50_000;
 
+/// So long at most, should rods be so short that they hardly meet (time).
+const MOST_TIME: f64 = 1e4 * THESIS_TIME;
+
 /// Header of the table.
 const HEADER: [&str; 9] = [
     "detector",
@@ -176,8 +179,8 @@ fn searched_share(scene: &Scene) -> Result<f64> {
     let mut simulation: Simulation<&Counting, Impact, HeapScheduler> =
         Simulation::with(scene, &counting, Impact, CellsPerSide::Given(1))?;
     let mut time = 0.0;
-    while counting.queries.get() < LEAST_QUERIES && time < THESIS_TIME {
-        time += 0.01 * THESIS_TIME;
+    while counting.queries.get() < LEAST_QUERIES && time < MOST_TIME {
+        time += THESIS_TIME;
         simulation.run_until(time)?;
     }
     Ok(counting.searched.get() as f64 / counting.queries.get().max(1) as f64)
