@@ -13,7 +13,7 @@ use carom_kinematics::{EpochTime, Orientation};
 use glam::DVec2;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use support::{disc, named, scene, simulate, test_each_scheduler};
+use support::{disc, named, scene, simulate};
 
 /// Deepest overlap that is allowed, in roundings (ε) of the side of the box.
 const DEEPEST: f64 = 16.0;
@@ -169,7 +169,24 @@ fn gap_of(a: &MoleculeSpec, b: &MoleculeSpec) -> f64 {
     gap_between(&molecule(a), rotation(a), &molecule(b), rotation(b), separation)
 }
 
-test_each_scheduler! {
+/// Defines two tests of a slow check, `name::thesis` and `name::cells_widest`.
+macro_rules! test_both_schedulers {
+    ($($name:ident: $check:ident;)+) => {$(
+        mod $name {
+            #[test]
+            fn thesis() {
+                super::$check::<carom_engine::HeapScheduler>(&carom_engine::CellsPerSide::Automatic);
+            }
+
+            #[test]
+            fn cells_widest() {
+                super::$check::<carom_engine::CellScheduler>(&carom_engine::Instructions::Widest);
+            }
+        }
+    )+};
+}
+
+test_both_schedulers! {
     discs_that_stay_together_after_an_inelastic_contact_do_not_sink: check_discs_together;
     dumbbells_that_chatter_do_not_sink: check_chatter;
     pairs_and_clusters_do_not_sink_at_any_elasticity: check_clusters;
