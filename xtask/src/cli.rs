@@ -6,7 +6,7 @@ use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
 use crate::{
-    bench,
+    bench, ci,
     experiments::{billiard, brownian, capability_cost, encounters, extremes, thesis_tests, tradeoff},
     fuzz, tidy,
 };
@@ -56,6 +56,8 @@ pub enum Command {
     },
     /// Check what the compiler does not: layers, first lines, the commands in the README
     Tidy,
+    /// Run everything that must hold before a change lands; what `.ci/run` calls
+    Ci,
 }
 
 /// The experiments.
@@ -102,6 +104,7 @@ impl Cli {
             Command::ParryWorker => encounters::parry::work().map(|()| Verdict::Passed),
             Command::CapabilityWorker { variant, intervals } => capability_cost::work(variant, *intervals),
             Command::Tidy => tidy::run(),
+            Command::Ci => ci::run(),
         }
     }
 }

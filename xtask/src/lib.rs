@@ -1,6 +1,7 @@
 //! Experiments on top of carom, and checks of the repository itself.
 
 pub mod bench;
+pub mod ci;
 pub mod cli;
 pub mod experiments;
 pub mod fuzz;

@@ -11,7 +11,7 @@ use carom_tables::Verdict;
 use clap::Args;
 use cpu_time::ProcessTime;
 
-use crate::{sampling_times::sampling_times, say, scene_file::SceneFile};
+use crate::{run::SceneFile, sampling_times::sampling_times, say};
 
 /// Processor time of the trial run from which the length of the run is estimated (seconds).
 const TRIAL_SECONDS: f64 = 1.0;

@@ -17,7 +17,6 @@ pub mod progress;
 pub mod resumable;
 pub mod run;
 pub mod sampling_times;
-pub mod scene_file;
 pub mod series;
 pub mod work_items;
 

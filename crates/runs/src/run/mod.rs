@@ -2,6 +2,7 @@
 
 pub(crate) mod gas;
 mod outcome;
+mod scene_file;
 
 use std::path::PathBuf;
 
@@ -9,8 +10,8 @@ use anyhow::{Context, Result};
 use carom::Simulation;
 use carom_tables::Verdict;
 use clap::Args;
-pub(crate) use outcome::OBSERVERS;
 use outcome::simulate;
+pub use scene_file::SceneFile;
 
 use crate::{
     interruption::Signals,
@@ -18,7 +19,6 @@ use crate::{
     output::Folder,
     resumable::{Choices, Task, without_end},
     sampling_times::sampling_times,
-    scene_file::SceneFile,
 };
 
 /// Options of `carom run`.

@@ -2,7 +2,7 @@
 
 use carom_detection::{Part, Touch, encounters::Encounter};
 
-use super::{Number, face::FacePair, flight::Pair, sketch::Sketch};
+use super::{Number, face::FacePair, flight::Pair, search_end::Found, sketch::Sketch};
 
 /// How far the oracle goes.
 #[derive(Debug, Clone, Copy)]
@@ -37,16 +37,6 @@ pub struct Deep<N> {
     pub touch: N,
     /// Which parts: an atom of A and one of B, or one of them and the other's face.
     pub parts: Touch,
-}
-
-/// How the search for one pair of parts ended.
-pub enum Found<N> {
-    /// No contact.
-    Nothing,
-    /// When it is.
-    Zero(N),
-    /// Too many intervals.
-    OutOfBudget,
 }
 
 /// More halvings than this are of no use: the interval is shorter than any rounding.

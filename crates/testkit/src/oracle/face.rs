@@ -8,7 +8,7 @@
 use carom_detection::{FaceErrorBound, encounters::Encounter};
 use carom_geometry::{Circle, Face};
 
-use super::{Number, exclusion::Found, flight::Pair};
+use super::{Number, flight::Pair, search_end::Found};
 
 /// An atom of one body and the face of the other.
 #[derive(Debug, Clone, Copy)]

@@ -24,6 +24,7 @@ mod face;
 mod flight;
 mod judgement;
 mod number;
+mod search_end;
 mod sketch;
 
 pub use big::Big;

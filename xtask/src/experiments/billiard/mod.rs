@@ -5,6 +5,7 @@ mod campaign;
 mod flights;
 mod options;
 mod report;
+mod results;
 
 pub use campaign::run;
 pub use flights::{BLOCKS, Hits, SECTORS, fly};

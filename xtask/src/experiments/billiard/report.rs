@@ -12,8 +12,8 @@ use carom_tables::Summary;
 
 use super::{
     Setup,
-    campaign::Comparison,
     flights::{BLOCKS, Hits, SECTORS},
+    results::Comparison,
 };
 
 /// Writes all but the summary.

@@ -18,7 +18,7 @@ use serde::Serialize;
 use super::{
     Options, Plan,
     distributions::{CONTACT_HEADER, Distributions, PROJECTION_HEADER, contact_rows, projection_rows},
-    figures::Group,
+    group::Group,
     measurement::{Measurement, measure},
     report::{self, Charts, DIRECTION_HEADER, direction_rows},
     system,

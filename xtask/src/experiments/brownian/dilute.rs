@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use carom_tables::{Check, chi_square::ChiSquare};
 
 use super::{
-    figures::{Group, impulse_error},
+    group::{Group, impulse_error},
     measurement::{Kicks, SECTORS},
     prediction::{Prediction, collision_rate, contact_density_of_disc},
 };

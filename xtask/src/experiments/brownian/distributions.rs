@@ -12,7 +12,7 @@ use carom_report::{
 use plotters::style::RGBColor;
 
 use super::{
-    figures::Group,
+    group::Group,
     measurement::PROJECTION,
     pooled::{FEWEST_BLOCKS, Pooled},
     report::band_of_one_run,

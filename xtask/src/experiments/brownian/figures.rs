@@ -9,11 +9,11 @@ use glam::DVec2;
 
 use super::{
     dilute::{self, FewDiscs},
-    measurement::{Kicks, Measurement, SECTORS, increments},
+    group::{Group, impulse_error},
+    measurement::{Kicks, SECTORS, increments},
     pooled::{FEWEST_BLOCKS, Pooled},
-    prediction::{Prediction, collision_rate, contact_density_of_disc},
+    prediction::{collision_rate, contact_density_of_disc},
 };
-use crate::experiments::thesis_scene::Case;
 
 const ENSKOG: &str = "Enskog with the contact value of hard discs (virial series of Clisby and McCoy 2006; Henderson 1975), \
                       good to 0.3 %: the room that the molecule takes is neglected";
@@ -24,59 +24,7 @@ const FEW_DISCS: &str = "ideal gas, n √(kT / 2π) ∮ μ^(−1/2) ds and n kT 
 /// alone goes so far once in 600 000 findings (Student's t). Smaller: sound runs would fail. Larger: faults would pass.
 pub const BROKEN: f64 = 6.0;
 
-/// Runs of one case and size, and what theory says of them.
-#[derive(Debug)]
-pub struct Group<'a> {
-    /// The case.
-    pub case: Case,
-    /// The runs, at least one, differing in their random numbers only.
-    pub runs: &'a [Measurement],
-    /// When measuring began (time).
-    pub from: f64,
-    /// What theory says.
-    pub prediction: Prediction,
-    /// Kicks of all runs together.
-    pub kicks: Kicks,
-}
-
-/// Standard deviation of a sum of impulses of Rayleigh-distributed magnitude, relative to the sum: ⟨J²⟩/⟨J⟩² = 4/π.
-pub fn impulse_error(sum: f64, count: u64) -> f64 {
-    if count == 0 { 0.0 } else { sum * (4.0 / (std::f64::consts::PI * count as f64)).sqrt() }
-}
-
-impl<'a> Group<'a> {
-    /// Puts runs of one case and size together; `None` if there are none.
-    pub fn new(case: Case, runs: &'a [Measurement], from: f64) -> Option<Self> {
-        let kicks = Kicks::sum(runs.iter().map(|run| &run.kicks))?;
-        let prediction = Prediction::new(case, &runs.first()?.molecule);
-        Some(Self { case, runs, from, prediction, kicks })
-    }
-
-    /// How long was measured, all runs together (time).
-    pub fn duration(&self) -> f64 {
-        self.runs.iter().map(|run| run.duration).sum()
-    }
-
-    /// Temperature, the same in all runs to rounding (mass × length² / time²).
-    pub fn temperature(&self) -> f64 {
-        self.runs.iter().map(|run| run.temperature).sum::<f64>() / self.runs.len() as f64
-    }
-
-    /// Gas discs per area of the box (1 / length²).
-    pub fn density(&self) -> f64 {
-        self.runs.iter().map(|run| run.density).sum::<f64>() / self.runs.len() as f64
-    }
-
-    /// Impulse per time and length of the boundary in an ideal gas of this density, nkT (mass / time²).
-    pub fn ideal_pressure(&self) -> f64 {
-        self.density() * self.temperature()
-    }
-
-    /// Kicks by the gas per time (1 / time).
-    pub fn hit_rate(&self) -> f64 {
-        self.kicks.hits() as f64 / self.duration()
-    }
-
+impl Group<'_> {
     /// No atom is hit that the gas cannot reach, energy is shared evenly, and a thin gas shows the exposed arcs.
     pub fn checks(&self) -> Vec<Check> {
         let hits = |atom: &usize| self.kicks.by_atom[*atom];

@@ -16,7 +16,7 @@ use carom_tables::Totals;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use super::{Plan, kicks::FromGas, system};
+use super::{Plan, kicks::FromGas, snapshots};
 use crate::experiments::thesis_scene::GAS_RADIUS;
 
 /// Sectors of the histogram of directions: one a degree.
@@ -133,15 +133,15 @@ pub fn measure(
         }
         Start::From(going) => {
             // Needed at the end: that it is gone must not come out then.
-            system::check(task.folder, going.observers.2.is_some())?;
+            snapshots::check(task.folder, going.observers.2.is_some())?;
             progress.skip(going.simulation.time().to_f64());
             *going
         }
         Start::Anew => {
             let simulation = Simulation::new(scene)?;
-            system::snapshot(&simulation.view(), "start", task.folder)?;
+            snapshots::snapshot(&simulation.view(), "start", task.folder)?;
             if let Some(first) = simulation.view().bodies().next() {
-                system::snapshot_of(&simulation.view(), first.body.key(), task.folder)?;
+                snapshots::snapshot_of(&simulation.view(), first.body.key(), task.folder)?;
             }
             let mut going = Resumable::begin(task, simulation, Watched::default());
             going.observers.sample(&going.simulation.view());
@@ -177,7 +177,7 @@ pub fn measure(
         progress.advance(time - before.0, going.simulation.view().counters().collisions - before.1);
     }
     let measured = Measurement::of(&going, key, molecule, plan)?;
-    system::snapshot(&going.simulation.view(), "end", task.folder)?;
+    snapshots::snapshot(&going.simulation.view(), "end", task.folder)?;
     going.end(task, &measured)?;
     Ok(measured)
 }

@@ -5,12 +5,14 @@ mod campaign;
 mod dilute;
 mod distributions;
 mod figures;
+mod group;
 mod kicks;
 mod measurement;
 mod options;
 mod pooled;
 mod prediction;
 mod report;
+mod snapshots;
 mod system;
 mod verdict;
 

@@ -12,7 +12,8 @@ use glam::DVec2;
 
 use super::{
     Plan,
-    figures::{Group, force_series, impulse_error},
+    figures::force_series,
+    group::{Group, impulse_error},
     measurement::SECTORS,
 };
 use crate::experiments::thesis_scene::{Case, GAS_RADIUS, Size};

@@ -1,51 +1,10 @@
 //! The molecule in its gas, to look at: as it is placed, in motion, at the end (Montanari 2017, figures 3.1 to 3.4).
 
 use anyhow::Result;
-use carom::{
-    BodyKey, View,
-    observers::{close_up, picture, write_extended_xyz},
-};
 use carom_report::page::{Layout, Page};
 use carom_runs::{animation, output::Folder};
 
-use super::{Plan, figures::Group, report::Charts};
-
-/// Longer side of a picture of the system (pixels).
-const PICTURE: u32 = 720;
-
-/// Side of a picture from close by, in units of the molecule's diameter, and in pixels.
-const CLOSE: (f64, u32) = (7.0, 480);
-
-/// The molecule as it is placed, from close by.
-const CLOSE_UP: &str = "start-close-up.svg";
-
-/// Writes the system as it is: a frame of extended XYZ, and a picture.
-pub fn snapshot(view: &View<'_>, name: &str, folder: &Folder) -> Result<()> {
-    let mut frame = Vec::new();
-    write_extended_xyz(view, &mut frame)?;
-    folder.write_lasting(&format!("{name}.extxyz"), frame)?;
-    folder.write_lasting(&format!("{name}.svg"), picture(view, PICTURE))
-}
-
-/// Writes the molecule among its neighbours.
-pub fn snapshot_of(view: &View<'_>, molecule: BodyKey, folder: &Folder) -> Result<()> {
-    let Some(body) = view.body(molecule) else { return Ok(()) };
-    let side = CLOSE.0 * 2.0 * body.body.molecule().bounding_radius();
-    folder.write_lasting(CLOSE_UP, close_up(view, body.motion.position, side, CLOSE.1))
-}
-
-/// Whether all is there that the page will need of a run that has begun, and has begun to measure.
-///
-/// # Errors
-/// A file is gone.
-pub fn check(folder: &Folder, measures: bool) -> Result<()> {
-    folder.read("start.svg")?;
-    folder.read(CLOSE_UP)?;
-    if measures {
-        folder.read(animation::ANIMATION)?;
-    }
-    Ok(())
-}
+use super::{Plan, group::Group, report::Charts, snapshots::CLOSE_UP};
 
 /// The molecule, the system before and after, and in motion.
 ///

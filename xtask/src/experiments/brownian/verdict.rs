@@ -18,7 +18,8 @@ use carom_tables::Check;
 use serde::Serialize;
 
 use super::{
-    figures::{BROKEN, Group},
+    figures::BROKEN,
+    group::Group,
     pooled::{FEWEST_BLOCKS, Pooled},
 };
 use crate::experiments::thesis_scene::Case;

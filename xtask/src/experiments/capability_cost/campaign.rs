@@ -18,85 +18,13 @@ use super::{
     dependencies::{self, Needs},
     options::Plan,
     report,
+    results::{Found, Results},
     subject::{Subject, WARM_UP},
 };
 
 /// The most that a capability may cost where it is absent, and where it is idle (share of the instructions).
 const ABSENT: f64 = 0.02;
 const IDLE: f64 = 0.05;
-
-/// What was found about one variant.
-#[derive(Debug, Clone)]
-pub struct Found {
-    /// Which.
-    pub variant: Variant,
-    /// Instructions of a collision.
-    pub instructions: Option<f64>,
-    /// Processor time of a collision, median over the rounds (nanoseconds).
-    pub nanoseconds: f64,
-    /// Processor time of a collision over that of the plain gas in the same round, median over the rounds.
-    pub time_ratio: f64,
-    /// Memory for each body (bytes).
-    pub bytes_per_body: f64,
-}
-
-/// All there is to report.
-#[derive(Debug)]
-pub struct Results {
-    /// The variants, the plain gas first.
-    pub found: Vec<Found>,
-    /// Where the instructions of the plain gas come from.
-    pub plain: Option<Profile>,
-    /// What each layer needs.
-    pub needs: Vec<Needs>,
-}
-
-impl Results {
-    /// What was found about a variant.
-    pub fn of(&self, variant: Variant) -> Option<&Found> {
-        self.found.iter().find(|found| found.variant == variant)
-    }
-
-    /// Instructions of a collision over those of the plain gas, less 1.
-    pub fn excess(&self, variant: Variant) -> Option<f64> {
-        Some(self.of(variant)?.instructions? / self.found.first()?.instructions? - 1.0)
-    }
-
-    /// Share of the instructions of the plain gas that stand in the capability's own sources.
-    pub fn absent(&self, capability: Capability) -> Option<f64> {
-        let plain = self.plain.as_ref()?;
-        let own = callgrind::of_sources(plain, capability.sources());
-        Some(own as f64 / callgrind::total(plain) as f64)
-    }
-
-    fn checks(&self) -> Vec<Check> {
-        let mut checks = Vec::new();
-        for capability in Capability::ALL {
-            if let Some(share) = self.absent(capability).filter(|_| !capability.sources().is_empty()) {
-                checks.push(Check::at_most(&format!("{} absent", capability.name()), share, ABSENT));
-            }
-            if let Some(excess) = self.excess(Variant::With(capability, Level::Idle)) {
-                checks.push(Check::at_most(&format!("{} idle", capability.name()), excess, IDLE));
-            }
-        }
-        checks
-    }
-
-    fn figures(&self) -> Vec<Figure> {
-        let of = |found: &Found| {
-            let variant = found.variant;
-            let figure = |what: &str, value, unit| Figure::new(format!("{what}: {variant}"), value, unit);
-            let instructions = found.instructions.map(|count| figure("instructions a collision", count, "1"));
-            let rest = [
-                figure("processor time of a collision", found.nanoseconds, "ns"),
-                figure("time over that of the plain gas", found.time_ratio, "1"),
-                figure("bytes a body", found.bytes_per_body, "byte"),
-            ];
-            instructions.into_iter().chain(rest).collect::<Vec<_>>()
-        };
-        self.found.iter().flat_map(of).collect()
-    }
-}
 
 /// Runs one variant and prints how many collisions there were: what callgrind looks at.
 ///

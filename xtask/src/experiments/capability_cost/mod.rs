@@ -6,6 +6,7 @@ mod capability;
 mod dependencies;
 mod options;
 mod report;
+mod results;
 mod subject;
 
 pub use campaign::{run, work};

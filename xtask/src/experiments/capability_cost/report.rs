@@ -4,8 +4,8 @@ use carom_report::page::Page;
 use carom_tables::Summary;
 
 use super::{
-    campaign::{Found, Results},
     capability::{Capability, Level, Variant},
+    results::{Found, Results},
 };
 
 /// Columns of the table.

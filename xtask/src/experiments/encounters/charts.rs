@@ -5,8 +5,8 @@ use carom_report::scatter::{Mark, Point, Scatter};
 use carom_testkit::oracle::Verdict;
 
 use super::{
-    campaign::Results,
     overall::{FAMILIES, Overall, overall},
+    results::Results,
 };
 
 /// The two charts.

@@ -8,6 +8,7 @@ mod overall;
 pub mod parry;
 mod recorder;
 mod report;
+mod results;
 pub mod settings;
 mod tally;
 mod timing;

@@ -3,7 +3,7 @@
 use carom_tables::Figure;
 
 use super::{
-    campaign::Results,
+    results::Results,
     settings::BASELINE,
     tally::Tally,
     timing::{geometric_mean, median},

@@ -5,9 +5,9 @@ use carom_tables::Summary;
 use carom_testkit::oracle::Verdict;
 
 use super::{
-    campaign::{ClassResult, Results},
     charts::Charts,
     overall::{FAMILIES, Overall, overall},
+    results::{ClassResult, Results},
     settings::BASELINE,
     tally::{FAR_OFF, Tally},
     timing::median,

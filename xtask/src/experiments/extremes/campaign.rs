@@ -21,21 +21,10 @@ use super::{
     gaps::MOST_ROUNDINGS,
     options::Plan,
     report,
+    results::Results,
     reversal::{Reversal, reversals},
     trial::{Ending, attempt},
 };
-
-/// All there is to report.
-pub struct Results {
-    /// Each scene with how it ended with the exact engine and with the thesis's.
-    pub scenes: Vec<(Case, [Ending; 2])>,
-    /// Each edge, likewise.
-    pub edges: Vec<(Edge, [Found; 2])>,
-    /// Reversal at each density, of both engines.
-    pub reversals: [Vec<Reversal>; 2],
-    /// Drift of the exact engine.
-    pub drifts: Vec<Drift>,
-}
 
 /// The thesis's engine is not asked for more: it is there for comparison, and slower.
 const MOST_OF_THESIS: u64 = 20_000;

@@ -6,6 +6,7 @@ mod edges;
 mod gaps;
 mod options;
 mod report;
+mod results;
 mod reversal;
 mod trial;
 

@@ -8,7 +8,7 @@ use carom_report::{
 use carom_tables::Summary;
 use carom_testkit::extremes::{Engine, Ours, engine::Theses};
 
-use super::{campaign::Results, drift::Drift, edges::Found, trial::Ending};
+use super::{drift::Drift, edges::Found, results::Results, trial::Ending};
 
 fn verdict(ending: &Ending) -> String {
     if ending.holds() { "holds".to_owned() } else { ending.seen() }

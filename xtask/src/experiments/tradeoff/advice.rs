@@ -1,9 +1,9 @@
 //! What the numbers advise: for each family of settings its fastest one, and what it buys at which price.
 
 use super::{
-    campaign::{Found, SceneResult},
     knobs::{FAMILIES, MODEL},
     measures::{Mean, relative},
+    results::{Found, SceneResult},
 };
 
 /// Times closer than this are called equal: medians of short runs do not tell more.

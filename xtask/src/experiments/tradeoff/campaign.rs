@@ -19,9 +19,11 @@ use super::{
     rapier,
     replay::{self, Log, Tally},
     report,
+    results::{Found, SceneResult, TOLERANCE},
     reversal::{self, EffectiveError},
     runner::{Runner, begin},
     scenes::{self, Named},
+    settle::settle,
 };
 
 /// Time until the lattice of the start is forgotten, at least between the states from which contacts are replayed, and the most
@@ -33,42 +35,6 @@ const STRETCH: f64 = 2.0;
 /// A replay ends where chaos has multiplied roundings by e to this. More: in a dilute gas, where they grow by some hundred in each
 /// collision, two exact runs differ by more than the tolerance. Less: fewer contacts are judged.
 const GROWTH: f64 = 3.0;
-
-/// A contact that is off by more than this is wrong (mean times between two collisions of a body). Rounding grows by some
-/// orders of magnitude within a replay, and stays below.
-pub const TOLERANCE: f64 = 1e-7;
-
-/// What was found about one setting.
-#[derive(Debug)]
-pub struct Found {
-    /// Which.
-    pub setting: Setting,
-    /// Processor time of a collision over that of the exact run in the same round, median; `None` if it breaks off.
-    pub time: Option<f64>,
-    /// Wrong contacts.
-    pub tally: Tally,
-    /// Effective error by reversal; `None` where the model is another, or the run breaks off.
-    pub effective: Option<EffectiveError>,
-    /// What the physicist came for.
-    pub physics: Physics,
-}
-
-/// What was found in one scene.
-#[derive(Debug)]
-pub struct SceneResult {
-    /// The scene.
-    pub named: Named,
-    /// Nanoseconds of a collision of the exact run.
-    pub nanoseconds: f64,
-    /// By how many e-foldings roundings grow in one collision of each body.
-    pub rate: f64,
-    /// Length of a replay, in mean times between two collisions of a body.
-    pub stretch: f64,
-    /// The settings, the exact run first.
-    pub found: Vec<Found>,
-    /// Its charts, as file name and SVG.
-    pub charts: Vec<(String, String)>,
-}
 
 /// Runs the experiment and writes its folder.
 ///
@@ -145,34 +111,6 @@ fn state_at(simulation: &mut Simulation, time: f64) -> Result<Checkpoint> {
         }
         simulation.observe_epoch(EpochTime::from(2.0 * time + 1e6), &mut ())?;
     }
-}
-
-/// Mean time between two collisions of a body, from one call to another.
-fn tau(simulation: &mut Simulation, from: f64, to: f64) -> Result<f64> {
-    simulation.run_until(from)?;
-    let before = simulation.view().counters().collisions;
-    simulation.run_until(to)?;
-    let view = simulation.view();
-    let moving = view.bodies().filter(|view| !view.body.is_fixed()).count();
-    let collisions = (view.counters().collisions - before).max(1);
-    Ok((to - from) * moving as f64 / (2.0 * collisions as f64))
-}
-
-/// Runs until the start is forgotten; what time it is then, and the mean time between two collisions of a body.
-///
-/// # Errors
-/// The run breaks off.
-pub fn settle(simulation: &mut Simulation) -> Result<(f64, f64)> {
-    // Γ is unknown yet: a first guess from a short run, then the warm-up, then the real one.
-    let mut length = 1e-3;
-    while simulation.view().counters().collisions < 4 * simulation.view().len() as u64 {
-        length *= 2.0;
-        simulation.run_until(length)?;
-    }
-    let guess = tau(simulation, length, 1.5 * length)?;
-    let begin = 1.5 * length + WARM_UP * guess;
-    let end = begin + 20.0 * guess;
-    Ok((end, tau(simulation, begin, end)?))
 }
 
 fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals) -> Result<SceneResult> {

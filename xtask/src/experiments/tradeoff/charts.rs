@@ -4,9 +4,9 @@ use anyhow::Result;
 use carom_report::scatter::{Mark, Point, Scatter, pareto};
 
 use super::{
-    campaign::{Found, SceneResult},
     knobs::{FAMILIES, MODEL},
     measures::relative,
+    results::{Found, SceneResult},
 };
 
 /// Shallower overlaps are drawn in one place: they are roundings (diameters).

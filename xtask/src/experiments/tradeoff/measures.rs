@@ -5,43 +5,16 @@ use carom::{Checkpoint, CollisionRate, CollisionReport, Observer, Pressure, View
 use cpu_time::ThreadTime;
 use glam::DVec2;
 
-use super::{knobs::Setting, options::Plan, runner::begin};
+use super::{
+    knobs::Setting,
+    observers::{MOST_ATOMS, Measures},
+    options::Plan,
+    runner::begin,
+};
 
 /// Mean times between two collisions of a body in a block, and in the lag of the autocorrelation.
 pub const BLOCK: f64 = 10.0;
 const LAG: f64 = 0.1;
-
-/// Most atoms whose hits are told apart.
-const MOST_ATOMS: usize = 8;
-
-/// What watches.
-#[derive(Debug, Clone, Default)]
-pub struct Measures {
-    pressure: Pressure,
-    rate: CollisionRate,
-    hits: [u64; MOST_ATOMS],
-}
-
-impl Observer for Measures {
-    fn collision(&mut self, report: &CollisionReport<'_>) {
-        self.pressure.collision(report);
-        for side in &report.sides {
-            if let Some(atom) = side.atom.filter(|_| !side.body.molecule().is_disc()) {
-                self.hits[(atom as usize).min(MOST_ATOMS - 1)] += 1;
-            }
-        }
-    }
-
-    fn start(&mut self, view: &View<'_>) {
-        self.pressure.start(view);
-        self.rate.start(view);
-    }
-
-    fn sample(&mut self, view: &View<'_>) {
-        self.pressure.sample(view);
-        self.rate.sample(view);
-    }
-}
 
 /// A mean and its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,13 +6,16 @@ mod charts;
 mod epochs;
 mod knobs;
 mod measures;
+mod observers;
 mod options;
 mod rapier;
 mod replay;
 mod report;
+mod results;
 mod reversal;
 mod runner;
 mod scenes;
+mod settle;
 
 pub use campaign::run;
 pub use options::Options;

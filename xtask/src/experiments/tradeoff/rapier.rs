@@ -11,7 +11,7 @@ use cpu_time::ThreadTime;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{campaign::settle, options::Plan, scenes::Named};
+use super::{options::Plan, scenes::Named, settle::settle};
 
 /// What is run by both (mean times between two collisions of a body).
 const LENGTH: f64 = 10.0;

@@ -7,32 +7,11 @@
 use anyhow::Result;
 use carom::{Checkpoint, CollisionReport, Observer, kinematics::EpochTime};
 
-use super::{knobs::Setting, runner::begin};
-
-/// A contact: when (from the start of the stretch), and of which bodies.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Contact {
-    /// Time from the start of the stretch.
-    pub time: f64,
-    /// The two, by their numbers.
-    pub bodies: [u64; 2],
-}
-
-/// All contacts of a stretch.
-#[derive(Debug, Clone)]
-pub struct Log {
-    begin: EpochTime,
-    /// In order of time.
-    pub contacts: Vec<Contact>,
-}
-
-impl Observer for Log {
-    fn collision(&mut self, report: &CollisionReport<'_>) {
-        let [a, b] = report.sides.each_ref().map(|side| side.body.id());
-        let bodies = [a.min(b), a.max(b)];
-        self.contacts.push(Contact { time: report.time.since(self.begin), bodies });
-    }
-}
+use super::{
+    knobs::Setting,
+    observers::{Contact, Log},
+    runner::begin,
+};
 
 /// What was wrong in all stretches.
 #[derive(Debug, Clone, Default, PartialEq)]

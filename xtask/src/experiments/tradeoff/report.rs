@@ -5,10 +5,10 @@ use carom_tables::Summary;
 
 use super::{
     advice,
-    campaign::{Found, SceneResult, TOLERANCE},
     knobs::{FAMILIES, MODEL},
     measures::{Mean, relative},
     rapier::{self, Compared},
+    results::{Found, SceneResult, TOLERANCE},
 };
 
 /// Columns of the table.

@@ -9,8 +9,7 @@ use carom::{
 use super::{
     epochs::Epochs,
     knobs::{Order, Setting},
-    measures::Measures,
-    replay::Log,
+    observers::{Log, Measures},
 };
 use crate::experiments::{detectors::Detector, time_reversal::there_and_back};
 

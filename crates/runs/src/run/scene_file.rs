@@ -6,10 +6,8 @@ use anyhow::{Context, Result, bail, ensure};
 use carom::{Scene, engine::RunSpec};
 use clap::Args;
 
-use crate::{
-    overrides::Override,
-    run::{OBSERVERS, gas},
-};
+use super::{gas, outcome::OBSERVERS};
+use crate::overrides::Override;
 
 /// The only format of snapshots.
 const EXTENDED_XYZ: &str = "extxyz";

@@ -1,0 +1,140 @@
+//! `cargo xtask ci`: everything that must hold before a change lands, in order, until a step fails.
+
+use std::{
+    fs::{self, File},
+    io::{BufRead as _, BufReader, Write as _},
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+};
+
+use anyhow::{Context, Result, ensure};
+use carom_runs::say;
+use carom_tables::Verdict;
+
+/// Seed of the fuzzers: cases stay the same. Fresh seeds are for runs by hand.
+const FUZZ_SEED: &str = "18";
+
+/// Runs all steps.
+///
+/// # Errors
+/// The step that failed.
+pub fn run() -> Result<Verdict> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().context("xtask lies inside the repository")?;
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
+    let folder = target.join("ci");
+    fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    let steps = Steps { root, skipped: folder.join("skipped") };
+    File::create(&steps.skipped).with_context(|| format!("cannot write {}", steps.skipped.display()))?;
+
+    steps.run("cargo fmt --all --check")?;
+    steps.run("cargo clippy --workspace --all-targets -- -D warnings")?;
+    for layer in ["geometry", "kinematics", "detection", "response", "engine", "observers"] {
+        steps.run(&format!("cargo check --quiet --package carom-{layer}"))?;
+    }
+    steps.run("RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps")?;
+    ensure!(super::tidy::run()? == Verdict::Passed, "`cargo xtask tidy` failed");
+    let brownian = folder.join("brownian").display().to_string();
+    steps.run(&format!("cargo xtask experiment brownian --quick --force --out '{brownian}'"))?;
+    let fuzz = folder.join("fuzz").display().to_string();
+    for fuzzer in ["detection", "scenes", "files"] {
+        // With debug assertions and overflow checks.
+        steps.run(&format!(
+            "cargo run --quiet --package xtask -- fuzz {fuzzer} --minutes 1 --seed {FUZZ_SEED} --out '{fuzz}'"
+        ))?;
+    }
+    steps.tests("eval \"$(.ci/tools)\"; cargo test --workspace")
+}
+
+/// Commands that run in the root of the repository.
+struct Steps<'a> {
+    root: &'a Path,
+    /// File to which tests append what they skip.
+    skipped: PathBuf,
+}
+
+impl Steps<'_> {
+    fn shell(&self, line: &str) -> Command {
+        let mut command = Command::new("bash");
+        command.args(["-c", line]).current_dir(self.root).env("CAROM_SKIPPED", &self.skipped);
+        command
+    }
+
+    fn run(&self, line: &str) -> Result<()> {
+        say(&format!("ci: {line}"));
+        let status = self.shell(line).status().with_context(|| format!("cannot start `{line}`"))?;
+        ensure!(status.success(), "`{line}` failed: {status}");
+        Ok(())
+    }
+
+    /// Runs the tests and closes with the sum of all test programs' results, in the same words.
+    fn tests(&self, line: &str) -> Result<Verdict> {
+        say(&format!("ci: {line}"));
+        let mut tests = self
+            .shell(line)
+            .stdout(Stdio::piped())
+            .spawn()
+            .with_context(|| format!("cannot start `{line}`"))?;
+        let output = tests.stdout.take().context("the output of the tests is piped")?;
+        let mut sum = Sum::default();
+        for line in BufReader::new(output).lines() {
+            let line = line.context("the output of the tests cannot be read")?;
+            sum.add(&line);
+            // A closed pipe loses nothing that matters to the result.
+            let _ = writeln!(std::io::stdout(), "{line}");
+        }
+        let status = tests.wait().context("the tests cannot be waited for")?;
+        let mut skipped: Vec<String> =
+            fs::read_to_string(&self.skipped).unwrap_or_default().lines().map(str::to_owned).collect();
+        skipped.sort();
+        skipped.dedup();
+        skipped.iter().for_each(|line| say(line));
+        say(&sum.line(status.success(), skipped.len()));
+        Ok(if status.success() { Verdict::Passed } else { Verdict::Failed })
+    }
+}
+
+/// Numbers of tests over all test programs.
+#[derive(Debug, Default, PartialEq, Eq)]
+struct Sum {
+    passed: u64,
+    failed: u64,
+    ignored: u64,
+}
+
+impl Sum {
+    /// Adds a line `test result: ok. 5 passed; 0 failed; 1 ignored; …`; other lines add nothing.
+    fn add(&mut self, line: &str) {
+        let Some(result) = line.strip_prefix("test result: ") else { return };
+        let count = |kind: &str| -> u64 {
+            let words: Vec<&str> = result.split([' ', ';']).filter(|word| !word.is_empty()).collect();
+            let at = words.iter().position(|&word| word == kind);
+            at.and_then(|at| words[at.checked_sub(1)?].parse().ok()).unwrap_or(0)
+        };
+        self.passed += count("passed");
+        self.failed += count("failed");
+        self.ignored += count("ignored");
+    }
+
+    fn line(&self, success: bool, skipped: usize) -> String {
+        let Self { passed, failed, ignored } = self;
+        let word = if success { "ok" } else { "FAILED" };
+        format!("test result: {word}. {passed} passed; {failed} failed; {ignored} ignored; {skipped} skipped")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_of_test_programs_are_added() {
+        let mut sum = Sum::default();
+        sum.add(
+            "test result: ok. 12 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out; finished in 0.15s",
+        );
+        sum.add("test result: FAILED. 3 passed; 2 failed; 0 ignored; 0 measured; 0 filtered out");
+        sum.add("test a::b ... ok");
+        assert_eq!(sum, Sum { passed: 15, failed: 2, ignored: 1 });
+        assert_eq!(sum.line(false, 4), "test result: FAILED. 15 passed; 2 failed; 1 ignored; 4 skipped");
+    }
+}

@@ -1,0 +1,91 @@
+//! The hits of the billiard against integral geometry: comparison, checks and figures.
+
+use carom_tables::{Check, Figure, chi_square::ChiSquare};
+
+use super::{
+    Setup,
+    flights::{Hits, SECTORS},
+};
+
+/// Most standard errors between a mean and its prediction: by chance once in 16 000 runs.
+const MOST_ERRORS: f64 = 4.0;
+
+/// Most that −log₁₀ p of a χ² may be: by chance exceeded once in 10 000 runs.
+const MOST_LOG_P: f64 = 4.0;
+
+/// Shares of single atoms are figures of their own up to so many atoms; all stand in atoms.csv.
+const MOST_ATOMS: usize = 16;
+
+/// The hits against what is predicted.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// Predicted share of each sector of directions.
+    pub directions: Vec<f64>,
+    /// Predicted share of each atom.
+    pub atoms: Vec<f64>,
+    /// χ² of the directions.
+    pub of_directions: ChiSquare,
+    /// χ² of the atoms that can be reached.
+    pub of_atoms: ChiSquare,
+    /// Hits on atoms that cannot be.
+    pub unreachable: u64,
+}
+
+impl Comparison {
+    pub fn new(setup: &Setup, hits: &Hits) -> Self {
+        let (directions, atoms) = (setup.region.direction_shares(SECTORS), setup.region.atom_shares());
+        Self {
+            of_directions: ChiSquare::of(&hits.directions, &directions),
+            of_atoms: ChiSquare::of(&hits.atoms, &atoms),
+            unreachable: setup.region.unreachable().iter().map(|&atom| hits.atoms[atom]).sum(),
+            directions,
+            atoms,
+        }
+    }
+
+    pub fn checks(&self, setup: &Setup, hits: &Hits) -> Vec<Check> {
+        let (path, error) = hits.mean_free_path();
+        let log_p = |of: &ChiSquare| -of.p_value().log10();
+        let mut checks = vec![
+            Check::at_most(
+                "mean free path, distance from prediction in standard errors",
+                (path - setup.mean_free_path()).abs() / error,
+                MOST_ERRORS,
+            ),
+            Check::at_most("directions of hits, −log10 p of χ²", log_p(&self.of_directions), MOST_LOG_P),
+            Check::at_most("hits by atom, −log10 p of χ²", log_p(&self.of_atoms), MOST_LOG_P),
+            Check::at_most("hits on atoms out of reach", self.unreachable as f64, 0.0),
+        ];
+        checks.extend(hits.totals.checks());
+        checks
+    }
+
+    pub fn figures(&self, setup: &Setup, hits: &Hits) -> Vec<Figure> {
+        let (path, error) = hits.mean_free_path();
+        let total = hits.total() as f64;
+        let of = &self.of_directions;
+        let mut figures = vec![
+            Figure::new("mean free path", path, "length")
+                .error(error)
+                .predicted(setup.mean_free_path(), "π (L² − A) / P (Santaló 1976)"),
+            Figure::new("mean free path over prediction, less 1", path / setup.mean_free_path() - 1.0, "1")
+                .error(error / setup.mean_free_path())
+                .predicted(0.0, "the same"),
+            Figure::new("χ² of directions per degree of freedom", of.value / of.freedom.max(1) as f64, "1")
+                .error((2.0 / of.freedom.max(1) as f64).sqrt())
+                .predicted(1.0, "hits that are independent of each other"),
+            Figure::new("p-value of χ² of directions", of.p_value(), "1"),
+            Figure::new("p-value of χ² of atoms", self.of_atoms.p_value(), "1"),
+            Figure::new("perimeter of the excluded region", setup.region.perimeter(), "length"),
+            Figure::new("area of the excluded region", setup.region.area(), "length²"),
+        ];
+        let shares = self.atoms.iter().zip(&hits.atoms).enumerate().take(MOST_ATOMS);
+        figures.extend(shares.map(|(atom, (&predicted, &count))| {
+            let share = count as f64 / total;
+            Figure::new(format!("share of atom {}", molecule_picture::name(atom)), share, "1")
+                .error((share * (1.0 - share) / total).sqrt())
+                .predicted(predicted, "exposed arcs")
+        }));
+        figures
+    }
+}

@@ -1,0 +1,32 @@
+//! Runs a gas until its start is forgotten, and measures the mean time between two collisions of a body.
+
+use anyhow::Result;
+use carom::Simulation;
+
+/// Runs until the start is forgotten; what time it is then, and the mean time between two collisions of a body.
+///
+/// # Errors
+/// The run breaks off.
+pub fn settle(simulation: &mut Simulation) -> Result<(f64, f64)> {
+    // Γ is unknown yet: a first guess from a short run, then the warm-up, then the real one.
+    let mut length = 1e-3;
+    while simulation.view().counters().collisions < 4 * simulation.view().len() as u64 {
+        length *= 2.0;
+        simulation.run_until(length)?;
+    }
+    let guess = tau(simulation, length, 1.5 * length)?;
+    let begin = 1.5 * length + WARM_UP * guess;
+    let end = begin + 20.0 * guess;
+    Ok((end, tau(simulation, begin, end)?))
+}
+
+/// Mean time between two collisions of a body, from one call to another.
+fn tau(simulation: &mut Simulation, from: f64, to: f64) -> Result<f64> {
+    simulation.run_until(from)?;
+    let before = simulation.view().counters().collisions;
+    simulation.run_until(to)?;
+    let view = simulation.view();
+    let moving = view.bodies().filter(|view| !view.body.is_fixed()).count();
+    let collisions = (view.counters().collisions - before).max(1);
+    Ok((to - from) * moving as f64 / (2.0 * collisions as f64))
+}
