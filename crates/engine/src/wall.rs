@@ -1,4 +1,5 @@
-//! Walls as they stand in the box: how far a place is from one, which cells one passes, and the frame of a contact.
+//! Walls in the box: the distance of a point from a wall, the cells along a wall, and the frame of
+//! a contact.
 
 use carom_detection::Part;
 use carom_geometry::Face;
@@ -12,14 +13,15 @@ use crate::{
     scheduler::{ContactEvent, Parts},
 };
 
-/// Cells are taken to be nearer to a wall than they are by this share of their length, so that no rounding leaves one out.
+/// Share of a cell's length by which the reach of a wall is enlarged, so that no rounding leaves a
+/// cell out.
 const MARGIN: f64 = 1e-9;
 
-/// A wall in its home image.
+/// A wall in the box.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct StandingWall {
     centre: DVec2,
-    /// From the centre to the second end.
+    /// Half of its length, from the centre to the second end (length).
     half: DVec2,
     face: Face,
     /// (cos, sin) of its orientation.
@@ -40,14 +42,15 @@ impl StandingWall {
         [self.centre - self.half, self.centre + self.half]
     }
 
-    /// How far a place is from the surface of the wall (length); negative inside it.
+    /// Distance of a point from the surface of the wall (length); negative inside it.
     pub fn gap(&self, place: DVec2) -> f64 {
         let back = DVec2::new(self.rotation.x, -self.rotation.y);
         self.face.nearest(back.rotate(place - self.centre)).distance - self.face.radius()
     }
 
-    /// Every cell (column and row, those of the box and of its images) of a grid with cells of `side` that has a point
-    /// within `reach` (length) of the wall's surface, and a few more at its corners.
+    /// The cells (column and row; beyond the box those of its images) of a grid with cells of
+    /// `side` that have a point within `reach` (length) of the wall's surface, and a few more at
+    /// its corners.
     pub fn cells_within(&self, reach: f64, side: DVec2) -> Vec<[i64; 2]> {
         let reach = self.face.radius() + reach + MARGIN * side.max_element();
         let [first, second] = self.ends();
@@ -80,17 +83,19 @@ impl StandingWall {
     }
 }
 
-/// A cell of an image brought back into the box of so many cells, and how many boxes away it was.
+/// Wraps the index of a cell of any image into the box of `counts` cells, and returns the image in
+/// boxes.
 pub(crate) fn folded(cell: [i64; 2], counts: [i64; 2]) -> ([i64; 2], [i32; 2]) {
     let here = [0, 1].map(|axis| cell[axis].rem_euclid(counts[axis]));
     let image = [0, 1].map(|axis| cell[axis].div_euclid(counts[axis]) as i32);
     (here, image)
 }
 
-/// Lever arms and normal of a contact with a face, and how far the centre of what touches is from the plane of the face
-/// (length); none if the contact is of another kind.
+/// Lever arms and normal of a contact with a face, and the distance of the touching centre from the
+/// plane of the face (length). None if the contact is of another kind.
 ///
-/// The normal is that of the face, whatever the rounding of the atom's place along it.
+/// The normal is that of the face, so that the rounding of the atom's position along the face does
+/// not tilt it.
 pub(crate) fn contact_frame(
     world: &World,
     contact: &ContactEvent,
@@ -107,7 +112,7 @@ pub(crate) fn contact_frame(
         Part::Atom(index) => arm(body(1 - wall), index, &motions[1 - wall]),
         Part::BoundingCircle => DVec2::ZERO,
     };
-    // The image of the second body is the one that is touched.
+    // The second body is touched in this image.
     let shift = world.bounds.shift(contact.image);
     let shift = if wall == 1 { -shift } else { shift };
     let place = ((motions[1 - wall].position - motions[wall].position) + shift) + arm;
@@ -163,7 +168,7 @@ mod tests {
                 let cell = (place / side).floor();
                 prop_assert!(cells.contains(&[cell.x as i64, cell.y as i64]));
             }
-            // Not many more than those: none farther than a few cells.
+            // Not many more than those: none is farther than a few cells.
             for cell in cells {
                 let middle = (DVec2::new(cell[0] as f64, cell[1] as f64) + 0.5) * side;
                 prop_assert!(wall.gap(middle) <= 2.0 * (reach + side.x + side.y));

@@ -1,25 +1,26 @@
-//! Whom a body may meet: those not known to be apart until its event, the soonest bound first.
+//! Candidates of the narrow phase: bodies that may be touched before the earliest event so far,
+//! lowest bound first.
 
 use std::hint::select_unpredictable as select;
 
-/// One whom a body may meet.
+/// A body that may be touched.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidate<T> {
-    /// Until when both are certainly apart (time from now).
+    /// Lower bound on the contact time (from now).
     pub bound: f64,
     pub who: T,
-    /// Whether the bound has been made as close as it can be without a search.
+    /// Whether the bound is as tight as it can be without a search.
     pub is_close: bool,
 }
 
 impl<T> Candidate<T> {
-    /// The same one, named otherwise.
+    /// The candidate with another representation of its body.
     pub fn map<U>(self, name: impl FnOnce(T) -> U) -> Candidate<U> {
         Candidate { bound: self.bound, who: name(self.who), is_close: self.is_close }
     }
 }
 
-/// Those whom a body may meet.
+/// A set of candidates.
 #[derive(Debug, Clone)]
 pub(super) struct Candidates<T>(Vec<Candidate<T>>);
 
@@ -38,7 +39,8 @@ impl<T: Copy> Candidates<T> {
         self.0.push(candidate);
     }
 
-    /// Appends those of some bodies that are wanted for their bounds (time from now), as far as they are anybody.
+    /// Appends the bodies whose bounds (time from now) satisfy `is_wanted`; `item` returns none for
+    /// an empty lane.
     #[inline(always)]
     pub fn sift<const N: usize>(
         &mut self,
@@ -46,7 +48,8 @@ impl<T: Copy> Candidates<T> {
         is_wanted: impl Fn(f64) -> bool,
         who: impl Fn(usize) -> Option<T>,
     ) {
-        // In as many bits as a number has, so that registers of numbers do it.
+        // As many bits as an `f64` has, so that the compiler vectorises the loop in registers of
+        // `f64`.
         let mut wanted = 0;
         for (lane, &bound) in bounds.iter().enumerate() {
             wanted |= if is_wanted(bound) { 1_u64 << lane } else { 0 };
@@ -60,7 +63,8 @@ impl<T: Copy> Candidates<T> {
         }
     }
 
-    /// Takes out the one with the least bound; of equal ones that with the body inserted first.
+    /// Removes and returns the candidate with the lowest bound; of equal ones that of the body
+    /// inserted first.
     #[inline]
     pub fn take_least(&mut self, body: impl Fn(&T) -> u32) -> Option<Candidate<T>> {
         let mut least = 0;
@@ -84,7 +88,7 @@ mod tests {
         let mut candidates = Candidates::default();
         let who = [7, 3, 9, 4, 1, 8, 2, 6];
         let bounds = [2.0, 1.0, f64::INFINITY, 1.0, 0.0, f64::NAN, 5.0, 3.0];
-        // Nobody stands in the last lane.
+        // The last lane is empty.
         candidates.sift(bounds, |bound| bound < 4.0, |lane| (lane < 7).then(|| who[lane]));
         candidates.sift([1.0], |bound| bound < 4.0, |_| Some(5));
         let mut order = Vec::new();

@@ -1,13 +1,18 @@
-//! The loop of a dilute gas of like discs: after a crossing only the three new cells are looked at.
+//! Event handling in a dilute gas of equal discs: after a crossing only the three new cells are
+//! searched.
 //!
-//! Far apart, discs cross many cells between two contacts. So each keeps its soonest contact also while a crossing goes
-//! before it, and after the crossing asks only those it could not see before. The rule that nothing is missed stands:
-//! the contact kept is the soonest, in this epoch, with all that were related when the disc was last predicted in full;
-//! whoever has become related since was asked at the crossing that made it so, or crossed over itself and asked then; whoever
-//! has changed its motion since has asked. If the partner of the contact kept has changed since, its time is still a lower
-//! bound of all those, and the full prediction is made when it comes up.
+//! Discs cross many cells between two contacts. So each disc keeps its earliest contact while a
+//! crossing comes before it, and after the crossing it tests only the discs in the three cells that
+//! are newly adjacent.
 //!
-//! Most that are seen in the cells are not met, and are sorted out at a filter: see `filter`.
+//! The lemmas of the parent module hold. The contact that a disc keeps is the earliest in this
+//! epoch with all discs related to it at its last full prediction. A relation that began later was
+//! tested at the crossing that began it, by the disc that crossed. A disc whose motion changed
+//! later tested the pair at its own prediction. If the partner of the contact has changed since,
+//! the time of the contact is still a lower bound for all these contacts, and the full prediction
+//! follows when it comes due.
+//!
+//! A floating-point filter excludes most discs in the cells: see `f32_filter`.
 
 use std::hint::select_unpredictable as select;
 
@@ -20,7 +25,8 @@ use super::{
 };
 
 impl State {
-    /// Finds the soonest event of a disc whose motion has changed, or whose contact came up stale.
+    /// Finds the earliest event of a disc whose motion has changed, or whose contact came due
+    /// stale.
     #[inline(always)]
     pub(super) fn predict_among_few<D: Detection, K: Kernel>(
         &mut self,
@@ -35,7 +41,7 @@ impl State {
         self.settle_among_few(disc, now, now + soonest, partner, version)
     }
 
-    /// Moves a disc into the next cell, and finds its soonest event.
+    /// Moves a disc into the next cell, and finds its earliest event.
     #[inline(always)]
     pub(super) fn cross_among_few<D: Detection, K: Kernel>(
         &mut self,
@@ -69,7 +75,7 @@ impl State {
         self.settle_among_few(disc, now, time, partner, version)
     }
 
-    /// Takes a disc's new flight over into its roster, if it stands on one.
+    /// Stores a disc's flight with the occupants of its cell, in a dilute gas.
     #[inline(always)]
     pub(super) fn keep_on_roster<K: Kernel>(&mut self, kernel: K, disc: u32) {
         if self.grid.is_dilute() {
@@ -98,8 +104,9 @@ impl State {
         time
     }
 
-    /// The soonest contact in this epoch (from now on) with the discs of some cells around a disc's own, and with whom. Of
-    /// contacts at one time it is that with the disc inserted first.
+    /// The earliest contact in this epoch of a disc with the discs of some cells around its own:
+    /// time from now (infinite for none) and partner. Of contacts at one time it is that with the
+    /// disc inserted first.
     #[inline(always)]
     fn ask_cells<D: Detection, K: Kernel, const N: usize>(
         &self,
@@ -116,7 +123,8 @@ impl State {
         let in_closed_form = detection.decides_discs_in_closed_form();
         let everybody = if in_closed_form && !units.is_disabled() { 0 } else { (1 << DISC_LANES) - 1 };
         let mut soonest = (f64::INFINITY, 0);
-        // First who may be met, then when: so the first loop, which is gone through far more often, has all registers.
+        // The filter comes first and collects candidates, the exact test follows: the filter's
+        // loop, which runs far more often, then has all registers.
         let (mut slots, mut count) = ([0; DISC_LANES], 0);
         for cell in cells {
             let filter = filter.through(units, (cell >> INDEX_BITS) as usize);
@@ -156,7 +164,7 @@ mod tests {
         GasSpec { radius: Some(0.004), mass: Some(mass), energy, count: Some(60), ..GasSpec::default() }
     }
 
-    /// After how many of the contacts a filter told nothing.
+    /// Number of contacts after which the filter is disabled.
     fn blind(gas: Vec<GasSpec>, contacts: usize) -> usize {
         let scene = Scene { gas, ..Scene::default() };
         let mut simulation: Simulation<_, _, CellScheduler> =

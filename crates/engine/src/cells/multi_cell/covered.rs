@@ -1,4 +1,5 @@
-//! Which covering bodies are listed in a cell: none in most, one in many, and several where these stand close.
+//! The multi-cell bodies listed in each cell: none in most, one in many, several where bodies are
+//! close together.
 
 use smallvec::SmallVec;
 
@@ -8,17 +9,17 @@ use crate::cells::{
     neighbour_lists::{image_code, image_of},
 };
 
-/// Images that nobody is seen in: the rest tells where those of the cell are listed.
+/// Image code that no slot has: the other bits are the index of a list in `several`.
 const SEVERAL: u32 = 0xf << INDEX_BITS;
 
-/// The place of a list where there is none.
+/// An empty slot.
 const NOBODY: u32 = u32::MAX;
 
-/// The covering bodies of all cells.
+/// The multi-cell bodies listed in each cell.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CoveredCells {
-    /// One for each cell, since memory is what a disc in such a cell waits for: a body's index and the image that it is seen
-    /// in, or the place of a list.
+    /// One word for each cell, because a disc in the cell waits for this memory access: the index
+    /// of a body and the image in which it is seen, or the index of a list in `several`.
     slots: Vec<u32>,
     several: Vec<SmallVec<[Listed; 4]>>,
 }
@@ -52,7 +53,7 @@ impl CoveredCells {
         }
     }
 
-    /// Takes a body off a cell, in whatever images it is listed there, and tells whether nobody is left.
+    /// Removes a body from a cell, in all images, and returns whether the cell is then empty.
     pub fn leave(&mut self, cell: u32, body: u32) -> bool {
         let slot = &mut self.slots[cell as usize];
         match *slot {
@@ -71,7 +72,7 @@ impl CoveredCells {
         *slot == NOBODY
     }
 
-    /// How many bodies are listed in a cell.
+    /// Number of entries of a cell.
     #[inline]
     pub fn count(&self, cell: u32) -> usize {
         match self.slots[cell as usize] {
@@ -81,7 +82,7 @@ impl CoveredCells {
         }
     }
 
-    /// One of those listed in a cell, with the image in which the cell's discs appear in its frame.
+    /// An entry of a cell: a body, and the image in which the cell's discs appear in its frame.
     #[inline]
     pub fn get(&self, cell: u32, place: usize) -> Listed {
         match self.slots[cell as usize] {
@@ -91,7 +92,7 @@ impl CoveredCells {
     }
 }
 
-/// Who is listed in a slot.
+/// The single entry in a slot.
 #[inline]
 fn alone(slot: u32) -> Listed {
     Listed { who: slot & INDEX_MASK, image: image_of(slot) }
@@ -103,7 +104,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Whatever comes and goes: a cell tells who is there, each in the images in which it came.
+        /// After any sequence of changes, a cell holds the bodies listed there, each in its images.
         #[test]
         fn a_cell_knows_who_covers_it(
             moves in prop::collection::vec((0u32..3, 0u32..4, -2i32..3, -2i32..3, any::<bool>()), 0..60),

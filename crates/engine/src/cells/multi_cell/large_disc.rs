@@ -1,4 +1,5 @@
-//! Large discs among small ones: they meet these and each other as small discs meet, by the closed form, eight at a time.
+//! Contacts of large discs among small ones, with these and each other, by the closed form of two
+//! discs, eight at a time.
 
 use carom_detection::{DISC_LANES, Detection};
 use smallvec::SmallVec;
@@ -13,8 +14,8 @@ use crate::{
 };
 
 impl State {
-    /// Looks for a large disc's contacts with the small ones around it, and by the closed form with the large ones; tells how many
-    /// it asked for.
+    /// Finds the earliest contact of a large disc with the small discs around it and, by the closed
+    /// form, with other large discs. Returns the number of pairs tested.
     #[inline(always)]
     pub(super) fn meet_discs_around<D: Detection, K: Kernel>(
         &self,
@@ -66,7 +67,8 @@ impl State {
         }
     }
 
-    /// Takes a contact of a large disc and another if it is sooner (time in the epoch, infinite for none).
+    /// Replaces `best` by a contact of a large disc if this is earlier (`time`: offset in the
+    /// epoch, infinite for none).
     #[inline]
     fn offer_disc(&self, body: u32, time: f64, other: Listed, best: &mut Soonest) {
         if time < f64::INFINITY && best.is_beaten_by(time, other.who) {
@@ -75,13 +77,14 @@ impl State {
         }
     }
 
-    /// What a covering body asks of those in the cells, which may be alike, but not like it.
+    /// The query of a multi-cell body to those in the cells. Without common constants of a pair:
+    /// they hold between small discs only.
     #[inline]
     pub(super) fn question_of_covering(&self, body: u32, now: f64) -> NeighbourQuery<'_> {
         NeighbourQuery { like: None, ..self.query(body, now) }
     }
 
-    /// Asks when a disc in a cell meets a large one.
+    /// Tests a disc in a cell against a large disc.
     #[inline(always)]
     pub(super) fn ask_large_disc(&mut self, disc: u32, large: Listed, now: f64, best: &mut Soonest) {
         self.done.pairs += 1;

@@ -1,12 +1,15 @@
-//! Covering bodies: molecules among discs, whatever is large, fixed bodies, each with a shell and a list of the cells it
-//! may touch.
+//! Multi-cell bodies: molecules among discs, large bodies and fixed bodies, each listed in all
+//! cells that it can reach.
 //!
-//! A covering body has a *shell*, a circle round the place where it was last listed. It stands in the list of every cell
-//! that can hold the centre of a small disc it might touch while its own centre is in the shell: every cell within
-//! R + r_largest + h of the shell's centre, but for those wholly within R − h of a disc's. Leaving the shell is an event that lists it anew. Two covering bodies keep
-//! each other as neighbours while their shells' centres are within R + R' + h + h'; all with the image through which
-//! they see each other. A fixed body has no shell, is listed once, and has no events. Of a wall only the surroundings of
-//! its face count, however long it is: see `walls`.
+//! A multi-cell body has a *shell*, a circle of radius h around the place where it was last listed.
+//! It is listed in every cell that can hold the centre of a small disc that touches it while its
+//! own centre is in the shell. These are the cells within R + r_max + h of the shell's centre (R:
+//! its bounding radius, r_max: the radius of the largest small disc). A disc is not listed in cells
+//! that lie wholly within R − h. The body leaves its shell as an event, which lists it anew.
+//!
+//! Two multi-cell bodies are neighbours while the centres of their shells are within R + R' + h +
+//! h', each with the image in which it is seen. A fixed body has no shell and no events and is
+//! listed once. A wall is listed near its face only, however long the face is: see `walls`.
 
 mod covered;
 mod large_disc;
@@ -21,41 +24,41 @@ pub(super) use self::search::Soonest;
 use super::{State, candidates::Candidates, walls::near_wall};
 use crate::{Body, World, scheduler::Parts, wall::StandingWall};
 
-/// Column of a record whose body lives in no cell.
+/// Column of the record of a body that lives in no cell.
 const NO_CELL: u16 = u16::MAX;
 
-/// Lists reach this much farther than they need to, so that no rounding makes them shorter.
+/// Factor on the distances of lists, so that no rounding makes them too short.
 const MARGIN: f64 = 1.0 + 1e-12;
 
-/// All covering bodies of the system; empty, and never asked, where there are none.
+/// All multi-cell bodies of the system.
 #[derive(Debug, Clone, Default)]
 pub(super) struct MultiCellBodies {
     list: Vec<Covering>,
-    /// Place in `list` by body.
+    /// Index in `list`, by body.
     index_of: Vec<u32>,
-    /// What the contact is that a body's event of kind `Covering` announces, by body.
+    /// The contact that a body's event of kind `MultiCell` stands for, by body.
     pending: Vec<Pending>,
-    /// Which of them are listed in a cell, by their bodies.
+    /// The bodies listed in each cell, by their index in the system.
     covered: CoveredCells,
-    /// Whether there are any that are no discs among discs.
+    /// Whether some are not discs among discs.
     has_molecules: bool,
     around: Surroundings,
 }
 
-/// Scratch space: who stands around a covering body.
+/// Scratch space: the bodies around a multi-cell body.
 #[derive(Debug, Clone, Default)]
 struct Surroundings {
-    /// Bodies that it sees in its own box.
+    /// Bodies seen in its own box.
     slots: Vec<u32>,
-    /// The others.
+    /// Bodies seen in other images.
     seen: Vec<Listed>,
     candidates: Candidates<Listed>,
 }
 
-/// A body, and how many boxes over something in its frame appears (or it does in another's).
+/// A body or a cell, and the image in which it is seen, in boxes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Listed {
-    /// A covering body's place in the list of covering bodies, or a body's index; a cell.
+    /// Index in the list of multi-cell bodies, index of a body in the system, or index of a cell.
     pub who: u32,
     pub image: [i32; 2],
 }
@@ -63,7 +66,8 @@ pub(super) struct Listed {
 #[derive(Debug, Clone, Copy)]
 struct Pending {
     parts: Parts,
-    /// Image of the second body relative to the first along their paths without periodic jumps, as far as 16 bits go.
+    /// Image of the second body relative to the first along their paths without periodic wraps,
+    /// modulo 2¹⁶.
     image: [i16; 2],
 }
 
@@ -71,9 +75,9 @@ struct Pending {
 pub(super) struct Covering {
     body: u32,
     fixed: bool,
-    /// Whether those in the cells meet it as discs meet a disc.
+    /// Whether its contacts with bodies in cells are those of two discs.
     is_disc_among_discs: bool,
-    /// The wall that it is, if it is one.
+    /// The wall that the body is, if it is one.
     wall: Option<StandingWall>,
     /// Bounding radius (length).
     pub radius: f64,
@@ -81,11 +85,12 @@ pub(super) struct Covering {
     /// Centre and radius of the shell (length).
     pub centre: DVec2,
     pub shell: f64,
-    /// Cells it is listed in, with the image in which their discs appear in its frame.
+    /// Cells that list it, with the image in which their discs appear in its frame.
     cells: Vec<Listed>,
-    /// Cells whose neighbourhood lists together hold every disc that can be in `cells`, with the image likewise.
+    /// Cells whose neighbour lists together hold every disc that can be in `cells`, with the image
+    /// in which their discs appear in its frame.
     tiles: Vec<Listed>,
-    /// Covering bodies that it might touch, with the image in which they appear in its frame.
+    /// Multi-cell bodies that it may touch, with the image in which they appear in its frame.
     neighbours: Vec<Listed>,
 }
 
@@ -97,12 +102,12 @@ impl MultiCellBodies {
         self.has_molecules = false;
     }
 
-    /// Makes room for what the contacts of so many bodies are.
+    /// Makes room for the contacts of this many bodies.
     pub fn expect_contacts(&mut self, bodies: usize) {
         self.pending.resize(bodies, Pending::NOTHING);
     }
 
-    /// Adds a body; `among_molecules` if those in the cells are no discs.
+    /// Adds a body; `among_molecules` if bodies in cells may be molecules.
     pub fn add(&mut self, index: u32, body: &Body, motion: &Motion, bodies: usize, among_molecules: bool) {
         self.index_of.resize(bodies, u32::MAX);
         self.expect_contacts(bodies);
@@ -152,7 +157,7 @@ impl MultiCellBodies {
             + self.covered.heap_bytes()
     }
 
-    /// Takes over the new motion of a body, if it is one of these.
+    /// Sets the motion of a body, if it is a multi-cell body.
     #[inline]
     pub fn set_motion(&mut self, body: u32, motion: &Motion) {
         if let Some(index) = self.get(body) {
@@ -160,7 +165,8 @@ impl MultiCellBodies {
         }
     }
 
-    /// Takes over the new flight of a body whose orientation and spin stay as they are, if it is one of these.
+    /// Sets the position and velocity of a body at a time and keeps its rotation, if it is a
+    /// multi-cell body.
     #[inline]
     pub fn set_flight(&mut self, body: u32, time: f64, position: DVec2, velocity: DVec2) {
         if let Some(index) = self.get(body) {
@@ -169,7 +175,7 @@ impl MultiCellBodies {
         }
     }
 
-    /// The motion of a body, if it is one of these.
+    /// The motion of a body, if it is a multi-cell body.
     #[inline]
     pub fn motion(&self, body: u32) -> Option<&Motion> {
         self.get(body).map(|index| &self.list[index].motion)
@@ -194,7 +200,7 @@ impl Pending {
 }
 
 impl State {
-    /// Lists every covering body, at the start of an epoch.
+    /// Lists every multi-cell body, at the start of an epoch.
     pub(super) fn list_all(&mut self, world: &World) {
         let count = self.multi_cell.list.len();
         if count == 0 {
@@ -209,7 +215,7 @@ impl State {
         }
     }
 
-    /// A covering body has left its shell.
+    /// Lists a multi-cell body anew when it has left its shell.
     #[cold]
     pub(super) fn leave_shell(&mut self, world: &World, body: u32, now: f64) {
         if let Some(index) = self.multi_cell.get(body) {
@@ -217,7 +223,7 @@ impl State {
         }
     }
 
-    /// Lists a covering body where it is now.
+    /// Lists a multi-cell body around its present place.
     fn list(&mut self, world: &World, index: usize, now: f64) {
         self.unlist(index);
         let bounds = world.bounds();
@@ -241,7 +247,7 @@ impl State {
     fn unlist(&mut self, index: usize) {
         let me = index as u32;
         let body = self.multi_cell.list[index].body;
-        // Taken out and put back: what is listed again needs no new memory.
+        // The vectors are put back below, so that their memory is used again.
         let mut cells = std::mem::take(&mut self.multi_cell.list[index].cells);
         for listed in cells.drain(..) {
             if self.multi_cell.covered.leave(listed.who, body) {
@@ -256,8 +262,8 @@ impl State {
         (covering.cells, covering.neighbours) = (cells, neighbours);
     }
 
-    /// Lists a body in every cell within its radius, the largest small disc's and its shell's of its place; a disc not in those that
-    /// are wholly inside it while it is in its shell.
+    /// Lists a body in every cell within R + r_max + h of its shell's centre; a disc not in the
+    /// cells that are inside it for every position in its shell.
     fn cover_cells(&mut self, index: usize) {
         if let Some(wall) = self.multi_cell.list[index].wall {
             let cells = self.cells_of_wall(&wall);
@@ -271,10 +277,11 @@ impl State {
         let centre = covering.centre;
         let first = ((centre - reach) / side).floor();
         let last = ((centre + reach) / side).floor();
-        // No centre of another comes nearer to a disc than its rim.
+        // No other centre is nearer to the centre of a disc than its rim.
         let rim =
             if covering.is_disc_among_discs { (covering.radius - covering.shell).max(0.0) } else { 0.0 };
-        // Whether a block of cells is near enough for such a centre, but not wholly inside the disc.
+        // Whether a block of cells is near enough for such a centre, and not wholly inside the
+        // disc.
         let matters = |[from, to]: [[i64; 2]; 2]| {
             let low = DVec2::new(from[0] as f64, from[1] as f64) * side;
             let high = DVec2::new(to[0] as f64 + 1.0, to[1] as f64 + 1.0) * side;
@@ -320,9 +327,11 @@ impl State {
         self.multi_cell.list[index].cells = cells;
     }
 
-    /// Finds the covering bodies that this one might touch, among those listed in its cells. Circles of radius R + h round the
-    /// centres of two such shells overlap; neither body reaches into the other, so there is a point in both circles that is no
-    /// nearer to the centre of a disc's shell than R − h. Its cell is listed for both.
+    /// Finds the multi-cell bodies that this one may touch, among those listed in its cells.
+    ///
+    /// No neighbour is left out: circles of radius R + h around the centres of the two shells
+    /// overlap. Neither body reaches into the other, so a point lies in both circles that is no
+    /// nearer to the centre of a disc's shell than R − h. The cell of this point lists both.
     fn find_neighbours(&mut self, bounds: &PeriodicBox, index: usize) {
         let multi_cell = &mut self.multi_cell;
         let me = index as u32;

@@ -1,9 +1,11 @@
-//! Whom a covering body meets first: those it may meet are searched one by one, the soonest bound first.
+//! The earliest contact of a multi-cell body: candidates in the order of their lower bounds, each
+//! searched up to the earliest event found so far.
 //!
-//! Of the bodies around a molecule those are searched that may touch it before its event, each up to the soonest event so
-//! far. Whether they may is told in two steps: of eight at a time by their bounding circles and the molecule's rectangle
-//! ([`Detection::contact_time_lower_bounds`]), then of a disc whose turn has come by the molecule's atoms ([`Detection::contact_time_lower_bound`]). A
-//! disc in a covered cell asks about the covering bodies one by one: by their bounding circles, then by their atoms.
+//! The broad phase has two steps. The first gives lower bounds for eight bodies at a time, from
+//! their bounding circles and the molecule's rectangle ([`Detection::contact_time_lower_bounds`]).
+//! The second gives a tighter bound for one disc, from the molecule's atoms, when its bound is the
+//! lowest ([`Detection::contact_time_lower_bound`]). A disc in a covered cell tests the multi-cell
+//! bodies of the cell one by one: by their bounding circles, then by their atoms.
 
 use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome, QueryBody};
 use carom_kinematics::RelativeMotion;
@@ -21,7 +23,7 @@ use crate::{
     scheduler::{ContactEvent, ordered},
 };
 
-/// The soonest event found so far for one body.
+/// The earliest event found so far for a body.
 pub(in crate::cells) struct Soonest {
     pub time: f64,
     kind: Kind,
@@ -30,26 +32,27 @@ pub(in crate::cells) struct Soonest {
 }
 
 impl Soonest {
-    /// Nothing yet before an event that comes in any case.
+    /// No contact yet, before an event that is certain.
     pub fn before(time: f64, kind: Kind) -> Self {
         Self { time, kind, partner: 0, pending: Pending::NOTHING }
     }
 
-    /// Whether it does not come before a contact that is no sooner than `bound` (time from `now`).
+    /// Whether a contact with this lower bound (time from `now`) may precede the event.
     #[inline(always)]
     pub fn is_after(&self, now: f64, bound: f64) -> bool {
-        // At one time it is decided by who meets.
+        // A contact at the same time may precede it: the partners decide.
         (now + bound <= self.time) & (bound < f64::INFINITY)
     }
 
-    /// Whether a contact comes before it: it is sooner, or as soon and with a body inserted earlier.
+    /// Whether a contact precedes the event: it is earlier, or at the same time with a partner
+    /// inserted earlier.
     #[inline]
     pub(super) fn is_beaten_by(&self, time: f64, partner: u32) -> bool {
         let tie = (time == self.time) & (self.kind == Kind::MultiCell) & (partner < self.partner);
         (time < self.time) | tie
     }
 
-    /// Takes a contact that comes before it.
+    /// Replaces the event by a contact.
     #[inline]
     pub(super) fn take(&mut self, time: f64, partner: u32, pending: Pending) {
         *self = Self { time, kind: Kind::MultiCell, partner, pending };
@@ -63,7 +66,8 @@ impl Soonest {
 }
 
 impl State {
-    /// Finds a covering body's soonest event: a contact, a re-check, or its shell.
+    /// Finds the earliest event of a multi-cell body: a contact, a re-check, or the exit from its
+    /// shell.
     #[inline(always)]
     pub(in crate::cells) fn predict_multi_cell<D: Detection, K: Kernel>(
         &mut self,
@@ -130,7 +134,7 @@ impl State {
                 |lane| some.get(lane).copied().filter(|other| Some(other.who) != except),
             );
         }
-        // The soonest bound first: most need not be searched.
+        // Lowest bound first: most candidates then need no search.
         while let Some(candidate) = candidates.take_least(|listed| listed.who) {
             let Candidate { bound, who: other, is_close } = candidate;
             if !best.is_after(now, bound) || now + bound >= self.limit {
@@ -150,7 +154,7 @@ impl State {
         self.store_event(body, &best);
     }
 
-    /// Lists the discs that may stand around a covering body, as its tiles tell.
+    /// Collects the discs around a multi-cell body from the neighbour lists of its tiles.
     fn gather_discs(&self, covering: &Covering, around: &mut Surroundings) {
         for tile in &covering.tiles {
             let list = self.neighbour_lists.list_of(tile.who);
@@ -162,21 +166,22 @@ impl State {
         }
     }
 
-    /// The discs seen from a covering body's tile.
+    /// The discs seen from a tile of a multi-cell body.
     pub(super) fn seen_from(&self, tile: Listed) -> impl Iterator<Item = Listed> {
         let [x, y] = tile.image;
         let seen = self.neighbour_lists.seen_from(tile.who);
         seen.map(move |(who, image)| Listed { who, image: [image[0] + x, image[1] + y] })
     }
 
-    /// Looks for a disc's contacts with the covering bodies listed in its cell, all of them large discs, before the event that
-    /// it has, and tells when it has one.
+    /// Finds contacts of a disc with the multi-cell bodies listed in its cell, all of them large
+    /// discs, before its present event. Returns the time of its earliest event.
     #[inline(never)]
     pub(in crate::cells) fn meet_large_discs(&mut self, disc: u32, cell: u32, now: f64) -> f64 {
         let mut best = self.soonest_so_far(disc);
         for place in 0..self.multi_cell.covered.count(cell) {
             let Listed { who, image } = self.multi_cell.covered.get(cell, place);
-            // It appears `image` boxes over to the large one, hence this to it the other way.
+            // `image` is that of the disc as seen from the large disc; the other way it has the
+            // opposite sign.
             self.ask_large_disc(disc, Listed { who, image: image.map(|boxes| -boxes) }, now, &mut best);
         }
         if best.kind == Kind::MultiCell {
@@ -185,7 +190,8 @@ impl State {
         best.time
     }
 
-    /// Looks for a disc's contacts with the covering bodies listed in its cell, before the event that it has.
+    /// Finds contacts of a disc with the multi-cell bodies listed in its cell, before its present
+    /// event, and stores the earliest.
     #[cold]
     #[inline(never)]
     pub(in crate::cells) fn meet_coverings<D: Detection>(
@@ -200,7 +206,7 @@ impl State {
         simd::meet_listed(self, world, detection, disc, cell, now, except);
     }
 
-    /// The same, compiled with the instructions that were chosen.
+    /// Implementation of [`Self::search_covered_cell`] for one instruction set.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "the kernel, of size 0, is the eighth")]
     pub(in crate::cells) fn meet_listed<D: Detection, K: Kernel>(
@@ -214,7 +220,7 @@ impl State {
         except: Option<u32>,
     ) {
         let mut best = self.soonest_so_far(disc);
-        // The same for all: the bounds must not depend on the order in which they are asked.
+        // One horizon for all bodies: the bounds must not depend on the order of the tests.
         let horizon = best.time - now;
         for place in 0..self.multi_cell.covered.count(cell) {
             let listed = self.multi_cell.covered.get(cell, place);
@@ -222,7 +228,8 @@ impl State {
             if Some(other) == except {
                 continue;
             }
-            // The disc appears `image` boxes over to the covering body, hence this to the disc the other way.
+            // `listed.image` is that of the disc as seen from the multi-cell body; the other way it
+            // has the opposite sign.
             let image = listed.image.map(|boxes| -boxes);
             let covering = &self.multi_cell.list[self.multi_cell.index_of[other as usize] as usize];
             if covering.is_disc_among_discs && detection.decides_discs_in_closed_form() {
@@ -230,7 +237,8 @@ impl State {
             } else {
                 let seen = [Listed { who: disc, image: listed.image }];
                 let lanes = self.lanes::<1>(other, &seen, now);
-                // Most are out of reach of the bounding circle, which is told without the molecule's rotation.
+                // Most are excluded by the bounding circle alone, which does not need the
+                // molecule's rotation.
                 let [entry] = lanes.entry_times();
                 if !best.is_after(now, entry) {
                     continue;
@@ -255,7 +263,7 @@ impl State {
         }
     }
 
-    /// Asks detection for the first contact of a body with a candidate before the best event so far.
+    /// Searches the first contact of a body with a candidate, up to the best event so far.
     pub(in crate::cells) fn search<D: Detection>(
         &mut self,
         world: &World,
@@ -267,7 +275,8 @@ impl State {
     ) {
         self.done.pairs += 1;
         let Candidate { bound, who: Listed { who: other, image: seen }, .. } = *candidate;
-        // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
+        // The body inserted first is A, so that ties between atoms do not depend on the order of
+        // the query.
         let (pair, image) = ordered([body, other], seen);
         let relative = self.relative_motion(world, pair, image, now);
         let outline = |body: u32| world.bodies()[body as usize].kind.molecule.outline();
@@ -283,7 +292,7 @@ impl State {
                 }
             }
             Outcome::FreeUntil(time) => best.offer_recheck((now + time).max(now.next_up())),
-            // Not before the next epoch, which begins with other numbers.
+            // The pair is predicted again in the next epoch, which starts from other numbers.
             Outcome::OutOfRange => self.done.unresolved += 1,
             Outcome::Unresolved(time) => {
                 self.done.unresolved += 1;
@@ -292,7 +301,7 @@ impl State {
         }
     }
 
-    /// The event that a body has.
+    /// The present event of a body.
     #[inline]
     fn soonest_so_far(&self, body: u32) -> Soonest {
         let record = &self.records[body as usize];
@@ -310,7 +319,7 @@ impl State {
         self.multi_cell.pending[body as usize] = best.pending;
     }
 
-    /// The contact that a body's event announces.
+    /// The contact that a body's event stands for.
     pub(in crate::cells) fn contact_of_covering(
         &self,
         owner: u32,
@@ -324,8 +333,8 @@ impl State {
         ContactEvent { time, bodies, image, parts: pending.parts }
     }
 
-    /// The image of the pair's second body along their paths without periodic jumps, as seen from the one inserted
-    /// first.
+    /// The image of the second body, as seen from the one inserted first, along their paths without
+    /// periodic wraps.
     pub(super) fn path_image(&self, pair: [u32; 2], image: [i32; 2]) -> [i16; 2] {
         let [asking, other] = pair.map(|body| self.windings[body as usize]);
         let seen =
@@ -344,7 +353,7 @@ impl State {
         RelativeMotion::between(&a, &b, world.bounds().shift(image.map(i64::from)), now)
     }
 
-    /// Up to `N` bodies as seen from one, all as their bounding circles.
+    /// Up to `N` bodies as seen from one, as discs of their bounding radii.
     #[inline(always)]
     pub(super) fn lanes<const N: usize>(&self, body: u32, others: &[Listed], now: f64) -> DiscLanes<N> {
         let me = &self.records[body as usize];
@@ -370,7 +379,8 @@ impl State {
     }
 }
 
-/// When a body's centre leaves its shell: a little early, never late.
+/// Time at which a body's centre leaves its shell (offset in the epoch): slightly early, never
+/// late.
 fn leaves_shell(covering: &Covering, now: f64) -> f64 {
     let d = covering.motion.position_at(now) - covering.centre;
     let v = covering.motion.velocity;
@@ -382,7 +392,7 @@ fn leaves_shell(covering: &Covering, now: f64) -> f64 {
     let b = d.dot(v);
     let inside = (shell * shell - d.length_squared()).max(0.0);
     let root = (b * b + v_squared * inside).sqrt();
-    // The later root of |d + v t| = h, in the form that does not cancel.
+    // The later root of |d + v t| = h, in the form without cancellation.
     let stay = if b > 0.0 { inside / (b + root) } else { (root - b) / v_squared };
     now + stay
 }
