@@ -10,7 +10,6 @@ use crate::{
 };
 
 /// Number of cells along each side of the box, for [`HeapScheduler`](crate::HeapScheduler).
-#[doc(alias = "fineness")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CellsPerSide {
     /// The largest safe number, but no more than the number of bodies justifies.
@@ -79,7 +78,7 @@ impl Grid {
     /// # Errors
     /// [`GridError`] if the number asked for is not safe, or if the box is too small or too large
     /// for the bodies.
-    pub fn counts_for(world: &World, fineness: CellsPerSide) -> Result<[i32; 2], GridError> {
+    pub fn counts_for(world: &World, cells: CellsPerSide) -> Result<[i32; 2], GridError> {
         let sides = world.bounds().sides();
         let side = sides.min_element();
         let (reach, bodies) = world.farthest_reaching().unwrap_or_default();
@@ -105,16 +104,14 @@ impl Grid {
             }
         };
         let largest = safe(side).max(1);
-        match fineness {
-            CellsPerSide::Given(fineness) | CellsPerSide::Unchecked(fineness)
-                if !(1..=FINEST).contains(&fineness) =>
-            {
-                Err(GridError::CellsPerSide(fineness))
+        match cells {
+            CellsPerSide::Given(cells) | CellsPerSide::Unchecked(cells) if !(1..=FINEST).contains(&cells) => {
+                Err(GridError::CellsPerSide(cells))
             }
-            CellsPerSide::Given(fineness) if fineness > largest => {
-                Err(GridError::TooFine { fineness, largest, reach, bodies })
+            CellsPerSide::Given(cells) if cells > largest => {
+                Err(GridError::TooFine { fineness: cells, largest, reach, bodies })
             }
-            CellsPerSide::Given(fineness) | CellsPerSide::Unchecked(fineness) => Ok([fineness as i32; 2]),
+            CellsPerSide::Given(cells) | CellsPerSide::Unchecked(cells) => Ok([cells as i32; 2]),
             CellsPerSide::Automatic => {
                 // About one and a half cells for each body: fewer lengthen the lists, more add
                 // crossings.

@@ -56,7 +56,7 @@ pub struct HeapScheduler {
     /// Bound on the rounding of a separation in this epoch (length).
     separation_error: f64,
     /// Scratch space.
-    asked: Asked,
+    neighbours: Neighbours,
     done: SchedulerCounters,
 }
 
@@ -117,9 +117,9 @@ impl Scheduler for HeapScheduler {
     // Larger: stale events outnumber the others in the heap.
     const CONTACTS_PER_EPOCH: u64 = 8;
 
-    fn new(fineness: &CellsPerSide, world: &World) -> Result<Self, GridError> {
+    fn new(cells_per_side: &CellsPerSide, world: &World) -> Result<Self, GridError> {
         Ok(Self {
-            counts: Grid::counts_for(world, *fineness)?,
+            counts: Grid::counts_for(world, *cells_per_side)?,
             grid: Grid::default(),
             heap: BinaryHeap::new(),
             motions: Vec::new(),
@@ -128,7 +128,7 @@ impl Scheduler for HeapScheduler {
             versions: Vec::new(),
             limit: 0.0,
             separation_error: 0.0,
-            asked: Asked::default(),
+            neighbours: Neighbours::default(),
             done: SchedulerCounters::default(),
         })
     }
@@ -143,25 +143,25 @@ impl Scheduler for HeapScheduler {
         self.wrapped.begin(world.bodies.len());
         self.versions.clear();
         self.versions.resize(world.bodies.len(), 0);
-        let mut asked = self.take_asked();
+        let mut neighbours = self.take_scratch();
         for body in 0..world.bodies().len() as u32 {
             if world.bodies()[body as usize].is_fixed() {
                 continue;
             }
-            asked.clear();
+            neighbours.clear();
             for cell in self.grid.around(body) {
                 for &other in cell.bodies {
                     // Each pair once; fixed bodies are not predicted themselves.
                     if other > body || world.bodies()[other as usize].is_fixed() {
-                        asked.push(other, cell.image);
+                        neighbours.push(other, cell.image);
                     }
                 }
             }
-            asked.0.extend_from_slice(self.grid.walls(body));
-            self.predict(world, detection, body, &asked, 0.0);
+            neighbours.0.extend_from_slice(self.grid.walls(body));
+            self.predict(world, detection, body, &neighbours, 0.0);
             self.schedule_crossing(body, 0.0);
         }
-        self.asked = asked;
+        self.neighbours = neighbours;
     }
 
     fn run<L: EventLoop>(&mut self, events: L) -> L::End {
@@ -188,7 +188,7 @@ impl Scheduler for HeapScheduler {
             + self.windings.capacity() * size_of::<[i64; 2]>()
             + self.wrapped.heap_bytes()
             + self.versions.capacity() * size_of::<u32>()
-            + self.asked.0.capacity() * size_of::<(u32, [i32; 2])>()
+            + self.neighbours.0.capacity() * size_of::<(u32, [i32; 2])>()
     }
 
     fn counters(&self) -> SchedulerCounters {
@@ -247,35 +247,35 @@ impl EventQueue for HeapScheduler {
                 self.versions[body as usize] = self.versions[body as usize].wrapping_add(1);
             }
         }
-        let mut asked = self.take_asked();
+        let mut neighbours = self.take_scratch();
         for (turn, &body) in bodies.iter().enumerate() {
             if world.bodies()[body as usize].is_fixed() {
                 continue;
             }
-            asked.clear();
+            neighbours.clear();
             for cell in self.grid.around(body) {
                 for &other in cell.bodies {
                     // The prediction of the first body includes the pair itself.
-                    let asked_before =
+                    let is_predicted =
                         turn == 1 && other == bodies[0] && !world.bodies()[other as usize].is_fixed();
-                    if other != body && !asked_before {
-                        asked.push(other, cell.image);
+                    if other != body && !is_predicted {
+                        neighbours.push(other, cell.image);
                     }
                 }
             }
-            asked.0.extend_from_slice(self.grid.walls(body));
-            self.predict(world, detection, body, &asked, now);
+            neighbours.0.extend_from_slice(self.grid.walls(body));
+            self.predict(world, detection, body, &neighbours, now);
             self.schedule_crossing(body, now);
         }
-        self.asked = asked;
+        self.neighbours = neighbours;
     }
 }
 
 /// Neighbours to predict a body against, with their images.
 #[derive(Debug, Clone, Default)]
-struct Asked(Vec<(u32, [i32; 2])>);
+struct Neighbours(Vec<(u32, [i32; 2])>);
 
-impl Asked {
+impl Neighbours {
     fn clear(&mut self) {
         self.0.clear();
     }
@@ -287,10 +287,10 @@ impl Asked {
 
 impl HeapScheduler {
     /// Takes the scratch space, emptied; the caller puts it back.
-    fn take_asked(&mut self) -> Asked {
-        let mut asked = std::mem::take(&mut self.asked);
-        asked.clear();
-        asked
+    fn take_scratch(&mut self) -> Neighbours {
+        let mut neighbours = std::mem::take(&mut self.neighbours);
+        neighbours.clear();
+        neighbours
     }
 
     fn cross<D: Detection>(&mut self, world: &World, detection: &D, body: u32, step: Step, now: f64) {
@@ -304,26 +304,33 @@ impl HeapScheduler {
             self.wrapped.push(body);
             walls_before.iter_mut().for_each(|(_, image)| image[step.axis] -= wrapped);
         }
-        let mut asked = self.take_asked();
+        let mut neighbours = self.take_scratch();
         for cell in self.grid.ahead(body, step) {
             for &other in cell.bodies {
                 if other != body {
-                    asked.push(other, cell.image);
+                    neighbours.push(other, cell.image);
                 }
             }
         }
         let walls = self.grid.walls(body).iter().filter(|wall| !walls_before.contains(wall));
-        asked.0.extend(walls);
-        self.predict(world, detection, body, &asked, now);
-        self.asked = asked;
+        neighbours.0.extend(walls);
+        self.predict(world, detection, body, &neighbours, now);
+        self.neighbours = neighbours;
         self.schedule_crossing(body, now);
     }
 
     /// Predicts a body against neighbours: discs in batches, others one by one.
-    fn predict<D: Detection>(&mut self, world: &World, detection: &D, body: u32, asked: &Asked, now: f64) {
+    fn predict<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        body: u32,
+        neighbours: &Neighbours,
+        now: f64,
+    ) {
         let shape = &world.bodies()[body as usize].kind.molecule;
         if !shape.is_disc() {
-            for &(other, image) in &asked.0 {
+            for &(other, image) in &neighbours.0 {
                 self.predict_pair(world, detection, [body, other], image, now);
             }
             return;
@@ -332,7 +339,7 @@ impl HeapScheduler {
         let radius = shape.bounding_radius();
         let empty = DiscLanes::empty(self.separation_error, speed);
         let (mut lanes, mut partners) = (empty, SmallVec::<[(u32, [i32; 2]); DISC_LANES]>::new());
-        for &(other, image) in &asked.0 {
+        for &(other, image) in &neighbours.0 {
             let partner = &world.bodies()[other as usize].kind.molecule;
             if !partner.is_disc() {
                 self.predict_pair(world, detection, [body, other], image, now);

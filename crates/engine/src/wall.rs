@@ -150,7 +150,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_place_within_reach_is_in_a_cell_that_is_named(
+        fn every_point_within_reach_is_in_a_listed_cell(
             x in -2.0..2.0f64, y in -2.0..2.0f64, u in -2.0..2.0f64, v in -2.0..2.0f64,
             reach in 0.0..0.5f64, radius in 0.0..0.1f64, straight in 0..3u8, t in -1.2..1.2f64, off in -0.7..0.7f64,
         ) {

@@ -170,11 +170,11 @@ impl BodyRecord {
 
     /// In a dilute gas: time of the earliest contact, whether or not a crossing comes before it
     /// (offset in the epoch).
-    pub fn later(&self) -> f64 {
+    pub fn kept_contact_time(&self) -> f64 {
         self.radius
     }
 
-    pub fn set_later(&mut self, time: f64) {
+    pub fn set_kept_contact_time(&mut self, time: f64) {
         self.radius = time;
     }
 
@@ -198,7 +198,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_crossing_says_where_it_goes() {
+    fn a_crossing_encodes_its_axis_and_direction() {
         for (axis, sign, kind) in
             [(0, 0, Kind::Right), (0, 1, Kind::Left), (1, 0, Kind::Up), (1, 1, Kind::Down)]
         {

@@ -40,7 +40,7 @@ pub(super) struct Calendar {
     next_place: u32,
     /// Number of the bin before which the overflow list is scanned; no event in it belongs to an
     /// earlier bin.
-    turn: u64,
+    next_scan: u64,
     /// Time at which bin 0 begins.
     start: f64,
     bins_per_time: f64,
@@ -58,17 +58,17 @@ impl Calendar {
         self.links.extend((0..=self.bodies + self.ring).map(|head| [head; 2]));
         let width = EVENTS_PER_BIN * interval;
         self.bins_per_time = if width.is_finite() && width > 0.0 { 1.0 / width } else { 0.0 };
-        self.begin_ring(0.0);
+        self.reset_ring(0.0);
     }
 
     pub fn heap_bytes(&self) -> usize {
         self.links.capacity() * size_of::<Link>() + self.open.capacity() * size_of::<(f64, u32)>()
     }
 
-    fn begin_ring(&mut self, start: f64) {
+    fn reset_ring(&mut self, start: f64) {
         self.start = start;
         (self.next_bin, self.next_place) = (0, 0);
-        self.turn = u64::from(self.ring);
+        self.next_scan = u64::from(self.ring);
         self.open.clear();
     }
 
@@ -87,7 +87,7 @@ impl Calendar {
             self.links[body as usize] = [body; 2];
             self.open.push((time, body));
             let last = self.open.len() - 1;
-            sink(records, &mut self.open, last);
+            insert_sorted(records, &mut self.open, last);
         }
     }
 
@@ -122,9 +122,9 @@ impl Calendar {
                 self.open.pop();
             }
             opening(self);
-            if self.next_bin < self.turn {
+            if self.next_bin < self.next_scan {
                 self.open_bin(records);
-            } else if !self.go_round(records, stop) {
+            } else if !self.scan_overflow_list(records, stop) {
                 return None;
             }
         }
@@ -133,13 +133,13 @@ impl Calendar {
     /// Removes the event of a body from the opened bins if it is the next one, as the partner's
     /// event is at most contacts.
     #[inline(always)]
-    pub fn drop_next(&mut self, body: u32) {
+    pub fn remove_if_next(&mut self, body: u32) {
         let is_next = self.open.last().is_some_and(|&(_, next)| next == body);
         self.open.truncate(self.open.len() - usize::from(is_next));
     }
 
     /// The bodies in a bin, by its distance from the next one.
-    pub fn coming(&self, bins: u32) -> impl Iterator<Item = u32> {
+    pub fn bodies_in_bin(&self, bins: u32) -> impl Iterator<Item = u32> {
         let place = self.next_place + bins % self.ring;
         let head = self.bodies + if place < self.ring { place } else { place - self.ring };
         let after = move |body: u32| Some(self.links[body as usize][NEXT]).filter(|&next| next != head);
@@ -185,7 +185,7 @@ impl Calendar {
         }
         let open = self.open.as_mut_slice();
         for place in 1..open.len() {
-            sink(records, open, place);
+            insert_sorted(records, open, place);
         }
     }
 
@@ -193,14 +193,14 @@ impl Calendar {
     /// earliest of them. Returns false if this is after `stop` or there is none.
     #[cold]
     #[inline(never)]
-    fn go_round(&mut self, records: &[BodyRecord], stop: f64) -> bool {
+    fn scan_overflow_list(&mut self, records: &[BodyRecord], stop: f64) -> bool {
         let head = self.bodies + self.ring;
-        let mut waiting = Vec::new();
+        let mut overflow = Vec::new();
         let mut body = self.links[head as usize][NEXT];
         let mut soonest = f64::INFINITY;
         while body != head {
             soonest = soonest.min(records[body as usize].time);
-            waiting.push(body);
+            overflow.push(body);
             body = self.links[body as usize][NEXT];
         }
         let is_empty = (self.bodies..head).all(|bin| self.links[bin as usize][NEXT] == bin);
@@ -208,11 +208,11 @@ impl Calendar {
             if soonest > stop || soonest == f64::INFINITY {
                 return false;
             }
-            self.begin_ring(soonest);
+            self.reset_ring(soonest);
         } else {
-            self.turn = self.next_bin + u64::from(self.ring);
+            self.next_scan = self.next_bin + u64::from(self.ring);
         }
-        for body in waiting {
+        for body in overflow {
             self.schedule(records, body, records[body as usize].time);
         }
         true
@@ -221,7 +221,7 @@ impl Calendar {
 
 /// Insertion sort: moves an entry to its place among those before it, in descending order.
 #[inline(always)]
-fn sink(records: &[BodyRecord], open: &mut [(f64, u32)], mut place: usize) {
+fn insert_sorted(records: &[BodyRecord], open: &mut [(f64, u32)], mut place: usize) {
     let (time, body) = open[place];
     while place > 0 {
         let (other_time, other) = open[place - 1];
@@ -253,7 +253,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     #[test]
-    fn events_come_in_order_whatever_the_width_of_a_bin() {
+    fn events_come_in_order_for_any_width_of_a_bin() {
         for width in [1e-6, 1e-3, 0.1, 1e3, f64::INFINITY] {
             let mut random = rand_pcg::Pcg64::seed_from_u64(7);
             let mut records = vec![BodyRecord::dummy(); 50];
@@ -274,7 +274,7 @@ mod tests {
                 // Removes a body's event if it is the next one, or its dead entry is; the body then
                 // gets another event.
                 let dropped = random.random_range(0..records.len() as u32);
-                calendar.drop_next(dropped);
+                calendar.remove_if_next(dropped);
                 records[dropped as usize].set_event(later(&mut random), Kind::Nothing, 0, 0);
                 calendar.schedule(&records, dropped, records[dropped as usize].time);
                 // The body itself, and another body from any place, at an earlier or later time
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_to_come_is_none() {
+    fn a_calendar_without_finite_events_returns_none() {
         let mut calendar = Calendar::default();
         calendar.lay_out(3, 1.0);
         let records = vec![BodyRecord::dummy(); 3];

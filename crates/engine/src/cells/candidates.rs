@@ -8,15 +8,15 @@ use std::hint::select_unpredictable as select;
 pub(super) struct Candidate<T> {
     /// Lower bound on the contact time (from now).
     pub bound: f64,
-    pub who: T,
+    pub item: T,
     /// Whether the bound is as tight as it can be without a search.
-    pub is_close: bool,
+    pub is_tight: bool,
 }
 
 impl<T> Candidate<T> {
     /// The candidate with another representation of its body.
     pub fn map<U>(self, name: impl FnOnce(T) -> U) -> Candidate<U> {
-        Candidate { bound: self.bound, who: name(self.who), is_close: self.is_close }
+        Candidate { bound: self.bound, item: name(self.item), is_tight: self.is_tight }
     }
 }
 
@@ -46,7 +46,7 @@ impl<T: Copy> Candidates<T> {
         &mut self,
         bounds: [f64; N],
         is_wanted: impl Fn(f64) -> bool,
-        who: impl Fn(usize) -> Option<T>,
+        item: impl Fn(usize) -> Option<T>,
     ) {
         // As many bits as an `f64` has, so that the compiler vectorises the loop in registers of
         // `f64`.
@@ -57,8 +57,8 @@ impl<T: Copy> Candidates<T> {
         while wanted != 0 {
             let lane = wanted.trailing_zeros() as usize % N;
             wanted &= wanted - 1;
-            if let Some(who) = who(lane) {
-                self.0.push(Candidate { bound: bounds[lane], who, is_close: false });
+            if let Some(item) = item(lane) {
+                self.0.push(Candidate { bound: bounds[lane], item, is_tight: false });
             }
         }
     }
@@ -70,7 +70,7 @@ impl<T: Copy> Candidates<T> {
         let mut least = 0;
         let mut soonest = (f64::INFINITY, u32::MAX);
         for (place, candidate) in self.0.iter().enumerate() {
-            let this = (candidate.bound, body(&candidate.who));
+            let this = (candidate.bound, body(&candidate.item));
             let is_sooner = (this.0 < soonest.0) | ((this.0 == soonest.0) & (this.1 < soonest.1));
             least = select(is_sooner, place, least);
             soonest = (select(is_sooner, this.0, soonest.0), select(is_sooner, this.1, soonest.1));
@@ -84,26 +84,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_soonest_comes_first_and_of_several_at_once_the_one_inserted_first() {
+    fn the_lowest_bound_comes_first_and_of_equal_ones_the_body_inserted_first() {
         let mut candidates = Candidates::default();
-        let who = [7, 3, 9, 4, 1, 8, 2, 6];
+        let item = [7, 3, 9, 4, 1, 8, 2, 6];
         let bounds = [2.0, 1.0, f64::INFINITY, 1.0, 0.0, f64::NAN, 5.0, 3.0];
         // The last lane is empty.
-        candidates.sift(bounds, |bound| bound < 4.0, |lane| (lane < 7).then(|| who[lane]));
+        candidates.sift(bounds, |bound| bound < 4.0, |lane| (lane < 7).then(|| item[lane]));
         candidates.sift([1.0], |bound| bound < 4.0, |_| Some(5));
         let mut order = Vec::new();
         while let Some(candidate) = candidates.take_least(|&body| body) {
-            order.push((candidate.bound, candidate.who));
+            order.push((candidate.bound, candidate.item));
         }
         assert_eq!(order, [(0.0, 1), (1.0, 3), (1.0, 4), (1.0, 5), (2.0, 7)]);
     }
 
     #[test]
-    fn those_that_are_never_met_come_out_as_well() {
+    fn candidates_with_infinite_bounds_are_returned_as_well() {
         let mut candidates = Candidates::default();
         candidates.sift([f64::INFINITY; 2], |_| true, |lane| Some(lane as u32));
-        assert_eq!(candidates.take_least(|&body| body).map(|candidate| candidate.who), Some(0));
-        assert_eq!(candidates.take_least(|&body| body).map(|candidate| candidate.who), Some(1));
+        assert_eq!(candidates.take_least(|&body| body).map(|candidate| candidate.item), Some(0));
+        assert_eq!(candidates.take_least(|&body| body).map(|candidate| candidate.item), Some(1));
         assert!(candidates.take_least(|&body| body).is_none());
     }
 }

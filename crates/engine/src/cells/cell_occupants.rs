@@ -270,7 +270,7 @@ mod tests {
         /// Any discs in any cells (all in one, too), moved about: the occupants around each cell
         /// and their flights are those of a search through all discs.
         #[test]
-        fn rosters_hold_exactly_the_discs_of_each_cell(
+        fn occupants_are_exactly_the_discs_of_each_cell(
             columns in 3u16..6, rows in 3u16..6, crowd in any::<bool>(),
             starts in prop::collection::vec((0u16..6, 0u16..6), 1..80),
             moves in prop::collection::vec((0usize..80, 0u16..6, 0u16..6, any::<bool>()), 0..200),

@@ -18,28 +18,28 @@ use crate::{
 impl State {
     /// Finds the earliest contact of a small disc with its neighbours, and its crossing.
     #[inline(always)]
-    pub(super) fn ask<K: Kernel>(&self, kernel: K, disc: u32, now: f64) -> Asked {
+    pub(super) fn query_neighbours<K: Kernel>(&self, kernel: K, disc: u32, now: f64) -> DiscEvents {
         let from = &self.records[disc as usize];
         let cell = self.neighbour_lists.index(from.cell());
         // Each arm builds its own query, since a shared one would be spilled to memory. There is no
         // branch on the result, which ends a long dependency chain.
-        let (soonest, covered) = match (self.neighbour_lists.only_eight(cell), self.like) {
+        let (soonest, covered) = match (self.neighbour_lists.only_eight(cell), self.pair_constants) {
             // Bound again, so that the compiler specialises this arm.
-            (Some((slots, false, is_covered)), like @ Some(_)) => {
-                let query = NeighbourQuery { like, ..self.query(disc, now) };
-                (kernel.eight::<false>(query, slots).among(slots), is_covered.then_some(cell))
+            (Some((slots, false, is_covered)), pair_constants @ Some(_)) => {
+                let query = NeighbourQuery { pair_constants, ..self.query(disc, now) };
+                (kernel.soonest_of_eight::<false>(query, slots).in_slots(slots), is_covered.then_some(cell))
             }
-            (Some((slots, true, is_covered)), like @ Some(_)) => {
-                let query = NeighbourQuery { like, ..self.query(disc, now) };
-                (kernel.eight::<true>(query, slots).among(slots), is_covered.then_some(cell))
+            (Some((slots, true, is_covered)), pair_constants @ Some(_)) => {
+                let query = NeighbourQuery { pair_constants, ..self.query(disc, now) };
+                (kernel.soonest_of_eight::<true>(query, slots).in_slots(slots), is_covered.then_some(cell))
             }
-            _ => self.ask_any(kernel, disc, now, cell),
+            _ => self.query_any_list(kernel, disc, now, cell),
         };
         let (crossing_time, crossing) = self.crossing(from, now);
-        Asked {
+        DiscEvents {
             contact_time: now + soonest.time,
             partner: soonest.slot & INDEX_MASK,
-            is_doubtful: soonest.is_doubtful,
+            is_ambiguous: soonest.is_ambiguous,
             covered,
             crossing_time,
             crossing,
@@ -49,19 +49,24 @@ impl State {
     /// [`Self::query_neighbours`] for any neighbour list: the earliest contact, and the cell if it
     /// is covered.
     #[inline(always)]
-    fn ask_any<K: Kernel>(&self, kernel: K, disc: u32, now: f64, cell: u32) -> (SoonestSlot, Option<u32>) {
+    fn query_any_list<K: Kernel>(
+        &self,
+        kernel: K,
+        disc: u32,
+        now: f64,
+        cell: u32,
+    ) -> (SoonestSlot, Option<u32>) {
         let list = self.neighbour_lists.list_of(cell);
         let soonest = match list.plain() {
             Some((first, second)) => {
-                let soonest = kernel.eight::<false>(self.query(disc, now), first).among(first);
+                let soonest = kernel.soonest_of_eight::<false>(self.query(disc, now), first).in_slots(first);
                 match second {
                     None => soonest,
-                    Some(second) => {
-                        soonest.or(kernel.eight::<false>(self.query(disc, now), second).among(second))
-                    }
+                    Some(second) => soonest
+                        .or(kernel.soonest_of_eight::<false>(self.query(disc, now), second).in_slots(second)),
                 }
             }
-            None => kernel.any(&self.query(disc, now), &list),
+            None => kernel.soonest_of_list(&self.query(disc, now), &list),
         };
         (soonest, list.is_covered().then_some(cell))
     }
@@ -75,7 +80,7 @@ impl State {
             now,
             separation_error: self.separation_error,
             sides: self.sides,
-            like: self.like,
+            pair_constants: self.pair_constants,
         }
     }
 
@@ -85,18 +90,19 @@ impl State {
     /// The time ends a long dependency chain, and only rare branches depend on it: the processor
     /// can start the following work before the time is known.
     #[inline(always)]
-    pub(super) fn settle_disc<D: Detection>(
+    pub(super) fn store_disc_event<D: Detection>(
         &mut self,
         world: &World,
         detection: &D,
         disc: u32,
         now: f64,
-        asked: &Asked,
+        events: &DiscEvents,
     ) -> f64 {
-        let Asked { mut contact_time, mut partner, is_doubtful, covered, crossing_time, crossing } = *asked;
-        if is_doubtful | !detection.decides_discs_in_closed_form() {
+        let DiscEvents { mut contact_time, mut partner, is_ambiguous, covered, crossing_time, crossing } =
+            *events;
+        if is_ambiguous | !detection.decides_discs_in_closed_form() {
             let soonest;
-            (soonest, partner) = self.look_closer(detection, disc, now);
+            (soonest, partner) = self.resolve_with_detector(detection, disc, now);
             contact_time = now + soonest;
         }
         let meets = contact_time <= crossing_time;
@@ -107,9 +113,9 @@ impl State {
         self.records[disc as usize].set_event(time, kind, partner, version);
         if let Some(cell) = covered {
             if self.multi_cell.are_large_discs() && detection.decides_discs_in_closed_form() {
-                return self.meet_large_discs(disc, cell, now);
+                return self.search_large_discs(disc, cell, now);
             }
-            self.meet_coverings(world, detection, disc, cell, now, None);
+            self.search_covered_cell(world, detection, disc, cell, now, None);
             return self.records[disc as usize].time;
         }
         time
@@ -121,12 +127,12 @@ impl State {
     /// the disc inserted first.
     #[cold]
     #[inline(never)]
-    fn look_closer<D: Detection>(&self, detection: &D, disc: u32, now: f64) -> (f64, u32) {
+    fn resolve_with_detector<D: Detection>(&self, detection: &D, disc: u32, now: f64) -> (f64, u32) {
         let query = self.query(disc, now);
         let list = self.neighbour_lists.list(query.from.cell());
         let mut soonest = (f64::INFINITY, 0);
         list.for_each_slots8(|slots| {
-            soonest = sooner(soonest, query.look_closer(detection, slots, list.at_border));
+            soonest = sooner(soonest, query.resolve_with_detector(detection, slots, list.at_border));
         });
         soonest
     }
@@ -134,12 +140,12 @@ impl State {
     /// Time and direction in which a disc leaves its cell. Infinite for a velocity of exactly 0,
     /// for which the quotient 0/0 is discarded.
     #[inline(always)]
-    pub(super) fn crossing(&self, me: &BodyRecord, now: f64) -> (f64, Kind) {
+    pub(super) fn crossing(&self, record: &BodyRecord, now: f64) -> (f64, Kind) {
         // Both axes in one register.
-        let pair = |first: usize| f64x2::new([me.flight[first], me.flight[first + 1]]);
+        let pair = |first: usize| f64x2::new([record.flight[first], record.flight[first + 1]]);
         let (origin, velocity) = (pair(0), pair(2));
         let side = f64x2::new(self.grid.side().to_array());
-        let cell = f64x2::new(me.cell().map(f64::from));
+        let cell = f64x2::new(record.cell().map(f64::from));
         let goes_down = velocity.simd_lt(f64x2::ZERO);
         let border = (cell + goes_down.bitselect(f64x2::ZERO, f64x2::ONE)) * side;
         let time = (border - origin) / velocity;
@@ -200,12 +206,12 @@ impl State {
 
 /// The earliest contact and the crossing of a disc, before they are compared.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Asked {
+pub(super) struct DiscEvents {
     /// Time of the earliest contact (offset in the epoch, infinite for none), and its partner.
     contact_time: f64,
     partner: u32,
     /// Whether the detector must decide the contact.
-    is_doubtful: bool,
+    is_ambiguous: bool,
     /// Its cell, if a multi-cell body is listed there.
     covered: Option<u32>,
     crossing_time: f64,

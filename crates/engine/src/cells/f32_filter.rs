@@ -76,7 +76,7 @@ impl Units {
         limit: f64,
         velocities: impl ExactSizeIterator<Item = DVec2>,
     ) -> Self {
-        let (side, speed) = (sides.max_element(), hardly_exceeded(velocities));
+        let (side, speed) = (sides.max_element(), speed_unit(velocities));
         let per_time = speed / side;
         let longest = limit * per_time;
         let reach = (1.0 + 8.0 * U_SINGLE) * contact_distance / side + U_SINGLE * (16.0 + 16.0 * longest);
@@ -128,7 +128,7 @@ impl Units {
 /// A speed that few discs ever reach: the larger of twice the greatest and four times the root mean
 /// square. In a gas in equilibrium one disc in 10⁷ exceeds the second. At the start of a run all
 /// may have the same speed, and twice the greatest would be too low.
-fn hardly_exceeded(velocities: impl ExactSizeIterator<Item = DVec2>) -> f64 {
+fn speed_unit(velocities: impl ExactSizeIterator<Item = DVec2>) -> f64 {
     let count = velocities.len() as f64;
     let (fastest, sum) = velocities.map(DVec2::length_squared).fold((0.0, 0.0), |(fastest, sum), square| {
         (if square > fastest { square } else { fastest }, sum + square)
@@ -149,7 +149,7 @@ pub(super) struct F32Filter {
 impl F32Filter {
     /// The filter for discs seen in the image with this code.
     #[inline(always)]
-    pub fn through(self, units: &Units, code: usize) -> Self {
+    pub fn for_image(self, units: &Units, code: usize) -> Self {
         let [x, y] = units.shifts[code];
         Self { place: [self.place[0] - x, self.place[1] - y], ..self }
     }
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_too_fast_makes_everybody_worth_asking() {
+    fn a_disc_too_fast_for_the_units_disables_the_filter() {
         // Twice the greatest, or four times the root mean square.
         for (speeds, bound) in
             [([1.0, 0.0], 8.0_f64.sqrt()), ([1.0, 1.0], 4.0), ([1e-3, 0.0], 8e-6_f64.sqrt())]
@@ -203,10 +203,10 @@ mod tests {
     }
 
     #[test]
-    fn where_nothing_can_be_seen_everybody_is_asked() {
-        let nobody = Units::new(0.1, DVec2::ONE, 1.0, [].into_iter());
-        let blind = [
-            nobody,
+    fn units_without_digits_disable_the_filter() {
+        let no_discs = Units::new(0.1, DVec2::ONE, 1.0, [].into_iter());
+        let disabled = [
+            no_discs,
             units(1e9, [1.0]),
             units(f64::INFINITY, [1.0]),
             units(f64::NAN, [1.0]),
@@ -216,7 +216,7 @@ mod tests {
             units(1e300, [1e-300]),
             units(1.0, [f64::NAN]),
         ];
-        assert!(blind.iter().all(Units::is_disabled), "{blind:?}");
+        assert!(disabled.iter().all(Units::is_disabled), "{disabled:?}");
         // A subnormal square gives a coarse unit of speed; it is still a bound.
         let mut coarse = units(1e161, [1e-161]);
         assert!(!coarse.is_disabled());

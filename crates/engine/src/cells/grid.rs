@@ -63,9 +63,9 @@ impl CellGrid {
         });
         let longest = if largest_small > 0.0 { 2.0 * largest_small } else { median_reach(world) };
         let bodies = world.bodies().len().max(1) as f64;
-        let alike = radii.len() == world.bodies().len() && radii.first() == radii.last();
+        let equal_radii = radii.len() == world.bodies().len() && radii.first() == radii.last();
         let spacing = (sides.x * sides.y / bodies).sqrt();
-        let is_dilute = alike && !holds_molecules && spacing > DILUTE * longest;
+        let is_dilute = equal_radii && !holds_molecules && spacing > DILUTE * longest;
         let cells_per_body = match largest_small > 0.0 {
             true if is_dilute => CELLS_PER_BODY_WHERE_DILUTE,
             true => MOST_CELLS_PER_BODY,
@@ -88,8 +88,9 @@ impl CellGrid {
     /// multi-cell bodies are empty. The whole area where no body lives in a cell.
     fn free_area(&self, world: &World) -> f64 {
         let area = world.bounds().area();
-        let covering = world.bodies().iter().filter(|body| self.largest_small > 0.0 && self.covers(body));
-        (area - covering.map(|body| body.molecule().area()).sum::<f64>()).max(0.5 * area)
+        let multi_cell_bodies =
+            world.bodies().iter().filter(|body| self.largest_small > 0.0 && self.is_multi_cell(body));
+        (area - multi_cell_bodies.map(|body| body.molecule().area()).sum::<f64>()).max(0.5 * area)
     }
 
     /// Whether this is a gas of equal discs at large distances, in cells of a few discs each.
@@ -129,24 +130,24 @@ impl CellGrid {
     }
 
     /// Whether a body is a multi-cell body.
-    pub fn covers(&self, body: &Body) -> bool {
+    pub fn is_multi_cell(&self, body: &Body) -> bool {
         let may_be_small = !body.is_fixed() && (self.holds_molecules || body.kind.molecule.is_disc());
         !may_be_small || body.kind.molecule.bounding_radius() > self.largest_small
     }
 
     /// Bounding radius of the bodies in cells, if all have the same (length).
-    pub fn like(&self, world: &World) -> Option<f64> {
-        self.common(world, |body| body.molecule().bounding_radius())
+    pub fn common_radius(&self, world: &World) -> Option<f64> {
+        self.common_value(world, |body| body.molecule().bounding_radius())
     }
 
     /// Inverse mass of the bodies in cells, if all have the same (1/mass).
-    pub fn inverse_mass(&self, world: &World) -> Option<f64> {
-        self.common(world, |body| body.inertia().inverse_mass)
+    pub fn common_inverse_mass(&self, world: &World) -> Option<f64> {
+        self.common_value(world, |body| body.inertia().inverse_mass)
     }
 
     /// The value of `of` for the bodies in cells, if all have the same.
-    fn common(&self, world: &World, of: impl Fn(&Body) -> f64) -> Option<f64> {
-        let mut numbers = world.bodies().iter().filter(|body| !self.covers(body)).map(of);
+    fn common_value(&self, world: &World, of: impl Fn(&Body) -> f64) -> Option<f64> {
+        let mut numbers = world.bodies().iter().filter(|body| !self.is_multi_cell(body)).map(of);
         let first = numbers.next()?;
         numbers.all(|number| number == first).then_some(first)
     }

@@ -28,10 +28,10 @@
 //!
 //! 1. **Contact implies relation.** Two bodies that touch are related, as long as neither has
 //!    crossed into another cell or left its shell. *Proof.* A cell is as long as two discs reach. A
-//!    multi-cell body of bounding radius R is listed in all cells within R + r_max + h of the centre
-//!    of its shell (r_max: radius of the largest disc, h: radius of the shell). If it is a disc,
-//!    the cells inside it for every position in its shell are left out; they hold no other centre.
-//!    Two multi-cell bodies are neighbours within R + R' + h + h'.
+//!    multi-cell body of bounding radius R is listed in all cells within R + r_max + h of the
+//!    centre of its shell (r_max: radius of the largest disc, h: radius of the shell). If it is a
+//!    disc, the cells inside it for every position in its shell are left out; they hold no other
+//!    centre. Two multi-cell bodies are neighbours within R + R' + h + h'.
 //! 2. **A relation begins with a prediction.** It begins when a body enters a cell or is listed
 //!    anew, and this body is predicted right after the lists have changed.
 //! 3. **The body predicted last has an event at t or before.** *Proof.* Call this body k. Neither
@@ -93,7 +93,7 @@ use self::{
     multi_cell::MultiCellBodies,
     neighbour_lists::NeighbourLists,
     prefetch::prefetch_next,
-    simd::{Available, Kernel, Like, Portable},
+    simd::{Available, Kernel, PairConstants, Portable},
 };
 use crate::{
     CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, World,
@@ -173,7 +173,7 @@ struct State {
     /// Sides of the box (length).
     sides: [f64; 2],
     /// Constants of a pair of small discs, if all have one radius.
-    like: Option<Like>,
+    pair_constants: Option<PairConstants>,
     /// Inverse mass of the bodies that live in cells, if all have the same (1/mass).
     inverse_mass: Option<f64>,
     done: SchedulerCounters,
@@ -190,7 +190,7 @@ impl Scheduler for CellScheduler {
         let grid = if world.is_billiard() { None } else { CellGrid::new(world) };
         let Some(grid) = grid else {
             return HeapScheduler::new(&CellsPerSide::Automatic, world)
-                .map(|thesis| Self(Layout::Fallback(Box::new(thesis))));
+                .map(|fallback| Self(Layout::Fallback(Box::new(fallback))));
         };
         Ok(Self(Layout::Grid(Box::new(State {
             instructions: simd::available(*instructions),
@@ -206,7 +206,7 @@ impl Scheduler for CellScheduler {
             limit: 0.0,
             separation_error: 0.0,
             sides: world.bounds().sides().to_array(),
-            like: None,
+            pair_constants: None,
             inverse_mass: None,
             done: SchedulerCounters::default(),
         }))))
@@ -215,14 +215,14 @@ impl Scheduler for CellScheduler {
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
         match &mut self.0 {
             Layout::Grid(state) => state.begin_epoch(world, detection, limit),
-            Layout::Fallback(thesis) => thesis.begin_epoch(world, detection, limit),
+            Layout::Fallback(fallback) => fallback.begin_epoch(world, detection, limit),
         }
     }
 
     fn run<L: EventLoop>(&mut self, events: L) -> L::End {
         match &mut self.0 {
             Layout::Grid(state) => simd::run(state, events),
-            Layout::Fallback(thesis) => events.run(&mut **thesis),
+            Layout::Fallback(fallback) => events.run(&mut **fallback),
         }
     }
 
@@ -231,7 +231,7 @@ impl Scheduler for CellScheduler {
             Layout::Grid(cells) => {
                 (0..cells.windings.len() as u32).for_each(|body| cells.store_body(state, body));
             }
-            Layout::Fallback(thesis) => thesis.store(state),
+            Layout::Fallback(fallback) => fallback.store(state),
         }
     }
 
@@ -241,21 +241,21 @@ impl Scheduler for CellScheduler {
                 let Some(wrapped) = cells.wrapped.take() else { return self.store(state) };
                 wrapped.iter().chain(contact).for_each(|&body| cells.store_body(state, body));
             }
-            Layout::Fallback(thesis) => thesis.store_changes(state, contact),
+            Layout::Fallback(fallback) => fallback.store_changes(state, contact),
         }
     }
 
     fn heap_bytes(&self) -> usize {
         match &self.0 {
             Layout::Grid(state) => state.heap_bytes(),
-            Layout::Fallback(thesis) => thesis.heap_bytes(),
+            Layout::Fallback(fallback) => fallback.heap_bytes(),
         }
     }
 
     fn counters(&self) -> SchedulerCounters {
         match &self.0 {
             Layout::Grid(state) => state.done,
-            Layout::Fallback(thesis) => thesis.counters(),
+            Layout::Fallback(fallback) => fallback.counters(),
         }
     }
 }
@@ -286,7 +286,7 @@ impl State {
             self.occupants.lay_out([columns, rows], bodies as u32, units);
         } else {
             let in_cells = world.bodies().iter().zip(&self.records).enumerate();
-            let in_cells = in_cells.filter(|(_, (body, _))| !self.grid.covers(body));
+            let in_cells = in_cells.filter(|(_, (body, _))| !self.grid.is_multi_cell(body));
             let discs = in_cells.map(|(index, (_, record))| (index as u32, record.cell()));
             self.neighbour_lists.list_all([columns, rows], bodies as u32, discs);
         }
@@ -298,14 +298,15 @@ impl State {
             if self.grid.is_dilute() {
                 let record = &self.records[index];
                 self.occupants.enter(Portable, index as u32, record.cell(), record.flight);
-            } else if self.grid.covers(body) {
+            } else if self.grid.is_multi_cell(body) {
                 let among_molecules = self.grid.holds_molecules();
                 self.multi_cell.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
             }
         }
-        self.like = self.grid.like(world).map(|radius| Like::new(radius, self.separation_error));
-        self.inverse_mass = self.grid.inverse_mass(world);
-        self.list_all(world);
+        self.pair_constants =
+            self.grid.common_radius(world).map(|radius| PairConstants::new(radius, self.separation_error));
+        self.inverse_mass = self.grid.common_inverse_mass(world);
+        self.list_multi_cell_bodies(world);
         // All bodies are predicted first: their waiting times give the mean interval between
         // events.
         simd::predict_all(self, world, detection);
@@ -382,18 +383,18 @@ impl State {
                 if self.records[partner as usize].version == record.partner_version {
                     // Both bodies are predicted after the contact, so the partner's event is void;
                     // in most cases it is this contact.
-                    self.calendar.drop_next(partner);
+                    self.calendar.remove_if_next(partner);
                     let bodies = if body < partner { [body, partner] } else { [partner, body] };
                     return Some(if kind == Kind::Discs {
                         self.contact_of_discs(bodies, now)
                     } else {
-                        self.contact_of_covering(body, bodies, now)
+                        self.contact_of_multi_cell_body(body, bodies, now)
                     });
                 }
                 self.done.stale += 1;
             } else if kind.is_crossing() {
                 if self.grid.is_dilute() {
-                    let time = self.cross_among_few(kernel, detection, body, kind, now);
+                    let time = self.cross_dilute(kernel, detection, body, kind, now);
                     self.calendar.schedule(&self.records, body, time);
                     continue;
                 }
@@ -422,7 +423,7 @@ impl State {
                 self.set_motion(kernel, body, motion.position, motion.velocity, now);
                 self.multi_cell.set_motion(body, motion);
                 self.molecules.set_motion(body, motion);
-                self.keep_on_roster(kernel, body);
+                self.update_occupant(kernel, body);
             }
         }
         let skip_partner = self.skip_partner(bodies);
@@ -449,7 +450,7 @@ impl State {
         time: f64,
         [places, velocities]: [[DVec2; 2]; 2],
     ) {
-        if self.multi_cell.is_covering(bodies[0]) | self.multi_cell.is_covering(bodies[1]) {
+        if self.multi_cell.is_multi_cell(bodies[0]) | self.multi_cell.is_multi_cell(bodies[1]) {
             for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
                 if !self.multi_cell.is_fixed(body) {
                     self.set_motion(kernel, body, place, velocity, time);
@@ -465,7 +466,7 @@ impl State {
         }
         for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
             self.molecules.set_flight(body, time, place, velocity);
-            self.keep_on_roster(kernel, body);
+            self.update_occupant(kernel, body);
         }
         for body in bodies {
             if !self.multi_cell.is_fixed(body) {
@@ -495,10 +496,11 @@ impl State {
     ) {
         // Both queries come before both writes, so that the processor executes the two independent
         // chains of operations in parallel.
-        let (asked_a, asked_b) = (self.ask(kernel, a, now), self.ask(kernel, b, now));
-        let soonest = self.settle_disc(world, detection, a, now, &asked_a);
+        let (events_a, events_b) =
+            (self.query_neighbours(kernel, a, now), self.query_neighbours(kernel, b, now));
+        let soonest = self.store_disc_event(world, detection, a, now, &events_a);
         self.calendar.schedule(&self.records, a, soonest);
-        let soonest = self.settle_disc(world, detection, b, now, &asked_b);
+        let soonest = self.store_disc_event(world, detection, b, now, &events_b);
         self.calendar.schedule(&self.records, b, soonest);
     }
 
@@ -532,13 +534,13 @@ impl State {
         body: u32,
         now: f64,
     ) -> f64 {
-        if self.multi_cell.is_covering(body) | self.grid.holds_molecules() {
+        if self.multi_cell.is_multi_cell(body) | self.grid.holds_molecules() {
             self.predict_searching(world, detection, body, now, None)
         } else if self.grid.is_dilute() {
-            self.predict_among_few(kernel, detection, body, now)
+            self.predict_dilute(kernel, detection, body, now)
         } else {
-            let asked = self.ask(kernel, body, now);
-            self.settle_disc(world, detection, body, now, &asked)
+            let events = self.query_neighbours(kernel, body, now);
+            self.store_disc_event(world, detection, body, now, &events)
         }
     }
 
@@ -548,7 +550,7 @@ impl State {
     fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
         match self.inverse_mass {
             Some(inverse_mass)
-                if !(self.multi_cell.is_covering(bodies[0]) | self.multi_cell.is_covering(bodies[1])) =>
+                if !(self.multi_cell.is_multi_cell(bodies[0]) | self.multi_cell.is_multi_cell(bodies[1])) =>
             {
                 [inverse_mass; 2]
             }

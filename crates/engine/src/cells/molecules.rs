@@ -14,7 +14,7 @@ use super::{
     State,
     body_record::INDEX_MASK,
     candidates::Candidates,
-    multi_cell::{Listed, Soonest},
+    multi_cell::{EarliestEvent, Listed},
     neighbour_lists::image_of,
     simd::{self, Kernel},
 };
@@ -76,7 +76,7 @@ impl State {
         if self.multi_cell.is_fixed(a) | self.multi_cell.is_fixed(b) {
             return None;
         }
-        let searches = |body| self.grid.holds_molecules() | self.multi_cell.is_covering(body);
+        let searches = |body| self.grid.holds_molecules() | self.multi_cell.is_multi_cell(body);
         // The squared speed is invariant under reflections of the system.
         let speed_squared = |body: u32| self.records[body as usize].velocity().length_squared();
         match (searches(a), searches(b)) {
@@ -100,7 +100,7 @@ impl State {
         now: f64,
         except: Option<u32>,
     ) -> f64 {
-        if self.multi_cell.is_covering(body) {
+        if self.multi_cell.is_multi_cell(body) {
             simd::predict_multi_cell(self, world, detection, body, now, except);
         } else {
             simd::predict_molecule(self, world, detection, body, now, except);
@@ -124,7 +124,7 @@ impl State {
         let query = self.query(body, now);
         let list = self.neighbour_lists.list(query.from.cell());
         let (crossing_time, crossing) = self.crossing(query.from, now);
-        let mut best = Soonest::before(crossing_time, crossing);
+        let mut best = EarliestEvent::before(crossing_time, crossing);
         let covered = list.is_covered().then_some(list.cell);
         let outline = world.bodies()[body as usize].kind.molecule.outline();
         let query_body = QueryBody::new(outline, &self.molecules.motions[body as usize], now);
@@ -145,13 +145,13 @@ impl State {
             if !best.is_after(now, candidate.bound) || now + candidate.bound >= self.limit {
                 break;
             }
-            let candidate = candidate.map(|slot| Listed { who: slot & INDEX_MASK, image: image_of(slot) });
+            let candidate = candidate.map(|slot| Listed { index: slot & INDEX_MASK, image: image_of(slot) });
             self.search(world, detection, body, &candidate, now, &mut best);
         }
         self.molecules.candidates = candidates;
         self.store_event(body, &best);
         if let Some(cell) = covered {
-            self.meet_coverings(world, detection, body, cell, now, except);
+            self.search_covered_cell(world, detection, body, cell, now, except);
         }
     }
 

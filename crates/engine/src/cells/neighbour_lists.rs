@@ -313,12 +313,12 @@ impl NeighbourLists {
         ahead: u32,
         sideways: u32,
     ) {
-        self.drop::<_, EIGHTS>(kernel, behind - sideways, disc);
-        self.drop::<_, EIGHTS>(kernel, behind, disc);
-        self.drop::<_, EIGHTS>(kernel, behind + sideways, disc);
-        self.put::<EIGHTS>(ahead - sideways, disc);
-        self.put::<EIGHTS>(ahead, disc);
-        self.put::<EIGHTS>(ahead + sideways, disc);
+        self.remove_slot::<_, EIGHTS>(kernel, behind - sideways, disc);
+        self.remove_slot::<_, EIGHTS>(kernel, behind, disc);
+        self.remove_slot::<_, EIGHTS>(kernel, behind + sideways, disc);
+        self.push_slot::<EIGHTS>(ahead - sideways, disc);
+        self.push_slot::<EIGHTS>(ahead, disc);
+        self.push_slot::<EIGHTS>(ahead + sideways, disc);
     }
 
     #[inline(never)]
@@ -334,15 +334,15 @@ impl NeighbourLists {
     /// Lists a disc of `cell` in the cell at an offset from it.
     fn add(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
         let (list, slot) = self.seen_at(disc, cell, offset);
-        if self.is_wide { self.put::<2>(list, slot) } else { self.put::<1>(list, slot) }
+        if self.is_wide { self.push_slot::<2>(list, slot) } else { self.push_slot::<1>(list, slot) }
     }
 
     fn remove(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
         let (list, slot) = self.seen_at(disc, cell, offset);
         if self.is_wide {
-            self.drop::<_, 2>(Portable, list, slot);
+            self.remove_slot::<_, 2>(Portable, list, slot);
         } else {
-            self.drop::<_, 1>(Portable, list, slot);
+            self.remove_slot::<_, 1>(Portable, list, slot);
         }
     }
 
@@ -355,7 +355,7 @@ impl NeighbourLists {
     }
 
     #[inline(always)]
-    fn put<const EIGHTS: usize>(&mut self, list: u32, slot: u32) {
+    fn push_slot<const EIGHTS: usize>(&mut self, list: u32, slot: u32) {
         let own = self.start + list as usize * EIGHTS;
         let mark = &mut self.marks[list as usize];
         let count = (*mark & COUNT) as usize;
@@ -363,13 +363,13 @@ impl NeighbourLists {
             self.lists[own + count / DISC_LANES].0[count % DISC_LANES] = slot;
             *mark += 1;
         } else {
-            self.put_on_long(list, slot);
+            self.push_slot_to_long(list, slot);
         }
     }
 
     /// Removes a slot from a list.
     #[inline(always)]
-    fn drop<K: Kernel, const EIGHTS: usize>(&mut self, kernel: K, list: u32, slot: u32) {
+    fn remove_slot<K: Kernel, const EIGHTS: usize>(&mut self, kernel: K, list: u32, slot: u32) {
         let own = &mut self.lists[self.start + list as usize * EIGHTS..][..EIGHTS];
         let mark = &mut self.marks[list as usize];
         let last = ((*mark & COUNT) as usize).wrapping_sub(1);
@@ -383,16 +383,16 @@ impl NeighbourLists {
             own[place / DISC_LANES].0[place % DISC_LANES] = own[last / DISC_LANES].0[last % DISC_LANES];
             own[last / DISC_LANES].0[last % DISC_LANES] = self.dummy;
         } else {
-            self.drop_from_long(list, slot);
+            self.remove_slot_from_long(list, slot);
         }
     }
 
     /// Appends a slot to a list whose own slots are full.
     #[inline(never)]
-    fn put_on_long(&mut self, list: u32, slot: u32) {
+    fn push_slot_to_long(&mut self, list: u32, slot: u32) {
         let (last, _) = self.ends(list);
         let dummy = self.dummy;
-        let slots = self.eight(list, last);
+        let slots = self.slots8_mut(list, last);
         if let Some(free) = slots.iter_mut().find(|free| **free == dummy) {
             *free = slot;
             return;
@@ -409,15 +409,15 @@ impl NeighbourLists {
         } else {
             self.more[next as usize] = Slots8(both);
         }
-        self.eight(list, last)[DISC_LANES - 1] = LINK | next;
+        self.slots8_mut(list, last)[DISC_LANES - 1] = LINK | next;
         self.marks[list as usize] |= LONG;
     }
 
     /// Removes a slot from a long list; the last slot takes its place.
     #[inline(never)]
-    fn drop_from_long(&mut self, list: u32, slot: u32) {
+    fn remove_slot_from_long(&mut self, list: u32, slot: u32) {
         let (Some(last), before) = self.ends(list) else {
-            debug_assert!(false, "no slot of list {list} holds {slot:#x}");
+            debug_assert!(false, "list {list} has no slot {slot:#x}");
             return;
         };
         let dummy = self.dummy;
@@ -428,7 +428,7 @@ impl NeighbourLists {
             // The last slot of the released eight replaces the link to them.
             let left = slots[0];
             self.unused.push(last);
-            self.eight(list, before)[DISC_LANES - 1] = left;
+            self.slots8_mut(list, before)[DISC_LANES - 1] = left;
             if before.is_none() {
                 self.marks[list as usize] &= !LONG;
             }
@@ -444,14 +444,14 @@ impl NeighbourLists {
         }
         let mut at = Some(None);
         while let Some(number) = at {
-            let slots = self.eight(list, number);
+            let slots = self.slots8_mut(list, number);
             at = Slots8(*slots).next().map(Some);
             if let Some(place) = slots.iter_mut().find(is_it) {
                 *place = moved;
                 return;
             }
         }
-        debug_assert!(false, "no slot of list {list} holds {slot:#x}");
+        debug_assert!(false, "list {list} has no slot {slot:#x}");
     }
 
     /// Indices of the last eight of a list and of those before them; none stands for its own slots.
@@ -466,7 +466,7 @@ impl NeighbourLists {
     }
 
     /// The eight slots with this index, or the last eight of a list's own.
-    fn eight(&mut self, list: u32, number: Option<u32>) -> &mut [u32; DISC_LANES] {
+    fn slots8_mut(&mut self, list: u32, number: Option<u32>) -> &mut [u32; DISC_LANES] {
         let last_of_own = self.own(list) + usize::from(self.is_wide);
         &mut number.map_or(&mut self.lists[last_of_own], |number| &mut self.more[number as usize]).0
     }
@@ -504,7 +504,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn lists_are_as_wide_as_they_need_to_be_and_keep_no_room_that_they_do_not() {
+    fn lists_have_sixteen_own_slots_only_where_many_are_long() {
         // One disc in each cell of a grid of 20 × 20 gives nine around each. Then one in four.
         let cells = |every: u16| {
             (0..400_u16).filter(move |n| n % every == 0).map(|n| (u32::from(n), [n % 20, n / 20]))

@@ -22,29 +22,29 @@ const LEAST_BODIES: usize = 1 << 15;
 /// the link before it is loaded. Smaller: memory answers too late. Larger: more lines are evicted
 /// before their use, and more events are inserted into these bins after their prefetch. To be
 /// measured again if the width of a bin changes.
-const NTH_OF_BIN: [u32; MOST_OF_BIN] = [19, 17, 15, 13, 12, 11];
-const AROUND: u32 = 9;
-const NEIGHBOURS: u32 = 5;
+const BODY_BINS: [u32; MOST_BODIES] = [19, 17, 15, 13, 12, 11];
+const LIST_BINS: u32 = 9;
+const NEIGHBOUR_BINS: u32 = 5;
 
 /// Bodies of a bin for which memory is prefetched.
-const MOST_OF_BIN: usize = 6;
+const MOST_BODIES: usize = 6;
 
 /// Prefetches for the next bins; called before a bin is opened.
 #[inline(never)]
 pub(super) fn prefetch_next(calendar: &Calendar, records: &[BodyRecord], neighbour_lists: &NeighbourLists) {
-    for (nth, bins) in NTH_OF_BIN.into_iter().enumerate() {
-        if let Some(body) = calendar.coming(bins).nth(nth) {
+    for (nth, bins) in BODY_BINS.into_iter().enumerate() {
+        if let Some(body) = calendar.bodies_in_bin(bins).nth(nth) {
             simd::prefetch(records, body as usize);
             calendar.prefetch(body);
         }
     }
-    for body in calendar.coming(AROUND).take(MOST_OF_BIN) {
+    for body in calendar.bodies_in_bin(LIST_BINS).take(MOST_BODIES) {
         let record = &records[body as usize];
         neighbour_lists.prefetch(record.cell());
         simd::prefetch(records, record.partner() as usize);
         calendar.prefetch(record.partner());
     }
-    for body in calendar.coming(NEIGHBOURS).take(MOST_OF_BIN) {
+    for body in calendar.bodies_in_bin(NEIGHBOUR_BINS).take(MOST_BODIES) {
         let record = &records[body as usize];
         // A multi-cell body has no cell.
         for slot in neighbour_lists.first(record.cell()).into_iter().flatten() {

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::{
     State,
-    multi_cell::{Covering, Listed},
+    multi_cell::{Listed, MultiCellBody},
 };
 use crate::wall::{StandingWall, folded};
 
@@ -22,7 +22,7 @@ impl State {
         let cells = wall.cells_within(self.grid.largest_small(), self.grid.side());
         let listed = cells.into_iter().map(|cell| {
             let ([column, row], image) = folded(cell, counts);
-            Listed { who: (row * counts[0] + column) as u32, image }
+            Listed { index: (row * counts[0] + column) as u32, image }
         });
         listed.collect()
     }
@@ -30,6 +30,6 @@ impl State {
 
 /// Whether a multi-cell body, shifted by `shift` (length), may touch a wall while it is in its
 /// shell.
-pub(super) fn near_wall(wall: &StandingWall, covering: &Covering, shift: DVec2) -> bool {
-    wall.gap(covering.centre + shift) <= (covering.radius + covering.shell) * MARGIN
+pub(super) fn near_wall(wall: &StandingWall, multi_cell_body: &MultiCellBody, shift: DVec2) -> bool {
+    wall.gap(multi_cell_body.centre + shift) <= (multi_cell_body.radius + multi_cell_body.shell) * MARGIN
 }

@@ -20,7 +20,7 @@ use carom_kinematics::Motion;
 use glam::DVec2;
 
 use self::covered::CoveredCells;
-pub(super) use self::search::Soonest;
+pub(super) use self::search::EarliestEvent;
 use super::{State, candidates::Candidates, walls::near_wall};
 use crate::{Body, World, scheduler::Parts, wall::StandingWall};
 
@@ -33,7 +33,7 @@ const MARGIN: f64 = 1.0 + 1e-12;
 /// All multi-cell bodies of the system.
 #[derive(Debug, Clone, Default)]
 pub(super) struct MultiCellBodies {
-    list: Vec<Covering>,
+    list: Vec<MultiCellBody>,
     /// Index in `list`, by body.
     index_of: Vec<u32>,
     /// The contact that a body's event of kind `MultiCell` stands for, by body.
@@ -59,7 +59,7 @@ struct Surroundings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Listed {
     /// Index in the list of multi-cell bodies, index of a body in the system, or index of a cell.
-    pub who: u32,
+    pub index: u32,
     pub image: [i32; 2],
 }
 
@@ -72,7 +72,7 @@ struct Pending {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Covering {
+pub(super) struct MultiCellBody {
     body: u32,
     fixed: bool,
     /// Whether its contacts with bodies in cells are those of two discs.
@@ -114,7 +114,7 @@ impl MultiCellBodies {
         self.index_of[index as usize] = self.list.len() as u32;
         let is_disc_among_discs = body.kind.molecule.is_disc() && !among_molecules;
         self.has_molecules |= !is_disc_among_discs;
-        self.list.push(Covering {
+        self.list.push(MultiCellBody {
             body: index,
             fixed: body.is_fixed(),
             is_disc_among_discs,
@@ -136,7 +136,7 @@ impl MultiCellBodies {
     }
 
     #[inline(always)]
-    pub fn is_covering(&self, body: u32) -> bool {
+    pub fn is_multi_cell(&self, body: u32) -> bool {
         self.get(body).is_some()
     }
 
@@ -146,11 +146,13 @@ impl MultiCellBodies {
     }
 
     pub fn heap_bytes(&self) -> usize {
-        let of = |covering: &Covering| {
-            covering.cells.capacity() + covering.tiles.capacity() + covering.neighbours.capacity()
+        let of = |multi_cell_body: &MultiCellBody| {
+            multi_cell_body.cells.capacity()
+                + multi_cell_body.tiles.capacity()
+                + multi_cell_body.neighbours.capacity()
         };
         let listed: usize = self.list.iter().map(of).sum();
-        self.list.capacity() * size_of::<Covering>()
+        self.list.capacity() * size_of::<MultiCellBody>()
             + listed * size_of::<Listed>()
             + self.index_of.capacity() * size_of::<u32>()
             + self.pending.capacity() * size_of::<Pending>()
@@ -201,7 +203,7 @@ impl Pending {
 
 impl State {
     /// Lists every multi-cell body, at the start of an epoch.
-    pub(super) fn list_all(&mut self, world: &World) {
+    pub(super) fn list_multi_cell_bodies(&mut self, world: &World) {
         let count = self.multi_cell.list.len();
         if count == 0 {
             return;
@@ -211,7 +213,7 @@ impl State {
         for index in 0..count {
             let body = self.multi_cell.list[index].body;
             self.records[body as usize].set_cell([NO_CELL; 2]);
-            self.list(world, index, 0.0);
+            self.list_body(world, index, 0.0);
         }
     }
 
@@ -219,67 +221,73 @@ impl State {
     #[cold]
     pub(super) fn leave_shell(&mut self, world: &World, body: u32, now: f64) {
         if let Some(index) = self.multi_cell.get(body) {
-            self.list(world, index, now);
+            self.list_body(world, index, now);
         }
     }
 
     /// Lists a multi-cell body around its present place.
-    fn list(&mut self, world: &World, index: usize, now: f64) {
-        self.unlist(index);
+    fn list_body(&mut self, world: &World, index: usize, now: f64) {
+        self.unlist_body(index);
         let bounds = world.bounds();
-        let covering = &mut self.multi_cell.list[index];
-        let body = covering.body as usize;
-        let (place, image) = bounds.wrap(covering.motion.position_at(now));
-        if image != [0, 0] && !covering.fixed {
-            covering.motion.position -= bounds.shift(image);
-            self.records[body].set_motion(&covering.motion);
+        let multi_cell_body = &mut self.multi_cell.list[index];
+        let body = multi_cell_body.body as usize;
+        let (place, image) = bounds.wrap(multi_cell_body.motion.position_at(now));
+        if image != [0, 0] && !multi_cell_body.fixed {
+            multi_cell_body.motion.position -= bounds.shift(image);
+            self.records[body].set_motion(&multi_cell_body.motion);
             let winding = &mut self.windings[body];
             *winding = [0, 1].map(|axis| winding[axis].wrapping_add(image[axis] as i16));
             self.wrapped.push(body as u32);
         }
-        covering.centre = place;
+        multi_cell_body.centre = place;
         let small = self.grid.largest_small();
-        covering.shell = if covering.fixed { 0.0 } else { small.min(covering.radius.max(0.5 * small)) };
-        self.cover_cells(index);
+        multi_cell_body.shell =
+            if multi_cell_body.fixed { 0.0 } else { small.min(multi_cell_body.radius.max(0.5 * small)) };
+        self.list_in_cells(index);
         self.find_neighbours(bounds, index);
     }
 
-    fn unlist(&mut self, index: usize) {
-        let me = index as u32;
+    fn unlist_body(&mut self, index: usize) {
+        let own_index = index as u32;
         let body = self.multi_cell.list[index].body;
         // The vectors are put back below, so that their memory is used again.
         let mut cells = std::mem::take(&mut self.multi_cell.list[index].cells);
         for listed in cells.drain(..) {
-            if self.multi_cell.covered.leave(listed.who, body) {
-                self.neighbour_lists.set_covered(listed.who, false);
+            if self.multi_cell.covered.leave(listed.index, body) {
+                self.neighbour_lists.set_covered(listed.index, false);
             }
         }
         let mut neighbours = std::mem::take(&mut self.multi_cell.list[index].neighbours);
         for neighbour in neighbours.drain(..) {
-            self.multi_cell.list[neighbour.who as usize].neighbours.retain(|entry| entry.who != me);
+            self.multi_cell.list[neighbour.index as usize]
+                .neighbours
+                .retain(|entry| entry.index != own_index);
         }
-        let covering = &mut self.multi_cell.list[index];
-        (covering.cells, covering.neighbours) = (cells, neighbours);
+        let multi_cell_body = &mut self.multi_cell.list[index];
+        (multi_cell_body.cells, multi_cell_body.neighbours) = (cells, neighbours);
     }
 
     /// Lists a body in every cell within R + r_max + h of its shell's centre; a disc not in the
     /// cells that are inside it for every position in its shell.
-    fn cover_cells(&mut self, index: usize) {
+    fn list_in_cells(&mut self, index: usize) {
         if let Some(wall) = self.multi_cell.list[index].wall {
             let cells = self.cells_of_wall(&wall);
-            self.list_in(index, cells);
+            self.enter_cells(index, cells);
             return;
         }
         let side = self.grid.side();
         let counts = self.grid.counts().map(i64::from);
-        let covering = &self.multi_cell.list[index];
-        let reach = (covering.radius + self.grid.largest_small() + covering.shell) * MARGIN;
-        let centre = covering.centre;
+        let multi_cell_body = &self.multi_cell.list[index];
+        let reach = (multi_cell_body.radius + self.grid.largest_small() + multi_cell_body.shell) * MARGIN;
+        let centre = multi_cell_body.centre;
         let first = ((centre - reach) / side).floor();
         let last = ((centre + reach) / side).floor();
         // No other centre is nearer to the centre of a disc than its rim.
-        let rim =
-            if covering.is_disc_among_discs { (covering.radius - covering.shell).max(0.0) } else { 0.0 };
+        let rim = if multi_cell_body.is_disc_among_discs {
+            (multi_cell_body.radius - multi_cell_body.shell).max(0.0)
+        } else {
+            0.0
+        };
         // Whether a block of cells is near enough for such a centre, and not wholly inside the
         // disc.
         let matters = |[from, to]: [[i64; 2]; 2]| {
@@ -292,11 +300,11 @@ impl State {
         let folded = |cell: [i64; 2]| {
             let [column, row] = [cell[0].rem_euclid(counts[0]), cell[1].rem_euclid(counts[1])];
             let image = [cell[0].div_euclid(counts[0]) as i32, cell[1].div_euclid(counts[1]) as i32];
-            Listed { who: (row * counts[0] + column) as u32, image }
+            Listed { index: (row * counts[0] + column) as u32, image }
         };
         let (first, last) = ([first.x as i64, first.y as i64], [last.x as i64, last.y as i64]);
-        let covering = &mut self.multi_cell.list[index];
-        let mut cells = std::mem::take(&mut covering.cells);
+        let multi_cell_body = &mut self.multi_cell.list[index];
+        let mut cells = std::mem::take(&mut multi_cell_body.cells);
         for row in first[1]..=last[1] {
             for column in first[0]..=last[0] {
                 if matters([[column, row]; 2]) {
@@ -304,7 +312,7 @@ impl State {
                 }
             }
         }
-        let mut tiles = std::mem::take(&mut covering.tiles);
+        let mut tiles = std::mem::take(&mut multi_cell_body.tiles);
         tiles.clear();
         for row in (first[1] + 1..=last[1] + 1).step_by(3) {
             for column in (first[0] + 1..=last[0] + 1).step_by(3) {
@@ -314,15 +322,15 @@ impl State {
             }
         }
         self.multi_cell.list[index].tiles = tiles;
-        self.list_in(index, cells);
+        self.enter_cells(index, cells);
     }
 
     /// Lists a body in these cells.
-    fn list_in(&mut self, index: usize, cells: Vec<Listed>) {
+    fn enter_cells(&mut self, index: usize, cells: Vec<Listed>) {
         let body = self.multi_cell.list[index].body;
         for &cell in &cells {
-            self.multi_cell.covered.enter(cell.who, Listed { who: body, image: cell.image });
-            self.neighbour_lists.set_covered(cell.who, true);
+            self.multi_cell.covered.enter(cell.index, Listed { index: body, image: cell.image });
+            self.neighbour_lists.set_covered(cell.index, true);
         }
         self.multi_cell.list[index].cells = cells;
     }
@@ -334,25 +342,30 @@ impl State {
     /// nearer to the centre of a disc's shell than R − h. The cell of this point lists both.
     fn find_neighbours(&mut self, bounds: &PeriodicBox, index: usize) {
         let multi_cell = &mut self.multi_cell;
-        let me = index as u32;
+        let own_index = index as u32;
         let mut neighbours = std::mem::take(&mut multi_cell.list[index].neighbours);
-        let covering = &multi_cell.list[index];
-        for cell in &covering.cells {
-            for place in 0..multi_cell.covered.count(cell.who) {
-                let other = multi_cell.covered.get(cell.who, place);
+        let multi_cell_body = &multi_cell.list[index];
+        for cell in &multi_cell_body.cells {
+            for place in 0..multi_cell.covered.count(cell.index) {
+                let other = multi_cell.covered.get(cell.index, place);
                 let image = [0, 1].map(|axis| cell.image[axis] - other.image[axis]);
-                let found = Listed { who: multi_cell.index_of[other.who as usize], image };
-                let there = &multi_cell.list[found.who as usize];
-                if found.who == me || (covering.fixed && there.fixed) || neighbours.contains(&found) {
+                let found = Listed { index: multi_cell.index_of[other.index as usize], image };
+                let there = &multi_cell.list[found.index as usize];
+                if found.index == own_index
+                    || (multi_cell_body.fixed && there.fixed)
+                    || neighbours.contains(&found)
+                {
                     continue;
                 }
                 let shift = bounds.shift(image.map(i64::from));
-                let near = match (&covering.wall, &there.wall) {
+                let near = match (&multi_cell_body.wall, &there.wall) {
                     (Some(wall), _) => near_wall(wall, there, shift),
-                    (None, Some(wall)) => near_wall(wall, covering, -shift),
+                    (None, Some(wall)) => near_wall(wall, multi_cell_body, -shift),
                     (None, None) => {
-                        let reach = (covering.radius + there.radius + covering.shell + there.shell) * MARGIN;
-                        (there.centre + shift - covering.centre).length_squared() <= reach * reach
+                        let reach =
+                            (multi_cell_body.radius + there.radius + multi_cell_body.shell + there.shell)
+                                * MARGIN;
+                        (there.centre + shift - multi_cell_body.centre).length_squared() <= reach * reach
                     }
                 };
                 if near {
@@ -362,7 +375,7 @@ impl State {
         }
         for neighbour in &neighbours {
             let image = neighbour.image.map(|boxes| -boxes);
-            multi_cell.list[neighbour.who as usize].neighbours.push(Listed { who: me, image });
+            multi_cell.list[neighbour.index as usize].neighbours.push(Listed { index: own_index, image });
         }
         multi_cell.list[index].neighbours = neighbours;
     }

@@ -11,7 +11,7 @@ use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome, QueryBody};
 use carom_kinematics::RelativeMotion;
 use glam::DVec2;
 
-use super::{Covering, Listed, Pending, Surroundings};
+use super::{Listed, MultiCellBody, Pending, Surroundings};
 use crate::{
     World,
     cells::{
@@ -24,14 +24,14 @@ use crate::{
 };
 
 /// The earliest event found so far for a body.
-pub(in crate::cells) struct Soonest {
+pub(in crate::cells) struct EarliestEvent {
     pub time: f64,
     kind: Kind,
     partner: u32,
     pending: Pending,
 }
 
-impl Soonest {
+impl EarliestEvent {
     /// No contact yet, before an event that is certain.
     pub fn before(time: f64, kind: Kind) -> Self {
         Self { time, kind, partner: 0, pending: Pending::NOTHING }
@@ -47,14 +47,14 @@ impl Soonest {
     /// Whether a contact precedes the event: it is earlier, or at the same time with a partner
     /// inserted earlier.
     #[inline]
-    pub(super) fn is_beaten_by(&self, time: f64, partner: u32) -> bool {
+    pub(super) fn is_preceded_by(&self, time: f64, partner: u32) -> bool {
         let tie = (time == self.time) & (self.kind == Kind::MultiCell) & (partner < self.partner);
         (time < self.time) | tie
     }
 
     /// Replaces the event by a contact.
     #[inline]
-    pub(super) fn take(&mut self, time: f64, partner: u32, pending: Pending) {
+    pub(super) fn set_contact(&mut self, time: f64, partner: u32, pending: Pending) {
         *self = Self { time, kind: Kind::MultiCell, partner, pending };
     }
 
@@ -83,31 +83,32 @@ impl State {
             self.records[body as usize].set_event(f64::INFINITY, Kind::Nothing, 0, 0);
             return;
         }
-        let covering = &self.multi_cell.list[index];
-        let mut best = Soonest::before(leaves_shell(covering, now), Kind::Shell);
-        if covering.is_disc_among_discs {
-            self.done.pairs += self.meet_discs_around(kernel, detection, covering, now, except, &mut best);
+        let multi_cell_body = &self.multi_cell.list[index];
+        let mut best = EarliestEvent::before(leaves_shell(multi_cell_body, now), Kind::Shell);
+        if multi_cell_body.is_disc_among_discs {
+            self.done.pairs +=
+                self.search_discs_around(kernel, detection, multi_cell_body, now, except, &mut best);
             if self.multi_cell.are_large_discs() && detection.decides_discs_in_closed_form() {
                 return self.store_event(body, &best);
             }
         }
         let mut around = std::mem::take(&mut self.multi_cell.around);
         around.clear();
-        let covering = &self.multi_cell.list[index];
-        if !covering.is_disc_among_discs {
-            self.gather_discs(covering, &mut around);
+        let multi_cell_body = &self.multi_cell.list[index];
+        if !multi_cell_body.is_disc_among_discs {
+            self.gather_discs(multi_cell_body, &mut around);
         }
-        let by_form = covering.is_disc_among_discs && detection.decides_discs_in_closed_form();
-        for neighbour in &covering.neighbours {
-            let other = &self.multi_cell.list[neighbour.who as usize];
-            if !(by_form && other.is_disc_among_discs) {
-                around.seen.push(Listed { who: other.body, image: neighbour.image });
+        let in_closed_form = multi_cell_body.is_disc_among_discs && detection.decides_discs_in_closed_form();
+        for neighbour in &multi_cell_body.neighbours {
+            let other = &self.multi_cell.list[neighbour.index as usize];
+            if !(in_closed_form && other.is_disc_among_discs) {
+                around.seen.push(Listed { index: other.body, image: neighbour.image });
             }
         }
         let outline = world.bodies()[body as usize].kind.molecule.outline();
-        let query_body = QueryBody::new(outline, &covering.motion, now);
+        let query_body = QueryBody::new(outline, &multi_cell_body.motion, now);
         let horizon = best.time - now;
-        let query = self.question_of_covering(body, now);
+        let query = self.multi_cell_query(body, now);
         let Surroundings { slots, seen, candidates } = &mut around;
         slots.resize(slots.len().next_multiple_of(DISC_LANES), self.dummy());
         for eight in slots.as_chunks::<DISC_LANES>().0 {
@@ -119,7 +120,7 @@ impl State {
             candidates.sift(
                 bounds,
                 |bound| best.is_after(now, bound),
-                |lane| (Some(eight[lane]) != except).then_some(Listed { who: eight[lane], image: [0; 2] }),
+                |lane| (Some(eight[lane]) != except).then_some(Listed { index: eight[lane], image: [0; 2] }),
             );
         }
         for some in seen.chunks(DISC_LANES) {
@@ -131,20 +132,20 @@ impl State {
             candidates.sift(
                 bounds,
                 |bound| best.is_after(now, bound),
-                |lane| some.get(lane).copied().filter(|other| Some(other.who) != except),
+                |lane| some.get(lane).copied().filter(|other| Some(other.index) != except),
             );
         }
         // Lowest bound first: most candidates then need no search.
-        while let Some(candidate) = candidates.take_least(|listed| listed.who) {
-            let Candidate { bound, who: other, is_close } = candidate;
+        while let Some(candidate) = candidates.take_least(|listed| listed.index) {
+            let Candidate { bound, item: other, is_tight } = candidate;
             if !best.is_after(now, bound) || now + bound >= self.limit {
                 break;
             }
-            if !is_close && world.bodies()[other.who as usize].kind.molecule.is_disc() {
+            if !is_tight && world.bodies()[other.index as usize].kind.molecule.is_disc() {
                 let lanes = self.lanes::<1>(body, &[other], now);
-                let closer = detection.contact_time_lower_bound(&query_body, &lanes, horizon);
-                if closer > bound {
-                    candidates.push(Candidate { bound: closer, is_close: true, ..candidate });
+                let tighter = detection.contact_time_lower_bound(&query_body, &lanes, horizon);
+                if tighter > bound {
+                    candidates.push(Candidate { bound: tighter, is_tight: true, ..candidate });
                     continue;
                 }
             }
@@ -155,9 +156,9 @@ impl State {
     }
 
     /// Collects the discs around a multi-cell body from the neighbour lists of its tiles.
-    fn gather_discs(&self, covering: &Covering, around: &mut Surroundings) {
-        for tile in &covering.tiles {
-            let list = self.neighbour_lists.list_of(tile.who);
+    fn gather_discs(&self, multi_cell_body: &MultiCellBody, around: &mut Surroundings) {
+        for tile in &multi_cell_body.tiles {
+            let list = self.neighbour_lists.list_of(tile.index);
             if tile.image == [0; 2] && !list.at_border {
                 list.append_to(&mut around.slots);
             } else {
@@ -169,20 +170,20 @@ impl State {
     /// The discs seen from a tile of a multi-cell body.
     pub(super) fn seen_from(&self, tile: Listed) -> impl Iterator<Item = Listed> {
         let [x, y] = tile.image;
-        let seen = self.neighbour_lists.seen_from(tile.who);
-        seen.map(move |(who, image)| Listed { who, image: [image[0] + x, image[1] + y] })
+        let seen = self.neighbour_lists.seen_from(tile.index);
+        seen.map(move |(index, image)| Listed { index, image: [image[0] + x, image[1] + y] })
     }
 
     /// Finds contacts of a disc with the multi-cell bodies listed in its cell, all of them large
     /// discs, before its present event. Returns the time of its earliest event.
     #[inline(never)]
-    pub(in crate::cells) fn meet_large_discs(&mut self, disc: u32, cell: u32, now: f64) -> f64 {
-        let mut best = self.soonest_so_far(disc);
+    pub(in crate::cells) fn search_large_discs(&mut self, disc: u32, cell: u32, now: f64) -> f64 {
+        let mut best = self.stored_event(disc);
         for place in 0..self.multi_cell.covered.count(cell) {
-            let Listed { who, image } = self.multi_cell.covered.get(cell, place);
+            let Listed { index, image } = self.multi_cell.covered.get(cell, place);
             // `image` is that of the disc as seen from the large disc; the other way it has the
             // opposite sign.
-            self.ask_large_disc(disc, Listed { who, image: image.map(|boxes| -boxes) }, now, &mut best);
+            self.test_large_disc(disc, Listed { index, image: image.map(|boxes| -boxes) }, now, &mut best);
         }
         if best.kind == Kind::MultiCell {
             self.store_event(disc, &best);
@@ -194,7 +195,7 @@ impl State {
     /// event, and stores the earliest.
     #[cold]
     #[inline(never)]
-    pub(in crate::cells) fn meet_coverings<D: Detection>(
+    pub(in crate::cells) fn search_covered_cell<D: Detection>(
         &mut self,
         world: &World,
         detection: &D,
@@ -203,13 +204,13 @@ impl State {
         now: f64,
         except: Option<u32>,
     ) {
-        simd::meet_listed(self, world, detection, disc, cell, now, except);
+        simd::search_listed_bodies(self, world, detection, disc, cell, now, except);
     }
 
     /// Implementation of [`Self::search_covered_cell`] for one instruction set.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "the kernel, of size 0, is the eighth")]
-    pub(in crate::cells) fn meet_listed<D: Detection, K: Kernel>(
+    pub(in crate::cells) fn search_listed_bodies<D: Detection, K: Kernel>(
         &mut self,
         _: K,
         world: &World,
@@ -219,23 +220,23 @@ impl State {
         now: f64,
         except: Option<u32>,
     ) {
-        let mut best = self.soonest_so_far(disc);
+        let mut best = self.stored_event(disc);
         // One horizon for all bodies: the bounds must not depend on the order of the tests.
         let horizon = best.time - now;
         for place in 0..self.multi_cell.covered.count(cell) {
             let listed = self.multi_cell.covered.get(cell, place);
-            let other = listed.who;
+            let other = listed.index;
             if Some(other) == except {
                 continue;
             }
             // `listed.image` is that of the disc as seen from the multi-cell body; the other way it
             // has the opposite sign.
             let image = listed.image.map(|boxes| -boxes);
-            let covering = &self.multi_cell.list[self.multi_cell.index_of[other as usize] as usize];
-            if covering.is_disc_among_discs && detection.decides_discs_in_closed_form() {
-                self.ask_large_disc(disc, Listed { who: other, image }, now, &mut best);
+            let multi_cell_body = &self.multi_cell.list[self.multi_cell.index_of[other as usize] as usize];
+            if multi_cell_body.is_disc_among_discs && detection.decides_discs_in_closed_form() {
+                self.test_large_disc(disc, Listed { index: other, image }, now, &mut best);
             } else {
-                let seen = [Listed { who: disc, image: listed.image }];
+                let seen = [Listed { index: disc, image: listed.image }];
                 let lanes = self.lanes::<1>(other, &seen, now);
                 // Most are excluded by the bounding circle alone, which does not need the
                 // molecule's rotation.
@@ -244,16 +245,16 @@ impl State {
                     continue;
                 }
                 let outline = world.bodies()[other as usize].kind.molecule.outline();
-                let query_body = QueryBody::new(outline, &covering.motion, now);
+                let query_body = QueryBody::new(outline, &multi_cell_body.motion, now);
                 let is_disc = world.bodies()[disc as usize].kind.molecule.is_disc();
-                let closer = if is_disc {
+                let tighter = if is_disc {
                     detection.contact_time_lower_bound(&query_body, &lanes, horizon)
                 } else {
                     detection.contact_time_lower_bounds(&query_body, &lanes, horizon)[0]
                 };
-                let bound = if closer > entry { closer } else { entry };
+                let bound = if tighter > entry { tighter } else { entry };
                 if best.is_after(now, bound) {
-                    let candidate = Candidate { bound, who: Listed { who: other, image }, is_close: true };
+                    let candidate = Candidate { bound, item: Listed { index: other, image }, is_tight: true };
                     self.search(world, detection, disc, &candidate, now, &mut best);
                 }
             }
@@ -271,10 +272,10 @@ impl State {
         body: u32,
         candidate: &Candidate<Listed>,
         now: f64,
-        best: &mut Soonest,
+        best: &mut EarliestEvent,
     ) {
         self.done.pairs += 1;
-        let Candidate { bound, who: Listed { who: other, image: seen }, .. } = *candidate;
+        let Candidate { bound, item: Listed { index: other, image: seen }, .. } = *candidate;
         // The body inserted first is A, so that ties between atoms do not depend on the order of
         // the query.
         let (pair, image) = ordered([body, other], seen);
@@ -286,9 +287,9 @@ impl State {
             Outcome::Free => {}
             Outcome::Contact(contact) => {
                 let time = now + contact.time;
-                if best.is_beaten_by(time, other) {
+                if best.is_preceded_by(time, other) {
                     let image = self.path_image([body, other], seen);
-                    best.take(time, other, Pending { parts: contact.touch.into(), image });
+                    best.set_contact(time, other, Pending { parts: contact.touch.into(), image });
                 }
             }
             Outcome::FreeUntil(time) => best.offer_recheck((now + time).max(now.next_up())),
@@ -303,24 +304,24 @@ impl State {
 
     /// The present event of a body.
     #[inline]
-    fn soonest_so_far(&self, body: u32) -> Soonest {
+    fn stored_event(&self, body: u32) -> EarliestEvent {
         let record = &self.records[body as usize];
         let kind = record.kind();
         let pending = match kind {
             Kind::MultiCell => self.multi_cell.pending[body as usize],
             _ => Pending::NOTHING,
         };
-        Soonest { time: record.time, kind, partner: record.partner(), pending }
+        EarliestEvent { time: record.time, kind, partner: record.partner(), pending }
     }
 
-    pub(in crate::cells) fn store_event(&mut self, body: u32, best: &Soonest) {
+    pub(in crate::cells) fn store_event(&mut self, body: u32, best: &EarliestEvent) {
         let version = self.records[best.partner as usize].version;
         self.records[body as usize].set_event(best.time, best.kind, best.partner, version);
         self.multi_cell.pending[body as usize] = best.pending;
     }
 
     /// The contact that a body's event stands for.
-    pub(in crate::cells) fn contact_of_covering(
+    pub(in crate::cells) fn contact_of_multi_cell_body(
         &self,
         owner: u32,
         bodies: [u32; 2],
@@ -356,7 +357,7 @@ impl State {
     /// Up to `N` bodies as seen from one, as discs of their bounding radii.
     #[inline(always)]
     pub(super) fn lanes<const N: usize>(&self, body: u32, others: &[Listed], now: f64) -> DiscLanes<N> {
-        let me = &self.records[body as usize];
+        let own = &self.records[body as usize];
         let sides = self.sides;
         let dummy = BodyRecord::dummy();
         let mut lanes = DiscLanes {
@@ -365,15 +366,15 @@ impl State {
             cross: [0.0; N],
             contact_distance: [0.0; N],
             separation_error: self.separation_error,
-            speed: me.flight[2].abs() + me.flight[3].abs(),
+            speed: own.flight[2].abs() + own.flight[3].abs(),
         };
         for lane in 0..N {
             let listed = others.get(lane);
-            let record = listed.map_or(&dummy, |listed| &self.records[listed.who as usize]);
+            let record = listed.map_or(&dummy, |listed| &self.records[listed.index as usize]);
             let image = listed.map_or([0; 2], |listed| listed.image);
             let shift = DVec2::from_array([0, 1].map(|axis| f64::from(image[axis]) * sides[axis]));
-            let start = record.origin() - me.origin() + shift;
-            lanes.set_since(lane, start, record.velocity() - me.velocity(), now, record.radius + me.radius);
+            let start = record.origin() - own.origin() + shift;
+            lanes.set_since(lane, start, record.velocity() - own.velocity(), now, record.radius + own.radius);
         }
         lanes
     }
@@ -381,14 +382,14 @@ impl State {
 
 /// Time at which a body's centre leaves its shell (offset in the epoch): slightly early, never
 /// late.
-fn leaves_shell(covering: &Covering, now: f64) -> f64 {
-    let d = covering.motion.position_at(now) - covering.centre;
-    let v = covering.motion.velocity;
+fn leaves_shell(multi_cell_body: &MultiCellBody, now: f64) -> f64 {
+    let d = multi_cell_body.motion.position_at(now) - multi_cell_body.centre;
+    let v = multi_cell_body.motion.velocity;
     let v_squared = v.length_squared();
     if v_squared == 0.0 {
         return f64::INFINITY;
     }
-    let shell = covering.shell * (1.0 - 1e-9);
+    let shell = multi_cell_body.shell * (1.0 - 1e-9);
     let b = d.dot(v);
     let inside = (shell * shell - d.length_squared()).max(0.0);
     let root = (b * b + v_squared * inside).sqrt();

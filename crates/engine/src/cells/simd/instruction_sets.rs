@@ -30,9 +30,9 @@ macro_rules! instruction_set {
 
             /// Runs a computation in a function that is compiled with the instructions of the set.
             #[inline]
-            pub fn run<W: Work>(self, work: W) -> W::Answer {
+            pub fn run<W: Work>(self, work: W) -> W::Output {
                 #[target_feature($(enable = $feature),+)]
-                fn compiled<W: Work>(set: $set, work: W) -> W::Answer {
+                fn compiled<W: Work>(set: $set, work: W) -> W::Output {
                     work.with(Registers::new(set))
                 }
                 // SAFETY: `compiled` needs the features of this set. `self` exists, and only

@@ -13,7 +13,7 @@ use std::arch::x86_64::{
 use super::{
     CellBlock, NeighbourQuery, SoonestSlot,
     instruction_sets::{Avx2, Avx512},
-    registers::eight,
+    registers::soonest_of_eight,
 };
 
 /// A representation of masks, and the operations on it.
@@ -28,22 +28,22 @@ use super::{
 /// [`Registers`]: super::registers::Registers
 pub(in crate::cells) unsafe trait Masks: Copy {
     /// A mask of four numbers.
-    type Some: Copy;
+    type Mask: Copy;
 
     /// Selects numbers that are not above zero.
-    fn not_above_zero(self, numbers: __m256d) -> Self::Some;
+    fn not_above_zero(self, numbers: __m256d) -> Self::Mask;
 
     /// Of the selected numbers, selects those above zero.
-    fn above_zero(self, some: Self::Some, numbers: __m256d) -> Self::Some;
+    fn above_zero(self, mask: Self::Mask, numbers: __m256d) -> Self::Mask;
 
     /// Of the selected numbers, selects those whose magnitude is at most a bound.
-    fn within(self, some: Self::Some, numbers: __m256d, most: __m256d) -> Self::Some;
+    fn within(self, mask: Self::Mask, numbers: __m256d, most: __m256d) -> Self::Mask;
 
     /// Whether one of the masks selects a number.
-    fn is_any(self, some: [Self::Some; 2]) -> bool;
+    fn is_any(self, mask: [Self::Mask; 2]) -> bool;
 
     /// Quotients of the selected numbers, infinity for the others.
-    fn quotients(self, some: Self::Some, dividends: __m256d, divisors: __m256d) -> __m256d;
+    fn quotients(self, mask: Self::Mask, dividends: __m256d, divisors: __m256d) -> __m256d;
 
     /// Which of four numbers are equal, a bit each.
     fn equal(self, numbers: __m256d, others: __m256d) -> u32;
@@ -66,7 +66,7 @@ pub(in crate::cells) unsafe trait Masks: Copy {
 // SAFETY: only `Avx2::detect` makes an `Avx2`, after it has found AVX2.
 unsafe impl Masks for Avx2 {
     /// All bits of a number's lane, or none.
-    type Some = __m256d;
+    type Mask = __m256d;
 
     #[inline(always)]
     fn not_above_zero(self, numbers: __m256d) -> __m256d {
@@ -75,32 +75,32 @@ unsafe impl Masks for Avx2 {
     }
 
     #[inline(always)]
-    fn above_zero(self, some: __m256d, numbers: __m256d) -> __m256d {
+    fn above_zero(self, mask: __m256d, numbers: __m256d) -> __m256d {
         // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
-        unsafe { _mm256_and_pd(some, _mm256_cmp_pd::<_CMP_GT_OQ>(numbers, _mm256_setzero_pd())) }
+        unsafe { _mm256_and_pd(mask, _mm256_cmp_pd::<_CMP_GT_OQ>(numbers, _mm256_setzero_pd())) }
     }
 
     #[inline(always)]
-    fn within(self, some: __m256d, numbers: __m256d, most: __m256d) -> __m256d {
+    fn within(self, mask: __m256d, numbers: __m256d, most: __m256d) -> __m256d {
         // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe {
             let magnitudes = _mm256_andnot_pd(_mm256_set1_pd(-0.0), numbers);
-            _mm256_and_pd(some, _mm256_cmp_pd::<_CMP_LE_OQ>(magnitudes, most))
+            _mm256_and_pd(mask, _mm256_cmp_pd::<_CMP_LE_OQ>(magnitudes, most))
         }
     }
 
     #[inline(always)]
-    fn is_any(self, [some, others]: [__m256d; 2]) -> bool {
+    fn is_any(self, [mask, others]: [__m256d; 2]) -> bool {
         // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
-        unsafe { _mm256_movemask_pd(_mm256_or_pd(some, others)) != 0 }
+        unsafe { _mm256_movemask_pd(_mm256_or_pd(mask, others)) != 0 }
     }
 
     #[inline(always)]
-    fn quotients(self, some: __m256d, dividends: __m256d, divisors: __m256d) -> __m256d {
+    fn quotients(self, mask: __m256d, dividends: __m256d, divisors: __m256d) -> __m256d {
         // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe {
             let quotients = _mm256_div_pd(dividends, divisors);
-            _mm256_blendv_pd(_mm256_set1_pd(f64::INFINITY), quotients, some)
+            _mm256_blendv_pd(_mm256_set1_pd(f64::INFINITY), quotients, mask)
         }
     }
 
@@ -144,7 +144,7 @@ unsafe impl Masks for Avx2 {
             query: &NeighbourQuery<'_>,
             list: &CellBlock<'_>,
         ) -> SoonestSlot {
-            SoonestSlot::of(list, |slots| eight::<_, IMAGES>(masks, query, slots))
+            SoonestSlot::of(list, |slots| soonest_of_eight::<_, IMAGES>(masks, query, slots))
         }
         // SAFETY: `self` proves that this processor has the features that `out_of_line` enables.
         unsafe { out_of_line::<IMAGES>(self, query, list) }
@@ -154,7 +154,7 @@ unsafe impl Masks for Avx2 {
 // SAFETY: only `Avx512::detect` makes an `Avx512`, after it has found AVX2.
 unsafe impl Masks for Avx512 {
     /// A bit for each number of a 256-bit register.
-    type Some = __mmask8;
+    type Mask = __mmask8;
 
     #[inline(always)]
     fn not_above_zero(self, numbers: __m256d) -> __mmask8 {
@@ -163,29 +163,29 @@ unsafe impl Masks for Avx512 {
     }
 
     #[inline(always)]
-    fn above_zero(self, some: __mmask8, numbers: __m256d) -> __mmask8 {
+    fn above_zero(self, mask: __mmask8, numbers: __m256d) -> __mmask8 {
         // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
-        unsafe { _mm256_mask_cmp_pd_mask::<_CMP_GT_OQ>(some, numbers, _mm256_setzero_pd()) }
+        unsafe { _mm256_mask_cmp_pd_mask::<_CMP_GT_OQ>(mask, numbers, _mm256_setzero_pd()) }
     }
 
     #[inline(always)]
-    fn within(self, some: __mmask8, numbers: __m256d, most: __m256d) -> __mmask8 {
+    fn within(self, mask: __mmask8, numbers: __m256d, most: __m256d) -> __mmask8 {
         // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
         unsafe {
             let magnitudes = _mm256_andnot_pd(_mm256_set1_pd(-0.0), numbers);
-            _mm256_mask_cmp_pd_mask::<_CMP_LE_OQ>(some, magnitudes, most)
+            _mm256_mask_cmp_pd_mask::<_CMP_LE_OQ>(mask, magnitudes, most)
         }
     }
 
     #[inline(always)]
-    fn is_any(self, [some, others]: [__mmask8; 2]) -> bool {
-        some | others != 0
+    fn is_any(self, [mask, others]: [__mmask8; 2]) -> bool {
+        mask | others != 0
     }
 
     #[inline(always)]
-    fn quotients(self, some: __mmask8, dividends: __m256d, divisors: __m256d) -> __m256d {
+    fn quotients(self, mask: __mmask8, dividends: __m256d, divisors: __m256d) -> __m256d {
         // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
-        unsafe { _mm256_mask_div_pd(_mm256_set1_pd(f64::INFINITY), some, dividends, divisors) }
+        unsafe { _mm256_mask_div_pd(_mm256_set1_pd(f64::INFINITY), mask, dividends, divisors) }
     }
 
     #[inline(always)]
@@ -224,7 +224,7 @@ unsafe impl Masks for Avx512 {
             query: &NeighbourQuery<'_>,
             list: &CellBlock<'_>,
         ) -> SoonestSlot {
-            SoonestSlot::of(list, |slots| eight::<_, IMAGES>(masks, query, slots))
+            SoonestSlot::of(list, |slots| soonest_of_eight::<_, IMAGES>(masks, query, slots))
         }
         // SAFETY: `self` proves that this processor has the features that `out_of_line` enables.
         unsafe { out_of_line::<IMAGES>(self, query, list) }

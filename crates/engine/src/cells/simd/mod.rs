@@ -83,12 +83,12 @@ pub(super) struct NeighbourQuery<'a> {
     /// Sides of the box, multiples of which shift an image (length).
     pub sides: [f64; 2],
     /// Constants of a pair of small discs, if all have one radius.
-    pub like: Option<Like>,
+    pub pair_constants: Option<PairConstants>,
 }
 
 /// Constants of a pair of discs of one radius.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Like {
+pub(super) struct PairConstants {
     /// Sum of the radii (length).
     sigma: f64,
     sigma_squared: f64,
@@ -97,7 +97,7 @@ pub(super) struct Like {
     touching: f64,
 }
 
-impl Like {
+impl PairConstants {
     /// Constants for discs of this radius, with this bound on the rounding of a separation (both
     /// lengths).
     pub fn new(radius: f64, separation_error: f64) -> Self {
@@ -114,7 +114,7 @@ impl Like {
 
 /// The earliest contact with eight discs.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Soonest {
+pub(super) struct SoonestOfEight {
     /// Time from now, infinite for none.
     pub time: f64,
     /// The discs touched at this time, a bit each.
@@ -131,7 +131,7 @@ pub(super) struct SoonestSlot {
     /// The slot of the disc that is touched; any slot if there is no contact.
     pub slot: u32,
     /// Whether the detector must decide the contact.
-    pub is_doubtful: bool,
+    pub is_ambiguous: bool,
 }
 
 /// Computes contact times with one instruction set. All kernels return the same bits; the module
@@ -142,10 +142,14 @@ pub(super) struct SoonestSlot {
 pub(super) trait Kernel: Copy {
     /// The earliest contact with the discs in eight slots. Without `IMAGES` the slots must have no
     /// image.
-    fn eight<const IMAGES: bool>(self, query: NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest;
+    fn soonest_of_eight<const IMAGES: bool>(
+        self,
+        query: NeighbourQuery<'_>,
+        slots: &[u32; DISC_LANES],
+    ) -> SoonestOfEight;
 
     /// The earliest contact with the discs of any list.
-    fn any(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot;
+    fn soonest_of_list(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot;
 
     /// [`NeighbourQuery::lanes`] of eight slots.
     fn lanes(self, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes;
@@ -185,7 +189,9 @@ impl NeighbourQuery<'_> {
             if images {
                 start += DVec2::from_array(image_of(slot).map(f64::from)) * DVec2::from_array(self.sides);
             }
-            let sigma = self.like.map_or(other.radius + self.from.radius, |like| like.sigma);
+            let sigma = self
+                .pair_constants
+                .map_or(other.radius + self.from.radius, |pair_constants| pair_constants.sigma);
             lanes.set_since(lane, start, other.velocity() - self.from.velocity(), self.now, sigma);
         }
         lanes
@@ -196,7 +202,7 @@ impl NeighbourQuery<'_> {
     /// first.
     #[cold]
     #[inline(never)]
-    pub fn look_closer<D: Detection>(
+    pub fn resolve_with_detector<D: Detection>(
         &self,
         detection: &D,
         slots: &[u32; DISC_LANES],
@@ -221,33 +227,33 @@ pub(super) fn goes_before((time, with): (f64, u32), (other_time, with_other): (f
     (time < other_time) | ((time == other_time) & (with < with_other) & (time < f64::INFINITY))
 }
 
-impl Soonest {
+impl SoonestOfEight {
     /// Whether the detector must decide: several discs are touched at one time, or a pair may touch
     /// or overlap already. A negative time indicates a deep overlap. An infinite time is no
     /// contact.
     #[inline(always)]
-    fn is_doubtful(&self) -> bool {
+    fn is_ambiguous(&self) -> bool {
         let several = self.slots & (self.slots.wrapping_sub(1)) != 0;
         (several & (self.time < f64::INFINITY)) | self.in_contact | (self.time < 0.0)
     }
 
     /// The disc that is touched, of those in the slots of the query.
     #[inline(always)]
-    pub fn among(self, slots: &[u32; DISC_LANES]) -> SoonestSlot {
+    pub fn in_slots(self, slots: &[u32; DISC_LANES]) -> SoonestSlot {
         let lowest = self.slots.trailing_zeros() as usize % DISC_LANES;
-        SoonestSlot { time: self.time, slot: slots[lowest], is_doubtful: self.is_doubtful() }
+        SoonestSlot { time: self.time, slot: slots[lowest], is_ambiguous: self.is_ambiguous() }
     }
 }
 
 impl SoonestSlot {
     /// No contact.
-    pub const NOBODY: Self = Self { time: f64::INFINITY, slot: 0, is_doubtful: false };
+    pub const NONE: Self = Self { time: f64::INFINITY, slot: 0, is_ambiguous: false };
 
     /// The earliest contact with the discs of a list, from that with eight of them at a time.
     #[inline(always)]
-    fn of(list: &CellBlock<'_>, ask: impl Fn(&[u32; DISC_LANES]) -> Soonest) -> Self {
-        let mut soonest = Self::NOBODY;
-        list.for_each_slots8(|slots| soonest = soonest.or(ask(slots).among(slots)));
+    fn of(list: &CellBlock<'_>, test: impl Fn(&[u32; DISC_LANES]) -> SoonestOfEight) -> Self {
+        let mut soonest = Self::NONE;
+        list.for_each_slots8(|slots| soonest = soonest.or(test(slots).in_slots(slots)));
         soonest
     }
 
@@ -259,7 +265,7 @@ impl SoonestSlot {
         Self {
             time: if is_later { self.time } else { other.time },
             slot: if is_later { self.slot } else { other.slot },
-            is_doubtful: self.is_doubtful | other.is_doubtful | several,
+            is_ambiguous: self.is_ambiguous | other.is_ambiguous | several,
         }
     }
 }
@@ -275,26 +281,27 @@ impl Portable {
     }
 
     #[inline(always)]
-    fn eight_of<const IMAGES: bool>(query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
-        if let Some(Like { sigma_squared, touching, .. }) = query.like {
+    fn eight_of<const IMAGES: bool>(query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> SoonestOfEight {
+        if let Some(PairConstants { sigma_squared, touching, .. }) = query.pair_constants {
             return Self::eight_with::<IMAGES>(query, slots, |_| (sigma_squared, touching));
         }
         let (radius, error) = (query.from.radius, query.separation_error);
         Self::eight_with::<IMAGES>(query, slots, |other| {
-            let Like { sigma_squared, touching, .. } = Like::at(other.radius + radius, error);
+            let PairConstants { sigma_squared, touching, .. } =
+                PairConstants::at(other.radius + radius, error);
             (sigma_squared, touching)
         })
     }
 
-    /// The earliest contact with the discs in eight slots; `constants` returns the squared contact
-    /// distance of a pair and the excess below which it may touch already (both length²).
+    /// The earliest contact with the discs in eight slots; `pair_constants` returns the squared
+    /// contact distance of a pair and the excess below which it may touch already (both length²).
     #[inline(always)]
     fn eight_with<const IMAGES: bool>(
         query: &NeighbourQuery<'_>,
         [a, b, c, d, e, f, g, h]: &[u32; DISC_LANES],
-        like: impl Fn(&BodyRecord) -> (f64, f64),
-    ) -> Soonest {
-        let two = |one: &u32, other: &u32| Self::two_with::<IMAGES>(query, [*one, *other], &like);
+        pair_constants: impl Fn(&BodyRecord) -> (f64, f64),
+    ) -> SoonestOfEight {
+        let two = |one: &u32, other: &u32| Self::two_with::<IMAGES>(query, [*one, *other], &pair_constants);
         let (ab, cd, ef, gh) = (two(a, b), two(c, d), two(e, f), two(g, h));
         // A tree of minima: a sequence of them would be one long dependency chain.
         let [one, other] = (ab.times.fast_min(cd.times)).fast_min(ef.times.fast_min(gh.times)).to_array();
@@ -302,7 +309,7 @@ impl Portable {
         let soonest = f64x2::splat(time);
         let slots = |of: &Two, place: u32| of.times.simd_eq(soonest).to_bitmask() << place;
         let in_contact = (ab.in_contact | cd.in_contact) | (ef.in_contact | gh.in_contact);
-        Soonest {
+        SoonestOfEight {
             time,
             slots: (slots(&ab, 0) | slots(&cd, 2)) | (slots(&ef, 4) | slots(&gh, 6)),
             in_contact: in_contact.to_bitmask() != 0,
@@ -316,7 +323,7 @@ impl Portable {
     fn two_with<const IMAGES: bool>(
         query: &NeighbourQuery<'_>,
         slots: [u32; 2],
-        like: impl Fn(&BodyRecord) -> (f64, f64),
+        pair_constants: impl Fn(&BodyRecord) -> (f64, f64),
     ) -> Two {
         let NeighbourQuery { records, from, now, sides, .. } = *query;
         let body = |slot| &records[if IMAGES { slot & INDEX_MASK } else { slot } as usize];
@@ -336,7 +343,8 @@ impl Portable {
         }
         let now = f64x2::splat(now);
         let (dx, dy) = (x0 + vx * now, y0 + vy * now);
-        let ((one_squared, one_touching), (other_squared, other_touching)) = (like(one), like(other));
+        let ((one_squared, one_touching), (other_squared, other_touching)) =
+            (pair_constants(one), pair_constants(other));
         let sigma_squared = f64x2::new([one_squared, other_squared]);
         let touching = f64x2::new([one_touching, other_touching]);
         let zero = f64x2::ZERO;
@@ -365,12 +373,16 @@ struct Two {
 
 impl Kernel for Portable {
     #[inline(always)]
-    fn eight<const IMAGES: bool>(self, query: NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
+    fn soonest_of_eight<const IMAGES: bool>(
+        self,
+        query: NeighbourQuery<'_>,
+        slots: &[u32; DISC_LANES],
+    ) -> SoonestOfEight {
         Self::eight_of::<IMAGES>(&query, slots)
     }
 
     #[inline]
-    fn any(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
+    fn soonest_of_list(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
         if list.at_border { Self::soonest::<true>(query, list) } else { Self::soonest::<false>(query, list) }
     }
 
@@ -437,37 +449,37 @@ impl Available {
     }
 }
 
-/// The best instruction set that this processor has, up to `wish`.
-pub(super) fn available(wish: Instructions) -> Available {
+/// The best instruction set that this processor has, up to `chosen`.
+pub(super) fn available(chosen: Instructions) -> Available {
     #[cfg(target_arch = "x86_64")]
     {
-        if wish == Instructions::Widest
+        if chosen == Instructions::Widest
             && let Some(set) = Avx512::detect()
         {
             return Available::Avx512(set);
         }
-        if wish != Instructions::Portable
+        if chosen != Instructions::Portable
             && let Some(set) = Avx2::detect()
         {
             return Available::Avx2(set);
         }
     }
-    let _ = wish;
+    let _ = chosen;
     Available::Portable
 }
 
 /// A computation that is compiled for each instruction set.
 pub(super) trait Work {
-    type Answer;
+    type Output;
 
     /// Runs the computation with a kernel. Inlined, so that it is compiled with the kernel's
     /// instructions.
-    fn with<K: Kernel>(self, kernel: K) -> Self::Answer;
+    fn with<K: Kernel>(self, kernel: K) -> Self::Output;
 }
 
 /// Runs a computation in the build for an instruction set.
 #[inline]
-fn built_for<W: Work>(instructions: Available, work: W) -> W::Answer {
+fn dispatch<W: Work>(instructions: Available, work: W) -> W::Output {
     match instructions {
         #[cfg(target_arch = "x86_64")]
         Available::Avx512(set) => set.run(work),
@@ -478,7 +490,7 @@ fn built_for<W: Work>(instructions: Available, work: W) -> W::Answer {
 }
 
 /// Defines a function that calls a method of [`State`] in the build for the chosen instruction set.
-macro_rules! built_for_each {
+macro_rules! dispatched {
     ($name:ident ( $($argument:ident : $type:ty),* )) => {
         #[inline]
         pub(super) fn $name<D: Detection>(
@@ -494,35 +506,35 @@ macro_rules! built_for_each {
                 $($argument: $type,)*
             }
             impl<D: Detection> Work for Call<'_, D> {
-                type Answer = ();
+                type Output = ();
 
                 #[inline(always)]
                 fn with<K: Kernel>(self, kernel: K) {
                     self.state.$name(kernel, self.world, self.detection $(, self.$argument)*);
                 }
             }
-            built_for(state.instructions, Call { state, world, detection $(, $argument)* });
+            dispatch(state.instructions, Call { state, world, detection $(, $argument)* });
         }
     };
 }
 
-built_for_each!(predict_all());
-built_for_each!(predict_multi_cell(body: u32, now: f64, except: Option<u32>));
-built_for_each!(meet_listed(disc: u32, cell: u32, now: f64, except: Option<u32>));
-built_for_each!(predict_molecule(body: u32, now: f64, except: Option<u32>));
+dispatched!(predict_all());
+dispatched!(predict_multi_cell(body: u32, now: f64, except: Option<u32>));
+dispatched!(search_listed_bodies(disc: u32, cell: u32, now: f64, except: Option<u32>));
+dispatched!(predict_molecule(body: u32, now: f64, except: Option<u32>));
 
 /// Runs a loop over the events, compiled in one piece with the chosen instruction set.
 pub(super) fn run<L: EventLoop>(state: &mut State, events: L) -> L::End {
     struct Run<'a, L>(&'a mut State, L);
     impl<L: EventLoop> Work for Run<'_, L> {
-        type Answer = L::End;
+        type Output = L::End;
 
         #[inline(always)]
         fn with<K: Kernel>(self, kernel: K) -> L::End {
             self.1.run(&mut Events(self.0, kernel))
         }
     }
-    built_for(state.instructions, Run(state, events))
+    dispatch(state.instructions, Run(state, events))
 }
 
 /// The events of an epoch, computed with a kernel.
@@ -585,21 +597,23 @@ mod tests {
     use proptest::prelude::*;
 
     /// The result with each instruction set that this processor has.
-    fn in_all_ways<W: Work<Answer: std::fmt::Debug + PartialEq> + Copy>(query: W) -> Vec<W::Answer> {
-        let wishes = [Instructions::Portable, Instructions::Avx2, Instructions::Widest];
-        wishes.into_iter().map(|wish| built_for(available(wish), query)).collect()
+    fn with_each_instruction_set<W: Work<Output: std::fmt::Debug + PartialEq> + Copy>(
+        query: W,
+    ) -> Vec<W::Output> {
+        let sets = [Instructions::Portable, Instructions::Avx2, Instructions::Widest];
+        sets.into_iter().map(|chosen| dispatch(available(chosen), query)).collect()
     }
 
     /// The discs of a block that pass the filter.
     #[derive(Clone, Copy)]
-    struct Look<'a>(&'a F32Filter, &'a Flights);
+    struct FilterEight<'a>(&'a F32Filter, &'a Flights);
 
     /// The earliest contact with the discs of a list.
     #[derive(Clone, Copy)]
-    struct List<'a>(NeighbourQuery<'a>, CellBlock<'a>);
+    struct SearchList<'a>(NeighbourQuery<'a>, CellBlock<'a>);
 
-    impl Work for Look<'_> {
-        type Answer = u32;
+    impl Work for FilterEight<'_> {
+        type Output = u32;
 
         #[inline(always)]
         fn with<K: Kernel>(self, kernel: K) -> u32 {
@@ -607,12 +621,12 @@ mod tests {
         }
     }
 
-    impl Work for List<'_> {
-        type Answer = SoonestSlot;
+    impl Work for SearchList<'_> {
+        type Output = SoonestSlot;
 
         #[inline(always)]
         fn with<K: Kernel>(self, kernel: K) -> SoonestSlot {
-            let soonest = kernel.any(&self.0, &self.1);
+            let soonest = kernel.soonest_of_list(&self.0, &self.1);
             self.1.for_each_slots8(|slots| {
                 let images = self.1.at_border;
                 let (lanes, expected) = (kernel.lanes(&self.0, slots, images), self.0.lanes(slots, images));
@@ -631,9 +645,9 @@ mod tests {
             let mut eights = Vec::new();
             self.1.for_each_slots8(|slots| eights.push(*slots));
             if let [slots] = eights.as_slice() {
-                assert_eq!(kernel.eight::<true>(self.0, slots).among(slots), soonest);
+                assert_eq!(kernel.soonest_of_eight::<true>(self.0, slots).in_slots(slots), soonest);
                 if !self.1.at_border {
-                    assert_eq!(kernel.eight::<false>(self.0, slots).among(slots), soonest);
+                    assert_eq!(kernel.soonest_of_eight::<false>(self.0, slots).in_slots(slots), soonest);
                 }
             }
             soonest
@@ -657,7 +671,7 @@ mod tests {
     struct Find<'a>(&'a [u32; DISC_LANES], u32);
 
     impl Work for Find<'_> {
-        type Answer = u32;
+        type Output = u32;
 
         #[inline(always)]
         fn with<K: Kernel>(self, kernel: K) -> u32 {
@@ -669,14 +683,14 @@ mod tests {
         #[test]
         fn a_disc_is_found_in_every_slot_that_holds_it(slots in prop::array::uniform8(0u32..5), disc in 0u32..5) {
             let expected = (0..DISC_LANES).filter(|&place| slots[place] == disc).map(|place| 1 << place).sum::<u32>();
-            prop_assert_eq!(in_all_ways(Find(&slots, disc)), [expected; 3]);
+            prop_assert_eq!(with_each_instruction_set(Find(&slots, disc)), [expected; 3]);
         }
 
         /// The discs around a cell, inside the box or at its border, of any radii or all of one,
         /// some touching, some listed twice: all kernels give the bits of the closed form, and the
         /// contacts of detection to rounding.
         #[test]
-        fn a_list_is_asked_as_detection_does(
+        fn kernels_agree_to_the_bit_and_with_detection_to_rounding(
             others in prop::collection::vec(
                 (0u16..5, 0u16..5, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64), 1..40),
             kinds in prop::collection::vec(0u8..6, 40), alike in any::<bool>(), at_border in any::<bool>(),
@@ -716,7 +730,7 @@ mod tests {
                 now,
                 separation_error,
                 sides: [1.0, 0.75],
-                like: alike.then(|| Like::new(0.15, separation_error)),
+                pair_constants: alike.then(|| PairConstants::new(0.15, separation_error)),
             };
             // Every slot on its own, in the order of the list.
             let slots: Vec<u32> = list.slots().collect();
@@ -734,12 +748,12 @@ mod tests {
             }
             let least = times.iter().copied().fold(f64::INFINITY, f64::min);
             let touched = times.iter().filter(|&&time| time == least && time < f64::INFINITY).count();
-            let query = List(query, list);
-            let answers = in_all_ways(query);
+            let query = SearchList(query, list);
+            let answers = with_each_instruction_set(query);
             for answer in &answers {
                 prop_assert_eq!(answer.time.to_bits(), least.to_bits());
                 // An ambiguous result costs time only; an unambiguous one must be right.
-                prop_assert!(answer.is_doubtful || (touched < 2 && !in_contact));
+                prop_assert!(answer.is_ambiguous || (touched < 2 && !in_contact));
                 if touched == 1 {
                     let place = times.iter().position(|&time| time == least);
                     prop_assert_eq!(Some(answer.slot), place.map(|place| slots[place]));
@@ -747,14 +761,14 @@ mod tests {
             }
             prop_assert!(answers.iter().all(|answer| *answer == answers[0]));
             // With at most eight discs, the result is ambiguous exactly if it has to be.
-            prop_assert!(slots.len() > DISC_LANES || answers[0].is_doubtful == (touched > 1 || in_contact));
+            prop_assert!(slots.len() > DISC_LANES || answers[0].is_ambiguous == (touched > 1 || in_contact));
         }
 
         /// Every disc that is touched before the end of the epoch passes the filter: from a
         /// distance, at contact, in a graze to rounding, at nearly equal velocities, in any units;
         /// and so do discs at relative rest that touch.
         #[test]
-        fn a_glance_leaves_nobody_out(
+        fn the_filter_excludes_no_contact(
             others in prop::collection::vec(
                 (-0.66..0.66f64, -0.66..0.66f64, -1.0..1.0f64, -1.0..1.0f64), DISC_LANES),
             kinds in prop::collection::vec(0u8..7, DISC_LANES), grazes in -1.0..1.0f64, slow in 0.0..12.0f64,
@@ -807,29 +821,29 @@ mod tests {
                 records.push(record);
             }
             prop_assert!(!units.is_disabled());
-            let filter = units.filter(&records[0].flight, now).through(&units, code as usize);
+            let filter = units.filter(&records[0].flight, now).for_image(&units, code as usize);
             let near = filter.near(&flights);
-            prop_assert_eq!(in_all_ways(Look(&filter, &flights)), [near; 3]);
+            prop_assert_eq!(with_each_instruction_set(FilterEight(&filter, &flights)), [near; 3]);
             let query = NeighbourQuery {
                 records: &records,
                 from: &records[0],
                 now,
                 separation_error: 0.0,
                 sides: sides.to_array(),
-                like: Some(Like::new(radius, 0.0)),
+                pair_constants: Some(PairConstants::new(radius, 0.0)),
             };
             let slots: [u32; DISC_LANES] = std::array::from_fn(|lane| (lane as u32 + 1) | code << INDEX_BITS);
             let times = query.lanes(&slots, true).contact_times();
             for (lane, time) in times.into_iter().enumerate() {
                 let may_be_met = near & (1 << lane) != 0;
                 prop_assert!(may_be_met || now + time > limit, "lane {}, kind {}, {}", lane, kinds[lane], time);
-                prop_assert!(!may_be_met || kinds[lane] > 0, "nobody is not met");
+                prop_assert!(!may_be_met || kinds[lane] > 0, "an empty lane passes the filter");
             }
         }
     }
 
     #[test]
-    fn a_glance_sorts_out_nearly_everybody() {
+    fn the_filter_excludes_nearly_all_discs_of_a_dilute_gas() {
         // Discs of radius 0.001 at a distance of 0.04 on a circle around the query disc: a path has
         // a width of 0.004 in a circumference of 2 π 0.04, and half of the discs on it recede.
         use rand::{RngExt, SeedableRng};

@@ -16,7 +16,7 @@ use carom_kinematics::HALF_ULP;
 
 use super::{
     BodyRecord, CellBlock, DISC_LANES, DiscLanes, F32Filter, Flights, INDEX_BITS, INDEX_MASK, Kernel,
-    NeighbourQuery, Soonest, SoonestSlot, masks::Masks,
+    NeighbourQuery, SoonestOfEight, SoonestSlot, masks::Masks,
 };
 
 /// Registers of 256 bits, with masks of one kind.
@@ -35,12 +35,16 @@ impl<M: Masks> Registers<M> {
 
 impl<M: Masks> Kernel for Registers<M> {
     #[inline(always)]
-    fn eight<const IMAGES: bool>(self, query: NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
-        eight::<M, IMAGES>(self.0, &query, slots)
+    fn soonest_of_eight<const IMAGES: bool>(
+        self,
+        query: NeighbourQuery<'_>,
+        slots: &[u32; DISC_LANES],
+    ) -> SoonestOfEight {
+        soonest_of_eight::<M, IMAGES>(self.0, &query, slots)
     }
 
     #[inline(always)]
-    fn any(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
+    fn soonest_of_list(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
         if list.at_border {
             self.0.soonest::<true>(query, list)
         } else {
@@ -94,21 +98,21 @@ fn store(numbers: &mut [f64; 4], register: __m256d) {
 /// Always inlined, as are the functions that it calls: a call would write registers to memory and
 /// read them back.
 #[inline(always)]
-pub(super) fn eight<M: Masks, const IMAGES: bool>(
+pub(super) fn soonest_of_eight<M: Masks, const IMAGES: bool>(
     masks: M,
     query: &NeighbourQuery<'_>,
     slots: &[u32; DISC_LANES],
-) -> Soonest {
-    let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(masks, query, slots);
+) -> SoonestOfEight {
+    let [a, b, c, d, e, f, g, h] = records_of::<M, IMAGES>(masks, query, slots);
     let shifts = IMAGES.then(|| shifts(masks, query, slots));
-    let low = Four::of_lines(masks, query, [a, b, c, d], shifts.map(|[low, _]| low));
-    let high = Four::of_lines(masks, query, [e, f, g, h], shifts.map(|[_, high]| high));
+    let low = Four::of_records(masks, query, [a, b, c, d], shifts.map(|[low, _]| low));
+    let high = Four::of_records(masks, query, [e, f, g, h], shifts.map(|[_, high]| high));
     soonest_of(low, high)
 }
 
 /// The earliest contact of eight.
 #[inline(always)]
-fn soonest_of<M: Masks>(low: Four<M>, high: Four<M>) -> Soonest {
+fn soonest_of<M: Masks>(low: Four<M>, high: Four<M>) -> SoonestOfEight {
     let masks = low.masks;
     let in_contact = masks.is_any([low.in_contact(), high.in_contact()]);
     let (low, high) = (low.times(), high.times());
@@ -119,7 +123,7 @@ fn soonest_of<M: Masks>(low: Four<M>, high: Four<M>) -> Soonest {
         let time = _mm_cvtsd_f64(_mm_min_pd(least, _mm_unpackhi_pd(least, least)));
         (time, _mm256_set1_pd(time))
     };
-    Soonest { time, slots: masks.equal(low, spread) | masks.equal(high, spread) << 4, in_contact }
+    SoonestOfEight { time, slots: masks.equal(low, spread) | masks.equal(high, spread) << 4, in_contact }
 }
 
 /// Shifts of the discs in eight slots by their images (length), x and y of the first four and of
@@ -176,7 +180,7 @@ fn lanes<M: Masks, const IMAGES: bool>(
     slots: &[u32; DISC_LANES],
 ) -> DiscLanes {
     let mut lanes = DiscLanes::empty(query.separation_error, query.speed());
-    let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(masks, query, slots);
+    let [a, b, c, d, e, f, g, h] = records_of::<M, IMAGES>(masks, query, slots);
     let shifts = IMAGES.then(|| shifts(masks, query, slots));
     write_lanes::<M, 0>(masks, query, [a, b, c, d], shifts.map(|[low, _]| low), &mut lanes);
     write_lanes::<M, 4>(masks, query, [e, f, g, h], shifts.map(|[_, high]| high), &mut lanes);
@@ -196,8 +200,8 @@ fn write_lanes<M: Masks, const FIRST: usize>(
     // of four `f64`, whose bounds the slicing has checked; it needs no alignment.
     unsafe {
         let from = load(masks, &query.from.flight);
-        let reach = if let Some(like) = query.like {
-            _mm256_set1_pd(like.sigma)
+        let reach = if let Some(pair_constants) = query.pair_constants {
+            _mm256_set1_pd(pair_constants.sigma)
         } else {
             let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
             _mm256_add_pd(radii, _mm256_set1_pd(query.from.radius))
@@ -253,7 +257,7 @@ fn near<M: Masks>(masks: M, filter: &F32Filter, flights: &Flights) -> u32 {
 
 /// The records of the bodies in eight slots; without `IMAGES` a slot is an index.
 #[inline(always)]
-fn bodies<'a, M: Masks, const IMAGES: bool>(
+fn records_of<'a, M: Masks, const IMAGES: bool>(
     masks: M,
     query: &NeighbourQuery<'a>,
     slots: &[u32; DISC_LANES],
@@ -297,7 +301,7 @@ struct Four<M> {
 impl<M: Masks> Four<M> {
     /// Four bodies from their records, in images that shift them by `shifts` (length).
     #[inline(always)]
-    fn of_lines(
+    fn of_records(
         masks: M,
         query: &NeighbourQuery<'_>,
         [a, b, c, d]: [&BodyRecord; 4],
@@ -305,8 +309,8 @@ impl<M: Masks> Four<M> {
     ) -> Self {
         // SAFETY: `masks` proves AVX2 (see `Masks`); the instructions touch no memory.
         unsafe {
-            let (sigma_squared, touching) = if let Some(like) = query.like {
-                (_mm256_set1_pd(like.sigma_squared), _mm256_set1_pd(like.touching))
+            let (sigma_squared, touching) = if let Some(pair_constants) = query.pair_constants {
+                (_mm256_set1_pd(pair_constants.sigma_squared), _mm256_set1_pd(pair_constants.touching))
             } else {
                 let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
                 let sigma = _mm256_add_pd(radii, _mm256_set1_pd(query.from.radius));
@@ -360,7 +364,7 @@ impl<M: Masks> Four<M> {
 
     /// Selects discs that come to a contact.
     #[inline(always)]
-    fn closes(self) -> M::Some {
+    fn closes(self) -> M::Mask {
         self.masks.above_zero(self.masks.not_above_zero(self.b), self.discriminant)
     }
 
@@ -378,7 +382,7 @@ impl<M: Masks> Four<M> {
 
     /// Selects pairs that touch to rounding and do not separate; the detector must decide them.
     #[inline(always)]
-    fn in_contact(self) -> M::Some {
+    fn in_contact(self) -> M::Mask {
         self.masks.within(self.masks.not_above_zero(self.b), self.c, self.touching)
     }
 }
