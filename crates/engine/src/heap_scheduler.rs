@@ -12,7 +12,7 @@
 //!
 //! No contact is missed on a grid that is not refused. Bodies i and j are *related* through an
 //! image k of j while their cells are adjacent through k. A body and a wall are related while the
-//! body's cell lists the wall, as does every cell from which the wall can be touched.
+//! body's cell lists the wall; every cell from which the wall can be touched lists it.
 //!
 //! 1. **Contact implies relation.** *Proof.* A cell is at least as long as any two bodies reach.
 //! 2. **A relation begins with a prediction.** *Proof.* It begins at the start of an epoch, or when

@@ -83,9 +83,9 @@ impl Kind {
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct BodyRecord {
-    /// x₀, y₀, vx, vy with position = (x₀, y₀) + (vx, vy) t (length, length per time): (x₀, y₀) is
-    /// the present straight line at the start of the epoch. Adjacent, so that one load reads all
-    /// four.
+    /// x₀, y₀, vx, vy with position = (x₀, y₀) + (vx, vy) t (length, length per time). (x₀, y₀) is
+    /// the position at the start of the epoch, had the body always moved as now. Adjacent, so that
+    /// one load reads all four.
     pub flight: [f64; 4],
     /// Time of its event (offset in the epoch).
     pub time: f64,

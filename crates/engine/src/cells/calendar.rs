@@ -130,8 +130,8 @@ impl Calendar {
         }
     }
 
-    /// Removes the event of a body from the opened bins if it is the next one, as the partner's
-    /// event is at most contacts.
+    /// Removes the event of a body from the opened bins if it is the next one. After a contact the
+    /// event of the partner usually is.
     #[inline(always)]
     pub fn remove_if_next(&mut self, body: u32) {
         let is_next = self.open.last().is_some_and(|&(_, next)| next == body);

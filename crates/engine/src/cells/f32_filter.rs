@@ -15,17 +15,18 @@
 //! separation and v the relative velocity. Errors are along each axis.
 //!
 //! 1. **Input.** A position at the start of the epoch is stored to u (1 + T), a velocity to u, and
-//!    the present time to u T. So the present position of a stored disc has the error u (2 + 4 T),
-//!    that of the query disc, with its image, 4 u, d the error u (7 + 4 T), and v the error 4 u.
-//! 2. **Distance.** In the rounded numbers, discs that touch come within σ + ε with ε = √2 u (7 + 8
-//!    T). *Proof.* The error of d + v τ at the contact, a time τ ≤ T from now, is u (7 + 4 T) + 4 u
-//!    τ along each of two axes.
+//!    the present time to u T. So the present position of a stored disc has the error
+//!    u (2 + 4 T), that of the query disc, with its image, 4 u, d the error u (7 + 4 T), and v the
+//!    error 4 u.
+//! 2. **Distance.** In the rounded numbers, discs that touch come within σ + ε with
+//!    ε = √2 u (7 + 8 T). *Proof.* The error of d + v τ at the contact, a time τ ≤ T from now, is
+//!    u (7 + 4 T) + 4 u τ along each of two axes.
 //! 3. **Discriminant.** By lemma 2, |d × v| ≤ (σ + ε) |v|. As |d| < 1 (cells are adjacent, at least
-//!    three a side), the rounding of d × v is at most 2 u |v|, and that of the compared numbers 2.5
-//!    u of their magnitude. So the distance σ (1 + 2.5 u) + u (12 + 11.4 T) is sufficient.
+//!    three a side), the rounding of d × v is at most 2 u |v|, and that of the compared numbers
+//!    2.5 u of their magnitude. So the distance σ (1 + 2.5 u) + u (12 + 11.4 T) is sufficient.
 //!    [`Units::new`] takes σ (1 + 8 u) + u (16 + 16 T).
-//! 4. **Approach.** Discs that touch later approach, d·v < 0. The error of d·v is below u (40 + 16
-//!    T). [`Units::new`] takes u (48 + 20 T).
+//! 4. **Approach.** Discs that touch later approach, d·v < 0. The error of d·v is below
+//!    u (40 + 16 T). [`Units::new`] takes u (48 + 20 T).
 //! 5. **Underflow.** [`UNDERFLOW`] exceeds the error of squares that are too small for all their
 //!    digits.
 

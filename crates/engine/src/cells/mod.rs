@@ -17,7 +17,7 @@
 //! A body keeps its earliest event only. It is predicted against all its neighbours exactly when
 //! (a) its motion changed, (b) it entered a new cell or was listed in new cells, or (c) its event
 //! came due as a re-check, or stale because the partner has changed since. No other body is
-//! predicted.
+//! predicted. In a dilute gas, case (b) tests only the discs that became adjacent (`dilute`).
 //!
 //! # Lemmas
 //!

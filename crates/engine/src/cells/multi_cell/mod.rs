@@ -5,7 +5,8 @@
 //! It is listed in every cell that can hold the centre of a small disc that touches it while its
 //! own centre is in the shell. These are the cells within R + r_max + h of the shell's centre (R:
 //! its bounding radius, r_max: the radius of the largest small disc). A disc is not listed in cells
-//! that lie wholly within R − h. The body leaves its shell as an event, which lists it anew.
+//! that lie wholly within R − h. The body leaves its shell as an event, which lists it anew. A cell
+//! that lists a multi-cell body is *covered*.
 //!
 //! Two multi-cell bodies are neighbours while the centres of their shells are within R + R' + h +
 //! h', each with the image in which it is seen. A fixed body has no shell and no events and is
@@ -48,9 +49,9 @@ pub(super) struct MultiCellBodies {
 /// Scratch space: the bodies around a multi-cell body.
 #[derive(Debug, Clone, Default)]
 struct Surroundings {
-    /// Bodies seen in its own box.
+    /// Bodies seen without a shift by an image.
     slots: Vec<u32>,
-    /// Bodies seen in other images.
+    /// Other bodies, with the images in which they are seen.
     seen: Vec<Listed>,
     candidates: Candidates<Listed>,
 }
@@ -71,6 +72,7 @@ struct Pending {
     image: [i16; 2],
 }
 
+/// A multi-cell body, its shell, the cells that list it, and its neighbours.
 #[derive(Debug, Clone)]
 pub(super) struct MultiCellBody {
     body: u32,

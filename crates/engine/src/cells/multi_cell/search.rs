@@ -32,7 +32,7 @@ pub(in crate::cells) struct EarliestEvent {
 }
 
 impl EarliestEvent {
-    /// No contact yet, before an event that is certain.
+    /// No contact found yet: without one, the event at `time` is of this kind.
     pub fn before(time: f64, kind: Kind) -> Self {
         Self { time, kind, partner: 0, pending: Pending::NOTHING }
     }

@@ -17,7 +17,7 @@
 //! 1. **Any separation gives the distance of passage.** Two discs pass each other at the distance
 //!    |d × v| / |v|, whichever separation d along their straight paths is used. The kernels use
 //!    that at the start of the epoch. The square root, which ends the longest dependency chain,
-//!    then does not wait for the present separation: 2% of the time of a collision.
+//!    then does not wait for the present separation, which saves 2% of the time of a collision.
 //! 2. **Its rounding is within the bound on the rounding of a separation.** This bound is u 16 s
 //!    (Sx + Sy) for a body that moves s ≥ 1 sides of lengths Sx, Sy in an epoch. *Proof.* The
 //!    separation at the start of the epoch is at most 2 s sides long, and one more by its image.
