@@ -1,4 +1,5 @@
-//! The cell list: which bodies' centres lie in which cell of a grid, and through which image cells touch.
+//! A cell list for boxes of any size: the bodies in each cell, and the images through which cells
+//! are adjacent.
 
 use glam::DVec2;
 use smallvec::SmallVec;
@@ -8,53 +9,55 @@ use crate::{
     wall::{StandingWall, folded},
 };
 
-/// How many cells a side the box is divided into.
-#[doc(alias = "fineness")]
+/// Number of cells along each side of the box, for [`HeapScheduler`](crate::HeapScheduler).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CellsPerSide {
-    /// As many as are safe, and no more than pay.
+    /// The largest safe number, but no more than the number of bodies justifies.
     #[default]
     Automatic,
-    /// This many along each side; refused if two bodies could touch from cells that are not adjacent.
+    /// This number along each side, from 1 to 4096. Refused if two bodies could touch from cells
+    /// that are not adjacent.
     Given(u32),
-    /// This many, even if two bodies can then touch from cells that are not adjacent: **contacts are missed**, as in the
-    /// grid that the thesis chose by its speed. Only for measuring what that costs.
+    /// This number (from 1 to 4096), even if two bodies can touch from cells that are not adjacent:
+    /// **contacts are then missed**, as in the thesis, which chose the grid by its speed. For
+    /// measurements of this effect only.
     Unchecked(u32),
 }
 
-/// The most cells along a side.
+/// Most cells along a side.
 const FINEST: u32 = 4096;
 
 /// A grid of cells over the box, with the bodies in them.
 ///
-/// Walls stand in lists of their own, in every cell from which something can touch them, however long they are. Two other
-/// bodies can touch only while their centres lie in the same or in adjacent cells, because a cell is at
-/// least as long as the largest sum of two bounding radii. With fewer than three cells a side a cell is its
-/// own neighbour through the border, so that the walk over the 3 × 3 cells around a body names every image
-/// of every other that it can touch.
+/// Two bodies that are no walls can touch only while their centres lie in the same or in adjacent
+/// cells, because a cell is at least as long as the largest sum of two bounding radii. With fewer
+/// than three cells a side a cell is its own neighbour through the border, so the 3 × 3 cells
+/// around a body give every image of every other body that it can touch. Walls have lists of their
+/// own, in every cell from which a body can touch them.
 #[derive(Debug, Clone, Default)]
 pub struct Grid {
     counts: [i32; 2],
     side: DVec2,
     cells: Vec<SmallVec<[u32; 6]>>,
     place: Vec<[i32; 2]>,
-    /// Which walls something in a cell may touch, and how many boxes over they appear; empty where there are no walls.
+    /// The walls that a body in each cell may touch, with the images in which they appear; empty if
+    /// there are no walls.
     walls: Vec<NearWalls>,
 }
 
 /// Walls near a cell, with the images in which they appear there.
 type NearWalls = SmallVec<[(u32, [i32; 2]); 2]>;
 
-/// A cell next to (or the same as) another, and the image through which they touch, in boxes.
+/// A cell adjacent to another, or the same cell, and the image through which they are adjacent.
 #[derive(Debug, Clone, Copy)]
 pub struct Neighbour<'a> {
     /// The bodies in it.
     pub bodies: &'a [u32],
-    /// How many boxes over they appear.
+    /// Image in which the bodies appear, in boxes.
     pub image: [i32; 2],
 }
 
-/// A step of a body into the next cell.
+/// A crossing of a body into the next cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Step {
     /// 0 for x, 1 for y.
@@ -63,24 +66,27 @@ pub struct Step {
     pub direction: i32,
 }
 
-/// The share of the longer side of the box at which two bodies must at least touch. Places are rounded by some 1e-16 of
-/// the side, by some times more in the longer epochs of a few bodies: below this share by more than some thousandths or hundredths
-/// of that distance, and directions of impulses by as much.
+/// Least contact distance of two bodies, as a share of the longer side of the box. The rounding of
+/// a position is about 1e-16 of the side, and several times that in the longer epochs of a few
+/// bodies. Below this share it would be more than some thousandths or hundredths of the contact
+/// distance, and directions of impulses would be as inexact.
 const SMALLEST_SHARE: f64 = 1e-13;
 
 impl Grid {
-    /// How many cells each side gets.
+    /// Number of cells along each side.
     ///
     /// # Errors
-    /// [`GridError`] if the fineness asked for is not safe, or no fineness is.
-    pub fn counts_for(world: &World, fineness: CellsPerSide) -> Result<[i32; 2], GridError> {
+    /// [`GridError`] if the number asked for is not safe, or if the box is too small or too large
+    /// for the bodies.
+    pub fn counts_for(world: &World, cells: CellsPerSide) -> Result<[i32; 2], GridError> {
         let sides = world.bounds().sides();
         let side = sides.min_element();
         let (reach, bodies) = world.farthest_reaching().unwrap_or_default();
         // The first of the pair is the largest body that moves.
         let own = world.bodies().get(bodies[0]).filter(|body| !body.is_fixed());
         let own_image = own.map_or(0.0, |body| 2.0 * body.molecule().bounding_radius());
-        // A molecule of that diameter touches its own image for ever; a pair may just fit.
+        // A molecule of that diameter would always touch its own image. A pair may be exactly as
+        // long as the box.
         if own_image >= side {
             return Err(GridError::BoxTooSmall { reach: own_image, side, bodies: [bodies[0]; 2] });
         }
@@ -88,8 +94,8 @@ impl Grid {
             return Err(GridError::BoxTooSmall { reach, side, bodies });
         }
         Self::refuse_large_box(world)?;
-        // The rounding of the quotient, and the few roundings by which bounding radii are never too small, must not
-        // refuse a cell exactly as long as the reach.
+        // The margin keeps the rounding of the quotient, and the bounding radii, which are rounded
+        // up, from refusing a cell that is exactly long enough.
         let safe = |side: f64| {
             if reach > 0.0 {
                 (side / reach * (1.0 + 8.0 * f64::EPSILON)).min(f64::from(FINEST)) as u32
@@ -98,18 +104,17 @@ impl Grid {
             }
         };
         let largest = safe(side).max(1);
-        match fineness {
-            CellsPerSide::Given(fineness) | CellsPerSide::Unchecked(fineness)
-                if !(1..=FINEST).contains(&fineness) =>
-            {
-                Err(GridError::CellsPerSide(fineness))
+        match cells {
+            CellsPerSide::Given(cells) | CellsPerSide::Unchecked(cells) if !(1..=FINEST).contains(&cells) => {
+                Err(GridError::CellsPerSide(cells))
             }
-            CellsPerSide::Given(fineness) if fineness > largest => {
-                Err(GridError::TooFine { fineness, largest, reach, bodies })
+            CellsPerSide::Given(cells) if cells > largest => {
+                Err(GridError::TooFine { fineness: cells, largest, reach, bodies })
             }
-            CellsPerSide::Given(fineness) | CellsPerSide::Unchecked(fineness) => Ok([fineness as i32; 2]),
+            CellsPerSide::Given(cells) | CellsPerSide::Unchecked(cells) => Ok([cells as i32; 2]),
             CellsPerSide::Automatic => {
-                // About one and a half cells for each body: fewer and lists grow, more and crossings do.
+                // About one and a half cells for each body: fewer lengthen the lists, more add
+                // crossings.
                 let bodies = world.bodies().len().max(1) as f64;
                 let paying = (sides.x * sides.y / (1.5 * bodies)).sqrt();
                 let count = |side: f64| safe(side).min((side / paying).ceil() as u32).max(1) as i32;
@@ -118,8 +123,8 @@ impl Grid {
         }
     }
 
-    /// Refuses a box in which the rounding of places would show in the contacts of the smallest
-    /// bodies.
+    /// Refuses a box in which the rounding of positions would be visible in the contacts of the
+    /// smallest bodies.
     pub(crate) fn refuse_large_box(world: &World) -> Result<(), GridError> {
         let side = world.bounds().sides().max_element();
         match world.closest_touching() {
@@ -165,7 +170,8 @@ impl Grid {
             for cell in wall.cells_within(reach, self.side) {
                 let ([column, row], image) = folded(cell, self.counts.map(i64::from));
                 let list = &mut self.walls[(row * i64::from(self.counts[0]) + column) as usize];
-                // The cell lies `image` boxes over from the wall, hence the wall the other way from the cell.
+                // `image` is that of the cell as seen from the wall; the other way it has the
+                // opposite sign.
                 list.push((index as u32, image.map(|boxes| -boxes)));
             }
         }
@@ -212,7 +218,7 @@ impl Grid {
         (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| self.neighbour([x + dx, y + dy])))
     }
 
-    /// The three cells that became adjacent by a step.
+    /// The three cells that became adjacent by a crossing that the body has just made.
     pub fn ahead(&self, body: u32, step: Step) -> impl Iterator<Item = Neighbour<'_>> {
         let mut centre = self.place(body);
         centre[step.axis] += step.direction;
@@ -237,7 +243,8 @@ impl Grid {
         Neighbour { bodies: &self.cells[(cell[1] * self.counts[0] + cell[0]) as usize], image }
     }
 
-    /// Moves a body into the next cell; tells how many boxes it has wrapped along the axis.
+    /// Moves a body into the next cell, and returns the number of boxes by which it is wrapped
+    /// along the axis.
     pub fn enter(&mut self, body: u32, step: Step) -> i32 {
         let place = &mut self.place[body as usize];
         let old = (place[1] * self.counts[0] + place[0]) as usize;

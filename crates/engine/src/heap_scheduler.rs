@@ -1,19 +1,29 @@
-//! The thesis's scheduler: a plain grid, one heap of all future events, versions that make old ones stale.
+//! The thesis's scheduler: a plain grid, one heap of all future events, and versions that mark
+//! outdated ones.
 //!
-//! Algorithm 4 of Montanari (2017): every pair in adjacent cells that will touch has an event in a binary
-//! heap, with the versions that both bodies had when it was predicted; an event whose bodies have changed
-//! since is dropped when it comes up. Repaired against the original: a grid that could miss contacts is
-//! refused (unless [`CellsPerSide::Unchecked`](crate::CellsPerSide::Unchecked) asks for it by that name), images come from the adjacency of cells, a crossing predicts only what is newly adjacent, and
-//! ties have an order.
+//! It is algorithm 4 of Montanari (2017). Every pair in adjacent cells that will touch has an event
+//! in a binary heap, with the versions of both bodies at the time of the prediction. An event is
+//! dropped when it comes due if one of the versions has changed. Four defects of the original are
+//! repaired: a grid that can miss contacts is refused (unless
+//! [`CellsPerSide::Unchecked`](crate::CellsPerSide::Unchecked) is chosen), images follow from the
+//! adjacency of cells, a crossing predicts only newly adjacent pairs, and ties have an order.
 //!
-//! **Nothing is missed** on a grid that is not refused. Call bodies i and j with an image k of j *related* while their cells are adjacent
-//! through k, and a body and a wall while the wall is listed in the body's cell, which it is in every cell from which it
-//! can be touched. (1) Contact implies relation, as a cell is at least as long as any two bodies reach. (2) A
-//! relation begins when an epoch begins or when one of the two enters a cell; in both cases the pair is
-//! predicted at that moment. (3) When a motion changes, all related pairs of that body are predicted. So for a
-//! related pair with a first contact t under the present motions, the pair was predicted since both motions
-//! began, with a horizon of the whole epoch, and its event at t (or a re-check before t) is in the heap with the
-//! present versions. It is never dropped before t, since only a change of motion makes it stale.
+//! # Lemmas
+//!
+//! No contact is missed on a grid that is not refused. Bodies i and j are *related* through an
+//! image k of j while their cells are adjacent through k. A body and a wall are related while the
+//! body's cell lists the wall; every cell from which the wall can be touched lists it.
+//!
+//! 1. **Contact implies relation.** *Proof.* A cell is at least as long as any two bodies reach.
+//! 2. **A relation begins with a prediction.** *Proof.* It begins at the start of an epoch, or when
+//!    one of the two enters a cell; in both cases the pair is predicted at that moment.
+//! 3. **A new motion is predicted.** When a motion changes, all related pairs of its body are
+//!    predicted.
+//! 4. **The heap holds the first contact of every related pair.** *Proof.* Let t be the time of
+//!    this contact under the present motions. By lemmas 2 and 3 the pair was predicted after both
+//!    motions began, up to the end of the epoch. So its event at t, or a re-check before t, is in
+//!    the heap with the present versions. It is not dropped before t, because only a change of
+//!    motion makes it stale.
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
@@ -39,23 +49,24 @@ pub struct HeapScheduler {
     motions: Vec<Motion>,
     windings: Vec<[i64; 2]>,
     wrapped: Wrapped,
-    /// Goes up each time a body's motion changes: what was predicted with an older one is stale.
+    /// Incremented at each change of a body's motion; events predicted with an older version are
+    /// stale.
     versions: Vec<u32>,
     limit: f64,
     /// Bound on the rounding of a separation in this epoch (length).
     separation_error: f64,
     /// Scratch space.
-    asked: Asked,
+    neighbours: Neighbours,
     done: SchedulerCounters,
 }
 
-/// An event to come. The order of the heap is by time; of events at one time, by bodies and kind.
+/// A predicted event. The heap is ordered by time; events at one time by bodies and kind.
 #[derive(Debug, Clone, Copy)]
 struct Entry {
     time: f64,
     bodies: [u32; 2],
     versions: [u32; 2],
-    /// Image of the second body relative to the first along their paths without periodic jumps.
+    /// Image of the second body relative to the first along their paths without periodic wraps.
     image: [i64; 2],
     kind: Kind,
 }
@@ -64,7 +75,7 @@ struct Entry {
 enum Kind {
     Contact(Parts),
     Recheck,
-    /// The first body enters the next cell; the second is itself.
+    /// The first body enters the next cell; `bodies` holds it twice.
     Crossing(Step),
 }
 
@@ -81,7 +92,7 @@ impl Entry {
 
 impl Ord for Entry {
     fn cmp(&self, other: &Self) -> Ordering {
-        // The heap gives the largest first: turned round, that is the soonest.
+        // The heap returns the largest entry first; the reversed order makes this the earliest.
         other.time.total_cmp(&self.time).then_with(|| other.rank().cmp(&self.rank()))
     }
 }
@@ -103,12 +114,12 @@ impl Eq for Entry {}
 impl Scheduler for HeapScheduler {
     type Options = CellsPerSide;
 
-    // More, and dead events outnumber the live ones in the heap.
+    // Larger: stale events outnumber the others in the heap.
     const CONTACTS_PER_EPOCH: u64 = 8;
 
-    fn new(fineness: &CellsPerSide, world: &World) -> Result<Self, GridError> {
+    fn new(cells_per_side: &CellsPerSide, world: &World) -> Result<Self, GridError> {
         Ok(Self {
-            counts: Grid::counts_for(world, *fineness)?,
+            counts: Grid::counts_for(world, *cells_per_side)?,
             grid: Grid::default(),
             heap: BinaryHeap::new(),
             motions: Vec::new(),
@@ -117,7 +128,7 @@ impl Scheduler for HeapScheduler {
             versions: Vec::new(),
             limit: 0.0,
             separation_error: 0.0,
-            asked: Asked::default(),
+            neighbours: Neighbours::default(),
             done: SchedulerCounters::default(),
         })
     }
@@ -132,25 +143,25 @@ impl Scheduler for HeapScheduler {
         self.wrapped.begin(world.bodies.len());
         self.versions.clear();
         self.versions.resize(world.bodies.len(), 0);
-        let mut asked = self.take_asked();
+        let mut neighbours = self.take_scratch();
         for body in 0..world.bodies().len() as u32 {
             if world.bodies()[body as usize].is_fixed() {
                 continue;
             }
-            asked.clear();
+            neighbours.clear();
             for cell in self.grid.around(body) {
                 for &other in cell.bodies {
-                    // Each pair once; a fixed body asks for none of its own.
+                    // Each pair once; fixed bodies are not predicted themselves.
                     if other > body || world.bodies()[other as usize].is_fixed() {
-                        asked.push(other, cell.image);
+                        neighbours.push(other, cell.image);
                     }
                 }
             }
-            asked.0.extend_from_slice(self.grid.walls(body));
-            self.predict(world, detection, body, &asked, 0.0);
+            neighbours.0.extend_from_slice(self.grid.walls(body));
+            self.predict(world, detection, body, &neighbours, 0.0);
             self.schedule_crossing(body, 0.0);
         }
-        self.asked = asked;
+        self.neighbours = neighbours;
     }
 
     fn run<L: EventLoop>(&mut self, events: L) -> L::End {
@@ -177,7 +188,7 @@ impl Scheduler for HeapScheduler {
             + self.windings.capacity() * size_of::<[i64; 2]>()
             + self.wrapped.heap_bytes()
             + self.versions.capacity() * size_of::<u32>()
-            + self.asked.0.capacity() * size_of::<(u32, [i32; 2])>()
+            + self.neighbours.0.capacity() * size_of::<(u32, [i32; 2])>()
     }
 
     fn counters(&self) -> SchedulerCounters {
@@ -236,35 +247,35 @@ impl EventQueue for HeapScheduler {
                 self.versions[body as usize] = self.versions[body as usize].wrapping_add(1);
             }
         }
-        let mut asked = self.take_asked();
+        let mut neighbours = self.take_scratch();
         for (turn, &body) in bodies.iter().enumerate() {
             if world.bodies()[body as usize].is_fixed() {
                 continue;
             }
-            asked.clear();
+            neighbours.clear();
             for cell in self.grid.around(body) {
                 for &other in cell.bodies {
-                    // The pair itself has been asked for by the first of the two.
-                    let asked_before =
+                    // The prediction of the first body includes the pair itself.
+                    let is_predicted =
                         turn == 1 && other == bodies[0] && !world.bodies()[other as usize].is_fixed();
-                    if other != body && !asked_before {
-                        asked.push(other, cell.image);
+                    if other != body && !is_predicted {
+                        neighbours.push(other, cell.image);
                     }
                 }
             }
-            asked.0.extend_from_slice(self.grid.walls(body));
-            self.predict(world, detection, body, &asked, now);
+            neighbours.0.extend_from_slice(self.grid.walls(body));
+            self.predict(world, detection, body, &neighbours, now);
             self.schedule_crossing(body, now);
         }
-        self.asked = asked;
+        self.neighbours = neighbours;
     }
 }
 
-/// Neighbours to be asked for a contact, with their images.
+/// Neighbours to predict a body against, with their images.
 #[derive(Debug, Clone, Default)]
-struct Asked(Vec<(u32, [i32; 2])>);
+struct Neighbours(Vec<(u32, [i32; 2])>);
 
-impl Asked {
+impl Neighbours {
     fn clear(&mut self) {
         self.0.clear();
     }
@@ -275,11 +286,11 @@ impl Asked {
 }
 
 impl HeapScheduler {
-    /// The scratch space, empty; to be put back.
-    fn take_asked(&mut self) -> Asked {
-        let mut asked = std::mem::take(&mut self.asked);
-        asked.clear();
-        asked
+    /// Takes the scratch space, emptied; the caller puts it back.
+    fn take_scratch(&mut self) -> Neighbours {
+        let mut neighbours = std::mem::take(&mut self.neighbours);
+        neighbours.clear();
+        neighbours
     }
 
     fn cross<D: Detection>(&mut self, world: &World, detection: &D, body: u32, step: Step, now: f64) {
@@ -293,26 +304,33 @@ impl HeapScheduler {
             self.wrapped.push(body);
             walls_before.iter_mut().for_each(|(_, image)| image[step.axis] -= wrapped);
         }
-        let mut asked = self.take_asked();
+        let mut neighbours = self.take_scratch();
         for cell in self.grid.ahead(body, step) {
             for &other in cell.bodies {
                 if other != body {
-                    asked.push(other, cell.image);
+                    neighbours.push(other, cell.image);
                 }
             }
         }
         let walls = self.grid.walls(body).iter().filter(|wall| !walls_before.contains(wall));
-        asked.0.extend(walls);
-        self.predict(world, detection, body, &asked, now);
-        self.asked = asked;
+        neighbours.0.extend(walls);
+        self.predict(world, detection, body, &neighbours, now);
+        self.neighbours = neighbours;
         self.schedule_crossing(body, now);
     }
 
-    /// Asks for the contacts of one body with others: discs in batches, the rest one by one.
-    fn predict<D: Detection>(&mut self, world: &World, detection: &D, body: u32, asked: &Asked, now: f64) {
+    /// Predicts a body against neighbours: discs in batches, others one by one.
+    fn predict<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        body: u32,
+        neighbours: &Neighbours,
+        now: f64,
+    ) {
         let shape = &world.bodies()[body as usize].kind.molecule;
         if !shape.is_disc() {
-            for &(other, image) in &asked.0 {
+            for &(other, image) in &neighbours.0 {
                 self.predict_pair(world, detection, [body, other], image, now);
             }
             return;
@@ -321,7 +339,7 @@ impl HeapScheduler {
         let radius = shape.bounding_radius();
         let empty = DiscLanes::empty(self.separation_error, speed);
         let (mut lanes, mut partners) = (empty, SmallVec::<[(u32, [i32; 2]); DISC_LANES]>::new());
-        for &(other, image) in &asked.0 {
+        for &(other, image) in &neighbours.0 {
             let partner = &world.bodies()[other as usize].kind.molecule;
             if !partner.is_disc() {
                 self.predict_pair(world, detection, [body, other], image, now);
@@ -368,7 +386,8 @@ impl HeapScheduler {
         now: f64,
     ) {
         self.done.pairs += 1;
-        // Detection sees the body inserted first as A, so that ties between atoms do not depend on who asks.
+        // The body inserted first is A, so that ties between atoms do not depend on the order of
+        // the query.
         let (pair, image) = ordered(pair, image.map(i64::from));
         let relative = self.relative_motion(world, pair, image, now);
         let [a, b] = pair.map(|body| world.bodies()[body as usize].kind.molecule.outline());
@@ -381,7 +400,7 @@ impl HeapScheduler {
                 self.done.unresolved += 1;
                 ((now + time).max(now.next_up()), Kind::Recheck)
             }
-            // Not before the next epoch, which begins with other numbers.
+            // The pair is predicted again in the next epoch, which starts from other numbers.
             Outcome::OutOfRange => {
                 self.done.unresolved += 1;
                 return;
@@ -437,7 +456,7 @@ impl HeapScheduler {
         RelativeMotion::between(a, b, world.bounds().shift(image), now)
     }
 
-    /// The image of an entry's second body relative to the places that both have now.
+    /// The image of an entry's second body relative to the present wrapped positions.
     fn present_image(&self, entry: &Entry) -> [i64; 2] {
         let [a, b] = entry.bodies.map(|body| self.windings[body as usize]);
         [0, 1].map(|axis| entry.image[axis] + (b[axis] - a[axis]))

@@ -1,4 +1,5 @@
-//! Walls as they stand in the box: how far a place is from one, which cells one passes, and the frame of a contact.
+//! Walls in the box: the distance of a point from a wall, the cells along a wall, and the frame of
+//! a contact.
 
 use carom_detection::Part;
 use carom_geometry::Face;
@@ -12,14 +13,15 @@ use crate::{
     scheduler::{ContactEvent, Parts},
 };
 
-/// Cells are taken to be nearer to a wall than they are by this share of their length, so that no rounding leaves one out.
+/// Share of a cell's length by which the reach of a wall is enlarged, so that no rounding leaves a
+/// cell out.
 const MARGIN: f64 = 1e-9;
 
-/// A wall in its home image: where its face is, and which cells it passes.
+/// A wall in its home image: the position of its face, and the cells that it passes.
 #[derive(Debug, Clone, Copy)]
 pub struct StandingWall {
     centre: DVec2,
-    /// From the centre to the second end.
+    /// Half of its length, from the centre to the second end (length).
     half: DVec2,
     face: Face,
     /// (cos, sin) of its orientation.
@@ -40,7 +42,7 @@ impl StandingWall {
         [self.centre - self.half, self.centre + self.half]
     }
 
-    /// How far a place is from the surface of the wall (length); negative inside it.
+    /// Distance of a point from the surface of the wall (length); negative inside it.
     pub fn gap(&self, place: DVec2) -> f64 {
         let back = DVec2::new(self.rotation.x, -self.rotation.y);
         self.face.nearest(back.rotate(place - self.centre)).distance - self.face.radius()
@@ -82,17 +84,19 @@ impl StandingWall {
     }
 }
 
-/// A cell of an image brought back into the box of so many cells, and how many boxes away it was.
+/// Wraps the index of a cell of any image into the box of `counts` cells, and returns the image in
+/// boxes.
 pub(crate) fn folded(cell: [i64; 2], counts: [i64; 2]) -> ([i64; 2], [i32; 2]) {
     let here = [0, 1].map(|axis| cell[axis].rem_euclid(counts[axis]));
     let image = [0, 1].map(|axis| cell[axis].div_euclid(counts[axis]) as i32);
     (here, image)
 }
 
-/// Lever arms and normal of a contact with a face, and how far the centre of what touches is from the plane of the face
-/// (length); none if the contact is of another kind.
+/// Lever arms and normal of a contact with a face, and the distance of the touching centre from the
+/// plane of the face (length). None if the contact is of another kind.
 ///
-/// The normal is that of the face, whatever the rounding of the atom's place along it.
+/// The normal is that of the face, so that the rounding of the atom's position along the face does
+/// not tilt it.
 pub(crate) fn contact_frame(
     world: &World,
     contact: &ContactEvent,
@@ -109,7 +113,7 @@ pub(crate) fn contact_frame(
         Part::Atom(index) => arm(body(1 - wall), index, &motions[1 - wall]),
         Part::BoundingCircle => DVec2::ZERO,
     };
-    // The image of the second body is the one that is touched.
+    // The second body is touched in this image.
     let shift = world.bounds.shift(contact.image);
     let shift = if wall == 1 { -shift } else { shift };
     let place = ((motions[1 - wall].position - motions[wall].position) + shift) + arm;
@@ -147,7 +151,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_place_within_reach_is_in_a_cell_that_is_named(
+        fn every_point_within_reach_is_in_a_listed_cell(
             x in -2.0..2.0f64, y in -2.0..2.0f64, u in -2.0..2.0f64, v in -2.0..2.0f64,
             reach in 0.0..0.5f64, radius in 0.0..0.1f64, straight in 0..3u8, t in -1.2..1.2f64, off in -0.7..0.7f64,
         ) {
@@ -165,7 +169,7 @@ mod tests {
                 let cell = (place / side).floor();
                 prop_assert!(cells.contains(&[cell.x as i64, cell.y as i64]));
             }
-            // Not many more than those: none farther than a few cells.
+            // Not many more than those: none is farther than a few cells.
             for cell in cells {
                 let middle = (DVec2::new(cell[0] as f64, cell[1] as f64) + 0.5) * side;
                 prop_assert!(wall.gap(middle) <= 2.0 * (reach + side.x + side.y));

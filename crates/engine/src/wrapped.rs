@@ -1,4 +1,4 @@
-//! Journal of the periodic wraps in a scheduler, so that one step need not copy every body into the
+//! Journal of the periodic wraps in a scheduler, so that a step need not copy all bodies into the
 //! world.
 
 /// The bodies that a scheduler has moved by a side of the box since the world was last brought up

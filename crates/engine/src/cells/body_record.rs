@@ -1,14 +1,15 @@
-//! A body's record: all that the hot loop needs of it, in one cache line.
+//! The record of a body: the data that the event loop reads for each body, in one cache line.
 
 use carom_kinematics::Motion;
 use glam::DVec2;
 
-/// Bits of a body's index in a slot or a partner; the rest says what kind of event, or which image.
+/// Bits of a body's index in a slot or a partner; the other bits hold the kind of event, or the
+/// image.
 pub(super) const INDEX_BITS: u32 = 28;
 /// Mask of an index.
 pub(super) const INDEX_MASK: u32 = (1 << INDEX_BITS) - 1;
 
-/// What a body's next event is.
+/// Kind of a body's next event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub(super) enum Kind {
@@ -16,30 +17,31 @@ pub(super) enum Kind {
     Discs = 0,
     /// A disc enters the next cell along +x.
     Right = 1,
-    /// Along −x.
+    /// A disc enters the next cell along −x.
     Left = 2,
-    /// Along +y.
+    /// A disc enters the next cell along +y.
     Up = 3,
-    /// Along −y.
+    /// A disc enters the next cell along −y.
     Down = 4,
-    /// Contact with a covering body, or of one; its parts and image are kept aside.
+    /// Contact of a multi-cell body, or with one; its parts and image are in
+    /// `MultiCellBodies::pending`.
     MultiCell = 5,
-    /// A covering body leaves its shell.
+    /// A multi-cell body leaves its shell.
     Shell = 6,
-    /// A covering body is to be predicted again, since a search had to be broken off.
+    /// Re-check: the body is predicted again, since a search did not finish.
     Recheck = 7,
-    /// Nothing.
+    /// No event.
     Nothing = 8,
 }
 
 impl Kind {
-    /// The crossing along an axis (0 or 1), whose direction has this sign bit (1 for downwards).
+    /// The crossing along an axis (0 or 1) in the direction with this sign bit (1 for downwards).
     #[inline]
     pub fn crossing(axis: u32, sign: u32) -> Self {
         Self::from_bits(Self::Right as u32 + 2 * axis + sign)
     }
 
-    /// Whether it is a contact of two bodies.
+    /// Whether the event is a contact of two bodies.
     #[inline]
     pub fn is_contact(self) -> bool {
         matches!(self, Self::Discs | Self::MultiCell)
@@ -51,10 +53,10 @@ impl Kind {
         (self as u32).wrapping_sub(Self::Right as u32) < 4
     }
 
-    /// Axis and direction of a crossing.
+    /// Axis and direction (+1 or −1) of a crossing.
     #[inline]
     pub fn direction(self) -> (usize, i32) {
-        // By arithmetic: which way a disc goes cannot be predictn by a branch.
+        // By arithmetic: a branch on the direction would often be mispredicted.
         let number = (self as u32).wrapping_sub(Self::Right as u32) & 3;
         ((number >> 1) as usize, 1 - 2 * (number & 1) as i32)
     }
@@ -75,31 +77,33 @@ impl Kind {
     }
 }
 
-/// One body: where it would have been at the start of the epoch, its velocity, and its one event.
+/// A body: its position extrapolated to the start of the epoch, its velocity, and its one event.
 ///
-/// A disc is wholly described by it; what turns has more in a table of its own.
+/// The record describes a disc completely. Molecules have their motions in tables of their own.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct BodyRecord {
-    /// Place at the start of the epoch, had it always moved as now (length), and velocity: x₀, y₀, vx, vy with
-    /// place = (x₀, y₀) + (vx, vy) t. Side by side, so that they are read as one vector.
+    /// x₀, y₀, vx, vy with position = (x₀, y₀) + (vx, vy) t (length, length per time). (x₀, y₀) is
+    /// the position at the start of the epoch, had the body always moved as now. Adjacent, so that
+    /// one load reads all four.
     pub flight: [f64; 4],
     /// Time of its event (offset in the epoch).
     pub time: f64,
-    /// Radius of a disc, bounding radius of anything else (length). In a dilute gas of like discs, whose radius need not be
-    /// kept for each: the time of the contact that waits behind a crossing.
+    /// Radius of a disc, bounding radius of other bodies (length). In a dilute gas, where all radii
+    /// are equal and not stored for each disc, the time of the disc's earliest contact.
     pub radius: f64,
     /// Kind of event, and the partner of a contact.
     event: u32,
     /// Version of the partner when the event was predicted.
     pub partner_version: u32,
-    /// Goes up each time the motion changes.
+    /// Incremented at each change of the motion.
     pub version: u32,
-    /// Column and row of the cell of a disc, in one piece: it is read in one piece right after it was written.
+    /// Column and row of the cell of a disc, in one word: it is read as one word right after it is
+    /// written, and store-to-load forwarding needs a store of the same width.
     cell: u32,
 }
 
-/// Place at the start of the epoch, had the body always moved as now, and velocity.
+/// Numbers of [`BodyRecord::flight`] for a motion.
 #[inline]
 pub(super) fn flight_of(motion: &Motion) -> [f64; 4] {
     let origin = motion.position - motion.velocity * motion.time;
@@ -107,7 +111,7 @@ pub(super) fn flight_of(motion: &Motion) -> [f64; 4] {
 }
 
 impl BodyRecord {
-    /// What fills unused slots: every comparison with NaN is false, so it never wins.
+    /// The record of unused slots: every comparison with NaN is false, so it never gives a contact.
     pub fn dummy() -> Self {
         Self {
             flight: [f64::NAN, f64::NAN, 0.0, 0.0],
@@ -126,7 +130,7 @@ impl BodyRecord {
         record
     }
 
-    /// Takes over a motion that begins at its subjective time.
+    /// Sets the flight from a motion that begins at its subjective time.
     pub fn set_motion(&mut self, motion: &Motion) {
         self.flight = flight_of(motion);
     }
@@ -150,25 +154,27 @@ impl BodyRecord {
         self.cell = u32::from(column) | u32::from(row) << 16;
     }
 
-    /// Number of the cell along an axis, its column or row.
+    /// Column (axis 0) or row (axis 1) of the cell.
     #[inline]
     pub fn cell_along(&self, axis: usize) -> u16 {
         (self.cell >> (16 * axis)) as u16
     }
 
-    /// Sets the number of the cell along an axis. By arithmetic: what is written in two pieces cannot be read as one until it
-    /// has reached the cache, and the cell is read at once.
+    /// Sets the column (axis 0) or row (axis 1) of the cell. By arithmetic on the whole word: a
+    /// store of half of it would fail store-to-load forwarding, because the word is read right
+    /// afterwards.
     #[inline]
     pub fn set_cell_along(&mut self, axis: usize, number: u16) {
         self.cell = self.cell & !(0xffff << (16 * axis)) | u32::from(number) << (16 * axis);
     }
 
-    /// In a dilute gas: the time of its soonest contact, be a crossing before it or not.
-    pub fn later(&self) -> f64 {
+    /// In a dilute gas: time of the earliest contact, whether or not a crossing comes before it
+    /// (offset in the epoch).
+    pub fn kept_contact_time(&self) -> f64 {
         self.radius
     }
 
-    pub fn set_later(&mut self, time: f64) {
+    pub fn set_kept_contact_time(&mut self, time: f64) {
         self.radius = time;
     }
 
@@ -192,7 +198,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_crossing_says_where_it_goes() {
+    fn a_crossing_encodes_its_axis_and_direction() {
         for (axis, sign, kind) in
             [(0, 0, Kind::Right), (0, 1, Kind::Left), (1, 0, Kind::Up), (1, 1, Kind::Down)]
         {

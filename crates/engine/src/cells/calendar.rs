@@ -1,49 +1,56 @@
-//! The calendar: one event for each body, in bins of a ring, the soonest bin sorted.
+//! Calendar queue: one event for each body, in a ring of bins of equal time, with only the earliest
+//! bin sorted.
 //!
-//! A bounded calendar in the manner of Paul (J. Comput. Phys. 221, 615, 2007). Bins are numbered along time, and the ring has
-//! room for so many of them from the next to be opened on. A bin is a circular doubly linked list through the bodies, so
-//! taking a body out and putting it in have no branches. What lies beyond the ring waits in one more such list, which is gone
-//! through once in each turn of the ring.
+//! A bounded calendar queue after G. Paul, J. Comput. Phys. 221, 615 (2007). Bins are numbered
+//! along time, and the ring holds a fixed number of them from the next one on. A bin is a circular
+//! doubly linked list of bodies, so insertion and removal have no branches. Later events go to an
+//! overflow list, scanned once per turn of the ring.
 
 use super::{body_record::BodyRecord, simd};
 
-/// Previous and next in a circular list.
+/// Previous and next body in a circular list.
 type Link = [u32; 2];
 const PREVIOUS: usize = 0;
 const NEXT: usize = 1;
 
-/// The width of a bin in mean intervals between the events of the system. Narrower: more empty bins, and more that lies
-/// beyond the ring. Wider: more to sort. From 1.5 to 6 it makes no difference in time, and the fewer bins, the less memory.
+/// Width of a bin in mean intervals between events of the system. Smaller: more empty bins, and a
+/// longer overflow list. Larger: more to sort. From 1.5 to 6 the run time is the same, and fewer
+/// bins need less memory.
 const EVENTS_PER_BIN: f64 = 6.0;
 
-/// Bodies for each bin of the ring, which is then so long that one body in twenty waits beyond it.
+/// Bodies for each bin of the ring. With this length of the ring, one body in twenty is in the
+/// overflow list.
 const BODIES_PER_BIN: u32 = 2;
 
-/// 2^52: adding it leaves the nearest integer in the last bits. Monotonic, which is all that matters.
+/// 2^52: a sum with it has the nearest integer in its last bits. The rounding is monotonic, and
+/// nothing else is needed.
 const SHIFT: f64 = 4_503_599_627_370_496.0;
 
-/// The events of all bodies in order of time; the times themselves stand in the bodies' records.
+/// The events of all bodies in order of time; the times are in the bodies' records.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Calendar {
-    /// One for each body, then a head for each bin of the ring, then the head of the list of those beyond it.
+    /// A link for each body, then a head for each bin of the ring, then the head of the overflow
+    /// list.
     links: Vec<Link>,
     bodies: u32,
-    /// Bins in the ring.
+    /// Number of bins in the ring.
     ring: u32,
-    /// Number of the next bin to be opened, and its place in the ring.
+    /// Number of the next bin to be opened, and its index in the ring.
     next_bin: u64,
     next_place: u32,
-    /// When that bin is the next, those beyond the ring are gone through: none of theirs is before it.
-    turn: u64,
-    /// Time at which the bin of number 0 begins.
+    /// Number of the bin before which the overflow list is scanned; no event in it belongs to an
+    /// earlier bin.
+    next_scan: u64,
+    /// Time at which bin 0 begins.
     start: f64,
     bins_per_time: f64,
-    /// The opened bins: time and body, the soonest last. An entry whose body has another time is dead.
+    /// Events of the opened bins: time and body, the earliest last. An entry is dead if its body's
+    /// record has another time.
     open: Vec<(f64, u32)>,
 }
 
 impl Calendar {
-    /// Lays out a ring of bins for events so far apart on average (time), from time 0, with no events.
+    /// Lays out a ring of empty bins from time 0, for events at this mean interval (time).
     pub fn lay_out(&mut self, bodies: usize, interval: f64) {
         self.bodies = bodies as u32;
         self.ring = (self.bodies / BODIES_PER_BIN).max(1);
@@ -51,21 +58,21 @@ impl Calendar {
         self.links.extend((0..=self.bodies + self.ring).map(|head| [head; 2]));
         let width = EVENTS_PER_BIN * interval;
         self.bins_per_time = if width.is_finite() && width > 0.0 { 1.0 / width } else { 0.0 };
-        self.begin_ring(0.0);
+        self.reset_ring(0.0);
     }
 
     pub fn heap_bytes(&self) -> usize {
         self.links.capacity() * size_of::<Link>() + self.open.capacity() * size_of::<(f64, u32)>()
     }
 
-    fn begin_ring(&mut self, start: f64) {
+    fn reset_ring(&mut self, start: f64) {
         self.start = start;
         (self.next_bin, self.next_place) = (0, 0);
-        self.turn = u64::from(self.ring);
+        self.next_scan = u64::from(self.ring);
         self.open.clear();
     }
 
-    /// Puts a body where its time says, wherever it was.
+    /// Inserts the event of a body at a time, or moves it there.
     #[inline(always)]
     pub fn schedule(&mut self, records: &[BodyRecord], body: u32, time: f64) {
         self.unlink(body);
@@ -80,7 +87,7 @@ impl Calendar {
             self.links[body as usize] = [body; 2];
             self.open.push((time, body));
             let last = self.open.len() - 1;
-            sink(records, &mut self.open, last);
+            insert_sorted(records, &mut self.open, last);
         }
     }
 
@@ -88,14 +95,14 @@ impl Calendar {
     #[inline(always)]
     fn bin_of(&self, time: f64) -> u64 {
         let place = (time - self.start) * self.bins_per_time;
-        // Written so that NaN (infinite time, bins without width) is far beyond any ring.
+        // The comparison sends NaN (infinite time, or zero width) far beyond the ring.
         let place = if place < 0.5 * SHIFT { place } else { 0.5 * SHIFT };
         let place = if place > 0.0 { place } else { 0.0 };
         (place + SHIFT).to_bits() - SHIFT.to_bits()
     }
 
-    /// The soonest event, if there is one at `stop` or before; it is taken off the calendar. Calls `opening` before each bin that
-    /// is opened.
+    /// Removes and returns the earliest event (time, body), if it is not after `stop`. Calls
+    /// `opening` before each bin that is opened.
     #[inline(always)]
     pub fn take_soonest(
         &mut self,
@@ -115,30 +122,31 @@ impl Calendar {
                 self.open.pop();
             }
             opening(self);
-            if self.next_bin < self.turn {
+            if self.next_bin < self.next_scan {
                 self.open_bin(records);
-            } else if !self.go_round(records, stop) {
+            } else if !self.scan_overflow_list(records, stop) {
                 return None;
             }
         }
     }
 
-    /// Takes the event of a body out of the opened bins, if it is the next: the partner's of a contact, mostly.
+    /// Removes the event of a body from the opened bins if it is the next one. After a contact the
+    /// event of the partner usually is.
     #[inline(always)]
-    pub fn drop_next(&mut self, body: u32) {
+    pub fn remove_if_next(&mut self, body: u32) {
         let is_next = self.open.last().is_some_and(|&(_, next)| next == body);
         self.open.truncate(self.open.len() - usize::from(is_next));
     }
 
-    /// The bodies in the bin that many after the next.
-    pub fn coming(&self, bins: u32) -> impl Iterator<Item = u32> {
+    /// The bodies in a bin, by its distance from the next one.
+    pub fn bodies_in_bin(&self, bins: u32) -> impl Iterator<Item = u32> {
         let place = self.next_place + bins % self.ring;
         let head = self.bodies + if place < self.ring { place } else { place - self.ring };
         let after = move |body: u32| Some(self.links[body as usize][NEXT]).filter(|&next| next != head);
         std::iter::successors(after(head), move |&body| after(body))
     }
 
-    /// Asks for what is read and written when a body is taken out.
+    /// Prefetches the link that is read and written when a body is moved.
     pub fn prefetch(&self, body: u32) {
         simd::prefetch(&self.links, body as usize);
     }
@@ -158,7 +166,7 @@ impl Calendar {
         self.links[first as usize][PREVIOUS] = body;
     }
 
-    /// Opens the next bin; nothing is open.
+    /// Opens the next bin; no event is open before.
     #[inline(always)]
     fn open_bin(&mut self, records: &[BodyRecord]) {
         let head = self.bodies + self.next_place;
@@ -177,22 +185,22 @@ impl Calendar {
         }
         let open = self.open.as_mut_slice();
         for place in 1..open.len() {
-            sink(records, open, place);
+            insert_sorted(records, open, place);
         }
     }
 
-    /// Goes through those beyond the ring; if there is nothing in it, it begins anew with the soonest of them, unless that is
-    /// after `stop`.
+    /// Scans the overflow list and inserts its events. If the ring is empty, it starts anew at the
+    /// earliest of them. Returns false if this is after `stop` or there is none.
     #[cold]
     #[inline(never)]
-    fn go_round(&mut self, records: &[BodyRecord], stop: f64) -> bool {
+    fn scan_overflow_list(&mut self, records: &[BodyRecord], stop: f64) -> bool {
         let head = self.bodies + self.ring;
-        let mut waiting = Vec::new();
+        let mut overflow = Vec::new();
         let mut body = self.links[head as usize][NEXT];
         let mut soonest = f64::INFINITY;
         while body != head {
             soonest = soonest.min(records[body as usize].time);
-            waiting.push(body);
+            overflow.push(body);
             body = self.links[body as usize][NEXT];
         }
         let is_empty = (self.bodies..head).all(|bin| self.links[bin as usize][NEXT] == bin);
@@ -200,20 +208,20 @@ impl Calendar {
             if soonest > stop || soonest == f64::INFINITY {
                 return false;
             }
-            self.begin_ring(soonest);
+            self.reset_ring(soonest);
         } else {
-            self.turn = self.next_bin + u64::from(self.ring);
+            self.next_scan = self.next_bin + u64::from(self.ring);
         }
-        for body in waiting {
+        for body in overflow {
             self.schedule(records, body, records[body as usize].time);
         }
         true
     }
 }
 
-/// Moves an entry to its place among those before it, the soonest of which is the last.
+/// Insertion sort: moves an entry to its place among those before it, in descending order.
 #[inline(always)]
-fn sink(records: &[BodyRecord], open: &mut [(f64, u32)], mut place: usize) {
+fn insert_sorted(records: &[BodyRecord], open: &mut [(f64, u32)], mut place: usize) {
     let (time, body) = open[place];
     while place > 0 {
         let (other_time, other) = open[place - 1];
@@ -226,7 +234,7 @@ fn sink(records: &[BodyRecord], open: &mut [(f64, u32)], mut place: usize) {
     open[place] = (time, body);
 }
 
-/// Of two events at one instant the one of the earlier inserted pair goes first.
+/// Order of two events at one time: that of the pair inserted earlier comes first.
 #[cold]
 #[inline(never)]
 fn is_before(records: &[BodyRecord], a: u32, b: u32) -> bool {
@@ -245,7 +253,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     #[test]
-    fn events_come_in_order_whatever_the_width_of_a_bin() {
+    fn events_come_in_order_for_any_width_of_a_bin() {
         for width in [1e-6, 1e-3, 0.1, 1e3, f64::INFINITY] {
             let mut random = rand_pcg::Pcg64::seed_from_u64(7);
             let mut records = vec![BodyRecord::dummy(); 50];
@@ -263,12 +271,14 @@ mod tests {
                 assert!(time >= now);
                 now = time;
                 let later = |random: &mut rand_pcg::Pcg64| now + random.random::<f64>().powi(3);
-                // Somebody's event is dropped, if it is the next one, or a dead one of his is; he gets another then.
+                // Removes a body's event if it is the next one, or its dead entry is; the body then
+                // gets another event.
                 let dropped = random.random_range(0..records.len() as u32);
-                calendar.drop_next(dropped);
+                calendar.remove_if_next(dropped);
                 records[dropped as usize].set_event(later(&mut random), Kind::Nothing, 0, 0);
                 calendar.schedule(&records, dropped, records[dropped as usize].time);
-                // The body itself, and another taken from wherever it is, earlier or later than it was.
+                // The body itself, and another body from any place, at an earlier or later time
+                // than before.
                 for body in [body, random.random_range(0..records.len() as u32)] {
                     records[body as usize].set_event(later(&mut random), Kind::Nothing, 0, 0);
                     calendar.schedule(&records, body, records[body as usize].time);
@@ -279,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_to_come_is_none() {
+    fn a_calendar_without_finite_events_returns_none() {
         let mut calendar = Calendar::default();
         calendar.lay_out(3, 1.0);
         let records = vec![BodyRecord::dummy(); 3];

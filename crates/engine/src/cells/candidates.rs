@@ -1,25 +1,26 @@
-//! Whom a body may meet: those not known to be apart until its event, the soonest bound first.
+//! Candidates of the narrow phase: bodies that may be touched before the earliest event so far,
+//! lowest bound first.
 
 use std::hint::select_unpredictable as select;
 
-/// One whom a body may meet.
+/// A body that may be touched.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidate<T> {
-    /// Until when both are certainly apart (time from now).
+    /// Lower bound on the contact time (from now).
     pub bound: f64,
-    pub who: T,
-    /// Whether the bound has been made as close as it can be without a search.
-    pub is_close: bool,
+    pub item: T,
+    /// Whether the bound is as tight as it can be without a search.
+    pub is_tight: bool,
 }
 
 impl<T> Candidate<T> {
-    /// The same one, named otherwise.
+    /// The candidate with another representation of its body.
     pub fn map<U>(self, name: impl FnOnce(T) -> U) -> Candidate<U> {
-        Candidate { bound: self.bound, who: name(self.who), is_close: self.is_close }
+        Candidate { bound: self.bound, item: name(self.item), is_tight: self.is_tight }
     }
 }
 
-/// Those whom a body may meet.
+/// A set of candidates.
 #[derive(Debug, Clone)]
 pub(super) struct Candidates<T>(Vec<Candidate<T>>);
 
@@ -38,15 +39,17 @@ impl<T: Copy> Candidates<T> {
         self.0.push(candidate);
     }
 
-    /// Appends those of some bodies that are wanted for their bounds (time from now), as far as they are anybody.
+    /// Appends the bodies whose bounds (time from now) satisfy `is_wanted`; `item` returns none for
+    /// an empty lane.
     #[inline(always)]
     pub fn sift<const N: usize>(
         &mut self,
         bounds: [f64; N],
         is_wanted: impl Fn(f64) -> bool,
-        who: impl Fn(usize) -> Option<T>,
+        item: impl Fn(usize) -> Option<T>,
     ) {
-        // In as many bits as a number has, so that registers of numbers do it.
+        // As many bits as an `f64` has, so that the compiler vectorises the loop in registers of
+        // `f64`.
         let mut wanted = 0;
         for (lane, &bound) in bounds.iter().enumerate() {
             wanted |= if is_wanted(bound) { 1_u64 << lane } else { 0 };
@@ -54,19 +57,20 @@ impl<T: Copy> Candidates<T> {
         while wanted != 0 {
             let lane = wanted.trailing_zeros() as usize % N;
             wanted &= wanted - 1;
-            if let Some(who) = who(lane) {
-                self.0.push(Candidate { bound: bounds[lane], who, is_close: false });
+            if let Some(item) = item(lane) {
+                self.0.push(Candidate { bound: bounds[lane], item, is_tight: false });
             }
         }
     }
 
-    /// Takes out the one with the least bound; of equal ones that with the body inserted first.
+    /// Removes and returns the candidate with the lowest bound; of equal ones that of the body
+    /// inserted first.
     #[inline]
     pub fn take_least(&mut self, body: impl Fn(&T) -> u32) -> Option<Candidate<T>> {
         let mut least = 0;
         let mut soonest = (f64::INFINITY, u32::MAX);
         for (place, candidate) in self.0.iter().enumerate() {
-            let this = (candidate.bound, body(&candidate.who));
+            let this = (candidate.bound, body(&candidate.item));
             let is_sooner = (this.0 < soonest.0) | ((this.0 == soonest.0) & (this.1 < soonest.1));
             least = select(is_sooner, place, least);
             soonest = (select(is_sooner, this.0, soonest.0), select(is_sooner, this.1, soonest.1));
@@ -80,26 +84,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_soonest_comes_first_and_of_several_at_once_the_one_inserted_first() {
+    fn the_lowest_bound_comes_first_and_of_equal_ones_the_body_inserted_first() {
         let mut candidates = Candidates::default();
-        let who = [7, 3, 9, 4, 1, 8, 2, 6];
+        let item = [7, 3, 9, 4, 1, 8, 2, 6];
         let bounds = [2.0, 1.0, f64::INFINITY, 1.0, 0.0, f64::NAN, 5.0, 3.0];
-        // Nobody stands in the last lane.
-        candidates.sift(bounds, |bound| bound < 4.0, |lane| (lane < 7).then(|| who[lane]));
+        // The last lane is empty.
+        candidates.sift(bounds, |bound| bound < 4.0, |lane| (lane < 7).then(|| item[lane]));
         candidates.sift([1.0], |bound| bound < 4.0, |_| Some(5));
         let mut order = Vec::new();
         while let Some(candidate) = candidates.take_least(|&body| body) {
-            order.push((candidate.bound, candidate.who));
+            order.push((candidate.bound, candidate.item));
         }
         assert_eq!(order, [(0.0, 1), (1.0, 3), (1.0, 4), (1.0, 5), (2.0, 7)]);
     }
 
     #[test]
-    fn those_that_are_never_met_come_out_as_well() {
+    fn candidates_with_infinite_bounds_are_returned_as_well() {
         let mut candidates = Candidates::default();
         candidates.sift([f64::INFINITY; 2], |_| true, |lane| Some(lane as u32));
-        assert_eq!(candidates.take_least(|&body| body).map(|candidate| candidate.who), Some(0));
-        assert_eq!(candidates.take_least(|&body| body).map(|candidate| candidate.who), Some(1));
+        assert_eq!(candidates.take_least(|&body| body).map(|candidate| candidate.item), Some(0));
+        assert_eq!(candidates.take_least(|&body| body).map(|candidate| candidate.item), Some(1));
         assert!(candidates.take_least(|&body| body).is_none());
     }
 }

@@ -1,8 +1,9 @@
-//! CellOccupants for a dilute gas: for each cell, the discs in it with their flights.
+//! The discs in each cell of a dilute gas, with their flights in single precision.
 //!
-//! Cells are larger here than two discs reach, so that they are left less often, and hold a few discs each. A list of
-//! the 3 × 3 cells around each would be long, and every crossing would change six of them; a roster is changed by two. Many
-//! discs are looked at for each contact, so a roster keeps their flights, too, as a first filter reads them: see `filter`.
+//! Cells are longer here than two discs reach, so that crossings are rarer, and hold a few discs
+//! each. A neighbour list of 3 × 3 such cells would be long, and a crossing would change six lists;
+//! it changes the occupants of two cells only. Many discs are tested for each contact, so the
+//! flights are stored with the occupants, in the form that the filter reads: see `f32_filter`.
 
 use std::hint::select_unpredictable as select;
 
@@ -18,7 +19,7 @@ use super::{
 /// No block.
 const NONE: u32 = u32::MAX;
 
-/// The flights of a block, in cache lines of its own.
+/// The flights of a block, aligned to cache lines.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 struct Block(Flights);
@@ -28,16 +29,17 @@ struct Block(Flights);
 pub(super) struct CellOccupants {
     columns: u32,
     rows: u32,
-    /// The columns around each column, and the rows around each row, in cells: with the image in which they are seen from
-    /// there, as in a slot.
+    /// The three columns around each column and the three rows around each row, as slots: with the
+    /// code of the image in which they are seen. Rows are multiplied by the number of columns.
     columns_around: Vec<[u32; 3]>,
     rows_around: Vec<[u32; 3]>,
-    /// Blocks of eight discs: one for each cell, then those that some cells need besides. What is read of each for each
-    /// prediction lies apart from what is not.
+    /// Blocks of eight discs: one for each cell, then overflow blocks. Structure of arrays: the
+    /// flights, which every prediction reads, lie apart from the indices, which it reads for discs
+    /// that pass the filter.
     flights: Vec<Block>,
-    /// Who stands in the eight places of a block; those that are free hold the dummy, and come last.
+    /// The discs in the eight lanes of a block; free lanes come last and hold the dummy.
     discs: Vec<[u32; DISC_LANES]>,
-    /// The block with more discs of the same cell.
+    /// The next block of the same cell.
     next: Vec<u32>,
     /// Blocks not in use.
     free: Vec<u32>,
@@ -46,7 +48,8 @@ pub(super) struct CellOccupants {
 }
 
 impl CellOccupants {
-    /// Empty occupants for so many discs, whose flights are kept in these units; the next index is that of the dummy.
+    /// Empties all cells, for `discs` discs whose flights are stored in these units; `discs` is the
+    /// index of the dummy.
     pub fn lay_out(&mut self, [columns, rows]: [u32; 2], discs: u32, units: Units) {
         if [self.columns, self.rows] != [columns, rows] {
             (self.columns, self.rows) = (columns, rows);
@@ -79,7 +82,7 @@ impl CellOccupants {
             + (self.next.capacity() + self.free.capacity()) * size_of::<u32>()
     }
 
-    /// The cells around a cell, itself among them, as slots: with the image in which they are seen from it.
+    /// The 3 × 3 cells around a cell, as slots: with the image in which they are seen from it.
     #[inline(always)]
     pub fn around(&self, [column, row]: [u16; 2]) -> [u32; 9] {
         let [left, middle, right] = self.columns_around[column as usize];
@@ -97,7 +100,8 @@ impl CellOccupants {
         ]
     }
 
-    /// The three of them that come into view when the cell is entered along an axis, upwards or downwards.
+    /// The three cells around `cell` that were not around the one before it, if it was entered
+    /// along an axis, upwards or downwards.
     #[inline(always)]
     pub fn ahead(&self, [column, row]: [u16; 2], axis: usize, direction: i32) -> [u32; 3] {
         let (columns, rows) = (&self.columns_around[column as usize], &self.rows_around[row as usize]);
@@ -106,7 +110,7 @@ impl CellOccupants {
         [next + before, next + beside, next + after]
     }
 
-    /// Who stands in places that are free.
+    /// Index in free lanes.
     pub fn dummy(&self) -> u32 {
         self.dummy
     }
@@ -115,15 +119,15 @@ impl CellOccupants {
         &self.units
     }
 
-    /// All blocks, to be read.
+    /// All blocks, for reading.
     #[inline(always)]
     pub fn blocks(&self) -> Blocks<'_> {
-        // One length, so that one comparison is enough for all three.
+        // Slices of one length, so that one bounds check serves all three.
         let next = &self.next[..];
         Blocks { flights: &self.flights[..next.len()], discs: &self.discs[..next.len()], next }
     }
 
-    /// Puts a disc on the roster of a cell.
+    /// Adds a disc to the occupants of a cell.
     #[inline(always)]
     pub fn enter<K: Kernel>(&mut self, kernel: K, disc: u32, cell: [u16; 2], flight: [f64; 4]) {
         let mut block = self.first_block(cell);
@@ -142,13 +146,13 @@ impl CellOccupants {
         (u32::from(row) * self.columns + u32::from(column)) as usize
     }
 
-    /// The block after one that is full.
+    /// The block after a full one.
     #[cold]
     fn block_after(&mut self, block: usize) -> usize {
         if self.next[block] == NONE {
             self.next[block] = self.free.pop().unwrap_or_else(|| {
                 if self.flights.len() == self.flights.capacity() {
-                    // A few more, not twice as many.
+                    // Grows by a sixteenth instead of doubling.
                     let more = self.flights.len() / 16 + 1;
                     self.flights.reserve_exact(more);
                     self.discs.reserve_exact(more);
@@ -163,12 +167,12 @@ impl CellOccupants {
         self.next[block] as usize
     }
 
-    /// Takes a disc off the roster of a cell.
+    /// Removes a disc from the occupants of a cell.
     #[inline(always)]
     pub fn leave<K: Kernel>(&mut self, kernel: K, disc: u32, cell: [u16; 2]) {
         let (block, lane) = self.place(kernel, disc, cell);
         let discs = &mut self.discs[block];
-        // Those that are free come last.
+        // Free lanes come last.
         let last = (kernel.find(discs, self.dummy).trailing_zeros().min(DISC_LANES as u32) - 1) as usize;
         discs[lane] = discs[last];
         discs[last] = self.dummy;
@@ -180,7 +184,7 @@ impl CellOccupants {
         }
     }
 
-    /// Takes an empty block out of the roster of a cell.
+    /// Unlinks an empty block from a cell.
     #[cold]
     fn release(&mut self, block: u32, cell: [u16; 2]) {
         let mut before = self.first_block(cell);
@@ -191,14 +195,14 @@ impl CellOccupants {
         self.free.push(block);
     }
 
-    /// Takes over the flight of a disc that stands on the roster of a cell.
+    /// Sets the flight of an occupant of a cell.
     #[inline(always)]
     pub fn set_flight<K: Kernel>(&mut self, kernel: K, disc: u32, cell: [u16; 2], flight: [f64; 4]) {
         let (block, lane) = self.place(kernel, disc, cell);
         self.flights[block].set(lane, self.units.quantize(flight));
     }
 
-    /// In which block of a cell's a disc stands, and where in it.
+    /// Block and lane of an occupant of a cell.
     #[inline(always)]
     fn place<K: Kernel>(&self, kernel: K, disc: u32, cell: [u16; 2]) -> (usize, usize) {
         let mut block = self.first_block(cell);
@@ -220,7 +224,8 @@ pub(super) struct Blocks<'a> {
 }
 
 impl<'a> Blocks<'a> {
-    /// The discs of a cell around another, with their flights, block by block; a place that is free holds the dummy.
+    /// The discs of the cell in a slot, with their flights, block by block; free lanes hold the
+    /// dummy.
     #[inline(always)]
     pub fn of(self, slot: u32) -> impl Iterator<Item = (&'a Flights, &'a [u32; DISC_LANES])> {
         let mut rest = slot & INDEX_MASK;
@@ -232,7 +237,7 @@ impl<'a> Blocks<'a> {
     }
 }
 
-/// The lowest place that is marked.
+/// The lowest bit that is set.
 #[inline]
 fn lowest(places: u32) -> usize {
     places.trailing_zeros() as usize % DISC_LANES
@@ -256,16 +261,16 @@ mod tests {
     use glam::DVec2;
     use proptest::prelude::*;
 
-    /// In which lengths and speeds are kept as they are.
+    /// Units in which the numbers of the test are exact.
     fn plain_units() -> Units {
         Units::new(0.1, DVec2::ONE, 1.0, [DVec2::new(0.25, 0.0)].into_iter())
     }
 
     proptest! {
-        /// Any discs in any cells (all in one, too), moved about: who is found around a cell, and how it flies, is who is
-        /// there.
+        /// Any discs in any cells (all in one, too), moved about: the occupants around each cell
+        /// and their flights are those of a search through all discs.
         #[test]
-        fn rosters_hold_exactly_the_discs_of_each_cell(
+        fn occupants_are_exactly_the_discs_of_each_cell(
             columns in 3u16..6, rows in 3u16..6, crowd in any::<bool>(),
             starts in prop::collection::vec((0u16..6, 0u16..6), 1..80),
             moves in prop::collection::vec((0usize..80, 0u16..6, 0u16..6, any::<bool>()), 0..200),
@@ -318,7 +323,7 @@ mod tests {
                     }
                     expected.sort_unstable();
                     prop_assert_eq!(seen, expected);
-                    // Those ahead are those that were not around the cell before.
+                    // `ahead` returns those of `around` that are new.
                     let around = occupants.around([column, row]);
                     for (axis, direction) in [(0, -1), (0, 1), (1, -1), (1, 1)] {
                         let ahead = |place: usize| {
@@ -330,7 +335,7 @@ mod tests {
                     }
                 }
             }
-            // What a roster needs besides is given back.
+            // Overflow blocks are released.
             for (disc, &cell) in cells.iter().enumerate() {
                 occupants.leave(Portable, disc as u32, cell);
             }

@@ -1,13 +1,18 @@
-//! The loop of a dilute gas of like discs: after a crossing only the three new cells are looked at.
+//! Event handling in a dilute gas of equal discs: after a crossing only the three new cells are
+//! searched.
 //!
-//! Far apart, discs cross many cells between two contacts. So each keeps its soonest contact also while a crossing goes
-//! before it, and after the crossing asks only those it could not see before. The rule that nothing is missed stands:
-//! the contact kept is the soonest, in this epoch, with all that were related when the disc was last predicted in full;
-//! whoever has become related since was asked at the crossing that made it so, or crossed over itself and asked then; whoever
-//! has changed its motion since has asked. If the partner of the contact kept has changed since, its time is still a lower
-//! bound of all those, and the full prediction is made when it comes up.
+//! Discs cross many cells between two contacts. So each disc keeps its earliest contact while a
+//! crossing comes before it, and after the crossing it tests only the discs in the three cells that
+//! are newly adjacent.
 //!
-//! Most that are seen in the cells are not met, and are sorted out at a filter: see `filter`.
+//! The lemmas of the parent module hold. The contact that a disc keeps is the earliest in this
+//! epoch with all discs related to it at its last full prediction. A relation that began later was
+//! tested at the crossing that began it, by the disc that crossed. A disc whose motion changed
+//! later tested the pair at its own prediction. If the partner of the contact has changed since,
+//! the time of the contact is still a lower bound for all these contacts, and the full prediction
+//! follows when it comes due.
+//!
+//! A floating-point filter excludes most discs in the cells: see `f32_filter`.
 
 use std::hint::select_unpredictable as select;
 
@@ -20,9 +25,10 @@ use super::{
 };
 
 impl State {
-    /// Finds the soonest event of a disc whose motion has changed, or whose contact came up stale.
+    /// Finds the earliest event of a disc whose motion has changed, or whose contact came due
+    /// stale.
     #[inline(always)]
-    pub(super) fn predict_among_few<D: Detection, K: Kernel>(
+    pub(super) fn predict_dilute<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
         detection: &D,
@@ -30,14 +36,14 @@ impl State {
         now: f64,
     ) -> f64 {
         let around = self.occupants.around(self.records[disc as usize].cell());
-        let (soonest, partner) = self.ask_cells(kernel, detection, disc, around, now);
+        let (soonest, partner) = self.soonest_in_cells(kernel, detection, disc, around, now);
         let version = self.records[partner as usize].version;
-        self.settle_among_few(disc, now, now + soonest, partner, version)
+        self.store_dilute_event(disc, now, now + soonest, partner, version)
     }
 
-    /// Moves a disc into the next cell, and finds its soonest event.
+    /// Moves a disc into the next cell, and finds its earliest event.
     #[inline(always)]
-    pub(super) fn cross_among_few<D: Detection, K: Kernel>(
+    pub(super) fn cross_dilute<D: Detection, K: Kernel>(
         &mut self,
         kernel: K,
         detection: &D,
@@ -58,20 +64,20 @@ impl State {
         self.occupants.leave(kernel, disc, from);
         self.occupants.enter(kernel, disc, to, self.records[disc as usize].flight);
         let ahead = self.occupants.ahead(to, axis, direction);
-        let (soonest, partner) = self.ask_cells(kernel, detection, disc, ahead, now);
+        let (soonest, partner) = self.soonest_in_cells(kernel, detection, disc, ahead, now);
         let contact_time = now + soonest;
         let record = &self.records[disc as usize];
         let version = self.records[partner as usize].version;
-        let is_sooner = goes_before((contact_time, partner), (record.later(), record.partner()));
-        let time = select(is_sooner, contact_time, record.later());
+        let is_sooner = goes_before((contact_time, partner), (record.kept_contact_time(), record.partner()));
+        let time = select(is_sooner, contact_time, record.kept_contact_time());
         let partner = select(is_sooner, partner, record.partner());
         let version = select(is_sooner, version, record.partner_version);
-        self.settle_among_few(disc, now, time, partner, version)
+        self.store_dilute_event(disc, now, time, partner, version)
     }
 
-    /// Takes a disc's new flight over into its roster, if it stands on one.
+    /// Stores a disc's flight with the occupants of its cell, in a dilute gas.
     #[inline(always)]
-    pub(super) fn keep_on_roster<K: Kernel>(&mut self, kernel: K, disc: u32) {
+    pub(super) fn update_occupant<K: Kernel>(&mut self, kernel: K, disc: u32) {
         if self.grid.is_dilute() {
             let record = &self.records[disc as usize];
             self.occupants.set_flight(kernel, disc, record.cell(), record.flight);
@@ -79,7 +85,7 @@ impl State {
     }
 
     #[inline(always)]
-    fn settle_among_few(
+    fn store_dilute_event(
         &mut self,
         disc: u32,
         now: f64,
@@ -94,14 +100,15 @@ impl State {
         let kind = select(meets, Kind::Discs, crossing);
         let record = &mut self.records[disc as usize];
         record.set_event(time, kind, partner, version);
-        record.set_later(contact_time);
+        record.set_kept_contact_time(contact_time);
         time
     }
 
-    /// The soonest contact in this epoch (from now on) with the discs of some cells around a disc's own, and with whom. Of
-    /// contacts at one time it is that with the disc inserted first.
+    /// The earliest contact in this epoch of a disc with the discs of some cells around its own:
+    /// time from now (infinite for none) and partner. Of contacts at one time it is that with the
+    /// disc inserted first.
     #[inline(always)]
-    fn ask_cells<D: Detection, K: Kernel, const N: usize>(
+    fn soonest_in_cells<D: Detection, K: Kernel, const N: usize>(
         &self,
         kernel: K,
         detection: &D,
@@ -110,25 +117,26 @@ impl State {
         now: f64,
     ) -> (f64, u32) {
         let query = self.query(disc, now);
-        debug_assert!(query.like.is_some(), "discs of a dilute gas that are not alike");
+        debug_assert!(query.pair_constants.is_some(), "the discs of a dilute gas have different radii");
         let (blocks, units) = (self.occupants.blocks(), self.occupants.units());
         let filter = units.filter(&query.from.flight, now);
         let in_closed_form = detection.decides_discs_in_closed_form();
-        let everybody = if in_closed_form && !units.is_disabled() { 0 } else { (1 << DISC_LANES) - 1 };
+        let all_lanes = if in_closed_form && !units.is_disabled() { 0 } else { (1 << DISC_LANES) - 1 };
         let mut soonest = (f64::INFINITY, 0);
-        // First who may be met, then when: so the first loop, which is gone through far more often, has all registers.
+        // The filter comes first and collects candidates, the exact test follows: the filter's
+        // loop, which runs far more often, then has all registers.
         let (mut slots, mut count) = ([0; DISC_LANES], 0);
         for cell in cells {
-            let filter = filter.through(units, (cell >> INDEX_BITS) as usize);
+            let filter = filter.for_image(units, (cell >> INDEX_BITS) as usize);
             for (flights, discs) in blocks.of(cell) {
-                let mut near = kernel.near(&filter, flights) | everybody;
+                let mut near = kernel.near(&filter, flights) | all_lanes;
                 while near != 0 {
                     let other = discs[near.trailing_zeros() as usize % DISC_LANES];
                     slots[count] = other | cell & !INDEX_MASK;
                     count += usize::from(other != disc);
                     near &= near - 1;
                     if count == DISC_LANES {
-                        soonest = sooner(soonest, query.look_closer(detection, &slots, true));
+                        soonest = sooner(soonest, query.resolve_with_detector(detection, &slots, true));
                         count = 0;
                     }
                 }
@@ -136,7 +144,7 @@ impl State {
         }
         if !in_closed_form {
             slots[count..].fill(self.occupants.dummy());
-            return sooner(soonest, query.look_closer(detection, &slots, true));
+            return sooner(soonest, query.resolve_with_detector(detection, &slots, true));
         }
         for &slot in &slots[..count] {
             let [time] = query.lanes(&[slot], true).contact_times();
@@ -156,8 +164,8 @@ mod tests {
         GasSpec { radius: Some(0.004), mass: Some(mass), energy, count: Some(60), ..GasSpec::default() }
     }
 
-    /// After how many of the contacts a filter told nothing.
-    fn blind(gas: Vec<GasSpec>, contacts: usize) -> usize {
+    /// Number of contacts after which the filter is disabled.
+    fn disabled_steps(gas: Vec<GasSpec>, contacts: usize) -> usize {
         let scene = Scene { gas, ..Scene::default() };
         let mut simulation: Simulation<_, _, CellScheduler> =
             Simulation::with(&scene, Exact::default(), Impact, Instructions::Widest).unwrap();
@@ -171,9 +179,9 @@ mod tests {
     }
 
     #[test]
-    fn a_gas_is_seen_through_unless_some_get_faster_than_anybody_was() {
-        assert_eq!(blind(vec![disc(1.0, 1.0)], 3000), 0);
-        let kicked = blind(vec![disc(1.0, 1.0), disc(1e-3, 1e-9)], 10_000);
+    fn the_filter_is_disabled_only_after_speeds_beyond_its_unit() {
+        assert_eq!(disabled_steps(vec![disc(1.0, 1.0)], 3000), 0);
+        let kicked = disabled_steps(vec![disc(1.0, 1.0), disc(1e-3, 1e-9)], 10_000);
         assert!((100..9_900).contains(&kicked), "{kicked}");
     }
 }

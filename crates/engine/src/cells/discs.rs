@@ -1,4 +1,4 @@
-//! The loop of the small discs: prediction in lanes, crossings, contacts.
+//! Event handling of small discs: prediction in lanes, crossings, contacts.
 
 use std::hint::select_unpredictable as select;
 
@@ -16,51 +16,57 @@ use crate::{
 };
 
 impl State {
-    /// Asks when a small disc meets its neighbours, and when it leaves its cell.
+    /// Finds the earliest contact of a small disc with its neighbours, and its crossing.
     #[inline(always)]
-    pub(super) fn ask<K: Kernel>(&self, kernel: K, disc: u32, now: f64) -> Asked {
+    pub(super) fn query_neighbours<K: Kernel>(&self, kernel: K, disc: u32, now: f64) -> DiscEvents {
         let from = &self.records[disc as usize];
         let cell = self.neighbour_lists.index(from.cell());
-        // Each branch makes its own query: one that both share would be written to memory first. No branch on what
-        // they answer: that hangs on the end of the chain.
-        let (soonest, covered) = match (self.neighbour_lists.only_eight(cell), self.like) {
-            // Said once more, so that it is known where it is compiled.
-            (Some((slots, false, is_covered)), like @ Some(_)) => {
-                let query = NeighbourQuery { like, ..self.query(disc, now) };
-                (kernel.eight::<false>(query, slots).among(slots), is_covered.then_some(cell))
+        // Each arm builds its own query, since a shared one would be spilled to memory. There is no
+        // branch on the result, which ends a long dependency chain.
+        let (soonest, covered) = match (self.neighbour_lists.only_eight(cell), self.pair_constants) {
+            // Bound again, so that the compiler specialises this arm.
+            (Some((slots, false, is_covered)), pair_constants @ Some(_)) => {
+                let query = NeighbourQuery { pair_constants, ..self.query(disc, now) };
+                (kernel.soonest_of_eight::<false>(query, slots).in_slots(slots), is_covered.then_some(cell))
             }
-            (Some((slots, true, is_covered)), like @ Some(_)) => {
-                let query = NeighbourQuery { like, ..self.query(disc, now) };
-                (kernel.eight::<true>(query, slots).among(slots), is_covered.then_some(cell))
+            (Some((slots, true, is_covered)), pair_constants @ Some(_)) => {
+                let query = NeighbourQuery { pair_constants, ..self.query(disc, now) };
+                (kernel.soonest_of_eight::<true>(query, slots).in_slots(slots), is_covered.then_some(cell))
             }
-            _ => self.ask_any(kernel, disc, now, cell),
+            _ => self.query_any_list(kernel, disc, now, cell),
         };
         let (crossing_time, crossing) = self.crossing(from, now);
-        Asked {
+        DiscEvents {
             contact_time: now + soonest.time,
             partner: soonest.slot & INDEX_MASK,
-            is_doubtful: soonest.is_doubtful,
+            is_ambiguous: soonest.is_ambiguous,
             covered,
             crossing_time,
             crossing,
         }
     }
 
-    /// Asks those around a cell, whatever its list is like; and the cell, if it is covered.
+    /// [`Self::query_neighbours`] for any neighbour list: the earliest contact, and the cell if it
+    /// is covered.
     #[inline(always)]
-    fn ask_any<K: Kernel>(&self, kernel: K, disc: u32, now: f64, cell: u32) -> (SoonestSlot, Option<u32>) {
+    fn query_any_list<K: Kernel>(
+        &self,
+        kernel: K,
+        disc: u32,
+        now: f64,
+        cell: u32,
+    ) -> (SoonestSlot, Option<u32>) {
         let list = self.neighbour_lists.list_of(cell);
         let soonest = match list.plain() {
             Some((first, second)) => {
-                let soonest = kernel.eight::<false>(self.query(disc, now), first).among(first);
+                let soonest = kernel.soonest_of_eight::<false>(self.query(disc, now), first).in_slots(first);
                 match second {
                     None => soonest,
-                    Some(second) => {
-                        soonest.or(kernel.eight::<false>(self.query(disc, now), second).among(second))
-                    }
+                    Some(second) => soonest
+                        .or(kernel.soonest_of_eight::<false>(self.query(disc, now), second).in_slots(second)),
                 }
             }
-            None => kernel.any(&self.query(disc, now), &list),
+            None => kernel.soonest_of_list(&self.query(disc, now), &list),
         };
         (soonest, list.is_covered().then_some(cell))
     }
@@ -74,28 +80,29 @@ impl State {
             now,
             separation_error: self.separation_error,
             sides: self.sides,
-            like: self.like,
+            pair_constants: self.pair_constants,
         }
     }
 
-    /// Settles a small disc's soonest event: a contact with a neighbour, or the next cell. Writes it into the disc's record
-    /// and tells when it is.
+    /// Writes the earliest event of a small disc, a contact or a crossing, into its record, and
+    /// returns its time.
     ///
-    /// No branch hangs on the end of the long chain of operations that gives the time, except the rare ones: what comes
-    /// next can begin before this has ended.
+    /// The time ends a long dependency chain, and only rare branches depend on it: the processor
+    /// can start the following work before the time is known.
     #[inline(always)]
-    pub(super) fn settle_disc<D: Detection>(
+    pub(super) fn store_disc_event<D: Detection>(
         &mut self,
         world: &World,
         detection: &D,
         disc: u32,
         now: f64,
-        asked: &Asked,
+        events: &DiscEvents,
     ) -> f64 {
-        let Asked { mut contact_time, mut partner, is_doubtful, covered, crossing_time, crossing } = *asked;
-        if is_doubtful | !detection.decides_discs_in_closed_form() {
+        let DiscEvents { mut contact_time, mut partner, is_ambiguous, covered, crossing_time, crossing } =
+            *events;
+        if is_ambiguous | !detection.decides_discs_in_closed_form() {
             let soonest;
-            (soonest, partner) = self.look_closer(detection, disc, now);
+            (soonest, partner) = self.resolve_with_detector(detection, disc, now);
             contact_time = now + soonest;
         }
         let meets = contact_time <= crossing_time;
@@ -106,36 +113,39 @@ impl State {
         self.records[disc as usize].set_event(time, kind, partner, version);
         if let Some(cell) = covered {
             if self.multi_cell.are_large_discs() && detection.decides_discs_in_closed_form() {
-                return self.meet_large_discs(disc, cell, now);
+                return self.search_large_discs(disc, cell, now);
             }
-            self.meet_coverings(world, detection, disc, cell, now, None);
+            self.search_covered_cell(world, detection, disc, cell, now, None);
             return self.records[disc as usize].time;
         }
         time
     }
 
-    /// The soonest contact, and with whom, where some pair may be in contact already, several discs are touched at once,
-    /// or the detector has a way of its own with discs. Of contacts at one time it is that with the disc inserted first.
+    /// The earliest contact as the detector finds it: time from now (infinite for none) and
+    /// partner. Needed where pairs may be in contact already, several discs are touched at one
+    /// time, or the detector does not use the closed form. Of contacts at one time it is that with
+    /// the disc inserted first.
     #[cold]
     #[inline(never)]
-    fn look_closer<D: Detection>(&self, detection: &D, disc: u32, now: f64) -> (f64, u32) {
+    fn resolve_with_detector<D: Detection>(&self, detection: &D, disc: u32, now: f64) -> (f64, u32) {
         let query = self.query(disc, now);
         let list = self.neighbour_lists.list(query.from.cell());
         let mut soonest = (f64::INFINITY, 0);
         list.for_each_slots8(|slots| {
-            soonest = sooner(soonest, query.look_closer(detection, slots, list.at_border));
+            soonest = sooner(soonest, query.resolve_with_detector(detection, slots, list.at_border));
         });
         soonest
     }
 
-    /// When a disc leaves its cell, and where to. A velocity of exactly 0 never does; what 0/0 is must not count.
+    /// Time and direction in which a disc leaves its cell. Infinite for a velocity of exactly 0,
+    /// for which the quotient 0/0 is discarded.
     #[inline(always)]
-    pub(super) fn crossing(&self, me: &BodyRecord, now: f64) -> (f64, Kind) {
-        // Both axes at once.
-        let pair = |first: usize| f64x2::new([me.flight[first], me.flight[first + 1]]);
+    pub(super) fn crossing(&self, record: &BodyRecord, now: f64) -> (f64, Kind) {
+        // Both axes in one register.
+        let pair = |first: usize| f64x2::new([record.flight[first], record.flight[first + 1]]);
         let (origin, velocity) = (pair(0), pair(2));
         let side = f64x2::new(self.grid.side().to_array());
-        let cell = f64x2::new(me.cell().map(f64::from));
+        let cell = f64x2::new(record.cell().map(f64::from));
         let goes_down = velocity.simd_lt(f64x2::ZERO);
         let border = (cell + goes_down.bitselect(f64x2::ZERO, f64x2::ONE)) * side;
         let time = (border - origin) / velocity;
@@ -146,7 +156,7 @@ impl State {
         (if time > now { time } else { now }, kind)
     }
 
-    /// Moves a disc into the next cell, wrapping its place at the border of the box.
+    /// Moves a disc into the next cell, and wraps its position at the border of the box.
     #[inline(always)]
     pub(super) fn cross<K: Kernel>(&mut self, kernel: K, disc: u32, kind: Kind) {
         self.done.crossings += 1;
@@ -169,7 +179,7 @@ impl State {
         self.neighbour_lists.enter(disc, self.records[disc as usize].cell());
     }
 
-    /// Brings a disc that crosses the border of the box back into it on the other side.
+    /// Wraps a disc that crosses the border of the box to the other side.
     pub(super) fn wrap_place(&mut self, disc: u32, axis: usize, direction: i32) {
         let record = &mut self.records[disc as usize];
         record.flight[axis] -= f64::from(direction) * self.grid.box_sides()[axis];
@@ -194,15 +204,15 @@ impl State {
     }
 }
 
-/// What a disc was told about its neighbours and its cell.
+/// The earliest contact and the crossing of a disc, before they are compared.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Asked {
-    /// When it meets the first of them, infinite for never, and which.
+pub(super) struct DiscEvents {
+    /// Time of the earliest contact (offset in the epoch, infinite for none), and its partner.
     contact_time: f64,
     partner: u32,
-    /// Whether that needs a closer look.
-    is_doubtful: bool,
-    /// Its cell, if a covering body is listed there.
+    /// Whether the detector must decide the contact.
+    is_ambiguous: bool,
+    /// Its cell, if a multi-cell body is listed there.
     covered: Option<u32>,
     crossing_time: f64,
     crossing: Kind,

@@ -1,20 +1,34 @@
-//! A first filter in single precision: which of eight discs another may meet at all.
+//! A floating-point filter in single precision: it excludes discs of a dilute gas that a disc
+//! cannot touch in this epoch.
 //!
-//! In a dilute gas many discs are looked at for each that is met. So their flights are kept in single precision, eight to
-//! a register, and only those that may be met are asked exactly. A filter leaves nobody out, so what happens does not depend
-//! on it.
+//! Many discs of a dilute gas are tested for each contact. Their flights are stored in single
+//! precision, eight numbers to a register, and only discs that pass the filter are tested exactly.
+//! The filter excludes no contact of this epoch, so results do not depend on it. Contacts after the
+//! end of the epoch may be excluded; they never happen.
 //!
-//! **Nobody is left out.** In units of the longer side of the box, and of a speed that nobody exceeds ([`Units::quantize`] sees
-//! to that), a place in the box and each component of a velocity are 1 at most; let the epoch last T, and u be 2⁻²⁴. A place
-//! at its start is kept to u (1 + T), a velocity to u, the time now to u T; so another disc's place now is off by u (2 + 4 T), the
-//! asking one's, with its image, by 4 u, their separation d by u (7 + 4 T), and their relative velocity v by 4 u, along each
-//! axis. Two discs that touch at a distance σ before the epoch ends come therefore, as they are seen here, within σ + ε,
-//! with ε = √2 u (7 + 8 T). Then |d × v| ≤ (σ + ε) |v|; since |d| < 1 (they are in adjacent cells of three or more), the left
-//! side is off by 2 u |v|, and what is compared by 2.5 u of itself: σ (1 + 2.5 u) + u (12 + 11.4 T) is needed, and [`Units::new`]
-//! takes σ (1 + 8 u) + u (16 + 16 T). Whoever is met approaches, d·v < 0; its error here is below u (40 + 16 T), where 48 + 20 T
-//! is taken. What is too small for single precision is added where it counts, [`UNDERFLOW`].
+//! # Lemmas
 //!
-//! What comes after the end of the epoch may be left out or not. It never happens.
+//! No two discs that touch before the end of the epoch are excluded. The unit of length is the
+//! longer side of the box. The unit of speed is a bound that no component of a velocity exceeds
+//! ([`Units::quantize`] checks this). So each coordinate in the box and each component of a
+//! velocity is at most 1. Let the epoch last T, u = 2⁻²⁴, σ the contact distance, d the present
+//! separation and v the relative velocity. Errors are along each axis.
+//!
+//! 1. **Input.** A position at the start of the epoch is stored to u (1 + T), a velocity to u, and
+//!    the present time to u T. So the present position of a stored disc has the error
+//!    u (2 + 4 T), that of the query disc, with its image, 4 u, d the error u (7 + 4 T), and v the
+//!    error 4 u.
+//! 2. **Distance.** In the rounded numbers, discs that touch come within σ + ε with
+//!    ε = √2 u (7 + 8 T). *Proof.* The error of d + v τ at the contact, a time τ ≤ T from now, is
+//!    u (7 + 4 T) + 4 u τ along each of two axes.
+//! 3. **Discriminant.** By lemma 2, |d × v| ≤ (σ + ε) |v|. As |d| < 1 (cells are adjacent, at least
+//!    three a side), the rounding of d × v is at most 2 u |v|, and that of the compared numbers
+//!    2.5 u of their magnitude. So the distance σ (1 + 2.5 u) + u (12 + 11.4 T) is sufficient.
+//!    [`Units::new`] takes σ (1 + 8 u) + u (16 + 16 T).
+//! 4. **Approach.** Discs that touch later approach, d·v < 0. The error of d·v is below
+//!    u (40 + 16 T). [`Units::new`] takes u (48 + 20 T).
+//! 5. **Underflow.** [`UNDERFLOW`] exceeds the error of squares that are too small for all their
+//!    digits.
 
 use carom_detection::DISC_LANES;
 use glam::{DVec2, Vec4};
@@ -24,44 +38,46 @@ use super::neighbour_lists::image_of;
 /// u, the rounding of a single-precision number of magnitude 1.
 const U_SINGLE: f64 = 0.5 * f32::EPSILON as f64;
 
-/// More than all squares together lose that are too small to have all their digits. Smaller: discs at the same velocity,
-/// to rounding, may not be seen to touch.
+/// Bound on the total error of squares that underflow. Smaller: discs with equal velocities, to
+/// rounding, may be excluded although they touch.
 const UNDERFLOW: f32 = f32::MIN_POSITIVE;
 
-/// Epochs longer than this (in the units of the filter) are not looked through: everybody may be met. A few sides of the box
-/// at the greatest speed are never so long; this is for times that are no time. Larger: places would have no digits left.
+/// Longest epoch for which the filter works, in its units. An epoch in which the fastest body
+/// crosses the box a few times is never so long; the bound is for infinite or NaN times and the
+/// like. Larger: positions would have no digits left.
 const LONGEST: f64 = 1e3;
 
-/// Flights of eight discs, x₀, y₀, vx, vy after each other; x₀ of nobody is NaN, and every comparison with it false.
+/// Flights of eight discs as a structure of arrays: x₀, y₀, vx, vy. Empty lanes hold NaN in x₀, so
+/// that every comparison is false.
 pub(super) type Flights = [[f32; DISC_LANES]; 4];
 
-/// In which units flights are kept, and what follows for an epoch.
+/// Units of the stored flights, and the thresholds for an epoch.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Units {
-    /// What the numbers of a flight are multiplied by (1/length twice, 1/speed twice).
+    /// Factors on the numbers of a flight (1/length twice, 1/speed twice).
     per_unit: [f64; 4],
-    /// What a time is multiplied by (1/time).
+    /// Factor on a time (1/time).
     per_time: f64,
-    /// Square of the distance within which discs have to come, in these units.
+    /// Square of the distance within which discs must come, in these units.
     reach_squared: f32,
-    /// d·v from which on they recede, in these units.
+    /// d·v from which on discs recede, in these units.
     receding: f32,
-    /// By how much somebody is shifted who is seen in an image, by its code in a slot.
+    /// Shift of a disc seen in an image, by the image's code in a slot.
     shifts: [[f32; 2]; 16],
-    /// Whether somebody is too fast, or the epoch too long: then everybody may be met.
+    /// Whether a disc is too fast or the epoch too long: then every disc is a candidate.
     is_disabled: bool,
 }
 
 impl Units {
-    /// For discs that touch at this distance of their centres (length), in a box of these sides, with these velocities at the
-    /// start of an epoch that ends at `limit` (time).
+    /// Units for discs with this contact distance (length), in a box of these sides (length), with
+    /// these velocities at the start of an epoch that ends at `limit` (time).
     pub fn new(
         contact_distance: f64,
         sides: DVec2,
         limit: f64,
         velocities: impl ExactSizeIterator<Item = DVec2>,
     ) -> Self {
-        let (side, speed) = (sides.max_element(), hardly_exceeded(velocities));
+        let (side, speed) = (sides.max_element(), speed_unit(velocities));
         let per_time = speed / side;
         let longest = limit * per_time;
         let reach = (1.0 + 8.0 * U_SINGLE) * contact_distance / side + U_SINGLE * (16.0 + 16.0 * longest);
@@ -79,16 +95,17 @@ impl Units {
         }
     }
 
-    /// Whether everybody may be met, whatever a filter says.
+    /// Whether every disc is a candidate, because the filter does not work in this epoch.
     pub fn is_disabled(&self) -> bool {
         self.is_disabled
     }
 
-    /// A flight as it is kept. If it is too fast for these units, they hold for nobody any longer.
+    /// Converts a flight to these units. Disables the filter if the flight is too fast for them.
     #[inline(always)]
     pub fn quantize(&mut self, flight: [f64; 4]) -> [f32; 4] {
         let kept: [f64; 4] = std::array::from_fn(|number| flight[number] * self.per_unit[number]);
-        // Not written unless it changes: it is read in one piece with what stands beside it.
+        // Written only if it changes: an unconditional store to one field would break store-to-load
+        // forwarding for loads that span it.
         if !((kept[2].abs() <= 1.0) & (kept[3].abs() <= 1.0)) {
             self.is_disabled = true;
         }
@@ -109,9 +126,10 @@ impl Units {
     }
 }
 
-/// A speed that few of some discs ever reach: at least twice that of the fastest, and at least four times their root mean
-/// square, which of a gas in equilibrium one in 10⁷ exceeds; at the start of a run all may have the same.
-fn hardly_exceeded(velocities: impl ExactSizeIterator<Item = DVec2>) -> f64 {
+/// A speed that few discs ever reach: the larger of twice the greatest and four times the root mean
+/// square. In a gas in equilibrium one disc in 10⁷ exceeds the second. At the start of a run all
+/// may have the same speed, and twice the greatest would be too low.
+fn speed_unit(velocities: impl ExactSizeIterator<Item = DVec2>) -> f64 {
     let count = velocities.len() as f64;
     let (fastest, sum) = velocities.map(DVec2::length_squared).fold((0.0, 0.0), |(fastest, sum), square| {
         (if square > fastest { square } else { fastest }, sum + square)
@@ -119,7 +137,7 @@ fn hardly_exceeded(velocities: impl ExactSizeIterator<Item = DVec2>) -> f64 {
     2.0 * f64::max(fastest, 4.0 * sum / count).sqrt()
 }
 
-/// What is to be known of a disc that looks who may be met, in the units of the epoch.
+/// Filter of a query disc, in the units of the epoch.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct F32Filter {
     pub place: [f32; 2],
@@ -130,17 +148,18 @@ pub(super) struct F32Filter {
 }
 
 impl F32Filter {
-    /// The same at others that are seen in the image with this code.
+    /// The filter for discs seen in the image with this code.
     #[inline(always)]
-    pub fn through(self, units: &Units, code: usize) -> Self {
+    pub fn for_image(self, units: &Units, code: usize) -> Self {
         let [x, y] = units.shifts[code];
         Self { place: [self.place[0] - x, self.place[1] - y], ..self }
     }
 
-    /// The least σ² v² − (d × v)² of those that may be met.
+    /// Lower bound on σ² v² − (d × v)² of discs that can touch.
     pub const LEAST: f32 = -UNDERFLOW;
 
-    /// Which of eight discs may be met, a bit each: four at a time, as the registers of every processor have room for.
+    /// Which of eight discs pass the filter, a bit each. Four lanes at a time, the width of the
+    /// registers of every processor.
     #[inline(always)]
     pub fn near(&self, flights: &Flights) -> u32 {
         let [place_x, place_y] = self.place.map(Vec4::splat);
@@ -168,8 +187,8 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_too_fast_makes_everybody_worth_asking() {
-        // Twice the fastest, or four times the root mean square.
+    fn a_disc_too_fast_for_the_units_disables_the_filter() {
+        // Twice the greatest, or four times the root mean square.
         for (speeds, bound) in
             [([1.0, 0.0], 8.0_f64.sqrt()), ([1.0, 1.0], 4.0), ([1e-3, 0.0], 8e-6_f64.sqrt())]
         {
@@ -185,21 +204,21 @@ mod tests {
     }
 
     #[test]
-    fn where_nothing_can_be_seen_everybody_is_asked() {
-        let nobody = Units::new(0.1, DVec2::ONE, 1.0, [].into_iter());
-        let blind = [
-            nobody,
+    fn units_without_digits_disable_the_filter() {
+        let no_discs = Units::new(0.1, DVec2::ONE, 1.0, [].into_iter());
+        let disabled = [
+            no_discs,
             units(1e9, [1.0]),
             units(f64::INFINITY, [1.0]),
             units(f64::NAN, [1.0]),
             units(1.0, [0.0]),
             units(f64::INFINITY, [0.0]),
-            // Its square is 0.
+            // The square of this speed underflows to 0.
             units(1e300, [1e-300]),
             units(1.0, [f64::NAN]),
         ];
-        assert!(blind.iter().all(Units::is_disabled), "{blind:?}");
-        // A square with few digits gives a speed that is kept to, whatever it is.
+        assert!(disabled.iter().all(Units::is_disabled), "{disabled:?}");
+        // A subnormal square gives a coarse unit of speed; it is still a bound.
         let mut coarse = units(1e161, [1e-161]);
         assert!(!coarse.is_disabled());
         coarse.quantize([0.0, 0.0, 0.0, 1e-160]);

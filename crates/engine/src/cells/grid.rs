@@ -1,44 +1,48 @@
-//! The grid of the fast scheduler: which bodies live in cells, how large the cells are, who is where.
+//! The grid of the cell scheduler: which bodies live in cells, and the size of the cells.
 //!
-//! Where most bodies that move are molecules, these live in the cells, and any discs among them; else discs only.
+//! Where most bodies that move are molecules, they live in cells, together with any discs; else
+//! only discs do.
 
 use glam::DVec2;
 
 use crate::{Body, World};
 
-/// Cells as long as two of the small bodies reach, at least three a side.
+/// A grid of at least three cells a side, each at least as long as two small bodies reach.
 #[derive(Debug, Clone)]
 pub(super) struct CellGrid {
     counts: [u32; 2],
     /// Sides of a cell, and of the box (length).
     side: DVec2,
     box_sides: DVec2,
-    /// Bodies of the kind that lives in cells do so up to this bounding radius; everything else covers cells (length).
+    /// Largest bounding radius of a body in a cell (length); bodies above it, and of other kinds,
+    /// are multi-cell bodies.
     largest_small: f64,
     holds_molecules: bool,
     is_dilute: bool,
 }
 
-/// A gas of like discs is dilute if there is room for each of so many diameters a side, that is up to an area fraction of
-/// 0.074. Smaller: cells are too long for what they hold. Larger: more crossings between two contacts, and more memory.
+/// A gas of equal discs is dilute if the mean spacing exceeds this many diameters, that is up to an
+/// area fraction of 0.074. Smaller: cells are too long for what they hold. Larger: more crossings
+/// between two contacts, and more memory.
 const DILUTE: f64 = 3.25;
 
-/// Cells for each disc of a dilute gas, so that one holds four, half of what is looked at in one go. More: they are left
-/// more often, and hold more empty places. Fewer: a cell needs a second block too often.
+/// Cells for each disc of a dilute gas. A cell holds four on average, half of a block. More: more
+/// crossings, and more empty lanes. Fewer: a cell needs a second block too often.
 const CELLS_PER_BODY_WHERE_DILUTE: f64 = 0.25;
 
-/// A body is small if it is at most this many times the median radius. Smaller: bodies of a narrow mixture have to be
-/// listed one by one. Larger: cells, and with them the lists of all, grow with the few large ones.
+/// A body is small up to this many times the median radius. Smaller: bodies of a narrow size
+/// distribution become multi-cell bodies. Larger: the few large bodies lengthen all cells, and with
+/// them all neighbour lists.
 const SMALL_IN_MEDIANS: f64 = 2.0;
 
-/// Most cells for each body in the area that small discs, who live in them, have for themselves: more are empty, and crossed for
-/// nothing.
+/// Most cells for each body, of the area that is free for the small bodies. More: more cells are
+/// empty, and crossings of these are wasted.
 const MOST_CELLS_PER_BODY: f64 = 2.0;
 
-/// The same where there are fixed bodies only.
+/// [`MOST_CELLS_PER_BODY`] for systems in which no body moves.
 const MOST_CELLS_PER_FIXED_BODY: f64 = 0.75;
 
-/// Cells are this much longer than two discs reach, so that no rounding makes them shorter.
+/// Share by which cells are longer than two discs reach, so that no rounding makes them too short.
 const MARGIN: f64 = 1e-9;
 
 impl CellGrid {
@@ -59,9 +63,9 @@ impl CellGrid {
         });
         let longest = if largest_small > 0.0 { 2.0 * largest_small } else { median_reach(world) };
         let bodies = world.bodies().len().max(1) as f64;
-        let alike = radii.len() == world.bodies().len() && radii.first() == radii.last();
+        let equal_radii = radii.len() == world.bodies().len() && radii.first() == radii.last();
         let spacing = (sides.x * sides.y / bodies).sqrt();
-        let is_dilute = alike && !holds_molecules && spacing > DILUTE * longest;
+        let is_dilute = equal_radii && !holds_molecules && spacing > DILUTE * longest;
         let cells_per_body = match largest_small > 0.0 {
             true if is_dilute => CELLS_PER_BODY_WHERE_DILUTE,
             true => MOST_CELLS_PER_BODY,
@@ -80,20 +84,21 @@ impl CellGrid {
         grid.counts.iter().all(|&count| count >= 3).then_some(grid)
     }
 
-    /// Area that those in cells have for themselves, half of the box at least (length²): cells inside covering bodies hold
-    /// nobody, and need not be counted. All of it where nobody lives in cells.
+    /// Area that is free for the bodies in cells, at least half of the box (length²): cells inside
+    /// multi-cell bodies are empty. The whole area where no body lives in a cell.
     fn free_area(&self, world: &World) -> f64 {
         let area = world.bounds().area();
-        let covering = world.bodies().iter().filter(|body| self.largest_small > 0.0 && self.covers(body));
-        (area - covering.map(|body| body.molecule().area()).sum::<f64>()).max(0.5 * area)
+        let multi_cell_bodies =
+            world.bodies().iter().filter(|body| self.largest_small > 0.0 && self.is_multi_cell(body));
+        (area - multi_cell_bodies.map(|body| body.molecule().area()).sum::<f64>()).max(0.5 * area)
     }
 
-    /// Whether this is a gas of like discs only, far apart: cells hold a few discs each.
+    /// Whether this is a gas of equal discs at large distances, in cells of a few discs each.
     pub fn is_dilute(&self) -> bool {
         self.is_dilute
     }
 
-    /// Whether the bodies in cells are molecules, at least most of them.
+    /// Whether molecules live in cells.
     pub fn holds_molecules(&self) -> bool {
         self.holds_molecules
     }
@@ -102,7 +107,7 @@ impl CellGrid {
         self.counts
     }
 
-    /// The next cell along an axis, upwards or downwards, unless the border of the box is there.
+    /// The next cell along an axis, upwards or downwards; none at the border of the box.
     #[inline]
     pub fn next(&self, number: u16, axis: usize, direction: i32) -> Option<u16> {
         let next = (i32::from(number) + direction) as u32;
@@ -124,25 +129,25 @@ impl CellGrid {
         self.largest_small
     }
 
-    /// Whether a body covers cells instead of living in one.
-    pub fn covers(&self, body: &Body) -> bool {
+    /// Whether a body is a multi-cell body.
+    pub fn is_multi_cell(&self, body: &Body) -> bool {
         let may_be_small = !body.is_fixed() && (self.holds_molecules || body.kind.molecule.is_disc());
         !may_be_small || body.kind.molecule.bounding_radius() > self.largest_small
     }
 
-    /// Bounding radius of the bodies that live in cells, if it is the same (length).
-    pub fn like(&self, world: &World) -> Option<f64> {
-        self.common(world, |body| body.molecule().bounding_radius())
+    /// Bounding radius of the bodies in cells, if all have the same (length).
+    pub fn common_radius(&self, world: &World) -> Option<f64> {
+        self.common_value(world, |body| body.molecule().bounding_radius())
     }
 
-    /// The inverse mass of the bodies that live in cells, if it is the same (1/mass).
-    pub fn inverse_mass(&self, world: &World) -> Option<f64> {
-        self.common(world, |body| body.inertia().inverse_mass)
+    /// Inverse mass of the bodies in cells, if all have the same (1/mass).
+    pub fn common_inverse_mass(&self, world: &World) -> Option<f64> {
+        self.common_value(world, |body| body.inertia().inverse_mass)
     }
 
-    /// What a number is for all bodies that live in cells, if it is the same.
-    fn common(&self, world: &World, of: impl Fn(&Body) -> f64) -> Option<f64> {
-        let mut numbers = world.bodies().iter().filter(|body| !self.covers(body)).map(of);
+    /// The value of `of` for the bodies in cells, if all have the same.
+    fn common_value(&self, world: &World, of: impl Fn(&Body) -> f64) -> Option<f64> {
+        let mut numbers = world.bodies().iter().filter(|body| !self.is_multi_cell(body)).map(of);
         let first = numbers.next()?;
         numbers.all(|number| number == first).then_some(first)
     }
@@ -153,7 +158,7 @@ impl CellGrid {
     }
 }
 
-/// Median bounding diameter of the bodies that are no walls, for a system in which nothing moves (length).
+/// Median bounding diameter of all bodies but walls, for a system in which no body moves (length).
 fn median_reach(world: &World) -> f64 {
     let bodies = world.bodies().iter().filter(|body| !body.is_wall());
     let mut radii: Vec<f64> = bodies.map(|body| body.kind.molecule.bounding_radius()).collect();

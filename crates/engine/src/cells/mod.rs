@@ -1,38 +1,63 @@
-//! The fast scheduler: a record for each body, neighbourhood lists for those in cells, shells for all others, one event
-//! a body.
+//! The default scheduler: cell lists, one event a body, and a calendar queue.
 //!
-//! **Small discs** live in the cells of a grid whose cells are as long as two of them reach. Each cell has one list of
-//! all discs in the 3 × 3 cells around it, so a prediction reads one list and tests eight discs at a time.
-//! Where the gas is dilute, cells hold a few discs each instead, and a disc keeps its soonest contact also while a crossing
-//! goes before it: see `dilute`.
-//! **Molecules** live in cells likewise where most bodies that move are molecules, with any small discs among them: see
-//! `molecules`. Below, what is said of discs holds for all that lives in cells, whose radius is that of the bounding circle.
-//! **Everything else** (molecules among discs, whatever is large, fixed bodies) *covers* cells: see `covering`.
+//! - **Small discs** live in the cells of a grid. A cell is as long as two of them reach. Each cell
+//!   has one neighbour list, of all discs in the 3 × 3 cells around it, so a prediction reads one
+//!   list and tests eight discs at a time (`discs`, `neighbour_lists`).
+//! - **Discs of a dilute gas** live in larger cells, which hold a few discs each and have no
+//!   neighbour lists. A disc keeps its earliest contact while crossings come before it (`dilute`,
+//!   `cell_occupants`).
+//! - **Molecules** live in cells where most bodies that move are molecules, together with any small
+//!   discs (`molecules`). Statements below on discs then hold for every body in a cell, with the
+//!   bounding radius as its radius.
+//! - **Multi-cell bodies** are all others: molecules among discs, large bodies, fixed bodies. Each
+//!   is listed in all cells that it can reach (`multi_cell`).
 //!
-//! **Rule.** Each body keeps its soonest event only. It is predicted against all its neighbours exactly when (a) its
-//! own motion changed, (b) it entered new cells, or covers new ones, (c) its event came up stale, because the partner
-//! has changed since, or as a re-check. Nobody else is touched.
+//! # Prediction
 //!
-//! **Nothing is missed.** Call two bodies *related* through an image while their cells are adjacent through it (two
-//! discs), while the disc's cell is listed for the covering body, or while two covering bodies stand in each other's
-//! lists of neighbours. (1) *Contact implies relation*, for as long as neither has crossed into another cell nor left
-//! its shell: a cell is as long as two discs reach; a covering body lists every cell within its radius, the largest
-//! disc's and the shell's, but for cells that are inside it wherever in its shell it is, if it is a disc; two of them list each other within both radii and both shells. (2) *A relation begins* at a
-//! crossing or a listing, and the body whose event that is is predicted right after the lists have changed.
-//! (3) *Invariant:* for a related pair with a first contact t under the present motions, let k be the one predicted
-//! last. Neither motion has changed since (whoever's does is predicted at that moment, and would be the last), nor has
-//! the relation begun later; so the pair was among k's candidates, and k's event is at t or before, if t is before the end of
-//! the epoch: k keeps the soonest of its contacts, its crossing or shell event, and its re-checks ("certified free until",
-//! which is before t). A candidate is passed over only when it is certainly not before the event that k keeps, or not before
-//! the end of the epoch (see `filter`), which never moves to a later time. k's event changes only by a new
-//! prediction, which asks for the pair again: a contact takes the events of both its bodies off the calendar, and both are
-//! predicted before the next is asked for, or the epoch begins anew. So the soonest event of all is never later than the next
-//! contact. Versions go up with every change of motion, so no event acts on a motion that is no more; a stale event is a lower
-//! bound of all its body's candidates, so predicting the body only then loses nothing. Of two bodies that have just met, the one
-//! predicted first need not ask for the other, since it is not the last.
+//! A body keeps its earliest event only. It is predicted against all its neighbours exactly when
+//! (a) its motion changed, (b) it entered a new cell or was listed in new cells, or (c) its event
+//! came due as a re-check, or stale because the partner has changed since. No other body is
+//! predicted. In a dilute gas, case (b) tests only the discs that became adjacent (`dilute`).
 //!
-//! **Every epoch begins anew** from the state of the world: places, lists, events. So the state at an epoch's end is all
-//! there is to know of a run, and the order of lists and bins, which decides nothing, need not be kept.
+//! # Lemmas
+//!
+//! No contact is missed. Two bodies are *related* through an image while their cells are adjacent
+//! through it (two discs), while the disc's cell lists the multi-cell body, or while two multi-cell
+//! bodies are in each other's lists of neighbours. Below, t is the time of the first contact of a
+//! related pair under the present motions, before the end of the epoch.
+//!
+//! 1. **Contact implies relation.** Two bodies that touch are related, as long as neither has
+//!    crossed into another cell or left its shell. *Proof.* A cell is as long as two discs reach. A
+//!    multi-cell body of bounding radius R is listed in all cells within R + r_max + h of the
+//!    centre of its shell (r_max: radius of the largest disc, h: radius of the shell). If it is a
+//!    disc, the cells inside it for every position in its shell are left out; they hold no other
+//!    centre. Two multi-cell bodies are neighbours within R + R' + h + h'.
+//! 2. **A relation begins with a prediction.** It begins when a body enters a cell or is listed
+//!    anew, and this body is predicted right after the lists have changed.
+//! 3. **The body predicted last has an event at t or before.** *Proof.* Call this body k. Neither
+//!    motion has changed since its prediction, because a body whose motion changes is predicted at
+//!    that moment and would be the last. By lemma 2 the relation did not begin later either. So the
+//!    partner was a candidate of k. The event of k is the earliest of its contacts, its crossing or
+//!    the exit from its shell, and its re-checks, whose times ("certified free until") are before
+//!    the contact. A candidate is excluded only if its contact certainly does not precede the event
+//!    that k keeps, or the end of the epoch (`f32_filter`); the end of the epoch never moves to a
+//!    later time. Only a new prediction changes the event of k, and it includes the pair again.
+//! 4. **The earliest event is never later than the next contact.** *Proof.* Lemma 3 holds for every
+//!    related pair. A contact removes the events of both its bodies from the calendar; both bodies
+//!    are predicted before the next event is taken, or a new epoch begins.
+//! 5. **No event acts on an outdated motion.** *Proof.* Every change of a motion increments the
+//!    body's version, and an event whose partner has another version is stale. The time of a stale
+//!    event is a lower bound on the contact times of all candidates of its body, so nothing is lost
+//!    if the body is predicted only when the event comes due.
+//! 6. **One partner may be skipped.** Of two bodies that have just met, the prediction of the first
+//!    may leave out the second. *Proof.* The first is not the body of the pair that is predicted
+//!    last.
+//!
+//! # Epochs
+//!
+//! Every epoch starts from the state of the world alone: positions, lists and events are computed
+//! anew. So the state at the end of an epoch determines the rest of the run. The order within lists
+//! and bins affects no result and is not stored.
 
 #![allow(
     clippy::inline_always,
@@ -68,7 +93,7 @@ use self::{
     multi_cell::MultiCellBodies,
     neighbour_lists::NeighbourLists,
     prefetch::prefetch_next,
-    simd::{Available, Kernel, Like, Portable},
+    simd::{Available, Kernel, PairConstants, Portable},
 };
 use crate::{
     CellsPerSide, GridError, HeapScheduler, Scheduler, SchedulerCounters, World,
@@ -77,21 +102,22 @@ use crate::{
     wrapped::Wrapped,
 };
 
-/// How [`CellScheduler`] computes.
+/// Instruction set that [`CellScheduler`] computes with. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Instructions {
-    /// With the best vector instructions that this processor has: AVX-512 (F, VL, DQ, BW), else as below.
+    /// The best one that this processor supports: AVX-512 (F, VL, DQ, BW), else as [`Self::Avx2`].
     #[default]
     Widest,
-    /// With AVX2, where there is that; else as below. The same bits, some percent slower.
+    /// AVX2 where the processor supports it, else as [`Self::Portable`]. Some percent slower than
+    /// AVX-512.
     Avx2,
-    /// With those that every processor of this kind has. The same bits, slower.
+    /// Instructions that every processor of this architecture supports. The slowest.
     Portable,
 }
 
 impl Instructions {
-    /// The instructions that [`CellScheduler`] computes with on this processor when these are chosen: the
-    /// best that it has, up to these.
+    /// The instruction set that [`CellScheduler`] uses on this processor if `self` is chosen: the
+    /// best supported one, up to `self`.
     ///
     /// ```
     /// use carom_engine::Instructions;
@@ -108,10 +134,11 @@ impl Instructions {
     }
 }
 
-/// The fast scheduler; see the source for its design and the proof that it misses nothing.
+/// The default scheduler: cell lists, one event a body, and a calendar queue.
 ///
-/// A box too small for a grid of three cells a side is run by [`HeapScheduler`], which looks at every image, and so is a single
-/// body among fixed ones: what makes this one fast is the lists of those that move.
+/// The source of its module has the design and a proof that no contact is missed. [`HeapScheduler`]
+/// runs a box too small for three cells a side, because it searches every image. It also runs a
+/// single moving body among fixed ones, for which neighbour lists of moving bodies do not pay.
 #[doc(alias = "Cells")]
 #[doc(alias = "cell lists")]
 #[derive(Debug, Clone)]
@@ -123,31 +150,31 @@ enum Layout {
     Fallback(Box<HeapScheduler>),
 }
 
-/// What the fast scheduler keeps during an epoch.
+/// State of the scheduler during an epoch.
 #[derive(Debug, Clone)]
 struct State {
     instructions: Available,
     grid: CellGrid,
     /// One for each body, and the dummy.
     records: Vec<BodyRecord>,
-    /// Boxes left behind, as far as 16 bits go: within an epoch a body leaves a few behind.
+    /// Boxes left behind, modulo 2¹⁶: within an epoch a body leaves only a few behind.
     windings: Vec<[i16; 2]>,
     wrapped: Wrapped,
     calendar: Calendar,
     neighbour_lists: NeighbourLists,
-    /// In place of the neighbour_lists where the gas is dilute.
+    /// Takes the place of the neighbour lists in a dilute gas.
     occupants: CellOccupants,
     molecules: Molecules,
     multi_cell: MultiCellBodies,
-    /// End of the epoch: nothing later is of interest.
+    /// End of the epoch; later events are not needed (offset in the epoch).
     limit: f64,
     /// Bound on the rounding of a separation in this epoch (length).
     separation_error: f64,
     /// Sides of the box (length).
     sides: [f64; 2],
-    /// What holds for any two small discs, if they are all alike.
-    like: Option<Like>,
-    /// The inverse mass of the bodies that live in cells, if it is the same (1/mass).
+    /// Constants of a pair of small discs, if all have one radius.
+    pair_constants: Option<PairConstants>,
+    /// Inverse mass of the bodies that live in cells, if all have the same (1/mass).
     inverse_mass: Option<f64>,
     done: SchedulerCounters,
 }
@@ -158,12 +185,12 @@ impl Scheduler for CellScheduler {
     const CONTACTS_PER_EPOCH: u64 = 64;
 
     fn new(instructions: &Instructions, world: &World) -> Result<Self, GridError> {
-        // Also refuses a box in which a molecule would meet itself.
+        // Also rejects a box in which a molecule can touch its own image.
         Grid::counts_for(world, CellsPerSide::Given(1))?;
         let grid = if world.is_billiard() { None } else { CellGrid::new(world) };
         let Some(grid) = grid else {
             return HeapScheduler::new(&CellsPerSide::Automatic, world)
-                .map(|thesis| Self(Layout::Fallback(Box::new(thesis))));
+                .map(|fallback| Self(Layout::Fallback(Box::new(fallback))));
         };
         Ok(Self(Layout::Grid(Box::new(State {
             instructions: simd::available(*instructions),
@@ -179,7 +206,7 @@ impl Scheduler for CellScheduler {
             limit: 0.0,
             separation_error: 0.0,
             sides: world.bounds().sides().to_array(),
-            like: None,
+            pair_constants: None,
             inverse_mass: None,
             done: SchedulerCounters::default(),
         }))))
@@ -188,14 +215,14 @@ impl Scheduler for CellScheduler {
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64) {
         match &mut self.0 {
             Layout::Grid(state) => state.begin_epoch(world, detection, limit),
-            Layout::Fallback(thesis) => thesis.begin_epoch(world, detection, limit),
+            Layout::Fallback(fallback) => fallback.begin_epoch(world, detection, limit),
         }
     }
 
     fn run<L: EventLoop>(&mut self, events: L) -> L::End {
         match &mut self.0 {
             Layout::Grid(state) => simd::run(state, events),
-            Layout::Fallback(thesis) => events.run(&mut **thesis),
+            Layout::Fallback(fallback) => events.run(&mut **fallback),
         }
     }
 
@@ -204,7 +231,7 @@ impl Scheduler for CellScheduler {
             Layout::Grid(cells) => {
                 (0..cells.windings.len() as u32).for_each(|body| cells.store_body(state, body));
             }
-            Layout::Fallback(thesis) => thesis.store(state),
+            Layout::Fallback(fallback) => fallback.store(state),
         }
     }
 
@@ -214,21 +241,21 @@ impl Scheduler for CellScheduler {
                 let Some(wrapped) = cells.wrapped.take() else { return self.store(state) };
                 wrapped.iter().chain(contact).for_each(|&body| cells.store_body(state, body));
             }
-            Layout::Fallback(thesis) => thesis.store_changes(state, contact),
+            Layout::Fallback(fallback) => fallback.store_changes(state, contact),
         }
     }
 
     fn heap_bytes(&self) -> usize {
         match &self.0 {
             Layout::Grid(state) => state.heap_bytes(),
-            Layout::Fallback(thesis) => thesis.heap_bytes(),
+            Layout::Fallback(fallback) => fallback.heap_bytes(),
         }
     }
 
     fn counters(&self) -> SchedulerCounters {
         match &self.0 {
             Layout::Grid(state) => state.done,
-            Layout::Fallback(thesis) => thesis.counters(),
+            Layout::Fallback(fallback) => fallback.counters(),
         }
     }
 }
@@ -259,7 +286,7 @@ impl State {
             self.occupants.lay_out([columns, rows], bodies as u32, units);
         } else {
             let in_cells = world.bodies().iter().zip(&self.records).enumerate();
-            let in_cells = in_cells.filter(|(_, (body, _))| !self.grid.covers(body));
+            let in_cells = in_cells.filter(|(_, (body, _))| !self.grid.is_multi_cell(body));
             let discs = in_cells.map(|(index, (_, record))| (index as u32, record.cell()));
             self.neighbour_lists.list_all([columns, rows], bodies as u32, discs);
         }
@@ -271,15 +298,17 @@ impl State {
             if self.grid.is_dilute() {
                 let record = &self.records[index];
                 self.occupants.enter(Portable, index as u32, record.cell(), record.flight);
-            } else if self.grid.covers(body) {
+            } else if self.grid.is_multi_cell(body) {
                 let among_molecules = self.grid.holds_molecules();
                 self.multi_cell.add(index as u32, body, &world.motions()[index], bodies, among_molecules);
             }
         }
-        self.like = self.grid.like(world).map(|radius| Like::new(radius, self.separation_error));
-        self.inverse_mass = self.grid.inverse_mass(world);
-        self.list_all(world);
-        // Predict everybody first: their times tell how far apart events are.
+        self.pair_constants =
+            self.grid.common_radius(world).map(|radius| PairConstants::new(radius, self.separation_error));
+        self.inverse_mass = self.grid.common_inverse_mass(world);
+        self.list_multi_cell_bodies(world);
+        // All bodies are predicted first: their waiting times give the mean interval between
+        // events.
         simd::predict_all(self, world, detection);
         let interval = self.mean_interval();
         self.calendar.lay_out(bodies, interval);
@@ -299,7 +328,7 @@ impl State {
             + self.multi_cell.heap_bytes()
     }
 
-    /// Stores the motion of a body, and the boxes that it has left behind.
+    /// Stores the motion of a body, and the number of boxes that it has left behind.
     fn store_body(&self, state: &mut StoredMotions<'_>, body: u32) {
         let (before, now) = (state.winding(body), self.windings[body as usize]);
         let winding =
@@ -307,16 +336,16 @@ impl State {
         state.set(body, self.motion(body), winding);
     }
 
-    /// The index of the record that stands for nobody.
+    /// Index of the dummy, the record in unused slots.
     fn dummy(&self) -> u32 {
         self.records.len() as u32 - 1
     }
 
     /// Mean time between events of the system, from the median waiting time of its bodies: with
     /// rate λ each, half of them have waited ln 2 / λ. Bodies that begin on the border of a cell
-    /// and move outwards have an event at time 0, which has no relation to their later ones: the
-    /// estimate uses the other bodies. Where there are none, it is the time in which the fastest
-    /// body crosses a cell.
+    /// and move outwards have an event at time 0, which has no relation to their later ones; the
+    /// estimate uses the other bodies. If there are none, it is the time in which the fastest body
+    /// crosses a cell.
     fn mean_interval(&self) -> f64 {
         let mut times: Vec<f64> =
             self.records.iter().map(|record| record.time).filter(|t| t.is_finite()).collect();
@@ -352,19 +381,20 @@ impl State {
             if kind.is_contact() {
                 let partner = record.partner();
                 if self.records[partner as usize].version == record.partner_version {
-                    // The partner is predicted anew, whatever it waited for; most often, for the same contact.
-                    self.calendar.drop_next(partner);
+                    // Both bodies are predicted after the contact, so the partner's event is void;
+                    // in most cases it is this contact.
+                    self.calendar.remove_if_next(partner);
                     let bodies = if body < partner { [body, partner] } else { [partner, body] };
                     return Some(if kind == Kind::Discs {
                         self.contact_of_discs(bodies, now)
                     } else {
-                        self.contact_of_covering(body, bodies, now)
+                        self.contact_of_multi_cell_body(body, bodies, now)
                     });
                 }
                 self.done.stale += 1;
             } else if kind.is_crossing() {
                 if self.grid.is_dilute() {
-                    let time = self.cross_among_few(kernel, detection, body, kind, now);
+                    let time = self.cross_dilute(kernel, detection, body, kind, now);
                     self.calendar.schedule(&self.records, body, time);
                     continue;
                 }
@@ -393,7 +423,7 @@ impl State {
                 self.set_motion(kernel, body, motion.position, motion.velocity, now);
                 self.multi_cell.set_motion(body, motion);
                 self.molecules.set_motion(body, motion);
-                self.keep_on_roster(kernel, body);
+                self.update_occupant(kernel, body);
             }
         }
         let skip_partner = self.skip_partner(bodies);
@@ -420,7 +450,7 @@ impl State {
         time: f64,
         [places, velocities]: [[DVec2; 2]; 2],
     ) {
-        if self.multi_cell.is_covering(bodies[0]) | self.multi_cell.is_covering(bodies[1]) {
+        if self.multi_cell.is_multi_cell(bodies[0]) | self.multi_cell.is_multi_cell(bodies[1]) {
             for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
                 if !self.multi_cell.is_fixed(body) {
                     self.set_motion(kernel, body, place, velocity, time);
@@ -436,7 +466,7 @@ impl State {
         }
         for ((body, place), velocity) in bodies.into_iter().zip(places).zip(velocities) {
             self.molecules.set_flight(body, time, place, velocity);
-            self.keep_on_roster(kernel, body);
+            self.update_occupant(kernel, body);
         }
         for body in bodies {
             if !self.multi_cell.is_fixed(body) {
@@ -445,7 +475,7 @@ impl State {
         }
     }
 
-    /// Sets a body off from a place with a velocity at a time.
+    /// Sets the motion of a body that is at `place` with `velocity` at `time`.
     #[inline(always)]
     fn set_motion<K: Kernel>(&mut self, kernel: K, body: u32, place: DVec2, velocity: DVec2, time: f64) {
         let record = &mut self.records[body as usize];
@@ -454,7 +484,7 @@ impl State {
         record.version = record.version.wrapping_add(1);
     }
 
-    /// Finds the soonest events of two small discs in a dense gas.
+    /// Predicts two small discs of a dense gas and schedules their events.
     #[inline(always)]
     fn predict_two_discs<D: Detection, K: Kernel>(
         &mut self,
@@ -464,11 +494,13 @@ impl State {
         [a, b]: [u32; 2],
         now: f64,
     ) {
-        // Both are asked before either is settled: the two chains of operations go on side by side.
-        let (asked_a, asked_b) = (self.ask(kernel, a, now), self.ask(kernel, b, now));
-        let soonest = self.settle_disc(world, detection, a, now, &asked_a);
+        // Both queries come before both writes, so that the processor executes the two independent
+        // chains of operations in parallel.
+        let (events_a, events_b) =
+            (self.query_neighbours(kernel, a, now), self.query_neighbours(kernel, b, now));
+        let soonest = self.store_disc_event(world, detection, a, now, &events_a);
         self.calendar.schedule(&self.records, a, soonest);
-        let soonest = self.settle_disc(world, detection, b, now, &asked_b);
+        let soonest = self.store_disc_event(world, detection, b, now, &events_b);
         self.calendar.schedule(&self.records, b, soonest);
     }
 
@@ -492,7 +524,7 @@ impl State {
         }
     }
 
-    /// Finds a body's soonest event, writes it into its record, and tells when it is.
+    /// Finds a body's earliest event, writes it into the body's record, and returns its time.
     #[inline(always)]
     fn predict<D: Detection, K: Kernel>(
         &mut self,
@@ -502,23 +534,23 @@ impl State {
         body: u32,
         now: f64,
     ) -> f64 {
-        if self.multi_cell.is_covering(body) | self.grid.holds_molecules() {
+        if self.multi_cell.is_multi_cell(body) | self.grid.holds_molecules() {
             self.predict_searching(world, detection, body, now, None)
         } else if self.grid.is_dilute() {
-            self.predict_among_few(kernel, detection, body, now)
+            self.predict_dilute(kernel, detection, body, now)
         } else {
-            let asked = self.ask(kernel, body, now);
-            self.settle_disc(world, detection, body, now, &asked)
+            let events = self.query_neighbours(kernel, body, now);
+            self.store_disc_event(world, detection, body, now, &events)
         }
     }
 
-    /// Inverse masses of two discs: those of bodies in cells, if they are all alike, need not be
-    /// looked up for each of them.
+    /// Inverse masses of two discs (1/mass). If all bodies in cells have the same, it is not read
+    /// from the bodies.
     #[inline(always)]
     fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
         match self.inverse_mass {
             Some(inverse_mass)
-                if !(self.multi_cell.is_covering(bodies[0]) | self.multi_cell.is_covering(bodies[1])) =>
+                if !(self.multi_cell.is_multi_cell(bodies[0]) | self.multi_cell.is_multi_cell(bodies[1])) =>
             {
                 [inverse_mass; 2]
             }
@@ -554,8 +586,9 @@ mod tests {
 
     #[test]
     fn bins_are_as_wide_for_a_lattice_on_borders_of_cells_as_for_any() {
-        // All discs on a border have a cell to leave at time 0, which tells nothing about their
-        // next events. Bins as wide as that would put all events into one.
+        // All discs on a border leave a cell at time 0, which has no relation to their later
+        // events. An interval estimated from these times would be 0, and all events would be in one
+        // bin.
         const SIDE: usize = 64;
         let interval = |shift: f64| {
             let step = 1.0 / SIDE as f64;

@@ -1,8 +1,10 @@
-//! Molecules that live in cells, as small discs do: each asks those around it, nearest in time first.
+//! Molecules in cells: each searches its neighbours in the order of lower bounds on the contact
+//! times.
 //!
-//! A molecule's cell is as long as the bounding circles of two of them reach. Which of its neighbours it may meet before it
-//! leaves its cell is told for eight at a time, by their bounding circles and its own rectangle; these few are searched in the
-//! order of the bounds so found, each up to the soonest event so far.
+//! A molecule's cell is as long as two bounding circles reach. The broad phase tests eight
+//! neighbours at a time, with their bounding circles and the molecule's rectangle, and excludes
+//! those that it cannot touch before it leaves its cell. The remaining few are searched in the
+//! order of their bounds, each up to the earliest event found so far.
 
 use carom_detection::{Detection, QueryBody};
 use carom_kinematics::Motion;
@@ -12,16 +14,16 @@ use super::{
     State,
     body_record::INDEX_MASK,
     candidates::Candidates,
-    multi_cell::{Listed, Soonest},
+    multi_cell::{EarliestEvent, Listed},
     neighbour_lists::image_of,
     simd::{self, Kernel},
 };
 use crate::World;
 
-/// What the records of molecules do not hold; empty where discs live in the cells.
+/// Motions of molecules in cells, which the records do not hold; empty if discs live in the cells.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Molecules {
-    /// By body. Those of covering bodies are not kept up.
+    /// By body. Those of multi-cell bodies are not updated.
     motions: Vec<Motion>,
     /// Scratch space: neighbours by their slots.
     candidates: Candidates<u32>,
@@ -46,7 +48,7 @@ impl Molecules {
         self.motions.get(body as usize)
     }
 
-    /// Takes over the new motion of a body, if the cells hold molecules.
+    /// Sets the motion of a body, if the cells hold molecules.
     #[inline]
     pub fn set_motion(&mut self, body: u32, motion: &Motion) {
         if let Some(old) = self.motions.get_mut(body as usize) {
@@ -54,7 +56,8 @@ impl Molecules {
         }
     }
 
-    /// Takes over the new flight of a body whose orientation and spin stay as they are, if the cells hold molecules.
+    /// Sets the position and velocity of a body at a time and keeps its rotation, if the cells hold
+    /// molecules.
     #[inline]
     pub fn set_flight(&mut self, body: u32, time: f64, position: DVec2, velocity: DVec2) {
         if let Some(old) = self.motions.get_mut(body as usize) {
@@ -64,16 +67,17 @@ impl Molecules {
 }
 
 impl State {
-    /// Of two bodies that have just met, the one that need not ask for the other, and the other, which asks afterwards.
+    /// Of two bodies that have just met, the one whose prediction may skip the partner, and the
+    /// partner, which is predicted afterwards.
     ///
-    /// Asking a disc in a cell in lanes costs nothing; of two others it is decided by their motions, so that it does not
-    /// depend on the order of insertion.
+    /// None for two discs in cells: their test in lanes costs nothing more. Of two others the
+    /// motions decide, so that the choice does not depend on the order of insertion.
     pub(super) fn skip_partner(&self, [a, b]: [u32; 2]) -> Option<[u32; 2]> {
         if self.multi_cell.is_fixed(a) | self.multi_cell.is_fixed(b) {
             return None;
         }
-        let searches = |body| self.grid.holds_molecules() | self.multi_cell.is_covering(body);
-        // The same for mirror images of a system.
+        let searches = |body| self.grid.holds_molecules() | self.multi_cell.is_multi_cell(body);
+        // The squared speed is invariant under reflections of the system.
         let speed_squared = |body: u32| self.records[body as usize].velocity().length_squared();
         match (searches(a), searches(b)) {
             (false, false) => None,
@@ -85,8 +89,8 @@ impl State {
         }
     }
 
-    /// Finds the soonest event of a body that searches among its candidates, and tells when it is; `except` is one that
-    /// it need not ask for.
+    /// Finds the earliest event of a body that searches candidates, and returns its time; `except`
+    /// is a partner to skip.
     #[inline(never)]
     pub(super) fn predict_searching<D: Detection>(
         &mut self,
@@ -96,7 +100,7 @@ impl State {
         now: f64,
         except: Option<u32>,
     ) -> f64 {
-        if self.multi_cell.is_covering(body) {
+        if self.multi_cell.is_multi_cell(body) {
             simd::predict_multi_cell(self, world, detection, body, now, except);
         } else {
             simd::predict_molecule(self, world, detection, body, now, except);
@@ -104,7 +108,7 @@ impl State {
         self.records[body as usize].time
     }
 
-    /// Finds the soonest event of a molecule that lives in a cell: a contact, a re-check, or the next cell.
+    /// Finds the earliest event of a molecule in a cell: a contact, a re-check, or a crossing.
     #[inline(always)]
     pub(super) fn predict_molecule<D: Detection, K: Kernel>(
         &mut self,
@@ -120,7 +124,7 @@ impl State {
         let query = self.query(body, now);
         let list = self.neighbour_lists.list(query.from.cell());
         let (crossing_time, crossing) = self.crossing(query.from, now);
-        let mut best = Soonest::before(crossing_time, crossing);
+        let mut best = EarliestEvent::before(crossing_time, crossing);
         let covered = list.is_covered().then_some(list.cell);
         let outline = world.bodies()[body as usize].kind.molecule.outline();
         let query_body = QueryBody::new(outline, &self.molecules.motions[body as usize], now);
@@ -136,22 +140,22 @@ impl State {
                 },
             );
         });
-        // The soonest bound first: most need not be searched.
+        // Lowest bound first: most candidates then need no search.
         while let Some(candidate) = candidates.take_least(|slot| slot & INDEX_MASK) {
             if !best.is_after(now, candidate.bound) || now + candidate.bound >= self.limit {
                 break;
             }
-            let candidate = candidate.map(|slot| Listed { who: slot & INDEX_MASK, image: image_of(slot) });
+            let candidate = candidate.map(|slot| Listed { index: slot & INDEX_MASK, image: image_of(slot) });
             self.search(world, detection, body, &candidate, now, &mut best);
         }
         self.molecules.candidates = candidates;
         self.store_event(body, &best);
         if let Some(cell) = covered {
-            self.meet_coverings(world, detection, body, cell, now, except);
+            self.search_covered_cell(world, detection, body, cell, now, except);
         }
     }
 
-    /// Brings a molecule's motion back into the box where its record has been, and makes both agree to the bit.
+    /// Wraps a molecule's motion into the box after its record, so that both agree to the bit.
     #[inline]
     pub(super) fn wrap_motion(&mut self, body: u32, axis: usize, direction: i32) {
         if let Some(motion) = self.molecules.motions.get_mut(body as usize) {

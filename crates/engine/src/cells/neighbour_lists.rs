@@ -1,4 +1,5 @@
-//! Neighbourhood lists: for each cell, every disc of the 3 × 3 cells around it, with the image it is seen in.
+//! Neighbour lists of cells: all discs in the 3 × 3 cells around each cell, with the image in which
+//! each is seen.
 
 use carom_detection::DISC_LANES;
 
@@ -7,23 +8,24 @@ use super::{
     simd::{self, Kernel, Portable},
 };
 
-/// How many of its own slots a list uses, in the mark of its cell.
+/// Number of a list's own slots in use, in the mark of its cell.
 const COUNT: u8 = 0x1f;
-/// Set in a cell's mark if some discs around it are seen through the border of the box.
+/// Flag of a cell's mark: some discs around it are seen through the border of the box.
 const AT_BORDER: u8 = 0x20;
-/// Set in a cell's mark if a covering body is listed there.
+/// Flag of a cell's mark: a multi-cell body is listed in the cell.
 const COVERED: u8 = 0x40;
-/// Set in a cell's mark if its list is longer than its own slots.
+/// Flag of a cell's mark: the list is longer than its own slots.
 const LONG: u8 = 0x80;
 
-/// Where one list in so many would hold more than eight discs, all have sixteen slots of their own. Fewer: too many are long,
-/// which takes twice the time. More: memory, and with it time where that is scarce.
+/// If at least one list in this many would hold more than eight discs, all lists get sixteen slots
+/// of their own. Smaller: too many lists are long, and reading a long one takes twice the time.
+/// Larger: more memory, and thereby more time in large systems.
 const LISTS_FOR_EACH_LONG_ONE: usize = 50;
 
-/// Images that no slot has: the slot tells where the list goes on.
+/// Image code that no slot has: the slot is a link to the next eight.
 const LINK: u32 = 0xf << INDEX_BITS;
 
-/// Slots8 slots; those not in use hold the dummy.
+/// Eight slots; those not in use hold the dummy.
 ///
 /// If a list is longer than its own slots, the last of these is a link to eight more, and so on.
 #[derive(Debug, Clone, Copy)]
@@ -31,7 +33,7 @@ const LINK: u32 = 0xf << INDEX_BITS;
 struct Slots8([u32; DISC_LANES]);
 
 impl Slots8 {
-    /// Where the list goes on.
+    /// Index of the next eight slots.
     #[inline]
     fn next(&self) -> Option<u32> {
         let last = self.0[DISC_LANES - 1];
@@ -39,7 +41,7 @@ impl Slots8 {
     }
 }
 
-/// What stands around a cell.
+/// The neighbour list of a cell.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CellBlock<'a> {
     pub cell: u32,
@@ -47,22 +49,22 @@ pub(super) struct CellBlock<'a> {
     pub at_border: bool,
     mark: u8,
     first: &'a Slots8,
-    /// If it has sixteen slots of its own, and more than eight are in use.
+    /// The second half of sixteen own slots, if more than eight are in use.
     second: Option<&'a Slots8>,
     more: &'a [Slots8],
     dummy: u32,
 }
 
 impl<'a> CellBlock<'a> {
-    /// The first eight slots, and eight more if these are in use, unless there are still more, or some disc is seen through
-    /// the border of the box.
+    /// The first eight slots, and eight more if these are in use. None if there are still more, or
+    /// if some disc is seen through the border of the box.
     #[inline]
     pub fn plain(&self) -> Option<(&'a [u32; DISC_LANES], Option<&'a [u32; DISC_LANES]>)> {
         let is_plain = self.mark & (LONG | AT_BORDER) == 0;
         is_plain.then_some((&self.first.0, self.second.map(|second| &second.0)))
     }
 
-    /// The eight slots that come after some of them.
+    /// The eight slots after these.
     #[inline]
     fn after(&self, eight: &'a Slots8) -> Option<&'a Slots8> {
         match (eight.next(), self.second) {
@@ -72,12 +74,12 @@ impl<'a> CellBlock<'a> {
         }
     }
 
-    /// Goes through all slots, eight at a time; those not in use hold the dummy.
+    /// Calls `act` with all slots, eight at a time; those not in use hold the dummy.
     #[inline(always)]
     pub fn for_each_slots8(&self, mut act: impl FnMut(&[u32; DISC_LANES])) {
         let mut without_link;
         let mut rest = Some(self.first);
-        // One call, so that it is inlined.
+        // A single call, so that the compiler inlines `act`.
         while let Some(eight) = rest {
             rest = self.after(eight);
             let slots = if eight.next().is_some() {
@@ -91,19 +93,19 @@ impl<'a> CellBlock<'a> {
         }
     }
 
-    /// How many slots are in use.
+    /// Number of slots in use.
     pub fn count(self) -> usize {
         if self.mark & LONG == 0 { (self.mark & COUNT) as usize } else { self.slots().count() }
     }
 
-    /// The slots that are in use.
+    /// The slots in use.
     pub fn slots(self) -> impl Iterator<Item = u32> {
         let all = std::iter::successors(Some(self.first), move |eight| self.after(eight));
         let all = all.flat_map(|eight| eight.0);
         all.filter(move |&slot| slot < LINK && slot != self.dummy)
     }
 
-    /// Appends the slots that are in use.
+    /// Appends the slots in use.
     #[inline]
     pub fn append_to(self, slots: &mut Vec<u32>) {
         if self.mark & LONG != 0 {
@@ -117,32 +119,32 @@ impl<'a> CellBlock<'a> {
         }
     }
 
-    /// Whether a covering body is listed in the cell.
+    /// Whether a multi-cell body is listed in the cell.
     pub fn is_covered(&self) -> bool {
         self.mark & COVERED != 0
     }
 }
 
-/// The lists of all cells of a grid of at least three cells a side.
+/// The neighbour lists of all cells of a grid of at least three cells a side.
 #[derive(Debug, Clone, Default)]
 pub(super) struct NeighbourLists {
     columns: u32,
     rows: u32,
-    /// The slots of each cell's own, eight or sixteen.
+    /// The own slots of all lists, eight or sixteen each.
     lists: Vec<Slots8>,
-    /// Where the first list begins.
+    /// Index of the first list, for alignment.
     start: usize,
     is_wide: bool,
-    /// How many of them are used, and the flags.
+    /// For each cell the number of own slots in use, and the flags.
     marks: Vec<u8>,
-    /// The others of long lists, and those of them that no list uses.
+    /// The further slots of long lists, and the indices of those not in use.
     more: Vec<Slots8>,
     unused: Vec<u32>,
     dummy: u32,
 }
 
 impl NeighbourLists {
-    /// Lists discs in their cells, anew; `dummy` is the index that fills unused slots.
+    /// Lists discs anew in their cells; `dummy` is the index in unused slots.
     pub fn list_all(
         &mut self,
         [columns, rows]: [u32; 2],
@@ -159,14 +161,15 @@ impl NeighbourLists {
         }
     }
 
-    /// Empty lists, as wide as those before.
+    /// Empties all lists; their width does not change.
     fn lay_out(&mut self, columns: u32, rows: u32, dummy: u32) {
         let cells = (columns * rows) as usize;
         (self.columns, self.rows, self.dummy) = (columns, rows, dummy);
         self.lists.clear();
         let eights = cells << u32::from(self.is_wide);
         self.lists.reserve_exact(eights + 1);
-        // So that a list of sixteen lies in one cache line: memory is handed out in halves of one.
+        // A list of sixteen slots then lies in one cache line; the vector is aligned to half a line
+        // only.
         self.start = self.lists.as_ptr().align_offset(64).min(1);
         self.lists.resize(self.start + eights, Slots8([dummy; DISC_LANES]));
         self.more.clear();
@@ -179,7 +182,7 @@ impl NeighbourLists {
         }
     }
 
-    /// How many lists hold more than eight discs.
+    /// Number of lists with more than eight discs.
     fn count_long(&self) -> usize {
         let is_long = |&&mark: &&u8| mark & LONG != 0 || (mark & COUNT) as usize > DISC_LANES;
         self.marks.iter().filter(is_long).count()
@@ -195,19 +198,19 @@ impl NeighbourLists {
         u32::from(cell[1]) * self.columns + u32::from(cell[0])
     }
 
-    /// Where the slots of a cell's own begin.
+    /// Index of a cell's first own slots.
     #[inline(always)]
     fn own(&self, cell: u32) -> usize {
         self.start + ((cell as usize) << u32::from(self.is_wide))
     }
 
-    /// What stands around a cell.
+    /// The neighbour list of a cell, from its column and row.
     #[inline(always)]
     pub fn list(&self, cell: [u16; 2]) -> CellBlock<'_> {
         self.list_of(self.index(cell))
     }
 
-    /// What stands around the cell of an index.
+    /// The neighbour list of a cell, from its index.
     #[inline(always)]
     pub fn list_of(&self, cell: u32) -> CellBlock<'_> {
         let mark = self.marks[cell as usize];
@@ -224,12 +227,12 @@ impl NeighbourLists {
         }
     }
 
-    /// The slots around a cell, if no more than eight are in use, and whether some are seen through the border of the box, and
-    /// whether a covering body is listed in the cell.
+    /// The slots around a cell, if no more than eight are in use; whether some are seen through the
+    /// border of the box; and whether a multi-cell body is listed in the cell.
     #[inline(always)]
     pub fn only_eight(&self, cell: u32) -> Option<(&[u32; DISC_LANES], bool, bool)> {
         let mark = self.marks[cell as usize];
-        // No other flag is set below.
+        // At most eight in use implies that `LONG` is not set.
         let only_eight = mark & !(AT_BORDER | COVERED) <= DISC_LANES as u8;
         only_eight.then(|| (&self.lists[self.own(cell)].0, mark & AT_BORDER != 0, mark & COVERED != 0))
     }
@@ -239,7 +242,7 @@ impl NeighbourLists {
         self.lists.get(self.own(self.index(cell))).map(|list| &list.0)
     }
 
-    /// Asks for what stands around a cell, if there is such a cell.
+    /// Prefetches a cell's list, if there is such a cell.
     pub fn prefetch(&self, cell: [u16; 2]) {
         let cell = self.index(cell);
         simd::prefetch(&self.lists, self.own(cell));
@@ -251,7 +254,7 @@ impl NeighbourLists {
         *mark = if covered { *mark | COVERED } else { *mark & !COVERED };
     }
 
-    /// Every disc seen from a cell, with its image.
+    /// Every disc in a cell's list, with its image.
     pub fn seen_from(&self, cell: u32) -> impl Iterator<Item = (u32, [i32; 2])> {
         self.list_of(cell).slots().map(|slot| (slot & INDEX_MASK, image_of(slot)))
     }
@@ -265,7 +268,7 @@ impl NeighbourLists {
         }
     }
 
-    /// Takes a disc off the nine cells around its own.
+    /// Removes a disc from the nine cells around its own.
     pub fn leave(&mut self, disc: u32, cell: [u16; 2]) {
         for dy in -1..=1 {
             for dx in -1..=1 {
@@ -274,8 +277,8 @@ impl NeighbourLists {
         }
     }
 
-    /// Moves a disc one cell along an axis without crossing the border of the box: three lists lose it behind, three
-    /// gain it ahead.
+    /// Moves a disc one cell along an axis without crossing the border of the box: three lists
+    /// behind lose it, three lists ahead gain it.
     #[inline(always)]
     pub fn step<K: Kernel>(
         &mut self,
@@ -310,12 +313,12 @@ impl NeighbourLists {
         ahead: u32,
         sideways: u32,
     ) {
-        self.drop::<_, EIGHTS>(kernel, behind - sideways, disc);
-        self.drop::<_, EIGHTS>(kernel, behind, disc);
-        self.drop::<_, EIGHTS>(kernel, behind + sideways, disc);
-        self.put::<EIGHTS>(ahead - sideways, disc);
-        self.put::<EIGHTS>(ahead, disc);
-        self.put::<EIGHTS>(ahead + sideways, disc);
+        self.remove_slot::<_, EIGHTS>(kernel, behind - sideways, disc);
+        self.remove_slot::<_, EIGHTS>(kernel, behind, disc);
+        self.remove_slot::<_, EIGHTS>(kernel, behind + sideways, disc);
+        self.push_slot::<EIGHTS>(ahead - sideways, disc);
+        self.push_slot::<EIGHTS>(ahead, disc);
+        self.push_slot::<EIGHTS>(ahead + sideways, disc);
     }
 
     #[inline(never)]
@@ -331,15 +334,15 @@ impl NeighbourLists {
     /// Lists a disc of `cell` in the cell at an offset from it.
     fn add(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
         let (list, slot) = self.seen_at(disc, cell, offset);
-        if self.is_wide { self.put::<2>(list, slot) } else { self.put::<1>(list, slot) }
+        if self.is_wide { self.push_slot::<2>(list, slot) } else { self.push_slot::<1>(list, slot) }
     }
 
     fn remove(&mut self, disc: u32, cell: [u16; 2], offset: [i32; 2]) {
         let (list, slot) = self.seen_at(disc, cell, offset);
         if self.is_wide {
-            self.drop::<_, 2>(Portable, list, slot);
+            self.remove_slot::<_, 2>(Portable, list, slot);
         } else {
-            self.drop::<_, 1>(Portable, list, slot);
+            self.remove_slot::<_, 1>(Portable, list, slot);
         }
     }
 
@@ -347,12 +350,12 @@ impl NeighbourLists {
     #[inline(always)]
     fn seen_at(&self, disc: u32, cell: [u16; 2], offset: [i32; 2]) -> (u32, u32) {
         let (list, image) = self.neighbour(cell, offset);
-        // Seen from over there, the disc stands the other way round the border.
+        // The image of the disc as seen from the other cell has the opposite sign.
         (list, disc | (image_code(-image[0]) | image_code(-image[1]) << 2) << INDEX_BITS)
     }
 
     #[inline(always)]
-    fn put<const EIGHTS: usize>(&mut self, list: u32, slot: u32) {
+    fn push_slot<const EIGHTS: usize>(&mut self, list: u32, slot: u32) {
         let own = self.start + list as usize * EIGHTS;
         let mark = &mut self.marks[list as usize];
         let count = (*mark & COUNT) as usize;
@@ -360,13 +363,13 @@ impl NeighbourLists {
             self.lists[own + count / DISC_LANES].0[count % DISC_LANES] = slot;
             *mark += 1;
         } else {
-            self.put_on_long(list, slot);
+            self.push_slot_to_long(list, slot);
         }
     }
 
-    /// Takes a slot off a list.
+    /// Removes a slot from a list.
     #[inline(always)]
-    fn drop<K: Kernel, const EIGHTS: usize>(&mut self, kernel: K, list: u32, slot: u32) {
+    fn remove_slot<K: Kernel, const EIGHTS: usize>(&mut self, kernel: K, list: u32, slot: u32) {
         let own = &mut self.lists[self.start + list as usize * EIGHTS..][..EIGHTS];
         let mark = &mut self.marks[list as usize];
         let last = ((*mark & COUNT) as usize).wrapping_sub(1);
@@ -380,16 +383,16 @@ impl NeighbourLists {
             own[place / DISC_LANES].0[place % DISC_LANES] = own[last / DISC_LANES].0[last % DISC_LANES];
             own[last / DISC_LANES].0[last % DISC_LANES] = self.dummy;
         } else {
-            self.drop_from_long(list, slot);
+            self.remove_slot_from_long(list, slot);
         }
     }
 
-    /// Puts a slot on a list that is long, or becomes so.
+    /// Appends a slot to a list whose own slots are full.
     #[inline(never)]
-    fn put_on_long(&mut self, list: u32, slot: u32) {
+    fn push_slot_to_long(&mut self, list: u32, slot: u32) {
         let (last, _) = self.ends(list);
         let dummy = self.dummy;
-        let slots = self.eight(list, last);
+        let slots = self.slots8_mut(list, last);
         if let Some(free) = slots.iter_mut().find(|free| **free == dummy) {
             *free = slot;
             return;
@@ -399,22 +402,22 @@ impl NeighbourLists {
         let next = self.unused.pop().unwrap_or(self.more.len() as u32);
         if next as usize == self.more.len() {
             if self.more.len() == self.more.capacity() {
-                // A few more, not twice as many.
+                // Grows by a sixteenth instead of doubling.
                 self.more.reserve_exact(self.more.len() / 16 + 1);
             }
             self.more.push(Slots8(both));
         } else {
             self.more[next as usize] = Slots8(both);
         }
-        self.eight(list, last)[DISC_LANES - 1] = LINK | next;
+        self.slots8_mut(list, last)[DISC_LANES - 1] = LINK | next;
         self.marks[list as usize] |= LONG;
     }
 
-    /// Takes a slot off a long list, and puts what was last there in its place.
+    /// Removes a slot from a long list; the last slot takes its place.
     #[inline(never)]
-    fn drop_from_long(&mut self, list: u32, slot: u32) {
+    fn remove_slot_from_long(&mut self, list: u32, slot: u32) {
         let (Some(last), before) = self.ends(list) else {
-            debug_assert!(false, "no slot of list {list} holds {slot:#x}");
+            debug_assert!(false, "list {list} has no slot {slot:#x}");
             return;
         };
         let dummy = self.dummy;
@@ -422,10 +425,10 @@ impl NeighbourLists {
         let used = slots.iter().take_while(|&&slot| slot != dummy).count();
         let moved = std::mem::replace(&mut slots[used - 1], dummy);
         if used == 2 {
-            // The one that is left goes to where the link was.
+            // The last slot of the released eight replaces the link to them.
             let left = slots[0];
             self.unused.push(last);
-            self.eight(list, before)[DISC_LANES - 1] = left;
+            self.slots8_mut(list, before)[DISC_LANES - 1] = left;
             if before.is_none() {
                 self.marks[list as usize] &= !LONG;
             }
@@ -441,17 +444,17 @@ impl NeighbourLists {
         }
         let mut at = Some(None);
         while let Some(number) = at {
-            let slots = self.eight(list, number);
+            let slots = self.slots8_mut(list, number);
             at = Slots8(*slots).next().map(Some);
             if let Some(place) = slots.iter_mut().find(is_it) {
                 *place = moved;
                 return;
             }
         }
-        debug_assert!(false, "no slot of list {list} holds {slot:#x}");
+        debug_assert!(false, "list {list} has no slot {slot:#x}");
     }
 
-    /// The last eight of a list and those before them; its own have no number.
+    /// Indices of the last eight of a list and of those before them; none stands for its own slots.
     fn ends(&self, list: u32) -> (Option<u32>, Option<u32>) {
         let (mut last, mut before) = (None, None);
         let mut eight = &self.lists[self.own(list) + usize::from(self.is_wide)];
@@ -462,13 +465,13 @@ impl NeighbourLists {
         (last, before)
     }
 
-    /// The eight of this number, or the last eight of a list's own.
-    fn eight(&mut self, list: u32, number: Option<u32>) -> &mut [u32; DISC_LANES] {
+    /// The eight slots with this index, or the last eight of a list's own.
+    fn slots8_mut(&mut self, list: u32, number: Option<u32>) -> &mut [u32; DISC_LANES] {
         let last_of_own = self.own(list) + usize::from(self.is_wide);
         &mut number.map_or(&mut self.lists[last_of_own], |number| &mut self.more[number as usize]).0
     }
 
-    /// A cell at an offset of at most one from another, and how many boxes away it lies.
+    /// The cell at an offset of at most one from another, and its image in boxes.
     fn neighbour(&self, cell: [u16; 2], offset: [i32; 2]) -> (u32, [i32; 2]) {
         let (columns, rows) = (self.columns as i32, self.rows as i32);
         let (column, image_x) = fold(i32::from(cell[0]) + offset[0], columns);
@@ -477,13 +480,13 @@ impl NeighbourLists {
     }
 }
 
-/// A cell index at most one outside its range, brought back, and how many boxes it was out.
+/// Wraps a cell index that is at most one outside its range, and returns the image in boxes.
 pub(super) fn fold(index: i32, count: i32) -> (i32, i32) {
     let image = i32::from(index >= count) - i32::from(index < 0);
     (index - image * count, image)
 }
 
-/// 0, 1, 2 for no image, one box up, one box down.
+/// Code of an image along an axis: 0 for none, 1 for one box up, 2 for one box down.
 pub(super) fn image_code(image: i32) -> u32 {
     (image & 3) as u32 & if image < 0 { 2 } else { 1 }
 }
@@ -501,8 +504,8 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn lists_are_as_wide_as_they_need_to_be_and_keep_no_room_that_they_do_not() {
-        // One disc in each cell of a grid of 20 × 20: nine around each. Then one in four.
+    fn lists_have_sixteen_own_slots_only_where_many_are_long() {
+        // One disc in each cell of a grid of 20 × 20 gives nine around each. Then one in four.
         let cells = |every: u16| {
             (0..400_u16).filter(move |n| n % every == 0).map(|n| (u32::from(n), [n % 20, n / 20]))
         };
@@ -517,7 +520,8 @@ mod tests {
         );
         lists.list_all([20, 20], 400, cells(4));
         assert!(!lists.is_wide && lists.heap_bytes() * 10 < wide * 6, "{} {wide}", lists.heap_bytes());
-        // Three around each, and more in one cell: with six, nine lists of 400 are longer than eight; with five none.
+        // Three around each, and more in one cell: with six more, nine lists of 400 hold more than
+        // eight; with five none does.
         let crowd = |more| cells(4).chain((0..more).map(|n| (4 * n + 1, [8, 8])));
         lists.list_all([20, 20], 400, crowd(6));
         assert!(lists.is_wide);
@@ -526,7 +530,8 @@ mod tests {
     }
 
     proptest! {
-        /// Any discs in any cells (all in one, too), moved about: the lists are what they should be.
+        /// Any discs in any cells (all in one, too), moved about: every list equals that of a
+        /// search through all discs.
         #[test]
         fn lists_hold_exactly_the_discs_around(
             columns in 3u16..6, rows in 3u16..6, crowd in any::<bool>(), is_wide in any::<bool>(),
@@ -596,7 +601,7 @@ mod tests {
                     prop_assert_eq!(listed, expected);
                 }
             }
-            // Once everybody has left, nothing is.
+            // After all discs have left, every list is empty.
             for (disc, &cell) in cells.iter().enumerate() {
                 lists.leave(disc as u32, cell);
             }

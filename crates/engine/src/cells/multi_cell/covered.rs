@@ -1,4 +1,5 @@
-//! Which covering bodies are listed in a cell: none in most, one in many, and several where these stand close.
+//! The multi-cell bodies listed in each cell: none in most, one in many, several where bodies are
+//! close together.
 
 use smallvec::SmallVec;
 
@@ -8,17 +9,17 @@ use crate::cells::{
     neighbour_lists::{image_code, image_of},
 };
 
-/// Images that nobody is seen in: the rest tells where those of the cell are listed.
+/// Image code that no slot has: the other bits are the index of a list in `several`.
 const SEVERAL: u32 = 0xf << INDEX_BITS;
 
-/// The place of a list where there is none.
-const NOBODY: u32 = u32::MAX;
+/// An empty slot.
+const NONE: u32 = u32::MAX;
 
-/// The covering bodies of all cells.
+/// The multi-cell bodies listed in each cell.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CoveredCells {
-    /// One for each cell, since memory is what a disc in such a cell waits for: a body's index and the image that it is seen
-    /// in, or the place of a list.
+    /// One word for each cell, because a disc in the cell waits for this memory access: the index
+    /// of a body and the image in which it is seen, or the index of a list in `several`.
     slots: Vec<u32>,
     several: Vec<SmallVec<[Listed; 4]>>,
 }
@@ -27,7 +28,7 @@ impl CoveredCells {
     /// Empties all cells.
     pub fn lay_out(&mut self, cells: usize) {
         self.slots.clear();
-        self.slots.resize(cells, NOBODY);
+        self.slots.resize(cells, NONE);
         self.several.clear();
     }
 
@@ -40,61 +41,61 @@ impl CoveredCells {
     pub fn enter(&mut self, cell: u32, body: Listed) {
         let slot = &mut self.slots[cell as usize];
         match *slot {
-            NOBODY if body.image.iter().all(|boxes| boxes.abs() <= 1) => {
-                *slot = body.who | (image_code(body.image[0]) | image_code(body.image[1]) << 2) << INDEX_BITS;
+            NONE if body.image.iter().all(|boxes| boxes.abs() <= 1) => {
+                *slot =
+                    body.index | (image_code(body.image[0]) | image_code(body.image[1]) << 2) << INDEX_BITS;
             }
-            known if known < SEVERAL || known == NOBODY => {
+            old if old < SEVERAL || old == NONE => {
                 *slot = SEVERAL | self.several.len() as u32;
-                self.several
-                    .push((known != NOBODY).then(|| alone(known)).into_iter().chain([body]).collect());
+                self.several.push((old != NONE).then(|| single(old)).into_iter().chain([body]).collect());
             }
             place => self.several[(place & INDEX_MASK) as usize].push(body),
         }
     }
 
-    /// Takes a body off a cell, in whatever images it is listed there, and tells whether nobody is left.
+    /// Removes a body from a cell, in all images, and returns whether the cell is then empty.
     pub fn leave(&mut self, cell: u32, body: u32) -> bool {
         let slot = &mut self.slots[cell as usize];
         match *slot {
-            NOBODY => {}
+            NONE => {}
             one if one < SEVERAL => {
                 if one & INDEX_MASK == body {
-                    *slot = NOBODY;
+                    *slot = NONE;
                 }
             }
             place => {
                 let listed = &mut self.several[(place & INDEX_MASK) as usize];
-                listed.retain(|other| other.who != body);
+                listed.retain(|other| other.index != body);
                 return listed.is_empty();
             }
         }
-        *slot == NOBODY
+        *slot == NONE
     }
 
-    /// How many bodies are listed in a cell.
+    /// Number of entries of a cell.
     #[inline]
     pub fn count(&self, cell: u32) -> usize {
         match self.slots[cell as usize] {
-            NOBODY => 0,
+            NONE => 0,
             one if one < SEVERAL => 1,
             place => self.several[(place & INDEX_MASK) as usize].len(),
         }
     }
 
-    /// One of those listed in a cell, with the image in which the cell's discs appear in its frame.
+    /// An entry of a cell: a body, and the image in which the cell's discs appear in its frame.
     #[inline]
     pub fn get(&self, cell: u32, place: usize) -> Listed {
         match self.slots[cell as usize] {
-            one if one < SEVERAL => alone(one),
+            one if one < SEVERAL => single(one),
             several => self.several[(several & INDEX_MASK) as usize][place],
         }
     }
 }
 
-/// Who is listed in a slot.
+/// The single entry in a slot.
 #[inline]
-fn alone(slot: u32) -> Listed {
-    Listed { who: slot & INDEX_MASK, image: image_of(slot) }
+fn single(slot: u32) -> Listed {
+    Listed { index: slot & INDEX_MASK, image: image_of(slot) }
 }
 
 #[cfg(test)]
@@ -103,22 +104,22 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Whatever comes and goes: a cell tells who is there, each in the images in which it came.
+        /// After any sequence of changes, a cell holds the bodies listed there, each in its images.
         #[test]
-        fn a_cell_knows_who_covers_it(
+        fn a_cell_holds_the_bodies_listed_in_it(
             moves in prop::collection::vec((0u32..3, 0u32..4, -2i32..3, -2i32..3, any::<bool>()), 0..60),
         ) {
             let mut cells = CoveredCells::default();
             cells.lay_out(3);
             let mut expected: [Vec<Listed>; 3] = Default::default();
-            for (cell, who, x, y, enters) in moves {
+            for (cell, index, x, y, enters) in moves {
                 let there = &mut expected[cell as usize];
                 if enters {
-                    cells.enter(cell, Listed { who, image: [x, y] });
-                    there.push(Listed { who, image: [x, y] });
+                    cells.enter(cell, Listed { index, image: [x, y] });
+                    there.push(Listed { index, image: [x, y] });
                 } else {
-                    there.retain(|other| other.who != who);
-                    prop_assert_eq!(cells.leave(cell, who), there.is_empty());
+                    there.retain(|other| other.index != index);
+                    prop_assert_eq!(cells.leave(cell, index), there.is_empty());
                 }
                 for (cell, there) in (0..).zip(&expected) {
                     prop_assert_eq!(cells.count(cell), there.len());

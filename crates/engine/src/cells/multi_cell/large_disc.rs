@@ -1,9 +1,10 @@
-//! Large discs among small ones: they meet these and each other as small discs meet, by the closed form, eight at a time.
+//! Contacts of large discs among small ones, with these and each other, by the closed form of two
+//! discs, eight at a time.
 
 use carom_detection::{DISC_LANES, Detection};
 use smallvec::SmallVec;
 
-use super::{Covering, Listed, Pending, Soonest};
+use super::{EarliestEvent, Listed, MultiCellBody, Pending};
 use crate::{
     cells::{
         State,
@@ -13,46 +14,46 @@ use crate::{
 };
 
 impl State {
-    /// Looks for a large disc's contacts with the small ones around it, and by the closed form with the large ones; tells how many
-    /// it asked for.
+    /// Finds the earliest contact of a large disc with the small discs around it and, by the closed
+    /// form, with other large discs. Returns the number of pairs tested.
     #[inline(always)]
-    pub(super) fn meet_discs_around<D: Detection, K: Kernel>(
+    pub(super) fn search_discs_around<D: Detection, K: Kernel>(
         &self,
         kernel: K,
         detection: &D,
-        covering: &Covering,
+        multi_cell_body: &MultiCellBody,
         now: f64,
         except: Option<u32>,
-        best: &mut Soonest,
+        best: &mut EarliestEvent,
     ) -> u64 {
-        let body = covering.body;
-        let query = self.question_of_covering(body, now);
-        let by_form = detection.decides_discs_in_closed_form();
-        let by_lists = except.is_none() && by_form;
+        let body = multi_cell_body.body;
+        let query = self.multi_cell_query(body, now);
+        let in_closed_form = detection.decides_discs_in_closed_form();
+        let by_lists = except.is_none() && in_closed_form;
         let is_plain = |tile: &Listed| {
-            by_lists && tile.image == [0; 2] && !self.neighbour_lists.list_of(tile.who).at_border
+            by_lists && tile.image == [0; 2] && !self.neighbour_lists.list_of(tile.index).at_border
         };
-        let (mut soonest, mut asked) = (SoonestSlot::NOBODY, 0);
-        for tile in covering.tiles.iter().filter(|tile| is_plain(tile)) {
-            let list = self.neighbour_lists.list_of(tile.who);
-            asked += list.count() as u64;
+        let (mut soonest, mut tested) = (SoonestSlot::NONE, 0);
+        for tile in multi_cell_body.tiles.iter().filter(|tile| is_plain(tile)) {
+            let list = self.neighbour_lists.list_of(tile.index);
+            tested += list.count() as u64;
             soonest = soonest.or(match list.plain() {
-                Some((slots, None)) => kernel.eight::<false>(query, slots).among(slots),
-                _ => kernel.any(&query, &list),
+                Some((slots, None)) => kernel.soonest_of_eight::<false>(query, slots).in_slots(slots),
+                _ => kernel.soonest_of_list(&query, &list),
             });
         }
-        if !soonest.is_doubtful {
-            self.offer_disc(body, now + soonest.time, Listed { who: soonest.slot, image: [0; 2] }, best);
+        if !soonest.is_ambiguous {
+            self.offer_disc(body, now + soonest.time, Listed { index: soonest.slot, image: [0; 2] }, best);
         }
-        let mut pairs = if soonest.is_doubtful { 0 } else { asked };
-        let one_by_one = covering.tiles.iter().filter(|tile| soonest.is_doubtful || !is_plain(tile));
+        let mut pairs = if soonest.is_ambiguous { 0 } else { tested };
+        let one_by_one = multi_cell_body.tiles.iter().filter(|tile| soonest.is_ambiguous || !is_plain(tile));
         let small = one_by_one.flat_map(|&tile| self.seen_from(tile));
-        let large = covering.neighbours.iter().filter_map(|neighbour| {
-            let other = &self.multi_cell.list[neighbour.who as usize];
-            (by_form && other.is_disc_among_discs)
-                .then_some(Listed { who: other.body, image: neighbour.image })
+        let large = multi_cell_body.neighbours.iter().filter_map(|neighbour| {
+            let other = &self.multi_cell.list[neighbour.index as usize];
+            (in_closed_form && other.is_disc_among_discs)
+                .then_some(Listed { index: other.body, image: neighbour.image })
         });
-        let mut others = small.chain(large).filter(|other| Some(other.who) != except);
+        let mut others = small.chain(large).filter(|other| Some(other.index) != except);
         loop {
             let some: SmallVec<[Listed; DISC_LANES]> = others.by_ref().take(DISC_LANES).collect();
             if some.is_empty() {
@@ -66,24 +67,26 @@ impl State {
         }
     }
 
-    /// Takes a contact of a large disc and another if it is sooner (time in the epoch, infinite for none).
+    /// Replaces `best` by a contact of a large disc if this is earlier (`time`: offset in the
+    /// epoch, infinite for none).
     #[inline]
-    fn offer_disc(&self, body: u32, time: f64, other: Listed, best: &mut Soonest) {
-        if time < f64::INFINITY && best.is_beaten_by(time, other.who) {
-            let image = self.path_image([body, other.who], other.image);
-            best.take(time, other.who, Pending { parts: Parts::Discs, image });
+    fn offer_disc(&self, body: u32, time: f64, other: Listed, best: &mut EarliestEvent) {
+        if time < f64::INFINITY && best.is_preceded_by(time, other.index) {
+            let image = self.path_image([body, other.index], other.image);
+            best.set_contact(time, other.index, Pending { parts: Parts::Discs, image });
         }
     }
 
-    /// What a covering body asks of those in the cells, which may be alike, but not like it.
+    /// The query of a multi-cell body to those in the cells. Without common constants of a pair:
+    /// they hold between small discs only.
     #[inline]
-    pub(super) fn question_of_covering(&self, body: u32, now: f64) -> NeighbourQuery<'_> {
-        NeighbourQuery { like: None, ..self.query(body, now) }
+    pub(super) fn multi_cell_query(&self, body: u32, now: f64) -> NeighbourQuery<'_> {
+        NeighbourQuery { pair_constants: None, ..self.query(body, now) }
     }
 
-    /// Asks when a disc in a cell meets a large one.
+    /// Tests a disc in a cell against a large disc.
     #[inline(always)]
-    pub(super) fn ask_large_disc(&mut self, disc: u32, large: Listed, now: f64, best: &mut Soonest) {
+    pub(super) fn test_large_disc(&mut self, disc: u32, large: Listed, now: f64, best: &mut EarliestEvent) {
         self.done.pairs += 1;
         let [time] = self.lanes::<1>(disc, &[large], now).contact_times();
         self.offer_disc(disc, now + time, large, best);

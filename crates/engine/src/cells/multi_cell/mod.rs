@@ -1,12 +1,16 @@
-//! Covering bodies: molecules among discs, whatever is large, fixed bodies, each with a shell and a list of the cells it
-//! may touch.
+//! Multi-cell bodies: molecules among discs, large bodies and fixed bodies, each listed in all
+//! cells that it can reach.
 //!
-//! A covering body has a *shell*, a circle round the place where it was last listed. It stands in the list of every cell
-//! that can hold the centre of a small disc it might touch while its own centre is in the shell: every cell within
-//! R + r_largest + h of the shell's centre, but for those wholly within R − h of a disc's. Leaving the shell is an event that lists it anew. Two covering bodies keep
-//! each other as neighbours while their shells' centres are within R + R' + h + h'; all with the image through which
-//! they see each other. A fixed body has no shell, is listed once, and has no events. Of a wall only the surroundings of
-//! its face count, however long it is: see `walls`.
+//! A multi-cell body has a *shell*, a circle of radius h around the place where it was last listed.
+//! It is listed in every cell that can hold the centre of a small disc that touches it while its
+//! own centre is in the shell. These are the cells within R + r_max + h of the shell's centre (R:
+//! its bounding radius, r_max: the radius of the largest small disc). A disc is not listed in cells
+//! that lie wholly within R − h. The body leaves its shell as an event, which lists it anew. A cell
+//! that lists a multi-cell body is *covered*.
+//!
+//! Two multi-cell bodies are neighbours while the centres of their shells are within R + R' + h +
+//! h', each with the image in which it is seen. A fixed body has no shell and no events and is
+//! listed once. A wall is listed near its face only, however long the face is: see `walls`.
 
 mod covered;
 mod large_disc;
@@ -17,63 +21,65 @@ use carom_kinematics::Motion;
 use glam::DVec2;
 
 use self::covered::CoveredCells;
-pub(super) use self::search::Soonest;
+pub(super) use self::search::EarliestEvent;
 use super::{State, candidates::Candidates, walls::near_wall};
 use crate::{Body, World, scheduler::Parts, wall::StandingWall};
 
-/// Column of a record whose body lives in no cell.
+/// Column of the record of a body that lives in no cell.
 const NO_CELL: u16 = u16::MAX;
 
-/// Lists reach this much farther than they need to, so that no rounding makes them shorter.
+/// Factor on the distances of lists, so that no rounding makes them too short.
 const MARGIN: f64 = 1.0 + 1e-12;
 
-/// All covering bodies of the system; empty, and never asked, where there are none.
+/// All multi-cell bodies of the system.
 #[derive(Debug, Clone, Default)]
 pub(super) struct MultiCellBodies {
-    list: Vec<Covering>,
-    /// Place in `list` by body.
+    list: Vec<MultiCellBody>,
+    /// Index in `list`, by body.
     index_of: Vec<u32>,
-    /// What the contact is that a body's event of kind `Covering` announces, by body.
+    /// The contact that a body's event of kind `MultiCell` stands for, by body.
     pending: Vec<Pending>,
-    /// Which of them are listed in a cell, by their bodies.
+    /// The bodies listed in each cell, by their index in the system.
     covered: CoveredCells,
-    /// Whether there are any that are no discs among discs.
+    /// Whether some are not discs among discs.
     has_molecules: bool,
     around: Surroundings,
 }
 
-/// Scratch space: who stands around a covering body.
+/// Scratch space: the bodies around a multi-cell body.
 #[derive(Debug, Clone, Default)]
 struct Surroundings {
-    /// Bodies that it sees in its own box.
+    /// Bodies seen without a shift by an image.
     slots: Vec<u32>,
-    /// The others.
+    /// Other bodies, with the images in which they are seen.
     seen: Vec<Listed>,
     candidates: Candidates<Listed>,
 }
 
-/// A body, and how many boxes over something in its frame appears (or it does in another's).
+/// A body or a cell, and the image in which it is seen, in boxes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Listed {
-    /// A covering body's place in the list of covering bodies, or a body's index; a cell.
-    pub who: u32,
+    /// Index in the list of multi-cell bodies, index of a body in the system, or index of a cell.
+    pub index: u32,
     pub image: [i32; 2],
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Pending {
     parts: Parts,
-    /// Image of the second body relative to the first along their paths without periodic jumps, as far as 16 bits go.
+    /// Image of the second body relative to the first along their paths without periodic wraps,
+    /// modulo 2¹⁶.
     image: [i16; 2],
 }
 
+/// A multi-cell body, its shell, the cells that list it, and its neighbours.
 #[derive(Debug, Clone)]
-pub(super) struct Covering {
+pub(super) struct MultiCellBody {
     body: u32,
     fixed: bool,
-    /// Whether those in the cells meet it as discs meet a disc.
+    /// Whether its contacts with bodies in cells are those of two discs.
     is_disc_among_discs: bool,
-    /// The wall that it is, if it is one.
+    /// The wall that the body is, if it is one.
     wall: Option<StandingWall>,
     /// Bounding radius (length).
     pub radius: f64,
@@ -81,11 +87,12 @@ pub(super) struct Covering {
     /// Centre and radius of the shell (length).
     pub centre: DVec2,
     pub shell: f64,
-    /// Cells it is listed in, with the image in which their discs appear in its frame.
+    /// Cells that list it, with the image in which their discs appear in its frame.
     cells: Vec<Listed>,
-    /// Cells whose neighbourhood lists together hold every disc that can be in `cells`, with the image likewise.
+    /// Cells whose neighbour lists together hold every disc that can be in `cells`, with the image
+    /// in which their discs appear in its frame.
     tiles: Vec<Listed>,
-    /// Covering bodies that it might touch, with the image in which they appear in its frame.
+    /// Multi-cell bodies that it may touch, with the image in which they appear in its frame.
     neighbours: Vec<Listed>,
 }
 
@@ -97,19 +104,19 @@ impl MultiCellBodies {
         self.has_molecules = false;
     }
 
-    /// Makes room for what the contacts of so many bodies are.
+    /// Makes room for the contacts of this many bodies.
     pub fn expect_contacts(&mut self, bodies: usize) {
         self.pending.resize(bodies, Pending::NOTHING);
     }
 
-    /// Adds a body; `among_molecules` if those in the cells are no discs.
+    /// Adds a body; `among_molecules` if bodies in cells may be molecules.
     pub fn add(&mut self, index: u32, body: &Body, motion: &Motion, bodies: usize, among_molecules: bool) {
         self.index_of.resize(bodies, u32::MAX);
         self.expect_contacts(bodies);
         self.index_of[index as usize] = self.list.len() as u32;
         let is_disc_among_discs = body.kind.molecule.is_disc() && !among_molecules;
         self.has_molecules |= !is_disc_among_discs;
-        self.list.push(Covering {
+        self.list.push(MultiCellBody {
             body: index,
             fixed: body.is_fixed(),
             is_disc_among_discs,
@@ -131,7 +138,7 @@ impl MultiCellBodies {
     }
 
     #[inline(always)]
-    pub fn is_covering(&self, body: u32) -> bool {
+    pub fn is_multi_cell(&self, body: u32) -> bool {
         self.get(body).is_some()
     }
 
@@ -141,18 +148,20 @@ impl MultiCellBodies {
     }
 
     pub fn heap_bytes(&self) -> usize {
-        let of = |covering: &Covering| {
-            covering.cells.capacity() + covering.tiles.capacity() + covering.neighbours.capacity()
+        let of = |multi_cell_body: &MultiCellBody| {
+            multi_cell_body.cells.capacity()
+                + multi_cell_body.tiles.capacity()
+                + multi_cell_body.neighbours.capacity()
         };
         let listed: usize = self.list.iter().map(of).sum();
-        self.list.capacity() * size_of::<Covering>()
+        self.list.capacity() * size_of::<MultiCellBody>()
             + listed * size_of::<Listed>()
             + self.index_of.capacity() * size_of::<u32>()
             + self.pending.capacity() * size_of::<Pending>()
             + self.covered.heap_bytes()
     }
 
-    /// Takes over the new motion of a body, if it is one of these.
+    /// Sets the motion of a body, if it is a multi-cell body.
     #[inline]
     pub fn set_motion(&mut self, body: u32, motion: &Motion) {
         if let Some(index) = self.get(body) {
@@ -160,7 +169,8 @@ impl MultiCellBodies {
         }
     }
 
-    /// Takes over the new flight of a body whose orientation and spin stay as they are, if it is one of these.
+    /// Sets the position and velocity of a body at a time and keeps its rotation, if it is a
+    /// multi-cell body.
     #[inline]
     pub fn set_flight(&mut self, body: u32, time: f64, position: DVec2, velocity: DVec2) {
         if let Some(index) = self.get(body) {
@@ -169,7 +179,7 @@ impl MultiCellBodies {
         }
     }
 
-    /// The motion of a body, if it is one of these.
+    /// The motion of a body, if it is a multi-cell body.
     #[inline]
     pub fn motion(&self, body: u32) -> Option<&Motion> {
         self.get(body).map(|index| &self.list[index].motion)
@@ -194,8 +204,8 @@ impl Pending {
 }
 
 impl State {
-    /// Lists every covering body, at the start of an epoch.
-    pub(super) fn list_all(&mut self, world: &World) {
+    /// Lists every multi-cell body, at the start of an epoch.
+    pub(super) fn list_multi_cell_bodies(&mut self, world: &World) {
         let count = self.multi_cell.list.len();
         if count == 0 {
             return;
@@ -205,76 +215,83 @@ impl State {
         for index in 0..count {
             let body = self.multi_cell.list[index].body;
             self.records[body as usize].set_cell([NO_CELL; 2]);
-            self.list(world, index, 0.0);
+            self.list_body(world, index, 0.0);
         }
     }
 
-    /// A covering body has left its shell.
+    /// Lists a multi-cell body anew when it has left its shell.
     #[cold]
     pub(super) fn leave_shell(&mut self, world: &World, body: u32, now: f64) {
         if let Some(index) = self.multi_cell.get(body) {
-            self.list(world, index, now);
+            self.list_body(world, index, now);
         }
     }
 
-    /// Lists a covering body where it is now.
-    fn list(&mut self, world: &World, index: usize, now: f64) {
-        self.unlist(index);
+    /// Lists a multi-cell body around its present place.
+    fn list_body(&mut self, world: &World, index: usize, now: f64) {
+        self.unlist_body(index);
         let bounds = world.bounds();
-        let covering = &mut self.multi_cell.list[index];
-        let body = covering.body as usize;
-        let (place, image) = bounds.wrap(covering.motion.position_at(now));
-        if image != [0, 0] && !covering.fixed {
-            covering.motion.position -= bounds.shift(image);
-            self.records[body].set_motion(&covering.motion);
+        let multi_cell_body = &mut self.multi_cell.list[index];
+        let body = multi_cell_body.body as usize;
+        let (place, image) = bounds.wrap(multi_cell_body.motion.position_at(now));
+        if image != [0, 0] && !multi_cell_body.fixed {
+            multi_cell_body.motion.position -= bounds.shift(image);
+            self.records[body].set_motion(&multi_cell_body.motion);
             let winding = &mut self.windings[body];
             *winding = [0, 1].map(|axis| winding[axis].wrapping_add(image[axis] as i16));
             self.wrapped.push(body as u32);
         }
-        covering.centre = place;
+        multi_cell_body.centre = place;
         let small = self.grid.largest_small();
-        covering.shell = if covering.fixed { 0.0 } else { small.min(covering.radius.max(0.5 * small)) };
-        self.cover_cells(index);
+        multi_cell_body.shell =
+            if multi_cell_body.fixed { 0.0 } else { small.min(multi_cell_body.radius.max(0.5 * small)) };
+        self.list_in_cells(index);
         self.find_neighbours(bounds, index);
     }
 
-    fn unlist(&mut self, index: usize) {
-        let me = index as u32;
+    fn unlist_body(&mut self, index: usize) {
+        let own_index = index as u32;
         let body = self.multi_cell.list[index].body;
-        // Taken out and put back: what is listed again needs no new memory.
+        // The vectors are put back below, so that their memory is used again.
         let mut cells = std::mem::take(&mut self.multi_cell.list[index].cells);
         for listed in cells.drain(..) {
-            if self.multi_cell.covered.leave(listed.who, body) {
-                self.neighbour_lists.set_covered(listed.who, false);
+            if self.multi_cell.covered.leave(listed.index, body) {
+                self.neighbour_lists.set_covered(listed.index, false);
             }
         }
         let mut neighbours = std::mem::take(&mut self.multi_cell.list[index].neighbours);
         for neighbour in neighbours.drain(..) {
-            self.multi_cell.list[neighbour.who as usize].neighbours.retain(|entry| entry.who != me);
+            self.multi_cell.list[neighbour.index as usize]
+                .neighbours
+                .retain(|entry| entry.index != own_index);
         }
-        let covering = &mut self.multi_cell.list[index];
-        (covering.cells, covering.neighbours) = (cells, neighbours);
+        let multi_cell_body = &mut self.multi_cell.list[index];
+        (multi_cell_body.cells, multi_cell_body.neighbours) = (cells, neighbours);
     }
 
-    /// Lists a body in every cell within its radius, the largest small disc's and its shell's of its place; a disc not in those that
-    /// are wholly inside it while it is in its shell.
-    fn cover_cells(&mut self, index: usize) {
+    /// Lists a body in every cell within R + r_max + h of its shell's centre; a disc not in the
+    /// cells that are inside it for every position in its shell.
+    fn list_in_cells(&mut self, index: usize) {
         if let Some(wall) = self.multi_cell.list[index].wall {
             let cells = self.cells_of_wall(&wall);
-            self.list_in(index, cells);
+            self.enter_cells(index, cells);
             return;
         }
         let side = self.grid.side();
         let counts = self.grid.counts().map(i64::from);
-        let covering = &self.multi_cell.list[index];
-        let reach = (covering.radius + self.grid.largest_small() + covering.shell) * MARGIN;
-        let centre = covering.centre;
+        let multi_cell_body = &self.multi_cell.list[index];
+        let reach = (multi_cell_body.radius + self.grid.largest_small() + multi_cell_body.shell) * MARGIN;
+        let centre = multi_cell_body.centre;
         let first = ((centre - reach) / side).floor();
         let last = ((centre + reach) / side).floor();
-        // No centre of another comes nearer to a disc than its rim.
-        let rim =
-            if covering.is_disc_among_discs { (covering.radius - covering.shell).max(0.0) } else { 0.0 };
-        // Whether a block of cells is near enough for such a centre, but not wholly inside the disc.
+        // No other centre is nearer to the centre of a disc than its rim.
+        let rim = if multi_cell_body.is_disc_among_discs {
+            (multi_cell_body.radius - multi_cell_body.shell).max(0.0)
+        } else {
+            0.0
+        };
+        // Whether a block of cells is near enough for such a centre, and not wholly inside the
+        // disc.
         let matters = |[from, to]: [[i64; 2]; 2]| {
             let low = DVec2::new(from[0] as f64, from[1] as f64) * side;
             let high = DVec2::new(to[0] as f64 + 1.0, to[1] as f64 + 1.0) * side;
@@ -285,11 +302,11 @@ impl State {
         let folded = |cell: [i64; 2]| {
             let [column, row] = [cell[0].rem_euclid(counts[0]), cell[1].rem_euclid(counts[1])];
             let image = [cell[0].div_euclid(counts[0]) as i32, cell[1].div_euclid(counts[1]) as i32];
-            Listed { who: (row * counts[0] + column) as u32, image }
+            Listed { index: (row * counts[0] + column) as u32, image }
         };
         let (first, last) = ([first.x as i64, first.y as i64], [last.x as i64, last.y as i64]);
-        let covering = &mut self.multi_cell.list[index];
-        let mut cells = std::mem::take(&mut covering.cells);
+        let multi_cell_body = &mut self.multi_cell.list[index];
+        let mut cells = std::mem::take(&mut multi_cell_body.cells);
         for row in first[1]..=last[1] {
             for column in first[0]..=last[0] {
                 if matters([[column, row]; 2]) {
@@ -297,7 +314,7 @@ impl State {
                 }
             }
         }
-        let mut tiles = std::mem::take(&mut covering.tiles);
+        let mut tiles = std::mem::take(&mut multi_cell_body.tiles);
         tiles.clear();
         for row in (first[1] + 1..=last[1] + 1).step_by(3) {
             for column in (first[0] + 1..=last[0] + 1).step_by(3) {
@@ -307,43 +324,50 @@ impl State {
             }
         }
         self.multi_cell.list[index].tiles = tiles;
-        self.list_in(index, cells);
+        self.enter_cells(index, cells);
     }
 
     /// Lists a body in these cells.
-    fn list_in(&mut self, index: usize, cells: Vec<Listed>) {
+    fn enter_cells(&mut self, index: usize, cells: Vec<Listed>) {
         let body = self.multi_cell.list[index].body;
         for &cell in &cells {
-            self.multi_cell.covered.enter(cell.who, Listed { who: body, image: cell.image });
-            self.neighbour_lists.set_covered(cell.who, true);
+            self.multi_cell.covered.enter(cell.index, Listed { index: body, image: cell.image });
+            self.neighbour_lists.set_covered(cell.index, true);
         }
         self.multi_cell.list[index].cells = cells;
     }
 
-    /// Finds the covering bodies that this one might touch, among those listed in its cells. Circles of radius R + h round the
-    /// centres of two such shells overlap; neither body reaches into the other, so there is a point in both circles that is no
-    /// nearer to the centre of a disc's shell than R − h. Its cell is listed for both.
+    /// Finds the multi-cell bodies that this one may touch, among those listed in its cells.
+    ///
+    /// No neighbour is left out: circles of radius R + h around the centres of the two shells
+    /// overlap. Neither body reaches into the other, so a point lies in both circles that is no
+    /// nearer to the centre of a disc's shell than R − h. The cell of this point lists both.
     fn find_neighbours(&mut self, bounds: &PeriodicBox, index: usize) {
         let multi_cell = &mut self.multi_cell;
-        let me = index as u32;
+        let own_index = index as u32;
         let mut neighbours = std::mem::take(&mut multi_cell.list[index].neighbours);
-        let covering = &multi_cell.list[index];
-        for cell in &covering.cells {
-            for place in 0..multi_cell.covered.count(cell.who) {
-                let other = multi_cell.covered.get(cell.who, place);
+        let multi_cell_body = &multi_cell.list[index];
+        for cell in &multi_cell_body.cells {
+            for place in 0..multi_cell.covered.count(cell.index) {
+                let other = multi_cell.covered.get(cell.index, place);
                 let image = [0, 1].map(|axis| cell.image[axis] - other.image[axis]);
-                let found = Listed { who: multi_cell.index_of[other.who as usize], image };
-                let there = &multi_cell.list[found.who as usize];
-                if found.who == me || (covering.fixed && there.fixed) || neighbours.contains(&found) {
+                let found = Listed { index: multi_cell.index_of[other.index as usize], image };
+                let there = &multi_cell.list[found.index as usize];
+                if found.index == own_index
+                    || (multi_cell_body.fixed && there.fixed)
+                    || neighbours.contains(&found)
+                {
                     continue;
                 }
                 let shift = bounds.shift(image.map(i64::from));
-                let near = match (&covering.wall, &there.wall) {
+                let near = match (&multi_cell_body.wall, &there.wall) {
                     (Some(wall), _) => near_wall(wall, there, shift),
-                    (None, Some(wall)) => near_wall(wall, covering, -shift),
+                    (None, Some(wall)) => near_wall(wall, multi_cell_body, -shift),
                     (None, None) => {
-                        let reach = (covering.radius + there.radius + covering.shell + there.shell) * MARGIN;
-                        (there.centre + shift - covering.centre).length_squared() <= reach * reach
+                        let reach =
+                            (multi_cell_body.radius + there.radius + multi_cell_body.shell + there.shell)
+                                * MARGIN;
+                        (there.centre + shift - multi_cell_body.centre).length_squared() <= reach * reach
                     }
                 };
                 if near {
@@ -353,7 +377,7 @@ impl State {
         }
         for neighbour in &neighbours {
             let image = neighbour.image.map(|boxes| -boxes);
-            multi_cell.list[neighbour.who as usize].neighbours.push(Listed { who: me, image });
+            multi_cell.list[neighbour.index as usize].neighbours.push(Listed { index: own_index, image });
         }
         multi_cell.list[index].neighbours = neighbours;
     }

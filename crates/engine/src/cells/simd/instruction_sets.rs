@@ -3,9 +3,9 @@
 //!
 //! A call of a function with `#[target_feature]` is undefined behaviour on a processor without
 //! these instructions. Each set here is one type, with one private field and one constructor,
-//! `detect`, which asks the processor for every feature of the set. So safe code holds a value only
-//! where the instructions exist, and a function that takes the value may use them. The value has
-//! size 0: no register holds it, and no instruction passes it on.
+//! `detect`, which detects every feature of the set. So safe code holds a value only where the
+//! instructions exist, and a function that takes the value may use them. The value has size 0: no
+//! register holds it, and no instruction passes it on.
 //!
 //! Detection and `#[target_feature]` are generated from one list of features, so they cannot
 //! differ.
@@ -14,7 +14,7 @@ use std::arch::is_x86_feature_detected;
 
 use super::{Work, registers::Registers};
 
-/// Defines a set of instructions: its type, the detection, and the function compiled with it.
+/// Defines an instruction set: its type, its detection, and the function compiled for it.
 macro_rules! instruction_set {
     ($(#[$attribute:meta])* $set:ident: $($feature:tt),+) => {
         $(#[$attribute])*
@@ -22,16 +22,17 @@ macro_rules! instruction_set {
         pub(in crate::cells) struct $set(());
 
         impl $set {
-            /// The proof, if this processor and its operating system have every feature of the set.
+            /// The proof, if this processor and its operating system support every feature of the
+            /// set.
             pub fn detect() -> Option<Self> {
                 ($(is_x86_feature_detected!($feature))&&+).then_some(Self(()))
             }
 
-            /// Does work in a function that is compiled with the instructions of the set.
+            /// Runs a computation in a function that is compiled with the instructions of the set.
             #[inline]
-            pub fn run<W: Work>(self, work: W) -> W::Answer {
+            pub fn run<W: Work>(self, work: W) -> W::Output {
                 #[target_feature($(enable = $feature),+)]
-                fn compiled<W: Work>(set: $set, work: W) -> W::Answer {
+                fn compiled<W: Work>(set: $set, work: W) -> W::Output {
                     work.with(Registers::new(set))
                 }
                 // SAFETY: `compiled` needs the features of this set. `self` exists, and only
@@ -43,13 +44,13 @@ macro_rules! instruction_set {
 }
 
 instruction_set! {
-    /// AVX2, and what every processor with AVX2 has for bits of integers.
+    /// AVX2, and the instructions on bits of integers that every processor with AVX2 has.
     Avx2: "avx2", "bmi1", "bmi2", "lzcnt", "popcnt"
 }
 
 instruction_set! {
     /// AVX-512 (F, VL, DQ, BW) and [`Avx2`]. The compiler takes FMA and F16C to be part of
-    /// AVX-512F, so they are detected, although nothing here fuses.
+    /// AVX-512F, so they are detected, although no kernel fuses operations.
     Avx512:
         "avx2", "bmi1", "bmi2", "lzcnt", "popcnt",
         "fma", "f16c", "avx512f", "avx512vl", "avx512dq", "avx512bw"
@@ -76,8 +77,7 @@ mod tests {
         // Linux calls LZCNT "abm".
         let avx2 = has(&["avx2", "bmi1", "bmi2", "abm", "popcnt"]);
         let avx512 = has(&["fma", "f16c", "avx512f", "avx512vl", "avx512dq", "avx512bw"]);
-        // Tools that run a program on an emulated processor report its features, which may be
-        // fewer.
+        // Emulators of a processor report its features, which may be fewer.
         assert!(Avx2::detect().is_none() || avx2);
         assert!(Avx512::detect().is_none() || avx2 && avx512);
     }

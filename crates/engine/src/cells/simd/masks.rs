@@ -1,4 +1,5 @@
-//! Which of several numbers are meant: in registers as wide as theirs, as AVX2 says it, or in a bit each, as AVX-512 does.
+//! Masks that select some of several numbers: in registers as wide as the numbers (AVX2), or in one
+//! bit for each (AVX-512).
 
 use std::arch::x86_64::{
     __m256, __m256d, __m256i, __mmask8, _CMP_EQ_OQ, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ,
@@ -12,13 +13,13 @@ use std::arch::x86_64::{
 use super::{
     CellBlock, NeighbourQuery, SoonestSlot,
     instruction_sets::{Avx2, Avx512},
-    registers::eight,
+    registers::soonest_of_eight,
 };
 
-/// How it is said which numbers are meant, and what is done with these.
+/// A representation of masks, and the operations on it.
 ///
 /// Every function is marked `#[inline(always)]`, so that it is compiled with the instructions of
-/// its caller, and registers stay registers.
+/// its caller and its values stay in registers.
 ///
 /// # Safety
 /// A value of an implementing type must exist only on processors that have AVX2: [`Registers`]
@@ -26,44 +27,46 @@ use super::{
 ///
 /// [`Registers`]: super::registers::Registers
 pub(in crate::cells) unsafe trait Masks: Copy {
-    /// Some of four numbers.
-    type Some: Copy;
+    /// A mask of four numbers.
+    type Mask: Copy;
 
-    /// Those that are not above zero.
-    fn not_above_zero(self, numbers: __m256d) -> Self::Some;
+    /// Selects numbers that are not above zero.
+    fn not_above_zero(self, numbers: __m256d) -> Self::Mask;
 
-    /// Those of some that are above zero.
-    fn above_zero(self, some: Self::Some, numbers: __m256d) -> Self::Some;
+    /// Of the selected numbers, selects those above zero.
+    fn above_zero(self, mask: Self::Mask, numbers: __m256d) -> Self::Mask;
 
-    /// Those of some whose magnitude is at most a bound.
-    fn within(self, some: Self::Some, numbers: __m256d, most: __m256d) -> Self::Some;
+    /// Of the selected numbers, selects those whose magnitude is at most a bound.
+    fn within(self, mask: Self::Mask, numbers: __m256d, most: __m256d) -> Self::Mask;
 
-    /// Whether there is one among them.
-    fn is_any(self, some: [Self::Some; 2]) -> bool;
+    /// Whether one of the masks selects a number.
+    fn is_any(self, mask: [Self::Mask; 2]) -> bool;
 
-    /// The quotients of some, infinity for the others.
-    fn quotients(self, some: Self::Some, dividends: __m256d, divisors: __m256d) -> __m256d;
+    /// Quotients of the selected numbers, infinity for the others.
+    fn quotients(self, mask: Self::Mask, dividends: __m256d, divisors: __m256d) -> __m256d;
 
     /// Which of four numbers are equal, a bit each.
     fn equal(self, numbers: __m256d, others: __m256d) -> u32;
 
-    /// Which of eight whole numbers are equal, a bit each.
+    /// Which of eight integers are equal, a bit each.
     fn equal_whole(self, numbers: __m256i, others: __m256i) -> u32;
 
-    /// Whether each of eight whole numbers is less than another.
+    /// Whether each of eight integers is less than its counterpart.
     fn all_less(self, numbers: __m256i, others: __m256i) -> bool;
 
-    /// Which of eight numbers are below a bound and others at least at another, a bit each.
+    /// Which of eight numbers are below a bound while their counterparts are at least another
+    /// bound, a bit each.
     fn below_and_at_least(self, below: [__m256; 2], at_least: [__m256; 2]) -> u32;
 
-    /// What a query is told by any list: with or without images, discs alike or not, eight or more.
+    /// The earliest contact with the discs of any list: with or without images, of one radius or of
+    /// several, of any length.
     fn soonest<const IMAGES: bool>(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot;
 }
 
 // SAFETY: only `Avx2::detect` makes an `Avx2`, after it has found AVX2.
 unsafe impl Masks for Avx2 {
-    /// All bits of a number's place, or none.
-    type Some = __m256d;
+    /// All bits of a number's lane, or none.
+    type Mask = __m256d;
 
     #[inline(always)]
     fn not_above_zero(self, numbers: __m256d) -> __m256d {
@@ -72,32 +75,32 @@ unsafe impl Masks for Avx2 {
     }
 
     #[inline(always)]
-    fn above_zero(self, some: __m256d, numbers: __m256d) -> __m256d {
-        // SAFETY: as above.
-        unsafe { _mm256_and_pd(some, _mm256_cmp_pd::<_CMP_GT_OQ>(numbers, _mm256_setzero_pd())) }
+    fn above_zero(self, mask: __m256d, numbers: __m256d) -> __m256d {
+        // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
+        unsafe { _mm256_and_pd(mask, _mm256_cmp_pd::<_CMP_GT_OQ>(numbers, _mm256_setzero_pd())) }
     }
 
     #[inline(always)]
-    fn within(self, some: __m256d, numbers: __m256d, most: __m256d) -> __m256d {
-        // SAFETY: as above.
+    fn within(self, mask: __m256d, numbers: __m256d, most: __m256d) -> __m256d {
+        // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe {
             let magnitudes = _mm256_andnot_pd(_mm256_set1_pd(-0.0), numbers);
-            _mm256_and_pd(some, _mm256_cmp_pd::<_CMP_LE_OQ>(magnitudes, most))
+            _mm256_and_pd(mask, _mm256_cmp_pd::<_CMP_LE_OQ>(magnitudes, most))
         }
     }
 
     #[inline(always)]
-    fn is_any(self, [some, others]: [__m256d; 2]) -> bool {
+    fn is_any(self, [mask, others]: [__m256d; 2]) -> bool {
         // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
-        unsafe { _mm256_movemask_pd(_mm256_or_pd(some, others)) != 0 }
+        unsafe { _mm256_movemask_pd(_mm256_or_pd(mask, others)) != 0 }
     }
 
     #[inline(always)]
-    fn quotients(self, some: __m256d, dividends: __m256d, divisors: __m256d) -> __m256d {
+    fn quotients(self, mask: __m256d, dividends: __m256d, divisors: __m256d) -> __m256d {
         // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe {
             let quotients = _mm256_div_pd(dividends, divisors);
-            _mm256_blendv_pd(_mm256_set1_pd(f64::INFINITY), quotients, some)
+            _mm256_blendv_pd(_mm256_set1_pd(f64::INFINITY), quotients, mask)
         }
     }
 
@@ -117,7 +120,7 @@ unsafe impl Masks for Avx2 {
     fn all_less(self, numbers: __m256i, others: __m256i) -> bool {
         // SAFETY: `self` proves that this processor has AVX2; the instructions touch no memory.
         unsafe {
-            // The greater of both is the first only where that is not less.
+            // The maximum equals the first number exactly where this is not less.
             let not_less = _mm256_cmpeq_epi32(_mm256_max_epu32(numbers, others), numbers);
             _mm256_testz_si256(not_less, not_less) == 1
         }
@@ -141,7 +144,7 @@ unsafe impl Masks for Avx2 {
             query: &NeighbourQuery<'_>,
             list: &CellBlock<'_>,
         ) -> SoonestSlot {
-            SoonestSlot::of(list, |slots| eight::<_, IMAGES>(masks, query, slots))
+            SoonestSlot::of(list, |slots| soonest_of_eight::<_, IMAGES>(masks, query, slots))
         }
         // SAFETY: `self` proves that this processor has the features that `out_of_line` enables.
         unsafe { out_of_line::<IMAGES>(self, query, list) }
@@ -150,39 +153,39 @@ unsafe impl Masks for Avx2 {
 
 // SAFETY: only `Avx512::detect` makes an `Avx512`, after it has found AVX2.
 unsafe impl Masks for Avx512 {
-    /// A bit for each number, of registers of 256 bits.
-    type Some = __mmask8;
+    /// A bit for each number of a 256-bit register.
+    type Mask = __mmask8;
 
     #[inline(always)]
     fn not_above_zero(self, numbers: __m256d) -> __mmask8 {
-        // SAFETY: `self` proves that this processor has these parts of AVX-512; the instructions touch no memory.
+        // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
         unsafe { _mm256_cmp_pd_mask::<_CMP_LE_OQ>(numbers, _mm256_setzero_pd()) }
     }
 
     #[inline(always)]
-    fn above_zero(self, some: __mmask8, numbers: __m256d) -> __mmask8 {
-        // SAFETY: as above.
-        unsafe { _mm256_mask_cmp_pd_mask::<_CMP_GT_OQ>(some, numbers, _mm256_setzero_pd()) }
+    fn above_zero(self, mask: __mmask8, numbers: __m256d) -> __mmask8 {
+        // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
+        unsafe { _mm256_mask_cmp_pd_mask::<_CMP_GT_OQ>(mask, numbers, _mm256_setzero_pd()) }
     }
 
     #[inline(always)]
-    fn within(self, some: __mmask8, numbers: __m256d, most: __m256d) -> __mmask8 {
-        // SAFETY: as above.
+    fn within(self, mask: __mmask8, numbers: __m256d, most: __m256d) -> __mmask8 {
+        // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
         unsafe {
             let magnitudes = _mm256_andnot_pd(_mm256_set1_pd(-0.0), numbers);
-            _mm256_mask_cmp_pd_mask::<_CMP_LE_OQ>(some, magnitudes, most)
+            _mm256_mask_cmp_pd_mask::<_CMP_LE_OQ>(mask, magnitudes, most)
         }
     }
 
     #[inline(always)]
-    fn is_any(self, [some, others]: [__mmask8; 2]) -> bool {
-        some | others != 0
+    fn is_any(self, [mask, others]: [__mmask8; 2]) -> bool {
+        mask | others != 0
     }
 
     #[inline(always)]
-    fn quotients(self, some: __mmask8, dividends: __m256d, divisors: __m256d) -> __m256d {
+    fn quotients(self, mask: __mmask8, dividends: __m256d, divisors: __m256d) -> __m256d {
         // SAFETY: `self` proves that this processor has AVX-512; the instructions touch no memory.
-        unsafe { _mm256_mask_div_pd(_mm256_set1_pd(f64::INFINITY), some, dividends, divisors) }
+        unsafe { _mm256_mask_div_pd(_mm256_set1_pd(f64::INFINITY), mask, dividends, divisors) }
     }
 
     #[inline(always)]
@@ -221,7 +224,7 @@ unsafe impl Masks for Avx512 {
             query: &NeighbourQuery<'_>,
             list: &CellBlock<'_>,
         ) -> SoonestSlot {
-            SoonestSlot::of(list, |slots| eight::<_, IMAGES>(masks, query, slots))
+            SoonestSlot::of(list, |slots| soonest_of_eight::<_, IMAGES>(masks, query, slots))
         }
         // SAFETY: `self` proves that this processor has the features that `out_of_line` enables.
         unsafe { out_of_line::<IMAGES>(self, query, list) }

@@ -1,29 +1,44 @@
-//! The hot loop compiled thrice: for every processor of this kind, with AVX2 where there is AVX2, and with the masks and the
-//! more registers of AVX-512 where there are these.
+//! SIMD kernels: the event loop compiled for every processor of this architecture, for AVX2, and
+//! for AVX-512 with its masks and additional registers.
 //!
-//! No version fuses a multiplication and an addition, and all do the same operations in the same
+//! No kernel fuses a multiplication and an addition, and all do the same operations in the same
 //! order, so all compute the same bits.
+//!
+//! AVX-512 is used with registers of four `f64`: registers of eight were 3% to 5% slower.
+//!
+//! Flights and lanes are stored as whole registers, and the cell of a body as one word. A load that
+//! spans several narrower stores fails store-to-load forwarding: it waits until all of them have
+//! reached the cache.
+//!
+//! # Lemmas
+//!
+//! The kernels compute the times of [`DiscLanes::closed_form`].
+//!
+//! 1. **Any separation gives the distance of passage.** Two discs pass each other at the distance
+//!    |d × v| / |v|, whichever separation d along their straight paths is used. The kernels use
+//!    that at the start of the epoch. The square root, which ends the longest dependency chain,
+//!    then does not wait for the present separation, which saves 2% of the time of a collision.
+//! 2. **Its rounding is within the bound on the rounding of a separation.** This bound is u 16 s
+//!    (Sx + Sy) for a body that moves s ≥ 1 sides of lengths Sx, Sy in an epoch. *Proof.* The
+//!    separation at the start of the epoch is at most 2 s sides long, and one more by its image.
+//!    The two subtractions, those of the velocities, the products and their difference therefore
+//!    round by at most u (10 s + 4) (Sx + Sy) together.
 //!
 //! # Unsafe code
 //!
 //! This folder is the only place of the project with unsafe code. Safe code cannot misuse it:
 //!
-//! 1. *Instructions that not every processor has.* A kernel is a value. That of a vector kernel
+//! 1. *Instructions that not every processor has.* A kernel is a value. That of a SIMD kernel
 //!    contains a token that only feature detection makes (`instruction_sets.rs`), and every call of
 //!    a function with `#[target_feature]` is justified by such a token.
-//! 2. *Lines read without a check of each index.* One vector comparison checks eight indices
-//!    against the number of records, and a slot out of range panics (`registers::bodies`).
+//! 2. *Records read without a check of each index.* One vector comparison checks eight indices
+//!    against the number of records, and a slot out of range panics (`registers::records_of`).
 //! 3. *Loads and stores of whole registers.* Each goes through a reference to an array, or a slice
 //!    of checked length, of the size of the register. The store of a flight is in assembly.
 //! 4. *Prefetch.* It reads nothing that the program sees, and never faults.
 //!
 //! Debug assertions, which tests are built with, check each unchecked access once more.
 //! `.ci/memory` runs the tests of all kernels under AddressSanitizer and valgrind.
-//!
-//! What is written in pieces and read at once as a whole register has to wait until all of it has reached the cache, and with
-//! it all that hangs on it. So flights and lanes are written in whole registers, and cells of the grid in one piece.
-//!
-//! Registers of eight such numbers, as AVX-512 has them, were tried, and were slower by 3% to 5%: it is used with those of four.
 
 #![allow(
     unsafe_code,
@@ -55,39 +70,41 @@ use crate::{
     scheduler::{ContactEvent, EventLoop, EventQueue},
 };
 
-/// One disc's query to those around it: when is the first of them touched?
+/// A query: when does a disc touch the first of some neighbours?
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NeighbourQuery<'a> {
     /// All bodies.
     pub records: &'a [BodyRecord],
-    /// The asking disc.
+    /// The query disc.
     pub from: &'a BodyRecord,
     pub now: f64,
     /// Bound on the rounding of a separation (length).
     pub separation_error: f64,
-    /// Sides of the box, by which an image is shifted (length).
+    /// Sides of the box, multiples of which shift an image (length).
     pub sides: [f64; 2],
-    /// What holds for any two small discs, if they are all alike.
-    pub like: Option<Like>,
+    /// Constants of a pair of small discs, if all have one radius.
+    pub pair_constants: Option<PairConstants>,
 }
 
-/// What holds for any two of discs that are all alike.
+/// Constants of a pair of discs of one radius.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Like {
-    /// Sum of the radii (length), and its square.
+pub(super) struct PairConstants {
+    /// Sum of the radii (length).
     sigma: f64,
     sigma_squared: f64,
-    /// A pair whose squared distance exceeds the latter by this at most may touch already (length squared).
+    /// A pair may touch already if its squared distance exceeds `sigma_squared` by at most this
+    /// (length²).
     touching: f64,
 }
 
-impl Like {
-    /// For discs of this radius, at separations known to this error (both lengths).
+impl PairConstants {
+    /// Constants for discs of this radius, with this bound on the rounding of a separation (both
+    /// lengths).
     pub fn new(radius: f64, separation_error: f64) -> Self {
         Self::at(radius + radius, separation_error)
     }
 
-    /// For two discs that touch at this distance of their centres (length).
+    /// Constants for discs with this contact distance (length).
     #[inline]
     fn at(sigma: f64, separation_error: f64) -> Self {
         let touching = 4.0 * sigma * (separation_error + 8.0 * HALF_ULP * sigma);
@@ -95,54 +112,53 @@ impl Like {
     }
 }
 
-/// The answer of eight discs.
+/// The earliest contact with eight discs.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Soonest {
-    /// From now on, infinite for never.
+pub(super) struct SoonestOfEight {
+    /// Time from now, infinite for none.
     pub time: f64,
-    /// Which of them are touched then, a bit each.
+    /// The discs touched at this time, a bit each.
     pub slots: u32,
-    /// Some pair touches to rounding and does not part: the query needs a closer look.
+    /// Whether some pair touches to rounding and does not separate; the detector must then decide.
     pub in_contact: bool,
 }
 
-/// The answer of a list.
+/// The earliest contact with the discs of a list.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct SoonestSlot {
-    /// From now on, infinite for never.
+    /// Time from now, infinite for none.
     pub time: f64,
-    /// The slot of who is touched then; any for never.
+    /// The slot of the disc that is touched; any slot if there is no contact.
     pub slot: u32,
-    /// Whether the query needs a closer look.
-    pub is_doubtful: bool,
+    /// Whether the detector must decide the contact.
+    pub is_ambiguous: bool,
 }
 
-/// How the query is answered: with which instructions. The numbers are the same.
+/// Computes contact times with one instruction set. All kernels return the same bits; the module
+/// documentation has the method and its rounding.
 ///
-/// They are those of [`DiscLanes::closed_form`]. Two discs pass each other at the distance |d × v| / |v|, whenever their separation
-/// d is taken. Here it is that at the start of the epoch, so that the root, for which all else waits, need not wait for the
-/// present: 2 % of the time of a collision. It is as exact as the bound on the rounding of a separation tells, u 16 s (Sx + Sy) for a
-/// body that goes s ≥ 1 sides of lengths Sx, Sy in an epoch: the separation at its start is no longer than 2 s of them, and one more
-/// by its image; so its two subtractions, those of the velocities, the products and their difference round by no more than
-/// u (10 s + 4) (Sx + Sy) together.
-///
-/// A kernel is a value, not a type alone: that of a vector kernel proves that this processor has
+/// A kernel is a value, not only a type: the value of a SIMD kernel proves that this processor has
 /// the instructions, so every function is safe to call.
 pub(super) trait Kernel: Copy {
-    /// The answer of eight discs, in the images of their slots or, without these, none of them seen through the border of the box.
-    fn eight<const IMAGES: bool>(self, query: NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest;
+    /// The earliest contact with the discs in eight slots. Without `IMAGES` the slots must have no
+    /// image.
+    fn soonest_of_eight<const IMAGES: bool>(
+        self,
+        query: NeighbourQuery<'_>,
+        slots: &[u32; DISC_LANES],
+    ) -> SoonestOfEight;
 
-    /// The answer of any list.
-    fn any(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot;
+    /// The earliest contact with the discs of any list.
+    fn soonest_of_list(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot;
 
     /// [`NeighbourQuery::lanes`] of eight slots.
     fn lanes(self, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES], images: bool) -> DiscLanes;
 
-    /// Which of eight discs may be met at all, a bit each.
+    /// Which of eight discs pass the filter, a bit each.
     fn near(self, filter: &F32Filter, flights: &Flights) -> u32;
 
-    /// Writes a flight the way the others read it: numbers written one by one cannot be read as one register until
-    /// they have reached the cache, and the flight is read again at once.
+    /// Stores a flight as one register. It is loaded as one register right afterwards, and separate
+    /// stores of its numbers would fail store-to-load forwarding.
     fn write(self, flight: &mut [f64; 4], numbers: [f64; 4]);
 
     /// The slots that hold `slot`, a bit each.
@@ -150,13 +166,13 @@ pub(super) trait Kernel: Copy {
 }
 
 impl NeighbourQuery<'_> {
-    /// |vx| + |vy| of the asking disc (length per time).
+    /// |vx| + |vy| of the query disc (length per time).
     #[inline]
     fn speed(&self) -> f64 {
         self.from.flight[2].abs() + self.from.flight[3].abs()
     }
 
-    /// Some slots, as seen from the asking disc.
+    /// The discs in some slots, relative to the query disc.
     #[inline]
     pub fn lanes<const N: usize>(&self, slots: &[u32; N], images: bool) -> DiscLanes<N> {
         let mut lanes = DiscLanes {
@@ -173,17 +189,20 @@ impl NeighbourQuery<'_> {
             if images {
                 start += DVec2::from_array(image_of(slot).map(f64::from)) * DVec2::from_array(self.sides);
             }
-            let sigma = self.like.map_or(other.radius + self.from.radius, |like| like.sigma);
+            let sigma = self
+                .pair_constants
+                .map_or(other.radius + self.from.radius, |pair_constants| pair_constants.sigma);
             lanes.set_since(lane, start, other.velocity() - self.from.velocity(), self.now, sigma);
         }
         lanes
     }
 
-    /// The soonest contact with the discs in eight slots, and with whom, as the detector decides it. Of contacts at one time it
-    /// is that with the disc inserted first.
+    /// The earliest contact with the discs in eight slots as the detector finds it: time from now
+    /// (infinite for none) and partner. Of contacts at one time it is that with the disc inserted
+    /// first.
     #[cold]
     #[inline(never)]
-    pub fn look_closer<D: Detection>(
+    pub fn resolve_with_detector<D: Detection>(
         &self,
         detection: &D,
         slots: &[u32; DISC_LANES],
@@ -195,48 +214,50 @@ impl NeighbourQuery<'_> {
     }
 }
 
-/// Of two contacts, a time and with whom, the sooner; of two at one time that with the disc inserted first.
+/// Of two contacts (time, partner) the earlier; of two at one time that with the disc inserted
+/// first.
 #[inline(always)]
 pub(super) fn sooner(one: (f64, u32), other: (f64, u32)) -> (f64, u32) {
     if goes_before(other, one) { other } else { one }
 }
 
-/// Whether a contact goes before another.
+/// Whether a contact precedes another, in the order of [`sooner`].
 #[inline(always)]
 pub(super) fn goes_before((time, with): (f64, u32), (other_time, with_other): (f64, u32)) -> bool {
     (time < other_time) | ((time == other_time) & (with < with_other) & (time < f64::INFINITY))
 }
 
-impl Soonest {
-    /// Whether the query needs a closer look: several are touched at once, or a pair may touch or overlap already, which
-    /// a negative time shows where the overlap is deep. An infinite time stands for no contact.
+impl SoonestOfEight {
+    /// Whether the detector must decide: several discs are touched at one time, or a pair may touch
+    /// or overlap already. A negative time indicates a deep overlap. An infinite time is no
+    /// contact.
     #[inline(always)]
-    fn is_doubtful(&self) -> bool {
+    fn is_ambiguous(&self) -> bool {
         let several = self.slots & (self.slots.wrapping_sub(1)) != 0;
         (several & (self.time < f64::INFINITY)) | self.in_contact | (self.time < 0.0)
     }
 
-    /// Who is touched, of those in the slots that were asked.
+    /// The disc that is touched, of those in the slots of the query.
     #[inline(always)]
-    pub fn among(self, slots: &[u32; DISC_LANES]) -> SoonestSlot {
+    pub fn in_slots(self, slots: &[u32; DISC_LANES]) -> SoonestSlot {
         let lowest = self.slots.trailing_zeros() as usize % DISC_LANES;
-        SoonestSlot { time: self.time, slot: slots[lowest], is_doubtful: self.is_doubtful() }
+        SoonestSlot { time: self.time, slot: slots[lowest], is_ambiguous: self.is_ambiguous() }
     }
 }
 
 impl SoonestSlot {
-    /// Nobody is touched.
-    pub const NOBODY: Self = Self { time: f64::INFINITY, slot: 0, is_doubtful: false };
+    /// No contact.
+    pub const NONE: Self = Self { time: f64::INFINITY, slot: 0, is_ambiguous: false };
 
-    /// The soonest of a list, eight of which are asked at a time.
+    /// The earliest contact with the discs of a list, from that with eight of them at a time.
     #[inline(always)]
-    fn of(list: &CellBlock<'_>, ask: impl Fn(&[u32; DISC_LANES]) -> Soonest) -> Self {
-        let mut soonest = Self::NOBODY;
-        list.for_each_slots8(|slots| soonest = soonest.or(ask(slots).among(slots)));
+    fn of(list: &CellBlock<'_>, test: impl Fn(&[u32; DISC_LANES]) -> SoonestOfEight) -> Self {
+        let mut soonest = Self::NONE;
+        list.for_each_slots8(|slots| soonest = soonest.or(test(slots).in_slots(slots)));
         soonest
     }
 
-    /// The sooner of both; in doubt if they are at one time.
+    /// The earlier contact; ambiguous if both are at one time.
     #[inline(always)]
     pub fn or(self, other: Self) -> Self {
         let is_later = other.time > self.time;
@@ -244,12 +265,12 @@ impl SoonestSlot {
         Self {
             time: if is_later { self.time } else { other.time },
             slot: if is_later { self.slot } else { other.slot },
-            is_doubtful: self.is_doubtful | other.is_doubtful | several,
+            is_ambiguous: self.is_ambiguous | other.is_ambiguous | several,
         }
     }
 }
 
-/// Registers of two numbers, as every processor has them, in safe code.
+/// Registers of two numbers, which every processor has, in safe code.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Portable;
 
@@ -260,47 +281,49 @@ impl Portable {
     }
 
     #[inline(always)]
-    fn eight_of<const IMAGES: bool>(query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
-        if let Some(Like { sigma_squared, touching, .. }) = query.like {
+    fn eight_of<const IMAGES: bool>(query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> SoonestOfEight {
+        if let Some(PairConstants { sigma_squared, touching, .. }) = query.pair_constants {
             return Self::eight_with::<IMAGES>(query, slots, |_| (sigma_squared, touching));
         }
         let (radius, error) = (query.from.radius, query.separation_error);
         Self::eight_with::<IMAGES>(query, slots, |other| {
-            let Like { sigma_squared, touching, .. } = Like::at(other.radius + radius, error);
+            let PairConstants { sigma_squared, touching, .. } =
+                PairConstants::at(other.radius + radius, error);
             (sigma_squared, touching)
         })
     }
 
-    /// The answer of eight slots; `like` tells the square of the contact distance (length squared), and by how much more that of a
-    /// pair is that may touch already.
+    /// The earliest contact with the discs in eight slots; `pair_constants` returns the squared
+    /// contact distance of a pair and the excess below which it may touch already (both length²).
     #[inline(always)]
     fn eight_with<const IMAGES: bool>(
         query: &NeighbourQuery<'_>,
         [a, b, c, d, e, f, g, h]: &[u32; DISC_LANES],
-        like: impl Fn(&BodyRecord) -> (f64, f64),
-    ) -> Soonest {
-        let two = |one: &u32, other: &u32| Self::two_with::<IMAGES>(query, [*one, *other], &like);
+        pair_constants: impl Fn(&BodyRecord) -> (f64, f64),
+    ) -> SoonestOfEight {
+        let two = |one: &u32, other: &u32| Self::two_with::<IMAGES>(query, [*one, *other], &pair_constants);
         let (ab, cd, ef, gh) = (two(a, b), two(c, d), two(e, f), two(g, h));
-        // Halved again and again: one after the other they would have to wait for each other.
+        // A tree of minima: a sequence of them would be one long dependency chain.
         let [one, other] = (ab.times.fast_min(cd.times)).fast_min(ef.times.fast_min(gh.times)).to_array();
         let time = if other < one { other } else { one };
         let soonest = f64x2::splat(time);
         let slots = |of: &Two, place: u32| of.times.simd_eq(soonest).to_bitmask() << place;
         let in_contact = (ab.in_contact | cd.in_contact) | (ef.in_contact | gh.in_contact);
-        Soonest {
+        SoonestOfEight {
             time,
             slots: (slots(&ab, 0) | slots(&cd, 2)) | (slots(&ef, 4) | slots(&gh, 6)),
             in_contact: in_contact.to_bitmask() != 0,
         }
     }
 
-    /// Two at a time, as the registers of most processors have room for; with d₀ at the start of the epoch, d now, and v from the
-    /// asking to the other disc: b = d·v, c = d·d − σ² and the discriminant σ² v² − (d₀ × v)².
+    /// Two discs, for the registers of most processors. With d₀ the separation at the start of the
+    /// epoch, d the present one, and v the relative velocity, from the query disc to the other: b =
+    /// d·v, c = d·d − σ², and the discriminant is σ² v² − (d₀ × v)².
     #[inline(always)]
     fn two_with<const IMAGES: bool>(
         query: &NeighbourQuery<'_>,
         slots: [u32; 2],
-        like: impl Fn(&BodyRecord) -> (f64, f64),
+        pair_constants: impl Fn(&BodyRecord) -> (f64, f64),
     ) -> Two {
         let NeighbourQuery { records, from, now, sides, .. } = *query;
         let body = |slot| &records[if IMAGES { slot & INDEX_MASK } else { slot } as usize];
@@ -320,7 +343,8 @@ impl Portable {
         }
         let now = f64x2::splat(now);
         let (dx, dy) = (x0 + vx * now, y0 + vy * now);
-        let ((one_squared, one_touching), (other_squared, other_touching)) = (like(one), like(other));
+        let ((one_squared, one_touching), (other_squared, other_touching)) =
+            (pair_constants(one), pair_constants(other));
         let sigma_squared = f64x2::new([one_squared, other_squared]);
         let touching = f64x2::new([one_touching, other_touching]);
         let zero = f64x2::ZERO;
@@ -328,7 +352,7 @@ impl Portable {
         let c = (dx * dx + dy * dy) - sigma_squared;
         let cross = x0 * vy - y0 * vx;
         let discriminant = sigma_squared * (vx * vx + vy * vy) - cross * cross;
-        // Who closes cannot be predictn by a branch.
+        // Without branches: whether a pair closes is unpredictable.
         let does_not_part = b.simd_le(zero);
         let closes = does_not_part & zero.simd_lt(discriminant);
         let time = c / (discriminant.fast_max(zero).sqrt() - b);
@@ -339,22 +363,26 @@ impl Portable {
     }
 }
 
-/// The answer of two discs.
+/// Contacts with two discs.
 struct Two {
-    /// From now on, infinite for never.
+    /// Times from now, infinite for none.
     times: f64x2,
-    /// Which of them touch to rounding and do not part: all bits or none.
+    /// Which pairs touch to rounding and do not separate: all bits or none.
     in_contact: f64x2,
 }
 
 impl Kernel for Portable {
     #[inline(always)]
-    fn eight<const IMAGES: bool>(self, query: NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
+    fn soonest_of_eight<const IMAGES: bool>(
+        self,
+        query: NeighbourQuery<'_>,
+        slots: &[u32; DISC_LANES],
+    ) -> SoonestOfEight {
         Self::eight_of::<IMAGES>(&query, slots)
     }
 
     #[inline]
-    fn any(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
+    fn soonest_of_list(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
         if list.at_border { Self::soonest::<true>(query, list) } else { Self::soonest::<false>(query, list) }
     }
 
@@ -383,7 +411,8 @@ impl Kernel for Portable {
     }
 }
 
-/// Asks memory for an element that will be needed soon. A hint: it changes nothing, wherever the element is.
+/// Prefetches an element of a slice. A hint: it has no effect on results, and the index may be out
+/// of range.
 #[inline]
 pub(super) fn prefetch<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
@@ -397,7 +426,7 @@ pub(super) fn prefetch<T>(slice: &[T], index: usize) {
     let _ = (slice, index);
 }
 
-/// Instructions that this processor has, with their proof.
+/// An instruction set that this processor has, with its proof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Available {
     Portable,
@@ -408,7 +437,7 @@ pub(super) enum Available {
 }
 
 impl Available {
-    /// The instructions without their proof.
+    /// The instruction set without its proof.
     pub fn instructions(self) -> Instructions {
         match self {
             Self::Portable => Instructions::Portable,
@@ -420,36 +449,37 @@ impl Available {
     }
 }
 
-/// The best instructions that this processor has, up to those that are wished for.
-pub(super) fn available(wish: Instructions) -> Available {
+/// The best instruction set that this processor has, up to `chosen`.
+pub(super) fn available(chosen: Instructions) -> Available {
     #[cfg(target_arch = "x86_64")]
     {
-        if wish == Instructions::Widest
+        if chosen == Instructions::Widest
             && let Some(set) = Avx512::detect()
         {
             return Available::Avx512(set);
         }
-        if wish != Instructions::Portable
+        if chosen != Instructions::Portable
             && let Some(set) = Avx2::detect()
         {
             return Available::Avx2(set);
         }
     }
-    let _ = wish;
+    let _ = chosen;
     Available::Portable
 }
 
-/// Work that is compiled for each set of instructions.
+/// A computation that is compiled for each instruction set.
 pub(super) trait Work {
-    type Answer;
+    type Output;
 
-    /// Does it with a kernel, inlined: compiled for what the kernel needs.
-    fn with<K: Kernel>(self, kernel: K) -> Self::Answer;
+    /// Runs the computation with a kernel. Inlined, so that it is compiled with the kernel's
+    /// instructions.
+    fn with<K: Kernel>(self, kernel: K) -> Self::Output;
 }
 
-/// Does work in the build for certain instructions.
+/// Runs a computation in the build for an instruction set.
 #[inline]
-fn built_for<W: Work>(instructions: Available, work: W) -> W::Answer {
+fn dispatch<W: Work>(instructions: Available, work: W) -> W::Output {
     match instructions {
         #[cfg(target_arch = "x86_64")]
         Available::Avx512(set) => set.run(work),
@@ -459,8 +489,8 @@ fn built_for<W: Work>(instructions: Available, work: W) -> W::Answer {
     }
 }
 
-/// Defines a function that calls a method of [`State`] in the build for the instructions that were chosen.
-macro_rules! built_for_each {
+/// Defines a function that calls a method of [`State`] in the build for the chosen instruction set.
+macro_rules! dispatched {
     ($name:ident ( $($argument:ident : $type:ty),* )) => {
         #[inline]
         pub(super) fn $name<D: Detection>(
@@ -476,38 +506,38 @@ macro_rules! built_for_each {
                 $($argument: $type,)*
             }
             impl<D: Detection> Work for Call<'_, D> {
-                type Answer = ();
+                type Output = ();
 
                 #[inline(always)]
                 fn with<K: Kernel>(self, kernel: K) {
                     self.state.$name(kernel, self.world, self.detection $(, self.$argument)*);
                 }
             }
-            built_for(state.instructions, Call { state, world, detection $(, $argument)* });
+            dispatch(state.instructions, Call { state, world, detection $(, $argument)* });
         }
     };
 }
 
-built_for_each!(predict_all());
-built_for_each!(predict_multi_cell(body: u32, now: f64, except: Option<u32>));
-built_for_each!(meet_listed(disc: u32, cell: u32, now: f64, except: Option<u32>));
-built_for_each!(predict_molecule(body: u32, now: f64, except: Option<u32>));
+dispatched!(predict_all());
+dispatched!(predict_multi_cell(body: u32, now: f64, except: Option<u32>));
+dispatched!(search_listed_bodies(disc: u32, cell: u32, now: f64, except: Option<u32>));
+dispatched!(predict_molecule(body: u32, now: f64, except: Option<u32>));
 
-/// Runs a loop over the events, compiled in one piece with the instructions that were chosen.
+/// Runs a loop over the events, compiled in one piece with the chosen instruction set.
 pub(super) fn run<L: EventLoop>(state: &mut State, events: L) -> L::End {
     struct Run<'a, L>(&'a mut State, L);
     impl<L: EventLoop> Work for Run<'_, L> {
-        type Answer = L::End;
+        type Output = L::End;
 
         #[inline(always)]
         fn with<K: Kernel>(self, kernel: K) -> L::End {
             self.1.run(&mut Events(self.0, kernel))
         }
     }
-    built_for(state.instructions, Run(state, events))
+    dispatch(state.instructions, Run(state, events))
 }
 
-/// The events of an epoch, found with certain instructions.
+/// The events of an epoch, computed with a kernel.
 struct Events<'a, K>(&'a mut State, K);
 
 impl<K: Kernel> EventQueue for Events<'_, K> {
@@ -566,22 +596,24 @@ mod tests {
     use crate::cells::{f32_filter::Units, neighbour_lists::NeighbourLists};
     use proptest::prelude::*;
 
-    /// What is answered with each set of instructions that this processor has.
-    fn in_all_ways<W: Work<Answer: std::fmt::Debug + PartialEq> + Copy>(query: W) -> Vec<W::Answer> {
-        let wishes = [Instructions::Portable, Instructions::Avx2, Instructions::Widest];
-        wishes.into_iter().map(|wish| built_for(available(wish), query)).collect()
+    /// The result with each instruction set that this processor has.
+    fn with_each_instruction_set<W: Work<Output: std::fmt::Debug + PartialEq> + Copy>(
+        query: W,
+    ) -> Vec<W::Output> {
+        let sets = [Instructions::Portable, Instructions::Avx2, Instructions::Widest];
+        sets.into_iter().map(|chosen| dispatch(available(chosen), query)).collect()
     }
 
-    /// Who of a block may be met.
+    /// The discs of a block that pass the filter.
     #[derive(Clone, Copy)]
-    struct Look<'a>(&'a F32Filter, &'a Flights);
+    struct FilterEight<'a>(&'a F32Filter, &'a Flights);
 
-    /// What the discs of a list say.
+    /// The earliest contact with the discs of a list.
     #[derive(Clone, Copy)]
-    struct List<'a>(NeighbourQuery<'a>, CellBlock<'a>);
+    struct SearchList<'a>(NeighbourQuery<'a>, CellBlock<'a>);
 
-    impl Work for Look<'_> {
-        type Answer = u32;
+    impl Work for FilterEight<'_> {
+        type Output = u32;
 
         #[inline(always)]
         fn with<K: Kernel>(self, kernel: K) -> u32 {
@@ -589,12 +621,12 @@ mod tests {
         }
     }
 
-    impl Work for List<'_> {
-        type Answer = SoonestSlot;
+    impl Work for SearchList<'_> {
+        type Output = SoonestSlot;
 
         #[inline(always)]
         fn with<K: Kernel>(self, kernel: K) -> SoonestSlot {
-            let soonest = kernel.any(&self.0, &self.1);
+            let soonest = kernel.soonest_of_list(&self.0, &self.1);
             self.1.for_each_slots8(|slots| {
                 let images = self.1.at_border;
                 let (lanes, expected) = (kernel.lanes(&self.0, slots, images), self.0.lanes(slots, images));
@@ -613,16 +645,17 @@ mod tests {
             let mut eights = Vec::new();
             self.1.for_each_slots8(|slots| eights.push(*slots));
             if let [slots] = eights.as_slice() {
-                assert_eq!(kernel.eight::<true>(self.0, slots).among(slots), soonest);
+                assert_eq!(kernel.soonest_of_eight::<true>(self.0, slots).in_slots(slots), soonest);
                 if !self.1.at_border {
-                    assert_eq!(kernel.eight::<false>(self.0, slots).among(slots), soonest);
+                    assert_eq!(kernel.soonest_of_eight::<false>(self.0, slots).in_slots(slots), soonest);
                 }
             }
             soonest
         }
     }
 
-    /// Whether a time is that of a contact to rounding, or none is said where there is none to rounding.
+    /// Whether a time is that of a contact to rounding, or infinite where there is none to
+    /// rounding.
     fn is_right(lanes: &DiscLanes, lane: usize, time: f64) -> bool {
         let Some(motion) = lanes.relative_motion(lane) else { return time == f64::INFINITY };
         let sigma = lanes.contact_distance[lane];
@@ -633,12 +666,12 @@ mod tests {
         gap.abs() <= lanes.separation_error || (time == f64::INFINITY && (gap > 0.0 || leaves))
     }
 
-    /// Which slots hold what.
+    /// The slots that hold a number.
     #[derive(Clone, Copy)]
     struct Find<'a>(&'a [u32; DISC_LANES], u32);
 
     impl Work for Find<'_> {
-        type Answer = u32;
+        type Output = u32;
 
         #[inline(always)]
         fn with<K: Kernel>(self, kernel: K) -> u32 {
@@ -650,19 +683,20 @@ mod tests {
         #[test]
         fn a_disc_is_found_in_every_slot_that_holds_it(slots in prop::array::uniform8(0u32..5), disc in 0u32..5) {
             let expected = (0..DISC_LANES).filter(|&place| slots[place] == disc).map(|place| 1 << place).sum::<u32>();
-            prop_assert_eq!(in_all_ways(Find(&slots, disc)), [expected; 3]);
+            prop_assert_eq!(with_each_instruction_set(Find(&slots, disc)), [expected; 3]);
         }
 
-        /// The discs around a cell, inside the box or at its border, of any radii or all alike, some touching, some twice there:
-        /// what the closed form says, to the bit in all ways, and to rounding as detection says it.
+        /// The discs around a cell, inside the box or at its border, of any radii or all of one,
+        /// some touching, some listed twice: all kernels give the bits of the closed form, and the
+        /// contacts of detection to rounding.
         #[test]
-        fn a_list_is_asked_as_detection_does(
+        fn kernels_agree_to_the_bit_and_with_detection_to_rounding(
             others in prop::collection::vec(
                 (0u16..5, 0u16..5, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64), 1..40),
             kinds in prop::collection::vec(0u8..6, 40), alike in any::<bool>(), at_border in any::<bool>(),
             velocity in (-1.0..1.0f64, -1.0..1.0f64), now in 0.0..2.0f64, speed in 0.1..8.0f64,
         ) {
-            // So many sides of the box they fly at most.
+            // No disc flies farther than this many sides of the box.
             let separation_error = HALF_ULP * 16.0 * (1.0 + 2.0 * speed) * (1.0 + 0.75);
             let radius = |kind: u8| if alike { 0.15 } else { 0.05 + 0.05 * f64::from(kind) };
             let moving = |velocity, place| Motion { velocity, ..Motion::at_rest(place) };
@@ -677,7 +711,7 @@ mod tests {
                         let there = asking.position_at(now) + (radius(0) + radius(kind)) * normal;
                         BodyRecord::new(&moving(velocity, there - velocity * now), radius(kind))
                     }
-                    // Where the one before is.
+                    // At the place of the one before.
                     2 => records[records.len() - 1],
                     _ => BodyRecord::new(&moving(velocity, place), radius(kind)),
                 };
@@ -696,7 +730,7 @@ mod tests {
                 now,
                 separation_error,
                 sides: [1.0, 0.75],
-                like: alike.then(|| Like::new(0.15, separation_error)),
+                pair_constants: alike.then(|| PairConstants::new(0.15, separation_error)),
             };
             // Every slot on its own, in the order of the list.
             let slots: Vec<u32> = list.slots().collect();
@@ -714,26 +748,27 @@ mod tests {
             }
             let least = times.iter().copied().fold(f64::INFINITY, f64::min);
             let touched = times.iter().filter(|&&time| time == least && time < f64::INFINITY).count();
-            let query = List(query, list);
-            let answers = in_all_ways(query);
+            let query = SearchList(query, list);
+            let answers = with_each_instruction_set(query);
             for answer in &answers {
                 prop_assert_eq!(answer.time.to_bits(), least.to_bits());
-                // Doubt costs time only; its absence is a promise.
-                prop_assert!(answer.is_doubtful || (touched < 2 && !in_contact));
+                // An ambiguous result costs time only; an unambiguous one must be right.
+                prop_assert!(answer.is_ambiguous || (touched < 2 && !in_contact));
                 if touched == 1 {
                     let place = times.iter().position(|&time| time == least);
                     prop_assert_eq!(Some(answer.slot), place.map(|place| slots[place]));
                 }
             }
             prop_assert!(answers.iter().all(|answer| *answer == answers[0]));
-            // Of no more than eight, doubt is exactly what it should be.
-            prop_assert!(slots.len() > DISC_LANES || answers[0].is_doubtful == (touched > 1 || in_contact));
+            // With at most eight discs, the result is ambiguous exactly if it has to be.
+            prop_assert!(slots.len() > DISC_LANES || answers[0].is_ambiguous == (touched > 1 || in_contact));
         }
 
-        /// Whoever is met before the epoch ends may be met at a filter: at a distance, at contact, in a graze to rounding, at
-        /// nearly the same velocity, in any units; and those at rest relative to each other that touch.
+        /// Every disc that is touched before the end of the epoch passes the filter: from a
+        /// distance, at contact, in a graze to rounding, at nearly equal velocities, in any units;
+        /// and so do discs at relative rest that touch.
         #[test]
-        fn a_glance_leaves_nobody_out(
+        fn the_filter_excludes_no_contact(
             others in prop::collection::vec(
                 (-0.66..0.66f64, -0.66..0.66f64, -1.0..1.0f64, -1.0..1.0f64), DISC_LANES),
             kinds in prop::collection::vec(0u8..7, DISC_LANES), grazes in -1.0..1.0f64, slow in 0.0..12.0f64,
@@ -749,7 +784,7 @@ mod tests {
             let here = sides * DVec2::from(place);
             let code = (image as u32 % 3) | ((image as u32 / 3) << 2);
             let shift = DVec2::from_array(image_of(code << INDEX_BITS).map(f64::from)) * sides;
-            // A quarter: four times that is what nobody exceeds.
+            // A quarter of the unit: the unit is four times the root mean square.
             let at_start = [DVec2::new(0.25 * speed, 0.0)];
             let mut units = Units::new(2.0 * radius, sides, limit, at_start.into_iter());
             let asking = BodyRecord::new(&Motion { velocity, time: now, ..Motion::at_rest(here) }, radius);
@@ -759,19 +794,19 @@ mod tests {
                 let (mut apart, mut theirs) = (DVec2::new(x, y) * sides, speed * DVec2::new(vx, vy));
                 let towards = -apart.normalize_or(DVec2::X);
                 match kind {
-                    // Nobody.
+                    // An empty lane.
                     0 => { records.push(BodyRecord::dummy()); continue }
-                    // At contact to rounding, and coming.
+                    // At contact to rounding, and approaching.
                     1 => apart = -2.0 * radius * towards,
-                    // On a course that grazes to rounding.
+                    // On a path that grazes to rounding.
                     2 => {
                         let course = (theirs - velocity).normalize_or(DVec2::X);
                         let miss = 2.0 * radius * (1.0 + 1e-15 * grazes) * course.perp();
                         apart = miss - course * apart.length();
                     }
-                    // Straight on, hardly faster.
+                    // On a head-on path, hardly faster.
                     3 => theirs = velocity + speed * 0.1 * 10f64.powf(-slow) * towards,
-                    // At contact at the same velocity, to rounding.
+                    // At contact with equal velocities, to rounding.
                     4 => {
                         apart = -2.0 * radius * towards;
                         theirs = velocity * (1.0 + f64::EPSILON * grazes) + speed * 1e-18 * towards;
@@ -786,31 +821,31 @@ mod tests {
                 records.push(record);
             }
             prop_assert!(!units.is_disabled());
-            let filter = units.filter(&records[0].flight, now).through(&units, code as usize);
+            let filter = units.filter(&records[0].flight, now).for_image(&units, code as usize);
             let near = filter.near(&flights);
-            prop_assert_eq!(in_all_ways(Look(&filter, &flights)), [near; 3]);
+            prop_assert_eq!(with_each_instruction_set(FilterEight(&filter, &flights)), [near; 3]);
             let query = NeighbourQuery {
                 records: &records,
                 from: &records[0],
                 now,
                 separation_error: 0.0,
                 sides: sides.to_array(),
-                like: Some(Like::new(radius, 0.0)),
+                pair_constants: Some(PairConstants::new(radius, 0.0)),
             };
             let slots: [u32; DISC_LANES] = std::array::from_fn(|lane| (lane as u32 + 1) | code << INDEX_BITS);
             let times = query.lanes(&slots, true).contact_times();
             for (lane, time) in times.into_iter().enumerate() {
                 let may_be_met = near & (1 << lane) != 0;
                 prop_assert!(may_be_met || now + time > limit, "lane {}, kind {}, {}", lane, kinds[lane], time);
-                prop_assert!(!may_be_met || kinds[lane] > 0, "nobody is not met");
+                prop_assert!(!may_be_met || kinds[lane] > 0, "an empty lane passes the filter");
             }
         }
     }
 
     #[test]
-    fn a_glance_sorts_out_nearly_everybody() {
-        // Discs of radius 0.001 in the eight cells around, each 0.04 long: of a course, 0.004 in the circumference of a circle
-        // of 0.04 comes near; half of them are on the way back.
+    fn the_filter_excludes_nearly_all_discs_of_a_dilute_gas() {
+        // Discs of radius 0.001 at a distance of 0.04 on a circle around the query disc: a path has
+        // a width of 0.004 in a circumference of 2 π 0.04, and half of the discs on it recede.
         use rand::{RngExt, SeedableRng};
         let mut random = rand_pcg::Pcg64::seed_from_u64(11);
         let mut number = move || random.random::<f64>() - 0.5;

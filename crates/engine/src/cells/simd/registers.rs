@@ -1,5 +1,6 @@
-//! Discs asked in registers of four numbers, and seen at a filter in registers of eight, operation by operation as in
-//! [`Portable`](super::Portable), [`NeighbourQuery::lanes`] and [`F32Filter::near`].
+//! Kernels in 256-bit registers: exact tests of four discs and filter tests of eight, with the
+//! operations and their order as in [`Portable`](super::Portable), [`NeighbourQuery::lanes`] and
+//! [`F32Filter::near`].
 
 use std::arch::asm;
 use std::arch::x86_64::{
@@ -15,7 +16,7 @@ use carom_kinematics::HALF_ULP;
 
 use super::{
     BodyRecord, CellBlock, DISC_LANES, DiscLanes, F32Filter, Flights, INDEX_BITS, INDEX_MASK, Kernel,
-    NeighbourQuery, Soonest, SoonestSlot, masks::Masks,
+    NeighbourQuery, SoonestOfEight, SoonestSlot, masks::Masks,
 };
 
 /// Registers of 256 bits, with masks of one kind.
@@ -34,12 +35,16 @@ impl<M: Masks> Registers<M> {
 
 impl<M: Masks> Kernel for Registers<M> {
     #[inline(always)]
-    fn eight<const IMAGES: bool>(self, query: NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> Soonest {
-        eight::<M, IMAGES>(self.0, &query, slots)
+    fn soonest_of_eight<const IMAGES: bool>(
+        self,
+        query: NeighbourQuery<'_>,
+        slots: &[u32; DISC_LANES],
+    ) -> SoonestOfEight {
+        soonest_of_eight::<M, IMAGES>(self.0, &query, slots)
     }
 
     #[inline(always)]
-    fn any(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
+    fn soonest_of_list(self, query: &NeighbourQuery<'_>, list: &CellBlock<'_>) -> SoonestSlot {
         if list.at_border {
             self.0.soonest::<true>(query, list)
         } else {
@@ -74,8 +79,9 @@ impl<M: Masks> Kernel for Registers<M> {
     }
 }
 
-/// Stores a register as one. The compiler would take one apart that it has just put together from two halves, and whoever
-/// reads it as one then waits until both have reached the cache.
+/// Stores a register with one instruction. The compiler would split the store of a register that
+/// was just combined from two halves, and the next load of the whole register would fail
+/// store-to-load forwarding.
 #[target_feature(enable = "avx2")]
 #[inline]
 fn store(numbers: &mut [f64; 4], register: __m256d) {
@@ -87,26 +93,26 @@ fn store(numbers: &mut [f64; 4], register: __m256d) {
     }
 }
 
-/// The soonest contact with the discs in eight slots.
+/// The earliest contact with the discs in eight slots.
 ///
-/// Inlined in any case, as everything below: a call would write registers to memory and read them
-/// back.
+/// Always inlined, as are the functions that it calls: a call would write registers to memory and
+/// read them back.
 #[inline(always)]
-pub(super) fn eight<M: Masks, const IMAGES: bool>(
+pub(super) fn soonest_of_eight<M: Masks, const IMAGES: bool>(
     masks: M,
     query: &NeighbourQuery<'_>,
     slots: &[u32; DISC_LANES],
-) -> Soonest {
-    let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(masks, query, slots);
+) -> SoonestOfEight {
+    let [a, b, c, d, e, f, g, h] = records_of::<M, IMAGES>(masks, query, slots);
     let shifts = IMAGES.then(|| shifts(masks, query, slots));
-    let low = Four::of_lines(masks, query, [a, b, c, d], shifts.map(|[low, _]| low));
-    let high = Four::of_lines(masks, query, [e, f, g, h], shifts.map(|[_, high]| high));
+    let low = Four::of_records(masks, query, [a, b, c, d], shifts.map(|[low, _]| low));
+    let high = Four::of_records(masks, query, [e, f, g, h], shifts.map(|[_, high]| high));
     soonest_of(low, high)
 }
 
-/// The soonest of eight.
+/// The earliest contact of eight.
 #[inline(always)]
-fn soonest_of<M: Masks>(low: Four<M>, high: Four<M>) -> Soonest {
+fn soonest_of<M: Masks>(low: Four<M>, high: Four<M>) -> SoonestOfEight {
     let masks = low.masks;
     let in_contact = masks.is_any([low.in_contact(), high.in_contact()]);
     let (low, high) = (low.times(), high.times());
@@ -117,18 +123,18 @@ fn soonest_of<M: Masks>(low: Four<M>, high: Four<M>) -> Soonest {
         let time = _mm_cvtsd_f64(_mm_min_pd(least, _mm_unpackhi_pd(least, least)));
         (time, _mm256_set1_pd(time))
     };
-    Soonest { time, slots: masks.equal(low, spread) | masks.equal(high, spread) << 4, in_contact }
+    SoonestOfEight { time, slots: masks.equal(low, spread) | masks.equal(high, spread) << 4, in_contact }
 }
 
-/// By how much the discs in eight slots are shifted by the images in which they are seen (length), x and y of four and of the
-/// other four: [`image_of`](super::image_of) of all at once, times the sides.
+/// Shifts of the discs in eight slots by their images (length), x and y of the first four and of
+/// the last four: the vectorised [`image_of`](super::image_of), times the sides of the box.
 #[inline(always)]
 fn shifts<M: Masks>(_: M, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES]) -> [[__m256d; 2]; 2] {
     // SAFETY: the token proves AVX2 (see `Masks`). The load reads 32 bytes, the size of the array
     // that the reference borrows; it needs no alignment. Nothing else touches memory.
     unsafe {
         let slots = _mm256_loadu_si256(slots.as_ptr().cast());
-        // Minus one where the bit is set that is so many from the highest.
+        // Minus one where the bit at this distance from the highest is set.
         let up_x = _mm256_srai_epi32::<31>(_mm256_slli_epi32::<{ 31 - INDEX_BITS as i32 }>(slots));
         let down_x = _mm256_srai_epi32::<31>(_mm256_slli_epi32::<{ 30 - INDEX_BITS as i32 }>(slots));
         let up_y = _mm256_srai_epi32::<31>(_mm256_slli_epi32::<{ 29 - INDEX_BITS as i32 }>(slots));
@@ -142,7 +148,7 @@ fn shifts<M: Masks>(_: M, query: &NeighbourQuery<'_>, slots: &[u32; DISC_LANES])
     }
 }
 
-/// A row of four numbers.
+/// Four numbers in a register.
 #[inline(always)]
 fn load<M: Masks>(_: M, row: &[f64; 4]) -> __m256d {
     // SAFETY: the token proves AVX2 (see `Masks`); the numbers are read by their indices, in safe
@@ -150,7 +156,7 @@ fn load<M: Masks>(_: M, row: &[f64; 4]) -> __m256d {
     unsafe { _mm256_setr_pd(row[0], row[1], row[2], row[3]) }
 }
 
-/// From a row for each of four discs to a register for each of x, y, vx, vy.
+/// Transposes the rows of four discs into registers of x, y, vx, vy.
 #[inline(always)]
 fn by_number<M: Masks>(_: M, [a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
     // SAFETY: the token proves AVX2 (see `Masks`); the instructions touch no memory.
@@ -166,7 +172,7 @@ fn by_number<M: Masks>(_: M, [a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
     }
 }
 
-/// Slots8 slots, as seen from the asking disc: [`NeighbourQuery::lanes`], written down in whole registers, as it is read.
+/// The vectorised [`NeighbourQuery::lanes`], stored as whole registers, as they are loaded.
 #[inline(always)]
 fn lanes<M: Masks, const IMAGES: bool>(
     masks: M,
@@ -174,14 +180,14 @@ fn lanes<M: Masks, const IMAGES: bool>(
     slots: &[u32; DISC_LANES],
 ) -> DiscLanes {
     let mut lanes = DiscLanes::empty(query.separation_error, query.speed());
-    let [a, b, c, d, e, f, g, h] = bodies::<M, IMAGES>(masks, query, slots);
+    let [a, b, c, d, e, f, g, h] = records_of::<M, IMAGES>(masks, query, slots);
     let shifts = IMAGES.then(|| shifts(masks, query, slots));
     write_lanes::<M, 0>(masks, query, [a, b, c, d], shifts.map(|[low, _]| low), &mut lanes);
     write_lanes::<M, 4>(masks, query, [e, f, g, h], shifts.map(|[_, high]| high), &mut lanes);
     lanes
 }
 
-/// Four bodies into the lanes from the `FIRST` on.
+/// Writes four bodies into the lanes from `FIRST` on.
 #[inline(always)]
 fn write_lanes<M: Masks, const FIRST: usize>(
     masks: M,
@@ -194,8 +200,8 @@ fn write_lanes<M: Masks, const FIRST: usize>(
     // of four `f64`, whose bounds the slicing has checked; it needs no alignment.
     unsafe {
         let from = load(masks, &query.from.flight);
-        let reach = if let Some(like) = query.like {
-            _mm256_set1_pd(like.sigma)
+        let reach = if let Some(pair_constants) = query.pair_constants {
+            _mm256_set1_pd(pair_constants.sigma)
         } else {
             let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
             _mm256_add_pd(radii, _mm256_set1_pd(query.from.radius))
@@ -223,7 +229,7 @@ fn write_lanes<M: Masks, const FIRST: usize>(
     }
 }
 
-/// Which of eight discs may be met, as [`F32Filter::near`] says it.
+/// The vectorised [`F32Filter::near`].
 #[inline(always)]
 fn near<M: Masks>(masks: M, filter: &F32Filter, flights: &Flights) -> u32 {
     // SAFETY: `masks` proves AVX2 (see `Masks`). Each load reads 32 bytes, the size of the array of
@@ -249,9 +255,9 @@ fn near<M: Masks>(masks: M, filter: &F32Filter, flights: &Flights) -> u32 {
     }
 }
 
-/// The eight bodies of eight slots; a slot without an image is an index itself.
+/// The records of the bodies in eight slots; without `IMAGES` a slot is an index.
 #[inline(always)]
-fn bodies<'a, M: Masks, const IMAGES: bool>(
+fn records_of<'a, M: Masks, const IMAGES: bool>(
     masks: M,
     query: &NeighbourQuery<'a>,
     slots: &[u32; DISC_LANES],
@@ -260,8 +266,8 @@ fn bodies<'a, M: Masks, const IMAGES: bool>(
     // SAFETY: `masks` proves AVX2 (see `Masks`). The load reads 32 bytes, the size of the array
     // that the reference borrows; it needs no alignment. Nothing else touches memory.
     let (indices, count) = unsafe {
-        // This instruction, so that the compiler does not take the register apart for the indices: it cannot know that
-        // they are the same.
+        // This instruction prevents the compiler from splitting the register into indices again: it
+        // does not recognise that they are equal.
         let mut indices = _mm256_lddqu_si256(slots.as_ptr().cast());
         if IMAGES {
             indices = _mm256_and_si256(indices, _mm256_set1_epi32(INDEX_MASK as i32));
@@ -278,24 +284,24 @@ fn bodies<'a, M: Masks, const IMAGES: bool>(
     })
 }
 
-/// Four discs on their way past the asking one.
+/// Four discs on their paths relative to the query disc.
 #[derive(Clone, Copy)]
 struct Four<M> {
-    /// Proof of the instructions.
+    /// Proof of the instruction set.
     masks: M,
-    /// d·v and d·d − σ², d and v from the other disc to the asking one.
+    /// d·v and d·d − σ², with d and v from the other disc to the query disc.
     b: __m256d,
     c: __m256d,
     /// σ² v² − (d₀ × v)², d₀ at the start of the epoch.
     discriminant: __m256d,
-    /// c of a pair that may touch already is this at most.
+    /// A pair may touch already if its c is at most this.
     touching: __m256d,
 }
 
 impl<M: Masks> Four<M> {
-    /// Four bodies by their records, seen in images that shift them by `shifts` (length).
+    /// Four bodies from their records, in images that shift them by `shifts` (length).
     #[inline(always)]
-    fn of_lines(
+    fn of_records(
         masks: M,
         query: &NeighbourQuery<'_>,
         [a, b, c, d]: [&BodyRecord; 4],
@@ -303,20 +309,20 @@ impl<M: Masks> Four<M> {
     ) -> Self {
         // SAFETY: `masks` proves AVX2 (see `Masks`); the instructions touch no memory.
         unsafe {
-            let (sigma_squared, touching) = if let Some(like) = query.like {
-                (_mm256_set1_pd(like.sigma_squared), _mm256_set1_pd(like.touching))
+            let (sigma_squared, touching) = if let Some(pair_constants) = query.pair_constants {
+                (_mm256_set1_pd(pair_constants.sigma_squared), _mm256_set1_pd(pair_constants.touching))
             } else {
                 let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
                 let sigma = _mm256_add_pd(radii, _mm256_set1_pd(query.from.radius));
-                // 4 σ (error + 8 u σ), multiplied in the same order.
+                // 4 σ (error + 8 u σ), multiplied in the order of `PairConstants::at`.
                 let error = _mm256_set1_pd(query.separation_error);
                 let error = _mm256_add_pd(error, _mm256_mul_pd(_mm256_set1_pd(8.0 * HALF_ULP), sigma));
                 let touching = _mm256_mul_pd(_mm256_mul_pd(_mm256_set1_pd(4.0), sigma), error);
                 (_mm256_mul_pd(sigma, sigma), touching)
             };
             let from = load(masks, &query.from.flight);
-            // From the other to the asking one, which is what one instruction gives. Every sum and product below has the
-            // bits that it has the other way round.
+            // From the other disc to the query disc: this sign needs one instruction. The sums and
+            // products below have the same bits for either sign.
             let (a, b) =
                 (_mm256_sub_pd(from, load(masks, &a.flight)), _mm256_sub_pd(from, load(masks, &b.flight)));
             let (c, d) =
@@ -356,27 +362,27 @@ impl<M: Masks> Four<M> {
         }
     }
 
-    /// Which of them come to a contact.
+    /// Selects discs that come to a contact.
     #[inline(always)]
-    fn closes(self) -> M::Some {
+    fn closes(self) -> M::Mask {
         self.masks.above_zero(self.masks.not_above_zero(self.b), self.discriminant)
     }
 
-    /// Times of contact, infinite for never.
+    /// Times of contact, infinite for none.
     #[inline(always)]
     fn times(self) -> __m256d {
         // SAFETY: `masks` proves AVX2 (see `Masks`); the instructions touch no memory.
         let divisors = unsafe {
-            // NaN where there is no root, and then not looked at.
+            // NaN where there is no real root; the mask excludes these lanes.
             let root = _mm256_sqrt_pd(self.discriminant);
             _mm256_sub_pd(root, self.b)
         };
         self.masks.quotients(self.closes(), self.c, divisors)
     }
 
-    /// A mask of those that touch to rounding and do not part: they need a closer look.
+    /// Selects pairs that touch to rounding and do not separate; the detector must decide them.
     #[inline(always)]
-    fn in_contact(self) -> M::Some {
+    fn in_contact(self) -> M::Mask {
         self.masks.within(self.masks.not_above_zero(self.b), self.c, self.touching)
     }
 }
