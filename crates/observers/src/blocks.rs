@@ -3,7 +3,6 @@
 //! A block is 2ᵏ samples long. When there are 64 blocks, neighbours are joined and k increases by
 //! one. A run of any length, unknown beforehand, is thus covered by 32 to 63 blocks (blocking;
 //! Flyvbjerg & Petersen 1989).
-//! a run of any length, without its end being known beforehand (blocking; Flyvbjerg & Petersen 1989).
 
 use carom_engine::{Body, CollisionReport, Observer, View};
 use carom_kinematics::EpochTime;

@@ -39,8 +39,7 @@ const EVENNESS: f64 = 1e-6;
 /// use carom_engine::{Observer, Scene, Simulation};
 /// use carom_observers::{Group, TimeCorrelation};
 ///
-/// // A disc moves in a straight line, ten times through the box. The bumper fixes the frame of
-/// rest.
+/// // A disc moves in a straight line, ten times through the box. The bumper fixes the frame.
 /// let disc = r#"
 ///     [[molecule]]
 ///     atoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]
