@@ -227,8 +227,8 @@ pub(crate) trait GapFunction {
         if is_safe { correction } else { 0.0 }
     }
 
-    /// The step of a pair that touches or overlaps and is not in contact. The gap of a touching pair
-    /// falls to E/8 below min(g, 0) at most, that of a deep pair not at all (Lemma 9).
+    /// The step of a pair that touches or overlaps and is not in contact. The gap of a touching
+    /// pair falls to E/8 below min(g, 0) at most, that of a deep pair not at all (Lemma 9).
     fn touching_step(&self, now: &Gap) -> f64 {
         // No gap closes faster than L, even where E' is infinite because the centres coincide.
         let rate = (now.rate - now.rate_error).max(-self.top_speed());

@@ -30,7 +30,8 @@ pub struct Nearest {
 }
 
 impl Face {
-    /// The face of a wall with the given span, from end to end (length), and half thickness `radius` (length, may be 0).
+    /// The face of a wall with the given span, from end to end (length), and half thickness
+    /// `radius` (length, may be 0).
     pub(crate) fn of_wall(span: DVec2, radius: f64) -> Result<Self, GeometryError> {
         check_length("the x extent of a wall", span.x)?;
         check_length("the y extent of a wall", span.y)?;
@@ -115,7 +116,8 @@ pub struct HalfPlane {
 }
 
 impl HalfPlane {
-    /// The half-plane whose border goes through the origin, with `normal` (any length but 0) out of it.
+    /// The half-plane whose border goes through the origin, with `normal` (any length but 0) out of
+    /// it.
     ///
     /// # Errors
     /// [`GeometryError`] if the normal is zero, NaN or infinite.

@@ -58,8 +58,7 @@ impl EpochTime {
         self.offset
     }
 
-    /// The duration from `other` to this time (time); its relative error is that of one float, at
-    /// any age.
+    /// The duration from `other` to this time (time), exact in its leading float at any age.
     pub fn since(self, other: Self) -> f64 {
         let (high, error) = two_sum(self.epoch, -other.epoch);
         let low = self.epoch_low - other.epoch_low;

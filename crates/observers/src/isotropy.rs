@@ -115,7 +115,8 @@ fn exceedance(ratio: f64, half: usize, other: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// Tables of Fisher's F: the 5 % points for (2, 10), (4, 20) and (12, 30) degrees of freedom are 4.103, 2.866, 2.092.
+    /// Tables of Fisher's F: the 5 % points for (2, 10), (4, 20) and (12, 30) degrees of freedom
+    /// are 4.103, 2.866, 2.092.
     #[test]
     fn five_per_cent_points() {
         for (half, other, point) in [(1, 10, 4.103), (2, 20, 2.866), (6, 30, 2.092)] {

@@ -9,7 +9,8 @@ type Likeness<'a> = (bool, &'a [Tag], usize, u64, u64);
 
 /// The kind of each body of a view, in its order, numbered 0, 1, … in order of appearance.
 ///
-/// Bodies of one kind have the same tags, number of atoms, size and mass, and all or none of them are fixed.
+/// Bodies of one kind have the same tags, number of atoms, size and mass, and all or none of them
+/// are fixed.
 pub fn kinds(view: &View<'_>) -> Vec<usize> {
     let mut known: BTreeMap<Likeness<'_>, usize> = BTreeMap::new();
     view.bodies()

@@ -79,7 +79,8 @@ impl PairDistribution {
     /// `cutoff` (length); `bins` = 0 is taken as 1.
     ///
     /// # Errors
-    /// [`CutoffError`] if `cutoff` is not positive or not less than half the shorter side of the box.
+    /// [`CutoffError`] if `cutoff` is not positive or not less than half the shorter side of the
+    /// box.
     pub fn new(
         groups: [Group; 2],
         bounds: &PeriodicBox,

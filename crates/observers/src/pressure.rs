@@ -145,7 +145,8 @@ impl Observer for Pressure {
     }
 }
 
-/// N kT and the translational energy K, both relative to the centre of mass (mass × length² / time²).
+/// N kT and the translational energy K, both relative to the centre of mass (mass × length² /
+/// time²).
 fn thermal(view: &View<'_>) -> [f64; 2] {
     let thermal = view.centre_of_mass_frame().thermal(view.bodies());
     [thermal.bodies as f64 * thermal.temperature().unwrap_or(0.0), thermal.translation]

@@ -41,8 +41,8 @@ pub struct ProjectionHistogram {
 }
 
 impl ProjectionHistogram {
-    /// An empty histogram from −`half_width` to `half_width` (mass × length / time), with at least one bin:
-    /// `bins` = 0 is taken as 1.
+    /// An empty histogram from −`half_width` to `half_width` (mass × length / time), with at least
+    /// one bin: `bins` = 0 is taken as 1.
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if the half-width is not positive and finite.

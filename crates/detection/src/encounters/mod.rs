@@ -161,8 +161,7 @@ mod tests {
             let case = Encounter::draw(Class::Generic, 5, index);
             let Some(contact) = case.ask(&Exact::default()).outcome.contact() else { continue };
             let half = 0.5 * contact.time;
-            let rest =
-                case.after(half).ask(&Exact::default()).outcome.contact().expect("it lies ahead");
+            let rest = case.after(half).ask(&Exact::default()).outcome.contact().expect("it lies ahead");
             assert_eq!(rest.touch, contact.touch);
             assert!((rest.time + half - contact.time).abs() < 1e-12 * case.natural_time().max(contact.time));
         }
