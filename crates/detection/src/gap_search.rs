@@ -58,8 +58,8 @@
 //! 6. **Landing.** Near a contact the root h of g + g' h + g'' h²/2 is reported without a further
 //!    evaluation, if C₃ h³ and h (E' + h E'') are each at most E/4 and the rate at h is below −E'.
 //!    The gap at h is then within 2 E of 0. *Proof.* Up to h the gap differs from the parabola by
-//!    at most C₃ h³/6 and h (E' + h E''). The rate at h is −√(g'² − 2 g'' g) to within C₃ h²/2 + E' +
-//!    h E''.
+//!    at most C₃ h³/6 and h (E' + h E''). The rate at h is −√(g'² − 2 g'' g) to within C₃ h²/2 +
+//!    E' + h E''.
 //! 7. **Last correction.** The time of a pair found within E of contact is corrected by −g/g' if C
 //!    h² ≤ E, with h the correction and C = K + |d'|²/|d| (for a face C = K). *Proof.* Since the
 //!    square root is concave, |d(t+h)| ≤ |d| + g' h + C h²/2.

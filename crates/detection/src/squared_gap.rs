@@ -120,7 +120,7 @@ impl<'a> SquaredGap<'a> {
             Bound::Atoms(bound) => bound.of_rate(time, distance),
             Bound::Face(bound) => bound.of_rate(time),
         };
-        // Between atoms the direction has the length of the distance, towards a face it has length 1.
+        // The vector between atoms has the length of their distance, that to a face length 1.
         let length = if self.face.is_some() { 1.0 } else { distance };
         direction.dot(velocity) < -(length * resolved)
     }

@@ -28,7 +28,8 @@ use crate::{Additive, body_frame::in_body_frame, direction_histogram::bin_of};
 /// use carom_engine::{Observer, Scene, Simulation};
 /// use carom_observers::ContactDensity;
 ///
-/// // One disc of speed 1 is an ideal gas of kT = ½ m v² and one body on the area that the bumper leaves.
+/// // One disc of speed 1 is an ideal gas of kT = ½ m v² and one body, on the area outside the
+/// // excluded region of the bumper.
 /// let scene = Scene::from_toml(r#"
 ///     [[bumper]]
 ///     radius = 0.2

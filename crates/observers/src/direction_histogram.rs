@@ -22,7 +22,8 @@ use crate::{Additive, body_frame::in_body_frame};
 /// use carom_engine::{Observer, Scene, Simulation};
 /// use carom_observers::DirectionHistogram;
 ///
-/// // A disc at rest, hit from the left: the impulse on it points along +x, into the first of four bins.
+/// // A disc at rest, hit from the left: the impulse on it points along +x, in the first of four
+/// // bins.
 /// let scene = Scene::from_toml(r#"
 ///     [[molecule]]
 ///     atoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]

@@ -66,7 +66,8 @@ impl ThermostatPoint {
         (self.duration > 0.0).then(|| self.put_in / self.duration)
     }
 
-    /// Energy lost in contacts per time (mass × length² / time³); `None` for an interval of length 0.
+    /// Energy lost in contacts per time (mass × length² / time³); `None` for an interval of length
+    /// 0.
     pub fn dissipation(&self) -> Option<f64> {
         (self.duration > 0.0).then(|| self.lost / self.duration)
     }
