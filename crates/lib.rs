@@ -1,8 +1,8 @@
 //! Exact event-driven simulation of two-dimensional gases of rigid molecules.
 //!
-//! A molecule is a rigid union of discs, its *atoms*. Between contacts it flies straight and turns evenly;
-//! contacts are instantaneous. Time goes from one contact to the next, so there is no time step, nothing
-//! tunnels, and energy is kept to rounding.
+//! A molecule is a rigid union of discs, its *atoms*. Between contacts it moves with constant
+//! velocity and angular velocity; contacts are instantaneous. The simulation advances from contact
+//! to contact, so there is no time step, no tunnelling, and energy is conserved to rounding.
 //!
 //! ```
 //! use carom::{DirectionHistogram, Observer, Scene, Simulation};
@@ -28,7 +28,7 @@
 //! let mut simulation = Simulation::new(&scene)?;
 //! let tee = simulation.view().bodies().next().expect("the scene has bodies").body.key();
 //!
-//! // From which side is the molecule hit, in its own frame?
+//! // The directions of the impulses on the molecule, in its own frame.
 //! let mut directions = DirectionHistogram::new(tee, 360);
 //! directions.start(&simulation.view());
 //! simulation.observe_until(2.0, &mut directions)?;
@@ -37,19 +37,18 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The layers are crates of their own, each usable alone; this one puts them under one roof. An arrow means
-//! "imports":
+//! Each layer is a separate crate that can be used alone; this crate re-exports them as modules:
 //!
-//! | module | answers | imports |
+//! | module | contents | imports |
 //! | --- | --- | --- |
-//! | [`geometry`] | what shapes there are | |
-//! | [`kinematics`] | where a body is if nothing happens | geometry |
-//! | [`detection`] | when two bodies first touch | geometry, kinematics |
-//! | [`response`] | what the touch changes | geometry, kinematics |
-//! | [`engine`] | in which order it all happens | all above |
-//! | [`observers`] | what is measured meanwhile | all above |
+//! | [`geometry`] | shapes: molecules, walls, the periodic box | |
+//! | [`kinematics`] | free flight of a body | geometry |
+//! | [`detection`] | the time of the first contact of two bodies | geometry, kinematics |
+//! | [`response`] | the change of motion at a contact | geometry, kinematics |
+//! | [`engine`] | scenes and the event-driven simulation | all above |
+//! | [`observers`] | measurements during a run | all above |
 //!
-//! The names that most programs need stand here as well, without their layer.
+//! The most common names are also available at the top level.
 
 pub use carom_geometry as geometry;
 pub use carom_kinematics as kinematics;
@@ -74,10 +73,10 @@ pub use carom_observers::{
 };
 pub use carom_response::{Elasticity, Impact, Response};
 
-/// Version of the whole, as the manifests of runs name it.
+/// Version of the workspace, as recorded in the manifests of runs.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The examples of the README, run with the tests.
+/// The examples of the README, as doctests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct ReadmeExamples;

@@ -1,4 +1,5 @@
-//! A few atoms of A against a few of B: a few steps for all pairs at once, then the pairs one by one.
+//! Searches a few atoms of A against a few of B: the first steps for all pairs at once (structure
+//! of arrays), then the pairs one by one.
 
 use carom_geometry::{Atom, Circle, CircleTree};
 use glam::DVec2;
@@ -13,33 +14,35 @@ use crate::{
     tolerance::{SHARED_STEPS, STEP_MARGIN},
 };
 
-/// Most atoms of one body in a block.
+/// The most atoms of one body in a block.
 const MOST: usize = CircleTree::CROSSOVER;
 
-/// Lanes of the longest row: whole vector registers.
+/// The number of lanes of the longest row: whole SIMD registers.
 const LONGEST: usize = MOST.next_multiple_of(2);
 
-/// Room for all pairs of a block.
+/// The number of pairs that a block can hold.
 const LENGTH: usize = MOST * LONGEST;
 
-/// Some atoms of one body, by their indices.
+/// Atoms of one body, by index.
 #[derive(Clone, Copy)]
 pub(crate) struct Atoms<'a> {
     pub(crate) all: &'a [Atom],
     pub(crate) indices: &'a [u32],
 }
 
-/// The atoms of one body side by side, as they lie in its frame, in `N` lanes. The last one fills up the row.
+/// The atoms of one body in its frame, as a structure of arrays with `N` lanes. The last atom fills
+/// the unused lanes.
 struct Row<const N: usize> {
     x: [f64; N],
     y: [f64; N],
     radius: [f64; N],
     arm: [f64; N],
-    /// Radii of the circles about the centre of mass that the atoms never leave.
+    /// Radii of the circles about the centre of mass inside which the atoms stay.
     reach: [f64; N],
 }
 
-/// One atom: its place and velocity about the centre of mass, and what bounds the change of both.
+/// One atom: its position and velocity relative to the centre of mass, its radius and the bound ω²
+/// r on its acceleration.
 struct Single {
     place: DVec2,
     velocity: DVec2,
@@ -47,12 +50,12 @@ struct Single {
     centripetal: f64,
 }
 
-/// What the pairs of a block have in common: E of the bodies' bounding circles, which is not below that of any of
-/// their atoms.
+/// Data common to all pairs of a block. `error` is E of the bodies' bounding circles, which is at
+/// least that of any of their atoms.
 pub(crate) struct BlockSearch<'a> {
     pub(crate) flight: &'a Flight<'a>,
     error: ErrorBound,
-    /// What the reach of any pair is inflated by.
+    /// The rounding that is added to the reach of each pair.
     inflation: f64,
 }
 
@@ -66,10 +69,11 @@ impl<'a> BlockSearch<'a> {
         }
     }
 
-    /// Searches all pairs of the atoms `a` and `b`, none of which touch before `begin`, in the order of
-    /// certified bounds; those beyond the best so far are left.
+    /// Searches all pairs of the atoms `a` and `b` in the order of their certified bounds, and
+    /// skips pairs whose bound is later than the limit of the search. No pair may touch before
+    /// `begin`.
     pub(crate) fn search(&self, a: Atoms<'_>, b: Atoms<'_>, begin: f64, search: &mut Search) {
-        // The body with more atoms goes along the rows.
+        // The body with more atoms is along the rows.
         let along = usize::from(b.indices.len() >= a.indices.len());
         let (across, row) = if along == 1 { (a, b) } else { (b, a) };
         let mut room = [f64::INFINITY; LENGTH];
@@ -79,7 +83,7 @@ impl<'a> BlockSearch<'a> {
             _ => self.first_bounds::<LONGEST>([across, row], along, begin, &mut room, search),
         };
         let bounds = &mut room[..across.indices.len().min(MOST) * stride];
-        // The pair with the earliest bound, and so on: mostly one or two pairs are ever wanted.
+        // The pair with the earliest bound first. Mostly only one or two pairs are searched.
         let mut steps = [0; LENGTH];
         loop {
             let [(next, bound), (_, pause)] = two_least(bounds);
@@ -102,8 +106,9 @@ impl<'a> BlockSearch<'a> {
         }
     }
 
-    /// Writes until when each pair is certainly free, row by row of `N` lanes, which it returns: infinite for pairs that
-    /// are never within reach of each other, and for lanes without an atom.
+    /// Writes the time up to which each pair is certified free, row by row, and returns the number
+    /// `N` of lanes in a row. The time is infinite for pairs that are never within reach of each
+    /// other, and for lanes without an atom.
     fn first_bounds<const N: usize>(
         &self,
         [across, row]: [Atoms<'_>; 2],
@@ -118,7 +123,7 @@ impl<'a> BlockSearch<'a> {
         let pairs = (across.indices.len() * row.indices.len()) as u32;
         self.shared_step(across, &lanes, along, &self.flight.at(begin), bounds);
         search.evaluations += pairs;
-        // Again from where the soonest pair may be in contact. For few rows it pays less.
+        // Another shared step from the earliest bound. It pays less for few rows.
         let again = across.indices.len().saturating_sub(1).min(SHARED_STEPS);
         let mut before = begin;
         for _ in 0..again {
@@ -137,8 +142,8 @@ impl<'a> BlockSearch<'a> {
         N
     }
 
-    /// What is known of each pair without looking at it: nothing, or that the centres pass each other out of its
-    /// reach, as [`skim`](crate::skim) tells.
+    /// Initializes the bounds without evaluating a gap: 0, or infinite if the centres pass each
+    /// other beyond the reach of the pair, as in [`skim`](crate::skim).
     #[inline]
     fn start<const N: usize>(&self, across: Atoms<'_>, row: &Row<N>, bounds: &mut [f64]) {
         let motion = self.flight.motion;
@@ -154,11 +159,12 @@ impl<'a> BlockSearch<'a> {
         }
     }
 
-    /// The certified step with K for every pair: until when each is certainly free, where that is later than what is
-    /// known.
+    /// Advances the bound of each pair by one certified step with the curvature bound K, where that
+    /// is later than the present bound.
     ///
-    /// The gap less E and its rate less E' are used, so no gap is below 0 up to there. The root is taken in the form
-    /// for a falling gap throughout. Where a gap widens this form cancels; √ is taken larger by more than that.
+    /// The step uses the gap less E and its rate less E', so that no gap falls below 0. It takes
+    /// the root in the form for a falling gap for all pairs. For a widening gap this form cancels;
+    /// the square root is enlarged by more than the resulting error.
     #[inline]
     fn shared_step<const N: usize>(
         &self,
@@ -187,7 +193,7 @@ impl<'a> BlockSearch<'a> {
                 let k = spin * spin * row.arm[lane] + atom.centripetal;
                 let distance = (x * x + y * y).sqrt();
                 let gap = (distance - (row.radius[lane] + atom.radius)) - error;
-                // Touching pairs get no step, nor does what is no number.
+                // Touching pairs and NaN get no step.
                 let gap = if gap > 0.0 { gap } else { 0.0 };
                 let rate = ((x * vx + y * vy) - over_distance) / distance - constant;
                 let root = (rate * rate + 2.0 * k * gap).sqrt() * (1.0 + STEP_MARGIN);
@@ -205,7 +211,7 @@ impl<'a> BlockSearch<'a> {
 impl<const N: usize> Row<N> {
     #[inline]
     fn new(atoms: Atoms<'_>) -> Self {
-        // There is always one: what has no atoms has a face, and is not searched here.
+        // There is at least one atom: bodies without atoms have a face and are not searched here.
         let last = atoms.indices.len() - 1;
         let atoms: [&Atom; N] =
             std::array::from_fn(|lane| &atoms.all[atoms.indices[lane.min(last)] as usize]);
@@ -233,7 +239,7 @@ impl Single {
     }
 }
 
-/// Index and value of the least and of the next one.
+/// Index and value of the least and of the second least number.
 #[inline]
 fn two_least(values: &[f64]) -> [(usize, f64); 2] {
     let mut least = [(0, f64::INFINITY); 2];

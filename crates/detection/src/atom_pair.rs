@@ -1,4 +1,4 @@
-//! The gap between one atom of A and one of B, or between two circles that hold atoms.
+//! The gap between an atom of A and an atom of B, or between two circles that hold atoms.
 
 use carom_geometry::Circle;
 use carom_kinematics::{HALF_ULP as U, Orientation};
@@ -14,7 +14,8 @@ use crate::{
     tolerance::{FAST_ROTOR, LEAST_ATOM_ERRORS, LEAST_JERK},
 };
 
-/// Two circles in flight, each fixed in its body. The notation is that of [`gap_search`](crate::gap_search).
+/// Two circles in flight, each fixed in its body, in the notation of
+/// [`gap_search`](crate::gap_search).
 pub(crate) struct AtomPair<'a> {
     flight: &'a Flight<'a>,
     offsets: [DVec2; 2],
@@ -32,12 +33,12 @@ pub(crate) struct AtomPair<'a> {
     pub(crate) error: ErrorBound,
 }
 
-/// The two circles at one moment.
+/// The two circles at one time.
 pub(crate) struct PairPose {
     at: Placement,
     /// d
     d: DVec2,
-    /// Arms of both circles, turned into place.
+    /// Arms of both circles in their present orientation.
     arms: [DVec2; 2],
 }
 
@@ -50,7 +51,7 @@ impl<'a> AtomPair<'a> {
         let contact_distance = circles[0].radius + circles[1].radius;
         let jerk = spin_a.abs() * a + spin_b.abs() * b;
         let angle = error.speed() / contact_distance;
-        // 3 and 1.1547 with |d| down to (1 − 1/64) s; see `LEAST_ATOM_ERRORS`.
+        // 3 and 1.1547 with |d| ≥ (1 − 1/64) s; see `LEAST_ATOM_ERRORS`.
         let gap_jerk = jerk + angle * (3.05 * (a + b) + 1.2 * angle * error.speed());
         let (slower, apart) = (a.min(b), (spin_b - spin_a).abs());
         Self {
@@ -66,7 +67,7 @@ impl<'a> AtomPair<'a> {
         }
     }
 
-    /// The farthest that the bodies' centres can be apart in contact (length).
+    /// The largest distance of the bodies' centres in contact (length).
     pub(crate) fn reach(&self) -> f64 {
         (self.arms[0] + self.arms[1]) + self.contact_distance
     }
@@ -77,7 +78,8 @@ impl<'a> AtomPair<'a> {
         PairPose { d: at.separation + (arms[1] - arms[0]), arms, at }
     }
 
-    /// When bodies whose centres are too far apart for a contact come near enough, if they do; no sooner than `time`.
+    /// The time, not before `time`, at which bodies too far apart for a contact come within reach;
+    /// `None` if they do not up to `limit`.
     #[cold]
     fn comes_within_reach(&self, separation: DVec2, time: f64, limit: f64) -> Option<f64> {
         if separation.dot(self.flight.motion.velocity) >= 0.0 {
@@ -86,8 +88,8 @@ impl<'a> AtomPair<'a> {
         skim(self.flight.motion, self.reach(), limit).map(|window| window.begin.max(time))
     }
 
-    /// A time up to which the circles are certainly apart, by one step from a placement on; that time itself
-    /// if they may touch there.
+    /// A time up to which the circles are certified free, by one step from a placement; the time of
+    /// the placement if they may touch there.
     #[inline]
     pub(crate) fn contact_time_lower_bounds(&self, at: &Placement) -> f64 {
         let now = self.gap(&self.pose_of(*at));
@@ -95,8 +97,9 @@ impl<'a> AtomPair<'a> {
         if gap > 0.0 { at.time + safe_step(gap, now.rate - now.rate_error, &now.curvature) } else { at.time }
     }
 
-    /// Follows two circles from `window.begin` until they are within `nearness` of their radii or until they are
-    /// apart up to the end of the window, whichever is first. Nothing that they hold touches before.
+    /// Advances two circles from `window.begin` until their gap is at most `nearness` times the sum
+    /// of their radii, and returns that placement; `None` if they are certified free up to the end
+    /// of the window. Their contents do not touch before.
     pub(crate) fn approach(
         &self,
         window: Window,
@@ -110,7 +113,7 @@ impl<'a> AtomPair<'a> {
             let now = self.gap(&pose);
             *evaluations += 1;
             let gap = now.value - now.error;
-            // NaN must end the walk.
+            // NaN must end the loop.
             if gap <= near || gap.is_nan() {
                 break;
             }
@@ -127,8 +130,8 @@ impl<'a> AtomPair<'a> {
         Some(pose.at)
     }
 
-    /// Bound on the rounding of d'': the normal is off by 2 E/|d|, the arms by their share of E, and there are less than
-    /// 12 roundings.
+    /// Bound on the rounding of d'': the error of the normal is at most 2 E/|d|, the arms add their
+    /// share of E, and there are fewer than 12 roundings.
     #[inline]
     fn acceleration_error(&self, error: f64, inverse_distance: f64) -> f64 {
         let [a, b] = self.centripetal;
@@ -136,7 +139,7 @@ impl<'a> AtomPair<'a> {
         (a + b) * (2.0 * error * inverse_distance + 12.0 * U) + spin * spin * error
     }
 
-    /// The step to where the atom of `other` may reach the orbit of the atom of `body`.
+    /// The step to the time at which the atom of `other` may reach the orbit of the atom of `body`.
     #[cold]
     fn orbit_step_of(&self, at: &Placement, body: usize, other: usize) -> f64 {
         let sign = if other == 1 { 1.0 } else { -1.0 };
@@ -179,7 +182,7 @@ impl GapFunction for AtomPair<'_> {
         let along_normal = d.dot(acceleration) * inverse_distance;
         let across = d.perp_dot(velocity) * inverse_distance;
         let acceleration_error = self.acceleration_error(error, inverse_distance);
-        // p is off by no more than E', like n·d'.
+        // The error of p is at most E', like that of n·d'.
         let least_across = (across.abs() - rate_error).max(0.0);
         let nearness = error * inverse_distance + 8.0 * U;
         let least_along_normal = along_normal - acceleration_error;
@@ -214,7 +217,7 @@ impl GapFunction for AtomPair<'_> {
         let d = start.d + moved;
         let widened = moved.dot(2.0 * start.d + moved) / (d.length() + start.d.length());
         let arms = [start.arms[0] + swings[0], start.arms[1] + swings[1]];
-        // Of the placement only the time is looked at, for E.
+        // Only the time of the placement is used, for E.
         let at = start.at.with_time(start.at.time + elapsed);
         Some((PairPose { at, d, arms }, widened))
     }
@@ -227,7 +230,8 @@ impl GapFunction for AtomPair<'_> {
         self.contact_distance
     }
 
-    /// The longest step certified by taking one of the atoms for the whole circle that it runs on, if its body turns fast.
+    /// The longest step certified by replacing one of the atoms by the disc that holds its orbit,
+    /// if its body turns fast.
     #[inline]
     fn other_step(&self, pose: &PairPose) -> f64 {
         let speed = self.flight.speed;
@@ -250,7 +254,7 @@ impl GapFunction for AtomPair<'_> {
     #[inline]
     fn within_reach(&self, time: f64, limit: f64) -> Option<f64> {
         let reach = self.reach() + rounding_within(self.flight.motion, self.reach());
-        // Out of each other's reach, they part for good or are only coming.
+        // Bodies out of reach of each other either separate for good or still approach.
         let separation = self.flight.separation(time);
         if separation.length_squared() > reach * reach {
             self.comes_within_reach(separation, time, limit)
@@ -260,14 +264,16 @@ impl GapFunction for AtomPair<'_> {
     }
 }
 
-/// ω² r, not less than the smallest normal float where it is not 0: a bound that has underflowed is no bound.
+/// ω² r, or the smallest normal float if the product underflows and is not 0, so that it stays an
+/// upper bound.
 #[inline]
 pub(crate) fn centripetal(spin: f64, arm: f64) -> f64 {
     let value = spin * spin * arm;
     if (value < f64::MIN_POSITIVE) & (spin != 0.0) & (arm > 0.0) { f64::MIN_POSITIVE } else { value }
 }
 
-/// A bound that is a product of three velocities, or no bound (infinite) where it is positive but has lost its digits.
+/// A bound that is a product of three velocities; infinite (no bound) where it is positive but has
+/// lost digits to underflow.
 #[inline]
 fn or_none(bound: f64, is_positive: bool) -> f64 {
     if is_positive & (bound < LEAST_JERK) { f64::INFINITY } else { bound }
@@ -289,8 +295,9 @@ mod tests {
 
     #[test]
     fn the_last_correction_never_leaves_the_rounding_bound() {
-        // Nine tenths of E apart, slipping past each other, and closing barely faster than E': −g/g' would be a
-        // tenth of the time to slip by a diameter, and put the contact where there is none.
+        // A gap of 0.9 E between atoms that slip past each other and close barely faster than E'. A
+        // correction by −g/g' would be a tenth of the time to slip by a diameter, and the contact
+        // would be wrong.
         let atom = Atom::new(DVec2::ZERO, 0.5, 1.0).unwrap();
         let still = RelativeMotion::exactly(DVec2::new(0.0, 1.0), DVec2::X);
         let bound = ErrorBound::new(&still, &atom, &atom);

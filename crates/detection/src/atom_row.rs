@@ -1,14 +1,19 @@
-//! Until when a disc is certainly apart from each of a few atoms of a turning molecule.
+//! Broad phase: a lower bound on the time at which a disc touches one of a few atoms of a turning
+//! molecule.
 //!
-//! With a the place of an atom in its molecule's frame, and a disc at p, as the [asking](crate::QueryBody) molecule sees it, the gap
-//! g = |p − a| − s has the rate g' = (p − a)·p'/|p − a|, and seen from outside the atom's acceleration is never more than
-//! K = ω² |a|. So there is no contact as long as g + g' h − K h²/2 is above 0: the shared step of
-//! [`Exact`](crate::Exact). Where g widens that is at least up to h = 2 g'/K; and as a pair that has just met, with g = 0 to
-//! rounding, is no nearer up to there than it is now, it is apart so long, too. Nothing is told of a pair that may be
-//! [back so soon](crate::tolerance::SOON) that only a search can tell when.
+//! # Lemmas
+//! In the frame that moves and turns with the molecule ([`query_body`](crate::query_body)) an atom
+//! is at a and the disc at p. s is the sum of their radii.
 //!
-//! **Rounding.** Of g and g' as the asking molecule sees them, and for the normal, which is off by 2 E/|p − a|, as in
-//! [`ErrorBound`](crate::ErrorBound). K g and g'² are of the order of a velocity squared, and so in range where all else is.
+//! 1. **Closing gap.** The gap g = |p − a| − s has the rate g' = (p − a)·p'/|p − a|. In the
+//!    inertial frame the acceleration of the atom is at most K = ω² |a|. So there is no contact
+//!    while g + g' h − K h²/2 > 0. This is the shared step of [`Exact`](crate::Exact).
+//! 2. **Widening gap.** Where g' > 0 the gap is at least g up to h = 2 g'/K. A pair that has just
+//!    met, with g = 0 to rounding, is therefore free up to that time. If the pair may return [very
+//!    soon](crate::tolerance::SOON), only a search resolves the time, and the bound is 0.
+//! 3. **Rounding.** That of g and g' is bounded in [`query_body`](crate::query_body). The normal
+//!    adds an error of 2 E/|p − a|, as in [`ErrorBound`](crate::ErrorBound). K g and g'² are of the
+//!    order of a squared velocity, and so in range where all other numbers are.
 
 use carom_geometry::AtomRow;
 
@@ -17,7 +22,7 @@ use crate::{
     tolerance::{SOON, STEP_MARGIN},
 };
 
-/// When a disc may touch one of these atoms (time from now).
+/// A lower bound on the time at which a disc touches one of these atoms (time from now).
 #[inline(always)]
 pub(crate) fn apart_from_atoms(rows: &[AtomRow], disc: &RelativeDisc, spin: f64) -> f64 {
     let [px, py] = disc.place;
@@ -53,7 +58,7 @@ pub(crate) fn apart_from_atoms(rows: &[AtomRow], disc: &RelativeDisc, spin: f64)
     least * (1.0 - STEP_MARGIN)
 }
 
-/// The number if it is positive; 0 if it is not, or no number.
+/// `x` if it is positive; 0 otherwise, also for NaN.
 #[inline(always)]
 fn positive(x: f64) -> f64 {
     if x > 0.0 { x } else { 0.0 }

@@ -10,11 +10,13 @@ use crate::{
     walls,
 };
 
-/// Each body taken for the circle that holds it: another model, not an approximation of contact times.
+/// A model in which each body is its bounding circle; it does not approximate the contact times of
+/// the molecules.
 ///
-/// Costs as little as a pair of discs. Bodies whose atoms would pass each other collide, and all
-/// collide earlier; the contact is along the line of centres, so no spin changes. Walls are what they are, and are met by
-/// these circles.
+/// It costs as little as a pair of discs. Contacts are earlier than those of the molecules, and
+/// bodies whose atoms would pass each other collide, too. The impulse is along the line of centres,
+/// so no angular velocity changes. A wall keeps its shape, and the bounding circles collide with
+/// it.
 ///
 /// ```
 /// use carom_detection::{BoundingCircles, Detection, Touch};

@@ -1,4 +1,5 @@
-//! Molecules of many atoms: down the trees of circles of both, as far as circles come near each other.
+//! Searches molecules of many atoms by descending the trees of circles of both, where circles come
+//! near each other.
 
 use carom_geometry::{Circle, CircleTree, Node, Outline};
 use smallvec::SmallVec;
@@ -12,7 +13,7 @@ use crate::{
     tolerance::NEARNESS,
 };
 
-/// Indices of the atoms of molecules that have no tree: they are one block.
+/// Indices of the atoms of a molecule without a tree, which is a single block.
 const ALL: [u32; CircleTree::CROSSOVER] = {
     let mut indices = [0; CircleTree::CROSSOVER];
     let mut index = 0;
@@ -23,13 +24,13 @@ const ALL: [u32; CircleTree::CROSSOVER] = {
     indices
 };
 
-/// A body as a tree of circles, be it of a single one.
+/// A body as a tree of circles, possibly of a single node.
 #[derive(Clone, Copy)]
 pub(crate) struct Body<'a> {
     outline: &'a Outline<'a>,
 }
 
-/// A node of such a tree.
+/// A node of the tree of a body.
 #[derive(Clone, Copy)]
 enum Place<'a> {
     Whole(Circle),
@@ -83,18 +84,20 @@ impl Place<'_> {
     }
 }
 
-/// Two nodes whose atoms do not touch before `bound`.
+/// Two nodes whose atoms do not touch before `bound` (time).
 #[derive(Clone, Copy)]
 struct Task<'a> {
     bound: f64,
     places: [Place<'a>; 2],
 }
 
-/// Depth first, the sooner children first. Children lie in their parent, so they begin where it ends.
+/// Searches the trees depth first, the children with the earlier bound first. Children lie in their
+/// parent, so their search begins at the time up to which the parents are certified.
 ///
-/// Which circle is split depends on their radii only (the larger, both of equal ones), so the argument order does
-/// not matter. There are at most as many tasks as pairs of nodes, and each ends after a bounded number of
-/// steps, because nodes that have used theirs up are split as well.
+/// The node to split depends on the radii only (the larger one, both if they are equal), so
+/// exchanging A and B does not change the answer. There are at most as many tasks as pairs of
+/// nodes. Each ends after a bounded number of steps, because nodes that reach their step limit are
+/// split as well.
 pub(crate) fn descend(blocks: &BlockSearch<'_>, bodies: [Body<'_>; 2], begin: f64, search: &mut Search) {
     let mut stack: SmallVec<[Task<'_>; 64]> = SmallVec::new();
     stack.push(Task { bound: begin, places: bodies.map(Body::root) });
@@ -122,12 +125,12 @@ pub(crate) fn descend(blocks: &BlockSearch<'_>, bodies: [Body<'_>; 2], begin: f6
                 stack.push(Task { bound, places });
             }
         }
-        // The last is taken first.
+        // The last task is taken first.
         stack[first..].sort_by(|one, other| other.bound.total_cmp(&one.bound));
     }
 }
 
-/// The pairs of parts of two nodes, or nothing if both are blocks.
+/// The pairs of children of two nodes; `None` if both are leaves.
 fn split<'a>([a, b]: [Place<'a>; 2]) -> Option<SmallVec<[[Place<'a>; 2]; 4]>> {
     let (radius_a, radius_b) = (a.circle().radius, b.circle().radius);
     let with_a = |b: Place<'a>, parts: [Place<'a>; 2]| parts.map(|part| [part, b]);
@@ -152,7 +155,7 @@ mod tests {
     use glam::DVec2;
     use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
-    /// The earliest contact of all atom pairs, each asked for alone.
+    /// The earliest contact of all atom pairs, each searched separately.
     fn all_pairs(a: &Molecule, b: &Molecule, motion: &RelativeMotion, horizon: f64) -> Option<Contact> {
         let mut earliest: Option<Contact> = None;
         for i in a.atoms() {

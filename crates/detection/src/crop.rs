@@ -1,16 +1,16 @@
-//! Cropping: how long a segment of time may be for the distance of two atoms to turn back at most once.
+//! Cropping: segments of time in which the distance of two atoms has at most one minimum.
 
 use std::f64::consts::FRAC_PI_2;
 
-/// Length of the segments (time) for two bodies with these angular velocities; infinite if neither
-/// turns, since the distance is then a parabola, squared.
+/// The length of the segments (time) for two bodies with these angular velocities; infinite if
+/// neither turns, since the squared distance is then a parabola.
 ///
-/// Equation 2.4 of Montanari (2017), with the absolute values that its last two terms need:
+/// Equation 2.4 of Montanari (2017), with absolute values added in its last two terms:
 ///
 /// `Δt = κ min(π/|ω_A + ω_B|, π/|ω_A − ω_B|, π/(2|ω_A|), π/(2|ω_B|))`, κ = 1/2.
 ///
-/// The first two are never the least, because `|ω_A ± ω_B| ≤ 2 max(|ω_A|, |ω_B|)`. So no term with a zero
-/// below the bar is ever formed.
+/// The first two terms are never the least, because `|ω_A ± ω_B| ≤ 2 max(|ω_A|, |ω_B|)`. They are
+/// not computed, and nothing is divided by zero.
 pub(crate) fn segment_length(angular_velocity: [f64; 2], crop_factor: f64) -> f64 {
     let [a, b] = angular_velocity.map(f64::abs);
     let fastest = a.max(b);

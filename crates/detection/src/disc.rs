@@ -5,25 +5,30 @@ use glam::DVec2;
 
 use crate::{error_bound::one_norm, tolerance::RESTING_DEPTH};
 
-/// When two discs in flight first touch (time from now), infinite if never.
+/// Returns the time of the first contact of two discs in flight (time from now); infinite if there
+/// is none.
 ///
-/// With d, v relative and σ the sum of the radii the contact is at t = c / (−b + √D), c = d² − σ²,
-/// b = d·v < 0, D = σ² v² − (d × v)² > 0 (the form of the quadratic formula that does not cancel).
+/// With d and v the relative position and velocity and σ the sum of the radii, the contact is at t
+/// = c / (−b + √D), with c = d² − σ², b = d·v < 0 and D = σ² v² − (d × v)² > 0 (the form of the
+/// quadratic formula without cancellation).
 ///
-/// `errors` bound the rounding of d (length) and the resolution of v. They decide about a pair that touches or overlaps,
-/// with w = (E + 16 u σ)|v|/σ + δv the resolution of the closing speed:
-/// * c > τ, with τ what E makes of c: the pair is apart, and the formula above holds;
-/// * |c| ≤ τ, touching: in contact if it closes faster than w. A pair that closes more slowly is in contact when it is
-///   τ/8 below min(c, 0), and one deeper than τ/8 is in contact unless it parts;
-/// * c < −τ, overlapping by more than rounding: in contact if it closes.
+/// `errors` are the bounds E on the rounding of d (length) and δv on that of v (length per time).
+/// Let τ be the rounding of c that follows from E, and w = (E + 16 u σ)|v|/σ + δv the rounding of
+/// the closing speed:
+/// * c > τ: the pair is apart, and the formula holds;
+/// * |c| ≤ τ: the pair touches. It is in contact if it closes faster than w. A pair that closes
+///   more slowly is in contact when c is τ/8 below min(c, 0). A pair deeper than τ/8 is in contact
+///   unless it separates;
+/// * c < −τ: the pair overlaps by more than rounding. It is in contact if it closes.
 ///
-/// So a pair whose contacts end with the discs parting, beyond the rounding of their velocities, never gets deeper than τ/4
-/// beyond rounding: discs that part on straight lines do not come back. Bodies at rest next to each other are never in contact, whatever their depth.
+/// If the discs separate after each contact, beyond the rounding of their velocities, no pair gets
+/// deeper than τ/4 plus rounding, because discs that separate on straight lines do not return.
+/// Bodies at rest next to each other are never in contact, at any depth.
 pub(crate) fn disc_contact(d: DVec2, v: DVec2, sigma: f64, errors: (f64, f64)) -> f64 {
     contact_of_passing(d, v, d.perp_dot(v), sigma, errors)
 }
 
-/// The same with d × v given, which is constant along the way.
+/// The contact time of two discs with d × v given, which is constant in free flight.
 pub(crate) fn contact_of_passing(d: DVec2, v: DVec2, cross: f64, sigma: f64, errors: (f64, f64)) -> f64 {
     let (separation_error, velocity_error) = errors;
     let b = d.dot(v);
@@ -32,7 +37,7 @@ pub(crate) fn contact_of_passing(d: DVec2, v: DVec2, cross: f64, sigma: f64, err
     let discriminant = sigma * sigma * v_squared - cross * cross;
     let error = separation_error + 8.0 * U * sigma;
     let touching = 2.0 * sigma * error;
-    // When d² is σ² − `depth`; at once where it is less already.
+    // The time at which d² is σ² − `depth`; 0 if it is already less.
     let time_to = |depth: f64| {
         let discriminant = discriminant - depth * v_squared;
         if b < 0.0 && discriminant > 0.0 {
@@ -41,7 +46,7 @@ pub(crate) fn contact_of_passing(d: DVec2, v: DVec2, cross: f64, sigma: f64, err
             f64::INFINITY
         }
     };
-    // |v| times the angle by which the normal d/σ may be off, and eight roundings.
+    // |v| times the error of the angle of the normal d/σ, and eight roundings.
     let resolved = (error + 8.0 * U * sigma) * one_norm(v) + velocity_error * sigma;
     let resting = RESTING_DEPTH * touching;
     if c.abs() > touching || b < -resolved || resolved == 0.0 {
@@ -70,7 +75,8 @@ mod tests {
 
     #[test]
     fn grazes_are_decided_to_rounding_at_a_distance() {
-        // Miss distance σ (1 ∓ depth) at distance 30 σ: b² − a c loses these, the cross form does not.
+        // Miss distance σ (1 ∓ depth) at distance 30 σ: b² − a c loses these digits, the cross
+        // product does not.
         for exponent in 4..=14 {
             let depth = 10f64.powi(-exponent);
             let at = |b: f64| disc_contact(DVec2::new(30.0, b), DVec2::new(-1.0, 0.0), 1.0, EXACT);
@@ -87,7 +93,7 @@ mod tests {
             let d = DVec2::new(1.0 + gap, 0.0);
             assert!(disc_contact(d, DVec2::new(-1.0, 0.2), 1.0, EXACT) < 1e-15, "closing, gap {gap}");
             assert_eq!(disc_contact(d, DVec2::new(1.0, 0.2), 1.0, EXACT), f64::INFINITY);
-            // One that slides is in contact if it is deeper than τ/8 = ε, one at rest never.
+            // A sliding pair is in contact if it is deeper than τ/8 = ε, a pair at rest never.
             let sliding = if gap < 0.0 { 0.0 } else { f64::INFINITY };
             assert_eq!(disc_contact(d, DVec2::new(0.0, 0.2), 1.0, EXACT), sliding);
             assert_eq!(disc_contact(d, DVec2::ZERO, 1.0, EXACT), f64::INFINITY);

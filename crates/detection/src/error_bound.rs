@@ -1,35 +1,42 @@
-//! The rounding bounds E and E': how far the computed gap of two atoms and its rate can be from the exact ones.
+//! The rounding bounds E and E': how far the computed gap of two atoms and its rate can be from the
+//! exact values.
+//!
+//! # Lemmas
+//! To first order in u, in the notation of [`ErrorBound`]:
+//!
+//! 1. **Flight.** The error of X + V t is at most u (|X| + 3 |V| t). *Proof.* The product takes u
+//!    |V t|, the sum u |X + V t|, and the rounding of V, a difference of two velocities, u |V| t.
+//! 2. **Arms.** The error of a rotated arm r is at most u r (4 |ω t| + 12). *Proof.* In turns, the
+//!    angle takes 3 u |ω t| for the product, the conversion from radians and its constant 1/2π, and
+//!    u (|ω t| + π) for the sum with the orientation. Removing whole turns and quarters is exact.
+//!    The conversion back to radians takes 1.6 u (product and constant, at most π/4), cosine and
+//!    sine 2 u together, and the rotation of r by them 3 u. In all this is u r (4 |ω t| + 10); 12
+//!    is taken.
+//! 3. **Gap.** The errors of the vector d and of the gap are at most E. *Proof.* To Lemmas 1 and 2
+//!    the difference r_B − r_A adds u (r_A + r_B), d adds u |d|, its length 2 u |d|, s adds u s,
+//!    and the gap u (|d| + s). With |d| ≤ |X| + |V| t + r_A + r_B these are 4 u more of each term,
+//!    and 2 u s.
+//! 4. **Rate.** The error of g' = n·d', with n = d/|d|, is at most E'. *Proof.* The error of the
+//!    normal is at most 2 E/|d|. In d' = V + ω_B r_B^⊥ − ω_A r_A^⊥ the rotated arms add |ω| times
+//!    their share of E, and the four operations 4 u L. The scalar product adds 2 u L, the length
+//!    and the division by it 4 u L. In all this is 10 u L; 12 is taken.
 
 use carom_geometry::{Atom, Circle};
 use carom_kinematics::{HALF_ULP as U, RelativeMotion};
 use glam::DVec2;
 
-/// Bounds on the rounding of the gap between an atom of A and an atom of B, and of the rate of the gap.
+/// Bounds on the rounding of the gap between an atom of A and an atom of B, and of its rate.
 ///
-/// With u = 2⁻⁵³, |·|₁ = |x| + |y|, X and V the relative place and velocity of the centres, r the arms
-/// of the atoms, s the sum of their radii, ω the angular velocities, and δ the errors that place, velocity
-/// and angles came with:
+/// With u = 2⁻⁵³, |·|₁ = |x| + |y|, X and V the relative position and velocity of the centres of
+/// mass, r the arms of the atoms, s the sum of their radii, ω the angular velocities, and δ the
+/// input errors of position, velocity and angles α:
 ///
 /// E(t) = u (5 |X|₁ + 17 (r_A + r_B) + 2 s) + δX + r_A δα_A + r_B δα_B
 ///      + u (7 |V|₁ + 4 (|ω_A| r_A + |ω_B| r_B)) t
 ///
 /// E'(t) = L (2 E/|d| + 12 u) + max(|ω_A|, |ω_B|) E + δV,  L = |V| + |ω_A| r_A + |ω_B| r_B
 ///
-/// **E**, rounding by rounding, to first order in u:
-/// * X + V t: u |V t| for the product, u |X + V t| for the sum, and u |V| t for the rounding of V, the
-///   difference of two velocities;
-/// * the angle in turns: 3 u |ω t| for the product, the conversion from radians and its constant 1/2π, and
-///   u (|ω t| + π) for the sum with the orientation; dropping whole turns and quarters is exact. Back to radians
-///   1.6 u (product and constant, at most π/4), cosine and sine 2 u together, the rotation of r by them 3 u:
-///   in all u r (4 |ω t| + 10), where 12 is taken;
-/// * r_B − r_A: u (r_A + r_B); d: u |d|; its length: 2 u |d|; s: u s; the gap: u (|d| + s). As
-///   |d| ≤ |X| + |V| t + r_A + r_B, that is 4 u of each of these more, and 2 u s.
-///
-/// So the vector d itself is off by no more than E.
-///
-/// **E'**: g' = n·d' with n = d/|d|. The normal is off by at most 2 E/|d|. Of d' = V + ω_B r_B^⊥ − ω_A r_A^⊥ the
-/// turned arms bring |ω| times their share of E, its four operations 4 u L, the scalar product 2 u L, the length and
-/// the division by it 4 u L: 10 u L, where 12 is taken.
+/// The source of the module proves both bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorBound {
     start: f64,
@@ -49,7 +56,7 @@ impl ErrorBound {
         Self::of_circles(motion, motion.velocity.length(), motion.angular_velocity, &circles)
     }
 
-    /// The same for any circles, where |V| and the angular velocities that matter are at hand.
+    /// The bounds for a pair of circles, with |V| as `speed` and the angular velocities as `spin`.
     #[inline]
     pub(crate) fn of_circles(
         motion: &RelativeMotion,
@@ -78,13 +85,14 @@ impl ErrorBound {
         self.start + self.rate * time
     }
 
-    /// E', the bound on the rate of the gap where the centres are `distance` apart (length per time).
+    /// E', the bound on the rate of the gap at `time`, with the centres `distance` apart (length
+    /// per time).
     pub fn of_rate(&self, time: f64, distance: f64) -> f64 {
         let [constant, over_distance] = self.rate_terms(self.at(time));
         constant + over_distance / distance
     }
 
-    /// E' for a given E, as a constant and what is to be divided by the distance.
+    /// E' for a given E, as a constant term and the numerator of a term in 1/|d|.
     #[inline]
     pub(crate) fn rate_terms(&self, error: f64) -> [f64; 2] {
         [12.0 * U * self.speed + self.spin * error + self.velocity, 2.0 * self.speed * error]
@@ -116,7 +124,7 @@ pub(crate) mod tests {
 
     pub(crate) type Big = FBig<HalfEven, 2>;
 
-    /// About 48 decimal digits, of which the largest angles below take nine.
+    /// About 48 decimal digits; the largest angles below take nine of them.
     pub(crate) const PRECISION: usize = 160;
 
     pub(crate) fn big(x: f64) -> Big {
@@ -139,7 +147,7 @@ pub(crate) mod tests {
         [turned, derivative]
     }
 
-    /// g and g' to some 40 digits, and |d|.
+    /// g and g' to about 40 digits, and |d|.
     fn exact(motion: &RelativeMotion, atoms: [&Atom; 2], time: f64, pi: &Big) -> (Big, Big, f64) {
         let [a, b] = [0, 1].map(|body| {
             arm(atoms[body].offset(), motion.orientation[body], motion.angular_velocity[body], time, pi)
@@ -198,14 +206,15 @@ pub(crate) mod tests {
         worst
     }
 
-    /// Near, at the origin of time, with 10⁸ turns behind them, and a million sizes away.
+    /// Tests states near the start, at the origin of time, after 10⁸ turns, and a million sizes
+    /// away.
     fn check(count: u32) {
         for (distance, spin, duration) in [(3.0, 3.0, 3.0), (2.0, 1.0, 0.0), (3.0, 1e8, 6.0), (1e6, 3.0, 1e6)]
         {
             let [gap, rate] = worst_ratios(count / 4, distance, spin, duration);
             eprintln!("distance {distance:e}, spin {spin:e}: worst |error|/E {gap:.2}, |error|/E' {rate:.2}");
             assert!(gap <= 1.0 && rate <= 1.0, "{gap} {rate}");
-            // Nor are they so wide that they say nothing.
+            // The bounds are not trivially wide.
             assert!(gap > 0.05 && rate > 0.01, "{gap} {rate}");
         }
     }
@@ -215,8 +224,9 @@ pub(crate) mod tests {
         check(4_000);
     }
 
-    /// Looks for the numbers at which a ratio is largest: from the worst of some random states on, single numbers are
-    /// changed in their last or leading digits, and changes that raise the ratio are kept. Returns the largest ratio.
+    /// Searches for the state with the largest ratio. From the worst of some random states on,
+    /// single numbers are changed in their last or leading digits, and changes that raise the ratio
+    /// are kept. Returns the largest ratio.
     pub(crate) fn directed_search<const N: usize>(
         random: &mut Random,
         starts: u32,
@@ -273,7 +283,8 @@ pub(crate) mod tests {
         let pi = Big::pi(PRECISION);
         let mut random = Random(18);
         for which in 0..2 {
-            // Each term of the bounds alone: place, arms, radii, turning, flight, and all together.
+            // Each term of the bounds alone: positions, arms, radii, rotation, flight; then all
+            // together.
             for scale in [
                 [1.0, 1e-6, 1e-6, 1e-9, 1e-9, 0.0],
                 [1e-6, 1.0, 1e-6, 1e-9, 1.0, 1e-6],
@@ -335,7 +346,7 @@ pub(crate) mod tests {
                 assert!(worst > 0.2 && worst <= 1.0, "number {which}, spin {spin:e}: {worst}");
             }
         }
-        // A state at which 4 |ω Δt| u in place of 5 |ω Δt| u is exceeded by 1.5 %.
+        // A state at which the error exceeds 4 |ω Δt| u, in place of 5 |ω Δt| u, by 1.5 %.
         let spin = 1_075_499_723.352_964_4;
         let turns = -0.282_691_642_053_091_7;
         let mut state = [0.0; 16];

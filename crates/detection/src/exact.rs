@@ -1,31 +1,42 @@
-//! The certified detector: no contact deeper than rounding is missed, and none is invented.
+//! Certified contact detection: no contact deeper than rounding is missed, none is invented.
 //!
-//! # What it promises
-//! With E the bound on the rounding of the gap ([`ErrorBound`](crate::ErrorBound)): every contact reported has |g| ≤ 2 E
-//! unless the pair was deeper already, no contact deeper than 2 E is passed over, and "certified free until" is what it
-//! says. Exchanging A and B changes no bit of the time. Velocities times a power of two change only the power.
+//! # Guarantees
+//! E is the bound on the rounding of the gap g ([`ErrorBound`](crate::ErrorBound)).
 //!
-//! # How it searches
-//! Each pair of parts is followed by the steps of [`gap_search`](crate::gap_search), whose lemmas prove the promise for one
-//! pair. For whole bodies:
+//! * Every reported contact has |g| ≤ 2 E, unless the pair was deeper already.
+//! * No contact deeper than 2 E is missed.
+//! * No contact deeper than 2 E lies before the time of [`Outcome::FreeUntil`].
+//! * Exchanging A and B changes no bit of the time.
+//! * Multiplying all velocities by a power of two multiplies the time by its inverse, to the last
+//!   bit.
 //!
-//! 1. **Windows.** Outside the times in which the centres of mass are within R_A + R_B there is no contact: a parabola in
-//!    time ([`skim`]), whose reach is inflated by more than the rounding of its coefficients.
-//! 2. **Many pairs.** The first steps are taken for all pairs at once, from one placement of the bodies; the pairs are then
-//!    followed one by one, the one with the earliest bound first; a pair whose gap widens is left for another whose
-//!    bound has become the earliest. A pair whose bound is later than a contact already found cannot matter, nor can
-//!    anything after a time up to which some pair is certified and no further.
-//! 3. **Many atoms.** Circles that hold atoms ([`CircleTree`](carom_geometry::CircleTree)) are followed as if they were
-//!    atoms. Their contents lie inside, rounding included, and cannot touch before they do; so the parts of two circles
-//!    begin where those were last certified. These shared steps use g − E and pass over nothing deeper than L u t.
-//! 4. **Before a search.** [`Detection::contact_time_lower_bounds`] gives lower bounds by one step from coarser data; the rounding taken
-//!    off is wider than E ([`QueryBody`]). A search of bodies that turn begins at that bound.
-//! 5. **Discs.** Bodies that do not turn meet by the closed form of [`disc_contact`].
-//! 6. **Ranges.** A query that holds NaN, an infinity, or a magnitude whose square could overflow is answered by
-//!    [`Outcome::OutOfRange`]. Very slow and very fast pairs are answered in another unit of time, where no product of
-//!    velocities underflows.
+//! # Method
+//! Each pair of parts is searched by the steps of [`gap_search`](crate::gap_search) (conservative
+//! advancement), whose lemmas prove the guarantees for one pair of parts. For whole bodies:
 //!
-//! A face that turns is not followed: [`Outcome::Unresolved`] from the start.
+//! 1. **Windows.** A contact requires that the centres of mass are within R_A + R_B. The window of
+//!    time in which they are follows from a parabola ([`skim`]), with R_A + R_B enlarged by more
+//!    than the rounding of its coefficients.
+//! 2. **Many pairs.** The first steps are taken for all pairs at once, from one placement of the
+//!    bodies. The pairs are then searched one by one, in the order of their lower bounds. The
+//!    search of a pair whose gap widens is interrupted when the bound of another pair is earlier.
+//!    Pairs whose bound is later than a contact already found are skipped. If the search of a pair
+//!    ends at its step limit, nothing after the time up to which the pair is certified is searched.
+//! 3. **Many atoms.** The nodes of a tree of circles that hold atoms
+//!    ([`CircleTree`](carom_geometry::CircleTree)) are searched as if they were atoms. The atoms
+//!    lie inside their circles, rounding included, and cannot touch before the circles do. The
+//!    search of two children therefore begins at the time up to which their parents are certified.
+//!    These shared steps use g − E and pass no contact deeper than L u t.
+//! 4. **Broad phase.** [`Detection::contact_time_lower_bounds`] computes lower bounds by one step
+//!    from coarser data. The rounding subtracted there is larger than E ([`QueryBody`]). A search
+//!    of bodies that turn begins at that bound.
+//! 5. **Discs.** Contacts of bodies that do not turn follow from the closed form of
+//!    [`disc_contact`].
+//! 6. **Range.** A query that holds NaN, an infinity, or a magnitude whose square could overflow
+//!    results in [`Outcome::OutOfRange`]. Very slow and very fast pairs are searched in another
+//!    unit of time, in which no product of velocities underflows.
+//!
+//! A face that turns is not searched: the outcome is [`Outcome::Unresolved`] at time 0.
 
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
@@ -44,7 +55,7 @@ use crate::{
     walls,
 };
 
-/// The certified detector; see the [crate] and the table of detectors there.
+/// The certified detector; the [crate] documentation compares it with the other detectors.
 ///
 /// ```
 /// use carom_detection::{Detection, Exact, Outcome, Touch};
@@ -52,8 +63,8 @@ use crate::{
 /// use carom_kinematics::RelativeMotion;
 /// use glam::DVec2;
 ///
-/// // A dumbbell turns on the spot (arms 1, ω = 1) and strikes a disc at rest, 2 + √2 radii away:
-/// // contact when the atoms' centres are 2 radii apart.
+/// // A dumbbell (arms 1, radii 1, ω = 1) turns on the spot, 2.5 below a disc of radius 1 at rest.
+/// // They touch when the centres of the two atoms are 2 apart.
 /// let dumbbell = Molecule::named(Shape::Dumbbell, 1.0, 1.0)?;
 /// let disc = Molecule::disc(1.0, 1.0)?;
 /// let pair = RelativeMotion {
@@ -61,8 +72,8 @@ use crate::{
 ///     ..RelativeMotion::exactly(DVec2::new(0.0, 2.5), DVec2::ZERO)
 /// };
 /// let answer = Exact::default().first_contact(dumbbell.outline(), disc.outline(), &pair, 10.0);
-/// let Outcome::Contact(contact) = answer.outcome else { panic!("it is struck") };
-/// // Law of cosines: 2² = 1² + 2.5² − 2 · 2.5 cos ψ, struck at a quarter turn less ψ.
+/// let Outcome::Contact(contact) = answer.outcome else { panic!("the dumbbell hits the disc") };
+/// // Law of cosines: 2² = 1² + 2.5² − 2 · 2.5 cos ψ; contact at a quarter turn less ψ.
 /// let psi = f64::acos((1.0 + 6.25 - 4.0) / 5.0);
 /// assert!((contact.time - (std::f64::consts::FRAC_PI_2 - psi)).abs() < 1e-15);
 /// assert_eq!(contact.touch, Touch::Atoms(1, 0));
@@ -70,7 +81,7 @@ use crate::{
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Exact {
-    /// Most steps for one atom pair; see [`MOST_STEPS`].
+    /// Step limit of the search for one atom pair; see [`MOST_STEPS`].
     pub most_steps: u32,
 }
 
@@ -126,7 +137,7 @@ impl Detection for Exact {
 }
 
 impl Exact {
-    /// [`Detection::first_contact_after`] for numbers in the range of the arithmetic.
+    /// Searches a pair whose numbers are in the range of the arithmetic, from `begin` (time) on.
     #[inline]
     fn search(
         self,
@@ -154,7 +165,7 @@ impl Exact {
     }
 }
 
-/// Bodies that do not turn: each atom pair is a pair of discs.
+/// Searches bodies that do not turn: each atom pair is a pair of discs.
 pub(crate) fn straight(a: Outline<'_>, b: Outline<'_>, flight: &Flight<'_>, search: &mut Search) {
     let (motion, start) = (flight.motion, flight.at(0.0));
     for (i, atom_a) in a.atoms.iter().enumerate() {
@@ -174,7 +185,7 @@ pub(crate) fn straight(a: Outline<'_>, b: Outline<'_>, flight: &Flight<'_>, sear
     }
 }
 
-/// Bodies that turn: all atom pairs at once, or through the trees of circles where there are many.
+/// Searches bodies that turn: all atom pairs at once, or the trees of circles for many atoms.
 pub(crate) fn turning(
     a: Outline<'_>,
     b: Outline<'_>,

@@ -1,29 +1,41 @@
-//! The rounding bounds E and E' of an atom against a straight face.
+//! The rounding bounds E and E' of the gap between an atom and a straight face.
+//!
+//! # Lemmas
+//! To first order in u, in the notation of [`FaceErrorBound`], with D = X + V t + r from the centre
+//! of the face to that of the atom:
+//!
+//! 1. **Position.** The error of D is at most u (2 |X| + 4 |V| t + 13 r + 4 |ω| r t). *Proof.* As
+//!    in [`error_bound`](crate::error_bound).
+//! 2. **Normal.** The error of the normal n is at most 12 u. *Proof.* Its length takes 3 u, cosine
+//!    and sine of the orientation of the face 4 u, the rotation by them 3 u: in all 10 u, rounded
+//!    up to 12 u.
+//! 3. **Gap.** The error of the gap is at most E. *Proof.* To Lemma 1 and 12 u |D| (Lemma 2) the
+//!    product n·D adds 2 u |D|, and the difference |n·D| − s adds u |D| + 2 u s. Beyond an end the
+//!    gap is |n'·D| less half the length of the face. The 3 u of that length are at most 3 u |D|
+//!    where they matter. With |D| ≤ |X| + |V| t + r these are 18 u of each term.
+//! 4. **Rate.** The error of the rate is at most E'. *Proof.* The normal adds 12 u L. The rotated
+//!    arm adds |ω| times its share of E. The four operations of d' and the scalar product add 6 u
+//!    L. No term is divided by a distance, because the normal of a face does not depend on the
+//!    position of the atom.
 
 use carom_geometry::{Circle, Face};
 use carom_kinematics::{HALF_ULP as U, RelativeMotion};
 
 use crate::error_bound::one_norm;
 
-/// Bounds on the rounding of the gap between an atom and a straight face, and of the rate of the gap.
+/// Bounds on the rounding of the gap between an atom and a straight face, and of its rate.
 ///
-/// With u = 2⁻⁵³, |·|₁ = |x| + |y|, X and V the place and velocity of the one body's centre relative to the other's, r
-/// the arm of the atom, ω the angular velocity of its body, s its radius and the face's together, and δ the errors that
-/// place, velocity and angles (α of the atom's body, β of the face's) came with:
+/// With u = 2⁻⁵³, |·|₁ = |x| + |y|, X and V the relative position and velocity of the centres of
+/// mass, r the arm of the atom, ω the angular velocity of its body, s the sum of the radii of atom
+/// and face, and δ the input errors of position, velocity and angles (α for the atom's body, β for
+/// the face's):
 ///
-/// E(t) = u (20 |X|₁ + 31 r + 2 s) + δX + r δα + (|X|₁ + r) δβ + (u (22 |V|₁ + 4 |ω| r) + |V|₁ δβ) t
+/// E(t) = u (20 |X|₁ + 31 r + 2 s) + δX + r δα + (|X|₁ + r) δβ
+///      + (u (22 |V|₁ + 4 |ω| r) + |V|₁ δβ) t
 ///
 /// E'(t) = L (18 u + δβ) + |ω| E + δV,  L = |V| + |ω| r
 ///
-/// **E**, rounding by rounding, to first order in u, with D = X + V t + r from the centre of the face to the atom's:
-/// * D as in [`ErrorBound`](crate::ErrorBound): u (2 |X| + 4 |V| t + 13 r + 4 |ω| r t);
-/// * the normal n: its length 3 u, cosine and sine of the face's orientation 4 u, the rotation by them 3 u: in all
-///   10 u |D|, where 12 is taken;
-/// * n·D: 2 u |D|; the gap |n·D| − s: u |D| + 2 u s. Past an end the gap is |n'·D| less half the length of the face,
-///   whose own 3 u are no more than those of |D| where it matters. As |D| ≤ |X| + |V| t + r, that is 18 u of each.
-///
-/// **E'**: the normal brings 12 u L, the turned arm |ω| times its share of E, the four operations of d' and the scalar
-/// product 6 u L. The normal of a face does not depend on where the atom is, so nothing is divided by a distance.
+/// The source of the module proves both bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FaceErrorBound {
     start: f64,
@@ -32,17 +44,18 @@ pub struct FaceErrorBound {
     speed: f64,
     /// |ω|
     spin: f64,
-    /// δV and what the normal brings.
+    /// δV and the error of the normal times L.
     velocity: f64,
 }
 
 impl FaceErrorBound {
-    /// The bounds for an atom of body number `body` (0 for A, 1 for B) against a face of the other body.
+    /// The bounds for an atom of body number `body` (0 for A, 1 for B) against a face of the other
+    /// body.
     pub fn new(motion: &RelativeMotion, body: usize, atom: &Circle, face: &Face) -> Self {
         Self::with_spin(motion, body, motion.angular_velocity[body], atom, face)
     }
 
-    /// The same where the angular velocity that matters is at hand.
+    /// The bounds for an atom whose body has the angular velocity `spin`.
     pub(crate) fn with_spin(
         motion: &RelativeMotion,
         body: usize,
@@ -95,7 +108,7 @@ mod tests {
     use carom_kinematics::Orientation;
     use glam::DVec2;
 
-    /// Excess across and along, and their rates, to some 40 digits.
+    /// Excess across and along the face, and their rates, to about 40 digits.
     fn exact(motion: &RelativeMotion, body: usize, atom: &Atom, wall: &Molecule, time: f64) -> [Big; 4] {
         let pi = Big::pi(PRECISION);
         let half = wall.atoms()[1].offset();
@@ -120,7 +133,8 @@ mod tests {
         [gap - s, gap_rate, beyond - length, beyond_rate]
     }
 
-    /// Error over bound of the excesses and of their rates, of an atom of body number `body` and a wall.
+    /// Error over bound of the excesses and of their rates, for an atom of body number `body` and a
+    /// wall.
     fn ratios(body: usize, atom: &Atom, wall: &Molecule, motion: &RelativeMotion, time: f64) -> [f64; 2] {
         let outlines =
             if body == 0 { [atom.outline(), wall.outline()] } else { [wall.outline(), atom.outline()] };
@@ -137,7 +151,7 @@ mod tests {
         [place / bound.at(time), rate / bound.of_rate(time)]
     }
 
-    /// Worst of `ratios` among `count` random states.
+    /// The largest `ratios` among `count` random states.
     fn worst_ratios(count: u32, distance: f64, spin: f64, duration: f64) -> [f64; 2] {
         let mut random = Random(2026);
         let mut worst = [0.0f64; 2];
@@ -198,7 +212,7 @@ mod tests {
             let [gap, rate] = worst_ratios(1_000, distance, spin, duration);
             eprintln!("distance {distance:e}, spin {spin:e}: worst |error|/E {gap:.2}, |error|/E' {rate:.2}");
             assert!(gap <= 1.0 && rate <= 1.0, "{gap} {rate}");
-            // Nor are they so wide that they say nothing.
+            // The bounds are not trivially wide.
             assert!(gap > 0.05 && rate > 0.01, "{gap} {rate}");
         }
     }

@@ -1,4 +1,4 @@
-//! The gap between an atom in flight and a straight face, whose ends an atom can pass.
+//! The gap between an atom in flight and a straight face of finite length.
 
 use carom_geometry::{Circle, Face};
 use carom_kinematics::HALF_ULP as U;
@@ -14,37 +14,37 @@ use crate::{
     strip::Strip,
 };
 
-/// One atom of a body and the face of the other, which does not turn. The notation is that of
+/// An atom of one body and the face of the other, which does not turn, in the notation of
 /// [`gap_search`](crate::gap_search).
 pub(crate) struct FacePair<'a> {
     flight: &'a Flight<'a>,
-    /// Which body has the atom.
+    /// The number of the body with the atom (0 for A, 1 for B).
     body: usize,
     atom: Circle,
     face: &'a Face,
-    /// Unit vectors along the face and out of it.
+    /// Unit vectors along the face and normal to it.
     along: DVec2,
     normal: DVec2,
     /// s
     contact_distance: f64,
-    /// K = ω² r, the bound on |d''| for all time.
+    /// K = ω² r, the bound on |d''| at all times.
     centripetal: f64,
     error: FaceErrorBound,
 }
 
-/// An atom at one moment, as seen from the face.
+/// An atom at one time, relative to the face.
 pub(crate) struct FacePose {
     time: f64,
-    /// From the centre of the face's body to that of the atom.
+    /// From the centre of the face to the centre of the atom.
     place: DVec2,
-    /// Arm of the atom, turned into place.
+    /// Arm of the atom in its present orientation.
     arm: DVec2,
     /// The normal on the atom's side, and the direction along the face to the nearer end.
     outwards: DVec2,
     endwards: DVec2,
 }
 
-/// How far a point is out in one direction, and how that changes.
+/// A distance in one direction, and its first two time derivatives.
 #[derive(Clone, Copy)]
 pub(crate) struct Excess {
     pub(crate) value: f64,
@@ -84,11 +84,12 @@ impl<'a> FacePair<'a> {
         }
     }
 
-    /// When an atom that moves straight on touches the face; infinite for never.
+    /// The contact time of an atom in uniform motion with the face; infinite if there is none.
     ///
-    /// The face is touched at the later of the times at which the gap is closed and the span is entered, if the atom
-    /// is in the span then. It may enter the span at a gap of 0 to rounding, past an end that it only grazes. What is
-    /// decided of an atom that touches or overlaps is Lemma 8 of [`gap_search`](crate::gap_search).
+    /// The contact is at the later of the times at which the gap closes and the atom enters the
+    /// span, if the atom is in the span then. An atom that only grazes an end may enter the span at
+    /// a gap of 0 to rounding. Atoms that touch or overlap are decided by Lemma 8 of
+    /// [`gap_search`](crate::gap_search).
     fn straight_contact(&self) -> f64 {
         let pose = self.pose(0.0);
         let now = self.gap(&pose);
@@ -123,7 +124,7 @@ impl<'a> FacePair<'a> {
         self.flight.spin[self.body]
     }
 
-    /// Velocity of the atom as seen from the face.
+    /// Velocity of the atom relative to the face.
     fn velocity_of(&self, arm: DVec2) -> DVec2 {
         let velocity = self.flight.motion.velocity;
         let of_centre = if self.body == 1 { velocity } else { -velocity };
@@ -137,7 +138,7 @@ impl<'a> FacePair<'a> {
         FacePose { time, place, arm, outwards, endwards }
     }
 
-    /// How far the atom is out in one direction (length), less `distance`, and how that changes.
+    /// The distance of the atom in one direction (length) less `distance`, and its derivatives.
     fn excess(&self, pose: &FacePose, direction: DVec2, distance: f64) -> Excess {
         let spin = self.spin();
         Excess {
@@ -147,16 +148,17 @@ impl<'a> FacePair<'a> {
         }
     }
 
-    /// How far the centre of the atom is beyond the nearer end of the face; not above 0 in the span.
+    /// The distance of the atom's centre beyond the nearer end of the face; at most 0 in the span.
     pub(crate) fn beyond(&self, pose: &FacePose) -> Excess {
         self.excess(pose, pose.endwards, self.face.half_length())
     }
 
-    /// How the excess in a direction bends: as it is linear in the place of the atom, its second derivative is at most
-    /// K = ω² r, and changes no faster than |ω|³ r.
+    /// The curvature of the excess in a direction. The excess is linear in the position of the
+    /// atom, so its second derivative is at most K = ω² r and changes at a rate of at most |ω|³ r.
     fn curvature(&self, excess: &Excess, error: f64) -> Curvature {
         let spin = self.spin().abs();
-        // The direction is off by 12 u, the arm by its share of E, and there are less than 12 roundings.
+        // The direction has an error of 12 u, the arm its share of E, and there are fewer than 12
+        // roundings.
         let second_error = self.centripetal * (24.0 * U) + spin * spin * error;
         let least = excess.second - second_error;
         let jerk = spin * self.centripetal;
@@ -177,7 +179,7 @@ impl GapFunction for FacePair<'_> {
     fn pose(&self, time: f64) -> FacePose {
         let at: Placement = self.flight.at(time);
         let arm = at.arm(self.body, self.atom.offset);
-        // Exact negation: which body is called A changes no bit.
+        // Negation is exact, so exchanging A and B changes no bit.
         let centre = if self.body == 1 { at.separation } else { -at.separation };
         self.pose_of(time, centre + arm, arm)
     }
@@ -216,7 +218,7 @@ impl GapFunction for FacePair<'_> {
         self.contact_distance
     }
 
-    /// How long an atom beyond an end stays there.
+    /// A certified time for which an atom beyond an end stays there.
     fn other_step(&self, pose: &FacePose) -> f64 {
         let (beyond, error) = (self.beyond(pose), self.error.at(pose.time));
         if beyond.value > error {
@@ -232,7 +234,7 @@ impl GapFunction for FacePair<'_> {
         self.beyond(pose).value + self.error.at(pose.time) + way <= 0.0
     }
 
-    /// The window of the search holds all times within reach.
+    /// Always `time`: the window of the search already covers all times within reach.
     fn within_reach(&self, time: f64, _: f64) -> Option<f64> {
         Some(time)
     }

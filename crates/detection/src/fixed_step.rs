@@ -1,4 +1,4 @@
-//! What a time-stepped code does: look at regular times, and go back when an overlap is seen.
+//! Detection by overlap tests at regular times, as in a time-stepped code.
 
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
@@ -11,11 +11,12 @@ use crate::{
     tolerance::{FIXED_STEP, MOST_BISECTIONS, MOST_FIXED_STEPS},
 };
 
-/// Looks for overlaps at multiples of a step, and bisects back to the moment of touching.
+/// Tests for overlap at multiples of a step, and bisects back to the time of contact.
 ///
-/// A contact that begins and ends between two looks is missed, and one in which atoms pass each other
-/// wholly is late: the error that event-driven simulation is free of. The bodies' own flight is exact
-/// here, so this is the kindest form of such a code.
+/// A contact that begins and ends between two tests is missed. A contact in which atoms pass
+/// through each other is late. Event-driven simulation is free of these errors. The free flight of
+/// the bodies is exact here, so these are the smallest errors of a time-stepped code with this
+/// step.
 ///
 /// ```
 /// use carom_detection::{Detection, FixedStep};
@@ -30,7 +31,7 @@ use crate::{
 ///     detector.first_contact(disc.outline(), disc.outline(), &pair, 10.0).outcome.contact().is_some()
 /// };
 /// assert!(meets(1e-3, 0.999) && meets(0.7, 0.0));
-/// // A graze that lasts 0.09 natural times, seen only by the finer step.
+/// // A graze that lasts 0.09 natural times is found only with the finer step.
 /// assert!(!meets(0.7, 0.999));
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
@@ -38,7 +39,7 @@ use crate::{
 pub struct FixedStep {
     /// The step in [natural times](natural_time) of the pair; see [`FIXED_STEP`].
     pub step: f64,
-    /// Most steps in one window; see [`MOST_FIXED_STEPS`].
+    /// Step limit in one window; see [`MOST_FIXED_STEPS`].
     pub most_steps: u32,
 }
 
@@ -50,8 +51,8 @@ impl Default for FixedStep {
 
 /// The time in which a pair moves by its own size; infinite if nothing moves.
 ///
-/// `(R_A + R_B) / (|V| + |ω_A| R_A + |ω_B| R_B)` with the bounding radii R and the relative velocity V. Of a body with a face,
-/// which may be of any length, it is not the size that counts but that of what meets it: R is 0.
+/// `(R_A + R_B) / (|V| + |ω_A| R_A + |ω_B| R_B)`, with the bounding radii R and the relative
+/// velocity V. For a body with a face R is 0, because its length may be arbitrary.
 pub fn natural_time(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> f64 {
     let [spin_a, spin_b] = motion.angular_velocity.map(f64::abs);
     let [radius_a, radius_b] =
@@ -87,7 +88,7 @@ struct AtomPairs<'a> {
 }
 
 impl AtomPairs<'_> {
-    /// Looks at the multiples of `step` from the last before the window on.
+    /// Tests the multiples of `step`, beginning with the last one before the window.
     fn walk(&mut self, window: Window, step: f64, most_steps: u32, horizon: f64) -> Outcome {
         let first = if step == f64::INFINITY { 0.0 } else { (window.begin / step).floor() };
         let mut before = first * if first == 0.0 { 0.0 } else { step };
@@ -108,7 +109,7 @@ impl AtomPairs<'_> {
         Outcome::Unresolved(window.begin.max(before))
     }
 
-    /// The earliest contact among the pairs that overlap `now`.
+    /// The earliest contact among the pairs that overlap at `now`.
     fn earliest_overlap(&mut self, before: f64, now: f64) -> Option<Contact> {
         let mut earliest: Option<Contact> = None;
         for (touch, gap) in all_pairs(self.a, self.b, self.motion) {
@@ -131,7 +132,7 @@ impl AtomPairs<'_> {
     }
 }
 
-/// Bisects between a moment apart and one of overlap, down to neighbouring floats.
+/// Bisects between a time without and a time with overlap, down to neighbouring floats.
 fn first_touch(gap: &SquaredGap<'_>, mut apart: f64, mut overlap: f64, evaluations: &mut u32) -> f64 {
     for _ in 0..MOST_BISECTIONS {
         let middle = apart + 0.5 * (overlap - apart);
@@ -181,9 +182,9 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_do_not_suffice_are_named() {
+    fn a_search_that_reaches_its_step_limit_is_unresolved() {
         let detector = FixedStep { most_steps: 100, ..FixedStep::default() };
-        // Within reach of the bounding circles for long, and never touching.
+        // The bounding circles overlap for a long time, and the atoms never touch.
         let answer = ask(detector, DVec2::new(0.0, 1.8), DVec2::new(1e-6, 0.0), 1e3);
         assert!(matches!(answer.outcome, Outcome::Unresolved(_)), "{answer:?}");
         for step in [0.0, f64::NAN] {

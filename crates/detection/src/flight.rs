@@ -1,13 +1,13 @@
-//! Two bodies in flight: where they are at a time, as far as their atoms' distances need it.
+//! The positions and orientations of two bodies in flight at a given time.
 
 use carom_geometry::{Circle, Outline};
 use carom_kinematics::{RelativeMotion, Turning};
 use glam::DVec2;
 
-/// The relative motion of two bodies, with what all searches in it share.
+/// The relative motion of two bodies, with quantities common to all searches.
 pub(crate) struct Flight<'a> {
     pub(crate) motion: &'a RelativeMotion,
-    /// Angular velocities; 0 for a body that looks the same however it is turned.
+    /// Angular velocities; 0 for a disc centred on its centre of mass.
     pub(crate) spin: [f64; 2],
     turning: [Turning; 2],
     /// |V|
@@ -15,7 +15,7 @@ pub(crate) struct Flight<'a> {
     rotation_at_start: [DVec2; 2],
 }
 
-/// Where the bodies of a flight are at one time.
+/// The positions and orientations of the bodies of a flight at one time.
 #[derive(Clone, Copy)]
 pub(crate) struct Placement {
     pub(crate) time: f64,
@@ -29,7 +29,7 @@ impl<'a> Flight<'a> {
         let mut flight = Self {
             motion,
             spin: motion.angular_velocity,
-            // One by one: `map` would take them through memory more than once.
+            // Written out, because `map` would copy the values through memory more than once.
             turning: [
                 Turning::new(motion.orientation[0], motion.angular_velocity[0]),
                 Turning::new(motion.orientation[1], motion.angular_velocity[1]),
@@ -47,7 +47,7 @@ impl<'a> Flight<'a> {
         flight
     }
 
-    /// Whether an atom moves otherwise than on a straight line.
+    /// Whether some atom moves on a curved path.
     pub(crate) fn turns(&self) -> bool {
         self.spin != [0.0; 2]
     }
@@ -72,12 +72,13 @@ impl<'a> Flight<'a> {
 }
 
 impl Placement {
-    /// This placement with another time, for what depends on the time alone.
+    /// This placement with another time, for quantities that depend on the time alone.
     pub(crate) fn with_time(self, time: f64) -> Self {
         Self { time, ..self }
     }
 
-    /// From the centre of mass of a body to a place in its frame, as it is turned now.
+    /// The vector from the centre of mass of a body to a point of its frame, in the present
+    /// orientation.
     #[inline]
     pub(crate) fn arm(&self, body: usize, offset: DVec2) -> DVec2 {
         self.rotation[body].rotate(offset)

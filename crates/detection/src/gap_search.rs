@@ -1,67 +1,92 @@
-//! The certified search: steps along the gap between two parts of two bodies, none of which can pass over a contact.
+//! The certified search for the first zero of the gap between two parts of two bodies, by
+//! conservative advancement.
 //!
-//! The two parts are two atoms ([`AtomPair`](crate::atom_pair::AtomPair)) or an atom and a straight face
-//! ([`FacePair`](crate::face_pair::FacePair)). Both give a [`GapFunction`]: the gap g, its derivatives, and bounds on their
-//! rounding. The method is conservative advancement; the lemmas below are its proof.
+//! The parts are two atoms ([`AtomPair`](crate::atom_pair::AtomPair)) or an atom and a straight
+//! face ([`FacePair`](crate::face_pair::FacePair)). Each gives a [`GapFunction`]: the gap g, its
+//! derivatives, and bounds on their rounding. The lemmas below prove that no step passes a contact.
 //!
 //! # Notation
-//! d(t) is the vector between the centres of the two parts (for a face: from its plane), s the sum of their radii, n the
-//! unit vector along d (the normal of the face), g = n·d − s, and g' = n·d'. The arms r of the atoms turn with the angular
-//! velocities ω; the centres of mass move with V relative to each other. For all time
+//! d(t) is the vector from the centre of one part to the centre of the other (for a face: from its
+//! plane). s is the sum of their radii. n is the unit vector along d (for a face: its normal). g =
+//! n·d − s and g' = n·d'. The arms r of the atoms turn with the angular velocities ω. The centres
+//! of mass move with the relative velocity V. At all times:
 //!
-//! |d'| ≤ L = |V| + |ω_A| r_A + |ω_B| r_B,  |d''| ≤ K = ω_A² r_A + ω_B² r_B,  |d'''| ≤ K₃ = |ω_A|³ r_A + |ω_B|³ r_B.
+//! * |d'| ≤ L = |V| + |ω_A| r_A + |ω_B| r_B;
+//! * |d''| ≤ K = ω_A² r_A + ω_B² r_B;
+//! * |d'''| ≤ K₃ = |ω_A|³ r_A + |ω_B|³ r_B.
 //!
-//! E bounds the rounding of g, E' that of g' ([`ErrorBound`](crate::ErrorBound), [`FaceErrorBound`](crate::FaceErrorBound)).
-//! g, g' and g'' without further mention are the computed values.
+//! E bounds the rounding of g, and E' that of g' ([`ErrorBound`](crate::ErrorBound),
+//! [`FaceErrorBound`](crate::FaceErrorBound)); E'' is the bound on the error of g'' used in the
+//! code. u = 2⁻⁵³. Unless stated otherwise, g, g' and g'' are the computed values. J and C₃ are
+//! defined in Lemma 3. R(φ) is the rotation by φ.
 //!
 //! # Lemmas
-//! 1. **Step.** If −n·d'' ≤ k over the next h for the normal n of now, the exact gap stays above g + g' h − k h²/2. *Proof.*
-//!    |d(t+h)| ≥ n·d(t+h) = n·d + n·d' h + ∬ n·d''. For a face the gap is linear in the place and this is an identity.
-//! 2. **Growing bounds.** A bound k₀ + k₁ u on −n·d'' at the time u from now may be replaced by the constant k₀ + k₁ H/3 for
-//!    all h ≤ H. *Proof.* ∬ (k₀ + k₁ u) = k₀ h²/2 + k₁ h³/6.
-//! 3. **Four bounds**, of which the least is taken:
+//! 1. **Step.** Let n be the normal at the start of the step. If −n·d'' ≤ k over the next h, then
+//!    the exact gap after h is at least g + g' h − k h²/2. *Proof.* |d(t+h)| ≥ n·d(t+h) = n·d +
+//!    n·d' h + ∬ n·d''. For a face the gap is linear in the position, and the first relation is an
+//!    equality.
+//! 2. **Growing bounds.** A bound k₀ + k₁ τ on −n·d'' at the time τ from now may be replaced by the
+//!    constant k₀ + k₁ H/3 for all h ≤ H. *Proof.* ∬ (k₀ + k₁ τ) = k₀ h²/2 + k₁ h³/6.
+//! 3. **Bounds on the curvature.** Each of the following is a valid k for h ≤ H; the search uses
+//!    the smallest:
 //!    * K;
-//!    * K₃ H/3 − n·d'', since n·d'' changes no faster than K₃;
-//!    * |d''| + J H/3 with J = min(ω_A² r_A, ω_B² r_B) |ω_B − ω_A|. *Proof.* In the frame that turns with A the acceleration
-//!      is ω_A² q_A − ω_B² R((ω_B − ω_A) t) q_B, of equal length, and changes only as B turns relative to A; likewise with
-//!      B. Without this bound, bodies that move along with equal angular velocities take thousands of steps;
-//!    * C₃ H/3 − g'', from the Taylor expansion of g. With p and q the components of d' and d'' across n, g'' = n·d'' +
-//!      p²/|d| and g''' = n·d''' + 3 p q/|d| − 3 p² g'/|d|². As p² |g'| ≤ 2 |d'|³/√27 and |d| ≥ s up to the first
-//!      contact, |g'''| ≤ C₃ = K₃ + 3 L K/s + 1.2 L³/s². (2·3/√27 = 1.1547; the difference to 1.2 covers |d| ≥ s − 2 E as long
-//!      as s ≥ 53 E. For smaller atoms `GapFunction` gives no C₃.) For a face C₃ = K₃.
-//! 4. **Other certificates.** Of several certified steps the longest is taken. An atom of a fast rotor stays on a circle of
-//!    radius r about its body's centre, so the other atom may be stepped against the disc of radius r + s about that centre.
-//!    An atom beyond the end of a face cannot touch the face before it enters the span; the step of Lemma 1 along the face
-//!    leads there. Outside the time window in which the centres of mass are within r_A + r_B + s there is no contact.
-//! 5. **Rounding of a step.** A step is taken only where g > E, with g' − E' for g'. Over the step the exact gap is then at
-//!    least −E − L u t, and L u t < E: no contact deeper than 2 E is passed. The step itself is computed by a dozen
-//!    roundings in a form without cancellation and is shortened by sixteen
-//!    ([`STEP_MARGIN`](crate::tolerance::STEP_MARGIN)), which covers the roundings of K, K₃, J and C₃. n·d'' and |d''| come
-//!    with a bound of their own; p is off by no more than E', as g' is.
-//! 6. **Landing.** Near the contact the root h of g + g' h + g'' h²/2 is reported without another look. Up to there the gap
-//!    differs from the parabola by C₃ h³/6 and by h (E' + h E''); C₃ h³ and h (E' + h E'') must each be within E/4, so the
-//!    gap at h is within 2 E of 0. The rate there, −√(g'² − 2 g'' g) to within C₃ h²/2 + E' + h E'', must be below −E'.
-//! 7. **Last correction.** A pair found within E of contact is corrected by −g/g' if C h² ≤ E, with C = K + |d'|²/|d| (for a
-//!    face K). *Proof.* By concavity of the root |d(t+h)| ≤ |d| + g' h + C h²/2.
-//! 8. **Contact.** A pair with |g| ≤ E touches. It is in contact if g' < −E'. A pair with g < −E/8 is deep
-//!    ([`RESTING_DEPTH`](crate::tolerance::RESTING_DEPTH)). It is in contact unless g' ≥ E', that is, unless it certainly
-//!    parts. A pair that touches and neither closes nor is deep is left alone, up to where the bound of Lemma 1 is E/8
-//!    below min(g, 0). Every contact so decided has |g| ≤ 2 E exactly, unless the pair was deeper already.
-//! 9. **No sinking.** Let each contact end with the parts separating at 2 E' or faster. Then no pair gets deeper than
-//!    E/4 by its computed gap, or 5/4 E exactly, however many contacts it has. *Proof.* A pair that touches is followed to a
-//!    computed gap of −E/4 at most. A deep pair that parts is followed only as long as Lemma 1 certifies that the gap is
-//!    not below its present value, until it no longer parts; it is then in contact by Lemma 8, no deeper than before.
-//!    A pair that is back very soon is followed by its gap relative to the last contact (Lemma 10), which ends where it
-//!    began to within 10⁻² E. What remains is the rounding of places at each contact, which the engine directs outwards
-//!    for deep pairs.
-//! 10. **Gap since the contact.** While a pair is within E of contact the gap is lost in E; its change since the contact is
-//!     not. With δ = d(h) − d(0) = V h + (R(ω_B h) − 1) r_B − (R(ω_A h) − 1) r_A and (R(φ) − 1) r = −2 sin²(φ/2) r +
-//!     sin φ r^⊥, g(h) − g(0) = δ·(2 d(0) + δ)/(|d(h)| + |d(0)|) is a sum of terms that are each known to a few roundings of
-//!     themselves (for a face: n·δ). It is off by at most h (E' + 8 u L). Lemmas 1 to 7 apply with this in place of E as long
-//!     as it is smaller. The contact is put where the gap is g(0) again.
-//! 11. **End.** While g > E either g falls by a fixed factor or the step is of the order √(E/K). Each pair has
-//!     [`MOST_STEPS`](crate::tolerance::MOST_STEPS) steps, each of at least one float; a search that runs out is "certified
-//!     free until". Comparisons are written so that NaN never counts as free.
+//!    * K₃ H/3 − n·d''. *Proof.* The rate of change of n·d'' is at most K₃; Lemma 2.
+//!    * |d''| + J H/3 with J = min(ω_A² r_A, ω_B² r_B) |ω_B − ω_A|. *Proof.* In the frame that
+//!      turns with A the acceleration is ω_A² q_A − ω_B² R((ω_B − ω_A) t) q_B. It has the same
+//!      length, and it changes only by the rotation of B relative to A. The same holds with A and B
+//!      exchanged. Without this bound, bodies that move side by side with equal angular velocities
+//!      take thousands of steps;
+//!    * C₃ H/3 − g''. *Proof.* Taylor expansion of g. Let p and q be the components of d' and d''
+//!      across n. Then g'' = n·d'' + p²/|d| and g''' = n·d''' + 3 p q/|d| − 3 p² g'/|d|². Since p²
+//!      |g'| ≤ 2 |d'|³/√27, and |d| ≥ s up to the first contact, |g'''| ≤ C₃ = K₃ + 3 L K/s + 1.2
+//!      L³/s². Here 2·3/√27 = 1.1547; the difference to 1.2 covers |d| ≥ s − 2 E as long as s ≥ 53
+//!      E. For smaller atoms the `GapFunction` gives no C₃. For a face C₃ = K₃.
+//! 4. **Other certificates.** The search takes the longest of several certified steps.
+//!    * An atom of a fast rotor stays on a circle of radius r about the centre of its body, so the
+//!      other atom may be stepped against the disc of radius r + s about that centre.
+//!    * An atom beyond the end of a face cannot touch the face before it enters the span. The step
+//!      of Lemma 1 along the face bounds that time.
+//!    * Outside the time window in which the centres of mass are within r_A + r_B + s there is no
+//!      contact.
+//! 5. **Rounding of a step.** A step is taken only where g > E, with g' − E' in place of g'. No
+//!    contact deeper than 2 E is passed. *Proof.* Over the step the exact gap is at least −E − L u
+//!    t, and L u t < E. The step itself is computed with about twelve roundings, in a form without
+//!    cancellation, and is shortened by a relative 16 u
+//!    ([`STEP_MARGIN`](crate::tolerance::STEP_MARGIN)), which also covers the roundings of K, K₃, J
+//!    and C₃. n·d'' and |d''| have error bounds of their own. The error of p, like that of g', is
+//!    at most E'.
+//! 6. **Landing.** Near a contact the root h of g + g' h + g'' h²/2 is reported without a further
+//!    evaluation, if C₃ h³ and h (E' + h E'') are each at most E/4 and the rate at h is below −E'.
+//!    The gap at h is then within 2 E of 0. *Proof.* Up to h the gap differs from the parabola by
+//!    at most C₃ h³/6 and h (E' + h E''). The rate at h is −√(g'² − 2 g'' g) to within C₃ h²/2 +
+//!    E' + h E''.
+//! 7. **Last correction.** The time of a pair found within E of contact is corrected by −g/g' if C
+//!    h² ≤ E, with h the correction and C = K + |d'|²/|d| (for a face C = K). *Proof.* Since the
+//!    square root is concave, |d(t+h)| ≤ |d| + g' h + C h²/2.
+//! 8. **Contact.** A pair with |g| ≤ E touches. It is in contact if g' < −E'. A pair with g < −E/8
+//!    is deep ([`RESTING_DEPTH`](crate::tolerance::RESTING_DEPTH)). It is in contact unless g' ≥
+//!    E', that is, unless it certainly separates. A pair that touches, does not certainly close and
+//!    is not deep is not in contact. Its search continues to where the bound of Lemma 1 is E/8
+//!    below min(g, 0). Every contact decided in this way has |g| ≤ 2 E exactly, unless the pair was
+//!    deeper already.
+//! 9. **No sinking.** Let the parts separate at 2 E' or faster after each contact. Then no pair
+//!    gets deeper than E/4 by its computed gap, or 5/4 E exactly, however many contacts it has.
+//!    *Proof.* The search of a touching pair ends at a computed gap of −E/4 at the lowest. The
+//!    search of a deep pair that separates advances only as long as Lemma 1 certifies that the gap
+//!    is not below its present value, until the pair no longer separates. It is then in contact by
+//!    Lemma 8, no deeper than before. A pair that returns very soon is searched by its gap relative
+//!    to the last contact (Lemma 10); it returns to its initial gap within 10⁻² E. What remains is
+//!    the rounding of positions at each contact, which the engine directs outwards for deep pairs.
+//! 10. **Gap since the contact.** While a pair is within E of contact, E exceeds the gap, but the
+//!     change of the gap since the contact is still resolved. Let δ = d(h) − d(0) = V h + (R(ω_B h)
+//!     − 1) r_B − (R(ω_A h) − 1) r_A, with (R(φ) − 1) r = −2 sin²(φ/2) r + sin φ r^⊥. Then g(h) −
+//!     g(0) = δ·(2 d(0) + δ)/(|d(h)| + |d(0)|) (for a face: n·δ) is a sum of terms each accurate to
+//!     a few roundings. Its error is at most h (E' + 8 u L). Lemmas 1 to 7 apply with this error in
+//!     place of E as long as it is smaller. The contact is placed where the gap is g(0) again.
+//! 11. **Termination.** While g > E, either g falls by a fixed factor or the step is of the order
+//!     √(E/K). Each pair has at most [`MOST_STEPS`](crate::tolerance::MOST_STEPS) steps, and each
+//!     step advances by at least one floating-point number. A search that reaches the limit ends as
+//!     "certified free until". Comparisons are written so that NaN never counts as free.
 
 use carom_kinematics::HALF_ULP as U;
 
@@ -71,20 +96,21 @@ use crate::{
     tolerance::{MOST_RECONTACT_STEPS, RESTING_DEPTH, SHORT_STEPS, SOON, STEP_MARGIN},
 };
 
-/// How the search for one pair of parts ended.
+/// The result of the search for one pair of parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum PairOutcome {
-    /// They touch at this time.
+    /// The parts touch at this time.
     Contact(f64),
-    /// They do not touch before the limit.
+    /// The parts do not touch before the limit.
     Free,
-    /// The steps are used up; they do not touch before this time.
+    /// The step limit is reached; the parts do not touch before this time.
     OutOfBudget(f64),
-    /// They do not touch before this time, which is later than that from which another pair has to be followed first.
+    /// The search is interrupted; the parts do not touch before this time, which is later than the
+    /// bound of another pair.
     Paused(f64),
 }
 
-/// The gap between two parts at one moment, its derivatives, and bounds on their rounding.
+/// The gap between two parts at one time, its derivatives, and bounds on their rounding.
 pub(crate) struct Gap {
     /// g (length).
     pub(crate) value: f64,
@@ -92,50 +118,53 @@ pub(crate) struct Gap {
     pub(crate) rate: f64,
     /// g'' (length per time squared).
     pub(crate) second: f64,
-    /// 1/(E' − g') (time per length): for a gap that certainly closes or may close, how slowly at least; negative for one
-    /// that widens.
+    /// 1/(E' − g') (time per length): the inverse of the highest closing speed within the rounding;
+    /// negative for a gap that widens.
     pub(crate) slowness: f64,
     /// E (length).
     pub(crate) error: f64,
     /// E' (length per time).
     pub(crate) rate_error: f64,
-    /// Bounds on how the gap bends from now on.
+    /// Bounds on the curvature of the gap from this time on.
     pub(crate) curvature: Curvature,
 }
 
-/// The gap between two parts of two bodies in flight, as a function of time, and the search for its first zero.
+/// The gap between two parts of two bodies in flight as a function of time, and the search for its
+/// first zero.
 pub(crate) trait GapFunction {
-    /// Where the two parts are at one moment.
+    /// The positions of the two parts at one time.
     type Pose;
 
-    /// Places the parts at a time.
+    /// Returns the pose at a time.
     fn pose(&self, time: f64) -> Self::Pose;
 
-    /// The gap of the parts in a pose.
+    /// Returns the gap of the parts in a pose.
     fn gap(&self, pose: &Self::Pose) -> Gap;
 
-    /// The pose `elapsed` (time) after `start`, and how much the gap has widened since (Lemma 10). `None` where the parts
-    /// may no longer be those that touch.
+    /// Returns the pose `elapsed` (time) after `start` and the growth of the gap since (length;
+    /// Lemma 10). `None` where other parts may be the touching ones.
     fn moved(&self, start: &Self::Pose, elapsed: f64) -> Option<(Self::Pose, f64)>;
 
-    /// L: no point of one part moves faster relative to the other (length per time).
+    /// L: a bound on the relative speed of any points of the two parts (length per time).
     fn top_speed(&self) -> f64;
 
-    /// s: the gap's distance in contact (length).
+    /// s: the distance of the centres in contact (length).
     fn contact_distance(&self) -> f64;
 
-    /// How long the parts are certainly apart for another reason than their gap (Lemma 4); 0 if there is none.
+    /// A time for which the parts are certified apart for another reason than their gap (Lemma 4);
+    /// 0 if there is none.
     fn other_step(&self, pose: &Self::Pose) -> f64;
 
-    /// Whether the parts stay those that can touch for `duration` (time) after a pose.
+    /// Whether the same parts stay those that can touch for `duration` (time) after a pose.
     fn stays(&self, pose: &Self::Pose, duration: f64) -> bool;
 
-    /// The first time from `time` on at which the bodies are near enough for a contact of these parts, if there is one up
-    /// to `limit`.
+    /// The first time, from `time` to `limit`, at which the bodies are near enough for a contact of
+    /// these parts.
     fn within_reach(&self, time: f64, limit: f64) -> Option<f64>;
 
-    /// The first contact from `begin` on, before which there must be none, up to `limit`. Once past `pause`, the search of
-    /// a pair that does not close is interrupted. `steps` counts the steps of the pair over all interruptions.
+    /// Returns the first contact of the parts between `begin` and `limit`; there must be none
+    /// before `begin`. Past `pause` the search of a pair that does not close is interrupted.
+    /// `steps` counts the steps of the pair over all interruptions.
     #[inline]
     fn first_contact(
         &self,
@@ -181,14 +210,15 @@ pub(crate) trait GapFunction {
             if *steps >= search.most_steps {
                 return PairOutcome::OutOfBudget(time);
             }
-            // A falling gap is followed to its end: that is mostly the answer.
+            // A closing pair is not interrupted: it mostly gives the first contact.
             if time > pause && now.rate >= 0.0 {
                 return PairOutcome::Paused(time);
             }
         }
     }
 
-    /// The last Newton step to g = 0 where Lemma 7 proves that it ends within `error` of it; 0 elsewhere.
+    /// The last Newton step to g = 0 where Lemma 7 proves that it ends within `error` of it; 0
+    /// elsewhere.
     fn last_correction(&self, pose: &Self::Pose, now: &Gap, error: f64) -> f64 {
         let correction = -now.value / now.rate;
         let is_safe = now.value > 0.0
@@ -197,22 +227,22 @@ pub(crate) trait GapFunction {
         if is_safe { correction } else { 0.0 }
     }
 
-    /// Step of a pair that touches or overlaps and is not in contact: E deeper at most for a touching pair, no deeper
-    /// for a deep one (Lemma 9).
+    /// The step of a pair that touches or overlaps and is not in contact. The gap of a touching
+    /// pair falls to E/8 below min(g, 0) at most, that of a deep pair not at all (Lemma 9).
     fn touching_step(&self, now: &Gap) -> f64 {
         // No gap closes faster than L, even where E' is infinite because the centres coincide.
         let rate = (now.rate - now.rate_error).max(-self.top_speed());
         safe_step(now.fall(), rate, &now.curvature)
     }
 
-    /// Whether a pair that parts may be back before it has gone far enough for E to resolve its gap.
+    /// Whether a pair that separates may return before E resolves its gap.
     fn is_back_soon(&self, now: &Gap) -> bool {
         let away = now.rate - now.rate_error;
         away > 0.0 && 2.0 * away * self.top_speed() < SOON * now.curvature.largest * self.contact_distance()
     }
 
-    /// When a pair that parts from a contact at `time` is in contact again (`Ok`, a time), or how long it certainly is not
-    /// (`Err`, a duration). See Lemma 10.
+    /// Returns the next contact of a pair that separates from a contact at `time` (`Ok`, a time),
+    /// or a duration for which there certainly is none (`Err`). See Lemma 10.
     #[cold]
     fn recontact(
         &self,
@@ -223,7 +253,7 @@ pub(crate) trait GapFunction {
         evaluations: &mut u32,
     ) -> Result<f64, f64> {
         let away = at_start.rate - at_start.rate_error;
-        // Up to 2 g'/K the gap is not below its value at the start.
+        // Up to 2 g'/K the gap is not below its initial value.
         let mut elapsed = 2.0 * away / at_start.curvature.largest * (1.0 - STEP_MARGIN);
         for _ in 0..MOST_RECONTACT_STEPS {
             if time + elapsed > limit {
@@ -252,13 +282,14 @@ pub(crate) trait GapFunction {
 }
 
 impl Gap {
-    /// Whether the parts are deeper in each other than parts that rest (Lemma 8).
+    /// Whether the parts overlap by more than parts that rest on each other (Lemma 8).
     fn is_deep(&self) -> bool {
         self.value < -RESTING_DEPTH * self.error
     }
 
-    /// How much deeper parts may get before the next look, if they touch or overlap and are not in contact (Lemmas 8
-    /// and 9): to E/8 below min(g, 0) if they touch, no deeper than they are if they are deep.
+    /// How much deeper parts that touch or overlap without contact may get before the next
+    /// evaluation (length): for touching parts to E/8 below min(g, 0), for deep parts 0 (Lemmas 8
+    /// and 9).
     pub(crate) fn fall(&self) -> f64 {
         if self.is_deep() { 0.0 } else { self.value - self.value.min(0.0) + RESTING_DEPTH * self.error }
     }
@@ -279,10 +310,12 @@ impl Gap {
         }
     }
 
-    /// How far the contact is, if that can be told to within `error` from here, and the pair still closes then (Lemma 6).
+    /// The time to the contact, if it is accurate to within `error` and the pair still closes there
+    /// (Lemma 6).
     #[inline]
     pub(crate) fn landing(&self, error: f64) -> Option<f64> {
-        // Mostly it is far too far, which this decides without a square root.
+        // Most contacts are much too far for a landing, which this test decides without a square
+        // root.
         let straight = self.value * self.slowness;
         if self.curvature.gap_jerk * straight * straight * straight > error {
             return None;
@@ -290,7 +323,7 @@ impl Gap {
         let slope = (self.rate * self.rate - 2.0 * self.second * self.value).sqrt();
         let landing = 2.0 * self.value / (slope - self.rate);
         let third = self.curvature.gap_jerk * landing * landing;
-        // E' and h E''; g'' lies as far above its lower bound as its upper bound does above it.
+        // E' and h E''; the upper bound of g'' is as far above g'' as the lower bound is below it.
         let rate_error = self.rate_error + 2.0 * (self.second - self.curvature.of_gap) * landing;
         let lands = 4.0 * landing * third.max(rate_error) <= error
             && self.rate < 0.0

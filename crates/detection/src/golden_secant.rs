@@ -1,28 +1,31 @@
 //! The detector of Montanari (2017), chapter 2: skim, crop, golden section, secant.
 //!
-//! The squared gap f = |d|² − s² of each atom pair is searched for a minimum in each segment of the
-//! window; where the minimum is negative, the zero before it is the time of contact. Nothing is
-//! certified: the crop only makes it likely that f turns back once in a segment, and a golden section
-//! does not find a dip that is narrower than √ε of its segment. [`Exact`](crate::Exact) is the detector
-//! to use; this one is kept as the baseline that it is compared with.
+//! Each segment of the window is searched for a minimum of the squared gap f = |d|² − s² of each
+//! atom pair. Where the minimum is negative, the zero before it is the contact time. Nothing is
+//! certified: the crop makes it only likely that f has one minimum in a segment, and a golden
+//! section does not find a dip narrower than √ε of its segment. Use [`Exact`](crate::Exact) for
+//! simulations; this detector is the baseline for comparison.
 //!
-//! Repaired with respect to the text and the program that came with it:
-//! * **Earliest pair.** All pairs of a segment are searched and the earliest contact wins, not the first
-//!   found in the order of the loops.
-//! * **Sign.** Algorithm 3 goes on to the next pair where the minimum is negative; the text around it
-//!   says the opposite, and is followed.
-//! * **Crop.** Absolute values in equation 2.4, and no division by zero.
-//! * **Golden section.** One evaluation a round. The ends of a segment count as candidates, so that a
-//!   segment at whose end f is negative is not passed because f first rises in it.
-//! * **Secant.** It keeps its bracket. Where the atoms are apart at the start of the segment, that start
-//!   is its positive end; the search for a maximum is made only where they touch there and part.
-//! * **Tolerance.** Five machine epsilon relative to the end of the segment, not absolute: an absolute
-//!   one cannot be met late in a run, and is coarse for small, fast things.
-//! * **Touching.** Circles that touch exactly when the atoms do are not lost: the window begins a little
-//!   earlier. A pair that touches, or overlaps, and closes is in contact at once; one that parts is
-//!   searched for a contact after its first maximum.
-//! * **Walls**, which the thesis does not have: an atom and the nearest point of the wall are one more pair.
-//! * **Ends.** Rounds and segments are bounded; a search that needs more is `Unresolved`.
+//! Corrections to the text of the thesis and to its program:
+//! * **Earliest pair.** All pairs of a segment are searched and the earliest contact is returned,
+//!   not the first one in the order of the loops.
+//! * **Sign.** Algorithm 3 continues with the next pair where the minimum is negative. The text
+//!   around it states the opposite, which is implemented here.
+//! * **Crop.** Equation 2.4 gets absolute values, and nothing is divided by zero.
+//! * **Golden section.** One evaluation per round. The ends of a segment are candidates, so that a
+//!   segment at whose end f is negative is not missed because f rises first.
+//! * **Secant.** It keeps its bracket. Where the atoms are apart at the start of the segment, the
+//!   start is the positive end. A maximum is searched for only where the atoms touch at the start
+//!   and separate.
+//! * **Tolerance.** Five machine epsilon relative to the end of the segment, not absolute: an
+//!   absolute tolerance cannot be reached late in a run, and is coarse for small, fast bodies.
+//! * **Touching.** The window begins slightly earlier, so that contacts of circles that touch
+//!   exactly when the atoms do are not lost. A pair that touches or overlaps, and closes, is in
+//!   contact at once. A pair that separates is searched for a contact after its first maximum.
+//! * **Walls**, which the thesis does not treat: an atom and the nearest point of the wall form one
+//!   more pair.
+//! * **Termination.** Rounds and segments are bounded; a search that reaches a limit is
+//!   `Unresolved`.
 
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
@@ -38,9 +41,9 @@ use crate::{
     tolerance::{CROP_FACTOR, MOST_ROUNDS, MOST_SEGMENTS, THESIS_TOLERANCE, WINDOW_MARGIN},
 };
 
-/// Skim, crop, golden section, secant: the thesis's detector, repaired but not certified.
+/// The detector of the thesis: skim, crop, golden section, secant; corrected but not certified.
 ///
-/// A disc has no path of its own here: a batch of discs is searched pair by pair in the same way.
+/// Discs have no closed form here: a batch of discs is searched pair by pair.
 ///
 /// ```
 /// use carom_detection::{Detection, GoldenSecant};
@@ -61,14 +64,15 @@ use crate::{
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[doc(alias = "NOCS")]
 pub struct GoldenSecant {
-    /// Share of the shortest quarter period that a segment lasts (positive); see [`CROP_FACTOR`].
+    /// Length of a segment as a share of the shortest quarter period (positive); see
+    /// [`CROP_FACTOR`].
     pub crop_factor: f64,
-    /// Where golden section and secant stop, relative to the time at which the segment ends; see
+    /// Tolerance of golden section and secant, relative to the time at which the segment ends; see
     /// [`THESIS_TOLERANCE`].
     pub tolerance: f64,
-    /// Most rounds of one golden section or one secant; see [`MOST_ROUNDS`].
+    /// Limit of rounds of one golden section or one secant; see [`MOST_ROUNDS`].
     pub most_rounds: u32,
-    /// Most segments of one window; see [`MOST_SEGMENTS`].
+    /// Limit of segments of one window; see [`MOST_SEGMENTS`].
     pub most_segments: u32,
 }
 
@@ -98,13 +102,14 @@ impl Detection for GoldenSecant {
     }
 }
 
-/// The window with its begin moved back, so that atoms which touch where it begins are apart there.
+/// The window with an earlier begin, so that atoms that touch at its original begin are apart
+/// there.
 fn widened(window: Window) -> Window {
     let end = window.end.min(f64::MAX);
     Window { begin: (window.begin - WINDOW_MARGIN * (end - window.begin)).max(0.0), end }
 }
 
-/// The rounds of a search ended before it did.
+/// The limit of rounds was reached.
 struct RoundsUsedUp;
 
 impl GoldenSecant {
@@ -152,7 +157,7 @@ impl GoldenSecant {
         Ok(earliest)
     }
 
-    /// When one atom pair comes into contact in one segment.
+    /// The contact time of one atom pair in one segment.
     fn contact_of_pair(
         &self,
         gap: &SquaredGap<'_>,
@@ -178,7 +183,7 @@ impl GoldenSecant {
         let dip = golden_section(&mut f, rest, width, self.most_rounds).ok_or(RoundsUsedUp)?.lower(end);
         let Some(bracket) = Bracket::new(apart, dip) else { return Ok(None) };
         let time = bracketed_secant(&mut f, bracket, width, self.most_rounds).ok_or(RoundsUsedUp)?;
-        // A zero at which they do not close is a touch that only rounding sees.
+        // At a zero where they do not close, the parts touch only by rounding.
         Ok(gap.closes(time).then_some(time))
     }
 }
@@ -217,9 +222,10 @@ mod tests {
     }
 
     #[test]
-    fn a_parting_pair_is_found_when_it_comes_back() {
-        // A dumbbell turns on the spot in front of a disc at rest that one of its atoms has just left;
-        // the other one comes round half a turn later, less the angle over which the first still touches.
+    fn a_separating_pair_is_found_when_it_returns() {
+        // A dumbbell turns on the spot in front of a disc at rest that one of its atoms has just
+        // left. The other atom touches the disc half a turn later, less the angle within which the
+        // first one still touches.
         let dumbbell = Molecule::named(Shape::Dumbbell, 1.0, 1.0).unwrap();
         let disc = Molecule::disc(1.0, 1.0).unwrap();
         let (arm, distance) = (1.0, 2.5);
@@ -236,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn rounds_and_segments_that_do_not_suffice_are_named() {
+    fn searches_that_reach_their_limits_are_unresolved() {
         let tee = Molecule::named(Shape::Tee, 1.0, 1.0).unwrap();
         let near = RelativeMotion {
             angular_velocity: [1e9, 0.0],
@@ -257,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn eight_discs_are_searched_in_the_same_way() {
+    fn eight_discs_are_searched_pair_by_pair() {
         let mut lanes = DiscLanes::empty(0.0, 0.0);
         for lane in 0..DISC_LANES {
             lanes.set(lane, DVec2::new(3.0, 0.3 * lane as f64), DVec2::new(-1.0, 0.0), 1.0);

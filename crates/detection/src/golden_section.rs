@@ -1,11 +1,11 @@
-//! The golden-section search: where a function with a single dip is least (Kiefer 1953).
+//! The golden-section search for the minimum of a function (Kiefer 1953).
 
 use crate::Window;
 
 /// 1/φ, φ = (1 + √5)/2.
 const INVERSE_GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 
-/// A function at one moment.
+/// The value of a function at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Sample {
     pub(crate) time: f64,
@@ -20,10 +20,10 @@ impl Sample {
 
 /// The minimum of `f` inside `interval`, to `width` (time); `None` if `most_rounds` do not suffice.
 ///
-/// Algorithm 5 of Montanari (2017), which computes both inner points anew in every round. Here one is
-/// kept, as Kiefer meant it: one evaluation a round. `f` must fall and then rise; of a function that
-/// does not, some low point is found. A minimum is flat, so its place is known to about
-/// √(rounding of f / f''), however small `width` is.
+/// Algorithm 5 of Montanari (2017) computes both inner points anew in every round. This function
+/// keeps one, as in Kiefer's method, with one evaluation per round. `f` must fall and then rise;
+/// for another function the result is some low value. A minimum is flat, so its time is accurate to
+/// about √(rounding of f / f''), however small `width` is.
 pub(crate) fn golden_section(
     mut f: impl FnMut(f64) -> f64,
     interval: Window,

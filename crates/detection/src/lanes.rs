@@ -1,35 +1,37 @@
-//! One disc against eight others at once: the closed form of the contact time, written for vector registers.
+//! The closed form of the contact time for one disc against eight others, written for SIMD
+//! registers.
 
 use carom_kinematics::{HALF_ULP as U, RelativeMotion};
 use glam::DVec2;
 
 use crate::disc::contact_of_passing;
 
-/// How many discs are asked for at once.
+/// The number of lanes: discs in one batch.
 pub const DISC_LANES: usize = 8;
 
-/// One disc against up to eight others (or `N`), as seen from it at a common time 0. A lane with NaN in it has no disc. Lengths and
-/// speeds are supposed to be in the range of [`Outcome::OutOfRange`](crate::Outcome::OutOfRange); beyond it, no
-/// time is NaN, but contacts may come at the wrong times.
+/// The relative motions of up to `N` (eight) discs and one query disc at a common time 0, as a
+/// structure of arrays. A lane that holds NaN is empty. Lengths and speeds must be in the range of
+/// [`Outcome::OutOfRange`](crate::Outcome::OutOfRange); beyond it no time is NaN, but contact times
+/// may be wrong.
 #[derive(Debug, Clone, Copy)]
 pub struct DiscLanes<const N: usize = DISC_LANES> {
-    /// Places of the others relative to the asking disc (length), x then y.
+    /// Positions relative to the query disc (length), x then y.
     pub separation: [[f64; N]; 2],
-    /// Their velocities relative to it (length per time), x then y.
+    /// Velocities relative to the query disc (length per time), x then y.
     pub velocity: [[f64; N]; 2],
-    /// Separation × velocity (length squared per time). It tells at what distance they pass and stays what it is all the way, so it
-    /// may be taken from their places at any time.
+    /// Separation × velocity (length squared per time), which determines the distance of closest
+    /// approach. It is constant in free flight, so positions at any common time may be used.
     pub cross: [f64; N],
     /// Sums of the two radii (length).
     pub contact_distance: [f64; N],
-    /// Bound on the rounding of the places (length).
+    /// Bound on the rounding of the positions (length).
     pub separation_error: f64,
-    /// |vx| + |vy| of the asking disc (length per time).
+    /// |vx| + |vy| of the query disc (length per time).
     pub speed: f64,
 }
 
 impl DiscLanes {
-    /// Eight empty lanes for a disc of `speed` |vx| + |vy| (length per time).
+    /// Returns eight empty lanes for a query disc with |vx| + |vy| = `speed` (length per time).
     pub fn empty(separation_error: f64, speed: f64) -> Self {
         Self {
             separation: [[f64::NAN; DISC_LANES]; 2],
@@ -43,12 +45,13 @@ impl DiscLanes {
 }
 
 impl<const N: usize> DiscLanes<N> {
-    /// Puts a disc into a lane.
+    /// Sets the disc of a lane.
     pub fn set(&mut self, lane: usize, separation: DVec2, velocity: DVec2, contact_distance: f64) {
         self.set_since(lane, separation, velocity, 0.0, contact_distance);
     }
 
-    /// Puts a disc into a lane that was `start` away (length) some time ago, `since`.
+    /// Sets the disc of a lane from its relative position `start` (length) at the time `since`
+    /// before now.
     #[inline]
     pub fn set_since(
         &mut self,
@@ -65,7 +68,7 @@ impl<const N: usize> DiscLanes<N> {
         self.contact_distance[lane] = contact_distance;
     }
 
-    /// The relative motion in a lane, if there is a disc in it.
+    /// The relative motion in a lane; `None` for an empty lane.
     pub fn relative_motion(&self, lane: usize) -> Option<RelativeMotion> {
         let separation = DVec2::new(self.separation[0][lane], self.separation[1][lane]);
         let velocity = DVec2::new(self.velocity[0][lane], self.velocity[1][lane]);
@@ -77,24 +80,25 @@ impl<const N: usize> DiscLanes<N> {
         (!separation.is_nan()).then_some(motion)
     }
 
-    /// What of the velocities is not resolved: the other disc is no faster than the asking one and the relative
-    /// velocity together.
+    /// The rounding of the velocities of a lane: the speed of the other disc is at most the sum of
+    /// that of the query disc and the relative speed.
     #[inline]
     pub(crate) fn velocity_error(&self, lane: usize) -> f64 {
         2.0 * U * (2.0 * self.speed + (self.velocity[0][lane].abs() + self.velocity[1][lane].abs()))
     }
 
-    /// When each disc is first touched (time from now), infinite for never.
+    /// Returns the contact time with each disc (time from now); infinite if there is no contact.
     ///
-    /// The numbers of the closed form for one pair, operation by operation, whatever the width of the registers.
+    /// The results equal those of the closed form for one pair to the last bit, for registers of
+    /// any width.
     #[inline(always)]
     pub fn contact_times(&self) -> [f64; N] {
         let (times, in_contact) = self.closed_form();
         if in_contact { self.decided_times() } else { times }
     }
 
-    /// The closed form, and whether some pair touches to rounding, or overlaps, and does not part. Such a pair is rare
-    /// and needs [`Self::decided_times`].
+    /// The closed form, and whether some pair touches to rounding, or overlaps, and does not
+    /// separate. Such a pair is rare and needs [`Self::decided_times`].
     #[inline(always)]
     pub fn closed_form(&self) -> ([f64; N], bool) {
         let mut times = [f64::INFINITY; N];
@@ -117,7 +121,8 @@ impl<const N: usize> DiscLanes<N> {
         (times, in_contact)
     }
 
-    /// The contact times with the decision about pairs that touch or overlap, which [`Self::closed_form`] leaves open.
+    /// The contact times including pairs that touch or overlap, which [`Self::closed_form`] leaves
+    /// undecided.
     #[cold]
     #[inline(never)]
     pub fn decided_times(&self) -> [f64; N] {
@@ -127,14 +132,15 @@ impl<const N: usize> DiscLanes<N> {
             let v = DVec2::new(self.velocity[0][lane], self.velocity[1][lane]);
             let errors = (self.separation_error, self.velocity_error(lane));
             let contact = contact_of_passing(d, v, self.cross[lane], self.contact_distance[lane], errors);
-            // Numbers that overflow may touch at once.
+            // A pair whose numbers overflow may touch at once.
             *time = if contact.is_nan() { 0.0 } else { contact };
         }
         times
     }
 
-    /// When each disc enters the circle of the sum of the radii (time from now): 0 if it is inside, infinite if
-    /// it never enters. Never too late, as the circle is inflated by the rounding of the places.
+    /// The times at which the discs enter the circle of the sum of the radii (time from now): 0
+    /// inside it, infinite if never. The times are lower bounds, because the circle is enlarged by
+    /// the rounding of the positions.
     #[inline(always)]
     pub fn entry_times(&self) -> [f64; N] {
         let mut times = [f64::INFINITY; N];
@@ -151,7 +157,7 @@ impl<const N: usize> DiscLanes<N> {
             let root = if discriminant > 0.0 { discriminant } else { 0.0 }.sqrt();
             let enters = (b < 0.0) & (discriminant > 0.0);
             let later = if enters { c / (root - b) * (1.0 - 16.0 * U) } else { f64::INFINITY };
-            // A lane with NaN stays out, and one whose numbers overflow may be touched at once.
+            // An empty lane (NaN) never enters. A lane whose numbers overflow may enter at once.
             let inside = (c <= 0.0) | later.is_nan();
             *time = if inside { 0.0 } else { later };
         }
@@ -167,14 +173,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_lane_holds_the_number_of_the_pair_alone(
+        fn every_lane_equals_the_closed_form_of_its_pair(
             discs in prop::collection::vec((-2.0..2.0f64, -2.0..2.0f64, -1.0..1.0f64, -1.0..1.0f64, 0.1..1.0f64), 1..9),
             touching in any::<bool>(),
         ) {
             let mut lanes = DiscLanes::empty(1e-16, 1.5);
             for (lane, &(x, y, vx, vy, sigma)) in discs.iter().enumerate() {
                 let d = DVec2::new(x, y);
-                // Some exactly at contact: there the rounding decides.
+                // Some pairs exactly at contact, where the rounding decides.
                 let sigma = if touching && lane % 2 == 0 { d.length() } else { sigma };
                 lanes.set(lane, d, DVec2::new(vx, vy), sigma);
             }

@@ -1,15 +1,15 @@
-//! When do two bodies in free flight first touch? Reads motions, changes nothing.
+//! Computes the time of the first contact (time of impact) of two rigid bodies in free flight.
 //!
-//! The question is one [`RelativeMotion`] (two bodies at a common
-//! time 0 and one periodic image) and a horizon; the answer is a named [`Outcome`]. The seam is the
-//! trait [`Detection`], with these ways to answer:
+//! The input is one [`RelativeMotion`] (two bodies at a common time 0, in one periodic image) and a
+//! horizon. The result is an [`Outcome`]. The crate changes no state. Every detector implements the
+//! trait [`Detection`]:
 //!
-//! | detector | what it is |
+//! | detector | method |
 //! | --- | --- |
-//! | [`Exact`] | certified: no contact deeper than twice the rounding bound is missed |
+//! | [`Exact`] | certified: it misses no contact deeper than twice the rounding bound |
 //! | [`GoldenSecant`] | Montanari (2017), chapter 2: skim, crop, golden section, secant |
-//! | [`BoundingCircles`] | a coarser model: bodies are their bounding circles |
-//! | [`FixedStep`] | what a time-stepped code does |
+//! | [`BoundingCircles`] | a coarser model: each body is its bounding circle |
+//! | [`FixedStep`] | overlap tests at regular times, as in a time-stepped code |
 //!
 //! ```
 //! use carom_detection::{Detection, Exact, Outcome};
@@ -25,7 +25,7 @@
 //! # Ok::<(), carom_geometry::GeometryError>(())
 //! ```
 //!
-//! A wall, or a half-plane, is a body like any other, with a straight face; it must not turn:
+//! A wall or a half-plane is a body with a straight face. It must not turn:
 //!
 //! ```
 //! use carom_detection::{Detection, Exact, Part, Touch};
@@ -33,7 +33,7 @@
 //! use carom_kinematics::RelativeMotion;
 //! use glam::DVec2;
 //!
-//! // A dumbbell of arms 1 and radii 1 turns 1.5 above the ground: an atom is down when sin θ = 1/2.
+//! // A dumbbell of arms 1 and radii 1 turns 1.5 above the ground. An atom touches at sin θ = 1/2.
 //! let ground = HalfPlane::new(DVec2::Y)?;
 //! let dumbbell = Molecule::named(Shape::Dumbbell, 1.0, 1.0)?;
 //! let pair = RelativeMotion {
@@ -102,21 +102,23 @@ use carom_geometry::{Atom, Outline};
 use carom_kinematics::RelativeMotion;
 use glam::DVec2;
 
-/// The first contact of two moving bodies before a horizon: the seam of this layer.
+/// Detection of the first contact of two moving bodies before a horizon.
 ///
-/// An implementor must be a pure function of its arguments. The answer may not depend on which body
-/// is called A, except that A's and B's parts are exchanged with them (ties between atom pairs
-/// touching at one instant excepted: the caller keeps an order of its own).
+/// An implementation must be a pure function of its arguments. Exchanging A and B must exchange the
+/// parts of A and B in the answer and change nothing else. The only exception are atom pairs that
+/// touch at the same time, for which the caller must keep an order of its own.
 pub trait Detection {
-    /// The first contact of A and B after time 0 and no later than `horizon` (time).
+    /// Returns the first contact of A and B after time 0 and no later than `horizon` (time).
     ///
-    /// A pair that touches or overlaps at time 0 is in contact at once if it closes, and is left
-    /// alone while it parts.
+    /// A pair that touches or overlaps at time 0 is in contact at once if it closes. It is not in
+    /// contact while it separates.
     ///
-    /// A body with a [face](Outline::face) must not turn: what turns is answered by [`Outcome::Unresolved`] at time 0.
+    /// A body with a [face](Outline::face) must not turn. The outcome for a turning face is
+    /// [`Outcome::Unresolved`] at time 0.
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer;
 
-    /// The same of a pair that is known to meet no sooner than `begin` (time), so that the search may begin there.
+    /// Returns the first contact of a pair that is certified free before `begin` (time), where the
+    /// search may start.
     fn first_contact_after(
         &self,
         begin: f64,
@@ -129,11 +131,13 @@ pub trait Detection {
         self.first_contact(a, b, motion, horizon)
     }
 
-    /// When each of some bodies, taken for their bounding circles, may touch the asking one at the soonest (time from
-    /// now, infinite for never): what is told without a search, to pass over most candidates for a first contact, and to
-    /// search the others in order. What is at `horizon` or later need not be known better than that.
+    /// Broad phase: lower bounds on the contact times of up to `N` discs with the query body (time
+    /// from now; infinite if there is no contact).
     ///
-    /// Without further knowledge it is when the bounding circles meet, which every detector must respect.
+    /// Each lane holds the bounding circle of one candidate. A scheduler skips candidates whose
+    /// bound is late and searches the others in the order of their bounds. A value of `horizon` or
+    /// later only excludes contacts before `horizon`. The default returns the times at which the
+    /// bounding circles meet, which are lower bounds for every detector.
     #[inline(always)]
     fn contact_time_lower_bounds<const N: usize>(
         &self,
@@ -148,10 +152,11 @@ pub trait Detection {
         lanes.entry_times()
     }
 
-    /// The same of one disc alone, which comes into the asking body's bounding circle: it pays to look at it more closely
-    /// before it is searched. What lies beyond `horizon` may be told wrongly, as above.
+    /// A tighter lower bound for one disc that enters the query body's bounding circle (time from
+    /// now).
     ///
-    /// Without further knowledge it may be touched at once.
+    /// A value past `horizon` only excludes contacts before `horizon`. The default is 0: always
+    /// search.
     #[inline(always)]
     fn contact_time_lower_bound(&self, query: &QueryBody<'_>, lanes: &DiscLanes<1>, horizon: f64) -> f64
     where
@@ -161,22 +166,24 @@ pub trait Detection {
         0.0
     }
 
-    /// Whether pairs of discs are decided in closed form: then a scheduler may compute it itself,
-    /// in lanes, where it would have called [`Self::disc_contacts`].
+    /// Whether contact times of pairs of discs are those of the closed form
+    /// ([`DiscLanes::contact_times`]). A scheduler may then evaluate it itself, in SIMD lanes,
+    /// instead of calling [`Self::disc_contacts`].
     #[inline]
     fn decides_discs_in_closed_form(&self) -> bool {
         false
     }
 
-    /// The same for one disc against eight others: the time of each contact, infinite for none.
+    /// Returns the contact times of one disc with up to eight others (time from now; infinite if
+    /// there is no contact).
     ///
-    /// Times may lie beyond any horizon; the caller drops what it cannot use.
+    /// Times may lie beyond any horizon; the caller discards those.
     fn disc_contacts(&self, lanes: &DiscLanes) -> [f64; DISC_LANES] {
         if self.decides_discs_in_closed_form() {
             return lanes.contact_times();
         }
         std::array::from_fn(|lane| {
-            // What counts is the sum of the two radii: two discs of half of it each.
+            // The contact depends only on the sum of the two radii, so each disc gets half of it.
             let disc = Atom::new(DVec2::ZERO, 0.5 * lanes.contact_distance[lane], 1.0);
             let (Some(motion), Ok(disc)) = (lanes.relative_motion(lane), disc) else { return f64::INFINITY };
             let answer = self.first_contact(disc.outline(), disc.outline(), &motion, f64::MAX);

@@ -1,65 +1,69 @@
-//! How a search for a contact can end, each way by its name.
+//! The possible results of a search for a contact.
 
-/// What a search found, and what it cost.
+/// The result of a search and its cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Answer {
     /// How the search ended.
     pub outcome: Outcome,
-    /// How many times the gap of an atom pair was computed.
+    /// The number of evaluations of the gap of an atom pair.
     pub evaluations: u32,
 }
 
 /// How a search for the first contact ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outcome {
-    /// They touch.
+    /// The bodies touch.
     Contact(Contact),
-    /// They do not touch up to the horizon.
+    /// The bodies do not touch up to the horizon.
     Free,
-    /// The search used up its budget: they certainly do not touch before this time (from now on);
-    /// ask again then.
+    /// The search reached its step limit. The bodies certainly do not touch before this time (from
+    /// now); search again at that time.
     FreeUntil(f64),
-    /// The search used up its rounds without certainty: nothing is known after this time. Detectors that certify
-    /// nothing end like this, and every detector where a face turns.
+    /// The search reached its limit of rounds without certainty: nothing is certified after this
+    /// time. This occurs with detectors that certify nothing, and with every detector if a face
+    /// turns.
     Unresolved(f64),
-    /// A number of the query is NaN, infinite, or of a magnitude whose products overflow or underflow: nothing is known.
-    /// In range are lengths and speeds up to 1e70, and speeds of 0 or from 1e-150 on.
+    /// A number of the query is NaN, infinite, or of a magnitude whose products overflow or
+    /// underflow; nothing is certified. In range are lengths and speeds up to 1e70, and speeds of 0
+    /// or of at least 1e-150.
     OutOfRange,
 }
 
 /// A first contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
-    /// When, from now on (time, not negative).
+    /// Time of the contact from now (not negative).
     pub time: f64,
-    /// Which parts touch.
+    /// The parts that touch.
     pub touch: Touch,
 }
 
-/// Which parts of two bodies touch. Of two that touch at one instant the lesser is named: a face before its ends.
+/// The parts of two bodies that touch. Of two contacts at the same time the lesser in this order is
+/// returned: a face before its ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Touch {
-    /// The face of A, and a part of B.
+    /// The face of A and a part of B.
     FaceOfA(Part),
-    /// A part of A, and the face of B.
+    /// A part of A and the face of B.
     FaceOfB(Part),
     /// An atom of A and an atom of B, by index.
     Atoms(u32, u32),
-    /// The bounding circles, in the model that knows nothing finer.
+    /// The bounding circles, in the model that has no finer parts.
     BoundingCircles,
 }
 
-/// What of a body touches a face.
+/// The part of a body that touches a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Part {
-    /// An atom, by index, and the face between its ends.
+    /// An atom, by index; it touches the face between its ends.
     Atom(u32),
-    /// The bounding circle, in the model that knows nothing finer, and the face or an end of it.
+    /// The bounding circle, in the model that has no finer parts; it touches the face or an end of
+    /// it.
     BoundingCircle,
 }
 
 impl Touch {
-    /// The same contact with the bodies exchanged.
+    /// This contact with the bodies exchanged.
     #[must_use]
     pub fn exchanged(self) -> Self {
         match self {
@@ -70,7 +74,7 @@ impl Touch {
         }
     }
 
-    /// A part of body number `body` (0 for A, 1 for B) and the face of the other one.
+    /// A part of body number `body` (0 for A, 1 for B) and the face of the other body.
     pub(crate) fn face(body: usize, part: Part) -> Self {
         if body == 0 { Self::FaceOfB(part) } else { Self::FaceOfA(part) }
     }

@@ -1,14 +1,18 @@
-//! What is told without a search of the bodies around one that asks: until when each is certainly apart from it.
+//! Broad phase: lower bounds on the contact times of a query body with the bodies around it.
 //!
-//! All others are taken for their bounding circles, discs. With more effort more is told: first when they come into the
-//! asking body's bounding circle; then when to its [rectangle](crate::rectangle), or to its [atoms](crate::atom_row).
+//! Every candidate is replaced by its bounding circle, a disc. There are three bounds, of
+//! increasing cost and tightness: the time at which the disc enters the query body's bounding
+//! circle, its [rectangle](crate::rectangle), or its [atoms](crate::atom_row).
 //!
-//! Seen by an observer who turns with the asking molecule (angular velocity ω), a centre that moves with V relative to its
-//! centre of mass is at p = R⁻¹ d, with p' = R⁻¹ V − ω J p, J being the quarter turn.
-//!
-//! **Rounding.** d is known to within the error e of the lanes and R to within an angle δ: p is off by e + δ |d|, p' by
-//! the error of V and |ω| e + δ (|V| + |ω| |d|). There are less than 32 roundings in a gap to a disc at p and in its rate
-//! each. Twice as much is taken off each.
+//! # Lemmas
+//! 1. **Rotating frame.** Let R be the rotation of the query body, ω its angular velocity and J the
+//!    quarter turn. Let the centre of a disc be at d relative to the body's centre of mass and move
+//!    with the relative velocity V. In the frame that moves and turns with the body the centre is
+//!    at p = R⁻¹ d, with p' = R⁻¹ V − ω J p. *Proof.* (R⁻¹)' = −ω J R⁻¹.
+//! 2. **Rounding.** Let e be the error of d in the lanes and δ the error of the angle of R. The
+//!    error of p is at most e + δ |d|, and that of p' at most the error of V plus |ω| e + δ (|V| +
+//!    |ω| |d|). The gap to a disc at p, and its rate, take fewer than 32 roundings each. The code
+//!    subtracts 64 roundings from each.
 
 use carom_geometry::Outline;
 use carom_kinematics::{HALF_ULP as U, Motion};
@@ -18,21 +22,21 @@ use crate::{
     DiscLanes, atom_row::apart_from_atoms, rectangle::apart_from_rectangle, relative_disc::RelativeDisc,
 };
 
-/// A body that asks for its contacts with others, as it is turned now.
+/// The body whose contacts are computed, in its orientation at the time of the query.
 #[derive(Debug, Clone, Copy)]
 pub struct QueryBody<'a> {
-    /// Its shape.
+    /// Its shape: atoms, bounding circle, face.
     pub outline: Outline<'a>,
-    /// (cos θ, sin θ).
+    /// (cos θ, sin θ) of its orientation.
     pub rotation: DVec2,
     /// Bound on the error of θ (radians).
     pub rotation_error: f64,
-    /// Radians per time.
+    /// Angular velocity (radians per time).
     pub angular_velocity: f64,
 }
 
 impl<'a> QueryBody<'a> {
-    /// A body of this shape and motion at `now` (time).
+    /// A query body with the given outline and motion at `now` (time).
     #[inline]
     pub fn new(outline: Outline<'a>, motion: &Motion, now: f64) -> Self {
         let angular_velocity = motion.angular_velocity;
@@ -40,14 +44,15 @@ impl<'a> QueryBody<'a> {
         Self {
             outline,
             rotation: motion.orientation.turned(angular_velocity, duration).cos_sin(),
-            // As for a relative motion, and the rounding of cosine and sine.
+            // As for a relative motion, plus the rounding of cosine and sine.
             rotation_error: U * (5.0 * (angular_velocity * duration).abs() + 8.0),
             angular_velocity,
         }
     }
 
-    /// When each of some bodies may touch this one at the soonest (time from now), as far as their circles and its
-    /// rectangle tell: infinite for never. Steps beyond `horizon` say no more than that it is not before.
+    /// Lower bounds on the contact times with the discs of all lanes, from their circles and from
+    /// this body's rectangle (time from now; infinite if there is no contact). A value past
+    /// `horizon` only excludes contacts before `horizon`.
     #[inline(always)]
     pub(crate) fn contact_time_lower_bounds<const N: usize>(
         &self,
@@ -68,7 +73,8 @@ impl<'a> QueryBody<'a> {
         times
     }
 
-    /// The same of one disc within reach of this body's circle, as closely as is worth while: by the atoms, if they are few.
+    /// A tighter lower bound for one disc within reach of this body's circle: from the atoms if
+    /// they are few, from the rectangle otherwise.
     #[inline(always)]
     pub(crate) fn contact_time_lower_bound(&self, lanes: &DiscLanes<1>, horizon: f64) -> f64 {
         let Some(corners) = self.outline.rectangle() else { return 0.0 };
@@ -111,7 +117,7 @@ mod tests {
     use carom_kinematics::{Orientation, RelativeMotion};
     use proptest::prelude::*;
 
-    /// A molecule that turns, as it asks after some time, and another body.
+    /// A molecule that turns, some time after its motion was set, and another body.
     struct Encounter {
         molecule: Molecule,
         other: Molecule,
@@ -148,7 +154,7 @@ mod tests {
             gap_between(&self.molecule, a, &self.other, b, self.pair.separation)
         }
 
-        /// What is told of the other one alone, as a scheduler asks.
+        /// The bound for the other body alone, as a scheduler requests it.
         fn contact_time_lower_bounds(&self, horizon: f64) -> f64 {
             let lane = |v: DVec2| [[v.x], [v.y]];
             let lanes = DiscLanes {
@@ -196,7 +202,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { max_global_rejects: 1 << 24, ..ProptestConfig::default() })]
 
-        /// The contact that is found is never before the bound, and the bound is worth something.
+        /// No contact is before the bound, and the bound is not trivial.
         #[test]
         fn no_contact_is_before_the_bound(
             count in 2usize..20, turns in -0.5..0.5f64, spin in -3.0..3.0f64, since in 0.0..10.0f64,
@@ -223,8 +229,9 @@ mod tests {
             }
         }
 
-        /// Also of pairs whose bounding circles overlap, and of two molecules; and a search that begins there finds the same
-        /// (but for grazes, which are too rare to be among these).
+        /// Also for pairs whose bounding circles overlap, and for two molecules. A search that
+        /// begins at the bound finds the same contact, except for grazes, which are too rare to
+        /// occur here.
         #[test]
         fn no_contact_of_one_pair_is_before_its_bound(
             molecule in shapes(), other in shapes(), turns in prop::array::uniform2(-0.5..0.5f64),
@@ -248,7 +255,7 @@ mod tests {
             }
         }
 
-        /// A disc that has just left an atom is told to be apart up to where it may come back.
+        /// A disc that has just left an atom is certified free up to where it may return.
         #[test]
         fn a_pair_that_has_just_met_is_apart_until_it_may_meet_again(
             atom in 0usize..5, turns in -0.5..0.5f64, spin in -20.0..20.0f64, direction in -3.2..3.2f64,
@@ -261,7 +268,7 @@ mod tests {
             let normal = DVec2::from_angle(direction);
             let flight = (arm + 0.75 * normal, DVec2::new(vx, vy));
             let encounter = Encounter::new([tee, disc], motion, 0.0, flight, (0.0, 0.0));
-            // No other atom is in the way.
+            // No other atom overlaps the disc.
             prop_assume!(encounter.gap() > -1e-15);
             let rate = normal.dot(DVec2::new(vx, vy) - spin * arm.perp());
             prop_assume!(rate.abs() > 0.02);
@@ -270,7 +277,7 @@ mod tests {
             if rate < 0.0 {
                 prop_assert!(bound < 1e-12 && contact.is_some_and(|contact| contact < 1e-12), "{contact:?} {bound}");
             } else {
-                // One that may be back at once is left to the search.
+                // A disc that may return at once is left to the search.
                 prop_assert!(bound > 0.0 || rate < 0.2);
                 prop_assert!(contact.is_none_or(|contact| contact >= bound), "{contact:?} {bound}");
             }
@@ -307,7 +314,7 @@ mod tests {
                 let scales = [place, place, velocity, velocity, 0.5, spin, time, time, 1.0];
                 let state = |random: &mut Random| scales.map(|scale| scale * random.next());
                 let worst = directed_search(&mut random, 200, 800, state, |state| ratios(state)[which]);
-                // Half of the bound is for the gap, and its rate, that follow.
+                // Half of the bound is for the gap and its rate, which are computed next.
                 assert!(worst <= 1.0, "number {which}, {scales:?}: {worst}");
             }
         }
@@ -327,7 +334,7 @@ mod tests {
     #[test]
     fn a_disc_over_an_atom_of_a_resting_dumbbell_is_apart_until_it_touches_it() {
         let [dumbbell, disc] = [Shape::Dumbbell, Shape::Disc].map(|shape| Molecule::named(shape, 1.0, 1.0));
-        // Down on the atom at x = 1.
+        // Falls on the atom at x = 1.
         let flight = (DVec2::new(1.0, 2.5), DVec2::new(0.0, -1.0));
         let pair = [dumbbell.unwrap(), disc.unwrap()];
         let encounter = Encounter::new(pair, turning(0.0, 0.0), 0.0, flight, (0.0, 0.0));
@@ -335,27 +342,29 @@ mod tests {
         assert!((bound - 0.5).abs() < 1e-12, "{bound}");
     }
 
-    /// An atom on a circle comes down on a disc within, which flies straight on beside it: g − ω² a t²/2.
+    /// An atom on a circle approaches a disc inside that circle, which moves on in a straight line:
+    /// g − ω² a t²/2.
     #[test]
     fn the_bounds_are_reached_by_a_disc_within_the_circle_of_an_atom() {
         let atoms = [-10.0, 10.0].map(|x| Atom::new(DVec2::new(x, 0.0), 1.0, 1.0).unwrap());
         let pair = || [Molecule::new(atoms).unwrap(), Molecule::disc(1.0, 1.0).unwrap()];
         let spin = 0.5;
         let acceleration = spin * spin * 10.0;
-        // Beside the atom and as fast, and touching it and leaving it.
+        // Beside the atom at the same velocity; and touching the atom and leaving it.
         let gap = 1e-3;
         let (beside, leaving) = (f64::sqrt(2.0 * gap / acceleration), 2.0 * 0.05 / acceleration);
         for (gap, away, expected) in [(gap, 0.0, beside), (0.0, 0.05, leaving)] {
             let flight = (DVec2::new(8.0 - gap, 0.0), DVec2::new(-away, spin * 10.0));
             let encounter = Encounter::new(pair(), turning(0.0, spin), 0.0, flight, (0.0, 0.0));
             let bound = encounter.contact_time_lower_bounds(10.0);
-            let contact = encounter.first_contact(0.0, 10.0).expect("it comes down");
+            let contact = encounter.first_contact(0.0, 10.0).expect("the atom reaches the disc");
             assert!((bound / expected - 1.0).abs() < 1e-9, "{bound} {expected}");
             assert!((1.0..1.01).contains(&(contact / bound)), "{contact} {bound}");
         }
     }
 
-    /// At the least of sizes and spins that are allowed, where a velocity squared is still a number.
+    /// At the smallest allowed sizes and angular velocities, where squared velocities are still
+    /// representable.
     #[test]
     fn the_bound_holds_where_products_are_all_but_zero() {
         for (size, spin) in
@@ -367,7 +376,7 @@ mod tests {
             let encounter = Encounter::new(pair, turning(0.0, spin), 0.0, flight, (0.0, 0.0));
             let horizon = 1.0 / spin;
             let bound = encounter.contact_time_lower_bounds(horizon);
-            let contact = encounter.first_contact(0.0, horizon).expect("an atom comes up to it");
+            let contact = encounter.first_contact(0.0, horizon).expect("an atom reaches the disc");
             assert!(bound <= contact, "{size:e}, {spin:e}: {bound:e} {contact:e}");
             let again = encounter.first_contact(bound, horizon);
             assert!(again.is_some_and(|again| (again / contact - 1.0).abs() < 1e-9), "{again:?} {contact:e}");

@@ -1,41 +1,43 @@
-//! Which numbers a query may hold, and the unit of time in which it is answered.
+//! The allowed range of the numbers of a query, and the unit of time of its search.
 //!
-//! The bounds of the certified search are products of up to three velocities, which underflow for slow bodies and overflow for
-//! fast ones. A velocity times a power of two is exact, so a query whose velocities are far from 1 is answered in another
-//! unit of time: the contact is that of the ordinary query times the power of two, to the last bit.
+//! The bounds of the certified search are products of up to three velocities, which underflow for
+//! slow bodies and overflow for fast ones. Multiplying a velocity by a power of two is exact. A
+//! query whose velocities are far from 1 is therefore searched in another unit of time. Its contact
+//! time equals that of the ordinary query times the power of two, to the last bit.
 
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{Answer, Outcome, error_bound::one_norm};
 
-/// Lengths and speeds of a query above this are refused: more than [`LARGEST`](carom_geometry::LARGEST), which bounds those of
-/// a single body, and small enough for the square of a length times a length.
+/// The largest length and speed of a query: more than [`LARGEST`](carom_geometry::LARGEST), which
+/// limits those of a single body, and small enough for the product of a squared length with a
+/// length.
 const LARGEST: f64 = 1e70;
 
-/// Speeds of a query below this are refused, unless nothing moves: times would overflow.
+/// The smallest speed of a query other than 0; contact times of slower pairs would overflow.
 const LEAST_SPEED: f64 = 1e-150;
 
-/// Speeds between these need no other unit of time.
+/// Speeds in this range need no other unit of time.
 const ORDINARY: std::ops::Range<f64> = 1e-12..1e12;
 
-/// What a query of these numbers needs.
+/// How a query is searched.
 pub(crate) enum Unit {
-    /// It is answered as it stands.
+    /// In its own unit of time.
     Ordinary,
-    /// Its velocities are to be multiplied by this power of two.
+    /// With its velocities multiplied by this power of two.
     Scaled(f64),
-    /// A number is not finite, too large, or too small.
+    /// Not at all: a number is not finite, too large, or too small.
     OutOfRange,
 }
 
-/// The answer to a query that holds a number out of range.
+/// The answer to a query with a number out of range.
 pub(crate) const OUT_OF_RANGE: Answer = Answer { outcome: Outcome::OutOfRange, evaluations: 0 };
 
-/// What a query up to `horizon` needs.
+/// Classifies a query up to `horizon`.
 #[inline]
 pub(crate) fn unit(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Unit {
-    // A face may be infinitely long, and does not turn.
+    // A face may be infinitely long; it does not turn.
     let radius = |body: Outline<'_>| if body.face().is_some() { 0.0 } else { body.bounding_radius };
     let [radius_a, radius_b] = [radius(a), radius(b)];
     let [spin_a, spin_b] = motion.angular_velocity.map(f64::abs);
@@ -46,7 +48,7 @@ pub(crate) fn unit(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, hori
         + (motion.orientation_error[0] + motion.orientation_error[1]);
     let errors = motion.separation_error.min(motion.velocity_error);
     let angle_errors = motion.orientation_error[0].min(motion.orientation_error[1]);
-    // NaN fails every comparison, but min() passes over it: it is in the sums.
+    // NaN fails every comparison but is ignored by min(); the sums propagate it.
     let is_in_range = (size <= LARGEST)
         & (given <= LARGEST)
         & (angles.abs() <= LARGEST)

@@ -1,22 +1,26 @@
-//! Until when discs are certainly beyond a side of the rectangle that holds a turning molecule.
+//! Broad phase: a lower bound on the time at which a disc reaches the rectangle that holds a
+//! turning molecule.
 //!
-//! For the outward normal n of a side that is w from the centre of mass, and a disc of radius r at p, as the
-//! [asking](crate::QueryBody) molecule sees it, the distance s = n·p − w − r has for all h ≤ H
+//! # Lemmas
+//! In the frame that moves and turns with the molecule ([`query_body`](crate::query_body)) a disc
+//! of radius r is at p. A side of the rectangle has the outward normal n and the distance w from
+//! the centre of mass.
 //!
-//! s(h) ≥ s + s' h − K h²/2,  K = 2 |ω| |V| + ω² (|d| + |V| H),
-//!
-//! since p'' = −R⁻¹ (2 ω J V + ω² d), and the disc is apart from the molecule as long as that is positive: the molecule is
-//! behind its side. It is one certified step, like those of [`Exact`](crate::Exact), from a bound that is far tighter for rods
-//! than their circle is.
-//!
-//! **Rounding.** Of s and s' as the asking molecule sees them; the sides are off by one.
+//! 1. **Side.** The distance s = n·p − w − r of the disc from the side satisfies s(h) ≥ s + s' h −
+//!    K h²/2 for all h ≤ H, with K = 2 |ω| |V| + ω² (|d| + |V| H). *Proof.* p'' = −R⁻¹ (2 ω J V +
+//!    ω² d).
+//! 2. **Certificate.** While s > 0 the disc does not touch the molecule, which lies behind all its
+//!    sides. This is one step of conservative advancement, as in [`gap_search`](crate::gap_search).
+//!    For rods the bound is much tighter than that of the bounding circle.
+//! 3. **Rounding.** That of s and s' is bounded in [`query_body`](crate::query_body); the position
+//!    of a side adds one rounding.
 
 use glam::DVec2;
 
 use crate::{relative_disc::RelativeDisc, tolerance::STEP_MARGIN};
 
-/// When a disc may be at the rectangle of these corners (time from now); steps beyond `horizon` say no more than that it
-/// is not before.
+/// A lower bound on the time at which a disc reaches the rectangle of these corners (time from
+/// now). A value past `horizon` only excludes contacts before `horizon`.
 #[inline(always)]
 pub(crate) fn apart_from_rectangle(
     [low, high]: [DVec2; 2],
@@ -36,7 +40,7 @@ pub(crate) fn apart_from_rectangle(
     let [x, y] = disc.place;
     let across = step(low.y - y, y - high.y, disc.rate[1]);
     let along = step(low.x - x, x - high.x, disc.rate[0]);
-    // What is no number is not later.
+    // NaN is not greater than 0 and gives the bound 0.
     let time = if across > 0.0 { across } else { 0.0 };
     if along > time { along } else { time }
 }

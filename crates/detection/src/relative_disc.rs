@@ -1,7 +1,7 @@
 //! A moving disc in the frame of a molecule, with the rounding errors of its position and velocity.
 
-/// A disc in the frame that moves and turns with a molecule: position p = R⁻¹ d and velocity
-/// p' = R⁻¹ V − ω J p, see [`query_body`](crate::query_body).
+/// A disc in the frame that moves and turns with a molecule: position p = R⁻¹ d and velocity p' =
+/// R⁻¹ V − ω J p; see [`query_body`](crate::query_body).
 pub(crate) struct RelativeDisc {
     /// p (length).
     pub(crate) place: [f64; 2],

@@ -5,12 +5,12 @@ use carom_kinematics::RelativeMotion;
 
 use crate::{ErrorBound, FaceErrorBound, Part, Touch, flight::bounding_circle};
 
-/// A bound on the rounding of the speed at which two parts close that touch at time 0 (length per time): E' of
-/// [`ErrorBound`] or [`FaceErrorBound`].
+/// A bound on the rounding of the closing speed of two parts that touch at time 0 (length per
+/// time): E' of [`ErrorBound`] or [`FaceErrorBound`].
 ///
-/// Parts that separate faster than this are known to separate. A contact that leaves them slower may be followed by another at
-/// once, or by none while they sink into each other; see the lemmas on contact and sinking in the source of
-/// [`Exact`](crate::Exact).
+/// Parts that separate faster than this certainly separate. After a contact with a lower separation
+/// speed, another contact may follow at once, or none while the parts sink into each other. The
+/// lemmas on contact and sinking in the source of [`Exact`](crate::Exact) give the proof.
 ///
 /// ```
 /// use carom_detection::{Touch, resolved_speed};
@@ -26,7 +26,7 @@ use crate::{ErrorBound, FaceErrorBound, Part, Touch, flight::bounding_circle};
 /// ```
 ///
 /// # Panics
-/// If `touch` names a part that the bodies do not have.
+/// If the bodies do not have the part that `touch` names.
 pub fn resolved_speed(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, touch: Touch) -> f64 {
     let of_circles = |circles: [Circle; 2]| {
         let speed = motion.velocity.length();

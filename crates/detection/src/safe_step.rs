@@ -1,33 +1,34 @@
-//! How far a pair can be followed without looking: the first zero of a bound from below on its gap.
+//! Certified steps: the first zero of a lower bound on the gap of a pair.
 
 use glam::DVec2;
 
 use crate::tolerance::{LEAST_SQUARE, MOST_DOUBLINGS, STEP_MARGIN};
 
-/// How fast a gap can bend downwards.
+/// Bounds on the downward curvature of a gap.
 pub(crate) struct Curvature {
-    /// K: −n·d'' ≤ K at any time.
+    /// K: −n·d'' ≤ K at all times.
     pub(crate) largest: f64,
-    /// A lower bound of a = n·d'' now.
+    /// A lower bound of n·d'' at this time.
     pub(crate) along_normal: f64,
-    /// K₃: |d'''| ≤ K₃ at any time.
+    /// K₃: |d'''| ≤ K₃ at all times.
     pub(crate) jerk: f64,
-    /// A lower bound of g'' now.
+    /// A lower bound of g'' at this time.
     pub(crate) of_gap: f64,
     /// C₃: |g'''| ≤ C₃ up to the first contact.
     pub(crate) gap_jerk: f64,
-    /// d'' now.
+    /// d'' at this time.
     pub(crate) acceleration: DVec2,
-    /// How far the computed |d''| may be from the exact one.
+    /// Bound on the error of the computed |d''|.
     pub(crate) acceleration_error: f64,
-    /// J: |d''| grows no faster than this.
+    /// J: a bound on the growth rate of the bound |d''|, see Lemma 3 of
+    /// [`gap_search`](crate::gap_search).
     pub(crate) relative_jerk: f64,
-    /// g'' ≤ K + |d'|²/|d|: how fast the gap can bend upwards.
+    /// K + |d'|²/|d|, a bound on g'' (the upward curvature of the gap).
     pub(crate) upwards: f64,
 }
 
 impl Curvature {
-    /// Only that it is at most K.
+    /// The bound K alone.
     pub(crate) fn at_most(largest: f64) -> Self {
         Self {
             largest,
@@ -42,16 +43,18 @@ impl Curvature {
         }
     }
 
-    /// The least k for which gap + rate h − k h²/2 is known to be a bound from below up to `h`; it can be negative.
+    /// The least known k for which gap + rate h − k h²/2 is a lower bound of the gap up to `h`. It
+    /// can be negative.
     ///
-    /// Twice integrated, a bound that grows in proportion to time counts by a third of what it has become.
+    /// Integrated twice, a bound that grows linearly in time counts with a third of its final
+    /// value.
     #[inline]
     fn within(&self, h: f64) -> f64 {
         let magnitude = length(self.acceleration) + self.acceleration_error;
         lesser(self.along_normal_within(h), magnitude + self.relative_jerk * (h * (1.0 / 3.0)))
     }
 
-    /// The same without the bound by relative rotation.
+    /// The least such k without the bound by relative rotation.
     #[inline]
     fn along_normal_within(&self, h: f64) -> f64 {
         let third = h * (1.0 / 3.0);
@@ -60,22 +63,23 @@ impl Curvature {
     }
 }
 
-/// A length, or |x| + |y| where its square has lost its digits.
+/// The length of `v`, or |x| + |y| where its square has lost digits to underflow.
 fn length(v: DVec2) -> f64 {
     let squared = v.length_squared();
     if squared < LEAST_SQUARE { v.x.abs() + v.y.abs() } else { squared.sqrt() }
 }
 
-/// How much later than g/|g'| the root of a gap that bends upwards is looked for at first, and the share of g'² that is
-/// left of the discriminant where it is just there: (2/1.25 − 1)².
+/// The first look-ahead for the root of a gap that bends upwards, in units of g/|g'|; and the share
+/// of g'² left of the discriminant if the root is exactly there: (2/1.25 − 1)².
 const BENT: (f64, f64) = (1.25, 0.36);
 
-/// The longest step found in which a gap that now has the positive value `gap` and the rate `rate` stays positive.
+/// The longest step found in which a gap with the positive value `gap` and the rate `rate` stays
+/// positive.
 ///
-/// A bound on the curvature that holds up to H certifies the sooner of H and the root for it. H is a little more
-/// than g/|g'|, where a gap that falls straight comes to zero, or twice that, beyond which no root is, for a gap that
-/// bends upwards so much that it hardly comes to zero. Where the bound is no better than K, the step for K is
-/// lengthened by looking up to twice as far, and again.
+/// A bound on the curvature that holds up to H certifies the smaller of H and the root for that
+/// bound. H is a little more than g/|g'|, where a gap that falls linearly is zero. For a gap that
+/// bends upwards so much that it hardly reaches zero, H is 2 g/|g'|, beyond which there is no root.
+/// Where the bound is no better than K, the step for K is lengthened by doubling H repeatedly.
 #[inline]
 pub(crate) fn safe_step(gap: f64, rate: f64, curvature: &Curvature) -> f64 {
     let (mut step, mut k) = (0.0, curvature.largest);
@@ -90,11 +94,12 @@ pub(crate) fn safe_step(gap: f64, rate: f64, curvature: &Curvature) -> f64 {
     step * (1.0 - STEP_MARGIN)
 }
 
-/// The same with less effort, where ordinary pairs do not repay more: no lengthening, no relative rotation. `slowness` is
-/// 1/|g'| where the gap falls, and negative where it widens.
+/// A cheaper step for ordinary pairs, without lengthening and without the bound by relative
+/// rotation. `slowness` is 1/|g'| where the gap falls, and negative where it widens.
 ///
-/// With s = g/|g'| and x = k s/2|g'| the root is 2 s/(1 + √(1 + 4 x)), and not below s (1 − x) for any x > −1:
-/// off by 2 x² s, which is as good for small x, and sooner done.
+/// With s = g/|g'| and x = k s/2|g'| the root is 2 s/(1 + √(1 + 4 x)), which is at least s (1 − x)
+/// for any x > −1. The two differ by 2 x² s, so the second form is as good for small x, and
+/// cheaper.
 #[inline]
 pub(crate) fn short_step(gap: f64, rate: f64, slowness: f64, curvature: &Curvature) -> f64 {
     let straight = gap * slowness;
@@ -129,7 +134,7 @@ fn step_up_to(reach: f64, gap: f64, rate: f64, k: f64, curvature: &Curvature) ->
     }
 }
 
-/// The step of a gap that falls ever more slowly.
+/// The step of a gap whose rate of fall decreases.
 #[cold]
 fn past_the_turn(gap: f64, rate: f64, curvature: &Curvature) -> f64 {
     let reach = 2.0 * gap / -rate;
@@ -137,7 +142,7 @@ fn past_the_turn(gap: f64, rate: f64, curvature: &Curvature) -> f64 {
     certain.max(lesser(root(gap, rate, curvature.within(reach)), reach))
 }
 
-/// The second if it is less. A bound that overflows or is no number is not less; a step that is no number stays so.
+/// The smaller of two numbers. Returns `one` if `other` is NaN or `one` is NaN.
 #[inline]
 fn lesser(one: f64, other: f64) -> f64 {
     if other < one { other } else { one }
@@ -160,8 +165,8 @@ fn lengthened(mut step: f64, gap: f64, rate: f64, curvature: &Curvature) -> f64 
     step
 }
 
-/// The positive root of gap + rate h − k h²/2 for a positive gap, in the form that does not cancel; infinite where there
-/// is none.
+/// The positive root of gap + rate h − k h²/2 for a positive gap, in the form without cancellation;
+/// infinite if there is none.
 #[inline]
 fn root(gap: f64, rate: f64, k: f64) -> f64 {
     let discriminant = rate * rate + 2.0 * k * gap;
@@ -180,7 +185,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Forward integration of a gap that bends as fast as the bounds allow.
+        /// Integrates a gap forwards that bends as fast as the bounds allow.
         #[test]
         fn no_gap_within_the_bounds_is_zero_before_the_end_of_the_step(
             gap in 1e-3..1.0f64, rate in -1.0..1.0f64, largest in 0.1..4.0f64, share in -1.0..1.0f64,
@@ -202,7 +207,8 @@ mod tests {
             let step = safe_step(gap, rate, &curvature);
             let short = short_step(gap, rate, -1.0 / rate, &curvature);
             prop_assert!(short <= step * (1.0 + 1e-12), "{short} {step}");
-            // A gap that would have come back from below zero by then is none that the bounds allow.
+            // The bounds do not allow a gap that is below zero before the end of the step and
+            // returns.
             let parts = 2000;
             let (h, mut now, mut slope) = (step / f64::from(parts), gap, rate);
             for part in 0..parts {
@@ -216,7 +222,7 @@ mod tests {
             }
         }
 
-        /// s (1 − x) against the root.
+        /// Compares s (1 − x) with the root.
         #[test]
         fn the_short_step_is_no_longer_than_the_root(
             gap in 1e-9..1e3f64, rate in -10.0..-1e-3f64, bend in -1.0..1.0f64,
@@ -241,20 +247,20 @@ mod tests {
             relative_jerk: 0.0,
             ..Curvature::at_most(1.0)
         };
-        // K is large, nothing bends.
+        // K is large, but the gap is not curved.
         let step = safe_step(1e-12, 1e-30, &curvature);
         assert!(step > 1.0, "{step}");
-        // The same pair closing: the root is within reach.
+        // The same pair closing: the root lies within the step.
         let step = safe_step(1e-12, -1e-3, &curvature);
         assert!((step - 1e-9).abs() < 1e-20, "{step}");
     }
 
     #[test]
-    fn a_gap_that_turns_before_it_is_closed_is_passed_beyond_its_turn() {
-        // 1 − h + 0.3 h² has no root, and its least at h = 5/3.
+    fn a_gap_that_widens_again_before_zero_gets_a_step_past_its_minimum() {
+        // 1 − h + 0.3 h² has no root, and its minimum at h = 5/3.
         let curvature = Curvature { of_gap: 0.6, gap_jerk: 1e-6, ..Curvature::at_most(1.0) };
         assert!(short_step(1.0, -1.0, 1.0, &curvature) > 1.9);
-        // 1 − h + 0.24 h² has one at 5/3.
+        // 1 − h + 0.24 h² has a root at 5/3.
         let curvature = Curvature { of_gap: 0.48, gap_jerk: 1e-6, ..curvature };
         let step = short_step(1.0, -1.0, 1.0, &curvature);
         assert!(step < 5.0 / 3.0 && step > 5.0 / 3.0 - 1e-5, "{step}");

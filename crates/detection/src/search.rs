@@ -1,8 +1,8 @@
-//! What a search over many atom pairs has found so far.
+//! The intermediate result of a search over many atom pairs.
 
 use crate::{Answer, Contact, Outcome, Touch, gap_search::PairOutcome};
 
-/// The state of a search: its earliest findings, which limit what is still of interest.
+/// The earliest contact and the earliest certified time so far, and the limits of the search.
 pub(crate) struct Search {
     end: f64,
     best: Option<Contact>,
@@ -23,12 +23,12 @@ impl Search {
         found.min(self.out_of_budget)
     }
 
-    /// Takes note of how the search for one pair of atoms ended.
+    /// Records the result of the search for one pair of atoms.
     pub(crate) fn record(&mut self, outcome: PairOutcome, atoms: [u32; 2]) {
         self.record_touch(outcome, Touch::Atoms(atoms[0], atoms[1]));
     }
 
-    /// Takes note of how the search for one pair of parts ended.
+    /// Records the result of the search for one pair of parts.
     pub(crate) fn record_touch(&mut self, outcome: PairOutcome, touch: Touch) {
         match outcome {
             PairOutcome::Contact(time) => {
@@ -42,7 +42,8 @@ impl Search {
         }
     }
 
-    /// "Certified free until" of one pair beats a contact of another one that is later.
+    /// The answer. A pair that is only certified up to a time takes precedence over a later
+    /// contact.
     pub(crate) fn answer(&self) -> Answer {
         let outcome = match self.best {
             Some(contact) if contact.time <= self.out_of_budget => Outcome::Contact(contact),
@@ -58,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn certified_free_until_beats_a_later_contact_and_yields_to_an_earlier_one() {
+    fn the_earlier_of_certified_time_and_contact_is_the_answer() {
         for (contact, expected) in [(2.0, Outcome::FreeUntil(1.0)), (0.5, contact_at(0.5))] {
             for contact_first in [true, false] {
                 let mut search = Search::new(10.0, 1);

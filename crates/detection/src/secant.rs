@@ -1,9 +1,8 @@
-//! The bracketed secant: the zero of a function between a moment where it is positive and one where it
-//! is negative.
+//! The bracketed secant method: the zero of a function between a positive and a negative value.
 
 use crate::golden_section::Sample;
 
-/// Two moments between which a function falls through zero.
+/// Two times between which a function falls through zero.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bracket {
     positive: Sample,
@@ -11,7 +10,7 @@ pub(crate) struct Bracket {
 }
 
 impl Bracket {
-    /// `None` unless the signs differ.
+    /// Returns `None` unless the signs differ.
     pub(crate) fn new(positive: Sample, negative: Sample) -> Option<Self> {
         (positive.value > 0.0 && negative.value < 0.0).then_some(Self { positive, negative })
     }
@@ -27,11 +26,12 @@ impl Bracket {
 
 /// The time at which `f` is zero, to `width` (time); `None` if `most_rounds` do not suffice.
 ///
-/// Secant of the bracket's ends in the Illinois form, which halves the value at an end that stays put
-/// (Dowell and Jarratt 1971), so that both ends close in with order 1.44. The secant of Montanari (2017),
-/// equation A.3, keeps the last two points whatever their signs, and can leave for another zero. Points
-/// stay half of `width` off the ends, so that the last round closes the bracket; three rounds that do
-/// not halve it are followed by a bisection, so that `most_rounds` of 250 suffice for every function.
+/// Secant of the ends of the bracket in the Illinois form (Dowell and Jarratt 1971), which halves
+/// the value at an end that is kept, so that both ends converge with order 1.44. The secant of
+/// Montanari (2017), equation A.3, keeps the last two points irrespective of their signs, and can
+/// converge to another zero. New points keep a distance of half of `width` from the ends, so that
+/// the last round closes the bracket. Three rounds that do not halve the bracket are followed by a
+/// bisection, so that 250 rounds suffice for every function.
 pub(crate) fn bracketed_secant(
     mut f: impl FnMut(f64) -> f64,
     mut bracket: Bracket,
@@ -101,7 +101,8 @@ mod tests {
 
         #[test]
         fn steps_and_flat_zeros_take_a_bounded_number_of_rounds(place in 0.001..0.999f64, power in 0..12) {
-            // power 0: a jump; odd powers: a zero that is flat; even ones: made to change sign.
+            // power 0: a jump; odd powers: a flat zero; even powers: multiplied by a sign to change
+            // it.
             let f = |t: f64| (place - t).signum() * (place - t).abs().powi(power) * 1e-3;
             let found = zero_between(f, (0.0, 1.0), 250).unwrap();
             prop_assert!((found - place).abs() <= 6.0 * f64::EPSILON || f(found) == 0.0);

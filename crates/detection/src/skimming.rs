@@ -4,24 +4,24 @@ use carom_kinematics::{HALF_ULP as U, RelativeMotion};
 
 use crate::{error_bound::one_norm, tolerance::STEP_MARGIN};
 
-/// A stretch of time, from `begin` to `end`.
+/// An interval of time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
-    /// When it begins (time from now).
+    /// Its begin (time from now).
     pub begin: f64,
-    /// When it ends (time from now).
+    /// Its end (time from now).
     pub end: f64,
 }
 
-/// When the centres of the two bodies are within `reach` (length) of each other, up to `horizon`.
+/// Returns the window of time in which the centres of two bodies are within `reach` (length), up to
+/// `horizon`; `None` if they stay farther apart.
 ///
-/// The centres' distance is a parabola in time, squared (Montanari 2017, equations 2.1 to 2.3). The
-/// window is never too short: `reach` is inflated by the rounding of the places, and the edges are
-/// moved outwards by that of the roots. The discriminant is taken as (reach² v² − (X × V)²), which
-/// keeps its digits on grazes where b² − a c loses them.
+/// The squared distance of the centres is a parabola in time (Montanari 2017, equations 2.1 to
+/// 2.3). The window is never too short: `reach` is enlarged by the rounding of the positions, and
+/// the edges are moved outwards by the rounding of the roots. The discriminant is computed as
+/// reach² v² − (X × V)², which keeps its digits on grazes, where b² − a c loses them.
 ///
-/// `None` when the bodies stay out of reach. Where a square overflows or a number is NaN, the whole time up to the
-/// horizon is returned.
+/// If a square overflows or a number is NaN, the window is the whole time up to the horizon.
 pub fn skim(motion: &RelativeMotion, reach: f64, horizon: f64) -> Option<Window> {
     let (x, v) = (motion.separation, motion.velocity);
     let horizon = if horizon.is_nan() { f64::INFINITY } else { horizon };
@@ -47,8 +47,8 @@ pub fn skim(motion: &RelativeMotion, reach: f64, horizon: f64) -> Option<Window>
     (begin <= end).then_some(Window { begin, end })
 }
 
-/// What the rounding of the centres' places can add to their distance while they are within `reach`: V t is at most
-/// |X| + reach then, so this covers X + V t.
+/// A bound on the rounding of the distance of the centres while they are within `reach` (length).
+/// |V t| is then at most |X| + reach, so the bound covers X + V t.
 #[inline]
 pub(crate) fn rounding_within(motion: &RelativeMotion, reach: f64) -> f64 {
     motion.separation_error + 16.0 * U * (one_norm(motion.separation) + reach)

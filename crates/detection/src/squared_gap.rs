@@ -1,4 +1,5 @@
-//! The squared gap of two atoms in flight: f(t) = |d|² − s², positive while they are apart; the same of an atom and a wall.
+//! The squared gap f(t) = |d|² − s² of two atoms in flight, or of an atom and a face: positive
+//! while they are apart.
 
 use carom_geometry::{Atom, Circle, Face, Outline};
 use carom_kinematics::RelativeMotion;
@@ -6,8 +7,8 @@ use glam::DVec2;
 
 use crate::{ErrorBound, FaceErrorBound, Part, Touch};
 
-/// One atom of A and one of B, whose centres are d apart and touch at the distance s; or an atom and the nearest point of
-/// a face.
+/// Two parts whose centres are d apart and touch at the distance s: an atom of A and an atom of B,
+/// or an atom and the nearest point of a face.
 pub(crate) struct SquaredGap<'a> {
     motion: &'a RelativeMotion,
     offsets: [DVec2; 2],
@@ -65,7 +66,7 @@ impl<'a> SquaredGap<'a> {
         }
     }
 
-    /// An atom of body number `body` and the face of the other, which does not turn.
+    /// An atom of body number `body` and the face of the other body, which does not turn.
     fn of_face(motion: &'a RelativeMotion, body: usize, atom: &Atom, face: &'a Face) -> Self {
         let mut offsets = [DVec2::ZERO; 2];
         offsets[body] = atom.offset();
@@ -93,16 +94,16 @@ impl<'a> SquaredGap<'a> {
         squared - self.contact_distance * self.contact_distance
     }
 
-    /// The f of two atoms that are apart by the rounding bound E (length²): below it they touch.
+    /// The value of f at a gap of E (length²); parts with a smaller value touch.
     pub(crate) fn touching(&self, time: f64) -> f64 {
         2.0 * self.contact_distance * self.error.at(time)
     }
 
-    /// Whether atoms that touch or overlap at `time` close, rather than part or only touch.
+    /// Whether parts that touch or overlap at `time` close.
     ///
-    /// d·d' must be below −|d| E', with the bound E' on the rounding of the closing speed that
-    /// [`Exact`](crate::Exact) uses; of atoms that overlap by more than E, below what the velocities
-    /// resolve.
+    /// They close if d·d' is below −|d| E', with the bound E' on the rounding of the closing speed
+    /// that [`Exact`](crate::Exact) uses. For parts that overlap by more than E, the error of the
+    /// velocities takes the place of E'.
     pub(crate) fn closes(&self, time: f64) -> bool {
         let motion = self.motion;
         let [spin_a, spin_b] = motion.angular_velocity;
@@ -119,15 +120,16 @@ impl<'a> SquaredGap<'a> {
             Bound::Atoms(bound) => bound.of_rate(time, distance),
             Bound::Face(bound) => bound.of_rate(time),
         };
-        // Between atoms the direction has the length of the distance, towards a face it has length 1.
+        // The vector between atoms has the length of their distance, that to a face length 1.
         let length = if self.face.is_some() { 1.0 } else { distance };
         direction.dot(velocity) < -(length * resolved)
     }
 
-    /// Distance to the face of a body, and the direction of the shortest way between them, from A's part to B's.
+    /// The distance to the face of a body, and the direction from A's part to B's along the
+    /// shortest line.
     fn to_face(&self, (wall, face): (usize, &Face), d: DVec2) -> (f64, DVec2) {
         let rotation = self.motion.orientation[wall].cos_sin();
-        // From the face's body to the atom.
+        // From the body with the face to the atom.
         let sign = if wall == 0 { 1.0 } else { -1.0 };
         let nearest = face.nearest(DVec2::new(rotation.x, -rotation.y).rotate(sign * d));
         (nearest.distance, sign * rotation.rotate(nearest.direction))

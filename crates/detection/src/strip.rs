@@ -5,12 +5,12 @@ use carom_kinematics::{HALF_ULP as U, RelativeMotion};
 
 use crate::{Window, error_bound::one_norm, skim, tolerance::STEP_MARGIN};
 
-/// A strip of the plane on either side of a line, or all of it behind one, and a point that moves straight on.
+/// A strip on either side of a line, or the half-plane behind it, and a point in uniform motion.
 #[derive(Clone, Copy)]
 pub(crate) struct Strip {
-    /// How far from the line the point is (length).
+    /// Signed distance of the point from the line (length).
     place: f64,
-    /// How fast that changes, and a bound on its rounding (length per time).
+    /// Its rate, and a bound on the rounding of the rate (length per time).
     rate: f64,
     rate_error: f64,
     /// Half the width of the strip, inflated by rounding (length).
@@ -18,8 +18,9 @@ pub(crate) struct Strip {
 }
 
 impl Strip {
-    /// When the centre of body number `body` is within `room` (length) of a face of the other body, up to `horizon`; never
-    /// too short. `None` when it stays out of reach.
+    /// The window of time in which the centre of body number `body` is within `room` (length) of a
+    /// face of the other body, up to `horizon`. The window is never too short. `None` if the centre
+    /// stays farther away.
     pub(crate) fn window(
         motion: &RelativeMotion,
         body: usize,
@@ -31,7 +32,7 @@ impl Strip {
         let along = motion.orientation[wall].cos_sin().rotate(face.along());
         let sign = if body == 1 { 1.0 } else { -1.0 };
         let (place, velocity) = (sign * motion.separation, sign * motion.velocity);
-        // The direction of the face is off by 12 u; see `FaceErrorBound`.
+        // The error of the direction of the face is 12 u; see `FaceErrorBound`.
         let tilt = motion.orientation_error[wall] + 16.0 * U;
         let strip = |direction: glam::DVec2, reach: f64| Self {
             place: direction.dot(place),
@@ -70,8 +71,8 @@ impl Strip {
     }
 }
 
-/// When two bodies are within reach of each other, up to `horizon`: their bounding circles, or the bounding circle of
-/// one and the face of the other.
+/// The window of time in which two bodies are within reach, up to `horizon`: their bounding circles
+/// overlap, or the bounding circle of one is near the face of the other.
 pub(crate) fn window_of_bodies(
     a: Outline<'_>,
     b: Outline<'_>,
@@ -92,7 +93,7 @@ pub(crate) fn window_of_bodies(
     (window.begin <= window.end).then_some(window)
 }
 
-/// Whether a body with a face turns, which no detector can follow.
+/// Whether a body with a face turns; no detector handles that case.
 pub(crate) fn a_face_turns(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> bool {
     [a, b].iter().zip(motion.angular_velocity).any(|(body, spin)| body.face().is_some() && spin != 0.0)
 }
@@ -129,13 +130,13 @@ mod tests {
     }
 
     #[test]
-    fn a_body_that_flies_past_is_never_asked_for() {
+    fn a_body_that_flies_past_has_no_window() {
         let wall = Molecule::wall(DVec2::new(0.0, 2.0), 0.0).unwrap();
         let face = wall.face().unwrap();
         let ask = |place: DVec2, velocity: DVec2| {
             Strip::window(&RelativeMotion::exactly(place, velocity), 1, face, 0.5, 100.0)
         };
-        // Away from it, along it, and past its end.
+        // Away from the wall, along it, and past its end.
         assert_eq!(ask(DVec2::new(1.0, 0.0), DVec2::X), None);
         assert_eq!(ask(DVec2::new(1.0, 0.0), DVec2::Y), None);
         assert_eq!(ask(DVec2::new(5.0, 0.0), DVec2::new(-1.0, 1.0)), None);

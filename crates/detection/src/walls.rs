@@ -1,4 +1,4 @@
-//! Bodies with a straight face: each atom of the one against the face of the other, and against its end points.
+//! Contacts of bodies with a straight face: each atom against the face and against its end points.
 
 use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
@@ -15,12 +15,12 @@ use crate::{
     strip::{a_face_turns, window_of_bodies},
 };
 
-/// What is said of a face that turns: nothing.
+/// The answer for a face that turns.
 const NOTHING_IS_KNOWN: Answer = Answer { outcome: Outcome::Unresolved(0.0), evaluations: 0 };
 
 /// The certified first contact where A or B has a face.
 ///
-/// The atoms of a wall are its end points: they are searched as any atoms are.
+/// The atoms of a wall are its end points, and are searched like any atoms.
 pub(crate) fn first_contact(
     exact: Exact,
     a: Outline<'_>,
@@ -52,7 +52,8 @@ pub(crate) fn first_contact(
     search.answer()
 }
 
-/// The first contact of the bounding circle of the one with the face of the other, or with its end points.
+/// The first contact of the bounding circle of one body with the face of the other, or with its end
+/// points.
 pub(crate) fn contact_of_circle(
     a: Outline<'_>,
     b: Outline<'_>,
@@ -100,7 +101,7 @@ mod tests {
         answer.outcome.contact().unwrap_or_else(|| panic!("{answer:?}"))
     }
 
-    /// Every detector, and how far off its time may be.
+    /// Every detector, with the tolerance of its times.
     fn detectors() -> [(Box<dyn Detection>, f64); 3] {
         [
             (Box::new(Exact::default()), 1e-15),
@@ -110,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_disc_meets_face_and_end_point_at_the_planted_times() {
+    fn a_disc_meets_face_and_end_point_at_the_expected_times() {
         let (wall, disc) =
             (Molecule::wall(DVec2::new(0.0, 2.0), 0.25).unwrap(), Molecule::disc(0.5, 1.0).unwrap());
         let circles: (Box<dyn Detection>, f64) = (Box::new(BoundingCircles), 1e-15);
@@ -137,8 +138,9 @@ mod tests {
     }
 
     #[test]
-    fn a_turning_dumbbell_strikes_a_wall_where_the_sine_says() {
-        // Centre 1.5 above the ground, arms 1, radii 1, ω = 1: an atom comes down to height 1 when sin θ = 1/2.
+    fn a_turning_dumbbell_hits_a_wall_at_the_time_of_arcsine() {
+        // Centre 1.5 above the ground, arms 1, radii 1, ω = 1: an atom is at height 1 when sin θ =
+        // 1/2.
         let dumbbell = Molecule::named(Shape::Dumbbell, 1.0, 1.0).unwrap();
         let wall = Molecule::wall(DVec2::new(100.0, 0.0), 0.0).unwrap();
         let ground = HalfPlane::new(DVec2::Y).unwrap();
@@ -159,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn touching_bodies_collide_if_they_close_and_overlapping_ones_unless_they_part() {
+    fn touching_bodies_collide_if_they_close_and_overlapping_bodies_unless_they_separate() {
         let (wall, disc) = (Molecule::wall(DVec2::X, 0.0).unwrap(), Molecule::disc(0.5, 1.0).unwrap());
         let dumbbell = Molecule::named(Shape::Dumbbell, 0.5, 1.0).unwrap();
         for gap in [-1e-3, -1e-16, 0.0, 1e-16] {
@@ -193,9 +195,9 @@ mod tests {
     }
 
     #[test]
-    fn an_atom_back_very_soon_is_followed_from_the_contact_it_leaves() {
-        // A heavy rim: the touching atom's centre is farther from the face than the centre of mass, so it is carried
-        // back: height ω-circle, g = V t − A (1 − cos ω t), back at about 2 V / (A ω²).
+    fn an_atom_that_returns_very_soon_is_found_at_the_expected_time() {
+        // A heavy rim: the centre of the touching atom is farther from the face than the centre of
+        // mass, so the rotation returns it: g = V t − A (1 − cos ω t), zero at about 2 V / (A ω²).
         let big = Atom::new(DVec2::ZERO, 1.0, 1e-3).unwrap();
         let heavy = Atom::new(DVec2::new(0.0, -0.9), 0.05, 1e3).unwrap();
         let molecule = Molecule::new([big, heavy]).unwrap();
@@ -218,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_face_that_turns_is_named_as_what_nobody_follows() {
+    fn a_face_that_turns_is_unresolved_from_the_start() {
         let (wall, disc) = (Molecule::wall(DVec2::X, 0.0).unwrap(), Molecule::disc(0.5, 1.0).unwrap());
         let motion = RelativeMotion {
             angular_velocity: [1.0, 0.0],
@@ -232,9 +234,9 @@ mod tests {
     }
 
     proptest! {
-        /// A disc that flies straight on: the first moment at which it is within its radius of the segment.
+        /// A disc in uniform motion touches first when its distance to the segment is its radius.
         #[test]
-        fn discs_touch_where_the_distance_to_the_segment_says(
+        fn discs_touch_at_their_radius_from_the_segment(
             x in -3.0..3.0f64, y in -3.0..3.0f64, vx in -1.0..1.0f64, vy in -1.0..1.0f64,
             length in 0.1..4.0f64, angle in -3.0..3.0f64, radius in 0.01..0.5f64,
         ) {
@@ -257,7 +259,7 @@ mod tests {
             for part in 0..1000 {
                 prop_assert!(gap(until * f64::from(part) / 1000.0) > -1e-13);
             }
-            // The same for one that turns, which changes nothing about it but the way it is searched.
+            // A disc that turns has the same contacts, found by another search.
             let off_centre = Molecule::new([
                 Atom::new(DVec2::ZERO, radius, 1.0).unwrap(),
                 Atom::new(DVec2::new(1e-3 * radius, 0.0), 0.5 * radius, 1e-30).unwrap(),

@@ -1,4 +1,4 @@
-//! An atom: a disc with a mass, at a fixed place in the frame of its molecule.
+//! An atom: a disc with a mass, at a fixed position in the frame of its molecule.
 
 use glam::DVec2;
 use parry2d_f64::shape::Ball;
@@ -26,7 +26,7 @@ pub struct Atom {
     mass: f64,
 }
 
-/// An atom as it is written down: all else follows from these.
+/// The serialized form of an atom, from which all other fields follow.
 #[derive(Serialize, Deserialize)]
 struct PlainAtom {
     offset: DVec2,
@@ -62,12 +62,12 @@ impl Atom {
         Ok(Self { ball: Ball::new(radius), offset, arm: offset.length(), mass })
     }
 
-    /// The end of a wall: a disc of radius 0 or more, of infinite mass.
+    /// The end point of a wall: a disc of radius 0 or more, of infinite mass.
     pub(crate) fn end_of_wall(offset: DVec2, radius: f64) -> Self {
         Self { ball: Ball::new(radius), offset, arm: offset.length(), mass: f64::INFINITY }
     }
 
-    /// Place of the centre in the molecule's frame (length).
+    /// Position of the centre in the molecule's frame (length).
     pub fn offset(&self) -> DVec2 {
         self.offset
     }
@@ -88,12 +88,12 @@ impl Atom {
         self.mass
     }
 
-    /// The shape as parry knows it.
+    /// The shape for queries by parry.
     pub fn ball(&self) -> &Ball {
         &self.ball
     }
 
-    /// This atom alone, taken as a whole body: what detection needs of a disc.
+    /// The outline of this atom as a whole body, as detection needs it.
     pub fn outline(&self) -> Outline<'_> {
         Outline {
             atoms: std::slice::from_ref(self),

@@ -1,23 +1,24 @@
-//! Atoms side by side, as vector registers read them.
+//! Atoms as a structure of arrays, for SIMD registers.
 
 use crate::Atom;
 
-/// Some atoms of a molecule, number by number; if they are fewer, the last one fills up the row.
+/// Up to [`Self::LANES`] atoms of a molecule as a structure of arrays; the last atom fills the
+/// unused lanes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtomRow {
-    /// Places in the frame of the molecule (length), x and y.
+    /// Positions in the frame of the molecule (length), x and y.
     pub offset: [[f64; Self::LANES]; 2],
-    /// Length.
+    /// Radii (length).
     pub radius: [f64; Self::LANES],
     /// Distances from the centre of mass (length).
     pub arm: [f64; Self::LANES],
 }
 
 impl AtomRow {
-    /// How many atoms a row holds.
+    /// The number of atoms in a row.
     pub const LANES: usize = 4;
 
-    /// Rows that hold all these atoms.
+    /// The rows of the given atoms.
     pub(crate) fn of(atoms: &[Atom]) -> impl Iterator<Item = Self> {
         atoms.chunks(Self::LANES).map(|some| {
             let row: [&Atom; Self::LANES] = std::array::from_fn(|lane| &some[lane.min(some.len() - 1)]);

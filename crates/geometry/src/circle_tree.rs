@@ -1,32 +1,32 @@
-//! A tree of circles over the atoms of a molecule: each circle holds those below it.
+//! A tree of circles over the atoms of a molecule; each circle contains those below it.
 
 use glam::DVec2;
 
 use crate::Atom;
 
-/// Most atoms in one block, the smallest part that the tree tells apart.
+/// The most atoms in one block, a leaf of the tree.
 ///
-/// Two blocks are compared atom by atom in one go, which is cheaper than going down further as long as
-/// they are small. Molecules of up to [`CircleTree::CROSSOVER`] atoms are one block.
+/// Two blocks are compared atom by atom in one pass, which costs less than further descent as long
+/// as they are small. Molecules of up to [`CircleTree::CROSSOVER`] atoms are one block.
 const BLOCK: usize = 4;
 
 /// A circle in the frame of a molecule.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Circle {
-    /// Place of its centre (length).
+    /// Position of its centre (length).
     pub offset: DVec2,
-    /// Distance of its centre from the origin of the frame, never too small (length).
+    /// Distance of its centre from the origin of the frame, never rounded down (length).
     pub arm: f64,
-    /// Radius, never too small (length).
+    /// Radius, never rounded down (length).
     pub radius: f64,
 }
 
-/// A circle of the tree and what it holds.
+/// A node of the tree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Node {
-    /// Holds every atom of the node, rounding included.
+    /// A circle that contains every atom of the node, rounding included.
     pub circle: Circle,
-    /// Index of the first of its two children, which follow each other; `None` for a block.
+    /// Index of the first of its two children, which are adjacent; `None` for a block.
     pub children: Option<u32>,
     first: u32,
     count: u32,
@@ -34,8 +34,9 @@ pub struct Node {
 
 /// A binary tree of circles over the atoms of one molecule.
 ///
-/// Halving by the median along the longer side of what is to be halved gives log₂ N levels, and circles
-/// that shrink by half a level for a rod and by √2 for a blob.
+/// Splitting by the median along the longer side of the rectangle of centres gives log₂ N levels.
+/// From level to level the circles shrink by a factor of 2 for a rod and of √2 for a compact
+/// molecule.
 ///
 /// ```
 /// use carom_geometry::{Molecule, Shape};
@@ -55,8 +56,8 @@ pub struct CircleTree {
 }
 
 impl CircleTree {
-    /// Molecules of more atoms than this have a tree: below it, taking all atom pairs of two molecules at
-    /// once costs less.
+    /// Molecules of more atoms than this have a tree; for others, comparing all atom pairs of two
+    /// molecules in one pass costs less.
     pub const CROSSOVER: usize = 5;
 
     pub(crate) fn new(atoms: &[Atom], bounding_radius: f64) -> Self {
@@ -76,7 +77,7 @@ impl CircleTree {
         Self { nodes, order }
     }
 
-    /// The circle about the centre of mass that holds the whole molecule.
+    /// The circle about the centre of mass that contains the whole molecule.
     pub fn root(&self) -> &Node {
         &self.nodes[0]
     }
@@ -86,13 +87,14 @@ impl CircleTree {
         &self.nodes[index as usize]
     }
 
-    /// Indices of the atoms that a node holds, into [`Outline::atoms`](crate::Outline).
+    /// Indices of the atoms of a node, into [`Outline::atoms`](crate::Outline).
     pub fn atoms_of(&self, node: &Node) -> &[u32] {
         &self.order[node.first as usize..(node.first + node.count) as usize]
     }
 }
 
-/// Splits the atoms of a node at their median along the longer side of the rectangle of their centres.
+/// Splits the atoms of a node at their median along the longer side of the rectangle of their
+/// centres.
 fn halves(atoms: &[Atom], order: &mut [u32], node: Node) -> [Node; 2] {
     let (first, count) = (node.first as usize, node.count as usize);
     let mine = &mut order[first..first + count];
@@ -112,7 +114,7 @@ fn halves(atoms: &[Atom], order: &mut [u32], node: Node) -> [Node; 2] {
     [part(0..half), part(half..count)]
 }
 
-/// The circle about the middle of the rectangle that holds the atoms.
+/// The circle about the centre of the rectangle that contains the atoms.
 fn enclosing_circle(atoms: &[Atom], indices: &[u32]) -> Circle {
     if let [only] = indices {
         return Circle::from(&atoms[*only as usize]);
@@ -122,7 +124,7 @@ fn enclosing_circle(atoms: &[Atom], indices: &[u32]) -> Circle {
     let high = mine().fold(DVec2::NEG_INFINITY, |high, atom| high.max(atom.offset() + atom.radius()));
     let offset = 0.5 * low + 0.5 * high;
     let reach = mine().map(|atom| (atom.offset() - offset).length() + atom.radius()).fold(0.0, f64::max);
-    // Three roundings in the length, one in the sum; the difference of offsets has one of its own.
+    // Three roundings in the length, one in the sum, and one in the difference of offsets.
     let round_up = 1.0 + 8.0 * f64::EPSILON;
     Circle { offset, arm: offset.length() * round_up, radius: reach * round_up }
 }
@@ -166,7 +168,7 @@ mod tests {
         }
 
         #[test]
-        fn children_share_out_the_atoms_of_their_parent(molecule in blobs()) {
+        fn children_partition_the_atoms_of_their_parent(molecule in blobs()) {
             let tree = molecule.outline().tree().unwrap();
             for node in &tree.nodes {
                 let Some(first) = node.children else { continue };

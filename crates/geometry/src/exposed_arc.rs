@@ -1,4 +1,4 @@
-//! The directions from which a round probe can touch one atom of a molecule, where no other atom is in the way.
+//! The arcs on which a round probe can touch one atom of a molecule.
 //!
 //! A probe of radius r touches an atom of radius ρ with its centre on the circle of radius s = ρ + r about the atom.
 //! Another atom, whose own such circle has radius s′, at distance d in direction φ, covers all of it (s + d ≤ s′),
@@ -12,43 +12,44 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
 
-/// An arc of directions of the contact normal from which a probe can touch one atom.
+/// An arc of directions of the contact normal in which a probe can touch one atom.
 ///
 /// It is a piece of the circle on which the probe's centre lies at contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExposedArc {
     /// Index of the atom.
     pub atom: usize,
-    /// Where it begins (radians, from 0 to 2π, counter-clockwise from +x of the molecule's frame).
+    /// Start angle (radians, from 0 to 2π, counter-clockwise from +x of the molecule's frame).
     pub start: f64,
-    /// Where it ends, counter-clockwise from the start (radians, up to 4π).
+    /// End angle, counter-clockwise from the start (radians, up to 4π).
     pub end: f64,
-    /// Radius of the circle: atom and probe together (length).
+    /// Radius of the circle: radius of the atom plus that of the probe (length).
     pub radius: f64,
     /// Centre of the atom from the centre of mass (length).
     pub centre: DVec2,
 }
 
 impl ExposedArc {
-    /// How far it goes round (radians).
+    /// The angle of the arc (radians).
     pub fn angle(&self) -> f64 {
         self.end - self.start
     }
 
-    /// How long it is (length).
+    /// The length of the arc.
     pub fn length(&self) -> f64 {
         self.radius * self.angle()
     }
 
-    /// The place of the probe's centre that touches the atom with the normal in direction `normal` (radians).
+    /// The position of the probe's centre at a contact with the normal in direction `normal`
+    /// (radians).
     pub fn point(&self, normal: f64) -> DVec2 {
         self.centre + self.radius * direction(normal)
     }
 
     /// ∫ weight ds from one direction of the normal to another (radians), within the arc.
     ///
-    /// Three-point Gauss rule on pieces of at most one degree: exact to rounding for what varies with a molecule's
-    /// shape.
+    /// Three-point Gauss rule on pieces of at most one degree, which is exact to rounding for
+    /// weights that vary on the scale of a molecule's shape.
     pub fn integral(&self, from: f64, to: f64, weight: &impl Fn(&Self, f64) -> f64) -> f64 {
         let pieces = ((to - from) / (PI / 180.0)).ceil().max(1.0) as usize;
         let step = (to - from) / pieces as f64;
@@ -61,8 +62,9 @@ impl ExposedArc {
         self.radius * step * (0..pieces).map(piece).sum::<f64>()
     }
 
-    /// The pieces of the arc in each of `count` equal sectors of the whole turn, which begin at `origin` (radians): the
-    /// sector, and the first and last direction of the normal in it.
+    /// The pieces of the arc in each of `count` equal sectors of the whole turn, beginning at
+    /// `origin` (radians): the index of the sector, and the first and last direction of the normal
+    /// in it.
     pub fn sectors(&self, count: usize, origin: f64) -> Vec<(usize, f64, f64)> {
         let width = TAU / count.max(1) as f64;
         let first = ((self.start - origin) / width).floor();
@@ -79,15 +81,16 @@ impl ExposedArc {
         pieces
     }
 
-    /// ½ ∮ (x dy − y dx) along it: its share of the area inside a closed line of arcs (Green).
+    /// ½ ∮ (x dy − y dx) along the arc: its contribution to the area inside a closed line of arcs
+    /// (Green).
     pub(crate) fn swept_area(&self) -> f64 {
-        // A whole circle ends where it starts: rounding must not make a chord of it.
+        // A whole circle ends where it starts; rounding must not leave a chord.
         let is_whole = self.angle() >= TAU;
         let chord = if is_whole { DVec2::ZERO } else { direction(self.end) - direction(self.start) };
         0.5 * self.radius * (self.radius * self.angle() + self.centre.x * chord.y - self.centre.y * chord.x)
     }
 
-    /// By how much the direction to the arc turns, going along it, as seen from a point that is not inside the circle
+    /// The change of the direction to the arc along it, from a point not inside the circle
     /// (radians, less than half a turn).
     pub(crate) fn turn_about(&self, point: DVec2) -> f64 {
         if self.angle() >= TAU {
@@ -104,7 +107,7 @@ fn direction(angle: f64) -> DVec2 {
     DVec2::new(cos, sin)
 }
 
-/// An exposed arc, and the atoms whose circles end it on both sides; none for a whole circle.
+/// An exposed arc and the atoms whose circles end it on both sides; `None` for a whole circle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Piece {
     pub arc: ExposedArc,
@@ -112,8 +115,9 @@ pub(crate) struct Piece {
     pub after: Option<usize>,
 }
 
-/// Exposed arcs shorter than this are roundings of circles that meet in one point (radians). Smaller: atoms that only
-/// touch a corner of the boundary would count as reachable. Larger: arcs are lost that a gas can hit.
+/// Exposed arcs shorter than this (radians) are roundings of circles that meet in one point.
+/// Smaller: atoms that only touch a corner of the boundary would count as reachable. Larger: arcs
+/// that a gas can hit are lost.
 const SHORTEST: f64 = 1e-12;
 
 /// The exposed arcs of one circle of a union, given as centres and radii; without those that are
@@ -128,7 +132,7 @@ pub(crate) fn exposed(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
 pub(crate) fn boundary(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
     let (centre, radius) = circles[atom];
     let arc = |start: f64, angle: f64| ExposedArc { atom, start, end: start + angle, radius, centre };
-    // Start, end, and by which circle.
+    // Start, end, and the index of the covering circle.
     let mut covered: Vec<(f64, f64, usize)> = Vec::new();
     for (other, &(other_centre, other_radius)) in circles.iter().enumerate() {
         if other == atom {
@@ -136,12 +140,12 @@ pub(crate) fn boundary(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
         }
         let to_other = other_centre - centre;
         let reach = radius + other_radius;
-        // Without a root for the many that are far away.
+        // Excludes distant circles without a square root.
         if to_other.length_squared() > 2.0 * reach * reach {
             continue;
         }
         let distance = to_other.length();
-        // Of identical circles the first one counts.
+        // Of identical circles only the first counts.
         if distance == 0.0 && radius == other_radius {
             if other < atom {
                 return Vec::new();
@@ -167,8 +171,8 @@ pub(crate) fn boundary(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
     let Some(&(first, _, opener)) = covered.first() else {
         return vec![Piece { arc: arc(0.0, TAU), before: None, after: None }];
     };
-    // Once round from the first covered piece's start: the gaps between pieces are exposed. What begins late may cover
-    // more than the first piece on its way round.
+    // One turn from the start of the first covered piece; the gaps between pieces are exposed. A
+    // piece that starts late may extend past the whole turn and cover more than the first piece.
     let (mut reached, mut last) = (first, opener);
     for &(_, end, other) in &covered {
         if end - TAU > reached {

@@ -6,11 +6,12 @@ use crate::{GeometryError, Outline, check_length, check_positive};
 
 /// A straight face through the origin of its body's frame.
 ///
-/// A wall's face reflects on both sides; the body behind that of a half-plane is solid. What is within
-/// [`Self::radius`] of the face belongs to it, so that a wall may have a thickness, with rounded ends.
+/// The face of a wall reflects on both sides; a half-plane is solid behind its face. All points
+/// within [`Self::radius`] of the face belong to it, so that a wall may have a thickness, with
+/// rounded ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Face {
-    /// From end to end; all else follows from it.
+    /// The vector from end to end, from which all other fields follow.
     span: DVec2,
     along: DVec2,
     half_length: f64,
@@ -18,17 +19,19 @@ pub struct Face {
     solid_behind: bool,
 }
 
-/// Where a point is as seen from the nearest point of a face.
+/// The position of a point relative to the nearest point of a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nearest {
-    /// How far away it is (length); negative inside what is solid behind a face.
+    /// Distance from the face (length); negative in the solid behind it.
     pub distance: f64,
-    /// Unit vector from the nearest point of the face towards the point; of a point on the face, the normal.
+    /// Unit vector from the nearest point of the face to the point; the normal for a point on the
+    /// face.
     pub direction: DVec2,
 }
 
 impl Face {
-    /// The face of a wall with the given span, from end to end (length), and half thickness `radius` (length, may be 0).
+    /// The face of a wall with the given span, from end to end (length), and half thickness
+    /// `radius` (length, may be 0).
     pub(crate) fn of_wall(span: DVec2, radius: f64) -> Result<Self, GeometryError> {
         check_length("the x extent of a wall", span.x)?;
         check_length("the y extent of a wall", span.y)?;
@@ -39,7 +42,7 @@ impl Face {
         Ok(Self { span, along: span / length, half_length: 0.5 * length, radius, solid_behind: false })
     }
 
-    /// What [`Self::of_wall`] was given.
+    /// The `span` given to [`Self::of_wall`].
     pub(crate) fn span(&self) -> DVec2 {
         self.span
     }
@@ -49,32 +52,36 @@ impl Face {
         self.along
     }
 
-    /// Unit vector across it: a quarter turn counter-clockwise from [`Self::along`], out of what is solid.
+    /// Unit vector normal to the face: a quarter turn counter-clockwise from [`Self::along`], out
+    /// of the solid.
     pub fn normal(&self) -> DVec2 {
         self.along.perp()
     }
 
-    /// How far it goes to either side of the origin (length); infinite for a half-plane.
+    /// Extent to either side of the origin (length); infinite for a half-plane.
     pub fn half_length(&self) -> f64 {
         self.half_length
     }
 
-    /// Half its thickness (length); 0 for a face that is a line.
+    /// Half its thickness (length); 0 for a face without thickness.
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// Whether everything behind it is solid, as with a half-plane; a wall reflects on both sides.
+    /// Whether everything behind the face is solid, as with a half-plane; a wall reflects on both
+    /// sides.
     pub fn is_solid_behind(&self) -> bool {
         self.solid_behind
     }
 
-    /// Where `place` (in the frame of the face's body, length) is as seen from the nearest point of the face.
+    /// The position of `place` (in the frame of the face's body, length) relative to the nearest
+    /// point of the face.
     pub fn nearest(&self, place: DVec2) -> Nearest {
         self.nearest_to_rounding(place, 0.0)
     }
 
-    /// The same where a place beyond an end by no more than `rounding` (length) counts as beside the face.
+    /// As [`Self::nearest`], but a place beyond an end by at most `rounding` (length) counts as
+    /// beside the face.
     pub fn nearest_to_rounding(&self, place: DVec2, rounding: f64) -> Nearest {
         let (along, across) = (self.along.dot(place), self.normal().dot(place));
         if along.abs() > self.half_length + rounding {
@@ -90,7 +97,7 @@ impl Face {
     }
 }
 
-/// Everything behind a straight line: a body for detection, which knows no box to fit it in.
+/// The half-plane behind a straight line: a body for detection, without a bounding circle.
 ///
 /// ```
 /// use carom_geometry::HalfPlane;
@@ -109,7 +116,8 @@ pub struct HalfPlane {
 }
 
 impl HalfPlane {
-    /// The half-plane whose border goes through the origin, with `normal` (any length but 0) out of it.
+    /// The half-plane whose border goes through the origin, with `normal` (any length but 0) out of
+    /// it.
     ///
     /// # Errors
     /// [`GeometryError`] if the normal is zero, NaN or infinite.
@@ -118,7 +126,7 @@ impl HalfPlane {
         Ok(Self { face: Face { half_length: f64::INFINITY, solid_behind: true, ..face } })
     }
 
-    /// What detection needs of it: a face without atoms, in no bounding circle.
+    /// Its outline, as detection needs it: a face without atoms, with an infinite bounding radius.
     pub fn outline(&self) -> Outline<'_> {
         Outline {
             atoms: &[],
@@ -155,7 +163,7 @@ mod tests {
             prop_assert!((nearest.distance - oracle.distance_to_point(&pose, place, true)).abs() < 1e-14);
             let foot = place - nearest.distance * nearest.direction;
             prop_assert!(oracle.distance_to_point(&pose, foot, true) < 1e-14);
-            // The same as the gap of a disc there.
+            // Equal to the gap of a disc there.
             let (wall, disc) = (Molecule::wall(span, radius).unwrap(), Molecule::disc(0.1, 1.0).unwrap());
             let gap = gap_between(&disc, DVec2::X, &wall, DVec2::X, -place);
             prop_assert!((gap - (nearest.distance - radius - Ball::new(0.1).radius)).abs() < 1e-14);
@@ -164,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn walls_that_cannot_be_are_refused() {
+    fn invalid_walls_are_refused() {
         for (span, radius) in [
             (DVec2::ZERO, 0.0),
             (DVec2::NAN, 0.0),

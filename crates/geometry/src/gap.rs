@@ -1,15 +1,15 @@
-//! The gap between two placed shapes: how far their nearest atoms are from touching.
+//! The gap between two placed shapes: the distance of their nearest surfaces.
 
 use glam::DVec2;
 
 use crate::{Face, Molecule};
 
-/// Smallest distance between the surfaces of two molecules (length); negative where they overlap.
+/// Returns the smallest distance between the surfaces of two molecules (length); negative where
+/// they overlap.
 ///
-/// Of two walls that cross, only the end points are looked at.
-///
-/// `separation` leads from the centre of `a` to the centre of (the image asked for of) `b`;
-/// each rotation is (cos θ, sin θ) of the molecule's orientation.
+/// `separation` is the vector from the centre of `a` to the centre of the image of `b`; each
+/// rotation is (cos θ, sin θ) of the molecule's orientation. For two walls that cross, only the end
+/// points are taken into account.
 ///
 /// ```
 /// use carom_geometry::{Molecule, gap_between};
@@ -44,8 +44,8 @@ pub fn gap_between(
     least
 }
 
-/// The same for the atoms of a molecule and a face, where `place` leads from the centre of the face to that of the
-/// molecule.
+/// The gap between the atoms of a molecule and a face; `place` is the vector from the centre of the
+/// face to that of the molecule.
 fn gap_to_face(
     molecule: &Molecule,
     rotation: DVec2,

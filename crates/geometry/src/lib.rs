@@ -1,9 +1,9 @@
-//! Shapes in the plane: rigid unions of discs, the circles that hold them, what they deny to a round probe, straight
-//! walls, and the periodic box.
+//! Shapes in the plane: rigid unions of discs, their bounding circles and excluded regions,
+//! straight walls, and the periodic box.
 //!
-//! A molecule is a rigid union of *atoms* (discs with a mass), written in the frame of its centre
-//! of mass. Nothing here knows of time or motion. Angles are counter-clockwise; mass, length and
-//! time are in the user's units.
+//! A molecule is a rigid union of *atoms* (discs with a mass), in the frame of its centre of mass.
+//! The crate has no notion of time or motion. Angles are counter-clockwise; mass, length and time
+//! are in the user's units.
 //!
 //! ```
 //! use carom_geometry::{Molecule, Shape};

@@ -1,18 +1,18 @@
-//! The range of magnitudes in which every product that the layers above form stays finite.
+//! The range of magnitudes for which every product in the other crates is finite.
 
 use crate::GeometryError;
 
-/// Largest magnitude of a length, mass, speed or spin that is accepted.
+/// Largest allowed magnitude of a length, mass, speed or angular velocity.
 ///
-/// Detection forms products of four such numbers: their fourth power must not overflow.
+/// Detection forms products of four such numbers; their fourth power must not overflow.
 pub const LARGEST: f64 = 1e60;
 
-/// Smallest magnitude of a length or mass that is accepted where it may not be zero.
+/// Smallest allowed magnitude of a length or mass that must not be zero.
 ///
 /// Its fourth power must not underflow.
 pub const SMALLEST: f64 = 1e-60;
 
-/// Passes on `value` if it is finite and no larger than [`LARGEST`].
+/// Returns `value` if it is finite and at most [`LARGEST`] in magnitude.
 ///
 /// # Errors
 /// [`GeometryError::OutOfRange`] with the name and the value.
@@ -29,7 +29,7 @@ pub fn check_length(name: &'static str, value: f64) -> Result<f64, GeometryError
     }
 }
 
-/// Passes on `value` if it lies between [`SMALLEST`] and [`LARGEST`].
+/// Returns `value` if it lies between [`SMALLEST`] and [`LARGEST`].
 ///
 /// # Errors
 /// [`GeometryError::NotPositive`] with the name and the value.

@@ -12,8 +12,8 @@ use crate::{Atom, AtomRow, CircleTree, Face, GeometryError, Shape, atom::reach, 
 
 /// A rigid union of discs with its mass, moment of inertia and bounding circle.
 ///
-/// The atoms' offsets are taken from the centre of mass, in the order given. Atoms may overlap:
-/// each brings its own mass.
+/// The atoms' offsets are relative to the centre of mass; the atoms keep the order given. Atoms may
+/// overlap; each adds its own mass.
 ///
 /// ```
 /// use carom_geometry::{Atom, Molecule};
@@ -38,25 +38,25 @@ pub struct Molecule {
     is_round: bool,
     /// Corners of the rectangle that holds all atoms (length).
     rectangle: [DVec2; 2],
-    /// All atoms, if they are more than one and no more than [`CircleTree::CROSSOVER`].
+    /// All atoms, if they are between two and [`CircleTree::CROSSOVER`].
     rows: Vec<AtomRow>,
     tree: Option<CircleTree>,
     face: Option<Face>,
 }
 
-/// Equal if the atoms and the face are, from which all else follows.
+/// Molecules are equal if their atoms and faces are; all other fields follow from these.
 impl PartialEq for Molecule {
     fn eq(&self, other: &Self) -> bool {
         self.atoms == other.atoms && self.face == other.face
     }
 }
 
-/// What detection needs to know of a shape: its atoms and the circles that hold them.
+/// The part of a shape that detection needs: its atoms and the circles that contain them.
 #[derive(Debug, Clone, Copy)]
 pub struct Outline<'a> {
-    /// The atoms, about the centre of mass.
+    /// The atoms, relative to the centre of mass.
     pub atoms: &'a [Atom],
-    /// Radius of the smallest circle about the centre of mass that holds all atoms (length).
+    /// Radius of the smallest circle about the centre of mass that contains all atoms (length).
     pub bounding_radius: f64,
     pub(crate) rectangle: Option<&'a [DVec2; 2]>,
     pub(crate) rows: &'a [AtomRow],
@@ -65,24 +65,25 @@ pub struct Outline<'a> {
 }
 
 impl<'a> Outline<'a> {
-    /// The tree of circles over the atoms, of molecules that have more than
-    /// [`CircleTree::CROSSOVER`] of them.
+    /// The tree of circles over the atoms; `None` for molecules of at most
+    /// [`CircleTree::CROSSOVER`] atoms.
     pub fn tree(&self) -> Option<&'a CircleTree> {
         self.tree
     }
 
-    /// Lower left and upper right corner of the rectangle along the axes of the frame that holds all atoms (length), to
-    /// rounding; none for a single disc, nor for what has a face.
+    /// Lower left and upper right corner of the axis-parallel rectangle that contains all atoms
+    /// (length), to rounding; `None` for a single disc and for bodies with a face.
     pub fn rectangle(&self) -> Option<[DVec2; 2]> {
         self.rectangle.copied()
     }
 
-    /// The atoms in rows, of molecules that have more than one and no more than [`CircleTree::CROSSOVER`] of them.
+    /// The atoms in rows, for molecules of two to [`CircleTree::CROSSOVER`] atoms; empty for
+    /// others.
     pub fn rows(&self) -> &'a [AtomRow] {
         self.rows
     }
 
-    /// The straight face of a wall or a half-plane. A body that has one must not turn.
+    /// The straight face of a wall or a half-plane. A body with a face must not turn.
     pub fn face(&self) -> Option<&'a Face> {
         self.face
     }
@@ -108,7 +109,7 @@ impl Molecule {
         Ok(Self::of_centred(atoms))
     }
 
-    /// A molecule of atoms that stand about their centre of mass already.
+    /// A molecule of atoms whose offsets are already relative to their centre of mass.
     fn of_centred(atoms: SmallVec<[Atom; 1]>) -> Self {
         let bounding_radius = atoms.iter().map(reach).fold(0.0, f64::max);
         let is_few = (2..=CircleTree::CROSSOVER).contains(&atoms.len());
@@ -126,10 +127,11 @@ impl Molecule {
         }
     }
 
-    /// A wall: a straight face with the given span from end to end (length) about the origin, and its two end points.
+    /// A wall: a straight face with the given span from end to end (length) about the origin, and
+    /// its two end points.
     ///
-    /// What is within `radius` (length, may be 0) of the face belongs to the wall. Its mass is infinite. The end
-    /// points stand as atoms 0 and 1, of this radius, at minus and plus half the span.
+    /// All points within `radius` (length, may be 0) of the face belong to the wall. Its mass is
+    /// infinite. The end points are atoms 0 and 1, of this radius, at minus and plus half the span.
     ///
     /// ```
     /// use carom_geometry::{Molecule, gap_between};
@@ -143,7 +145,8 @@ impl Molecule {
     /// ```
     ///
     /// # Errors
-    /// [`GeometryError`] if the span is zero or no length, or the radius is neither zero nor positive.
+    /// [`GeometryError`] if the span is zero or not finite, or the radius is neither zero nor
+    /// positive.
     #[doc(alias = "segment")]
     pub fn wall(span: DVec2, radius: f64) -> Result<Self, GeometryError> {
         let mut wall = Self::wall_without_ends(span, radius)?;
@@ -152,7 +155,7 @@ impl Molecule {
         Ok(wall)
     }
 
-    /// The same wall without end points, for one whose ends are nowhere: it meets its own periodic image.
+    /// A wall without end points, for a wall that meets its own periodic image.
     ///
     /// # Errors
     /// As [`Self::wall`].
@@ -183,17 +186,17 @@ impl Molecule {
     /// A shape by name, of touching atoms of `atom_radius` (length) and `atom_mass` each.
     ///
     /// # Errors
-    /// [`GeometryError`] if radius, mass or the number of atoms is impossible.
+    /// [`GeometryError`] if the radius, the mass or the number of atoms is out of range.
     pub fn named(shape: Shape, atom_radius: f64, atom_mass: f64) -> Result<Self, GeometryError> {
         Self::new(shape.atoms(atom_radius, atom_mass)?)
     }
 
-    /// The atoms about the centre of mass, in the order given; of a wall, its end points.
+    /// The atoms relative to the centre of mass, in the order given; for a wall, its end points.
     pub fn atoms(&self) -> &[Atom] {
         &self.atoms
     }
 
-    /// The straight face, if this is a wall.
+    /// The straight face; `None` unless this is a wall.
     pub fn face(&self) -> Option<&Face> {
         self.face.as_ref()
     }
@@ -209,7 +212,7 @@ impl Molecule {
         self.moment_of_inertia
     }
 
-    /// Radius of the smallest circle about the centre of mass that holds all atoms (length).
+    /// Radius of the smallest circle about the centre of mass that contains all atoms (length).
     ///
     /// parry's bounding sphere of a compound is neither centred there nor tight.
     #[doc(alias = "bounding circle")]
@@ -217,7 +220,7 @@ impl Molecule {
         self.bounding_radius
     }
 
-    /// The covered area (length²): that of the union of the atoms, or of everything within the
+    /// The covered area (length²): that of the union of the atoms, or of all points within the
     /// radius of a wall's face. Overlaps of atoms count once; enclosed holes do not count.
     ///
     /// ```
@@ -263,7 +266,7 @@ impl Molecule {
         self.is_round
     }
 
-    /// What detection needs of this molecule.
+    /// The outline of this molecule, as detection needs it.
     #[inline]
     pub fn outline(&self) -> Outline<'_> {
         Outline {
@@ -277,11 +280,11 @@ impl Molecule {
     }
 }
 
-/// A molecule as it is written down: what all else follows from, to the bit.
+/// The serialized form of a molecule, from which all fields follow to the bit.
 #[derive(Serialize, Deserialize)]
 enum Written {
-    /// Atoms about their centre of mass. They are taken back as they stand: to centre them anew would move them by a
-    /// rounding.
+    /// Atoms relative to their centre of mass. They are read without centring, which would move
+    /// them by a rounding.
     Atoms(SmallVec<[Atom; 1]>),
     Wall {
         span: DVec2,
@@ -330,13 +333,13 @@ fn refuse_coincident(atoms: &[Atom]) -> Result<(), GeometryError> {
     Ok(())
 }
 
-/// The molecule as a parry shape, for queries that parry answers.
+/// The molecule as a parry shape.
 impl From<&Molecule> for Compound {
     fn from(molecule: &Molecule) -> Self {
         let parts = molecule
             .atoms()
             .iter()
-            // The end points of a wall are those of its face.
+            // The end points of a wall belong to its face.
             .filter(|_| molecule.face().is_none())
             .map(|atom| (Pose::from_translation(atom.offset()), SharedShape::new(*atom.ball())));
         let face = molecule.face().map(|face| {
@@ -352,7 +355,7 @@ impl From<&Molecule> for Compound {
     }
 }
 
-/// Corners of the rectangle that holds all atoms.
+/// Corners of the rectangle that contains all atoms.
 fn rectangle(atoms: &[Atom]) -> [DVec2; 2] {
     let radius = |atom: &Atom| DVec2::splat(atom.radius());
     let low = atoms.iter().fold(DVec2::INFINITY, |low, atom| low.min(atom.offset() - radius(atom)));
@@ -444,16 +447,16 @@ mod tests {
     }
 
     proptest! {
-        /// Atoms centred once and centred again differ by a rounding; what was written down must not.
+        /// Centring atoms twice changes them by a rounding; serialization must not.
         #[test]
-        fn written_down_and_read_again_it_is_the_same_to_the_bit(atoms in molecules()) {
+        fn serialization_preserves_a_molecule_to_the_bit(atoms in molecules()) {
             let molecule = Molecule::new(atoms).unwrap();
             let again = Molecule::try_from(Written::from(molecule.clone())).unwrap();
             prop_assert_eq!(format!("{:?}", again), format!("{:?}", molecule));
         }
 
         #[test]
-        fn walls_too(x in -1.0..1.0f64, y in 0.1..1.0f64, radius in 0.01..0.1f64, has_ends in any::<bool>()) {
+        fn serialization_preserves_a_wall_to_the_bit(x in -1.0..1.0f64, y in 0.1..1.0f64, radius in 0.01..0.1f64, has_ends in any::<bool>()) {
             let span = DVec2::new(x, y);
             let wall = if has_ends { Molecule::wall(span, radius) } else { Molecule::wall_without_ends(span, radius) };
             let wall = wall.unwrap();
@@ -494,7 +497,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_are_no_lengths_are_refused() {
+    fn invalid_lengths_are_refused() {
         for bad in [f64::NAN, f64::INFINITY, -1.0, 0.0, 1e61, 1e-61] {
             assert!(Molecule::disc(bad, 1.0).is_err(), "radius {bad}");
             assert!(Molecule::disc(1.0, bad).is_err(), "mass {bad}");

@@ -1,4 +1,4 @@
-//! The periodic box: a rectangle whose opposite sides are one and the same.
+//! The periodic box: a rectangle whose opposite sides are identified.
 
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -48,9 +48,10 @@ impl PeriodicBox {
         self.sides.x * self.sides.y
     }
 
-    /// The place in the half-open box, and how many boxes away the point was.
+    /// Returns the position in the half-open box, and the number of boxes by which the point was
+    /// outside.
     ///
-    /// `place + image × sides` is the point given, to rounding. The point must be less than 2^52
+    /// `place + image × sides` is the given point, to rounding. The point must be less than 2^52
     /// boxes away.
     pub fn wrap(&self, point: DVec2) -> (DVec2, [i64; 2]) {
         let (x, image_x) = wrap_axis(point.x, self.sides.x);
@@ -58,7 +59,7 @@ impl PeriodicBox {
         (DVec2::new(x, y), [image_x, image_y])
     }
 
-    /// The shift (length) that brings something `image` boxes over.
+    /// The shift (length) by `image` boxes.
     pub fn shift(&self, image: [i64; 2]) -> DVec2 {
         DVec2::new(image[0] as f64 * self.sides.x, image[1] as f64 * self.sides.y)
     }

@@ -1,4 +1,4 @@
-//! The shapes that have a name: disc, dumbbell, rod, cross, tee, ring, all of touching equal discs.
+//! The named shapes of touching equal discs: disc, dumbbell, rod, cross, tee, ring.
 
 use std::{fmt, str::FromStr};
 
@@ -8,7 +8,7 @@ use crate::{Atom, GeometryError, check_positive};
 
 /// A rigid union of equal touching discs, by name.
 ///
-/// As text: `disc`, `dumbbell`, `rod:N`, `cross`, `tee`, `ring:N`.
+/// Its text form is `disc`, `dumbbell`, `rod:N`, `cross`, `tee` or `ring:N`.
 ///
 /// ```
 /// use carom_geometry::Shape;
@@ -26,23 +26,23 @@ pub enum Shape {
     Dumbbell,
     /// N touching atoms in a row along x.
     Rod(usize),
-    /// Five atoms: one in the middle, one on each side.
+    /// Five atoms: one at the centre, one on each side.
     Cross,
-    /// Five atoms: a bar of three along x, and two hanging from its middle along −y
-    /// (Montanari 2017, figure 3.1).
+    /// Five atoms: a bar of three along x, and two below its centre along −y (Montanari 2017,
+    /// figure 3.1).
     Tee,
     /// N atoms on a circle, each touching the next; the first on the positive x axis.
     Ring(usize),
 }
 
-/// More atoms than this in one named shape is taken for a slip of the pen.
+/// The most atoms in one named shape; a larger number is probably a typing error.
 const MOST_ATOMS: usize = 4096;
 
 impl Shape {
     /// The atoms of the shape, each of `radius` (length) and `mass`.
     ///
     /// # Errors
-    /// [`GeometryError`] if radius, mass or the number of atoms is impossible.
+    /// [`GeometryError`] if the radius, the mass or the number of atoms is out of range.
     pub fn atoms(self, radius: f64, mass: f64) -> Result<Vec<Atom>, GeometryError> {
         self.check_count()?;
         check_positive("the radius of an atom", radius)?;
@@ -83,7 +83,7 @@ fn row(
     spacing: f64,
     at: impl Fn(f64, f64) -> Result<Atom, GeometryError>,
 ) -> Result<Vec<Atom>, GeometryError> {
-    // Half-integers and their products with the spacing: symmetric to the bit about the middle.
+    // Half-integers times the spacing: symmetric about the centre to the bit.
     (0..count).map(|i| at((i as f64 - 0.5 * (count - 1) as f64) * spacing, 0.0)).collect()
 }
 
@@ -143,7 +143,7 @@ mod tests {
     use crate::Molecule;
 
     #[test]
-    fn tee_has_the_mass_properties_of_physics() {
+    fn tee_has_the_expected_mass_properties() {
         // Bar at y = 0, stem at −2a and −4a: centre of mass 1.2 a below the bar, I = 23.3 m a²
         // with each atom a uniform disc.
         let a = 0.005;

@@ -1,10 +1,10 @@
-//! What free flight keeps: momentum, angular momentum, kinetic energy.
+//! The quantities that free flight conserves: momentum, angular momentum, kinetic energy.
 
 use glam::DVec2;
 
 use crate::Motion;
 
-/// How hard a body is to accelerate and to turn, as inverses: a fixed body is all zeros.
+/// The inverse mass and the inverse moment of inertia of a body; both are 0 for a fixed body.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Inertia {
     /// 1 / mass; 0 for a fixed body.
@@ -15,7 +15,7 @@ pub struct Inertia {
 }
 
 impl Inertia {
-    /// A body that nothing moves: the limit of infinite mass.
+    /// A fixed body: the limit of infinite mass.
     #[doc(alias = "bumper")]
     pub const FIXED: Self = Self { inverse_mass: 0.0, inverse_moment: 0.0 };
 
@@ -57,8 +57,8 @@ pub fn momentum(motion: &Motion, inertia: &Inertia) -> DVec2 {
     if inertia.is_fixed() { DVec2::ZERO } else { motion.velocity / inertia.inverse_mass }
 }
 
-/// Angular momentum about `about`, orbital and own: (x − about) × m v + I ω
-/// (mass × length² / time).
+/// Angular momentum about `about`, orbital and intrinsic: (x − about) × m v + I ω (mass × length² /
+/// time).
 pub fn angular_momentum(motion: &Motion, inertia: &Inertia, about: DVec2) -> f64 {
     let own =
         if inertia.inverse_moment == 0.0 { 0.0 } else { motion.angular_velocity / inertia.inverse_moment };

@@ -1,4 +1,4 @@
-//! An instant of any age without loss of digits: the start of an epoch and an offset in it.
+//! Times that keep their resolution at any age: the start of an epoch and an offset from it.
 
 use std::{cmp::Ordering, fmt};
 
@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::two_sum;
 
-/// A point in time, as the start of an epoch (a double-double: two floats whose exact sum is meant)
-/// and an offset from it.
+/// A time, as the start of an epoch (a double-double: the exact sum of two floats) and an offset
+/// from it.
 ///
-/// Inside an epoch times are offsets, so a run at t = 10¹² resolves time as finely as one at t = 0.
+/// Inside an epoch, times are offsets, so a run at t = 10¹² resolves time as finely as at t = 0.
 ///
 /// ```
 /// use carom_kinematics::EpochTime;
@@ -29,7 +29,7 @@ impl EpochTime {
     /// Time zero.
     pub const ZERO: Self = Self { epoch: 0.0, epoch_low: 0.0, offset: 0.0 };
 
-    /// The start of the epoch that is `duration` after this one; the offset becomes part of it.
+    /// The start of the epoch that begins `duration` after this time; the offset is added to it.
     #[must_use]
     pub fn new_epoch(self, duration: f64) -> Self {
         let (high, error) = two_sum(self.epoch, self.offset + duration);
@@ -37,7 +37,7 @@ impl EpochTime {
         Self { epoch, epoch_low, offset: 0.0 }
     }
 
-    /// This instant moved by `offset` (time) within its epoch.
+    /// This time plus `offset` (time) in its epoch.
     #[must_use]
     pub fn after(self, offset: f64) -> Self {
         Self { offset: self.offset + offset, ..self }
@@ -48,7 +48,7 @@ impl EpochTime {
         self.epoch
     }
 
-    /// What of the epoch's start does not fit into [`Self::epoch`] (time).
+    /// The part of the epoch's start below the rounding of [`Self::epoch`] (time).
     pub fn epoch_low(self) -> f64 {
         self.epoch_low
     }
@@ -58,7 +58,7 @@ impl EpochTime {
         self.offset
     }
 
-    /// How much later this is than `other` (time); exact in the leading float, whatever the age.
+    /// The duration from `other` to this time (time), exact in its leading float at any age.
     pub fn since(self, other: Self) -> f64 {
         let (high, error) = two_sum(self.epoch, -other.epoch);
         let low = self.epoch_low - other.epoch_low;
@@ -67,7 +67,7 @@ impl EpochTime {
         sum + (sum_error + (error + (low + offset_error)))
     }
 
-    /// The instant rounded to one float (time).
+    /// This time rounded to one float.
     pub fn to_f64(self) -> f64 {
         self.since(Self::ZERO)
     }
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn instants_are_ordered_by_time() {
+    fn epoch_times_are_ordered_by_time() {
         let early = EpochTime::from(1e12).after(1e-6);
         let late = EpochTime::from(1e12).after(2e-6);
         assert!(early < late);

@@ -1,11 +1,13 @@
-//! Where a body is at time t if nothing happens to it: free flight on a line, with a constant spin.
+//! Free flight: the position and orientation of a rigid body at time t, with constant velocity and
+//! angular velocity.
 //!
-//! Each body has its own *subjective time*, the moment at which its motion last changed; nothing is
-//! touched in between. To compare two bodies they are brought to one time and one periodic image
-//! ([`RelativeMotion`], algorithm 1 of Montanari 2017).
+//! Each body has its own *subjective time*, the time at which its motion last changed. Two bodies
+//! are compared at a common time and in one periodic image ([`RelativeMotion`], algorithm 1 of
+//! Montanari 2017).
 //!
 //! Positions are lengths, velocities length per time, angular velocities radians per time,
-//! counter-clockwise. Orientations are kept in turns, where reducing a large angle is exact.
+//! counter-clockwise. Orientations are stored in turns, in which the reduction of a large angle is
+//! exact.
 //!
 //! ```
 //! use carom_kinematics::{Motion, Orientation};

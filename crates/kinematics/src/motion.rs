@@ -1,26 +1,27 @@
-//! The motion of one body: a straight line and a constant spin since its subjective time.
+//! The motion of one body: constant velocity and angular velocity since its subjective time.
 
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use crate::Orientation;
 
-/// Roto-translation of a body, valid from its subjective time until something happens to it.
+/// Position, orientation and velocities of a body, valid from its subjective time until its next
+/// contact or edit.
 ///
-/// Times are offsets from an origin that all bodies of a system share.
+/// Times are offsets from an origin common to all bodies of a system.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[doc(alias = "roto-translation")]
 pub struct Motion {
-    /// Place of the centre of mass at the subjective time (length).
+    /// Position of the centre of mass at the subjective time (length).
     pub position: DVec2,
     /// Velocity of the centre of mass (length per time).
     pub velocity: DVec2,
     /// Orientation at the subjective time.
     pub orientation: Orientation,
-    /// Radians per time, counter-clockwise.
+    /// Angular velocity (radians per time, counter-clockwise).
     #[doc(alias = "spin")]
     pub angular_velocity: f64,
-    /// The subjective time: when this motion began (time).
+    /// The subjective time: the time at which this motion began.
     #[doc(alias = "subjective time")]
     pub time: f64,
 }
@@ -37,7 +38,7 @@ impl Motion {
         }
     }
 
-    /// The same motion, with its subjective time moved to `time`.
+    /// This motion with its subjective time moved to `time`.
     #[must_use]
     pub fn at(&self, time: f64) -> Self {
         let duration = time - self.time;
@@ -49,7 +50,7 @@ impl Motion {
         }
     }
 
-    /// Place of the centre of mass at `time` (length).
+    /// Position of the centre of mass at `time` (length).
     pub fn position_at(&self, time: f64) -> DVec2 {
         self.position + self.velocity * (time - self.time)
     }
@@ -65,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn material_point_moves_as_the_difference_quotient_says() {
+    fn velocity_of_a_material_point_is_its_difference_quotient() {
         let motion = Motion {
             velocity: DVec2::new(0.3, -0.2),
             orientation: Orientation::from_turns(0.1),

@@ -1,4 +1,4 @@
-//! An orientation, kept as a fraction of a full turn, and its cosine and sine.
+//! Orientations as fractions of a full turn, and their cosines and sines.
 
 #![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
@@ -6,10 +6,10 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// How far a body is turned, counter-clockwise.
+/// The orientation of a body, counter-clockwise.
 ///
-/// Kept in turns between −1/2 and 1/2, because removing whole turns from such a number is exact:
-/// a body that has turned 10⁸ times still knows its angle to 10⁸ roundings, not worse.
+/// It is stored in turns between −1/2 and 1/2, because removing whole turns from such a number is
+/// exact: the angle of a body after 10⁸ turns has an error of at most 10⁸ roundings.
 ///
 /// ```
 /// use carom_kinematics::Orientation;
@@ -23,30 +23,30 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 pub struct Orientation(f64);
 
 impl Orientation {
-    /// An orientation in turns; whole turns are dropped, exactly.
+    /// The orientation for an angle in turns; whole turns are removed exactly.
     pub fn from_turns(turns: f64) -> Self {
         Self(turns - nearest_integer(turns))
     }
 
-    /// An orientation in radians, rounded to the nearest float in turns.
+    /// The orientation for an angle in radians, rounded to the nearest float in turns.
     pub fn from_radians(radians: f64) -> Self {
         Self::from_turns(radians / TAU)
     }
 
-    /// Turns, from −1/2 to 1/2.
+    /// The angle in turns, from −1/2 to 1/2.
     pub fn turns(self) -> f64 {
         self.0
     }
 
-    /// Radians, from −π to π.
+    /// The angle in radians, from −π to π.
     pub fn radians(self) -> f64 {
         self.0 * TAU
     }
 
     /// The orientation after turning with `angular_velocity` (radians per time) for `duration`.
     ///
-    /// The angle is off by at most (4 |ω Δt| + π) roundings (3.56: two products, their sum with the orientation, and the
-    /// constant 1/2π).
+    /// The error of the angle is at most (4 |ω Δt| + π) roundings (3.56: two products, their sum
+    /// with the orientation, and the constant 1/2π).
     #[inline]
     #[must_use]
     pub fn turned(self, angular_velocity: f64, duration: f64) -> Self {
@@ -56,7 +56,7 @@ impl Orientation {
         Self::from_turns(self.0 + angular_velocity * duration * (1.0 / TAU))
     }
 
-    /// (cos θ, sin θ), each within 1.5e-16: `rotation.rotate(offset)` turns an offset into place.
+    /// (cos θ, sin θ), each within 1.5e-16: `rotation.rotate(offset)` rotates an offset.
     ///
     /// Exact at multiples of a quarter turn.
     #[doc(alias = "rotation")]
@@ -66,7 +66,7 @@ impl Orientation {
     }
 }
 
-/// A body that turns steadily: its rotation at any time.
+/// The orientation of a body with constant angular velocity, as a function of time.
 ///
 /// ```
 /// use carom_kinematics::{Orientation, Turning};
@@ -81,18 +81,18 @@ pub struct Turning {
 }
 
 impl Turning {
-    /// From an orientation at time 0 and an angular velocity (radians per time).
+    /// The orientation at time 0 and the angular velocity (radians per time).
     #[inline]
     pub fn new(orientation: Orientation, angular_velocity: f64) -> Self {
         Self { quarters_at_start: 4.0 * orientation.0, quarters_per_time: angular_velocity * (4.0 / TAU) }
     }
 
-    /// (cos θ, sin θ) at `time`, as [`Orientation::turned`] and [`Orientation::cos_sin`] give it, but that the angle
-    /// is rounded otherwise: by as much at most.
+    /// (cos θ, sin θ) at `time`. The result differs from [`Orientation::turned`] and
+    /// [`Orientation::cos_sin`] only by a different rounding of the angle, within the same bound.
     #[inline(always)]
     pub fn cos_sin_at(&self, time: f64) -> DVec2 {
         let quarters = self.quarters_at_start + self.quarters_per_time * time;
-        // Farther on there is nothing left that quarters could be told from.
+        // Beyond this magnitude no fraction of a quarter turn is left.
         if quarters.abs() < 1e15 {
             cos_sin_of_quarters(quarters)
         } else {
@@ -101,13 +101,14 @@ impl Turning {
     }
 }
 
-/// Cosine and sine of an angle in quarter turns. Dropping whole ones is exact.
+/// Cosine and sine of an angle in quarter turns. Removing whole quarter turns is exact.
 #[inline(always)]
 fn cos_sin_of_quarters(quarters: f64) -> DVec2 {
     let shifted = quarters + SHIFT;
     let angle = (quarters - (shifted - SHIFT)) * FRAC_PI_2;
     let (sin, cos) = (sin_kernel(angle), cos_kernel(angle));
-    // (c, s), (−s, c), (−c, −s), (s, −c) in the four quadrants, without a jump that no processor can foresee.
+    // (c, s), (−s, c), (−c, −s), (s, −c) in the four quadrants, without a branch that would be
+    // mispredicted.
     let quadrant = shifted.to_bits();
     let odd = (quadrant & 1).wrapping_neg();
     let exchanged = (cos.to_bits() ^ sin.to_bits()) & odd;
@@ -118,18 +119,19 @@ fn cos_sin_of_quarters(quarters: f64) -> DVec2 {
     )
 }
 
-/// Adding 1.5 × 2^52 leaves no bits for a fraction; the default rounding does the rest. The last bits of the sum are
-/// those of the integer.
+/// Adding 1.5 × 2^52 leaves no bits for a fraction, so the default rounding gives an integer; the
+/// last bits of the sum are those of the integer.
 const SHIFT: f64 = 6_755_399_441_055_744.0;
 
-/// Rounds to the nearest integer without a library call, for the magnitudes that have a fraction.
+/// Rounds to the nearest integer, without a library call for magnitudes that have a fraction.
 #[inline]
 fn nearest_integer(x: f64) -> f64 {
     if x.abs() < 1.0e15 { (x + SHIFT) - SHIFT } else { x.round() }
 }
 
-// The coefficients stand as they were published; the compiler rounds them to the nearest float. The terms are
-// summed in pairs, which a processor can take side by side: their rounding is far below that of the leading ones.
+// The coefficients have the published digits; the compiler rounds them to the nearest float. The
+// terms are summed in pairs for instruction-level parallelism; their rounding is far below that of
+// the leading terms.
 /// Minimax polynomial of sin on |x| ≤ π/4 (Sun Microsystems' fdlibm 5.3, `k_sin.c`).
 #[expect(clippy::excessive_precision, reason = "published digits")]
 #[inline]
@@ -196,14 +198,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn turning_and_looking_in_one_are_the_same(
+        fn turning_agrees_with_turned_and_cos_sin(
             turns in -0.5..0.5f64, rate in -1e3..1e3f64, exponent in -10..40i32, duration in 0.0..1.0f64,
         ) {
             let duration = duration * 2f64.powi(exponent);
             let orientation = Orientation::from_turns(turns);
             let [one, other] =
                 [Turning::new(orientation, rate).cos_sin_at(duration), orientation.turned(rate, duration).cos_sin()];
-            // Two angles of three roundings each, and those of their cosines and sines.
+            // Three roundings for each of the two angles, and those of their cosines and sines.
             let bound = 8.0 * f64::EPSILON * (1.0 + (rate * duration).abs());
             prop_assert!((one - other).length() <= bound, "{one} {other}");
         }

@@ -1,16 +1,17 @@
-//! Two bodies brought to one time and one periodic image: all that detection needs of their motions.
+//! Two bodies at a common time and in one periodic image: the relative motion, the input of
+//! detection.
 
 use glam::DVec2;
 
 use crate::{Motion, Orientation};
 
-/// Half the distance from 1 to the next float: the relative error of one rounding.
+/// Half the distance from 1 to the next float: the largest relative error of one rounding.
 pub const HALF_ULP: f64 = 0.5 * f64::EPSILON;
 
-/// How body B moves as seen from body A, from a common time 0 on.
+/// The motion of body B relative to body A, from a common time 0 on.
 ///
-/// The errors say how far these numbers may be from the motions they were formed from; they are 0
-/// where the numbers are meant exactly as they stand.
+/// The errors bound the rounding of these numbers relative to the motions from which they were
+/// computed; they are 0 for exact numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RelativeMotion {
     /// From the centre of A to the centre of the image of B (length).
@@ -23,17 +24,17 @@ pub struct RelativeMotion {
     pub angular_velocity: [f64; 2],
     /// Bound on the rounding of the separation (length).
     pub separation_error: f64,
-    /// Bound on the rounding of the relative velocity, and what of it a response cannot resolve
-    /// (length per time).
+    /// Bound on the rounding of the relative velocity, including the part of it that a response
+    /// cannot resolve (length per time).
     pub velocity_error: f64,
     /// Bounds on the rounding of the two orientations (radians).
     pub orientation_error: [f64; 2],
 }
 
 impl RelativeMotion {
-    /// Brings two bodies to `time` and B to the image that `shift` (length) leads to.
+    /// The relative motion at `time` of A and the image of B shifted by `shift` (length).
     ///
-    /// Symmetric to the bit: exchanging A and B, with the opposite shift, only exchanges signs.
+    /// Exchanging A and B, with the opposite shift, only exchanges signs, to the bit.
     ///
     /// ```
     /// use carom_kinematics::{Motion, RelativeMotion};
@@ -41,7 +42,7 @@ impl RelativeMotion {
     ///
     /// let a = Motion { velocity: DVec2::X, ..Motion::at_rest(DVec2::new(0.75, 0.5)) };
     /// let b = Motion::at_rest(DVec2::new(0.25, 0.5));
-    /// // B's image one box to the right.
+    /// // The image of B one box to the right.
     /// let pair = RelativeMotion::between(&a, &b, DVec2::X, 0.25);
     /// assert_eq!(pair.separation, DVec2::new(0.25, 0.0));
     /// ```
@@ -52,11 +53,12 @@ impl RelativeMotion {
         let (path_a, path_b) = (a.velocity * duration_a, b.velocity * duration_b);
         let (place_a, place_b) = (a.position + path_a, b.position + path_b);
         let separation = (place_b - place_a) + shift;
-        // Each path has three roundings (duration, product, and its share of the sum), each sum one.
+        // Each path has three roundings (duration, product, and its share of the sum), each sum
+        // one.
         let paths = one_norm(path_a) + one_norm(path_b);
         let places = one_norm(place_a) + one_norm(place_b) + one_norm(place_b - place_a);
-        // Of the angle: the duration, two products and the sum have one rounding each, the constant 1/2π has 0.56; then
-        // (turns at the start) the sum again, π in radians.
+        // Of the angle: the duration, two products and the sum have one rounding each, the constant
+        // 1/2π has 0.56; for the turns at the start, the sum has one rounding of up to π radians.
         let turn_error = |spin: f64, duration: f64| {
             if spin == 0.0 { 0.0 } else { HALF_ULP * (5.0 * (spin * duration).abs() + 4.0) }
         };
@@ -77,7 +79,8 @@ impl RelativeMotion {
         }
     }
 
-    /// The relative motion of two discs, or of two bodies that do not turn, taken exactly as given.
+    /// The relative motion of two discs, or of two bodies that do not turn, without rounding
+    /// errors.
     pub fn exactly(separation: DVec2, velocity: DVec2) -> Self {
         Self {
             separation,
@@ -90,7 +93,7 @@ impl RelativeMotion {
         }
     }
 
-    /// The same pair seen from B.
+    /// The motion of A relative to B.
     #[must_use]
     pub fn exchanged(&self) -> Self {
         let swap = |pair: [f64; 2]| [pair[1], pair[0]];
@@ -105,7 +108,7 @@ impl RelativeMotion {
     }
 }
 
-/// |x| + |y|, an upper bound of the length that needs no square root.
+/// |x| + |y|, an upper bound of the length without a square root.
 fn one_norm(v: DVec2) -> f64 {
     v.x.abs() + v.y.abs()
 }

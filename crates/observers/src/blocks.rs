@@ -1,29 +1,31 @@
-//! What an observer sees, cut into blocks of time, so that the scatter of the blocks tells its statistical error.
+//! Blocks of time of an observer's record; their scatter gives its statistical error.
 //!
-//! A block is 2ᵏ samples long. When there are 64 of them, neighbours are joined and k goes up by one: 32 to 63 blocks cover
-//! a run of any length, without its end being known beforehand (blocking; Flyvbjerg & Petersen 1989).
+//! A block is 2ᵏ samples long. When there are 64 blocks, neighbours are joined and k increases by
+//! one. A run of any length, unknown beforehand, is thus covered by 32 to 63 blocks (blocking;
+//! Flyvbjerg & Petersen 1989).
 
 use carom_engine::{Body, CollisionReport, Observer, View};
 use carom_kinematics::EpochTime;
 use serde::{Deserialize, Serialize};
 
-/// So many blocks are joined in pairs. Fewer: errors are less certain than 1/√(2 · 32), an eighth. More: long runs have blocks
-/// that remember each other.
+/// The number of blocks at which pairs are joined. Smaller: the relative error of the standard
+/// error exceeds 1/√(2 · 32) = 1/8. Larger: blocks of long runs are correlated.
 const MOST: usize = 64;
 
-/// An observer whose records of two neighbouring intervals of time add up to the record of both.
+/// An observer whose records of two successive intervals of time can be added.
 pub trait Additive {
-    /// The same observer with an empty record, ready to go on from here.
+    /// This observer with an empty record, ready to continue from now.
     #[must_use]
     fn emptied(&self) -> Self;
 
-    /// Adds the record of the interval that follows this one's.
+    /// Adds the record of the interval that follows.
     fn absorb(&mut self, later: &Self);
 }
 
-/// An observer's record, block by block of time.
+/// The record of an observer in blocks of time.
 ///
-/// To leave out the start of a run, begin to observe later; a later `start`, after an edit, changes nothing.
+/// To omit the start of a run, begin to observe later. A later `start`, after an edit, changes
+/// nothing.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -48,7 +50,7 @@ pub struct Blocks<O> {
     complete: Vec<Block<O>>,
     open: Block<O>,
     began: Option<EpochTime>,
-    /// How many samples the open block has seen, and how many it takes.
+    /// The number of samples in the open block, and the number that completes it.
     samples: u64,
     length: u64,
 }
@@ -56,25 +58,25 @@ pub struct Blocks<O> {
 /// The record of one block.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Block<O> {
-    /// How long it lasted (time).
+    /// Duration of the block (time).
     pub duration: f64,
-    /// What was seen.
+    /// The record of the observer.
     pub observed: O,
 }
 
 impl<O: Additive> Blocks<O> {
-    /// No block yet of what this observer, still empty, will see.
+    /// No blocks yet; `observer` must be empty.
     pub fn new(observer: O) -> Self {
         let open = Block { duration: 0.0, observed: observer };
         Self { complete: Vec::new(), open, began: None, samples: 0, length: 1 }
     }
 
-    /// The blocks that are complete, in the order of time and all of one number of samples.
+    /// The complete blocks in the order of time, all of the same number of samples.
     pub fn complete(&self) -> &[Block<O>] {
         &self.complete
     }
 
-    /// All together, up to the last sample, what is in no complete block included.
+    /// The sum of all blocks up to the last sample, including the incomplete one.
     pub fn total(&self) -> Block<O> {
         let mut total = Block { duration: 0.0, observed: self.open.observed.emptied() };
         for block in self.complete.iter().chain([&self.open]) {
@@ -142,7 +144,7 @@ mod tests {
     use super::*;
     use carom_engine::{Scene, Simulation};
 
-    /// Which samples it has been told of.
+    /// Records the samples that it receives.
     #[derive(Debug, Default)]
     struct Diary(Vec<f64>);
 
@@ -167,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_follow_each_other_and_lose_nothing() {
+    fn blocks_are_contiguous_and_complete() {
         let scene = Scene::from_toml("[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]\n").unwrap();
         for (samples, blocks, length) in [(0, 0, 1), (1, 1, 1), (63, 63, 1), (64, 32, 2), (391, 48, 8)] {
             let mut simulation = Simulation::new(&scene).unwrap();
@@ -182,7 +184,7 @@ mod tests {
                 assert_eq!(block.observed.0.len() as u64, length);
                 assert_eq!(block.duration, 0.5 * length as f64);
             }
-            // It wants what its open block wants, even if that is another after each sample.
+            // It filters as the observer of the open block, even if that changes after each sample.
             let view = simulation.view();
             let bumper = view.bodies().next().unwrap().body;
             assert_eq!(diary.watches([bumper; 2]), diary.open.observed.0.is_empty());

@@ -1,8 +1,9 @@
 //! Collisions per body and time, from the counters at each sample.
 //!
-//! Γ = (2 C + F) / (N t) (1 / time): a contact of two bodies that move counts for both, the F with a fixed body
-//! for the one that moves; N bodies move. For hard discs at equilibrium Γ = 2 n σ χ √(π kT / m) (Enskog's
-//! theory in two dimensions; n bodies per area, χ the pair distribution at contact).
+//! Γ = (2 C + F) / (N t) (1 / time), with C contacts of two moving bodies, which count for both, F
+//! contacts with a fixed body, which count for the moving one, and N moving bodies. For hard discs
+//! at equilibrium Γ = 2 n σ χ √(π kT / m) (Enskog's theory in two dimensions; n bodies per area, χ
+//! the pair distribution at contact).
 
 use carom_engine::{Body, Counters, Observer, View};
 use carom_kinematics::EpochTime;
@@ -10,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::mean::mean_and_standard_error;
 
-/// Collisions of the mean body per unit time, for each interval between samples.
+/// Collisions per body and unit time, for each interval between samples.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -30,33 +31,34 @@ use crate::mean::mean_and_standard_error;
 /// ```
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct CollisionRate {
-    /// When the present interval began, and the counts then.
+    /// The begin of the present interval, and the counters then.
     began: Option<(EpochTime, Counters)>,
     series: Vec<RatePoint>,
 }
 
-/// Collisions in the interval that ends at one sample.
+/// The collisions in the interval that ends at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RatePoint {
     /// Time of the sample.
     pub time: f64,
-    /// Contacts in the interval, those with fixed bodies included.
+    /// Contacts in the interval, including those with fixed bodies.
     pub collisions: u64,
-    /// Collisions per body that moves and per time (1 / time); 0 if none moves.
+    /// Collisions per moving body and time (1 / time); 0 if no body moves.
     pub rate: f64,
 }
 
 impl CollisionRate {
-    /// The intervals so far. The first begins at `start`, or at the first sample without one; an interval of no
-    /// length is left out.
+    /// The intervals so far. The first begins at `start`, or at the first sample without one.
+    /// Intervals of length 0 are omitted.
     pub fn series(&self) -> &[RatePoint] {
         &self.series
     }
 
-    /// Mean rate over the intervals and its standard error s / √n (1 / time); `None` with fewer than two.
+    /// Mean rate over the intervals and its standard error s / √n (1 / time); `None` with fewer
+    /// than two.
     ///
-    /// Meant for intervals of one length, each long against the time between two collisions of a body, so that
-    /// they are next to independent.
+    /// The error holds for intervals of equal length, each long against the time between two
+    /// collisions of a body, so that they are nearly independent.
     pub fn mean(&self) -> Option<(f64, f64)> {
         mean_and_standard_error(self.series.iter().map(|point| point.rate))
     }
@@ -79,7 +81,7 @@ impl Observer for CollisionRate {
         if duration <= 0.0 {
             return;
         }
-        // A checkpoint altered by hand may hold later counts here than in the simulation.
+        // In an edited checkpoint these counts may be later than those of the simulation.
         let collisions = counters.collisions.saturating_sub(before.collisions);
         let with_fixed = counters.fixed_collisions.saturating_sub(before.fixed_collisions);
         let moving = view.bodies().filter(|view| !view.body.is_fixed()).count();

@@ -1,9 +1,11 @@
-//! How dense a gas is at the boundary of a body: the momentum that its contacts bring per time and arc, kT ρ_c.
+//! Density of a gas at the boundary of a body: the momentum transferred by its contacts per time
+//! and arc, kT ρ_c.
 //!
-//! Discs of radius r touch an atom of radius ρ with their centres on the circle of radius s = ρ + r around it. With φ the
-//! angle of the contact normal in the frame of the body and ds = s dφ, counted where no other atom is in the way,
-//! Σ|J| / (t ds) = kT ρ_c(φ) (mass / time²) for elastic contacts at equilibrium, whatever the mass of the body; ρ_c is
-//! the number of centres per area at contact, n for an ideal gas (contact theorem; Henderson, Blum & Lebowitz 1979).
+//! Discs of radius r touch an atom of radius ρ with their centres on the circle of radius s = ρ + r
+//! around it. φ is the angle of the contact normal in the frame of the body, and ds = s dφ counts
+//! where no other atom is in the way. For elastic contacts at equilibrium Σ|J| / (t ds) = kT ρ_c(φ)
+//! (mass / time²), whatever the mass of the body. ρ_c is the number of centres per area at contact,
+//! n for an ideal gas (contact theorem; Henderson, Blum & Lebowitz 1979).
 
 use std::f64::consts::TAU;
 
@@ -15,16 +17,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Additive, body_frame::in_body_frame, direction_histogram::bin_of};
 
-/// Contacts of discs of one radius with one body, by the atom touched and the direction of the normal from it.
+/// Contacts of discs of one radius with one body, by the atom touched and the direction of the
+/// normal.
 ///
-/// To leave out the start of a run, begin to observe later; a later `start`, after an edit, changes nothing. A body so
-/// large that a disc does not fit between it and its own image has less boundary than is reckoned here.
+/// To omit the start of a run, begin to observe later. A later `start`, after an edit, changes
+/// nothing. If a body is so large that a disc does not fit between it and its own image, the
+/// boundary computed here is too long.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
 /// use carom_observers::ContactDensity;
 ///
-/// // One disc of speed 1 is an ideal gas of kT = ½ m v² and one body on the area that the bumper leaves.
+/// // One disc of speed 1 is an ideal gas of kT = ½ m v² and one body, on the area outside the
+/// // excluded region of the bumper.
 /// let scene = Scene::from_toml(r#"
 ///     [[bumper]]
 ///     radius = 0.2
@@ -73,25 +78,26 @@ struct Bin {
 pub struct ContactPoint {
     /// Index of the atom touched.
     pub atom: usize,
-    /// Which of the equal bins of the whole turn around it.
+    /// Index of the bin, of equal bins of the whole turn around the atom.
     pub bin: usize,
-    /// Direction of the normal from the atom outwards, in the middle of the bin: radians, counter-clockwise from +x′.
+    /// Direction of the outward normal of the atom at the centre of the bin: radians,
+    /// counter-clockwise from +x′.
     pub angle: f64,
-    /// How much of the boundary of the excluded region is in the bin (length).
+    /// Length of the boundary of the excluded region in the bin.
     pub arc: f64,
-    /// How many contacts there were.
+    /// Number of contacts.
     pub contacts: u64,
     /// Σ|J| / (t ds), which is kT ρ_c at equilibrium (mass / time²).
     pub pressure: f64,
-    /// Its standard error if contacts are independent of each other, √(Σ|J|²) / (t ds) (mass /
-    /// time²); 0 without contacts. [`Blocks`](crate::Blocks) of this observer give it without that
-    /// assumption.
+    /// Its standard error if contacts are independent, √(Σ|J|²) / (t ds) (mass / time²); 0 without
+    /// contacts. [`Blocks`](crate::Blocks) of this observer give the error without that assumption.
     pub standard_error: f64,
 }
 
 impl ContactDensity {
-    /// Contacts of discs of `radius` (length) with a body, in `bins` equal bins of the whole turn around each of its
-    /// atoms; `bins` = 0 is taken as 1. A wall has no such boundary: all its contacts are [others](Self::others).
+    /// Contacts of discs of `radius` (length) with a body, in `bins` equal bins of the whole turn
+    /// around each of its atoms; `bins` = 0 is taken as 1. A wall has no such boundary: all its
+    /// contacts count as [others](Self::others).
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if the radius is not positive and finite.
@@ -103,7 +109,7 @@ impl ContactDensity {
         if !body.is_wall() {
             let region = ExcludedRegion::of(molecule, radius)?;
             atoms.resize(molecule.atoms().len(), vec![bare; bins]);
-            // A disc may have been put into a pocket, and touches the boundary there.
+            // A disc may have been placed in a pocket, where it touches the boundary.
             for arc in region.arcs().iter().chain(region.hidden_arcs()) {
                 for (bin, from, to) in arc.sectors(bins, 0.0) {
                     atoms[arc.atom][bin].arc += arc.radius * (to - from);
@@ -113,12 +119,13 @@ impl ContactDensity {
         Ok(Self { body: body.key(), radius, bins, atoms, others: 0, began: None, duration: 0.0 })
     }
 
-    /// The body watched.
+    /// The observed body.
     pub fn body(&self) -> BodyKey {
         self.body
     }
 
-    /// Every bin of every atom into which a piece of the boundary falls; empty before any time has passed.
+    /// Every bin that contains a piece of the boundary, for every atom; empty before any time has
+    /// passed.
     pub fn points(&self) -> Vec<ContactPoint> {
         if self.duration <= 0.0 {
             return Vec::new();
@@ -141,14 +148,14 @@ impl ContactDensity {
         bins.filter(|(_, _, bin)| bin.arc > 0.0).map(|(atom, index, bin)| point(atom, index, bin)).collect()
     }
 
-    /// Σ|J| of the contacts in one bin around an atom (mass × length / time); 0 where there is no
-    /// such bin.
+    /// Σ|J| of the contacts in one bin around an atom (mass × length / time); 0 if there is no such
+    /// bin.
     pub fn impulse(&self, atom: usize, bin: usize) -> f64 {
         self.atoms.get(atom).and_then(|bins| bins.get(bin)).map_or(0.0, |bin| bin.impulse)
     }
 
-    /// Σ|J| / (t P) over the whole boundary (mass / time²): kT times the mean of ρ_c along it; `None` before any time
-    /// has passed, or if the body is hidden altogether.
+    /// Σ|J| / (t P) over the whole boundary (mass / time²): kT times the mean of ρ_c along it.
+    /// `None` before any time has passed, or if the body has no exposed boundary.
     pub fn mean(&self) -> Option<f64> {
         let (time, perimeter) = (self.duration, self.perimeter());
         let impulse: f64 = self.all_bins().map(|bin| bin.impulse).sum();
@@ -160,13 +167,13 @@ impl ContactDensity {
         self.all_bins().map(|bin| bin.arc).sum()
     }
 
-    /// How many contacts there were that changed a momentum and are not entered: with molecules, with discs of another
+    /// The number of other contacts that changed a momentum: with molecules, with discs of another
     /// radius, or without an atom that touches, as in the model of bounding circles.
     pub fn others(&self) -> u64 {
         self.others
     }
 
-    /// For how long the body has been watched (time).
+    /// The duration of the observation (time).
     pub fn duration(&self) -> f64 {
         self.duration
     }
@@ -215,7 +222,7 @@ impl Observer for ContactDensity {
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let Some((side, impulse)) = report.side_of(self.body) else { return };
         self.watched_until(report.time);
-        // A touch that changes nothing has no direction.
+        // A contact without impulse has no direction.
         if impulse == DVec2::ZERO {
             return;
         }

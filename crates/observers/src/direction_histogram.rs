@@ -1,8 +1,8 @@
-//! From which side a body is hit: a histogram of the directions of Δp in its own frame (Montanari 2017,
-//! section 3.2, item 1).
+//! Directions of the impulses on a body in its own frame (Montanari 2017, section 3.2, item 1).
 //!
-//! With J the impulse on the body (mass × length / time) and θ its orientation at contact, the direction is the
-//! angle of R(−θ) J, counter-clockwise from +x′, in [0, 2π). Bin k of n holds [2πk/n, 2π(k+1)/n).
+//! J is the impulse on the body (mass × length / time) and θ its orientation at contact. The
+//! direction is the angle of R(−θ) J, counter-clockwise from +x′, in [0, 2π). Bin k of n covers
+//! [2πk/n, 2π(k+1)/n).
 
 use std::f64::consts::TAU;
 
@@ -12,16 +12,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Additive, body_frame::in_body_frame};
 
-/// Counts the directions of the impulses on one body, in its frame (x′, y′) at the instant of contact.
+/// A histogram of the directions of the impulses on one body, in its frame (x′, y′) at the time of
+/// contact.
 ///
-/// A disc never turns, so that one placed with orientation 0 keeps the axes of the box. To leave out the start of
+/// A disc never turns, so a disc with orientation 0 keeps the axes of the box. To omit the start of
 /// a run, begin to observe later.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
 /// use carom_observers::DirectionHistogram;
 ///
-/// // A disc at rest, hit from the left: the impulse on it points along +x, into the first of four bins.
+/// // A disc at rest, hit from the left: the impulse on it points along +x, in the first of four
+/// // bins.
 /// let scene = Scene::from_toml(r#"
 ///     [[molecule]]
 ///     atoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]
@@ -55,7 +57,7 @@ impl DirectionHistogram {
         Self { body, counts: vec![0; bins], impulse: vec![0.0; bins], atom_counts: Vec::new() }
     }
 
-    /// The body watched.
+    /// The observed body.
     pub fn body(&self) -> BodyKey {
         self.body
     }
@@ -65,14 +67,14 @@ impl DirectionHistogram {
         &self.counts
     }
 
-    /// Σ |J| in each bin (mass × length / time); divided by the time observed, the force by direction.
+    /// Σ |J| in each bin (mass × length / time); divided by the duration, the force by direction.
     #[doc(alias = "momentum")]
     pub fn impulse(&self) -> &[f64] {
         &self.impulse
     }
 
-    /// Number of contacts of each atom of the body; empty before the start. In the model of bounding circles no
-    /// atom touches.
+    /// Number of contacts of each atom of the body; empty before the start. All 0 in the model of
+    /// bounding circles, where no atom touches.
     pub fn atom_counts(&self) -> &[u64] {
         &self.atom_counts
     }
@@ -102,7 +104,7 @@ impl Observer for DirectionHistogram {
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let Some((side, impulse)) = report.side_of(self.body) else { return };
-        // A touch that changes nothing has no direction.
+        // A contact without impulse has no direction.
         if impulse == DVec2::ZERO {
             return;
         }
@@ -130,7 +132,7 @@ impl Additive for DirectionHistogram {
     }
 }
 
-/// The bin of a direction, of `bins` equal ones from +x on.
+/// The bin of a direction, of `bins` equal bins counter-clockwise from +x.
 pub(crate) fn bin_of(direction: DVec2, bins: usize) -> usize {
     let angle = libm::atan2(direction.y, direction.x);
     let turns = if angle < 0.0 { angle + TAU } else { angle } / TAU;
@@ -143,7 +145,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bins_run_counter_clockwise_from_x_and_take_in_every_direction() {
+    fn bins_run_counter_clockwise_from_x_and_cover_all_directions() {
         for bins in [1, 7, 360] {
             for bin in 0..bins {
                 let angle = TAU * (bin as f64 + 0.5) / bins as f64;

@@ -1,10 +1,13 @@
-//! Whether a body is driven: sums of the impulses and torques on it, and of how far it has gone and turned, in its own frame.
+//! Sums of the impulses and torques on a body, and its displacement and rotation, in its own frame:
+//! whether it is driven.
 //!
-//! With J the impulses on the body, r the point of contact from its centre, v and ω its velocities and θ its orientation:
-//! Σ R(−θ) J (mass × length / time), Σ r × J (mass × length² / time), ∫ R(−θ) v dt (length), ∫ ω dt (radians). At equilibrium
-//! the mean of each vanishes at any density, locked or free, since the free energy does not depend on where the body is and
-//! how it is turned, nor v on θ. Σ J of a body that does not turn is the change of its momentum, and Σ r × J of one that does
-//! is the change of its spin: these stay bounded. The other sums diffuse.
+//! J are the impulses on the body, r the points of contact from its centre, v and ω its velocities
+//! and θ its orientation. The sums are Σ R(−θ) J (mass × length / time), Σ r × J (mass × length² /
+//! time), ∫ R(−θ) v dt (length) and ∫ ω dt (radians). At equilibrium the mean of each vanishes at
+//! any density, for a free or locked body, since the free energy does not depend on its position
+//! and orientation, and the mean of v does not depend on θ. For a body that does not turn, Σ J is
+//! the change of its momentum; for a body that turns, Σ r × J is the change of its angular
+//! momentum. These sums are bounded. The other sums diffuse.
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
 use carom_kinematics::{EpochTime, Motion};
@@ -13,16 +16,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Additive, body_frame::in_body_frame};
 
-/// Sums of what drives one body, in its frame (x′, y′).
+/// Sums of the forces on one body and of its displacement, in its frame (x′, y′).
 ///
-/// The way is followed from contact to contact, not from sample to sample. What happens before the first `start` or
-/// sample is not counted.
+/// The path is integrated from contact to contact, not from sample to sample. Contacts before the
+/// first `start` or sample are not counted.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
 /// use carom_observers::Drift;
 ///
-/// // A disc alone, half way round the box.
+/// // A single disc moves half a box length.
 /// let scene = Scene::from_toml(
 ///     "[[molecule]]\natoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]\nat = [0.5, 0.5]\nvelocity = [2.0, 0.0]",
 /// )?;
@@ -49,7 +52,7 @@ pub struct Drift {
 }
 
 impl Drift {
-    /// Sums for one body, still empty.
+    /// Empty sums for one body.
     pub fn new(body: BodyKey) -> Self {
         Self {
             body,
@@ -65,12 +68,12 @@ impl Drift {
         }
     }
 
-    /// The body watched.
+    /// The observed body.
     pub fn body(&self) -> BodyKey {
         self.body
     }
 
-    /// For how long it was followed (time).
+    /// The duration of the observation (time).
     pub fn duration(&self) -> f64 {
         self.duration
     }
@@ -80,42 +83,43 @@ impl Drift {
         self.impulse
     }
 
-    /// Σ r × J, counter-clockwise (mass × length² / time), whether the body can turn or not.
+    /// Σ r × J, counter-clockwise (mass × length² / time), also for a body that cannot turn.
     pub fn angular_impulse(&self) -> f64 {
         self.angular_impulse
     }
 
-    /// ∫ R(−θ) v dt: how far it went along its own axes (length).
+    /// ∫ R(−θ) v dt: the displacement along the body's own axes (length).
     pub fn path(&self) -> DVec2 {
         self.path
     }
 
-    /// ∫ ω dt: how far it turned counter-clockwise (radians).
+    /// ∫ ω dt: the rotation, counter-clockwise (radians).
     pub fn turn(&self) -> f64 {
         self.turn
     }
 
-    /// How many samples its velocities were noted at.
+    /// The number of samples of the velocities.
     pub fn samples(&self) -> u64 {
         self.samples
     }
 
-    /// Sums over the samples of v_x′² and v_y′² (length² / time²).
+    /// Sums of v_x′² and v_y′² over the samples (length² / time²).
     pub fn velocity_squares(&self) -> DVec2 {
         self.velocity_squares
     }
 
-    /// Sum over the samples of ω² (1 / time²).
+    /// Sum of ω² over the samples (1 / time²).
     pub fn spin_squares(&self) -> f64 {
         self.spin_squares
     }
 
-    /// Follows a flight that ends with this motion.
+    /// Adds the flight that ends with this motion.
     fn follow(&mut self, motion: &Motion, now: EpochTime) {
         let Some(before) = self.followed_until.replace(now) else { return };
         let time = now.since(before);
         let half_turn = 0.5 * motion.angular_velocity * time;
-        // ∫ R(ωs) ds over the flight is a turn by half of what it turns, shortened as a chord is against its arc.
+        // ∫ R(ωs) ds over the flight is a rotation by half its angle, times the ratio of chord to
+        // arc.
         let (sin, cos) = libm::sincos(half_turn);
         let shortened = if half_turn == 0.0 { 1.0 } else { sin / half_turn };
         let at_end = in_body_frame(motion.velocity, motion.orientation);
@@ -139,7 +143,8 @@ impl Observer for Drift {
         let Some((side, impulse)) = report.side_of(self.body) else { return };
         self.follow(&side.before, report.time);
         self.impulse += in_body_frame(impulse, side.before.orientation);
-        // The line of the impulse passes through the centre of the atom that is touched, which therefore is as good a lever.
+        // The line of the impulse passes through the centre of the touched atom, so its arm gives
+        // the torque.
         self.angular_impulse += side.arm.perp_dot(impulse);
     }
 

@@ -1,13 +1,14 @@
-//! Kinetic energy against what the books say, and momentum, at each sample.
+//! Kinetic energy, its expected value, and momentum, at each sample.
 //!
-//! E = Σ ½ m v² + ½ I ω² (mass × length² / time²); booked: energy at the start, less what inelastic contacts
-//! took, plus what edits put in. Their difference is rounding and nothing else.
+//! E = Σ ½ m v² + ½ I ω² (mass × length² / time²). Its expected ("booked") value is the energy at
+//! the start, less the loss in inelastic contacts, plus the energy put in by edits. The difference
+//! of the two is due to rounding alone.
 
 use carom_engine::{Body, Observer, View};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-/// Energy, booked energy and momentum over the samples.
+/// Energy, expected energy and momentum over the samples.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -36,14 +37,14 @@ pub struct LedgerPoint {
     pub time: f64,
     /// Kinetic energy of all bodies (mass × length² / time²).
     pub energy: f64,
-    /// The kinetic energy that there should be (mass × length² / time²).
+    /// The expected kinetic energy (mass × length² / time²).
     pub booked: f64,
     /// Total momentum (mass × length / time).
     pub momentum: DVec2,
 }
 
 impl EnergyLedger {
-    /// What was seen at each sample so far.
+    /// Energy and momentum at each sample so far.
     pub fn series(&self) -> &[LedgerPoint] {
         &self.series
     }

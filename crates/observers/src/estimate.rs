@@ -1,7 +1,8 @@
-//! Mean and standard error of what is counted block by block: R = Σx / Σw over blocks, and its scatter.
+//! Mean and standard error from blocks: R = Σx / Σw, and the scatter of the blocks.
 //!
-//! With n blocks, se² = n/(n − 1) Σ (xᵢ − R wᵢ)² / (Σw)² (ratio estimator; Cochran 1977, "Sampling Techniques", chapter 6).
-//! Blocks must be longer than what is counted remembers; then the error holds whatever goes on inside a block.
+//! With n blocks, se² = n/(n − 1) Σ (xᵢ − R wᵢ)² / (Σw)² (ratio estimator; Cochran 1977, "Sampling
+//! Techniques", chapter 6). Blocks must be longer than the correlation time of x; the error is then
+//! valid for any correlation inside a block.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,9 +16,10 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// From (x, w) of each block: w is the block's duration for a rate, its number of contacts for a share.
+    /// The estimate from (x, w) of each block; w is the duration of the block for a rate, its
+    /// number of contacts for a share.
     ///
-    /// `None` with fewer than two blocks, or if the weights do not add up to something positive and finite.
+    /// `None` with fewer than two blocks, or if the sum of the weights is not positive and finite.
     ///
     /// ```
     /// use carom_observers::Estimate;
@@ -25,7 +27,7 @@ impl Estimate {
     /// // 9, 10 and 11 contacts in three blocks of two units of time.
     /// let rate = Estimate::of_ratio([(9.0, 2.0), (10.0, 2.0), (11.0, 2.0)]).expect("three blocks");
     /// assert_eq!(rate.mean, 5.0);
-    /// // s = 1 contact, so that the mean of three is known to 1/√3 of a contact in two units of time.
+    /// // s = 1 contact, so the mean of three has the error of 1/√3 contacts in two units of time.
     /// assert!((rate.standard_error - 0.5 / 3f64.sqrt()).abs() < 1e-15);
     /// ```
     pub fn of_ratio(blocks: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
@@ -47,13 +49,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_proportional_to_its_weight_has_no_error() {
+    fn values_proportional_to_their_weights_have_no_error() {
         let estimate = Estimate::of_ratio([(3.0, 1.0), (6.0, 2.0), (1.5, 0.5)]).unwrap();
         assert_eq!(estimate, Estimate { mean: 3.0, standard_error: 0.0 });
     }
 
     #[test]
-    fn too_little_says_nothing() {
+    fn too_few_blocks_give_none() {
         assert_eq!(Estimate::of_ratio([(3.0, 1.0)]), None);
         assert_eq!(Estimate::of_ratio([(0.0, 0.0), (0.0, 0.0)]), None);
         assert_eq!(Estimate::of_ratio([(1.0, f64::INFINITY), (1.0, 1.0)]), None);

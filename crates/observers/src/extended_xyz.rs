@@ -1,12 +1,14 @@
-//! A snapshot as one frame of extended XYZ, a line per atom, as OVITO and ASE read it.
+//! Snapshots as frames of extended XYZ, one line per atom, readable by OVITO and ASE.
 //!
-//! Columns, in the user's units: an element symbol (X for atoms of fixed bodies, H for all others), place of the
-//! centre, velocity of the material point there, number of the molecule, index of the atom in it, radius, orientation
-//! of the molecule in radians, its angular velocity, mass of the atom, kind of the molecule (0, 1, … as they come up).
-//! Floats are as short as reads back to the same bits. z is 0 in a cell that is one largest diameter thick, periodic in
-//! x and y. Molecules are kept whole: an atom may lie outside the cell that its molecule's centre is in. Walls have no line of
-//! their own: they stand in the comment line, as `Walls="…"` with five numbers each, x and y of the one end, x and y of the
-//! other, and half the thickness.
+//! Columns, in the user's units: element symbol (X for atoms of fixed bodies, H for all others),
+//! position of the centre, velocity of the material point there, number of the molecule, index of
+//! the atom in it, radius, orientation of the molecule in radians, its angular velocity, mass of
+//! the atom, kind of the molecule (0, 1, … in order of appearance). Floats are written in the
+//! shortest form that is read back to the same bits. z is 0 in a cell with a thickness of the
+//! largest diameter, periodic in x and y. Molecules are kept whole: an atom may lie outside the
+//! cell that holds the centre of its molecule. Walls have no line; the comment line lists them as
+//! `Walls="…"` with five numbers each: x and y of one end, x and y of the other, and half the
+//! thickness.
 
 use std::io;
 
@@ -18,10 +20,10 @@ use crate::kinds::kinds;
 const PROPERTIES: &str = "species:S:1:pos:R:3:velo:R:3:molecule_id:I:1:atom:I:1:radius:R:1:angle:R:1:\
                           angular_velocity:R:1:mass:R:1:kind:I:1";
 
-/// Writes one frame; frames one after another make a trajectory.
+/// Writes one frame; successive frames form a trajectory.
 ///
 /// # Errors
-/// What `out` answers.
+/// The errors of `out`.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -57,7 +59,8 @@ pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Resu
     molecules.try_for_each(|(body, kind)| write_molecule(&body, kind, out))
 }
 
-/// The entry of the comment line for the walls, if there are any: x and y of both ends and half the thickness of each.
+/// The entry of the comment line for the walls: x and y of both ends and half the thickness of
+/// each; empty without walls.
 fn walls(view: &View<'_>) -> String {
     let wall = |view: BodyView<'_>| {
         let ([from, to], face) = (view.wall()?, view.body.molecule().face()?);

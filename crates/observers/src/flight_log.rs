@@ -1,32 +1,33 @@
-//! Who flies how from when on: all there is to know to draw a gas in motion, over a stretch of so many contacts.
+//! The flights of all bodies over a number of contacts, from which the motion of the gas can be
+//! drawn exactly.
 
 use carom_engine::{Body, CollisionReport, Observer, View};
 use carom_kinematics::{EpochTime, Motion};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-/// The beginning of one straight flight of one body; it lasts until the next of the same body.
+/// The begin of one free flight of a body; it lasts until the next flight of the same body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Flight {
-    /// When it begins (time).
+    /// Begin of the flight (time).
     pub time: f64,
     /// Number of the body, [`Body::id`](carom_engine::Body::id).
     pub body: u64,
-    /// Place of the centre then, in the box or in an image beside it (length).
+    /// Position of the centre then, in the box or in an adjacent image (length).
     pub position: DVec2,
-    /// Velocity from then on (length / time).
+    /// Velocity during the flight (length / time).
     pub velocity: DVec2,
     /// Orientation then (radians); 0 for a disc, which never turns.
     pub angle: f64,
-    /// Angular velocity from then on (radians / time); 0 for a disc.
+    /// Angular velocity during the flight (radians / time); 0 for a disc.
     pub angular_velocity: f64,
 }
 
-/// Keeps the flights of all bodies from its first `start` on, until `capacity` flights are kept: first one of each body, then
-/// one of each body that moves for each contact.
+/// Records the flights of all bodies from its first `start` on, up to `capacity` flights: first one
+/// of each body, then one of each moving body for each contact.
 ///
-/// Bodies fly straight and turn evenly between contacts, so that the place of each is known at any time in between, and not
-/// only at frames. What has no room is left out, and with it all that comes later.
+/// Bodies move uniformly between contacts, so their positions are known at all times, and not only
+/// at frames. When the capacity is reached, all later flights are omitted.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -51,7 +52,8 @@ pub struct FlightLog {
 }
 
 impl FlightLog {
-    /// An empty log with room for so many flights. Where there are more bodies, it ends with the first of them.
+    /// An empty log with a capacity of that many flights. If there are more bodies, it holds only
+    /// the first ones.
     pub fn new(capacity: usize) -> Self {
         Self { capacity, among: None, flights: Vec::new() }
     }
@@ -67,12 +69,12 @@ impl FlightLog {
         self.among.as_ref().is_none_or(|among| among.binary_search(&body.id()).is_ok())
     }
 
-    /// The flights, in the order in which they began.
+    /// The flights in order of their begin.
     pub fn flights(&self) -> &[Flight] {
         &self.flights
     }
 
-    /// Whether no contact more has room.
+    /// Whether there is no capacity for another contact.
     pub fn is_full(&self) -> bool {
         self.flights.len() + 2 > self.capacity
     }

@@ -1,9 +1,9 @@
-//! Which bodies are measured: all, or those that carry one tag.
+//! The bodies to be measured: all, or those with a tag.
 
 use carom_engine::{Body, Tag};
 use serde::{Deserialize, Serialize};
 
-/// Which bodies are measured.
+/// The bodies to be measured.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -23,7 +23,7 @@ pub enum Group {
     /// Every body.
     #[default]
     All,
-    /// Those that carry the tag.
+    /// The bodies with the tag.
     Tagged(Tag),
 }
 

@@ -1,8 +1,8 @@
-//! A histogram of equal bins, which also counts what no bin holds.
+//! A histogram of equal bins, with a count of the values outside.
 
 use serde::{Deserialize, Serialize};
 
-/// Counts in n equal bins of width w: bin k holds [low + k w, low + (k + 1) w).
+/// Counts in n equal bins of width w: bin k covers [low + k w, low + (k + 1) w).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Histogram {
     low: f64,
@@ -20,14 +20,14 @@ impl Histogram {
 
     pub(crate) fn add(&mut self, value: f64) {
         let place = (value - self.low) / self.width;
-        // A negative place must not be cut off to bin 0.
+        // A negative index must not be truncated to bin 0.
         match self.counts.get_mut(place as usize) {
             Some(count) if place >= 0.0 => *count += 1,
             _ => self.beyond += 1,
         }
     }
 
-    /// The same bins with nothing in them.
+    /// An empty histogram with these bins.
     pub(crate) fn emptied(&self) -> Self {
         Self { counts: vec![0; self.counts.len()], beyond: 0, ..*self }
     }
@@ -48,12 +48,12 @@ impl Histogram {
         &self.counts
     }
 
-    /// How many values no bin holds.
+    /// The number of values outside the bins.
     pub fn beyond(&self) -> u64 {
         self.beyond
     }
 
-    /// How many values there are, those beyond the bins included.
+    /// The number of all values, including those outside the bins.
     pub fn total(&self) -> u64 {
         self.counts.iter().sum::<u64>() + self.beyond
     }
@@ -63,17 +63,19 @@ impl Histogram {
         self.width
     }
 
-    /// Where a bin begins; that of the number of bins is where the last one ends (unit of the values).
+    /// The lower edge of a bin; for the number of bins, the upper edge of the last one (unit of the
+    /// values).
     pub fn edge(&self, bin: usize) -> f64 {
         self.low + bin as f64 * self.width
     }
 
-    /// Middle of a bin (unit of the values).
+    /// The centre of a bin (unit of the values).
     pub fn centre(&self, bin: usize) -> f64 {
         self.low + (bin as f64 + 0.5) * self.width
     }
 
-    /// Probability density in each bin, counts / (total × width), in 1 / unit of the values; all 0 without values.
+    /// Probability density in each bin, counts / (total × width), in 1 / unit of the values; all 0
+    /// without values.
     pub fn densities(&self) -> Vec<f64> {
         let norm = self.total().max(1) as f64 * self.width;
         self.counts.iter().map(|&count| count as f64 / norm).collect()
@@ -85,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bins_are_half_open_and_nothing_is_lost() {
+    fn bins_are_half_open_and_count_every_value() {
         let mut histogram = Histogram::new(-1.0, 1.0, 4);
         for value in [-1.0, -0.5, -0.25, 0.0, 0.999, 1.0, -1.001, f64::NAN, f64::INFINITY, 1e300] {
             histogram.add(value);

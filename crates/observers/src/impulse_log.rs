@@ -1,4 +1,4 @@
-//! Every single impulse Δp that a body receives, contact by contact (Montanari 2017, section 3.2, items 1 and 2).
+//! Every impulse Δp on a body, contact by contact (Montanari 2017, section 3.2, items 1 and 2).
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer};
 use glam::DVec2;
@@ -6,26 +6,26 @@ use serde::{Deserialize, Serialize};
 
 use crate::body_frame::in_body_frame;
 
-/// One contact of the watched body.
+/// One contact of the observed body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Impulse {
-    /// When (time).
+    /// Time of the contact.
     pub time: f64,
     /// Index of the atom that was touched; `None` in the model of bounding circles.
     pub atom: Option<u32>,
-    /// Number of the body that touched it, [`Body::id`](carom_engine::Body::id).
+    /// Number of the other body, [`Body::id`](carom_engine::Body::id).
     pub other: u64,
-    /// Unit vector along which it was pushed, in the frame of the box: from the other body to this one.
+    /// Unit vector along the impulse, from the other body to this one, in the frame of the box.
     pub normal: DVec2,
     /// The impulse on it, in the frame of the box (mass × length / time).
     pub impulse: DVec2,
-    /// The same in the body's own frame (x′, y′) at the instant of contact (mass × length / time).
+    /// The impulse in the body's own frame (x′, y′) at the time of contact (mass × length / time).
     pub in_body_frame: DVec2,
 }
 
-/// Notes every impulse on one body; up to `most` of them, and counts the others.
+/// Records up to `most` impulses on one body, and counts the others.
 ///
-/// Whoever writes them down takes them out again with [`Self::take`], so that a long run needs no long memory.
+/// [`Self::take`] removes the recorded impulses, so that a long run needs no more memory.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -61,17 +61,17 @@ pub struct ImpulseLog {
 }
 
 impl ImpulseLog {
-    /// An empty log for one body, that keeps the first `most` impulses.
+    /// An empty log for one body that keeps the first `most` impulses.
     pub fn new(body: BodyKey, most: u64) -> Self {
         Self { body, most, seen: 0, impulses: Vec::new() }
     }
 
-    /// The impulses that were noted since they were last taken, which are then no longer here.
+    /// Removes and returns the impulses recorded since the last call.
     pub fn take(&mut self) -> Vec<Impulse> {
         std::mem::take(&mut self.impulses)
     }
 
-    /// How many there were, kept or not.
+    /// The number of impulses, recorded or not.
     pub fn seen(&self) -> u64 {
         self.seen
     }
@@ -85,7 +85,7 @@ impl Observer for ImpulseLog {
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let Some((side, impulse)) = report.side_of(self.body) else { return };
-        // A touch that changes nothing is no impulse.
+        // A contact without impulse is not recorded.
         if impulse == DVec2::ZERO {
             return;
         }

@@ -1,31 +1,34 @@
-//! Whether a histogram of directions is even, judged by the scatter of its blocks.
+//! A test whether a histogram of directions is uniform, from the scatter of its blocks.
 //!
-//! The harmonics aₖ = Σ c(θ) cos kθ and bₖ = Σ c(θ) sin kθ, k = 1 … K, of the counts c in each of n blocks of time vanish on
-//! average if no direction is preferred. Contacts follow each other and the harmonics go together, so that counts do not
-//! scatter as √c: Hotelling's T² = n m̄ᵀ S⁻¹ m̄, with the mean m̄ and the covariance S of the blocks, takes that from the data
-//! themselves. (n − p) / (p (n − 1)) T² follows Fisher's F with p = 2K and n − p degrees of freedom (Hotelling 1931).
+//! The harmonics aₖ = Σ c(θ) cos kθ and bₖ = Σ c(θ) sin kθ, k = 1 … K, of the counts c in each of n
+//! blocks of time have mean 0 if no direction is preferred. Successive contacts and the harmonics
+//! are correlated, so counts do not scatter as √c. Hotelling's T² = n m̄ᵀ S⁻¹ m̄, with the mean m̄
+//! and the covariance S of the blocks, estimates the scatter from the data. (n − p) / (p (n − 1))
+//! T² follows Fisher's F with p = 2K and n − p degrees of freedom (Hotelling 1931).
 
 use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-/// How uneven a histogram is, and how likely chance alone makes it as uneven.
+/// The deviation of a histogram from uniformity, and the probability that it occurs by chance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Isotropy {
-    /// How many harmonics were looked at.
+    /// The number of harmonics in the test.
     pub harmonics: usize,
-    /// How many blocks there were.
+    /// The number of blocks.
     pub blocks: usize,
-    /// Fisher's F: 1 or so if no direction is preferred.
+    /// Fisher's F; about 1 if no direction is preferred.
     pub ratio: f64,
-    /// Probability of an F as large or larger if none is.
+    /// Probability of an F at least as large if no direction is preferred.
     pub probability: f64,
 }
 
 impl Isotropy {
-    /// Judges the counts of equal sectors of the whole turn, block by block, in this many harmonics.
+    /// Tests the counts of equal sectors of the whole turn, block by block, in `harmonics`
+    /// harmonics.
     ///
-    /// `None` without harmonics, with no more blocks than twice their number, or if the blocks do not scatter.
+    /// `None` without harmonics, with a number of blocks of at most twice that of the harmonics, or
+    /// if the blocks do not scatter.
     ///
     /// ```
     /// use carom_observers::Isotropy;
@@ -68,7 +71,8 @@ fn transform(counts: &[u64], harmonics: usize) -> Vec<f64> {
     (1..=harmonics).flat_map(|order| [sum(libm::cos, order), sum(libm::sin, order)]).collect()
 }
 
-/// vᵀ S⁻¹ v by Cholesky's decomposition S = L Lᵀ: the square of L⁻¹ v; `None` if S is not positive.
+/// vᵀ S⁻¹ v by Cholesky's decomposition S = L Lᵀ: the square of L⁻¹ v; `None` if S is not positive
+/// definite.
 fn inverse_form(mut matrix: Vec<Vec<f64>>, vector: &[f64]) -> Option<f64> {
     let size = vector.len();
     let mut solved = vec![0.0; size];
@@ -77,7 +81,8 @@ fn inverse_form(mut matrix: Vec<Vec<f64>>, vector: &[f64]) -> Option<f64> {
             let dot: f64 = (0..j).map(|k| matrix[i][k] * matrix[j][k]).sum();
             let rest = matrix[i][j] - dot;
             if i == j {
-                // Below this part of the variance it is a rounding: the harmonic follows from the others.
+                // Below this share of the variance the rest is rounding: the harmonic depends on
+                // the others.
                 if rest.is_nan() || rest <= 1e-12 * matrix[i][i] {
                     return None;
                 }
@@ -92,8 +97,9 @@ fn inverse_form(mut matrix: Vec<Vec<f64>>, vector: &[f64]) -> Option<f64> {
     Some(solved.iter().map(|x| x * x).sum())
 }
 
-/// P(F ≥ f) with 2`half` and `other` degrees of freedom: x^(b) Σ_{j < half} (b)ⱼ (1 − x)ʲ / j!, with b = other / 2 and
-/// x = other / (other + 2 half f) (the incomplete beta function with a whole first argument is a finite sum).
+/// P(F ≥ f) with 2 `half` and `other` degrees of freedom: x^(b) Σ_{j < half} (b)ⱼ (1 − x)ʲ / j!,
+/// with b = other / 2 and x = other / (other + 2 half f) (the incomplete beta function with an
+/// integer first argument is a finite sum).
 fn exceedance(ratio: f64, half: usize, other: usize) -> f64 {
     let (b, first) = (0.5 * other as f64, 2.0 * half as f64);
     let x = other as f64 / (other as f64 + first * ratio);
@@ -109,7 +115,8 @@ fn exceedance(ratio: f64, half: usize, other: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// Tables of Fisher's F: the 5 % points for (2, 10), (4, 20) and (12, 30) degrees of freedom are 4.103, 2.866, 2.092.
+    /// Tables of Fisher's F: the 5 % points for (2, 10), (4, 20) and (12, 30) degrees of freedom
+    /// are 4.103, 2.866, 2.092.
     #[test]
     fn five_per_cent_points() {
         for (half, other, point) in [(1, 10, 4.103), (2, 20, 2.866), (6, 30, 2.092)] {
@@ -128,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn too_few_blocks_say_nothing() {
+    fn too_few_blocks_give_none() {
         let counts = [[1_u64, 2, 3, 4], [2, 3, 4, 5]];
         assert_eq!(Isotropy::of_counts(counts.iter().map(<[u64; 4]>::as_slice), 1), None);
         let same = [[5_u64; 4]; 9];

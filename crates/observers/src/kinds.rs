@@ -1,15 +1,16 @@
-//! Kinds of bodies, to be told apart in a picture or a table.
+//! Kinds of bodies, to distinguish them in a picture or a table.
 
 use std::collections::BTreeMap;
 
 use carom_engine::{Body, Tag, View};
 
-/// What bodies of one kind have in common: tags, number of atoms, size, mass, and whether they are fixed.
+/// The common properties of a kind: fixed or not, tags, number of atoms, size, mass.
 type Likeness<'a> = (bool, &'a [Tag], usize, u64, u64);
 
-/// The kind of each body of a view, in its order: 0 for that of the first body, and so on as they come up.
+/// The kind of each body of a view, in its order, numbered 0, 1, … in order of appearance.
 ///
-/// Bodies of one kind have the same tags, number of atoms, size and mass, and all or none of them are fixed.
+/// Bodies of one kind have the same tags, number of atoms, size and mass, and all or none of them
+/// are fixed.
 pub fn kinds(view: &View<'_>) -> Vec<usize> {
     let mut known: BTreeMap<Likeness<'_>, usize> = BTreeMap::new();
     view.bodies()

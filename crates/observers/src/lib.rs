@@ -1,13 +1,14 @@
-//! What is measured while a gas runs: one quantity a file, each an [`Observer`] that looks and never touches.
+//! Observers measure a running simulation: one quantity per file, each an [`Observer`] that reads
+//! the state and never changes it.
 //!
-//! | quantity | observer | told of |
+//! | quantity | observer | receives |
 //! | --- | --- | --- |
-//! | from which side a body is hit, in its own frame | [`DirectionHistogram`] | contacts |
-//! | how hard it is hit along one of its axes | [`ProjectionHistogram`] | contacts |
+//! | directions of the impulses on a body, in its own frame | [`DirectionHistogram`] | contacts |
+//! | components of the impulses on a body along one of its axes | [`ProjectionHistogram`] | contacts |
 //! | mean force on a body and its mean velocity, in its own frame | [`RunningAverage`] | contacts, samples |
-//! | impulses and torques on a body, how far it goes and turns, in its own frame | [`Drift`] | contacts, samples |
-//! | any of the first two and the fourth, block by block of time | [`Blocks`] | contacts, samples |
-//! | energy against the books, momentum | [`EnergyLedger`] | samples |
+//! | impulses and torques on a body, its displacement and rotation, in its own frame | [`Drift`] | contacts, samples |
+//! | the record of an observer in blocks of time | [`Blocks`] | contacts, samples |
+//! | energy and its expected value, momentum | [`EnergyLedger`] | samples |
 //! | collisions per body and time | [`CollisionRate`] | samples |
 //! | pressure from the virial of the contacts, momentum flux | [`Pressure`] | contacts, samples |
 //! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | samples |
@@ -16,17 +17,19 @@
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
 //! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, samples |
 //! | every impulse on a body | [`ImpulseLog`] | contacts |
-//! | every flight of every body, for a while | [`FlightLog`] | contacts |
+//! | every flight of every body, up to a capacity | [`FlightLog`] | contacts |
 //! | overlapping pairs | [`OverlapCheck`] | samples |
-//! | anything: closures, by event and by tag | [`Subscriptions`] | contacts, samples |
+//! | user-defined: closures, by event and by tag | [`Subscriptions`] | contacts, samples |
 //!
-//! All but the last are plain data, which serde writes down to the bit: a run that is resumed from a checkpoint goes on with
-//! what it had seen.
+//! All except the last are plain data that serde stores to the bit: a run resumed from a checkpoint
+//! continues its measurements.
 //!
-//! What blocks scatter is the statistical error: [`Estimate`] of a mean, [`Isotropy`] of a histogram of directions.
+//! The statistical error follows from the scatter of blocks: [`Estimate`] of a mean, [`Isotropy`]
+//! of a histogram of directions.
 //!
-//! What an observer is told of samples only costs a run nothing between them. Two functions turn a sample
-//! view into text: [`write_extended_xyz`] and [`picture`]. Observers are put together as a tuple:
+//! An observer that receives samples only costs nothing between the samples. Two functions write a
+//! view of the system as text: [`write_extended_xyz`] and [`picture`]. A tuple of observers is an
+//! observer:
 //!
 //! ```
 //! use carom_engine::{Observer, Scene, Simulation};

@@ -1,6 +1,6 @@
 //! Mean of a series and its standard error s / √n, with s² = Σ (x − x̄)² / (n − 1).
 
-/// Mean and standard error of values taken to be independent; `None` with fewer than two.
+/// Mean and standard error of independent values; `None` with fewer than two.
 pub(crate) fn mean_and_standard_error(
     values: impl ExactSizeIterator<Item = f64> + Clone,
 ) -> Option<(f64, f64)> {

@@ -1,12 +1,14 @@
-//! Pairs of bodies that overlap by more than rounding, looked for afresh at each sample; there should be none.
+//! Pairs of bodies that overlap by more than rounding, searched anew at each sample; there should
+//! be none.
 //!
-//! Depth of a pair: −(distance of the nearest atoms' centres − the sum of their radii), a length; also in units of
-//! the smaller diameter. What counts as rounding: [`carom_engine::rounding_bound`].
+//! The depth of a pair is the sum of the radii of the nearest atoms less the distance of their
+//! centres (length); it is also given in units of the smaller diameter. The limit of rounding is
+//! [`carom_engine::rounding_bound`].
 
 use carom_engine::{Body, Observer, View};
 use serde::{Deserialize, Serialize};
 
-/// The worst overlaps seen at any sample.
+/// The largest overlaps of all samples.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -29,24 +31,25 @@ pub struct OverlapCheck {
 }
 
 impl OverlapCheck {
-    /// How many samples were looked at.
+    /// The number of samples.
     pub fn checks(&self) -> u64 {
         self.checks
     }
 
-    /// Largest number of overlapping pairs at one sample.
+    /// Largest number of overlapping pairs in one sample.
     #[doc(alias = "overlapping_pairs")]
     pub fn worst_pairs(&self) -> usize {
         self.worst_pairs
     }
 
-    /// Deepest overlap, in units of the smaller diameter; this may be a rounding, which is no overlapping pair.
+    /// Deepest overlap, in units of the smaller diameter; it may be due to rounding, without an
+    /// overlapping pair.
     #[doc(alias = "max_overlap")]
     pub fn deepest(&self) -> f64 {
         self.deepest
     }
 
-    /// Deepest overlap (length); this may be a rounding.
+    /// Deepest overlap (length); it may be due to rounding.
     pub fn deepest_length(&self) -> f64 {
         self.deepest_length
     }

@@ -1,9 +1,10 @@
-//! How the distance of two bodies is distributed: the pair distribution function g(r).
+//! The distribution of the distances of two bodies: the pair distribution function g(r).
 //!
-//! g in a bin [r₁, r₂) is the number of ordered pairs (i, j ≠ i) of centres of mass at such distances, i of one group
-//! and j of another, divided by (number of all such pairs) π (r₂² − r₁²) / A: 1 for places independent of each other,
-//! whatever their number. (With N² instead of N (N − 1), as in Allen & Tildesley 2017, section 8.2, it is smaller by the
-//! factor 1 − 1/N.) For hard discs g is 0 below σ, and at contact χ, with p A = N kT (1 + 2 η χ).
+//! g in a bin [r₁, r₂) is the number of ordered pairs (i, j ≠ i) of centres of mass at such
+//! distances, i of one group and j of another, divided by (number of all such pairs) π (r₂² − r₁²)
+//! / A. It is 1 for independent positions of any number of bodies. (With N² instead of N (N − 1),
+//! as in Allen & Tildesley 2017, section 8.2, it is smaller by the factor 1 − 1/N.) For hard discs
+//! g is 0 below σ, and χ at contact, with p A = N kT (1 + 2 η χ).
 
 use carom_engine::{Body, Observer, View};
 use carom_geometry::{GeometryError, PeriodicBox, check_positive};
@@ -13,7 +14,8 @@ use thiserror::Error;
 
 use crate::{Group, Histogram};
 
-/// Pair distribution of the centres of mass of two groups over the samples; fixed bodies count too.
+/// Pair distribution of the centres of mass of two groups over the samples; fixed bodies count,
+/// too.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -26,7 +28,7 @@ use crate::{Group, Histogram};
 ///     simulation.run_until(f64::from(sample))?;
 ///     pairs.sample(&simulation.view());
 /// }
-/// // The discs have a diameter of 0.04: none is nearer, and more than by chance are just there.
+/// // The discs have a diameter of 0.04: g is 0 below it and exceeds 1 at contact.
 /// let points = pairs.points();
 /// assert!(points[..4].iter().all(|point| point.g == 0.0));
 /// assert!(points[4].g > 1.0);
@@ -47,25 +49,25 @@ pub struct PairDistribution {
 /// The pair distribution in one bin.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PairPoint {
-    /// Middle of the bin (length).
+    /// Centre of the bin (length).
     pub distance: f64,
-    /// Ordered pairs counted: a pair of which both bodies are in both groups counts twice.
+    /// Number of ordered pairs: a pair with both bodies in both groups counts twice.
     pub pairs: u64,
     /// g.
     pub g: f64,
 }
 
-/// A cutoff of a pair distribution that is no length, or too long for the box.
+/// An invalid cutoff of a pair distribution: not a length, or too long for the box.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum CutoffError {
-    /// It is not positive and finite.
+    /// The cutoff is not positive and finite.
     #[error(transparent)]
     Length(#[from] GeometryError),
-    /// Beyond half the shorter side a body is seen in several images, and a circle is not all in the box.
+    /// Beyond half the shorter side several images of a body count, and a circle exceeds the box.
     #[error("the cutoff {cutoff} must be less than half the shorter side of the box, {half}")]
     BeyondHalf {
-        /// The cutoff given (length).
+        /// The given cutoff (length).
         cutoff: f64,
         /// Half the shorter side (length).
         half: f64,
@@ -73,11 +75,12 @@ pub enum CutoffError {
 }
 
 impl PairDistribution {
-    /// Distances from bodies of the first group to those of the second, in `bins` bins from 0 to `cutoff` (length);
-    /// `bins` = 0 is taken as 1.
+    /// Distances from bodies of the first group to those of the second, in `bins` bins from 0 to
+    /// `cutoff` (length); `bins` = 0 is taken as 1.
     ///
     /// # Errors
-    /// [`CutoffError`] if `cutoff` is not positive or not less than half the shorter side of the box.
+    /// [`CutoffError`] if `cutoff` is not positive or not less than half the shorter side of the
+    /// box.
     pub fn new(
         groups: [Group; 2],
         bounds: &PeriodicBox,
@@ -93,13 +96,13 @@ impl PairDistribution {
         Ok(Self { groups, bounds: *bounds, cutoff, distances, pairs_per_area: 0.0, passed_over: 0 })
     }
 
-    /// g in each bin, from the samples so far; empty as long as there has been no pair at any distance.
+    /// g in each bin from the samples so far; empty if there has been no pair.
     pub fn points(&self) -> Vec<PairPoint> {
         if self.pairs_per_area == 0.0 {
             return Vec::new();
         }
         let point = |(bin, &pairs): (usize, &u64)| {
-            // π (r₂² − r₁²) = 2π r w at the middle r of the bin.
+            // π (r₂² − r₁²) = 2π r w at the centre r of the bin.
             let distance = self.distances.centre(bin);
             let shell = std::f64::consts::TAU * distance * self.distances.width();
             PairPoint { distance, pairs, g: pairs as f64 / (self.pairs_per_area * shell) }
@@ -107,7 +110,7 @@ impl PairDistribution {
         self.distances.counts().iter().enumerate().map(point).collect()
     }
 
-    /// How many samples were passed over because their box is not the one that the cutoff was given for.
+    /// The number of samples skipped because their box differs from that of the constructor.
     pub fn passed_over(&self) -> u64 {
         self.passed_over
     }
@@ -141,7 +144,7 @@ impl Observer for PairDistribution {
         let cutoff_squared = self.cutoff * self.cutoff;
         let sides = self.bounds.sides();
         neighbourhoods.for_each_pair(|displacement| {
-            // The nearest image of a place in the box: one side on or back if that is nearer.
+            // Minimum image: a component of the distance is at most half a side.
             let apart = displacement.abs();
             let squared = apart.min(sides - apart).length_squared();
             if squared < cutoff_squared {
@@ -158,17 +161,18 @@ struct Member {
     is_in: [bool; 2],
 }
 
-/// Bodies sorted into cells no narrower than the cutoff, so that only neighbouring cells are asked.
+/// A cell list of the bodies. Cells are no narrower than the cutoff, so that only neighbouring
+/// cells are searched.
 struct Neighbourhoods {
     members: Vec<Member>,
     cells: [usize; 2],
-    /// Where the members of each cell begin; one more entry than cells.
+    /// The index of the first member of each cell; one more entry than cells.
     begins: Vec<usize>,
 }
 
 impl Neighbourhoods {
     fn new(mut members: Vec<Member>, bounds: &PeriodicBox, cutoff: f64) -> Self {
-        // Not many more cells than bodies, however short the cutoff.
+        // Not many more cells than bodies, even for a short cutoff.
         let most = (members.len() as f64).sqrt().ceil().max(1.0);
         let cells = (bounds.sides() / cutoff).floor().clamp(DVec2::ONE, DVec2::splat(most));
         let per_side = [cells.x as usize, cells.y as usize];
@@ -188,12 +192,13 @@ impl Neighbourhoods {
         Self { members, cells: per_side, begins }
     }
 
-    /// Tells `f` the displacement within the box of each ordered pair of the two groups in neighbouring cells.
+    /// Calls `f` with the displacement within the box of each ordered pair of the two groups in
+    /// neighbouring cells.
     fn for_each_pair(&self, mut f: impl FnMut(DVec2)) {
         let [columns, rows] = self.cells;
         for cell in 0..columns * rows {
             let [x, y] = [cell % columns, cell / columns];
-            // With one or two cells a side, each is asked once.
+            // With one or two cells along a side, each is visited once.
             let near =
                 |at: usize, cells: usize| (0..cells.min(3)).map(move |step| (at + cells - 1 + step) % cells);
             for other in near(y, rows).flat_map(|y| near(x, columns).map(move |x| x + y * columns)) {

@@ -1,5 +1,5 @@
-//! A picture of the system at a sample, as SVG: every atom a circle, coloured by kind, every wall a line, also where they
-//! reach across a border.
+//! A picture of the system as SVG: every atom a circle, coloured by kind, every wall a line, with
+//! all periodic images that reach into the box.
 
 use std::fmt::Write;
 
@@ -9,23 +9,24 @@ use glam::DVec2;
 
 use crate::{coarse_atoms::drawn_circles, kinds::kinds};
 
-/// Colours that colour-blind readers tell apart (Okabe & Ito 2008); fixed bodies are grey.
+/// Colours that colour-blind readers can distinguish (Okabe & Ito 2008); fixed bodies are grey.
 const COLOURS: [&str; 7] = ["#d55e00", "#0072b2", "#56b4e9", "#009e73", "#cc79a7", "#e69f00", "#f0e442"];
 const FIXED: &str = "#4d4d4d";
-/// Walls without thickness are drawn this wide, in pixels.
+/// Line width of walls without thickness, in pixels.
 const THINNEST: f64 = 1.5;
 
-/// The system as one SVG document whose longer side is `size` pixels; y points upwards.
+/// Returns the system as an SVG document whose longer side is `size` pixels; y points upwards.
 ///
-/// Each atom is drawn with its centre in the box, and again for each periodic image that reaches into it. Bodies of one
-/// kind (tags, number of atoms, size, mass) share a colour and a group, titled with their tags. A
-/// molecule of very many atoms is drawn coarsely (see [`drawn_circles`](crate::drawn_circles())).
+/// Each atom is drawn with its centre in the box, and again for each periodic image that reaches
+/// into it. Bodies of one kind (tags, number of atoms, size, mass) share a colour and a group,
+/// whose title lists their tags. A molecule of very many atoms is drawn
+/// coarsely (see [`drawn_circles`](crate::drawn_circles())).
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
 /// use carom_observers::picture;
 ///
-/// // A disc across the left border is seen at the right one too.
+/// // A disc across the left border also appears at the right border.
 /// let scene = Scene::from_toml("[[bumper]]\nradius = 0.1\nat = [0.05, 0.5]")?;
 /// let simulation = Simulation::new(&scene)?;
 /// assert_eq!(picture(&simulation.view(), 400).matches("<circle").count(), 2);
@@ -37,9 +38,11 @@ pub fn picture(view: &View<'_>, size: u32) -> String {
     draw(view, Window { low: DVec2::ZERO, high: sides }, f64::from(size.max(1)) / sides.max_element())
 }
 
-/// A square part of the system, of side `side` (length) around `centre`, as one SVG document of `size` pixels each way.
+/// Returns a square part of the system, of side `side` (length) around `centre`, as an SVG document
+/// of `size` × `size` pixels.
 ///
-/// A side that is not positive, or longer than the box, is that of the shorter side of the box.
+/// A side that is not positive, or longer than the shorter side of the box, is replaced by the
+/// latter.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -48,9 +51,9 @@ pub fn picture(view: &View<'_>, size: u32) -> String {
 ///
 /// let scene = Scene::from_toml("[[bumper]]\nradius = 0.1\nat = [0.05, 0.5]\n[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]")?;
 /// let simulation = Simulation::new(&scene)?;
-/// // Around the corner of the box, nothing but the border itself.
+/// // Around the corner of the box there is no circle.
 /// assert_eq!(close_up(&simulation.view(), DVec2::ZERO, 0.5, 200).matches("<circle").count(), 0);
-/// // Beside the border, that across it.
+/// // Near the border the disc across it appears.
 /// assert_eq!(close_up(&simulation.view(), DVec2::new(0.98, 0.5), 0.2, 200).matches("<circle").count(), 1);
 /// # Ok::<(), carom_engine::SceneError>(())
 /// ```
@@ -61,7 +64,7 @@ pub fn close_up(view: &View<'_>, centre: DVec2, side: f64, size: u32) -> String 
     draw(view, Window { low, high }, f64::from(size.max(1)) / side)
 }
 
-/// The part of the plane that is seen, between two corners.
+/// The visible part of the plane, between two corners.
 #[derive(Clone, Copy)]
 struct Window {
     low: DVec2,
@@ -69,7 +72,8 @@ struct Window {
 }
 
 impl Window {
-    /// The images of what lies between two corners that can reach into the window: by how many boxes each is shifted.
+    /// The images, as shifts in boxes, of an object between two corners that can reach into the
+    /// window.
     fn images(self, low: DVec2, high: DVec2, sides: DVec2) -> impl Iterator<Item = [i64; 2]> {
         let (first, last) = (((self.low - high) / sides).ceil(), ((self.high - low) / sides).floor());
         (first.y as i64..=last.y as i64)
@@ -128,8 +132,8 @@ fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
     svg
 }
 
-/// The colour in which a body is drawn, as CSS writes it: grey if it is fixed, otherwise that of its kind, as
-/// [`kinds`](crate::kinds()) numbers them.
+/// The colour of a body in CSS notation: grey if it is fixed, otherwise the colour of its kind in
+/// the numbering of [`kinds`](crate::kinds()).
 pub fn colour(body: &Body, kind: usize) -> &'static str {
     if body.is_fixed() { FIXED } else { COLOURS[kind % COLOURS.len()] }
 }
@@ -147,7 +151,7 @@ fn open_group(view: &View<'_>, body: &Body, kind: usize) -> String {
     format!("<g fill=\"{colour}\" stroke=\"black\" stroke-width=\"0.3\"><title>{title}</title>")
 }
 
-/// The places at which a circle is seen in the window.
+/// The positions of the images of a circle that are visible in the window.
 fn images(centre: DVec2, radius: f64, window: Window, bounds: PeriodicBox) -> impl Iterator<Item = DVec2> {
     let images = window.images(centre - radius, centre + radius, bounds.sides());
     images.map(move |image| centre + bounds.shift(image)).filter(move |&place| {
@@ -156,7 +160,7 @@ fn images(centre: DVec2, radius: f64, window: Window, bounds: PeriodicBox) -> im
     })
 }
 
-/// The places at which a wall is seen in the window.
+/// The end points of the images of a wall that are visible in the window.
 fn images_of_wall(
     ends: [DVec2; 2],
     radius: f64,
@@ -166,7 +170,8 @@ fn images_of_wall(
     let (low, high) = (ends[0].min(ends[1]) - radius, ends[0].max(ends[1]) + radius);
     window.images(low, high, bounds.sides()).filter_map(move |image| {
         let shift = bounds.shift(image);
-        // What only ends at the border is not seen on the other side; what runs along it is.
+        // A wall that only ends at the border is not drawn on the other side; a wall along the
+        // border is.
         let is_seen = (0..2).all(|axis| {
             let (from, to) = (low[axis] + shift[axis], high[axis] + shift[axis]);
             let (first, last) = (window.low[axis], window.high[axis]);
@@ -176,7 +181,7 @@ fn images_of_wall(
     })
 }
 
-/// Text that may stand in XML, whatever a tag is called.
+/// Escapes arbitrary text for XML.
 fn escaped(text: &str) -> String {
     let plain: String = text.chars().filter(|character| !character.is_control()).collect();
     plain.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")

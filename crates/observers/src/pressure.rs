@@ -1,13 +1,14 @@
-//! Pressure from the virial of the contacts, with no force law and no wall (mass / time²).
+//! Pressure from the virial of the contacts, without a force law or a wall (mass / time²).
 //!
-//! p A = N kT + W with W = (1 / 2t) Σ r·J: N bodies that move, kT their temperature relative to the
-//! centre of mass, r from the first body's centre of mass to the second's (of the image that was
-//! touched), J the impulse on the second (virial theorem in two dimensions; Allen & Tildesley 2017,
-//! section 2.4). This is the pressure of the canonical ensemble at any N: β p A = N + W / kT, for two
-//! discs 2 + πσ²/(A − πσ²) exactly. For many hard discs at equilibrium it is N (1 + 2 η χ).
+//! p A = N kT + W with W = (1 / 2t) Σ r·J: N moving bodies, kT their temperature relative to the
+//! centre of mass, r from the first body's centre of mass to that of the touched image of the
+//! second, J the impulse on the second (virial theorem in two dimensions; Allen & Tildesley 2017,
+//! section 2.4). This is the pressure of the canonical ensemble at any N: β p A = N + W / kT, for
+//! two discs 2 + πσ²/(A − πσ²) exactly. For many hard discs at equilibrium it is N (1 + 2 η χ).
 //!
-//! The momentum flux (K + W) / A, with K the translational energy relative to the centre of mass, is
-//! smaller by kT / A, because momentum conservation takes 2 of the 2N degrees of freedom from K.
+//! The momentum flux (K + W) / A, with K the translational energy relative to the centre of mass,
+//! is smaller by kT / A, because momentum conservation removes 2 of the 2N degrees of freedom from
+//! K.
 
 use carom_engine::{CollisionReport, Observer, View};
 use carom_geometry::PeriodicBox;
@@ -18,8 +19,8 @@ use crate::mean::mean_and_standard_error;
 
 /// Pressure in each interval between samples.
 ///
-/// Fixed bodies take part: with them it is the pressure against a change of the box in which their places go with
-/// it and their sizes stay.
+/// Fixed bodies are included: the pressure is then that against a change of the box that moves
+/// their positions with it and keeps their sizes.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -44,7 +45,7 @@ pub struct Pressure {
     series: Vec<PressurePoint>,
 }
 
-/// The interval that is still open.
+/// The open interval.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Interval {
     began: EpochTime,
@@ -60,13 +61,13 @@ struct Interval {
 pub struct PressurePoint {
     /// Time of the sample.
     pub time: f64,
-    /// Pressure of an ideal gas, N kT / A, with kT the mean of its values at both ends (mass / time²);
-    /// 0 if there is no temperature, as of a single disc with conserved momentum.
+    /// Pressure of an ideal gas, N kT / A, with kT the mean of its values at both ends (mass /
+    /// time²); 0 if there is no temperature, as for a single disc with conserved momentum.
     pub ideal: f64,
-    /// Share of the motion in the momentum flux, K / A, with K the mean of its values at both ends
-    /// (mass / time²).
+    /// Kinetic part of the momentum flux, K / A, with K the mean of its values at both ends (mass /
+    /// time²).
     pub kinetic: f64,
-    /// Share of the contacts, Σ r·J / (2 t A) (mass / time²).
+    /// Contribution of the contacts, Σ r·J / (2 t A) (mass / time²).
     pub virial: f64,
 }
 
@@ -89,21 +90,23 @@ impl PressurePoint {
 }
 
 impl Pressure {
-    /// The intervals so far. The first begins at `start`, or at the first sample without one; an interval of no
-    /// length is left out.
+    /// The intervals so far. The first begins at `start`, or at the first sample without one.
+    /// Intervals of length 0 are omitted.
     pub fn series(&self) -> &[PressurePoint] {
         &self.series
     }
 
-    /// Mean pressure over the intervals and its standard error (mass / time²); `None` with fewer than two.
+    /// Mean pressure over the intervals and its standard error (mass / time²); `None` with fewer
+    /// than two.
     ///
-    /// Meant for intervals of one length, each long against the time between two collisions of a body.
+    /// The error holds for intervals of equal length, each long against the time between two
+    /// collisions of a body.
     pub fn mean(&self) -> Option<(f64, f64)> {
         mean_and_standard_error(self.series.iter().map(PressurePoint::pressure))
     }
 
-    /// Mean of β p A / N over the intervals and its standard error; `None` with fewer than two, or if
-    /// one of them has no temperature.
+    /// Mean of β p A / N over the intervals and its standard error; `None` with fewer than two, or
+    /// if one of them has no temperature.
     pub fn compressibility_factor(&self) -> Option<(f64, f64)> {
         let factors: Option<Vec<f64>> =
             self.series.iter().map(PressurePoint::compressibility_factor).collect();
@@ -142,7 +145,8 @@ impl Observer for Pressure {
     }
 }
 
-/// N kT and the translational energy K, both relative to the centre of mass (mass × length² / time²).
+/// N kT and the translational energy K, both relative to the centre of mass (mass × length² /
+/// time²).
 fn thermal(view: &View<'_>) -> [f64; 2] {
     let thermal = view.centre_of_mass_frame().thermal(view.bodies());
     [thermal.bodies as f64 * thermal.temperature().unwrap_or(0.0), thermal.translation]

@@ -1,7 +1,9 @@
-//! How hard a body is hit along one of its own axes: a histogram of Δp·x′ (Montanari 2017, section 3.2, item 2).
+//! Components of the impulses on a body along one of its own axes (Montanari 2017, section 3.2,
+//! item 2).
 //!
-//! With J the impulse on the body (mass × length / time) and θ its orientation at contact, a contact counts at the
-//! x′ or y′ component of R(−θ) J. Bin k of n holds [−w + 2wk/n, −w + 2w(k+1)/n), w being the half-width.
+//! J is the impulse on the body (mass × length / time) and θ its orientation at contact. Each
+//! contact counts with the x′ or y′ component of R(−θ) J. Bin k of n covers [−w + 2wk/n, −w +
+//! 2w(k+1)/n), w being the half-width.
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer};
 use carom_geometry::{GeometryError, check_positive};
@@ -18,7 +20,7 @@ pub enum Axis {
     Y,
 }
 
-/// Counts the components of the impulses on one body along one of its axes.
+/// A histogram of the components of the impulses on one body along one of its axes.
 ///
 /// ```
 /// use carom_engine::BodyKey;
@@ -39,8 +41,8 @@ pub struct ProjectionHistogram {
 }
 
 impl ProjectionHistogram {
-    /// An empty histogram from −`half_width` to `half_width` (mass × length / time), with at least one bin:
-    /// `bins` = 0 is taken as 1.
+    /// An empty histogram from −`half_width` to `half_width` (mass × length / time), with at least
+    /// one bin: `bins` = 0 is taken as 1.
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if the half-width is not positive and finite.
@@ -50,7 +52,7 @@ impl ProjectionHistogram {
         Ok(Self { body, axis, components, sum: 0.0, sum_of_squares: 0.0 })
     }
 
-    /// The components, one for each contact (mass × length / time).
+    /// The histogram of the components, one entry for each contact (mass × length / time).
     pub fn components(&self) -> &Histogram {
         &self.components
     }
@@ -60,12 +62,13 @@ impl ProjectionHistogram {
         self.components.total()
     }
 
-    /// Mean of all components, those beyond the bins included (mass × length / time); `None` without contacts.
+    /// Mean of all components, including those outside the bins (mass × length / time); `None`
+    /// without contacts.
     pub fn mean(&self) -> Option<f64> {
         (self.hits() > 0).then(|| self.sum / self.hits() as f64)
     }
 
-    /// Mean of their squares (mass² × length² / time²); `None` without contacts.
+    /// Mean square of all components (mass² × length² / time²); `None` without contacts.
     pub fn mean_square(&self) -> Option<f64> {
         (self.hits() > 0).then(|| self.sum_of_squares / self.hits() as f64)
     }

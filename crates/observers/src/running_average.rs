@@ -1,8 +1,9 @@
-//! Mean force on a body and its mean velocity, in its own frame, as they settle (Montanari 2017, section 3.2,
-//! item 3).
+//! Running averages of the force on a body and of its velocity, in its own frame (Montanari 2017,
+//! section 3.2, item 3).
 //!
-//! With J the impulses on the body since t₀ and θ its orientation at each: F′(t) = Σ R(−θ) J / (t − t₀)
-//! (mass × length / time²), and v̄′(t) is the mean of R(−θ) v over the samples so far (length / time).
+//! J are the impulses on the body since t₀ and θ its orientation at each. F′(t) = Σ R(−θ) J / (t −
+//! t₀) (mass × length / time²), and v̄′(t) is the mean of R(−θ) v over the samples so far (length /
+//! time).
 
 use carom_engine::{Body, BodyKey, CollisionReport, Observer, View};
 use carom_kinematics::EpochTime;
@@ -11,9 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::body_frame::in_body_frame;
 
-/// Running averages of what pushes one body and of how it moves, in its frame (x′, y′).
+/// Running averages of the force on one body and of its velocity, in its frame (x′, y′).
 ///
-/// They begin at the first `start`; a later one, after an edit, changes nothing.
+/// They begin at the first `start`. A later `start`, after an edit, changes nothing.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -46,20 +47,20 @@ pub struct RunningAverage {
 pub struct RunningPoint {
     /// Time of the sample.
     pub time: f64,
-    /// Sum of all Δp in the body's frame, divided by the time since the start: the mean force
-    /// (mass × length / time²); 0 before any time has passed.
+    /// Sum of all Δp in the body's frame, divided by the time since the start: the mean force (mass
+    /// × length / time²); 0 before any time has passed.
     pub momentum: DVec2,
     /// Mean over the samples of the velocity in the body's frame (length / time).
     pub velocity: DVec2,
 }
 
 impl RunningAverage {
-    /// Averages for one body, still empty.
+    /// Empty averages for one body.
     pub fn new(body: BodyKey) -> Self {
         Self { body, began: None, momentum: DVec2::ZERO, velocity: DVec2::ZERO, series: Vec::new() }
     }
 
-    /// The body watched.
+    /// The observed body.
     pub fn body(&self) -> BodyKey {
         self.body
     }

@@ -1,4 +1,4 @@
-//! Subscriptions: closures that are told of events of one kind, chosen by tag at run time (Montanari 2017, section
+//! Closures that receive events of one kind, selected by tag at run time (Montanari 2017, section
 //! 2.1.3).
 
 use std::fmt;
@@ -9,25 +9,25 @@ use slotmap::SlotMap;
 use crate::TagFilter;
 
 slotmap::new_key_type! {
-    /// Handle of a subscription; never used again once that has ended.
+    /// Handle of a subscription; never reused after the subscription ends.
     pub struct SubscriptionKey;
 }
 
-/// What kind of event a subscription is told of.
+/// The kind of event that a subscription receives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum EventKind {
-    /// A contact of two bodies that move.
+    /// A contact of two moving bodies.
     Collision,
-    /// A contact of a body that moves with a fixed one.
+    /// A contact of a moving body with a fixed one.
     #[doc(alias = "bumper")]
     FixedCollision,
-    /// The system stands by.
+    /// A sample of the system.
     Sample,
 }
 
-/// Closures that watch a run; each can come and go while it lasts.
+/// Closures that observe a run; each can be added and removed during the run.
 ///
-/// For what is known beforehand a tuple of observers is faster.
+/// For observers fixed in advance a tuple is faster.
 ///
 /// ```
 /// use std::{cell::Cell, rc::Rc};
@@ -84,7 +84,7 @@ impl Subscription {
         }
     }
 
-    /// Whether it is told of collisions of these two.
+    /// Whether the subscription receives collisions of these two bodies.
     fn wants(&self, bodies: [&Body; 2]) -> bool {
         let with_fixed = bodies.iter().any(|body| body.is_fixed());
         match self {
@@ -96,8 +96,8 @@ impl Subscription {
 }
 
 impl Subscriptions {
-    /// From now on `f` is told of the contacts of bodies that move ([`EventKind::Collision`]), if their tags pass
-    /// the filter.
+    /// Calls `f` with all further contacts of moving bodies ([`EventKind::Collision`]) whose tags
+    /// pass the filter.
     pub fn subscribe_collisions(
         &mut self,
         filter: TagFilter,
@@ -106,8 +106,8 @@ impl Subscriptions {
         self.list.insert(Subscription::Collision(filter, Box::new(f)))
     }
 
-    /// From now on `f` is told of the contacts with fixed bodies ([`EventKind::FixedCollision`]), if the tags of
-    /// the two pass the filter.
+    /// Calls `f` with all further contacts with fixed bodies ([`EventKind::FixedCollision`]) if the
+    /// tags of the two bodies pass the filter.
     pub fn subscribe_fixed_collisions(
         &mut self,
         filter: TagFilter,
@@ -116,28 +116,28 @@ impl Subscriptions {
         self.list.insert(Subscription::FixedCollision(filter, Box::new(f)))
     }
 
-    /// From now on `f` is told of the samples ([`EventKind::Sample`]); [`View::tagged`] gives it the bodies of a
-    /// tag.
+    /// Calls `f` with all further samples ([`EventKind::Sample`]); [`View::tagged`] selects the
+    /// bodies of a tag.
     pub fn subscribe_samples(&mut self, f: impl FnMut(&View<'_>) + 'static) -> SubscriptionKey {
         self.list.insert(Subscription::Sample(Box::new(f)))
     }
 
-    /// Ends a subscription; `false` if it had ended already.
+    /// Ends a subscription; returns `false` if it had ended already.
     pub fn unsubscribe(&mut self, key: SubscriptionKey) -> bool {
         self.list.remove(key).is_some()
     }
 
-    /// What a subscription is told of; `None` if it has ended.
+    /// The kind of event that a subscription receives; `None` if it has ended.
     pub fn kind(&self, key: SubscriptionKey) -> Option<EventKind> {
         self.list.get(key).map(Subscription::kind)
     }
 
-    /// How many subscriptions there are.
+    /// The number of subscriptions.
     pub fn len(&self) -> usize {
         self.list.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no subscriptions.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }

@@ -1,22 +1,22 @@
-//! Which collisions are wanted, by the tags of the two bodies.
+//! A filter of collisions by the tags of the two bodies.
 
 use carom_engine::{Body, Tag};
 use serde::{Deserialize, Serialize};
 
-/// Which collisions are wanted. A body with several tags counts for each of them.
+/// A filter of collisions. A body with several tags matches each of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum TagFilter {
-    /// All.
+    /// All collisions.
     #[default]
     Any,
-    /// Those in which at least one of the bodies carries the tag.
+    /// Collisions with at least one body that has the tag.
     One(Tag),
-    /// Those in which one body carries the first tag and the other the second, whichever way round.
+    /// Collisions in which one body has the first tag and the other the second, in either order.
     Pair(Tag, Tag),
 }
 
 impl TagFilter {
-    /// Whether a collision of these two is wanted.
+    /// Whether a collision of these two bodies passes the filter.
     pub fn matches(&self, [a, b]: [&Body; 2]) -> bool {
         match *self {
             Self::Any => true,

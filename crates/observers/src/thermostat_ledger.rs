@@ -1,17 +1,19 @@
-//! The books of a thermostat: energy put in by resets and lost in contacts, from sample to sample.
+//! The energy balance of a thermostat: energy put in by resets and lost in contacts, from sample to
+//! sample.
 //!
-//! E(t) − E(0) = Σ (work of resets) − Σ ½ (1 − e²) μ u² (mass × length² / time²), u being the speed of approach of a
-//! contact and μ its reduced mass; the power of each is its change in an interval divided by the length of that.
+//! E(t) − E(0) = Σ (work of resets) − Σ ½ (1 − e²) μ u² (mass × length² / time²), u being the speed
+//! of approach of a contact and μ its reduced mass. The power of each is its change in an interval
+//! divided by the duration of the interval.
 
 use carom_engine::{Body, Observer, View};
 use carom_kinematics::EpochTime;
 use serde::{Deserialize, Serialize};
 
-/// Energy put in and lost in each interval between samples, and in all.
+/// Energy put in and lost in each interval between samples, and in total.
 ///
-/// What is edited at a sample counts for the interval that begins when [`Observer::sample`] is called before the edit,
-/// and for the one that ends when it is called after it. An interval of no length is kept: a sample between a reset of
-/// the hot bodies and one of the cold ones books the two apart.
+/// An edit at a sample counts for the following interval if [`Observer::sample`] is called before
+/// the edit, and for the preceding one if it is called after the edit. Intervals of length 0 are
+/// kept: a sample between a reset of hot bodies and one of cold bodies separates their energies.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -29,7 +31,7 @@ use serde::{Deserialize, Serialize};
 ///     simulation.reset_energy_of_tag(gas, 1.0)?;
 ///     ledger.sample(&simulation.view());
 /// }
-/// // What the inelastic contacts take the resets give back.
+/// // The resets replace the energy lost in inelastic contacts.
 /// let power = ledger.mean_power().expect("time has passed");
 /// assert!(power > 0.0 && (ledger.total_lost() - power * 1.0).abs() < 1e-10);
 /// assert!(ledger.imbalance() < 1e-13);
@@ -38,7 +40,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[doc(alias = "heat")]
 pub struct ThermostatLedger {
-    /// The books at the first sample and at the last one.
+    /// The totals at the first and at the last sample.
     books: Option<[Books; 2]>,
     series: Vec<ThermostatPoint>,
 }
@@ -48,29 +50,30 @@ pub struct ThermostatLedger {
 pub struct ThermostatPoint {
     /// Time of the sample.
     pub time: f64,
-    /// Length of the interval (time).
+    /// Duration of the interval (time).
     pub duration: f64,
-    /// Energy put in by edits, less what they took out (mass × length² / time²).
+    /// Energy put in by edits, less energy removed by edits (mass × length² / time²).
     pub put_in: f64,
-    /// Energy lost in contacts, less what superelastic ones gave (mass × length² / time²).
+    /// Energy lost in contacts, less the gain in superelastic contacts (mass × length² / time²).
     pub lost: f64,
     /// Kinetic energy at the sample (mass × length² / time²).
     pub energy: f64,
 }
 
 impl ThermostatPoint {
-    /// Energy put in per time (mass × length² / time³); `None` for an interval of no length.
+    /// Energy put in per time (mass × length² / time³); `None` for an interval of length 0.
     pub fn power(&self) -> Option<f64> {
         (self.duration > 0.0).then(|| self.put_in / self.duration)
     }
 
-    /// Energy lost in contacts per time (mass × length² / time³); `None` for an interval of no length.
+    /// Energy lost in contacts per time (mass × length² / time³); `None` for an interval of length
+    /// 0.
     pub fn dissipation(&self) -> Option<f64> {
         (self.duration > 0.0).then(|| self.lost / self.duration)
     }
 }
 
-/// What the books say at a sample_interval: totals since the system was built.
+/// The totals at one sample, since the system was built.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Books {
     time: EpochTime,
@@ -95,13 +98,15 @@ impl ThermostatLedger {
         self.since_first(|books| books.lost)
     }
 
-    /// Energy put in per time since the first sample (mass × length² / time³); `None` before any time has passed.
+    /// Energy put in per time since the first sample (mass × length² / time³); `None` before any
+    /// time has passed.
     pub fn mean_power(&self) -> Option<f64> {
         let duration: f64 = self.series.iter().map(|point| point.duration).sum();
         (duration > 0.0).then(|| self.total_put_in() / duration)
     }
 
-    /// Largest |E − E(first) − put in + lost| over the samples, relative to the largest energy seen; 0 if that is 0.
+    /// Largest |E − E(first) − put in + lost| over the samples, relative to the largest energy; 0
+    /// if that is 0.
     pub fn imbalance(&self) -> f64 {
         let Some([first, _]) = self.books else { return 0.0 };
         let (mut booked, mut worst, mut largest) = (first.energy, 0.0f64, first.energy);

@@ -1,10 +1,12 @@
-//! How a body forgets where it was and how it moved: mean squared displacement and velocity autocorrelation.
+//! Mean squared displacement and velocity autocorrelation of the bodies.
 //!
-//! ⟨|x(t₀ + t) − x(t₀)|²⟩ (length²), x without periodic jumps, and ⟨v(t₀ + t)·v(t₀)⟩ (length² / time²), over bodies and
-//! over origins t₀. In a dense gas of equal discs −d ln C/dt at t = 0 is the collision rate Γ, and C ≈ C(0) exp(−Γt)
-//! (Enskog's theory in two dimensions); D(t) = ¼ d⟨|Δx|²⟩/dt does not settle, since the tail of C falls as 1/t (Alder &
-//! Wainwright 1970). Lags are 1, 2, …, 9, 10, 20, …, 90, 100, … spacings: level k keeps the last nine samples taken every
-//! 10ᵏ samples (after Frenkel & Smit 2002, section 4.4.2), so that memory grows with the logarithm of the longest lag.
+//! ⟨|x(t₀ + t) − x(t₀)|²⟩ (length²), x without periodic jumps, and ⟨v(t₀ + t)·v(t₀)⟩ (length² /
+//! time²), over bodies and origins t₀. In a dense gas of equal discs −d ln C/dt at t = 0 is the
+//! collision rate Γ, and C ≈ C(0) exp(−Γt) (Enskog's theory in two dimensions). D(t) = ¼
+//! d⟨|Δx|²⟩/dt has no limit, since the tail of C falls as 1/t (Alder & Wainwright 1970). Lags are
+//! 1, 2, …, 9, 10, 20, …, 90, 100, … spacings: level k keeps the last nine samples taken every 10ᵏ
+//! samples (after Frenkel & Smit 2002, section 4.4.2), so that memory grows with the logarithm of
+//! the longest lag.
 
 use std::collections::VecDeque;
 
@@ -16,28 +18,28 @@ use serde::{Deserialize, Serialize};
 
 use crate::Group;
 
-/// Each level samples so many times more rarely than the one before it.
+/// The ratio of the sampling intervals of successive levels.
 const RATIO: u64 = 10;
 
-/// More spacings than this are in no run: 10¹⁸.
+/// A limit on the number of spacings, larger than in any run: 10¹⁸.
 const MOST_SPACINGS: u64 = RATIO.pow(18);
 
-/// By how much an interval may differ from the spacing, relative to it; the lags are as exact as this.
+/// The largest relative deviation of an interval from the spacing, and so the accuracy of the lags.
 const EVENNESS: f64 = 1e-6;
 
-/// Mean squared displacement and velocity autocorrelation of the bodies that move.
+/// Mean squared displacement and velocity autocorrelation of the moving bodies.
 ///
-/// Places and velocities are relative to the centre of mass along each axis on which momentum is
+/// Positions and velocities are relative to the centre of mass along each axis on which momentum is
 /// conserved (see [`CentreOfMassFrame`](carom_engine::CentreOfMassFrame)). After an edit at a
 /// sample call `start`, so that the frame moves on with its new velocity.
 ///
-/// Samples must be one spacing apart. A body is followed for as long as it is there and belongs to the group.
+/// Samples must be one spacing apart. A body contributes while it exists and belongs to the group.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
 /// use carom_observers::{Group, TimeCorrelation};
 ///
-/// // A disc flies straight on, ten times round the box. The bumper is a frame of rest.
+/// // A disc moves in a straight line, ten times through the box. The bumper fixes the frame.
 /// let disc = r#"
 ///     [[molecule]]
 ///     atoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]
@@ -66,10 +68,10 @@ const EVENNESS: f64 = 1e-6;
 pub struct TimeCorrelation {
     group: Group,
     spacing: f64,
-    /// When the last sample was taken.
+    /// The time of the last sample taken.
     last: Option<EpochTime>,
     frame: MovingFrame,
-    /// How many samples have been taken since the last gap.
+    /// The number of samples taken since the last gap.
     taken: u64,
     uneven: u64,
     at_zero: LagSum,
@@ -81,22 +83,23 @@ pub struct TimeCorrelation {
 pub struct CorrelationPoint {
     /// The lag t (time).
     pub lag: f64,
-    /// How many pairs of one body at t₀ and at t₀ + t; they are not independent of each other.
+    /// The number of pairs of one body at t₀ and at t₀ + t; they are not independent of each other.
     pub pairs: u64,
     /// ⟨|x(t₀ + t) − x(t₀)|²⟩ (length²).
     #[doc(alias = "MSD")]
     pub mean_square_displacement: f64,
-    /// ⟨v(t₀ + t)·v(t₀)⟩ (length² / time²); that of lag 0 is ⟨v²⟩.
+    /// ⟨v(t₀ + t)·v(t₀)⟩ (length² / time²); ⟨v²⟩ at lag 0.
     #[doc(alias = "VACF")]
     pub autocorrelation: f64,
 }
 
-/// How far the frame of the centre of mass has gone, by its velocity from one sample to the next.
+/// The displacement of the frame of the centre of mass, integrated from its velocity between
+/// samples.
 ///
-/// Its place Σ m x / M would jump whenever a body is added or removed.
+/// The position Σ m x / M would jump when a body is added or removed.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct MovingFrame {
-    /// Since when it has had its velocity; `None` before the first sample.
+    /// The time from which the velocity is valid; `None` before the first sample.
     since: Option<EpochTime>,
     velocity: DVec2,
     displacement: DVec2,
@@ -110,7 +113,8 @@ struct Sample {
     velocity: DVec2,
 }
 
-/// Samples every `stride` samples, the latest first, and the sums for the lags 1, 2, … strides.
+/// The samples taken every `stride` samples, the latest first, and the sums for the lags of 1, 2, …
+/// strides.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Level {
     stride: u64,
@@ -126,8 +130,8 @@ struct LagSum {
 }
 
 impl TimeCorrelation {
-    /// Correlations up to the lag `longest` (time) of samples that are `spacing` (time) apart; a `longest` below one
-    /// spacing is taken as one.
+    /// Correlations up to the lag `longest` (time) of samples that are `spacing` (time) apart; a
+    /// `longest` below one spacing is taken as one spacing.
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if `spacing` or `longest` is not positive and finite.
@@ -154,7 +158,8 @@ impl TimeCorrelation {
         })
     }
 
-    /// The averages so far in ascending order of lag, from lag 0 on; lags without pairs are left out.
+    /// The averages so far in ascending order of lag, from lag 0 on; lags without pairs are
+    /// omitted.
     pub fn points(&self) -> Vec<CorrelationPoint> {
         let lags = self.levels.iter().flat_map(|level| {
             let strides = 1..;
@@ -167,15 +172,16 @@ impl TimeCorrelation {
             .collect()
     }
 
-    /// How many samples were not one spacing after the sample before them, to one part in a million.
+    /// The number of samples that were not one spacing after the previous sample, to one part in a
+    /// million.
     ///
-    /// One that comes sooner is passed over. After one that comes later no lag reaches back across the gap; what was
-    /// averaged before it stays.
+    /// An early sample is skipped. After a late sample no lag crosses the gap; earlier averages are
+    /// kept.
     pub fn uneven(&self) -> u64 {
         self.uneven
     }
 
-    /// Whether to take a sample now; forgets the samples before a gap.
+    /// Whether to take a sample now; clears the samples before a gap.
     fn is_due(&mut self, time: EpochTime) -> bool {
         let Some(last) = self.last else { return true };
         let late = time.since(last) - self.spacing;
@@ -225,8 +231,8 @@ impl Observer for TimeCorrelation {
 }
 
 impl MovingFrame {
-    /// Goes on to the time of the view. The velocity until then is that of the last view: only an
-    /// edit, which takes no time, changes it.
+    /// Advances to the time of the view. The velocity until then is that of the last view, because
+    /// only an edit, which takes no time, changes it.
     fn follow(&mut self, view: &View<'_>) {
         if let Some(since) = self.since {
             self.displacement += view.time().since(since) * self.velocity;
@@ -241,7 +247,7 @@ impl Level {
         for (sum, past) in self.sums.iter_mut().zip(&self.past) {
             sum.add(past, now);
         }
-        // The memory of the oldest sample is used again.
+        // Reuses the memory of the oldest sample.
         let mut sample =
             if self.past.len() == self.sums.len() { self.past.pop_back() } else { None }.unwrap_or_default();
         sample.clear();
@@ -251,7 +257,7 @@ impl Level {
 }
 
 impl LagSum {
-    /// Adds the bodies that are in both samples; each is in ascending order of number.
+    /// Adds the bodies that are in both samples; each sample is in ascending order of number.
     fn add(&mut self, past: &[Sample], now: &[Sample]) {
         let mut rest = past.iter().peekable();
         for sample in now {

@@ -1,8 +1,9 @@
-//! How velocities are distributed: histograms of components and speeds, ⟨v⁴⟩/⟨v²⟩², and Boltzmann's H of a component.
+//! Histograms of velocity components and speeds, ⟨v⁴⟩/⟨v²⟩², and Boltzmann's H of a component.
 //!
-//! At equilibrium a component is Gaussian of variance kT/m and the speed v has the density (m v / kT) exp(−m v² / 2kT),
-//! so that ⟨v⁴⟩/⟨v²⟩² = 2 (Maxwell's distribution in two dimensions). H_x = ∫ f(v_x) ln f(v_x) dv_x, from the bins
-//! Σ p_k ln(p_k / w), falls to −½ ln(2πe kT/m) (Boltzmann 1872). Speeds are length / time; H takes f in their inverse.
+//! At equilibrium a component is Gaussian with variance kT/m and the speed v has the density (m v /
+//! kT) exp(−m v² / 2kT), so that ⟨v⁴⟩/⟨v²⟩² = 2 (Maxwell's distribution in two dimensions). H_x = ∫
+//! f(v_x) ln f(v_x) dv_x, from the bins Σ p_k ln(p_k / w), falls to −½ ln(2πe kT/m) (Boltzmann
+//! 1872). Speeds are in length / time; H takes f in their inverse.
 
 use std::f64::consts::{E, PI};
 
@@ -13,19 +14,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Group, Histogram, mean::mean_and_standard_error};
 
-/// How far bins chosen by the first sample reach, in thermal speeds √(⟨v²⟩/2); of a Maxwellian gas, 1.5 × 10⁻⁸ is
-/// beyond.
+/// The range of bins chosen from the first sample, in thermal speeds √(⟨v²⟩/2); in a Maxwellian gas
+/// a share of 1.5 × 10⁻⁸ lies outside.
 const THERMAL_SPEEDS: f64 = 6.0;
 
-/// Velocities of the bodies that move, over the samples: relative to the centre of mass along each
-/// axis on which momentum is conserved (see
-/// [`CentreOfMassFrame`](carom_engine::CentreOfMassFrame)).
+/// Velocities of the moving bodies over the samples, relative to the centre of mass along each axis
+/// on which momentum is conserved (see [`CentreOfMassFrame`](carom_engine::CentreOfMassFrame)).
 ///
-/// At equilibrium the variance of a component is (1/m − 1/M) kT, M the mass of all bodies that move,
-/// or kT/m along an axis on which momentum is not conserved.
+/// At equilibrium the variance of a component is (1/m − 1/M) kT, with M the mass of all moving
+/// bodies, or kT/m along an axis on which momentum is not conserved.
 ///
-/// For bodies of one mass: choose a tag for each kind. Velocities at samples fewer than some three collisions per body
-/// apart are not independent.
+/// All bodies must have the same mass: use one tag for each kind. Velocities at samples less than
+/// about three collisions per body apart are not independent.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -51,7 +51,7 @@ pub struct VelocityDistribution {
     series: Vec<VelocityPoint>,
 }
 
-/// Histograms with bins of one and the same width.
+/// Histograms with bins of the same width.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Histograms {
     components: [Histogram; 2],
@@ -63,7 +63,7 @@ struct Histograms {
 pub struct VelocityPoint {
     /// Time of the sample.
     pub time: f64,
-    /// How many bodies that can move there are in the group.
+    /// The number of bodies in the group that can move.
     pub bodies: usize,
     /// ⟨v²⟩ (length² / time²).
     pub mean_square: f64,
@@ -71,8 +71,8 @@ pub struct VelocityPoint {
     /// total energy, 2N/(N + 1) if a fixed body breaks the conservation of momentum and 2(N − 1)/N
     /// if nothing does.
     pub kurtosis: f64,
-    /// H_x and H_y from the bins; `None` if no component is in them. Of N bodies it is too high by some K / 2N, K being
-    /// the number of occupied bins.
+    /// H_x and H_y from the bins; `None` if no component lies in them. With N bodies it is too high
+    /// by about K / 2N, K being the number of occupied bins.
     #[doc(alias = "entropy")]
     pub h: Option<DVec2>,
 }
@@ -85,8 +85,8 @@ impl VelocityPoint {
 }
 
 impl VelocityDistribution {
-    /// Histograms up to the speed `largest` (length / time): `bins` for the speeds, and twice as many for each
-    /// component, which has two signs; `bins` = 0 is taken as 1.
+    /// Histograms up to the speed `largest` (length / time): `bins` for the speeds, and twice as
+    /// many for each component, which has two signs; `bins` = 0 is taken as 1.
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if `largest` is not positive and finite.
@@ -97,22 +97,23 @@ impl VelocityDistribution {
         Ok(velocities)
     }
 
-    /// Histograms up to six times √(⟨v²⟩/2) as it is when the group is first seen to move.
+    /// Histograms up to six times √(⟨v²⟩/2) at the first sample in which the group moves.
     pub fn adaptive(group: Group, bins: usize) -> Self {
         Self { group, bins: bins.max(1), histograms: None, series: Vec::new() }
     }
 
-    /// Histograms of the x and y components over all samples (length / time); `None` before their range is known.
+    /// Histograms of the x and y components over all samples (length / time); `None` before their
+    /// range is set.
     pub fn components(&self) -> Option<&[Histogram; 2]> {
         self.histograms.as_ref().map(|histograms| &histograms.components)
     }
 
-    /// Histogram of the speeds over all samples (length / time); `None` before its range is known.
+    /// Histogram of the speeds over all samples (length / time); `None` before its range is set.
     pub fn speeds(&self) -> Option<&Histogram> {
         self.histograms.as_ref().map(|histograms| &histograms.speeds)
     }
 
-    /// The samples so far; those at which nothing moves are left out.
+    /// The samples so far; samples in which nothing moves are omitted.
     pub fn series(&self) -> &[VelocityPoint] {
         &self.series
     }
@@ -135,11 +136,11 @@ impl Observer for VelocityDistribution {
         let velocities: Vec<DVec2> = moving.map(|view| view.motion.velocity - drift).collect();
         let count = velocities.len() as f64;
         let mean_square = velocities.iter().map(|v| v.length_squared()).sum::<f64>() / count;
-        // Of an empty group the mean is NaN.
+        // The mean of an empty group is NaN.
         if mean_square.is_nan() || mean_square == 0.0 {
             return;
         }
-        // Relative to the mean, which neither over- nor underflows.
+        // Relative to the mean square, which neither over- nor underflows.
         let relative = velocities.iter().map(|v| v.length_squared() / mean_square);
         let kurtosis = relative.map(|square| square * square).sum::<f64>() / count;
         let largest = THERMAL_SPEEDS * (0.5 * mean_square).sqrt();
@@ -185,7 +186,7 @@ impl Histograms {
     }
 }
 
-/// Σ p ln(p / w) over the occupied bins, p being their share of all that bins hold.
+/// Σ p ln(p / w) over the occupied bins, with p their share of all counts in the bins.
 fn h_of(histogram: &Histogram) -> Option<f64> {
     let held: u64 = histogram.counts().iter().sum();
     let term = |&count: &u64| {

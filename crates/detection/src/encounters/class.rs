@@ -1,73 +1,75 @@
-//! The classes of encounters: what is easy or hard about each.
+//! The classes of encounters and their difficulties.
 
 use std::{fmt, str::FromStr};
 
 use super::{Encounter, contacts, fast, flights, grazes, random::Draw, walls};
 
-/// A kind of encounter.
+/// A class of encounters.
 ///
-/// As text: `generic`, `graze_1e-8` and so on, see [`Class::ALL`].
+/// Its text form is `generic`, `graze_1e-8` and so on; see [`Class::ALL`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Class {
-    /// Two equal small discs, far apart for their size; some pass by.
+    /// Two equal small discs, far apart for their size; some pass each other.
     DiscT1,
-    /// Molecules of one to five atoms; velocities and spins thermal.
+    /// Molecules of one to five atoms with thermal velocities and angular velocities.
     Generic,
-    /// The same, neither turning.
+    /// As [`Self::Generic`], without rotation.
     ZeroOmega,
-    /// The same, one of them turning.
+    /// As [`Self::Generic`]; one of the molecules turns.
     OneOmega,
-    /// The same, spins a hundred to ten thousand times as large.
+    /// As [`Self::Generic`], with angular velocities 10² to 10⁴ times as large.
     LargeOmega,
-    /// Sizes that differ by up to 10⁶, spins of up to 10⁶ turns while they pass by their size.
+    /// Sizes that differ by up to 10⁶; up to 10⁶ turns while the bodies move by the size of the
+    /// pair.
     ExtremeRatio,
-    /// Up to 10⁶ sizes away from each other, half of them up to 10⁹ sizes away from the origin.
+    /// Up to 10⁶ sizes away from each other; half of them up to 10⁹ sizes away from the origin.
     Far,
-    /// Bounding circles that overlap at the start, atoms that do not.
+    /// Bounding circles that overlap at the start, while the atoms do not.
     Annulus,
-    /// In contact to rounding, with any velocities.
+    /// In contact to rounding, with arbitrary velocities.
     AfterCollision,
     /// In contact to rounding, just after an elastic collision.
     Rebound,
-    /// An overlap of up to 27e-16 contact distances at the start, with any velocities.
+    /// An overlap of up to 27e-16 contact distances at the start, with arbitrary velocities.
     Overlap,
     /// 10⁴ to 10⁸ turns while the bounding circles overlap.
     Fast,
-    /// Aimed to overlap or to miss by 1e-9 to 1e-3 sizes, tangentially.
+    /// A tangential pass with an overlap or a gap of 1e-9 to 1e-3 sizes.
     Grazing,
-    /// Aimed to overlap or to miss by ten to the minus so many sizes, tangentially.
+    /// A tangential pass with an overlap or a gap of 10^−n sizes.
     Graze(u8),
-    /// Leaving a contact, and back after ten to the minus so many natural times.
+    /// Leaves a contact and returns after 10^−n natural times.
     Recontact(u8),
-    /// Atoms a million times heavier than others, in the other molecule or in the same one.
+    /// Some atoms 10⁶ times heavier than others, in the other molecule or in the same one.
     MassRatio,
-    /// Atoms a thousand times smaller than others, in the other molecule or in the same one.
+    /// Some atoms 10³ times smaller than others, in the other molecule or in the same one.
     SizeRatio,
-    /// As `generic`, at a temperature of 1e-12.
+    /// As [`Self::Generic`], at a temperature of 1e-12.
     Slow,
     /// Two rods of sixteen atoms.
     Linear16,
-    /// Equal spins and a gap that stays constant, or closes very slowly.
+    /// Equal angular velocities and a gap that is constant or closes very slowly.
     MatchedSpins,
-    /// A dumbbell inside a ring, both turning alike at a constant gap, or drifting very slowly.
+    /// A dumbbell inside a ring, with equal angular velocities and a constant gap, or drifting very
+    /// slowly.
     Concentric,
     /// Rods of 2 to 256 atoms each.
     Rods,
     /// Round molecules of 2 to 256 atoms each.
     Blobs,
-    /// A molecule of one to nine atoms comes at a wall: at its face, at an end, or past it.
+    /// A molecule of one to nine atoms flies at a wall: at its face, at an end, or past it.
     Wall,
-    /// The same, spins a hundred to ten thousand times as large.
+    /// As [`Self::Wall`], with angular velocities 10² to 10⁴ times as large.
     WallLargeOmega,
-    /// The lowest atom of a turning molecule dips into a wall, or misses it, by ten to the minus so many sizes.
+    /// The lowest atom of a turning molecule overlaps a wall, or misses it, by 10^−n sizes.
     WallGraze(u8),
-    /// Leaving a contact with a wall, and back after ten to the minus so many natural times.
+    /// Leaves a contact with a wall and returns after 10^−n natural times.
     WallRecontact(u8),
 }
 
 impl Class {
-    /// All classes, those with a parameter at the values that are of interest.
+    /// All classes; those with a parameter at selected values.
     pub const ALL: [Self; 41] = [
         Self::DiscT1,
         Self::Generic,
@@ -112,7 +114,7 @@ impl Class {
         Self::WallRecontact(9),
     ];
 
-    /// A number of its own, for its stream of random numbers.
+    /// The number of the class, which selects its stream of random numbers.
     pub(super) fn number(self) -> u64 {
         let (kind, parameter) = match self {
             Self::DiscT1 => (0, 0),
@@ -217,7 +219,7 @@ impl fmt::Display for Class {
     }
 }
 
-/// A class by its name; the error is the text that names none.
+/// Parses the name of a class; the error is the unknown text.
 impl FromStr for Class {
     type Err = String;
 

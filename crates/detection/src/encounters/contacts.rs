@@ -1,4 +1,4 @@
-//! Encounters that begin near, at, or a rounding inside a contact.
+//! Encounters that begin near a contact, at a contact, or with an overlap of rounding size.
 
 use carom_geometry::{Molecule, Shape, gap_between};
 use carom_kinematics::{Orientation, RelativeMotion};
@@ -12,10 +12,10 @@ use super::{
     size,
 };
 
-/// Tries until a random state is of the kind that is looked for; no kind is rarer than one in twenty.
+/// Limit of random states until one meets the condition; at least one in twenty does.
 const MOST_TRIES: u32 = 10_000;
 
-/// Bounding circles overlap, atoms do not.
+/// The bounding circles overlap, the atoms do not.
 pub(super) fn annulus(draw: &mut Draw) -> Encounter {
     for _ in 0..MOST_TRIES {
         let molecules = [extended(draw), extended(draw)];
@@ -51,12 +51,12 @@ struct Touching {
     normal: DVec2,
 }
 
-/// Two molecules in random orientations, brought together along a random direction u until they
+/// Two molecules in random orientations, moved together along a random direction u until they
 /// touch.
 ///
-/// Atoms with arms r_i, r_j and sum of radii σ touch where |s u + Δ| = σ, Δ = r_j − r_i, at last at
-/// s = −Δ·u + √(σ² − (Δ × u)²). The largest s of all pairs is the distance at which one pair touches
-/// and all others are apart.
+/// Atoms with arms r_i, r_j and sum of radii σ touch where |s u + Δ| = σ, Δ = r_j − r_i; the larger
+/// solution is s = −Δ·u + √(σ² − (Δ × u)²). The largest s of all pairs is the distance at which one
+/// pair touches and all others are apart.
 fn touching(draw: &mut Draw) -> Touching {
     for _ in 0..MOST_TRIES {
         if let Some(touching) = brought_together(draw) {
@@ -91,7 +91,7 @@ fn brought_together(draw: &mut Draw) -> Option<Touching> {
     let normal = (separation + (arms[1] - arms[0])).normalize();
     let speeds = thermal(draw, &molecules, 1.0);
     let rate = speeds.velocity + (speeds.spins[1] * arms[1].perp() - speeds.spins[0] * arms[0].perp());
-    // Backwards in time, what parts closes.
+    // A pair that separates closes with reversed velocities.
     let direction = if rate.dot(normal) > 0.0 { -1.0 } else { 1.0 };
     let motion = RelativeMotion {
         orientation,
@@ -102,7 +102,7 @@ fn brought_together(draw: &mut Draw) -> Option<Touching> {
 }
 
 impl Touching {
-    /// The same state with these velocities.
+    /// This state with other velocities.
     fn encounter(self, velocity: DVec2, angular_velocity: [f64; 2]) -> Encounter {
         let motion = RelativeMotion { velocity, angular_velocity, ..self.motion };
         Encounter::until_parted(self.molecules, motion, 1.0)
@@ -144,8 +144,8 @@ pub(super) fn overlap(draw: &mut Draw) -> Encounter {
     touching.encounter(speeds.velocity, speeds.spins)
 }
 
-/// A small disc in an inner corner of a turning molecule, at an arm that moves away but turns back: g'' = slip²/s −
-/// ω² n·r < 0, and 2 g'/|g''| is the time to the next contact.
+/// A small disc in an inner corner of a turning molecule, at an arm that moves away and returns:
+/// g'' = slip²/s − ω² n·r < 0, and 2 g'/|g''| is the time to the next contact.
 pub(super) fn recontact(draw: &mut Draw, exponent: u8) -> Encounter {
     for _ in 0..MOST_TRIES {
         let shape = draw.one_of(&[Shape::Cross, Shape::Tee]);
@@ -181,7 +181,7 @@ pub(super) fn recontact(draw: &mut Draw, exponent: u8) -> Encounter {
     unreachable!("one such pair in twenty is free")
 }
 
-/// Whether only one atom of B is within a thousandth of the contact distance of A, a disc.
+/// Whether only one atom of B is within 10⁻³ of the contact distance of A, a disc.
 fn others_apart(encounter: &Encounter, contact_distance: f64) -> bool {
     let [disc, rotor] = &encounter.molecules;
     let turn = encounter.motion.orientation[1].cos_sin();

@@ -14,7 +14,7 @@ use super::{
     size,
 };
 
-/// One or both turn 10⁴ to 10⁸ times while their bounding circles overlap.
+/// One or both bodies turn 10⁴ to 10⁸ times while their bounding circles overlap.
 pub(super) fn fast(draw: &mut Draw) -> Encounter {
     let molecules = [extended(draw), ordinary(draw)];
     let speeds = thermal(draw, &molecules, 1.0);
@@ -29,7 +29,7 @@ pub(super) fn fast(draw: &mut Draw) -> Encounter {
     if draw.happens(0.5) { encounter.exchanged() } else { encounter }
 }
 
-/// B up to 10⁶ times as small as A; up to 10⁶ turns while they move by the size of the pair.
+/// B is up to 10⁶ times smaller than A; up to 10⁶ turns while they move by the size of the pair.
 pub(super) fn extreme_ratio(draw: &mut Draw) -> Encounter {
     let factor = draw.scale(1e-6, 1.0);
     let (a, b) = (ordinary(draw), ordinary(draw));
@@ -46,15 +46,16 @@ pub(super) fn extreme_ratio(draw: &mut Draw) -> Encounter {
     if draw.happens(0.5) { encounter.exchanged() } else { encounter }
 }
 
-/// A light atom off the middle of a small heavy one, which stays inside it.
+/// A light atom off the centre of a small heavy one, which lies inside it.
 fn cam() -> Molecule {
     let heavy = Atom::new(DVec2::ZERO, 0.1, 1e3).expect(VALID);
     let light = Atom::new(DVec2::new(0.5, 0.0), 1.0, 1.0).expect(VALID);
     Molecule::new([heavy, light]).expect(VALID)
 }
 
-/// Two equal bodies with equal orientations and spins, side by side: the gap of like atoms does not change, though
-/// each has its acceleration. Half of the pairs close very slowly.
+/// Two equal bodies side by side with equal orientations and angular velocities: the gap between
+/// corresponding atoms is constant, although each atom accelerates. Half of the pairs close very
+/// slowly.
 pub(super) fn matched_spins(draw: &mut Draw) -> Encounter {
     let gap = draw.scale(1e-9, 1e-2);
     let molecules = [cam(), cam()];
@@ -70,7 +71,8 @@ pub(super) fn matched_spins(draw: &mut Draw) -> Encounter {
     Encounter { molecules, motion, horizon: 1.0 }
 }
 
-/// A dumbbell in a ring of twelve, turning with it, both ends near the ring. Half of the pairs drift very slowly.
+/// A dumbbell in a ring of twelve atoms that turns with it, both ends near the ring. Half of the
+/// pairs drift very slowly.
 pub(super) fn concentric(draw: &mut Draw) -> Encounter {
     let gap = draw.scale(1e-9, 1e-2);
     let ring = named(draw, Shape::Ring(12));
@@ -79,7 +81,7 @@ pub(super) fn concentric(draw: &mut Draw) -> Encounter {
     let atom = |x: f64| Atom::new(DVec2::new(x, 0.0), radius, 1.0).expect(VALID);
     let dumbbell = Molecule::new([atom(arm), atom(-arm)]).expect(VALID);
     let orientation = draw.orientation();
-    // Towards a ring atom, or up to the middle between two.
+    // Towards a ring atom, or towards a point between two ring atoms.
     let aside = draw.between(0.0, 1.0 / 24.0) * if draw.happens(0.5) { 1.0 } else { 0.0 };
     let spin = draw.sign() * TAU * draw.scale(0.1, 3.0);
     let drift = if draw.happens(0.5) { gap * radius * draw.scale(0.5, 1e3) } else { 0.0 };

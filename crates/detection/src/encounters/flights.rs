@@ -1,4 +1,4 @@
-//! Encounters in which two molecules come from afar and pass each other, or do not.
+//! Encounters in which two molecules approach from a distance and pass each other, or collide.
 
 use carom_geometry::{Molecule, Shape};
 use carom_kinematics::{Motion, RelativeMotion};
@@ -11,14 +11,14 @@ use super::{
     size,
 };
 
-/// How two molecules move relative to each other: velocity of B less that of A, and both angular velocities.
+/// The relative motion of two molecules: velocity of B less that of A, and both angular velocities.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Speeds {
     pub(super) velocity: DVec2,
     pub(super) spins: [f64; 2],
 }
 
-/// Maxwell's distribution at the temperature `kt` (energy).
+/// Draws from Maxwell's distribution at the temperature `kt` (energy).
 pub(super) fn thermal(draw: &mut Draw, molecules: &[Molecule; 2], kt: f64) -> Speeds {
     let mut velocity = || {
         let [a, b] = molecules
@@ -33,7 +33,8 @@ pub(super) fn thermal(draw: &mut Draw, molecules: &[Molecule; 2], kt: f64) -> Sp
     Speeds { velocity, spins }
 }
 
-/// B comes at A from `distance` sizes before their nearest, and would pass at `across` sizes.
+/// B starts `distance` sizes before the point of closest approach; the centres would pass at
+/// `across` sizes.
 pub(super) fn fly_by(
     draw: &mut Draw,
     molecules: [Molecule; 2],
@@ -50,7 +51,7 @@ pub(super) fn fly_by(
             speeds.velocity,
         )
     };
-    // Without a window the circles never meet; look until well after they have passed.
+    // Without a window the circles never meet; the horizon is then well after they have passed.
     let passed = 2.0 * distance * size(&molecules) / speeds.velocity.length();
     Encounter::until_parted(molecules, motion, passed)
 }
@@ -74,7 +75,7 @@ pub(super) fn generic(draw: &mut Draw, kt: f64) -> Encounter {
     fly_by_from_near(draw, molecules, speeds)
 }
 
-/// Thermal spins times a factor for each body.
+/// Thermal angular velocities times a factor for each body.
 pub(super) fn spinning(draw: &mut Draw, factors: [f64; 2]) -> Encounter {
     let mut encounter = generic(draw, 1.0);
     for (spin, factor) in encounter.motion.angular_velocity.iter_mut().zip(factors) {
@@ -88,7 +89,7 @@ pub(super) fn large_omega(draw: &mut Draw) -> Encounter {
     spinning(draw, factors)
 }
 
-/// From 10² to 10⁶ sizes away; if `offset`, both up to 10⁹ sizes away from the origin as well.
+/// From 10² to 10⁶ sizes away; if `offset`, also both up to 10⁹ sizes away from the origin.
 pub(super) fn far(draw: &mut Draw, offset: bool) -> Encounter {
     let molecules = [ordinary(draw), ordinary(draw)];
     let speeds = thermal(draw, &molecules, 1.0);
@@ -110,8 +111,8 @@ pub(super) fn far(draw: &mut Draw, offset: bool) -> Encounter {
     encounter
 }
 
-/// All atoms of A 10⁶ times as heavy as those of B; or one atom of B 10⁶ times as heavy as its others, and one of
-/// A as well.
+/// If `between_molecules`, all atoms of A are 10⁶ times as heavy as those of B. Otherwise one atom
+/// of each molecule is 10⁶ times as heavy as its others.
 pub(super) fn mass_ratio(draw: &mut Draw, between_molecules: bool) -> Encounter {
     let (a, b) = (super::shapes::extended(draw), super::shapes::extended(draw));
     let molecules = if between_molecules {
@@ -125,7 +126,8 @@ pub(super) fn mass_ratio(draw: &mut Draw, between_molecules: bool) -> Encounter 
     fly_by_from_near(draw, molecules, speeds)
 }
 
-/// B a thousand times as small as A; or both discs with a few discs a thousand times as small on their rims.
+/// If `between_molecules`, B is 10³ times smaller than A. Otherwise each molecule is a disc with a
+/// few discs 10³ times smaller on its rim.
 pub(super) fn size_ratio(draw: &mut Draw, between_molecules: bool) -> Encounter {
     let molecules = if between_molecules {
         let (a, b) = (ordinary(draw), ordinary(draw));

@@ -1,4 +1,4 @@
-//! Encounters planted backwards from the moment of a tangential pass of known depth.
+//! Encounters constructed backwards in time from a tangential pass of known depth.
 
 use std::f64::consts::TAU;
 
@@ -8,16 +8,16 @@ use glam::DVec2;
 
 use super::{Encounter, random::Draw, shapes::ordinary, size};
 
-/// Tries until a planted pair does not overlap at the start; one in three succeeds.
+/// Limit of constructed pairs until one does not overlap at the start; one in three succeeds.
 const MOST_TRIES: u32 = 1000;
 
-/// Depth 1e-9 to 1e-3 sizes.
+/// A graze with a depth of 1e-9 to 1e-3 sizes.
 pub(super) fn grazing(draw: &mut Draw) -> Encounter {
     let depth = draw.scale(1e-9, 1e-3);
     graze_of(draw, depth)
 }
 
-/// Depth ten to the minus so many sizes.
+/// A graze with a depth of 10^−`exponent` sizes.
 pub(super) fn graze(draw: &mut Draw, exponent: u8) -> Encounter {
     graze_of(draw, 10f64.powi(-i32::from(exponent)))
 }
@@ -31,7 +31,7 @@ fn graze_of(draw: &mut Draw, depth: f64) -> Encounter {
             return encounter;
         }
     }
-    unreachable!("a third of all planted pairs start apart")
+    unreachable!("a third of all constructed pairs start apart")
 }
 
 fn starts_apart(encounter: &Encounter) -> bool {
@@ -40,7 +40,8 @@ fn starts_apart(encounter: &Encounter) -> bool {
     gap_between(a, turn_a, b, turn_b, encounter.motion.separation) > 1e-3 * encounter.size()
 }
 
-/// The atom that reaches farthest in a direction, as an arm turned into place and a radius.
+/// The arm (in the present orientation) and the radius of the atom that reaches farthest in a
+/// direction.
 fn outermost(molecule: &Molecule, turn: DVec2, direction: DVec2) -> (DVec2, f64) {
     let reach = |atom: &&Atom| turn.rotate(atom.offset()).dot(direction) + atom.radius();
     let atom = molecule.atoms().iter().max_by(|a, b| reach(a).total_cmp(&reach(b)));
@@ -48,7 +49,8 @@ fn outermost(molecule: &Molecule, turn: DVec2, direction: DVec2) -> (DVec2, f64)
     (turn.rotate(atom.offset()), atom.radius())
 }
 
-/// At some time the two outermost atoms along a line have the gap −`depth` sizes, and g' = 0 < g''.
+/// A pair whose two outermost atoms along a line have, at some time, the gap −`depth` sizes with g'
+/// = 0 < g''.
 fn planted(draw: &mut Draw, depth: f64) -> Encounter {
     let molecules = [ordinary(draw), ordinary(draw)];
     let [a, b] = &molecules;
@@ -58,7 +60,7 @@ fn planted(draw: &mut Draw, depth: f64) -> Encounter {
     let (arm_a, radius_a) = outermost(a, then[0].cos_sin(), normal);
     let (arm_b, radius_b) = outermost(b, then[1].cos_sin(), -normal);
     let contact_distance = radius_a + radius_b;
-    // g'' = n·d'' + slip²/s; K bounds the first.
+    // g'' = n·d'' + slip²/s; K bounds the first term.
     let curvature = spins[0] * spins[0] * arm_a.length() + spins[1] * spins[1] * arm_b.length();
     let slip = draw.sign() * ((2.0 * contact_distance * curvature).sqrt() + draw.between(0.5, 2.0));
     let turning = spins[1] * arm_b.perp() - spins[0] * arm_a.perp();

@@ -1,7 +1,8 @@
-//! Pairs of molecules in flight, and molecules and walls, to try a detector on: ordinary ones, and of each kind that is known to be hard.
+//! Test problems for detectors: pairs of molecules in flight, and molecules and walls, ordinary
+//! ones and each kind that is known to be hard.
 //!
-//! Every case is a pure function of its [`Class`], a seed and an index, so a failing one is named by these three.
-//! Available with the cargo feature `encounters`.
+//! Every case is a pure function of its [`Class`], a seed and an index, so these three identify a
+//! failing case. Available with the cargo feature `encounters`.
 //!
 //! ```
 //! use carom_detection::{Detection, Exact, encounters::{Class, Encounter}};
@@ -30,19 +31,19 @@ use glam::DVec2;
 
 use crate::{Answer, Detection, natural_time, strip::window_of_bodies};
 
-/// Two molecules in flight, and how long to look.
+/// Two molecules in flight and a horizon.
 #[derive(Debug, Clone)]
 pub struct Encounter {
     /// The molecules A and B.
     pub molecules: [Molecule; 2],
-    /// How B moves as seen from A, from time 0 on.
+    /// Motion of B relative to A from time 0 on.
     pub motion: RelativeMotion,
-    /// Contacts after this are not asked for (time); finite.
+    /// The latest time of a contact; finite.
     pub horizon: f64,
 }
 
 impl Encounter {
-    /// Case number `index` of a class. Other seeds give other cases of the same kind.
+    /// Returns case number `index` of a class. Each seed gives other cases of the same class.
     pub fn draw(class: Class, seed: u64, index: u64) -> Self {
         class.draw(&mut random::Draw::new(seed, class, index), index)
     }
@@ -63,15 +64,15 @@ impl Encounter {
         size(&self.molecules)
     }
 
-    /// The same encounter with the bodies exchanged.
+    /// This encounter with the bodies exchanged.
     #[must_use]
     pub fn exchanged(self) -> Self {
         let [a, b] = self.molecules;
         Self { molecules: [b, a], motion: self.motion.exchanged(), horizon: self.horizon }
     }
 
-    /// What is left of the encounter after `time`. The bounds on the rounding of places and angles grow by what
-    /// this rounds.
+    /// The remaining encounter after `time`. The rounding of the new positions and angles is added
+    /// to the error bounds.
     #[must_use]
     pub fn after(&self, time: f64) -> Self {
         let spins = self.motion.angular_velocity;
@@ -93,7 +94,8 @@ impl Encounter {
         Self { molecules: self.molecules.clone(), motion, horizon: self.horizon - time }
     }
 
-    /// The encounter up to the moment when the bounding circles part, or for `otherwise` if they never do.
+    /// The encounter up to the time at which the bounding circles separate, or up to `otherwise` if
+    /// they never do.
     fn until_parted(molecules: [Molecule; 2], motion: RelativeMotion, otherwise: f64) -> Self {
         let [a, b] = molecules.each_ref().map(Molecule::outline);
         let window = window_of_bodies(a, b, &motion, f64::MAX);
@@ -113,7 +115,7 @@ mod tests {
     use crate::Exact;
     use carom_geometry::gap_between;
 
-    /// Smallest gap at the start, over the size of the pair.
+    /// Smallest gap at the start in units of the size of the pair.
     fn first_gap(encounter: &Encounter) -> f64 {
         let [a, b] = &encounter.molecules;
         let [turn_a, turn_b] = encounter.motion.orientation.map(carom_kinematics::Orientation::cos_sin);
@@ -121,14 +123,14 @@ mod tests {
     }
 
     #[test]
-    fn cases_begin_as_their_class_says_and_some_of_each_end_in_contact() {
+    fn cases_begin_apart_and_some_of_each_class_end_in_contact() {
         for class in Class::ALL {
             let cases: Vec<_> = (0..40).map(|index| Encounter::draw(class, 1, index)).collect();
             for (index, case) in cases.iter().enumerate() {
                 assert!(case.horizon.is_finite() && case.horizon >= 0.0, "{class} {index}: {case:?}");
                 assert!(case.natural_time() > 0.0);
                 let gap = first_gap(case);
-                // Rounding of places 1e9 sizes away from the origin.
+                // Rounding of positions 1e9 sizes away from the origin.
                 let rounding = 1e-14 + case.motion.separation_error / case.size();
                 assert!(gap > -rounding, "{class} {index} begins with a gap of {gap:e} sizes");
             }
@@ -141,33 +143,32 @@ mod tests {
     }
 
     #[test]
-    fn a_planted_graze_has_the_depth_of_its_class() {
+    fn a_constructed_graze_has_the_depth_of_its_class() {
         for exponent in [6, 8, 10] {
             let class = Class::Graze(exponent);
             let deep = (0..50).filter(|&index| {
                 let case = Encounter::draw(class, 3, index);
                 case.ask(&Exact::default()).outcome.contact().is_some()
             });
-            // 7 in 10 are aimed to overlap; others may touch with other atoms.
+            // 7 in 10 are constructed to overlap; in others, other atoms may touch.
             assert!((25..50).contains(&deep.count()), "depth 1e-{exponent}");
         }
     }
 
     #[test]
-    fn what_is_left_of_an_encounter_ends_in_the_same_contact() {
+    fn the_rest_of_an_encounter_ends_in_the_same_contact() {
         for index in 0..50 {
             let case = Encounter::draw(Class::Generic, 5, index);
             let Some(contact) = case.ask(&Exact::default()).outcome.contact() else { continue };
             let half = 0.5 * contact.time;
-            let rest =
-                case.after(half).ask(&Exact::default()).outcome.contact().expect("it is still to come");
+            let rest = case.after(half).ask(&Exact::default()).outcome.contact().expect("it lies ahead");
             assert_eq!(rest.touch, contact.touch);
             assert!((rest.time + half - contact.time).abs() < 1e-12 * case.natural_time().max(contact.time));
         }
     }
 
     #[test]
-    fn classes_have_names_of_their_own() {
+    fn classes_have_distinct_names() {
         let mut names: Vec<String> = Class::ALL.iter().map(Class::to_string).collect();
         names.sort();
         names.dedup();

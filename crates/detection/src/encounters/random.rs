@@ -1,4 +1,4 @@
-//! The random numbers that encounters are made of.
+//! Random numbers for the encounters.
 
 use std::f64::consts::TAU;
 
@@ -13,23 +13,23 @@ use super::Class;
 pub(super) struct Draw(Pcg64);
 
 impl Draw {
-    /// Each case of each class has a stream of its own.
+    /// Each case of each class has its own stream.
     pub(super) fn new(seed: u64, class: Class, index: u64) -> Self {
         let stream = (u128::from(class.number()) << 64) | u128::from(index);
         Self(Pcg64::new(u128::from(seed), stream))
     }
 
-    /// Evenly from `low` to `high`.
+    /// Uniform from `low` to `high`.
     pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.0.random::<f64>()
     }
 
-    /// Evenly in its logarithm from `low` to `high`.
+    /// Log-uniform from `low` to `high`.
     pub(super) fn scale(&mut self, low: f64, high: f64) -> f64 {
         libm::exp(self.between(libm::log(low), libm::log(high)))
     }
 
-    /// True in such a share of cases.
+    /// True with probability `share`.
     pub(super) fn happens(&mut self, share: f64) -> bool {
         self.0.random::<f64>() < share
     }
@@ -39,7 +39,7 @@ impl Draw {
         if self.happens(0.5) { 1.0 } else { -1.0 }
     }
 
-    /// One of several.
+    /// One of several values with equal probability.
     pub(super) fn one_of<T: Copy>(&mut self, choices: &[T]) -> T {
         choices[self.0.random_range(0..choices.len())]
     }

@@ -5,16 +5,16 @@ use glam::DVec2;
 
 use super::random::Draw;
 
-/// What is drawn here lies well inside of what molecules may be.
+/// The shapes below are within the limits of a molecule.
 pub(super) const VALID: &str = "radii and masses are positive, and centres differ";
 
-/// One to five atoms, of radius 0.2 to 1 and mass 0.5 to 2 each.
+/// One to five atoms, with radius 0.2 to 1 and mass 0.5 to 2 each.
 pub(super) fn ordinary(draw: &mut Draw) -> Molecule {
     let shape = draw.one_of(&[Shape::Disc, Shape::Dumbbell, Shape::Rod(3), Shape::Cross, Shape::Tee]);
     named(draw, shape)
 }
 
-/// The same of two atoms at least.
+/// At least two atoms, with radius 0.2 to 1 and mass 0.5 to 2 each.
 pub(super) fn extended(draw: &mut Draw) -> Molecule {
     let shape = draw.one_of(&[Shape::Dumbbell, Shape::Rod(3), Shape::Cross, Shape::Tee]);
     named(draw, shape)
@@ -25,20 +25,20 @@ pub(super) fn named(draw: &mut Draw, shape: Shape) -> Molecule {
     Molecule::named(shape, radius, mass).expect(VALID)
 }
 
-/// The same shape with all lengths times `factor`.
+/// The molecule with all lengths times `factor`.
 pub(super) fn scaled(molecule: &Molecule, factor: f64) -> Molecule {
     let atom =
         |atom: &Atom| Atom::new(factor * atom.offset(), factor * atom.radius(), atom.mass()).expect(VALID);
     Molecule::new(molecule.atoms().iter().map(atom)).expect(VALID)
 }
 
-/// The same shape with other masses, which move its centre of mass.
+/// The molecule with other masses, which move its centre of mass.
 pub(super) fn weighed(molecule: &Molecule, mut mass: impl FnMut(usize) -> f64) -> Molecule {
     let atom = |(i, atom): (usize, &Atom)| Atom::new(atom.offset(), atom.radius(), mass(i)).expect(VALID);
     Molecule::new(molecule.atoms().iter().enumerate().map(atom)).expect(VALID)
 }
 
-/// A disc of `radius` with `count` discs a thousand times smaller on its rim.
+/// A disc of `radius` with `count` discs 10³ times smaller on its rim.
 pub(super) fn warty(radius: f64, count: u8) -> Molecule {
     let wart = |index: u8| {
         let angle = std::f64::consts::TAU * f64::from(index) / f64::from(count);
@@ -49,7 +49,8 @@ pub(super) fn warty(radius: f64, count: u8) -> Molecule {
     Molecule::new((0..count).map(wart).chain([body])).expect(VALID)
 }
 
-/// The `count` sites of a triangular lattice that are nearest to a point, as touching discs of radius 1/2.
+/// The `count` sites of a triangular lattice that are nearest to a random point, as touching discs
+/// of radius 1/2.
 pub(super) fn blob(draw: &mut Draw, count: usize) -> Molecule {
     let middle = DVec2::new(draw.between(0.0, 1.0), draw.between(0.0, 1.0));
     let reach = 2 + libm::sqrt(count as f64) as i32;

@@ -12,23 +12,24 @@ use super::{
     shapes::{VALID, extended, named, ordinary},
 };
 
-/// Tries until a molecule starts apart from the wall; half of them do.
+/// Limit of random states until a molecule starts apart from the wall; half of them do.
 const MOST_TRIES: u32 = 1000;
 
-/// A wall of `length` in any direction, in half of the cases with a thickness of its own.
+/// A wall of `length` in a random direction; half of the walls have a thickness.
 fn wall(draw: &mut Draw, length: f64, thickest: f64) -> Molecule {
     let radius = if draw.happens(0.5) { 0.0 } else { draw.scale(1e-3, 1.0) * thickest };
     Molecule::wall(length * draw.direction(), radius).expect(VALID)
 }
 
-/// Along the wall as it is turned, and out of it on the side from which a molecule comes.
+/// Unit vectors along the wall in its orientation, and normal to it towards the molecule.
 fn axes(draw: &mut Draw, wall: &Molecule, orientation: Orientation) -> [DVec2; 2] {
     let along = orientation.cos_sin().rotate(wall.atoms()[1].offset().normalize());
     [along, draw.sign() * along.perp()]
 }
 
-/// A molecule (one in ten a rod of nine atoms) comes at a wall shorter or longer than itself, at its face, at an end, or past it; thermal speeds, spins
-/// times a factor.
+/// A molecule (one in ten is a rod of nine atoms) flies at a wall shorter or longer than itself: at
+/// its face, at an end, or past it. Velocities are thermal, angular velocities thermal times a
+/// factor.
 pub(super) fn fly_at(draw: &mut Draw, spins: [f64; 2]) -> Encounter {
     for _ in 0..MOST_TRIES {
         let molecule = if draw.happens(0.1) { named(draw, Shape::Rod(9)) } else { ordinary(draw) };
@@ -55,8 +56,8 @@ pub(super) fn fly_at(draw: &mut Draw, spins: [f64; 2]) -> Encounter {
     unreachable!("half of all molecules start apart from the wall")
 }
 
-/// The lowest atom of a turning molecule dips into the face by ten to the minus so many sizes, in seven of ten cases, or
-/// stays as far above it, and slips along.
+/// The lowest atom of a turning molecule overlaps the face by 10^−`exponent` sizes in seven of ten
+/// cases, misses it by as much in the others, and moves along it.
 pub(super) fn graze(draw: &mut Draw, exponent: u8) -> Encounter {
     let depth = 10f64.powi(-i32::from(exponent));
     let depth = if draw.happens(0.7) { depth } else { -depth };
@@ -71,7 +72,7 @@ pub(super) fn graze(draw: &mut Draw, exponent: u8) -> Encounter {
         let lowest = molecule.atoms().iter().min_by(|a, b| height(a).total_cmp(&height(b))).expect(VALID);
         let arm = turned(lowest);
         let spin = draw.sign() * draw.between(0.5, 2.0);
-        // g' = 0 there.
+        // g' = 0 at the graze.
         let velocity = draw.between(-2.0, 2.0) * size * along - spin * arm.perp().dot(normal) * normal;
         let time = draw.between(0.2, 2.0) / spin.abs();
         let reach = lowest.radius() + wall.atoms()[0].radius() - depth * size;
@@ -86,11 +87,11 @@ pub(super) fn graze(draw: &mut Draw, exponent: u8) -> Encounter {
             return encounter;
         }
     }
-    unreachable!("a third of all planted molecules start apart")
+    unreachable!("a third of all constructed molecules start apart")
 }
 
-/// A disc with a heavy spot off its centre, whose centre of mass is nearer to the wall than its middle: it leaves a
-/// contact, turns, and is back after ten to the minus so many turns. g'' = −ω² n·r.
+/// A disc with a heavy spot off its centre, whose centre of mass is nearer to the wall than its
+/// centre. It leaves a contact, turns, and returns after 10^−`exponent`/|ω|: g'' = −ω² n·r.
 pub(super) fn recontact(draw: &mut Draw, exponent: u8) -> Encounter {
     let radius = draw.scale(0.2, 1.0);
     let disc = Atom::new(DVec2::ZERO, radius, 1.0).expect(VALID);
@@ -99,7 +100,7 @@ pub(super) fn recontact(draw: &mut Draw, exponent: u8) -> Encounter {
     let wall = wall(draw, 40.0 * radius, radius);
     let (at_rest, orientation) = (draw.orientation(), draw.orientation());
     let [along, normal] = axes(draw, &wall, at_rest);
-    // Turned so that the disc's middle is above the centre of mass.
+    // Turned so that the centre of the disc is above the centre of mass.
     let upright = Orientation::from_turns(normal.to_angle() / TAU + 0.5 + 0.6 * (orientation.turns() / 2.0));
     let arm = upright.cos_sin().rotate(molecule.atoms()[0].offset());
     let spin = draw.sign() * draw.between(0.5, 2.0);
@@ -118,7 +119,7 @@ pub(super) fn recontact(draw: &mut Draw, exponent: u8) -> Encounter {
     if draw.happens(0.5) { encounter.exchanged() } else { encounter }
 }
 
-/// The encounter, in half of the cases with the wall as B; `None` if it does not start apart.
+/// The encounter, with the wall as B in half of the cases; `None` if the bodies do not start apart.
 fn apart(
     draw: &mut Draw,
     molecules: [Molecule; 2],

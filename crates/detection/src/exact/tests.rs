@@ -1,4 +1,4 @@
-//! What the certified detector promises, on planted and on random encounters.
+//! Tests of the guarantees of the certified detector, on constructed and on random encounters.
 
 use super::*;
 use crate::{Touch, atom_pair::AtomPair, gap_search::GapFunction};
@@ -12,7 +12,7 @@ fn ask(a: &Molecule, b: &Molecule, motion: &RelativeMotion, horizon: f64) -> Ans
     Exact::default().first_contact(a.outline(), b.outline(), motion, horizon)
 }
 
-/// Gap of the atoms that touch, over their E, where they are said to touch.
+/// The gap of the touching atoms at the reported contact, in units of E.
 fn gap_in_units_of_error(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, answer: &Answer) -> f64 {
     let contact = answer.outcome.contact().expect("a contact");
     let Touch::Atoms(i, j) = contact.touch else { panic!("atoms touch") };
@@ -40,7 +40,7 @@ fn grazing_atoms() -> (Atom, Atom) {
 }
 
 prop_compose! {
-    /// An atom of a dumbbell and one of a tee that are 10^-`depth` from touching at `time`, with g' = 0 there.
+    /// An atom of a dumbbell and an atom of a tee at a gap of ±10^-`depth` at `time`, with g' = 0.
     fn grazes()(
         depth in 5..16i32, sign in prop::bool::weighted(0.8), normal in 0.0..TAU, slip in 3.0..6.0f64,
         turns in prop::array::uniform2(-0.5..0.5f64), spin in prop::array::uniform2(-1.0..1.0f64),
@@ -66,8 +66,8 @@ prop_compose! {
 }
 
 proptest! {
-    /// An unguarded last Newton step moves a near-tangent contact far into overlap; accepting a capped step
-    /// reports one before there is any. Either shows as a gap that is not within rounding.
+    /// An unguarded last Newton step moves a near-tangent contact far into overlap. Accepting a
+    /// truncated step reports a contact too early. Both violate the bound on the gap.
     #[test]
     fn grazing_contacts_are_placed_within_rounding((motion, time, depth) in grazes()) {
         let (a, b) = grazing_atoms();
@@ -117,7 +117,7 @@ proptest! {
     }
 
     #[test]
-    fn whatever_the_magnitudes_a_search_ends_and_moves_on(
+    fn searches_of_any_magnitude_end_and_advance(
         places in prop::array::uniform4(wild()), spin in prop::array::uniform2(wild()),
         sizes in prop::array::uniform3(-60.0..60.0f64), turns in prop::array::uniform2(-0.5..0.5f64),
         horizon in prop_oneof![wild().prop_map(f64::abs), Just(f64::INFINITY), Just(0.0)],
@@ -125,7 +125,7 @@ proptest! {
     ) {
         let shape = [Shape::Dumbbell, Shape::Tee, Shape::Rod(9)][shape];
         let [a, b] = [sizes[0], sizes[1]].map(|power| Molecule::named(shape, 10f64.powf(power * 0.9), 1.0).unwrap());
-        // Half of the pairs near each other, where something happens.
+        // Half of the pairs start near each other, where contacts occur.
         let near = if sizes[2] > 0.0 { a.bounding_radius().max(b.bounding_radius()) } else { LARGEST };
         let motion = RelativeMotion {
             orientation: turns.map(Orientation::from_turns),
@@ -149,7 +149,7 @@ proptest! {
     }
 }
 
-/// A number of any magnitude that is allowed, or 0.
+/// A number of any allowed magnitude, or 0.
 fn wild() -> impl Strategy<Value = f64> {
     prop_oneof![
         4 => (-60.0..60.0f64, any::<bool>())
@@ -160,7 +160,7 @@ fn wild() -> impl Strategy<Value = f64> {
 
 #[test]
 fn matched_spins_at_a_constant_gap_are_passed_in_few_steps() {
-    // Two bodies side by side with equal arms and spins: d'' = 0 but for rounding, K is not.
+    // Two bodies side by side with equal arms and spins: d'' = 0 up to rounding, while K > 0.
     let offset = DVec2::new(1.0, 0.5);
     let atom = Atom::new(offset, 0.5, 1.0).unwrap();
     for (exponent, most) in [(2, 2), (4, 11), (6, 101), (8, 1004)] {
@@ -170,15 +170,15 @@ fn matched_spins_at_a_constant_gap_are_passed_in_few_steps() {
         };
         let answer = Exact::default().first_contact(atom.outline(), atom.outline(), &motion, 1.0);
         assert_eq!(answer.outcome, Outcome::Free);
-        // The first steps are plain ones by choice.
+        // The first steps use the short bound by design.
         let plain = 1 + crate::tolerance::SHORT_STEPS;
         assert!(answer.evaluations <= most + plain, "gap 1e-{exponent}: {} evaluations", answer.evaluations);
     }
 }
 
 #[test]
-fn a_pair_that_uses_up_its_steps_is_taken_up_again() {
-    // d turns with both bodies, at a constant length: no bound on d'' can tell that it never closes.
+fn a_search_that_reaches_its_step_limit_can_be_continued() {
+    // d turns with both bodies at constant length: no bound on d'' proves that it never closes.
     let atom = |x: f64| Atom::new(DVec2::new(x, 0.0), 0.5, 1.0).unwrap();
     let (a, b) = (atom(-0.5), atom(0.5 + 1e-9));
     let motion =
@@ -191,14 +191,14 @@ fn a_pair_that_uses_up_its_steps_is_taken_up_again() {
             other => panic!("{other:?}"),
         }
     }
-    // A hundred steps of at least √(2 · 1e-9 / K), K = 1, each time.
+    // 100 steps of at least √(2 · 1e-9 / K), K = 1, per search.
     assert!(time > 10.0 * 99.0 * 4.4e-5, "{time}");
 }
 
 #[test]
 fn fast_rotors_are_caught_within_half_a_turn() {
-    // A dumbbell turns on the spot; a disc comes straight at it and reaches the circle on which the atoms run
-    // after `turns` turns. One of the two atoms is there at the latest half a turn later.
+    // A dumbbell turns on the spot. A disc flies straight at it and reaches the orbit of the atoms
+    // after `turns` turns. One of the two atoms hits it at most half a turn later.
     let (dumbbell, disc) = (named(Shape::Dumbbell), named(Shape::Disc));
     for turns in [1e4, 1e6, 1e8] {
         for phase in 0..20 {
@@ -209,7 +209,7 @@ fn fast_rotors_are_caught_within_half_a_turn() {
                 ..RelativeMotion::exactly(DVec2::new(2.5, 0.1), DVec2::new(-1.0, 0.0))
             };
             let answer = ask(&dumbbell, &disc, &motion, 10.0);
-            let time = answer.outcome.contact().expect("it is struck").time;
+            let time = answer.outcome.contact().expect("the dumbbell hits the disc").time;
             let orbit = 2.5 - f64::sqrt(1.5 * 1.5 - 0.01);
             let rounding = 1e-15 * time;
             assert!(time >= orbit - rounding && time <= orbit + PI / spin + rounding, "{turns:e}: {time}");
@@ -224,7 +224,7 @@ fn fast_rotors_are_caught_within_half_a_turn() {
 }
 
 #[test]
-fn overlapping_pairs_collide_at_once_if_they_close() {
+fn overlapping_pairs_that_close_are_in_contact_at_once() {
     let (a, b) = (named(Shape::Tee), named(Shape::Cross));
     for depth in [0.0, 1e-17, 1e-16, 1e-15, 1e-9, 1e-3] {
         for (speed, spins) in [(1.0, [0.1, -0.2]), (-1.0, [0.1, -0.2]), (1.0, [0.0; 2]), (-1.0, [0.0; 2])] {
@@ -247,9 +247,9 @@ fn overlapping_pairs_collide_at_once_if_they_close() {
 }
 
 #[test]
-fn a_pair_that_is_back_very_soon_keeps_its_interval() {
-    // An atom runs on a circle of radius r about a point at the distance D from a fixed disc, and touches it but for
-    // an angle 2 ε about the far end. It leaves at −ε and is back after 2 ε.
+fn the_interval_between_two_close_contacts_is_accurate() {
+    // An atom orbits a point at distance D from a fixed disc, on a circle of radius r. They overlap
+    // except within the angle ±ε about the far end. It leaves at −ε and returns after 2 ε.
     let (circle, distance) = (0.5, 1.0);
     for interval in [1e-3, 1e-6, 1e-9, 1e-12] {
         for part in 1..=20 {
@@ -263,7 +263,7 @@ fn a_pair_that_is_back_very_soon_keeps_its_interval() {
                 ..RelativeMotion::exactly(DVec2::new(distance, 0.0), DVec2::ZERO)
             };
             let answer = Exact::default().first_contact(rotor.outline(), disc.outline(), &motion, 1.0);
-            let back = answer.outcome.contact().expect("it comes back").time;
+            let back = answer.outcome.contact().expect("the atom returns").time;
             let off = (back / (2.0 * epsilon) - 1.0).abs();
             assert!(off < 4e-15 / interval + 1e-13, "{interval:e}: off by {off:e} of the interval");
             assert!(answer.evaluations <= 40, "{interval:e}: {answer:?}");
@@ -271,7 +271,8 @@ fn a_pair_that_is_back_very_soon_keeps_its_interval() {
     }
 }
 
-/// Two rods of six that meet, with all velocities multiplied by a factor: the contact, and the factor again.
+/// The contact of two rods of six atoms with all velocities multiplied by a factor: the bits of its
+/// time in units of 1/factor, and the parts.
 fn slow_rods(factor: f64) -> (u64, Touch) {
     let rod = named(Shape::Rod(6));
     let motion = RelativeMotion {
@@ -284,7 +285,7 @@ fn slow_rods(factor: f64) -> (u64, Touch) {
 
 #[test]
 fn a_contact_of_turning_rods_has_the_same_bits_at_every_speed() {
-    // Over most of the range of speeds that is answered: |d''|² underflows below 2⁻²⁷⁰.
+    // Over most of the allowed range of speeds: |d''|² underflows below 2⁻²⁷⁰.
     for k in (-490..=200).step_by(5) {
         assert_eq!(slow_rods(2f64.powi(k)), slow_rods(1.0), "2^{k}");
     }

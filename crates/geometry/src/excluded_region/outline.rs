@@ -1,8 +1,9 @@
-//! Which arcs of a union of discs can be reached from outside, and which lie around pockets within it.
+//! Separates the arcs of a union of discs that can be reached from outside from those around its
+//! pockets.
 //!
-//! Arcs run counter-clockwise about their own centres. Linked end to start they form closed lines: counter-clockwise
-//! around the outside of each connected part, clockwise around its pockets. A part may itself lie in a pocket of
-//! another.
+//! Arcs run counter-clockwise about their own centres. Linked end to start they form closed lines:
+//! counter-clockwise around the outside of each connected part, clockwise around its pockets. A
+//! part may itself lie in a pocket of another part.
 
 use std::f64::consts::PI;
 
@@ -10,7 +11,7 @@ use glam::DVec2;
 
 use crate::exposed_arc::{ExposedArc, Piece, exposed};
 
-/// The arcs that are reached from outside, and the others; both by atom and then by angle.
+/// The arcs that can be reached from outside, and the others; both by atom and then by angle.
 pub(super) fn outline(circles: &[(DVec2, f64)]) -> (Vec<ExposedArc>, Vec<ExposedArc>) {
     let pieces: Vec<Piece> = (0..circles.len()).flat_map(|atom| exposed(circles, atom)).collect();
     let arcs = |line: &Vec<usize>| line.iter().map(|&index| pieces[index].arc).collect::<Vec<_>>();
@@ -20,7 +21,7 @@ pub(super) fn outline(circles: &[(DVec2, f64)]) -> (Vec<ExposedArc>, Vec<Exposed
     for line in &outsides {
         let first = pieces[line[0]].arc;
         let start = first.point(first.start);
-        // Lines that are the outside of two parts do not cross.
+        // The outer lines of two parts do not cross.
         if !outsides.iter().any(|other| other != line && encircle(&arcs(other), start)) {
             for &index in line {
                 reached[index] = true;
@@ -34,7 +35,7 @@ pub(super) fn outline(circles: &[(DVec2, f64)]) -> (Vec<ExposedArc>, Vec<Exposed
     (outer, hidden)
 }
 
-/// Whether closed lines go round a point that lies in none of the discs whose arcs they are.
+/// Whether closed lines enclose a point that lies in none of the discs of their arcs.
 pub(super) fn encircle(lines: &[ExposedArc], point: DVec2) -> bool {
     lines.iter().map(|arc| arc.turn_about(point)).sum::<f64>().abs() > PI
 }
@@ -59,11 +60,11 @@ fn closed_lines(pieces: &[Piece]) -> Vec<Vec<usize>> {
     lines
 }
 
-/// For each piece the one that goes on where it ends: a permutation.
+/// The piece that follows at the end of each piece: a permutation.
 fn followers(pieces: &[Piece]) -> Vec<usize> {
     let mut next: Vec<Option<usize>> = vec![None; pieces.len()];
     let mut taken = vec![false; pieces.len()];
-    // Two circles cross with one of them going in at one point only.
+    // Of the two crossings of two circles only one is an entry.
     for (index, piece) in pieces.iter().enumerate() {
         let follows = |other: &Piece| match piece.after {
             None => other.arc.atom == piece.arc.atom,
@@ -74,7 +75,7 @@ fn followers(pieces: &[Piece]) -> Vec<usize> {
             taken[found] = true;
         }
     }
-    // Where three circles meet in one point, rounding may name different ones on both sides.
+    // Where three circles meet in one point, rounding may give different atoms on both sides.
     for (piece, next) in pieces.iter().zip(&mut next).filter(|(_, next)| next.is_none()) {
         let end = piece.arc.point(piece.arc.end);
         let away = |index: &usize| {

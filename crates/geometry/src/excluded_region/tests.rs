@@ -1,4 +1,4 @@
-//! Excluded regions against closed forms, against counting points, and against their own derivative.
+//! Tests of excluded regions against closed forms, lattice counts, and the derivative of the area.
 
 use proptest::prelude::*;
 
@@ -29,7 +29,8 @@ fn a_lone_disc_is_exposed_all_round() {
     assert!(disc.contains(DVec2::new(0.0, 0.49)) && !disc.contains(DVec2::new(0.0, 0.51)));
 }
 
-/// Two circles of radius s at distance d: each loses 2 acos(d / 2s), and the lens counts once.
+/// Two circles of radius s at distance d: each loses an angle of 2 acos(d / 2s), and the lens
+/// counts once.
 #[test]
 fn a_dumbbell_loses_where_its_circles_overlap() {
     let dumbbell = region(Shape::Dumbbell, 0.5, 0.5);
@@ -59,7 +60,8 @@ fn tee_of_relative_size_one_half() {
     assert!((tee.perimeter() - 0.164_481_17).abs() < 1e-8);
     assert!((tee.area() - 0.001_803_53).abs() < 1e-8);
     assert!(tee.unreachable().is_empty());
-    // Levels between the steps at 19.471°, 70.529°, 109.471°, 160.529°, 196.875°, 199.471°, 253.126°, …
+    // Levels between the steps at 19.471°, 70.529°, 109.471°, 160.529°, 196.875°, 199.471°,
+    // 253.126°, …
     let levels = [
         (10.0, 2),
         (45.0, 1),
@@ -78,7 +80,7 @@ fn tee_of_relative_size_one_half() {
     }
 }
 
-/// s = 5a: the inner corner is too narrow for the probe to reach the middle of the stem.
+/// s = 5a: the inner corner is too narrow for the probe to touch the middle of the stem.
 #[test]
 fn tee_of_relative_size_one_quarter() {
     let tee = region(Shape::Tee, 0.0025, 0.01);
@@ -95,8 +97,8 @@ fn tee_of_relative_size_one_quarter() {
     }
 }
 
-/// Twelve touching atoms of radius ½ and a probe of radius 0.2: the neighbours of an atom lie π/2 + π/12 to either side of
-/// its outward direction and cover acos(½ / 0.7) around that.
+/// Twelve touching atoms of radius ½ and a probe of radius 0.2: the neighbours of an atom lie at
+/// π/2 + π/12 on either side of its outward direction and cover acos(½ / 0.7) around that.
 #[test]
 fn a_ring_has_a_pocket_that_nothing_reaches() {
     let ring = region(Shape::Ring(12), 0.5, 0.2);
@@ -104,7 +106,8 @@ fn a_ring_has_a_pocket_that_nothing_reaches() {
     let (outer, inner) = (PI + PI / 6.0 - 2.0 * covered, PI - PI / 6.0 - 2.0 * covered);
     close(ring.perimeter(), 12.0 * reach * outer);
     close(ring.hidden_arcs().iter().map(ExposedArc::length).sum(), 12.0 * reach * inner);
-    // The polygon of the centres, and of each atom the sector outside it with two triangles; inside, less them.
+    // The polygon of the centres plus, for each atom, its outer sector and two triangles; inside,
+    // less these.
     let polygon = 12.0 * 0.25 / (PI / 12.0).tan();
     let beyond = |angle: f64| 12.0 * (0.5 * reach * reach * angle + 0.5 * reach * covered.sin());
     close(ring.area(), polygon + beyond(outer));
@@ -116,7 +119,7 @@ fn a_ring_has_a_pocket_that_nothing_reaches() {
     assert!(filled.hidden_arcs().is_empty() && filled.pocket_area() == 0.0);
 }
 
-/// A disc in the middle of a ring that it does not touch lies in the pocket, and so is out of reach.
+/// A disc in the centre of a ring that it does not touch lies in the pocket, and cannot be reached.
 #[test]
 fn an_island_in_a_pocket_is_unreachable() {
     let mut atoms = Shape::Ring(12).atoms(0.5, 1.0).unwrap();
@@ -144,7 +147,8 @@ fn an_atom_inside_another_is_unreachable() {
     assert_eq!(region.unreachable(), [1]);
 }
 
-/// Of a circle, what one neighbour covers across direction 0 hides all of what another covers just behind it.
+/// On a circle, the arc that one neighbour covers across direction 0 contains the arc of another
+/// one just before 0.
 #[test]
 fn a_cover_that_goes_round_counts_at_the_beginning_too() {
     let region =
@@ -162,8 +166,8 @@ fn walls_and_impossible_probes_are_refused() {
     }
 }
 
-/// A free tee of mass 10 in an ideal gas of mass 1, kT = 1: rate and shares from an independent quadrature with the moment
-/// of inertia of uniform discs.
+/// A free tee of mass 10 in an ideal gas of mass 1, kT = 1: rate and shares from an independent
+/// quadrature with the moment of inertia of uniform discs.
 #[test]
 fn shares_of_contacts_of_a_free_tee() {
     let molecule = Molecule::named(Shape::Tee, 0.005, 2.0).unwrap();
@@ -187,7 +191,7 @@ fn sectors_add_up_and_lie_opposite_to_the_normal() {
     let sectors = tee.by_impulse_direction(360, |_, _| 1.0);
     close(sectors.iter().sum::<f64>(), tee.perimeter());
     let level = 0.015 * 1f64.to_radians();
-    // The flat top of the bar exposes three atoms; what strikes it pushes down, to 270°.
+    // The flat top of the bar exposes three atoms; impulses there point down, to 270°.
     close(sectors[270] / level, 3.0);
     close(sectors[90] / level, 1.0);
     close(sectors[0] / level, 2.0);
@@ -209,8 +213,8 @@ fn molecules() -> impl Strategy<Value = Molecule> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
 
-    /// Points of a lattice: those in some disc, and those that a region contains besides, must be as many as the areas
-    /// say.
+    /// The numbers of lattice points in the discs, and of those in the region, must agree with the
+    /// areas.
     #[test]
     fn areas_are_those_of_counted_points(molecule in molecules(), radius in 0.0..0.6f64) {
         let region = ExcludedRegion::of(&molecule, radius).unwrap();
@@ -231,7 +235,7 @@ proptest! {
         prop_assert!((f64::from(filled) * step * step - region.area()).abs() < error);
     }
 
-    /// A probe larger by dr excludes P dr more.
+    /// A probe with a radius larger by dr excludes an area larger by P dr.
     #[test]
     fn the_perimeter_is_the_derivative_of_the_area(molecule in molecules(), radius in 0.01..0.6f64) {
         let at = |radius: f64| ExcludedRegion::of(&molecule, radius).unwrap();
@@ -239,17 +243,19 @@ proptest! {
         let slope = (union_area(&at(radius + step)) - union_area(&at(radius - step))) / (2.0 * step);
         let region = at(radius);
         let length = region.perimeter() + region.hidden_arcs().iter().map(ExposedArc::length).sum::<f64>();
-        // Circles that just touch or part within the step change P by the root of it.
+        // Circles that begin or cease to touch within the step change P by the square root of the
+        // step.
         prop_assert!((slope / length - 1.0).abs() < 0.01, "{slope} {length}");
     }
 
-    /// Closed lines: ∮ n ds = 0, outside and around pockets; and an arc is where no other disc is.
+    /// Closed lines have ∮ n ds = 0, outside and around pockets; and an arc is not inside any other
+    /// disc.
     #[test]
     fn the_outline_is_closed_and_exposed(molecule in molecules(), radius in 0.0..0.6f64) {
         let region = ExcludedRegion::of(&molecule, radius).unwrap();
         for arcs in [region.arcs(), region.hidden_arcs()] {
             let sum: DVec2 = arcs.iter().map(|arc| {
-                // ∫ n ds of an arc is its chord, turned back by a quarter.
+                // ∫ n ds of an arc is its chord rotated by a quarter turn clockwise.
                 -(arc.point(arc.end) - arc.point(arc.start)).perp()
             }).sum();
             prop_assert!(sum.length() < 1e-7, "{sum}");

@@ -1,5 +1,6 @@
 //! The hits of the billiard against integral geometry: comparison, checks and figures.
 
+use carom_report::molecule_picture;
 use carom_tables::{Check, Figure, chi_square::ChiSquare};
 
 use super::{

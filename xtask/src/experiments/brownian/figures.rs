@@ -7,6 +7,8 @@ use carom::{
 use carom_tables::{Check, Figure};
 use glam::DVec2;
 
+use crate::experiments::thesis_scene::Case;
+
 use super::{
     dilute::{self, FewDiscs},
     group::{Group, impulse_error},

@@ -22,10 +22,6 @@ use super::{
     subject::{Subject, WARM_UP},
 };
 
-/// The most that a capability may cost where it is absent, and where it is idle (share of the instructions).
-const ABSENT: f64 = 0.02;
-const IDLE: f64 = 0.05;
-
 /// Runs one variant and prints how many collisions there were: what callgrind looks at.
 ///
 /// # Errors

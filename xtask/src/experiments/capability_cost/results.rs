@@ -1,10 +1,16 @@
 //! What each capability was found to cost.
 
+use carom_tables::{Check, Figure};
+
 use super::{
-    callgrind::Counted,
+    callgrind::{self, Profile},
     capability::{Capability, Level, Variant},
     dependencies::Needs,
 };
+
+/// The most that a capability may cost where it is absent, and where it is idle (share of the instructions).
+const ABSENT: f64 = 0.02;
+const IDLE: f64 = 0.05;
 
 /// What was found about one variant.
 #[derive(Debug, Clone)]
@@ -50,7 +56,7 @@ impl Results {
         Some(own as f64 / callgrind::total(plain) as f64)
     }
 
-    fn checks(&self) -> Vec<Check> {
+    pub fn checks(&self) -> Vec<Check> {
         let mut checks = Vec::new();
         for capability in Capability::ALL {
             if let Some(share) = self.absent(capability).filter(|_| !capability.sources().is_empty()) {
@@ -63,7 +69,7 @@ impl Results {
         checks
     }
 
-    fn figures(&self) -> Vec<Figure> {
+    pub fn figures(&self) -> Vec<Figure> {
         let of = |found: &Found| {
             let variant = found.variant;
             let figure = |what: &str, value, unit| Figure::new(format!("{what}: {variant}"), value, unit);

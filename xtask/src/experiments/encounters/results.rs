@@ -1,5 +1,8 @@
 //! The answers of all detectors to all classes of encounters.
 
+use carom_tables::Totals;
+use serde::{Deserialize, Serialize};
+
 use super::{settings::Setting, tally::Tally, timing::Timing};
 
 /// What came out for one class.
@@ -33,7 +36,7 @@ pub struct ParryResult {
 }
 
 impl ParryResult {
-    fn sum<'a>(rounds: impl Iterator<Item = &'a Self> + Clone) -> Self {
+    pub fn sum<'a>(rounds: impl Iterator<Item = &'a Self> + Clone) -> Self {
         Self {
             tally: Tally::sum(rounds.clone().map(|round| &round.tally)),
             ratios: rounds.clone().flat_map(|round| &round.ratios).copied().collect(),

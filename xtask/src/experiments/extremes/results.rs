@@ -1,6 +1,13 @@
 //! What the extreme scenes, edges, reversals and drifts have shown.
 
-use super::{drift::Drift, edges::Found};
+use carom_testkit::extremes::Case;
+
+use super::{
+    drift::Drift,
+    edges::{Edge, Found},
+    reversal::Reversal,
+    trial::Ending,
+};
 
 /// All there is to report.
 pub struct Results {

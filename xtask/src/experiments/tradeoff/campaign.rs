@@ -15,20 +15,20 @@ use super::{
     Options, charts,
     knobs::{self, MODEL, Setting},
     measures::{self, Physics},
+    observers::Log,
     options::Plan,
     rapier,
-    replay::{self, Log, Tally},
+    replay::{self, Tally},
     report,
     results::{Found, SceneResult, TOLERANCE},
     reversal::{self, EffectiveError},
     runner::{Runner, begin},
     scenes::{self, Named},
-    settle::settle,
+    settle::{settle, tau},
 };
 
-/// Time until the lattice of the start is forgotten, at least between the states from which contacts are replayed, and the most
-/// of a replay: in mean times between two collisions of a body.
-const WARM_UP: f64 = 50.0;
+/// Least time between the states from which contacts are replayed, and the longest replay, in mean times
+/// between two collisions of a body.
 const APART: f64 = 5.0;
 const STRETCH: f64 = 2.0;
 

@@ -3,6 +3,9 @@
 use anyhow::Result;
 use carom::Simulation;
 
+/// Time until the lattice of the start is forgotten, in mean times between two collisions of a body.
+const WARM_UP: f64 = 50.0;
+
 /// Runs until the start is forgotten; what time it is then, and the mean time between two collisions of a body.
 ///
 /// # Errors
@@ -20,8 +23,11 @@ pub fn settle(simulation: &mut Simulation) -> Result<(f64, f64)> {
     Ok((end, tau(simulation, begin, end)?))
 }
 
-/// Mean time between two collisions of a body, from one call to another.
-fn tau(simulation: &mut Simulation, from: f64, to: f64) -> Result<f64> {
+/// Mean time between two collisions of a body, measured from one time to another.
+///
+/// # Errors
+/// The run breaks off.
+pub fn tau(simulation: &mut Simulation, from: f64, to: f64) -> Result<f64> {
     simulation.run_until(from)?;
     let before = simulation.view().counters().collisions;
     simulation.run_until(to)?;
