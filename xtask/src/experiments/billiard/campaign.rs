@@ -1,19 +1,13 @@
 //! The experiment from end to end: the flights, what they say against the prediction, and what is written.
 
 use anyhow::Result;
-use carom_report::molecule_picture;
 use carom_runs::{
     experiment::{Experiment, Opening, threads},
     say,
 };
-use carom_tables::{Check, Figure, Summary, Verdict, chi_square::ChiSquare};
+use carom_tables::{Summary, Verdict};
 
-use super::{
-    Options, Setup,
-    flights::{Hits, SECTORS, fly},
-    report,
-    results::Comparison,
-};
+use super::{Options, flights::fly, report, results::Comparison};
 
 /// Runs the experiment and writes its folder.
 ///

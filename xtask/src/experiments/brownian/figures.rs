@@ -12,7 +12,7 @@ use crate::experiments::thesis_scene::Case;
 use super::{
     dilute::{self, FewDiscs},
     group::{Group, impulse_error},
-    measurement::{Kicks, SECTORS, increments},
+    measurement::{SECTORS, increments},
     pooled::{FEWEST_BLOCKS, Pooled},
     prediction::{collision_rate, contact_density_of_disc},
 };

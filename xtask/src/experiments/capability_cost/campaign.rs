@@ -7,15 +7,15 @@ use carom_runs::{
     progress::Progress,
     say,
 };
-use carom_tables::{Check, Figure, Summary, Totals, Verdict};
+use carom_tables::{Summary, Totals, Verdict};
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
 
 use super::{
     Options,
     callgrind::{self, Counted, Profile},
-    capability::{Capability, Level, Variant},
-    dependencies::{self, Needs},
+    capability::Variant,
+    dependencies::{self},
     options::Plan,
     report,
     results::{Found, Results},

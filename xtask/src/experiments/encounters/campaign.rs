@@ -10,7 +10,7 @@ use carom_runs::{
     say,
     work_items::Pieces,
 };
-use carom_tables::{Check, Summary, Totals, Verdict};
+use carom_tables::{Check, Summary, Verdict};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +25,7 @@ use super::{
     results::{ClassResult, ParryResult, Results},
     settings::{Setting, settings},
     tally::{HEADER, Tally},
-    timing::{self, Timing},
+    timing::{self},
 };
 use crate::experiments::detectors::Detector;
 

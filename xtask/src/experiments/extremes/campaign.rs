@@ -17,12 +17,12 @@ use rayon::prelude::*;
 use super::{
     Options,
     drift::{Drift, drift, scenes as scenes_of_drift},
-    edges::{Edge, Found, edges},
+    edges::{Edge, edges},
     gaps::MOST_ROUNDINGS,
     options::Plan,
     report,
     results::Results,
-    reversal::{Reversal, reversals},
+    reversal::reversals,
     trial::{Ending, attempt},
 };
 

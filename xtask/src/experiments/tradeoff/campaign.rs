@@ -21,10 +21,10 @@ use super::{
     replay::{self, Tally},
     report,
     results::{Found, SceneResult, TOLERANCE},
-    reversal::{self, EffectiveError},
+    reversal::{self},
     runner::{Runner, begin},
     scenes::{self, Named},
-    settle::{settle, tau},
+    settle::settle,
 };
 
 /// Least time between the states from which contacts are replayed, and the longest replay, in mean times

@@ -1,7 +1,7 @@
 //! What the physicist came for: pressure, collision rate, shares of hits, and the slope of the velocity autocorrelation.
 
 use anyhow::Result;
-use carom::{Checkpoint, CollisionRate, CollisionReport, Observer, Pressure, View};
+use carom::{Checkpoint, Observer, View};
 use cpu_time::ThreadTime;
 use glam::DVec2;
 

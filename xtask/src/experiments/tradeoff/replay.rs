@@ -5,7 +5,7 @@
 //! counts.
 
 use anyhow::Result;
-use carom::{Checkpoint, CollisionReport, Observer, kinematics::EpochTime};
+use carom::Checkpoint;
 
 use super::{
     knobs::Setting,
