@@ -8,9 +8,10 @@
 //! * with straight walls across the whole box that are parallel to an axis, along that axis only;
 //! * with any other wall or fixed body, along neither.
 //!
-//! The geometry alone decides. That is right for every response that gives impulses along the contact
-//! normal, as [`Impact`](carom_response::Impact) does; a response with a tangential impulse, such as
-//! friction, changes the momentum along a straight wall, too, which is not taken into account.
+//! The geometry alone decides. That is right for every response that gives impulses along the
+//! contact normal, as [`Impact`](carom_response::Impact) does; a response with a tangential
+//! impulse, such as friction, changes the momentum along a straight wall, too, which is not taken
+//! into account.
 //!
 //! With V = 0 along an axis without conservation, and c = 0, 1 or 2 conserved components, the
 //! equipartition theorem in the ensemble of fixed P gives, for a group of n of the bodies,
@@ -20,9 +21,9 @@
 //! because the variance of a component of vᵢ − V is (1/mᵢ − 1/M) kT. For all bodies this is
 //! kT = 2 (K − P²/2M) / (2 (N − 1) + turning degrees of freedom) (Rapaport 2004, section 2.4).
 //!
-//! All bodies count as one system. Two or more parallel walls across the whole box divide it into as
-//! many rooms, each of which conserves its own momentum along the walls. There the motion of the rooms
-//! relative to each other counts as thermal, and f is too large by the number of rooms less 1:
+//! All bodies count as one system. Two or more parallel walls across the whole box divide it into
+//! as many rooms, each of which conserves its own momentum along the walls. There the motion of the
+//! rooms relative to each other counts as thermal, and for k rooms f is too large by k − 1:
 //! 2 N − 1 instead of 2 N − 2 for the discs of two rooms.
 
 use carom_kinematics::{Motion, kinetic_energy};
@@ -152,10 +153,11 @@ impl View<'_> {
     /// kT of all bodies (mass × length² / time²), relative to the centre of mass where momentum is
     /// conserved; `None` if nothing can have a thermal motion.
     ///
-    /// All bodies count as one system. Where k ≥ 2 parallel walls across the whole box divide it into
-    /// k rooms, any drift of the rooms relative to each other, along the walls, counts as thermal,
-    /// and there are k − 1 degrees of freedom too many. The error is of the order of k over the number
-    /// of bodies if the momentum of each room is 0; simulate each room alone to avoid it.
+    /// All bodies count as one system. Where k ≥ 2 parallel walls across the whole box divide it
+    /// into k rooms, any drift of the rooms relative to each other, along the walls, counts as
+    /// thermal, and there are k − 1 degrees of freedom too many. The error is of the order of k
+    /// over the number of bodies if the momentum of each room is 0; simulate each room alone to
+    /// avoid it.
     pub fn temperature(&self) -> Option<f64> {
         self.centre_of_mass_frame().thermal(self.bodies()).temperature()
     }

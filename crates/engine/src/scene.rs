@@ -206,8 +206,8 @@ pub struct GasSpec {
     /// directions are independent of each other, and the gas drifts as a whole.
     ///
     /// One molecule with energy cannot have momentum 0: `true` is refused for a gas of one, and if
-    /// absent, it moves. The total momentum of a scene with such a gas, or with a `[[molecule]]` that
-    /// moves, is therefore not 0 in general.
+    /// absent, it moves. The total momentum of a scene with such a gas, or with a `[[molecule]]`
+    /// that moves, is therefore not 0 in general.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub zero_momentum: Option<bool>,
     /// Free or locked.

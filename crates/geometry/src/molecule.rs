@@ -364,8 +364,8 @@ fn rectangle(atoms: &[Atom]) -> [DVec2; 2] {
 }
 
 /// A molecule is round if its outline deviates from a circle about the centre of mass by at most
-/// this share of its radius. Smaller: the rounding of the centre of mass of atoms that are given far
-/// from the origin counts as a shape. Larger: molecules count as round whose spin thermalises
+/// this share of its radius. Smaller: the rounding of the centre of mass of atoms that are given
+/// far from the origin counts as a shape. Larger: molecules count as round whose spin thermalises
 /// within a run; at a lever arm of this share, that takes some 10²⁴ contacts.
 const ROUND: f64 = 1e-12;
 
@@ -479,7 +479,8 @@ mod tests {
                 .map(|angle: f64| (x + 0.8 * angle.cos(), y + 0.8 * angle.sin(), 0.1));
             assert!(of(&[third[0], third[1], (x, y, 1.0), third[2]]), "{x} {y}");
         }
-        // One hidden atom off the centre, an atom that sticks out, a dumbbell, a ring around a hole.
+        // One hidden atom off the centre, an atom that sticks out, a dumbbell, a ring around a
+        // hole.
         assert!(!of(&[(0.0, 0.0, 1.0), (0.5, 0.0, 0.25)]));
         assert!(!of(&[(0.0, 0.0, 1.0), (1e-9, 0.0, 0.25)]));
         assert!(!of(&[(0.0, 0.0, 1.0), (-0.8, 0.0, 0.25), (0.8, 0.0, 0.1)]));

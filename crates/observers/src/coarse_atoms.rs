@@ -12,13 +12,13 @@ const CELLS: usize = 128;
 /// The most circles that any molecule is drawn by.
 pub const MOST_CIRCLES: usize = CELLS * CELLS;
 
-/// Centre and radius of each circle that a molecule is drawn by (length, in the molecule's frame), at
-/// most [`MOST_CIRCLES`] of them.
+/// Centre and radius of each circle that a molecule is drawn by (length, in the molecule's frame),
+/// at most [`MOST_CIRCLES`] of them.
 ///
-/// They are its atoms, in their order. Of more than [`MOST_CIRCLES`] atoms only the largest one with
-/// its centre in each cell of a square grid is drawn, and at least as large as the circle around a
-/// cell. So each cell that an atom stands in is covered, and nothing farther from an atom than the
-/// diagonal of a cell: 1.1 % of the diameter of the bounding circle.
+/// They are its atoms, in their order. Of more than [`MOST_CIRCLES`] atoms only the largest one
+/// with its centre in each cell of a square grid is drawn, and at least as large as the circle
+/// around a cell. So each cell that an atom stands in is covered, and nothing farther from an atom
+/// than the diagonal of a cell: 1.1 % of the diameter of the bounding circle.
 ///
 /// ```
 /// use carom_geometry::{Atom, Molecule};

@@ -16,8 +16,8 @@ use glam::DVec2;
 const MOST_BODIES: usize = 10_000;
 const MOST_ATOMS: usize = 40_000;
 
-/// The least half side of a part, as a share of the shorter side of the box. Smaller: where many bodies
-/// cover one place, the part around it has no size.
+/// The least half side of a part, as a share of the shorter side of the box. Smaller: where many
+/// bodies cover one place, the part around it has no size.
 const LEAST_HALF: f64 = 1e-3;
 
 /// Of more, this share of either is shown, and the rest is kept as a margin from which bodies come

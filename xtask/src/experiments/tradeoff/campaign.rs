@@ -311,7 +311,7 @@ fn figures(results: &[SceneResult]) -> Vec<Figure> {
 #[cfg(test)]
 mod tests {
     use super::super::knobs::Order;
-    use super::*;
+    use super::{super::settle::tau, *};
     use carom::CellsPerSide;
 
     #[test]

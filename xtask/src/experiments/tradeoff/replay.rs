@@ -121,6 +121,8 @@ pub fn compare(exact: &Log, other: &Log, duration: f64, tolerance: f64, tally: &
 
 #[cfg(test)]
 mod tests {
+    use carom::kinematics::EpochTime;
+
     use super::*;
 
     fn tally(exact: &[(f64, u64, u64)], other: &[(f64, u64, u64)]) -> Tally {
