@@ -4,7 +4,7 @@
 //! Life of one event:
 //!
 //! ```text
-//! scheduler ── earliest event ─┬─► a crossing: the body enters the next cell; its contacts with the
+//! scheduler ── earliest event ─┬─► a crossing: the body enters the next cell; contacts with the
 //!                              │     bodies there are predicted
 //!                              ├─► stale (the partner has changed): predicted anew, or dropped by
 //!                              │     `HeapScheduler`

@@ -14,7 +14,8 @@ use crate::{Rotation, SceneError};
 ///
 /// let mut scene = Scene::default();
 /// scene.bumper.push(BumperSpec { radius: 0.05, at: [0.5, 0.5], tags: vec![] });
-/// scene.gas.push(GasSpec { radius: Some(0.01), mass: Some(1.0), count: Some(100), ..GasSpec::default() });
+/// let gas = GasSpec { radius: Some(0.01), mass: Some(1.0), ..GasSpec::default() };
+/// scene.gas.push(GasSpec { count: Some(100), ..gas });
 /// let text = scene.to_toml();
 /// assert_eq!(Scene::from_toml(&text)?, scene);
 /// # Ok::<(), carom_engine::SceneError>(())
