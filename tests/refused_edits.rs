@@ -16,7 +16,7 @@ fn a_fixed_body_takes_no_rotation_mode() {
     let fixed = simulation.view().bodies().find(|view| view.body.is_fixed()).unwrap().body.key();
     let refused = simulation.set_rotation(fixed, Rotation::Free).unwrap_err();
     assert!(matches!(&refused, EditError::Fixed(name) if name.key == fixed), "{refused}");
-    assert_eq!(refused.to_string(), "body 2 is fixed");
+    assert_eq!(refused.to_string(), "body 2 is fixed: neither its energy nor its rotation can be changed");
 }
 
 #[test]

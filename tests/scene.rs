@@ -251,7 +251,7 @@ fn a_grid_too_fine_is_refused_with_the_finest_that_is_safe() {
         assert_eq!((*asked, *largest), (fineness, 34));
         assert_eq!(entry, "molecule[0] and gas[0]");
         assert!((reach - 0.029).abs() < 1e-16);
-        assert!(error.to_string().contains("the largest safe fineness is 34"), "{error}");
+        assert!(error.to_string().contains("at most 34 are safe"), "{error}");
     }
     assert!(built(34).is_ok());
     for fineness in [0, 4097, u32::MAX] {
@@ -398,7 +398,7 @@ fn boxes_and_walls_without_measure_are_refused_in_no_time() {
     walled.wall = vec![wall([0.0, 0.0], [1.0, 1.0], 0.0)];
     let message = refusal(&walled).to_string();
     assert!(
-        message.contains("16 times as long as the box: it goes 1e0 along y, where the box has 1e-6"),
+        message.contains("16 times as long as the box, but is 1e0 along y, where the side is 1e-6"),
         "{message}"
     );
     // As a line along the box it is as good as any.

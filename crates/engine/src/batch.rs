@@ -1,4 +1,5 @@
-//! A batch of edits: bodies come, go, and change tags, energy or rotation in one transaction.
+//! A batch of edits: adds and removes bodies, and changes tags, energy or rotation, in one
+//! transaction.
 
 use std::{collections::HashMap, sync::Arc};
 
@@ -20,31 +21,31 @@ use crate::{
 
 /// Edits that are made together or not at all; see [`Simulation::edit`].
 ///
-/// The batch works on a copy of the bodies. Each method checks its own edit, so that an error
-/// belongs to one edit, and leaves the batch as it was if it fails. A closure may catch such an
-/// error and go on, for instance to try another place for a molecule.
+/// The batch works on a copy of the bodies. Each method checks its own edit: an error belongs to
+/// one edit, and leaves the batch unchanged. A closure may handle such an error and continue, for
+/// example with another position for a molecule.
 #[derive(Debug)]
 pub struct Batch {
     world: World,
     names: TagNames,
     elasticity: ElasticityTable,
-    /// The time of the edit, as an offset in the epoch of the world, until bodies have been brought
-    /// there.
+    /// The time of the edit, as an offset in the epoch of the world; `None` once the bodies have
+    /// been moved to that time.
     offset: Option<f64>,
-    /// What stands where, from the first added body on.
+    /// Grid of the bodies in the box, built for the first added body.
     sites: Option<Sites>,
-    /// For each body of the world whether it has been taken out; they leave the lists when the
-    /// batch ends.
+    /// Whether each body of the world has been removed; removed bodies leave the lists at the end
+    /// of the batch.
     removed: Vec<bool>,
-    /// Whether bodies have come, gone or changed their motion: the epoch then ends.
+    /// Whether bodies have been added or removed or have changed their motion: then the epoch ends.
     moves: bool,
     /// Whether tags or rules of elasticity have changed.
     relabels: bool,
-    /// What edits have made of descriptions: like bodies go on sharing one.
+    /// Edited descriptions, so that bodies of one kind continue to share a description.
     edited: EditedKinds,
 }
 
-/// An edit of what bodies of one kind have in common.
+/// An edit of a description that bodies of one kind share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum KindEdit {
     Tag(Tag),
@@ -55,17 +56,18 @@ enum KindEdit {
 /// A description before an edit and after it.
 #[derive(Debug)]
 struct EditedKind {
-    /// Kept, so that its address stays its own.
+    /// Kept alive, so that no other description gets its address.
     _before: Arc<BodyKind>,
     after: Arc<BodyKind>,
 }
 
-/// The descriptions that a batch has edited, by the address of the description before and the edit.
+/// The descriptions that a batch has edited, with the address of the old description and the edit
+/// as key.
 #[derive(Debug, Default)]
 struct EditedKinds(HashMap<(usize, KindEdit), EditedKind>);
 
 impl EditedKinds {
-    /// Edits the description of one body. Takes O(1) time on average.
+    /// Edits the description of one body, in O(1) time on average.
     fn edit(&mut self, kind: &mut Arc<BodyKind>, edit: KindEdit) {
         let entry = self.0.entry((Arc::as_ptr(kind).addr(), edit)).or_insert_with(|| {
             let mut after = BodyKind::clone(kind);
@@ -85,23 +87,23 @@ impl EditedKinds {
 }
 
 impl Batch {
-    /// Adds a molecule as a scene file would.
+    /// Adds a molecule, described as in a scene file.
     ///
     /// # Errors
-    /// [`EditError::Scene`] if it is impossible or overlaps something.
+    /// [`EditError::Scene`] if the description is invalid or the molecule overlaps a body.
     pub fn add(&mut self, spec: &MoleculeSpec) -> Result<BodyKey, EditError> {
         self.insert("the molecule added", |world, names, entry| add_molecule(world, names, spec, entry))
     }
 
-    /// Adds a wall as a scene file would.
+    /// Adds a wall, described as in a scene file.
     ///
     /// # Errors
-    /// [`EditError::Scene`] if it is impossible or overlaps something that moves.
+    /// [`EditError::Scene`] if the description is invalid or the wall overlaps a moving body.
     pub fn add_wall(&mut self, spec: &WallSpec) -> Result<BodyKey, EditError> {
         self.insert("the wall added", |world, names, entry| add_wall(world, names, spec, entry))
     }
 
-    /// Takes a body out of the system; its place is free for the next one of the batch.
+    /// Removes a body; another body of the batch may be added at its position.
     ///
     /// # Errors
     /// [`EditError::NoSuchBody`].
@@ -116,7 +118,7 @@ impl Batch {
         Ok(())
     }
 
-    /// Gives a body a tag.
+    /// Adds a tag to a body.
     ///
     /// # Errors
     /// [`EditError::NoSuchBody`].
@@ -131,7 +133,7 @@ impl Batch {
         Ok(tag)
     }
 
-    /// Takes a tag from a body; one that it does not carry changes nothing.
+    /// Removes a tag from a body; a tag that it does not carry changes nothing.
     ///
     /// # Errors
     /// [`EditError::NoSuchBody`].
@@ -144,7 +146,7 @@ impl Batch {
         Ok(())
     }
 
-    /// Changes the elasticity of all contacts from now on.
+    /// Changes the elasticity of all later contacts.
     ///
     /// # Errors
     /// [`EditError::Scene`] if a coefficient is out of range.
@@ -156,10 +158,10 @@ impl Batch {
         Ok(())
     }
 
-    /// Scales velocity and spin of a body so that its kinetic energy is `energy`.
+    /// Scales velocity and angular velocity of a body so that its kinetic energy is `energy`.
     ///
     /// # Errors
-    /// As [`Simulation::reset_energy`].
+    /// Those of [`Simulation::reset_energy`].
     pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
         let index = self.index(key)?;
         let factor = energy_factor(&self.world, &self.names, index, energy)?;
@@ -168,19 +170,19 @@ impl Batch {
     }
 
     /// Scales the kinetic energy of each body with this tag to `energy`. Fixed bodies, which have
-    /// none, are left out. If one body is refused, none is changed.
+    /// no energy, are skipped. If one body is refused, none is changed.
     ///
     /// # Errors
-    /// As [`Simulation::reset_energy_of_tag`].
+    /// Those of [`Simulation::reset_energy_of_tag`].
     pub fn reset_energy_of_tag(&mut self, tag: Tag, energy: f64) -> Result<(), EditError> {
         self.reset_energies(energy, |body| body.has_tag(tag))
     }
 
-    /// Scales the kinetic energy of each body that moves to `energy`. If one is refused, none is
+    /// Scales the kinetic energy of each moving body to `energy`. If one body is refused, none is
     /// changed.
     ///
     /// # Errors
-    /// As [`Simulation::reset_energy_of_all`].
+    /// Those of [`Simulation::reset_energy_of_all`].
     pub fn reset_energy_of_all(&mut self, energy: f64) -> Result<(), EditError> {
         self.reset_energies(energy, |_| true)
     }
@@ -192,7 +194,7 @@ impl Batch {
         Ok(())
     }
 
-    /// Multiplies velocities and spins of bodies by factors.
+    /// Multiplies velocities and angular velocities of bodies by factors.
     fn scale(&mut self, factors: &[(usize, f64)]) {
         if factors.is_empty() {
             return;
@@ -206,8 +208,7 @@ impl Batch {
         self.moves = true;
     }
 
-    /// Locks the orientation of a body where it is now, or frees it. Its spin is taken away when it
-    /// is locked.
+    /// Locks the present orientation of a body, or frees it. Locking sets its angular velocity to 0.
     ///
     /// # Errors
     /// [`EditError::Fixed`] or [`EditError::NoSuchBody`].
@@ -231,7 +232,7 @@ impl Batch {
         index.ok_or(EditError::NoSuchBody(key))
     }
 
-    /// Brings all bodies to the time of the edit, where the next epoch starts.
+    /// Moves all bodies to the time of the edit, at which the next epoch starts.
     fn begin_to_move(&mut self) {
         if let Some(offset) = self.offset.take() {
             self.world.rebase(offset);
@@ -262,7 +263,7 @@ impl Batch {
         }
     }
 
-    /// Refuses overlaps of the body added last with any other, unless both are fixed; lists it
+    /// Refuses the body added last if it overlaps another, unless both are fixed; lists it
     /// otherwise.
     fn refuse_overlaps_of_last(&mut self, entry: &str) -> Result<(), SceneError> {
         let (world, new) = (&self.world, self.world.bodies.len() - 1);
@@ -290,10 +291,10 @@ impl Batch {
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Makes several edits at once: all of them, or none if one is refused.
     ///
-    /// A batch costs one copy of the bodies and one start of an epoch, O(N) for N bodies, however
-    /// many edits it has. Made one by one, k edits cost k times as much. If the closure returns an
-    /// error, or the bodies as a whole do not suit the grid or the rules of elasticity, no bit of
-    /// the trajectory changes. Keys of bodies that a refused batch has added are not used again.
+    /// A batch of any number of edits costs one copy of the bodies and one start of an epoch, O(N)
+    /// for N bodies; k single edits cost k times as much. If the closure returns an error, or the
+    /// edited bodies do not fit the grid or the rules of elasticity, no bit of the trajectory
+    /// changes. Keys of bodies that a refused batch has added are not reused.
     ///
     /// ```
     /// use carom_engine::{EditError, MoleculeSpec, Scene, Simulation};
@@ -301,8 +302,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// let scene = Scene::from_toml("[[gas]]\ntags = [\"gas\"]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 100")?;
     /// let mut simulation = Simulation::new(&scene)?;
     /// simulation.run_until(0.1)?;
-    /// // Two discs react: a heavier one takes the place of the first.
-    /// let mut pair = simulation.view().bodies().take(2).map(|body| (body.body.key(), body.motion)).collect::<Vec<_>>();
+    /// A reaction of two discs: a heavier disc replaces the first.
+    /// let pair = simulation.view().bodies().take(2);
+    /// let mut pair = pair.map(|body| (body.body.key(), body.motion)).collect::<Vec<_>>();
     /// let (second, first) = (pair.pop().unwrap(), pair.pop().unwrap());
     /// let product = MoleculeSpec {
     ///     shape: Some("disc".to_owned()),
@@ -333,7 +335,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// The error of the closure; [`EditError::Scene`] if a body is too large for the grid or the
-    /// box, or rules of elasticity disagree.
+    /// box, or if rules of elasticity disagree.
     #[doc(alias = "transaction")]
     pub fn edit<T>(
         &mut self,
@@ -351,20 +353,20 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             edited: EditedKinds::default(),
         };
         let result = edits(&mut batch);
-        // Also if the batch is refused: the closure may have kept the keys of bodies that it added.
+        // Also after a refused batch: the closure may have kept the keys of bodies that it added.
         self.world.next_id = batch.world.next_id;
         let result = result?;
         self.accept(batch)?;
         Ok(result)
     }
 
-    /// Takes over an edited world, if elasticity and grid suit it.
+    /// Takes over an edited world if it fits the elasticity and the grid.
     fn accept(&mut self, batch: Batch) -> Result<(), EditError> {
         let Batch { mut world, names, mut elasticity, removed, moves, relabels, .. } = batch;
         if !moves {
             if relabels {
                 elasticity.classify(&mut world)?;
-                // Tags touch no motion and no prediction: the epoch goes on.
+                // Tags affect no motion and no prediction: the epoch continues.
                 self.world.bodies = world.bodies;
                 self.world.keep_last_contacts(!world.last_contacts.is_empty());
                 (self.names, self.elasticity) = (names, elasticity);
@@ -384,8 +386,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     }
 }
 
-/// The factors for velocities and spins that give each chosen body this energy; fixed bodies, which
-/// have none, are left out.
+/// The factors for velocities and angular velocities that give each chosen body this energy; fixed
+/// bodies, which have no energy, are skipped.
 pub(crate) fn energy_factors(
     world: &World,
     names: &TagNames,
@@ -398,7 +400,7 @@ pub(crate) fn energy_factors(
         .collect()
 }
 
-/// The factor for a body's velocity and spin that gives it this energy.
+/// The factor for velocity and angular velocity of a body that gives it this energy.
 pub(crate) fn energy_factor(
     world: &World,
     names: &TagNames,
@@ -419,7 +421,7 @@ pub(crate) fn energy_factor(
     let factor = (energy / before).sqrt();
     let (speed, spin) = (factor * motion.velocity.length(), factor * motion.angular_velocity.abs());
     let rim = spin * body.kind.molecule.bounding_radius();
-    // NaN and an infinite factor are out of range as well.
+    // NaN and infinite factors are out of range as well.
     let is_in_range = speed.max(spin) <= LARGEST && speed.max(rim) >= LEAST_SPEED;
     if is_in_range && factor.is_finite() { Ok(factor) } else { Err(EditError::Energy(energy)) }
 }
@@ -433,7 +435,7 @@ mod tests {
 
     type Edit = fn(&mut Batch, BodyKey) -> Result<(), EditError>;
 
-    /// A hundred dumbbells and discs, one after the other.
+    /// A hundred molecules, alternately dumbbells and discs.
     fn mixture() -> Simulation<Exact, Impact, CellScheduler> {
         let molecule = |n: u32| MoleculeSpec {
             shape: Some(["dumbbell", "disc"][n as usize % 2].to_owned()),
@@ -447,7 +449,7 @@ mod tests {
     }
 
     #[test]
-    fn like_bodies_share_their_description_after_every_kind_of_edit() {
+    fn equal_bodies_share_their_description_after_each_kind_of_edit() {
         let mut simulation = mixture();
         let keys: Vec<BodyKey> = simulation.world.bodies.iter().map(|body| body.key).collect();
         let mut kinds = Vec::new();

@@ -9,13 +9,14 @@ use smallvec::SmallVec;
 
 use crate::TagNames;
 
-/// Handle of a body; stays valid until the body is removed and is never used again, not even if the
+/// Handle of a body. It stays valid until the body is removed, and is never reused, even if the
 /// batch that has added the body is refused.
 ///
-/// Keys ascend in the order of insertion, which is the order of the bodies in the world, in a view
-/// and in a checkpoint, and the rule of ties. So a body is found by binary search, a view iterates
-/// through consecutive memory, and a resumed run has the same keys. A slot map gives none of these:
-/// it uses the slots of removed bodies again, so that its order depends on the history of edits.
+/// Keys ascend in the order of insertion, which is also the order of the bodies in the world, in a
+/// view and in a checkpoint, and the order of ties. Bodies are therefore found by binary search, a
+/// view iterates through consecutive memory, and a resumed run has the same keys. A slot map has
+/// none of these properties: it reuses the slots of removed bodies, so that its order depends on
+/// the history of edits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct BodyKey(pub(crate) u64);
 
@@ -26,11 +27,11 @@ impl Default for BodyKey {
     }
 }
 
-/// A tag: a name that groups bodies, as a number.
+/// A tag, stored as a number: a name shared by a group of bodies.
 ///
-/// It is valid in the system that has made it, as long as the system has a body or rule with its
-/// name or has had one. A tag that is new in a batch ends with the batch if the batch is refused:
-/// its number goes to the next new name.
+/// It is valid in the system that has created it, as long as the system has, or has had, a body or
+/// rule with its name. A tag that is new in a batch becomes invalid if the batch is refused: the
+/// next new name gets its number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Tag(pub(crate) u32);
 
@@ -41,33 +42,33 @@ pub type Tags = SmallVec<[Tag; 2]>;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Rotation {
-    /// It turns as impulses make it turn.
+    /// Impulses change its angular velocity.
     #[default]
     Free,
     /// Its orientation is locked (Montanari 2017, equation 2.12).
     Locked,
 }
 
-/// What of a body does not change from event to event.
+/// The properties of a body that events do not change.
 #[derive(Debug, Clone)]
 pub struct Body {
     pub(crate) key: BodyKey,
-    /// Shared by like bodies: a gas of a million discs has one.
+    /// Shared by equal bodies: a gas of a million discs has one.
     pub(crate) kind: Arc<BodyKind>,
 }
 
-/// What bodies of one kind have in common.
+/// The properties that bodies of one kind share.
 #[derive(Debug, Clone)]
 pub(crate) struct BodyKind {
     pub(crate) molecule: Arc<Molecule>,
     pub(crate) inertia: Inertia,
     pub(crate) tags: Tags,
-    /// Which row and column of the table of elasticities.
+    /// Row and column of the body in the table of elasticities.
     pub(crate) elasticity_class: u32,
 }
 
 impl BodyKind {
-    /// Whether nothing tells the two apart.
+    /// Whether all properties are equal.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         (Arc::ptr_eq(&self.molecule, &other.molecule) || self.molecule == other.molecule)
             && self.inertia == other.inertia
@@ -77,7 +78,7 @@ impl BodyKind {
 }
 
 impl BodyKey {
-    /// Whether it is the handle of one of these two.
+    /// Whether this is the handle of one of these two bodies.
     #[inline]
     pub fn is_among(self, bodies: [&Body; 2]) -> bool {
         (bodies[0].key == self) | (bodies[1].key == self)
@@ -85,7 +86,7 @@ impl BodyKey {
 }
 
 impl Body {
-    /// Handle of the body.
+    /// Returns the handle of the body.
     pub fn key(&self) -> BodyKey {
         self.key
     }
@@ -100,18 +101,19 @@ impl Body {
         &self.kind.molecule
     }
 
-    /// Whether this is a straight wall.
+    /// Whether this body is a straight wall.
     pub fn is_wall(&self) -> bool {
         self.kind.molecule.face().is_some()
     }
 
-    /// How far from the centre of mass something can be touched (length): the bounding radius; of a wall, how far from its
-    /// face.
+    /// Largest distance from the centre of mass at which the body can be touched (length): the
+    /// bounding radius; for a wall, the distance from its face.
     pub fn reach(&self) -> f64 {
         self.kind.molecule.face().map_or(self.kind.molecule.bounding_radius(), carom_geometry::Face::radius)
     }
 
-    /// The radius of the smallest thing that can be touched (length): an atom, or the face of a wall.
+    /// The radius of the smallest part that can be touched (length): an atom, or the face of a
+    /// wall.
     pub(crate) fn smallest_reach(&self) -> f64 {
         let atoms = || self.kind.molecule.atoms().iter().map(carom_geometry::Atom::radius);
         self.kind
@@ -135,19 +137,19 @@ impl Body {
         self.kind.tags.binary_search(&tag).is_ok()
     }
 
-    /// Whether nothing moves this body.
+    /// Whether this body never moves.
     #[doc(alias = "bumper")]
     pub fn is_fixed(&self) -> bool {
         self.kind.inertia.is_fixed()
     }
 
-    /// Whether the body's orientation is locked, or it is fixed.
+    /// Whether the body does not turn: its orientation is locked, or it is fixed.
     pub fn is_locked(&self) -> bool {
         self.kind.inertia.inverse_moment == 0.0
     }
 }
 
-/// A body as an error names it: its handle, its number and its tags.
+/// A body in an error message: its handle, its number and its tags.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BodyName {
     /// Handle.

@@ -1,4 +1,4 @@
-//! From the description of a scene to a system that can run: everything is checked, nothing is assumed.
+//! Builds a simulation from the description of a scene and checks every entry.
 
 use std::sync::Arc;
 
@@ -16,17 +16,18 @@ use crate::{
 };
 
 impl Simulation {
-    /// A simulation of the scene with the exact detector and the default scheduler.
+    /// Creates a simulation of the scene with the exact detector and the default scheduler.
     ///
     /// # Errors
-    /// [`SceneError`], which names the entry, if the scene cannot be built.
+    /// [`SceneError`], with the name of the entry, if the scene cannot be built.
     pub fn new(scene: &Scene) -> Result<Self, SceneError> {
         Self::with(scene, Exact::default(), Impact, <CellScheduler as Scheduler>::Options::default())
     }
 }
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
-    /// A simulation of the scene with a detector, a response and options of the scheduler of one's own.
+    /// Creates a simulation of the scene with the given detector, response and options of the
+    /// scheduler.
     ///
     /// ```
     /// use carom_detection::Exact;
@@ -34,14 +35,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// use carom_response::Impact;
     ///
     /// let mut scene = Scene::default();
-    /// // No grid: all pairs are looked at.
+    /// No grid: all pairs are compared.
     /// let simulation: Simulation<Exact, Impact, HeapScheduler> =
     ///     Simulation::with(&scene, Exact::default(), Impact, CellsPerSide::Given(1))?;
     /// # Ok::<(), carom_engine::SceneError>(())
     /// ```
     ///
     /// # Errors
-    /// [`SceneError`], which names the entry, if the scene cannot be built.
+    /// [`SceneError`], with the name of the entry, if the scene cannot be built.
     pub fn with(scene: &Scene, detection: D, response: R, options: S::Options) -> Result<Self, SceneError> {
         let bounds = PeriodicBox::new(DVec2::from(scene.bounds.sides)).map_err(geometry("box"))?;
         let mut names = TagNames::default();
@@ -70,7 +71,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             entries.push(entry);
         }
         let species = placement::species(scene, &bounds)?;
-        // Refused before it is filled: in such a box the sites of a lattice may be without number.
+        // Refused before placement: in such a box the number of lattice sites may be unbounded.
         let (sample, counts) = placement::sample(&world, &species);
         Grid::refuse_large_box(&sample)
             .map_err(|reason| reason.named(|body| entry_of(body, &entries, &counts)))?;
@@ -101,7 +102,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     }
 }
 
-/// The entry of a scene that a body comes from.
+/// The entry of the scene that describes a body.
 fn entry_of(body: usize, singles: &[String], gases: &[usize]) -> String {
     singles.get(body).cloned().unwrap_or_else(|| {
         let mut before = singles.len();
@@ -113,7 +114,8 @@ fn entry_of(body: usize, singles: &[String], gases: &[usize]) -> String {
     })
 }
 
-/// How many boxes away a molecule may be placed: farther out, its place in the box would have lost half its digits.
+/// Largest distance of a molecule from the box, in boxes: farther out, the position in the box
+/// loses half of its digits.
 const FARTHEST: f64 = 2_147_483_648.0;
 
 /// Adds a molecule of the scene; overlaps are checked by the caller.
@@ -141,7 +143,7 @@ pub(crate) fn add_molecule(
     let sides = world.bounds().sides();
     if (DVec2::from(spec.at) / sides).abs().max_element() > FARTHEST {
         return Err(problem(
-            "`at` lies more than 2^31 boxes away, where a place in the box is no longer known",
+            "`at` must be less than 2^31 boxes away: farther out, rounding loses the position in the box",
         ));
     }
     check_length("angular_velocity", spec.angular_velocity).map_err(geometry(entry))?;
@@ -153,7 +155,7 @@ pub(crate) fn add_molecule(
         return Err(problem("a molecule of locked rotation must have angular velocity 0"));
     }
     if spec.angular_velocity != 0.0 && molecule.is_disc() {
-        return Err(problem("contacts are smooth, so the spin of a single disc never changes: it must be 0"));
+        return Err(problem("a single disc must have angular velocity 0, which contacts without friction never change"));
     }
     let inertia = if spec.fixed { Inertia::FIXED } else { inertia(&molecule, spec.rotation) };
     let motion = Motion {
@@ -167,11 +169,11 @@ pub(crate) fn add_molecule(
     Ok(insert(world, Arc::new(molecule), inertia, tags, motion))
 }
 
-/// How many times longer than the box a wall may be, along x and along y: it stands in as many
-/// images of every cell that it passes. A longer one is taken for a slip of the pen.
+/// Largest length of a wall along x and along y, in sides of the box: the wall is listed in that
+/// many images of each cell that it passes. A longer wall is most likely an error.
 const LONGEST: f64 = 16.0;
 
-/// Refuses a wall that passes too many images of the box, or is so thick that it leaves no room
+/// Refuses a wall that crosses too many images of the box, or is so thick that no space is left
 /// beside it.
 pub(crate) fn refuse_large_wall(entry: &str, wall: &Molecule, sides: DVec2) -> Result<(), SceneError> {
     let Some(face) = wall.face() else { return Ok(()) };
@@ -180,7 +182,7 @@ pub(crate) fn refuse_large_wall(entry: &str, wall: &Molecule, sides: DVec2) -> R
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         if extent[axis] > LONGEST * sides[axis] {
             return Err(problem(format!(
-                "the wall is more than 16 times as long as the box: it goes {:e} along {name}, where the box has {:e}",
+                "the wall must be at most 16 times as long as the box, but is {:e} along {name}, where the side is {:e}",
                 extent[axis], sides[axis]
             )));
         }
@@ -223,7 +225,7 @@ pub(crate) fn add_wall(
     };
     if (centre / sides).abs().max_element() > FARTHEST {
         return Err(problem(
-            "the wall lies more than 2^31 boxes away, where a place in the box is no longer known",
+            "the wall must be less than 2^31 boxes away: farther out, rounding loses the position in the box",
         ));
     }
     let molecule = Arc::new(wall.map_err(geometry(entry))?);
@@ -256,7 +258,7 @@ pub(crate) fn tags(names: &mut TagNames, wanted: &[String]) -> Tags {
     tags
 }
 
-/// A molecule by the name of its shape or by its atoms.
+/// Creates a molecule from the name of its shape or from its atoms.
 pub(crate) fn molecule(
     entry: &str,
     shape: Option<&str>,
@@ -284,13 +286,13 @@ pub(crate) fn molecule(
     }
 }
 
-/// Wraps an error of geometry with the entry it belongs to.
+/// Adds the name of the entry to an error of geometry.
 pub(crate) fn geometry(entry: &str) -> impl FnOnce(GeometryError) -> SceneError {
     let entry = entry.to_owned();
     move |reason| SceneError::Geometry { entry, reason }
 }
 
-/// Refuses overlaps between the bodies that the scene places itself; fixed ones may overlap each other.
+/// Refuses overlaps between the single bodies of the scene; fixed bodies may overlap each other.
 fn refuse_overlaps(world: &World, entries: &[String]) -> Result<(), SceneError> {
     let mut sites = Sites::new(world);
     let is_fixed = |&index: &usize| world.bodies[index].is_fixed();
@@ -305,7 +307,8 @@ fn refuse_overlaps(world: &World, entries: &[String]) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// The body that overlaps this one the most, by more than rounding, and how deep (length); two fixed ones may overlap.
+/// The body with the deepest overlap with this one beyond rounding, and the depth (length); two
+/// fixed bodies may overlap.
 pub(crate) fn deepest_overlap(world: &World, sites: &Sites, index: usize) -> Option<(usize, f64)> {
     let body = &world.bodies[index];
     let (other, gap) = sites.nearest_to_body(world, index)?;

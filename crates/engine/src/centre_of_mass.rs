@@ -1,17 +1,16 @@
 //! Thermal motion: velocities, energy and temperature relative to the centre of mass.
 //!
-//! A motion of the whole system is no heat. Along an axis on which momentum is conserved the
-//! velocity V = P / M of the centre of mass never changes, and the temperature is that of the
-//! velocities relative to it. Whether momentum is conserved is decided for each axis:
+//! A motion of the whole system is not thermal. Along an axis on which momentum is conserved, the
+//! velocity V = P / M of the centre of mass is constant, and the temperature is that of the
+//! velocities relative to it. Momentum along each axis is conserved as follows:
 //!
 //! * without fixed bodies, along both;
 //! * with straight walls across the whole box that are parallel to an axis, along that axis only;
 //! * with any other wall or fixed body, along neither.
 //!
-//! The geometry alone decides. That is right for every response that gives impulses along the
-//! contact normal, as [`Impact`](carom_response::Impact) does; a response with a tangential
-//! impulse, such as friction, changes the momentum along a straight wall, too, which is not taken
-//! into account.
+//! The geometry alone decides. This is correct for each response with impulses along the contact
+//! normal, such as [`Impact`](carom_response::Impact). A response with a tangential impulse, such
+//! as friction, also changes the momentum along a straight wall; this is not taken into account.
 //!
 //! With V = 0 along an axis without conservation, and c = 0, 1 or 2 conserved components, the
 //! equipartition theorem in the ensemble of fixed P gives, for a group of n of the bodies,
@@ -22,9 +21,9 @@
 //! kT = 2 (K − P²/2M) / (2 (N − 1) + turning degrees of freedom) (Rapaport 2004, section 2.4).
 //!
 //! All bodies count as one system. Two or more parallel walls across the whole box divide it into
-//! as many rooms, each of which conserves its own momentum along the walls. There the motion of the
-//! rooms relative to each other counts as thermal, and for k rooms f is too large by k − 1:
-//! 2 N − 1 instead of 2 N − 2 for the discs of two rooms.
+//! the same number of rooms, each of which conserves its own momentum along the walls. Then the
+//! relative motion of the rooms counts as thermal, and f is too large by the number of rooms less
+//! 1: 2 N − 1 instead of 2 N − 2 for the discs of two rooms.
 
 use carom_kinematics::{Motion, kinetic_energy};
 use glam::{BVec2, DVec2};
@@ -32,13 +31,13 @@ use glam::{BVec2, DVec2};
 use crate::{BodyView, View, World, body::Body};
 
 /// The frame that moves with the centre of mass along each axis on which momentum is conserved, and
-/// rests along the others.
+/// is at rest along the others.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
 /// use glam::DVec2;
 ///
-/// // The wall reflects along x; along y the gas drifts for ever.
+/// The wall reflects along x; along y the gas drifts forever.
 /// let scene = Scene::from_toml(r#"
 ///     [[wall]]
 ///     x = 0.0
@@ -68,18 +67,19 @@ pub struct CentreOfMassFrame {
     conserved: BVec2,
 }
 
-/// Thermal energy of a group of bodies and the degrees of freedom that it is spread over.
+/// Thermal energy of a group of bodies and its degrees of freedom.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ThermalEnergy {
-    /// How many bodies of the group can move.
+    /// Number of bodies of the group that can move.
     pub bodies: usize,
     /// Σ ½ m |v − V|² (mass × length² / time²).
     pub translation: f64,
     /// Σ ½ I ω² over the bodies that can turn (mass × length² / time²).
     pub rotation: f64,
-    /// Σ (2 − c m / M) over the bodies that can move, c the number of conserved components of
-    /// momentum, and one for each that can turn. The spin of a round molecule never changes and
-    /// does not count (see [`Molecule::is_round`](carom_geometry::Molecule::is_round)).
+    /// Σ (2 − c m / M) over the bodies that can move, with the number c of conserved components of
+    /// momentum, plus one for each body that can turn. A round molecule adds none, since its
+    /// angular velocity never changes (see
+    /// [`Molecule::is_round`](carom_geometry::Molecule::is_round)).
     pub degrees_of_freedom: f64,
 }
 
@@ -88,7 +88,8 @@ impl CentreOfMassFrame {
         let moving = || world.bodies.iter().zip(&world.motions).filter(|(body, _)| !body.is_fixed());
         let conserved = conserved_momentum(world);
         let mass: f64 = moving().map(|(body, _)| mass(body)).sum();
-        // Relative to one of the velocities: where all are equal, V is that velocity to the bit.
+        // Velocities relative to that of the first body: if all are equal, V is that velocity to
+        // the bit.
         let origin = moving().next().map_or(DVec2::ZERO, |(_, motion)| motion.velocity);
         let momentum: DVec2 = moving().map(|(body, motion)| mass_times(body, motion.velocity - origin)).sum();
         let velocity = if mass > 0.0 { origin + momentum / mass } else { DVec2::ZERO };
@@ -106,8 +107,8 @@ impl CentreOfMassFrame {
         self.velocity
     }
 
-    /// Thermal energy of these bodies, which must be of the view that the frame is taken from;
-    /// fixed ones do not count.
+    /// Thermal energy of these bodies, which must be from the view from which the frame is taken;
+    /// fixed bodies do not count.
     pub fn thermal<'a>(&self, bodies: impl IntoIterator<Item = BodyView<'a>>) -> ThermalEnergy {
         let mut thermal = ThermalEnergy::default();
         let (mut mass_of_group, mut turning) = (0.0, 0);
@@ -137,39 +138,39 @@ impl ThermalEnergy {
         self.translation + self.rotation
     }
 
-    /// kT, twice the energy over the degrees of freedom (mass × length² / time²); `None` if there
-    /// are no degrees of freedom, as of a single disc with conserved momentum.
+    /// kT, twice the energy over the degrees of freedom (mass × length² / time²); `None` without
+    /// degrees of freedom, as for a single disc with conserved momentum.
     pub fn temperature(&self) -> Option<f64> {
         (self.degrees_of_freedom > 0.0).then(|| 2.0 * self.energy() / self.degrees_of_freedom)
     }
 }
 
 impl View<'_> {
-    /// The frame in which velocities are thermal.
+    /// The frame relative to which velocities are thermal.
     pub fn centre_of_mass_frame(&self) -> CentreOfMassFrame {
         CentreOfMassFrame::of(self.world)
     }
 
-    /// kT of all bodies (mass × length² / time²), relative to the centre of mass where momentum is
-    /// conserved; `None` if nothing can have a thermal motion.
+    /// kT of all bodies (mass × length² / time²), relative to the centre of mass along axes with
+    /// conserved momentum; `None` if no body can have a thermal motion.
     ///
     /// All bodies count as one system. Where k ≥ 2 parallel walls across the whole box divide it
-    /// into k rooms, any drift of the rooms relative to each other, along the walls, counts as
+    /// into k rooms, the drift of the rooms relative to each other along the walls counts as
     /// thermal, and there are k − 1 degrees of freedom too many. The error is of the order of k
-    /// over the number of bodies if the momentum of each room is 0; simulate each room alone to
-    /// avoid it.
+    /// over the number of bodies if the momentum of each room is 0; a simulation of each room alone
+    /// avoids it.
     pub fn temperature(&self) -> Option<f64> {
         self.centre_of_mass_frame().thermal(self.bodies()).temperature()
     }
 }
 
-/// Along which axes nothing fixed can change the total momentum.
+/// The axes along which no fixed body can change the total momentum.
 pub(crate) fn conserved_momentum(world: &World) -> BVec2 {
     let fixed = world.bodies.iter().zip(&world.motions).filter(|(body, _)| body.is_fixed());
     fixed.fold(BVec2::TRUE, |conserved, (body, motion)| conserved & !broken_by(body, motion))
 }
 
-/// Along which axes a contact with a fixed body changes momentum.
+/// The axes along which a contact with a fixed body changes momentum.
 fn broken_by(fixed: &Body, motion: &Motion) -> BVec2 {
     // A wall without end points crosses the whole box, and all its normals are parallel.
     match fixed.molecule().face().filter(|_| fixed.molecule().atoms().is_empty()) {
@@ -178,7 +179,7 @@ fn broken_by(fixed: &Body, motion: &Motion) -> BVec2 {
     }
 }
 
-/// Whether contacts change the spin of a body.
+/// Whether contacts change the angular velocity of a body.
 fn turns(body: &Body) -> bool {
     !body.is_locked() && !body.molecule().is_round()
 }

@@ -1,8 +1,8 @@
-//! A checkpoint: all that a run depends on from the end of an epoch on, as plain data.
+//! Checkpoints: the state on which a run depends from the end of an epoch on, as plain data.
 //!
-//! An epoch begins anew from places and velocities alone, so at its end no prediction, list or calendar is left that
-//! would have to be kept. What is kept: each body with its motion, the clock, the books, and the rules. The random
-//! numbers of a scene are used up when it is built.
+//! An epoch starts from positions and velocities alone, so at its end no prediction, list or queue
+//! needs to be kept. A checkpoint contains each body with its motion, the time, the counters, the
+//! ledger, and the rules. The random numbers of a scene are used only when it is built.
 
 use std::sync::Arc;
 
@@ -25,11 +25,11 @@ use crate::{
     unresolved::Unresolved,
 };
 
-/// The state of a simulation at the end of an epoch, to be written down and resumed from.
+/// The state of a simulation at the end of an epoch, to be stored and resumed.
 ///
-/// Numbers keep every bit in any format that keeps those of an `f64`. How contacts are found, what they change and how
-/// events are ordered is not in it: whoever resumes chooses them again, and only with the same choice are the bits those
-/// of a run that was never interrupted.
+/// All bits of its numbers survive in any format that keeps those of an `f64`. Detector, response
+/// and scheduler are not part of it: the caller chooses them again on resuming, and only the same
+/// choice gives the bits of an uninterrupted run.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -54,7 +54,8 @@ pub struct Checkpoint {
     /// Shapes, each once for all bodies that share it.
     molecules: Vec<Molecule>,
     bodies: Vec<BodyRecord>,
-    /// As the guard against inelastic collapse needs them; −∞ for a body that has had none.
+    /// Times of last contacts, for the guard against inelastic collapse; −∞ for a body without
+    /// contacts.
     last_contacts: Vec<f64>,
     names: TagNames,
     elasticity: ElasticitySpec,
@@ -68,63 +69,64 @@ pub struct Checkpoint {
 struct BodyRecord {
     key: BodyKey,
     molecule: u32,
-    /// How it takes impulses; its inertia follows from that and its shape. None: it is fixed.
+    /// Whether the body turns; with its shape this gives its inertia. `None`: it is fixed.
     rotation: Option<Rotation>,
     tags: Tags,
     motion: Motion,
     winding: [i64; 2],
 }
 
-/// The most that may have been counted: a run would take ages to overflow the rest.
+/// Largest value of a counter: no run takes long enough to overflow the remaining range.
 const MOST_COUNTED: u64 = 1 << 62;
 
 /// A checkpoint that no simulation can have written.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
-    /// A body cannot be as it is described.
+    /// The record of a body is invalid.
     #[error("body {index} of the checkpoint {problem}")]
     Body {
-        /// Place of the body in the order of insertion.
+        /// Index of the body in the order of insertion.
         index: usize,
-        /// What is wrong with it.
+        /// Description of the problem.
         problem: &'static str,
     },
-    /// A body moves or turns faster or slower than can be computed with.
+    /// A speed of a body is out of range.
     #[error(
         "{quantity} of body {index} of the checkpoint must be 0 or from {LEAST_SPEED:e} to {LARGEST:e}, but is {value:e}"
     )]
     Speed {
-        /// Place of the body in the order of insertion.
+        /// Index of the body in the order of insertion.
         index: usize,
         /// Which speed.
         quantity: &'static str,
         /// The speed (length per time), or the angular velocity (radians per time).
         value: f64,
     },
-    /// A number of a run is beyond all that it can come to.
+    /// A number of the run is out of range.
     #[error("the checkpoint's {what} must be {allowed}, but is {value}")]
     OutOfRange {
         /// Which number.
         what: &'static str,
-        /// What it may be.
+        /// Its allowed range.
         allowed: &'static str,
-        /// What it is.
+        /// Its value.
         value: f64,
     },
-    /// The clock or the books hold a number that is not finite.
+    /// The time, a contact time or the ledger holds a number that is not finite.
     #[error("the checkpoint's {0} is not finite")]
     NotFinite(&'static str),
-    /// There must be a time of last contact for each body where contacts lose energy, and none elsewhere.
-    #[error("the checkpoint has {0} times of last contacts, which does not suit its bodies and rules")]
+    /// There must be a time of last contact for each body where contacts lose energy, and none
+    /// elsewhere.
+    #[error("the checkpoint has {0} times of last contacts; it must have one per body with a guard, else none")]
     LastContacts(usize),
-    /// Bodies, box and rules do not go together.
+    /// Bodies, box and rules do not fit each other.
     #[error("the checkpoint cannot be resumed: {0}")]
     Scene(#[from] SceneError),
 }
 
 impl Simulation {
-    /// Goes on from a checkpoint with the exact detector and the default scheduler.
+    /// Resumes from a checkpoint with the exact detector and the default scheduler.
     ///
     /// # Errors
     /// [`CheckpointError`] if no simulation can have written it.
@@ -139,12 +141,13 @@ impl Simulation {
 }
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
-    /// The state, if an epoch has ended and the next has not begun: after [`Self::observe_epoch`] has stopped before its
-    /// time, and before the first run. `None` while an epoch runs.
+    /// Returns the state if an epoch has ended and the next has not begun: after
+    /// [`Self::observe_epoch`] has stopped before its target time, and before the first run. `None`
+    /// within an epoch.
     ///
-    /// To take one changes nothing.
+    /// A checkpoint changes nothing in the simulation.
     pub fn checkpoint(&self) -> Option<Checkpoint> {
-        // Field by field: one that is added must be thought of here.
+        // All fields are listed, so that a new field cannot be forgotten here.
         let Self {
             world,
             detection: _,
@@ -154,7 +157,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             elasticity,
             names,
             counters,
-            // Part of the counters, by now.
+            // Already included in the counters.
             work_before: _,
             ledger,
             offset,
@@ -184,10 +187,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         })
     }
 
-    /// Goes on from a checkpoint with a detector, a response and options of the scheduler of one's own.
+    /// Resumes from a checkpoint with the given detector, response and options of the scheduler.
     ///
     /// # Errors
-    /// [`CheckpointError`] if no simulation can have written it, or the options do not suit its bodies.
+    /// [`CheckpointError`] if no simulation can have written it, or if the options do not fit its
+    /// bodies.
     pub fn resume_with(
         checkpoint: &Checkpoint,
         detection: D,
@@ -229,7 +233,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 }
 
 impl Checkpoint {
-    /// The time at which it was taken.
+    /// The time of the checkpoint.
     pub fn time(&self) -> EpochTime {
         self.epoch
     }
@@ -249,7 +253,8 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// Refuses counts that could not be counted on, and times of contacts that are still to come.
+    /// Refuses counters so large that they could overflow, and times of last contacts in the
+    /// future.
     fn refuse_overflowing(&self) -> Result<(), CheckpointError> {
         let Counters { collisions, fixed_collisions, guarded_collisions, epochs, scheduler } = self.counters;
         let SchedulerCounters { crossings, stale, rechecks, unresolved, pairs } = scheduler;
@@ -281,7 +286,7 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// The world as it was.
+    /// The world at the time of the checkpoint.
     fn world(&self) -> Result<World, CheckpointError> {
         let bounds = PeriodicBox::new(self.bounds.sides())
             .map_err(|reason| SceneError::Geometry { entry: "box".to_owned(), reason })?;
@@ -291,12 +296,12 @@ impl Checkpoint {
             let wrong = |problem| CheckpointError::Body { index, problem };
             let molecule = molecules
                 .get(record.molecule as usize)
-                .ok_or_else(|| wrong("has a shape that is not there"))?;
+                .ok_or_else(|| wrong("has a shape that is not in the list of shapes"))?;
             if world.bodies.last().is_some_and(|before| before.key >= record.key) {
                 return Err(wrong("is out of order"));
             }
             if record.key >= self.next_key {
-                return Err(wrong("has a number that has not been given yet"));
+                return Err(wrong("has a key that has not been assigned"));
             }
             if record.tags.iter().any(|&tag| !self.names.knows(tag)) {
                 return Err(wrong("has a tag without a name"));
@@ -305,28 +310,28 @@ impl Checkpoint {
             let Motion { position, velocity, orientation, angular_velocity, time } = record.motion;
             if !(position.is_finite() && velocity.is_finite() && angular_velocity.is_finite() && time == 0.0)
             {
-                return Err(wrong("moves in a way that is not finite"));
+                return Err(wrong("has a motion that is not finite"));
             }
             let is_turned_once = orientation.turns().abs() <= 0.5;
             if bounds.wrap(position).0 != position || !is_turned_once {
-                return Err(wrong("is out of the box, or turned by more than a turn"));
+                return Err(wrong("is out of the box or turned by more than half a turn"));
             }
             if molecule.face().is_some() && record.rotation.is_some() {
                 return Err(wrong("is a wall that can move"));
             }
             if record.rotation.is_none() && (velocity != DVec2::ZERO || angular_velocity != 0.0) {
-                return Err(wrong("is fixed, and moves"));
+                return Err(wrong("is fixed but moves"));
             }
             if (record.rotation == Some(Rotation::Locked) || molecule.is_disc()) && angular_velocity != 0.0 {
-                return Err(wrong("cannot turn, and turns"));
+                return Err(wrong("cannot turn but has an angular velocity"));
             }
             let too_fast = |quantity, value| CheckpointError::Speed { index, quantity, value };
             let speed = velocity.abs().max_element();
             if speed > LARGEST {
                 return Err(too_fast("a component of the velocity", speed));
             }
-            // A small molecule may come to turn faster than a scene may say, but no faster at its
-            // rim than 1e60.
+            // A small molecule may turn faster than a scene may specify, but the speed of its rim
+            // is at most 1e60.
             let spin = angular_velocity.abs();
             if spin > LARGEST && spin * molecule.bounding_radius() > LARGEST {
                 return Err(too_fast("the angular velocity", spin));
@@ -345,13 +350,14 @@ impl Checkpoint {
     }
 }
 
-/// The shapes, and the bodies with their places in the list of shapes.
+/// The shapes, and the bodies with the indices of their shapes.
 fn records(world: &World) -> (Vec<Molecule>, Vec<BodyRecord>) {
     let mut shapes: Vec<&Arc<Molecule>> = world.bodies.iter().map(|body| &body.kind.molecule).collect();
     let address = |shape: &Arc<Molecule>| Arc::as_ptr(shape);
     shapes.sort_by_key(|shape| address(shape));
     shapes.dedup_by_key(|shape| address(shape));
-    // Addresses differ from run to run: in the list shapes stand in the order in which bodies have them.
+    // Addresses differ between runs, so shapes are listed in the order of the first bodies that
+    // have them.
     let mut places = vec![u32::MAX; shapes.len()];
     let mut molecules = Vec::with_capacity(shapes.len());
     let mut bodies = Vec::with_capacity(world.bodies.len());
@@ -393,7 +399,7 @@ mod tests {
         Simulation::new(&Scene { gas: vec![gas], ..Scene::default() }).unwrap().checkpoint().unwrap()
     }
 
-    /// What is said when a sound checkpoint is spoilt.
+    /// The error message after `spoil` has changed a valid checkpoint.
     fn refusal(spoil: impl FnOnce(&mut Checkpoint)) -> String {
         let mut checkpoint = sound();
         spoil(&mut checkpoint);
@@ -411,11 +417,11 @@ mod tests {
     }
 
     #[test]
-    fn what_no_simulation_can_have_written_is_refused_and_named() {
+    fn a_checkpoint_that_no_simulation_can_have_written_is_refused() {
         for (said, refused) in [
             ("body 1 of the checkpoint has a shape", refusal(|c| c.bodies[1].molecule = 7)),
             ("body 2 of the checkpoint is out of order", refusal(|c| c.bodies[2].key = c.bodies[1].key)),
-            ("not been given", refusal(|c| c.next_key = BodyKey(2))),
+            ("not been assigned", refusal(|c| c.next_key = BodyKey(2))),
             ("tag without a name", refusal(|c| c.bodies[0].tags.push(Tag(9)))),
             ("not finite", refusal(|c| c.bodies[0].motion.velocity.x = f64::NAN)),
             ("out of the box", refusal(|c| c.bodies[0].motion.position.y = 1.5)),
@@ -430,8 +436,8 @@ mod tests {
                 "the speed of body",
                 refusal(|c| c.bodies.iter_mut().for_each(|body| body.motion.velocity = DVec2::splat(1e-71))),
             ),
-            ("cannot turn, and turns", refusal(|c| c.bodies[1].motion.angular_velocity = 1.0)),
-            ("is fixed, and moves", refusal(|c| c.bodies[1].rotation = None)),
+            ("cannot turn but has an angular velocity", refusal(|c| c.bodies[1].motion.angular_velocity = 1.0)),
+            ("is fixed but moves", refusal(|c| c.bodies[1].rotation = None)),
             (
                 "turned by more",
                 refusal(|c| c.bodies[1].motion.orientation = Orientation::from_turns(f64::NAN)),

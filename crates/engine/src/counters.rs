@@ -1,46 +1,49 @@
-//! What has happened so far: counts of events, and the books of energy.
+//! Counters of events, and the energy ledger.
 
 use std::ops::Add;
 
 use serde::{Deserialize, Serialize};
 
-/// Counts of events since the system was built; an edit at a sample resets none.
+/// Counts of events since the system was built; edits do not reset them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Counters {
-    /// Contacts between two bodies, fixed ones included.
+    /// Contacts between two bodies, including fixed ones.
     pub collisions: u64,
     /// Of these, contacts with a fixed body.
     pub fixed_collisions: u64,
     /// Contacts whose impulse the guard against inelastic collapse has changed
-    /// ([`ElasticitySpec::contact_time`](crate::ElasticitySpec::contact_time)), by however little.
+    /// ([`ElasticitySpec::contact_time`](crate::ElasticitySpec::contact_time)), by any amount.
     /// Their energy is in [`Ledger::spared`]. Contacts of a response that ignores the raised
     /// elasticity are not counted.
     pub guarded_collisions: u64,
-    /// Epochs begun: stretches of time at the start of which everything is predicted anew.
+    /// Epochs begun: periods at the start of which all events are predicted anew.
     pub epochs: u64,
     /// Work of the scheduler.
     pub scheduler: SchedulerCounters,
 }
 
-/// What a scheduler did to find the contacts.
+/// Work of a scheduler in finding the contacts.
 ///
-/// These are counts of work: they depend on the scheduler, not on the trajectory alone. How it is told apart what costs
-/// time: many crossings, and the cells are too small; many stale predictions, and the gas is dense; many re-checks, and
-/// molecules fly long at a small gap.
+/// These counts depend on the scheduler, not on the trajectory alone. They show the cause of high
+/// cost: with many crossings the cells are too small; with many stale predictions the gas is dense;
+/// with many re-checks molecules fly for long at a small gap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct SchedulerCounters {
-    /// Bodies that entered another cell. Those that cover several cells of [`CellScheduler`](crate::CellScheduler) are not among them.
+    /// Entries of a body into another cell. Multi-cell bodies of
+    /// [`CellScheduler`](crate::CellScheduler) are not counted.
     pub crossings: u64,
-    /// Predictions that came up after a partner had changed its motion. [`HeapScheduler`](crate::HeapScheduler) drops them, and has one for
-    /// each pair; [`CellScheduler`](crate::CellScheduler) predicts the body anew, and has one for each body.
+    /// Predictions that reached the front of the queue after a change of the partner's motion.
+    /// [`HeapScheduler`](crate::HeapScheduler) has one prediction per pair and drops stale ones;
+    /// [`CellScheduler`](crate::CellScheduler) has one per body and predicts the body anew.
     pub stale: u64,
-    /// Times at which a search was taken up again that had ended "certified free until" or without certainty. Fewer than
-    /// there were such searches: a body that meets another before is predicted anew in any case.
+    /// Continuations of searches that had ended "certified free until" or without certainty. Fewer
+    /// than such searches: a body that has another contact first is predicted anew in any case.
     pub rechecks: u64,
     /// Searches that ended without certainty; always 0 with the exact detector.
     pub unresolved: u64,
-    /// Pairs asked for their first contact. Those in the loop over small discs of [`CellScheduler`](crate::CellScheduler) are not counted:
-    /// counting would take a share of the time that asking takes.
+    /// Pairs searched for their first contact (narrow phase). Pairs in the loop over small discs of
+    /// [`CellScheduler`](crate::CellScheduler) are not counted, since counting them would take a
+    /// noticeable share of the time of the search.
     pub pairs: u64,
 }
 
@@ -58,26 +61,26 @@ impl Add for SchedulerCounters {
     }
 }
 
-/// Energy taken out and put in since the system was built (mass × length² / time²).
+/// Energy lost and put in since the system was built (mass × length² / time²).
 ///
 /// At any time the kinetic energy is `initial − lost + put_in`, to rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Ledger {
     /// Energy at the start.
     pub initial: f64,
-    /// Lost in contacts, less what contacts have added: of all contacts that do not conserve the
-    /// energy by the word of the response (`Response::conserves_energy`), at any elasticity.
+    /// Energy lost in contacts, less energy added by contacts. Includes all contacts, at any
+    /// elasticity, for which `Response::conserves_energy` is false.
     pub lost: f64,
-    /// What guarded contacts would have lost in addition without the guard against inelastic
-    /// collapse: the energy after each, less the energy that the response leaves at the elasticity
-    /// of the table. For information; not a term of [`Self::booked`].
+    /// Energy that the guard against inelastic collapse has saved: the energy after each guarded
+    /// contact, less the energy after the same contact at the elasticity of the table. For
+    /// information; not a term of [`Self::booked`].
     pub spared: f64,
-    /// Put in by energy resets and by adding, removing or locking bodies.
+    /// Energy put in by energy resets and by adding, removing or locking bodies.
     pub put_in: f64,
 }
 
 impl Ledger {
-    /// The energy that there should be.
+    /// The kinetic energy according to the ledger: `initial − lost + put_in`.
     pub fn booked(&self) -> f64 {
         self.initial - self.lost + self.put_in
     }

@@ -1,5 +1,5 @@
-//! Edits at a sample_interval: bodies come, go, change tags, energy or rotation, and elasticity changes; each from
-//! that instant on.
+//! Edits between events: add and remove bodies, and change tags, energy, rotation or elasticity,
+//! with effect from that time.
 
 use std::sync::Arc;
 
@@ -17,24 +17,25 @@ use crate::{
 };
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
-    /// Adds a molecule as a scene file would; a batch of one, see [`Self::edit`].
+    /// Adds a molecule, described as in a scene file; a batch of one, see [`Self::edit`].
     ///
     /// # Errors
-    /// [`EditError::Scene`] if it is impossible, overlaps something, or is too large for the grid or the box;
-    /// nothing has been changed then.
+    /// [`EditError::Scene`] if the description is invalid, or the molecule overlaps a body or is
+    /// too large for the grid or the box; then nothing changes.
     pub fn add(&mut self, spec: &MoleculeSpec) -> Result<BodyKey, EditError> {
         self.edit(|batch| batch.add(spec))
     }
 
-    /// Adds a wall as a scene file would; a batch of one, see [`Self::edit`].
+    /// Adds a wall, described as in a scene file; a batch of one, see [`Self::edit`].
     ///
     /// # Errors
-    /// [`EditError::Scene`] if it is impossible or overlaps something that moves; nothing has been changed then.
+    /// [`EditError::Scene`] if the description is invalid or the wall overlaps a moving body; then
+    /// nothing changes.
     pub fn add_wall(&mut self, spec: &WallSpec) -> Result<BodyKey, EditError> {
         self.edit(|batch| batch.add_wall(spec))
     }
 
-    /// Takes a body out of the system; a batch of one, see [`Self::edit`].
+    /// Removes a body; a batch of one, see [`Self::edit`].
     ///
     /// # Errors
     /// [`EditError::NoSuchBody`].
@@ -42,15 +43,17 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.edit(|batch| batch.remove(key))
     }
 
-    /// Gives a body a tag; a batch of one, see [`Self::edit`].
+    /// Adds a tag to a body; a batch of one, see [`Self::edit`].
     ///
     /// # Errors
-    /// [`EditError::NoSuchBody`], or [`EditError::Scene`] if rules of elasticity would then disagree.
+    /// [`EditError::NoSuchBody`], or [`EditError::Scene`] if rules of elasticity would then
+    /// disagree.
     pub fn tag(&mut self, key: BodyKey, name: &str) -> Result<Tag, EditError> {
         self.edit(|batch| batch.tag(key, name))
     }
 
-    /// Takes a tag from a body; one that it does not carry changes nothing. A batch of one, see [`Self::edit`].
+    /// Removes a tag from a body; a tag that it does not carry changes nothing. A batch of one, see
+    /// [`Self::edit`].
     ///
     /// # Errors
     /// [`EditError::NoSuchBody`], or [`EditError::Scene`] if rules of elasticity would then disagree.
@@ -58,20 +61,22 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.edit(|batch| batch.untag(key, name))
     }
 
-    /// Changes the elasticity of all contacts from now on; a batch of one, see [`Self::edit`].
+    /// Changes the elasticity of all later contacts; a batch of one, see [`Self::edit`].
     ///
     /// # Errors
-    /// [`EditError::Scene`] if a coefficient is out of range or rules disagree; the old rules then stay.
+    /// [`EditError::Scene`] if a coefficient is out of range or rules disagree; then the old rules
+    /// remain.
     pub fn set_elasticity(&mut self, spec: &ElasticitySpec) -> Result<(), EditError> {
         self.edit(|batch| batch.set_elasticity(spec))
     }
 
-    /// Scales velocity and spin of a body so that its kinetic energy is `energy`; directions, and the shares of
-    /// translation and rotation, stay (Montanari 2017, section 2.1.1).
+    /// Scales velocity and angular velocity of a body so that its kinetic energy is `energy` (mass
+    /// × length² / time²). Directions and the shares of translation and rotation remain (Montanari
+    /// 2017, section 2.1.1).
     ///
     /// # Errors
-    /// [`EditError::NoEnergy`] if the body is at rest and has no direction, [`EditError::Energy`] if
-    /// `energy` is not positive and finite or gives it a speed beyond 10⁶⁰ or below
+    /// [`EditError::NoEnergy`] if the body is at rest and has no direction, [`EditError::Energy`]
+    /// if `energy` is not positive and finite or gives a speed above 10⁶⁰ or below
     /// [`LEAST_SPEED`](crate::LEAST_SPEED), [`EditError::Fixed`], [`EditError::NoSuchBody`].
     #[doc(alias = "thermostat")]
     pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
@@ -82,19 +87,19 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     }
 
     /// Scales the kinetic energy of each body with this tag to `energy`. Fixed bodies, which have
-    /// none, are left out. If one body is refused, none is changed.
+    /// no energy, are skipped. If one body is refused, none is changed.
     ///
     /// # Errors
-    /// As [`Self::reset_energy`], but for fixed bodies.
+    /// Those of [`Self::reset_energy`], except for fixed bodies.
     pub fn reset_energy_of_tag(&mut self, tag: Tag, energy: f64) -> Result<(), EditError> {
         self.reset_energies(energy, |body| body.has_tag(tag))
     }
 
-    /// Scales the kinetic energy of each body that moves to `energy`. If one is refused, none is
+    /// Scales the kinetic energy of each moving body to `energy`. If one body is refused, none is
     /// changed.
     ///
     /// # Errors
-    /// As [`Self::reset_energy`], but for fixed bodies.
+    /// Those of [`Self::reset_energy`], except for fixed bodies.
     pub fn reset_energy_of_all(&mut self, energy: f64) -> Result<(), EditError> {
         self.reset_energies(energy, |_| true)
     }
@@ -115,12 +120,15 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         });
     }
 
-    /// Reverses all velocities and spins: an elastic run then goes back the way that it came, as far as roundings, which
-    /// chaos multiplies, let it (Loschmidt's reversal). How far from its start it ends tells how exact it is.
+    /// Reverses all velocities and angular velocities (Loschmidt's reversal). An elastic run then
+    /// returns to its start, apart from rounding errors, which chaos amplifies. The distance from
+    /// the start measures the accuracy of the run.
     ///
     /// ```
     /// # use carom_engine::{Scene, Simulation};
-    /// let scene = Scene::from_toml("[box]\nseed = 1\n[[gas]]\nradius = 0.05\nmass = 1.0\nenergy = 1.0\ncount = 20")?;
+    /// let scene = Scene::from_toml(
+    ///     "[box]\nseed = 1\n[[gas]]\nradius = 0.05\nmass = 1.0\nenergy = 1.0\ncount = 20",
+    /// )?;
     /// let mut simulation = Simulation::new(&scene)?;
     /// let start = simulation.view().bodies().next().unwrap().motion.position;
     /// simulation.run_until(0.1)?;
@@ -140,7 +148,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
     }
 
-    /// Locks the orientation of a body where it is now, or frees it. Its spin is taken away when it is locked.
+    /// Locks the present orientation of a body, or frees it. Locking sets its angular velocity to 0.
     ///
     /// # Errors
     /// [`EditError::Fixed`] or [`EditError::NoSuchBody`].
@@ -157,15 +165,17 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         });
         let kind = Arc::make_mut(&mut self.world.bodies[index].kind);
         kind.inertia = inertia(&kind.molecule, rotation);
-        // `change` has booked with the old inertia, under which a spin of 0 has the same energy.
+        // `change` has recorded the energy with the old inertia, with which an angular velocity of
+        // 0 has the same energy.
         debug_assert!(self.world.energy() <= before);
         Ok(())
     }
 
-    /// Changes how the scheduler works (for the thesis's: the fineness of its grid).
+    /// Changes the options of the scheduler (for [`HeapScheduler`](crate::HeapScheduler): the cells
+    /// per side of its grid).
     ///
     /// # Errors
-    /// [`EditError::Scene`] if the options do not suit the bodies; the old ones then stay.
+    /// [`EditError::Scene`] if the options do not fit the bodies; then the old options remain.
     #[doc(alias = "fineness")]
     pub fn set_scheduler_options(&mut self, options: &S::Options) -> Result<(), EditError> {
         let scheduler = S::new(options, &self.world)
@@ -177,7 +187,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         Ok(())
     }
 
-    /// The tag of this name, if any body or rule has ever carried it.
+    /// The tag of this name, if a body or rule has ever carried it.
     pub fn find_tag(&self, name: &str) -> Option<Tag> {
         self.names.find(name)
     }
@@ -190,9 +200,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.world.index(key).ok_or(EditError::NoSuchBody(key))
     }
 
-    /// Changes the motion of one body now, and books the energy.
+    /// Changes the motion of one body at the present time, and records the energy in the ledger.
     fn change(&mut self, index: usize, change: impl FnOnce(&mut Motion)) {
-        // Only the first of many changes brings all bodies to now: each of N would otherwise cost N.
+        // Only the first of many changes moves all bodies to the present: otherwise each of N
+        // changes would cost O(N).
         if self.offset != 0.0 || !matches!(self.epoch, Epoch::ToBegin) {
             self.end_epoch(self.offset);
         }

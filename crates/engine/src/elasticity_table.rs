@@ -1,4 +1,4 @@
-//! Which elasticity holds between two bodies: the most specific rule of the scene, by tags.
+//! The elasticity of each pair of bodies: the most specific rule of the scene, by tags.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -12,16 +12,16 @@ use crate::{
     guard::Guard,
 };
 
-/// Elasticity of each kind of contact. A rule for a pair of tags goes before a rule for one tag, and that
-/// before the default; two rules of equal rank that both apply and disagree are an error.
+/// Elasticity of each kind of contact. A rule for a pair of tags overrides a rule for one tag, and
+/// that overrides the default; two rules of equal rank that both apply and disagree are an error.
 #[derive(Debug, Clone, Default)]
 pub struct ElasticityTable {
     default: Elasticity,
     pub(crate) guard: Guard,
     rules: Vec<Rule>,
-    /// How many sets of tags exist: bodies with equal tags are of one class.
+    /// Number of different sets of tags; bodies with equal tags are of one class.
     classes: usize,
-    /// Coefficient for each pair of classes; empty where it is the default for all.
+    /// Coefficient for each pair of classes; empty if the default applies to all.
     by_class: Vec<Elasticity>,
 }
 
@@ -32,12 +32,13 @@ struct Rule {
     elasticity: Elasticity,
 }
 
-/// The shortest contact time of a guard. Shorter: at e = 0 molecules that lie against each other bounce by its square of
-/// their size, which is then below the rounding of places (seen at 2e-6, in a box of 30 diameters).
+/// The shortest contact time c of a guard. Shorter: at e = 0 molecules in lasting contact bounce by
+/// c² of their size, which is below the rounding of positions (seen at 2e-6, in a box of 30
+/// diameters).
 const SHORTEST_CONTACT: f64 = 1e-5;
 
 impl ElasticityTable {
-    /// Whether every contact is elastic, whatever rules there are.
+    /// Whether each contact is elastic under all rules.
     #[inline]
     pub fn is_elastic(&self) -> bool {
         self.by_class.is_empty() && self.default == Elasticity::ELASTIC
@@ -75,8 +76,8 @@ impl ElasticityTable {
         }
         if spec.contact_time > 0.0 && spec.contact_time < SHORTEST_CONTACT {
             let problem = format!(
-                "it must be 0, which is no guard, or at least {SHORTEST_CONTACT:e}, but is {:e}: turning molecules would \
-                 bounce by less than places are rounded, and sink into each other",
+                "it must be 0 (no guard) or at least {SHORTEST_CONTACT:e}, but is {:e}: turning molecules would \
+                 bounce by less than the rounding of positions, and sink into each other",
                 spec.contact_time
             );
             return Err(SceneError::Entry { entry: "elasticity.contact_time".to_owned(), problem });
@@ -85,7 +86,8 @@ impl ElasticityTable {
         Ok(Self { default, guard, rules, classes: 0, by_class: Vec::new() })
     }
 
-    /// Makes the table good for the bodies of a world, and has the world keep what the guard needs to know.
+    /// Prepares the table for the bodies of a world, and lets the world keep the times that the
+    /// guard needs.
     pub(crate) fn classify(&mut self, world: &mut World) -> Result<(), SceneError> {
         self.by_class.clear();
         if !self.rules.is_empty() {
@@ -96,14 +98,14 @@ impl ElasticityTable {
     }
 
     /// Whether the table has elasticities below 1, which a guard raises. A guarded contact has
-    /// elasticity 1, so a response cannot distinguish it from others where the table has that.
+    /// elasticity 1, which a response cannot distinguish from elasticity 1 in the table.
     fn is_guarded(&self) -> bool {
         let loses = |elasticity: Elasticity| elasticity.coefficient() < 1.0;
         let any = loses(self.default) || self.rules.iter().any(|rule| loses(rule.elasticity));
         any && self.guard.contact_time > 0.0
     }
 
-    /// The rules as a scene would give them.
+    /// The rules as in a scene.
     pub(crate) fn spec(&self) -> ElasticitySpec {
         let rule = |rule: &Rule| ElasticityRule {
             between: rule.names.clone(),
@@ -116,10 +118,11 @@ impl ElasticityTable {
         }
     }
 
-    /// Sorts the bodies into classes and looks up each pair of classes once.
+    /// Sorts the bodies into classes and finds the elasticity of each pair of classes once.
     fn look_up(&mut self, world: &mut World) -> Result<(), SceneError> {
         let mut classes: BTreeMap<Tags, u32> = BTreeMap::new();
-        // Bodies that share a kind go on sharing it. Those before are kept with their addresses.
+        // Bodies that share a kind still share it afterwards. Old kinds are kept alive so that
+        // their addresses stay unique.
         let mut done: HashMap<usize, [Arc<BodyKind>; 2]> = HashMap::new();
         let mut last: Option<[Arc<BodyKind>; 2]> = None;
         for body in &mut world.bodies {
@@ -147,7 +150,7 @@ impl ElasticityTable {
                 by_class.push(self.resolve(a, b)?);
             }
         }
-        // Rules that change nothing for the bodies that are there cost nothing.
+        // Rules that affect no existing body have no cost.
         if by_class.iter().any(|elasticity| *elasticity != self.default) {
             self.by_class = by_class;
         }
@@ -200,7 +203,7 @@ mod tests {
     use super::*;
     use crate::{BumperSpec, CellScheduler, Instructions, Scene, Simulation};
 
-    /// Loses energy at any elasticity below 2.
+    /// A response that loses energy at any elasticity below 2.
     struct Lossy;
 
     impl Response for Lossy {

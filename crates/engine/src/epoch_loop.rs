@@ -1,5 +1,5 @@
-//! The loop through an epoch: contact after contact is resolved and handed back to the queue, until the time asked for or
-//! the end of the epoch.
+//! The loop over the contacts of an epoch, until the target time or the end of the epoch: it
+//! resolves each contact and passes the new motions to the queue.
 
 #![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
@@ -17,7 +17,7 @@ use crate::{
     unresolved::Unresolved,
 };
 
-/// All that a contact may ask for or change, the queue of events apart.
+/// The data that contacts read or change, apart from the event queue.
 pub(crate) struct EpochLoop<'a, D, R, O: ?Sized> {
     pub world: &'a mut World,
     pub detection: &'a D,
@@ -29,21 +29,21 @@ pub(crate) struct EpochLoop<'a, D, R, O: ?Sized> {
     pub simultaneous: &'a mut SimultaneousContacts,
     pub unresolved: &'a mut Unresolved,
     pub limits: &'a mut Limits,
-    /// How far the epoch has been run (time).
+    /// The present time, as an offset in the epoch.
     pub now: &'a mut f64,
     pub observer: &'a mut O,
-    /// How far it is to be run (offset in the epoch, time).
+    /// The target time, as an offset in the epoch.
     pub target: f64,
-    /// Contacts so far, and how many there may be.
+    /// Number of contacts so far, and its maximum.
     pub contacts: &'a mut u64,
     pub most: u64,
 }
 
-/// How a pass ended.
+/// How the loop ended.
 pub(crate) enum Ended {
-    /// The time that was asked for has been reached.
+    /// The target time has been reached.
     TargetReached,
-    /// The last contact that was asked for has been reached; of these bodies.
+    /// The maximum number of contacts has been reached, with a contact of these bodies.
     AtContact([u32; 2]),
     /// The epoch ends with the contact at this offset (time).
     WithContact(f64),
@@ -81,7 +81,8 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for EpochLoop<'_
                 let flights = [[a[0], b[0]], resolved.after];
                 queue.flights_changed(self.world, self.detection, bodies, time, flights);
             } else {
-                // One by one: `map` would take them through memory more than once.
+                // Two separate calls: with `map` the motions are copied through memory more than
+                // once.
                 let before = [queue.motion(bodies[0]).at(time), queue.motion(bodies[1]).at(time)];
                 let last_contacts = self.last_contacts(bodies);
                 let encounter = Encounter { contact, before, last_contacts, repeats };
@@ -105,7 +106,7 @@ impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
         Rules { world: self.world, response: self.response, elasticity: self.elasticity }
     }
 
-    /// When two bodies last had a contact, where a guard keeps these times.
+    /// The times of the last contacts of two bodies; `None` without a guard.
     fn last_contacts(&self, bodies: [u32; 2]) -> Option<[f64; 2]> {
         let last = &self.world.last_contacts;
         (!last.is_empty()).then(|| bodies.map(|body| last[body as usize]))
@@ -152,8 +153,7 @@ impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
     }
 
     /// Accepts any contact, counts it, enters its energy into the ledger and reports it to the
-    /// observer. A contact that is refused changes no motion, counter or entry of the ledger and is
-    /// not reported.
+    /// observer. A refused contact changes no motion, counter or ledger entry, and is not reported.
     #[inline(never)]
     fn record(&mut self, encounter: &Encounter, resolved: &Resolved) -> Result<(), RunError> {
         let Encounter { contact, before, .. } = encounter;

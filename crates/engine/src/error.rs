@@ -1,4 +1,4 @@
-//! What a caller may do wrong, and how a run can end before its time.
+//! Errors: invalid scenes and edits, and the reasons why a run ends early.
 
 use carom_geometry::{GeometryError, LARGEST};
 use carom_kinematics::EpochTime;
@@ -7,14 +7,14 @@ use thiserror::Error;
 
 use crate::{BodyKey, BodyName, LEAST_SPEED};
 
-/// A scene that cannot be built; the entry is named.
+/// A scene that cannot be built. The message names the entry.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SceneError {
     /// The text is not TOML, or has unknown or missing keys.
     #[error("the scene file cannot be read: {0}")]
     Syntax(String),
-    /// A number or shape of an entry is impossible.
+    /// A number or a shape of an entry is out of range.
     #[error("{entry}: {reason}")]
     Geometry {
         /// The entry, such as `gas[0]`.
@@ -22,7 +22,7 @@ pub enum SceneError {
         /// What is wrong with it.
         reason: GeometryError,
     },
-    /// An elasticity out of range.
+    /// An elasticity is out of range.
     #[error("{entry}: {reason}")]
     Elasticity {
         /// The entry.
@@ -35,115 +35,123 @@ pub enum SceneError {
     Entry {
         /// The entry.
         entry: String,
-        /// What is wrong with it, in words.
+        /// Description of the problem.
         problem: String,
     },
     /// A body moves or turns so slowly that the squares of its speed underflow.
     #[error(
-        "{entry}: {quantity} must be 0 or at least {LEAST_SPEED:e}, but is {speed:e}: bodies so slow would pass through each \
-         other (a longer unit of time makes it larger)"
+        "{entry}: {quantity} must be 0 or at least {LEAST_SPEED:e}, but is {speed:e} (slower bodies would pass \
+         through each other); choose a longer unit of time"
     )]
     TooSlow {
         /// The entry.
         entry: String,
-        /// Which speed.
+        /// Which speed is too small.
         quantity: &'static str,
         /// The speed (length per time).
         speed: f64,
     },
     /// Two bodies overlap at the start.
-    #[error("{first} and {second} overlap by {depth:e}")]
+    #[error("{first} and {second} overlap by {depth:e}; move them apart")]
     Overlap {
         /// The first entry.
         first: String,
         /// The second entry.
         second: String,
-        /// How deep (length).
+        /// Depth of the overlap (length).
         depth: f64,
     },
-    /// A gas does not fit.
-    #[error("{entry}: only {placed} of {wanted} molecules can be placed without overlap")]
+    /// A gas does not fit into the box.
+    #[error("{entry}: only {placed} of {wanted} molecules can be placed without overlap; ask for fewer")]
     Full {
         /// The entry.
         entry: String,
-        /// How many places were found.
+        /// Number of molecules that could be placed.
         placed: usize,
-        /// How many were asked for.
+        /// Number of molecules requested.
         wanted: usize,
     },
-    /// Two rules of elasticity of equal rank disagree on a pair of bodies that exist.
+    /// Two rules of elasticity of equal rank apply to a pair of existing bodies with different
+    /// coefficients.
     #[error(
-        "elasticity rules for {first:?} and {second:?} both apply to a pair of bodies, with {one} and {other}"
+        "elasticity rules for {first:?} and {second:?} apply to the same bodies with different coefficients, {one} \
+         and {other}; make them equal or remove one"
     )]
     AmbiguousElasticity {
-        /// Tags of one rule.
+        /// Tags of the first rule.
         first: Vec<String>,
-        /// Tags of the other.
+        /// Tags of the second rule.
         second: Vec<String>,
-        /// Coefficient of the one.
+        /// Coefficient of the first rule.
         one: f64,
-        /// Coefficient of the other.
+        /// Coefficient of the second rule.
         other: f64,
     },
-    /// The grid or the box does not suit the bodies.
+    /// The bodies do not fit the grid or the box.
     #[error("{entry}: {reason}")]
     Grid {
-        /// The entries or bodies that decide, or the grid itself.
+        /// The entries or bodies that cause the error, or the grid itself.
         entry: String,
         /// What is wrong.
         reason: GridError,
     },
 }
 
-/// A grid too fine, or a box too small, for the bodies in it.
+/// A grid too fine, or a box too small or too large, for the bodies in it.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GridError {
-    /// With this fineness two bodies could touch from cells that are not adjacent.
+    /// With so many cells, two bodies could touch from cells that are not adjacent.
     #[error(
-        "a grid of fineness {fineness} is too fine: the largest safe fineness is {largest} \
-         (two bodies reach {reach} from centre to centre)"
+        "a grid with {fineness} cells per side is too fine: at most {largest} are safe \
+         (two bodies can touch with centres {reach} apart)"
     )]
     TooFine {
-        /// The fineness asked for.
+        /// Cells per side requested.
         fineness: u32,
-        /// The largest that misses nothing.
+        /// Largest number of cells per side with which no contact is missed.
         largest: u32,
         /// Largest sum of two bounding radii (length).
         reach: f64,
-        /// The two bodies, by their places in [`World::bodies`](crate::World::bodies).
+        /// Indices of the two bodies in [`World::bodies`](crate::World::bodies).
         bodies: [usize; 2],
     },
-    /// A fineness of 0, or more cells than can be stored.
-    #[error("the fineness of a grid must be from 1 to 4096, but is {0}")]
+    /// Zero cells per side, or more than can be stored.
+    #[error("the number of cells per side must be from 1 to 4096, but is {0}")]
     CellsPerSide(u32),
-    /// A molecule could meet its own periodic image, or a pair reach across more than the box.
-    #[error("the box is too small: bodies reach {reach} from centre to centre, its shorter side is {side}")]
+    /// A molecule could touch its own periodic image, or two bodies could touch across more than
+    /// the box.
+    #[error(
+        "the box is too small: bodies reach {reach} from centre to centre, but its shorter side is {side}; \
+         enlarge the box"
+    )]
     BoxTooSmall {
         /// Largest sum of two bounding radii, or twice one (length).
         reach: f64,
         /// The shorter side (length).
         side: f64,
-        /// The two bodies, by their places in [`World::bodies`](crate::World::bodies); twice the same if it is one.
+        /// Indices of the two bodies in [`World::bodies`](crate::World::bodies); equal for a single
+        /// body.
         bodies: [usize; 2],
     },
-    /// Two bodies so small in so large a box that the rounding of places would show in their contacts.
+    /// Two bodies so small in so large a box that the rounding of positions would affect their
+    /// contacts.
     #[error(
-        "the box is too large: atoms touch at {reach:e} from centre to centre, less than 1e-13 of its longer side of \
-         {side:e}, so that places would be rounded by more than a thousandth of that"
+        "the box is too large: atoms touch at {reach:e} from centre to centre, less than 1e-13 of its longer side, \
+         {side:e}, so that positions would be rounded by more than a thousandth of that distance; shrink the box"
     )]
     BoxTooLarge {
         /// Smallest sum of the radii of two atoms that may touch (length).
         reach: f64,
         /// The longer side (length).
         side: f64,
-        /// The two bodies, by their places in [`World::bodies`](crate::World::bodies).
+        /// Indices of the two bodies in [`World::bodies`](crate::World::bodies).
         bodies: [usize; 2],
     },
 }
 
 impl GridError {
-    /// Puts the names of the bodies before the error.
+    /// Adds the names of the bodies to the error.
     pub(crate) fn named(self, name: impl Fn(usize) -> String) -> SceneError {
         let entry = match self {
             Self::TooFine { bodies: [a, b], .. }
@@ -158,69 +166,77 @@ impl GridError {
     }
 }
 
-/// An edit at a sample that cannot be made; nothing was changed.
+/// An edit that cannot be made. It has changed nothing.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum EditError {
-    /// The body is not, or no longer, in the system.
+    /// The body has never been in the system, or has been removed.
     #[error("the body is not, or no longer, in the system")]
     NoSuchBody(BodyKey),
-    /// A body of zero energy has no direction to keep, so no energy can be given to it.
-    #[error("the energy of {0} cannot be reset: it has none, hence no direction of motion")]
+    /// A body at rest has no direction of motion, so its energy cannot be scaled.
+    #[error("the energy of {0} cannot be reset: the body is at rest and has no direction of motion")]
     NoEnergy(BodyName),
-    /// An energy that is not positive, NaN or infinite, or that gives a speed beyond computing
-    /// with.
+    /// An energy that is not positive and finite, or that gives a speed out of range.
     #[error("an energy must be positive and give a speed from {LEAST_SPEED:e} to {LARGEST:e}, but is {0:e}")]
     Energy(f64),
-    /// The body is fixed and takes no energy and no rotation mode.
-    #[error("{0} is fixed")]
+    /// The body is fixed: its energy and its rotation cannot be changed.
+    #[error("{0} is fixed: neither its energy nor its rotation can be changed")]
     Fixed(BodyName),
-    /// The system would not be a valid scene.
+    /// The edited system would not be a valid scene.
     #[error(transparent)]
     Scene(#[from] SceneError),
 }
 
-/// Why a run ended before the time asked for. The system stays as it was at that instant.
+/// The reason why a run ended before its target time. The system remains at the time at which it
+/// stopped.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RunError {
     /// A time that is NaN or infinite.
     #[error("a run must end at a finite time, not at {0}")]
     Time(f64),
-    /// An interval between samples that is not a positive, finite time, or too short for the run.
-    #[error("the interval between samples must be positive, finite and at least 2^-53 of the run, not {0:e}")]
+    /// An interval between samples that is not positive and finite, or too short for the run.
+    #[error("the interval between samples must be positive, finite and at least 2^-53 of the run, but is {0:e}")]
     Interval(f64),
-    /// One body has had too many contacts at one instant, or contacts without end that lose all energy: an inelastic
-    /// collapse, which a guard prevents ([`ElasticitySpec::contact_time`](crate::ElasticitySpec::contact_time)).
-    #[error("at time {time} {body} has had {contacts} contacts while time hardly moved on")]
+    /// A body has had too many contacts at one instant, or very many contacts in a short time that
+    /// lose all energy: an inelastic collapse. A guard prevents it
+    /// ([`ElasticitySpec::contact_time`](crate::ElasticitySpec::contact_time)).
+    #[error(
+        "at time {time} {body} has had {contacts} contacts in almost no time; a guard against inelastic collapse \
+         (`elasticity.contact_time` from 1e-5 to 1) may prevent this"
+    )]
     Stalled {
-        /// When.
+        /// Time of the stall.
         time: EpochTime,
-        /// Which body.
+        /// The body.
         body: BodyName,
-        /// How many contacts.
+        /// Number of contacts.
         contacts: u32,
     },
-    /// A body is so fast that the time in which it crosses the box a few times does not move the clock on.
+    /// A body is so fast that the time in which it crosses the box a few times is lost in the
+    /// rounding of the clock.
     #[error(
-        "at time {time} the fastest body allows a step of {stretch:e} only, which no longer moves time on"
+        "at time {time} the fastest body allows a step of only {stretch:e}, which is lost in the rounding of the time; \
+         reduce its speed"
     )]
     TimeStandsStill {
-        /// When.
+        /// Time at which the run stopped.
         time: EpochTime,
-        /// How long the epoch would have been (time).
+        /// Length of the epoch (time).
         stretch: f64,
     },
-    /// One body turns or flies so much faster than another moves that the other's way is lost in the rounding of places: many
-    /// epochs have gone by without a contact, each so short that the slow one hardly moves in it.
+    /// A body turns or moves so much faster than another that the motion of the slow one is lost in
+    /// the rounding of positions: many epochs have passed without a contact, each so short that the
+    /// slow body hardly moves in it.
     ///
-    /// At the earliest beyond 9e12 turns of the one, or 1e11 crossings of the box, while the other goes one side.
+    /// This needs at least 9e12 turns of the fast body, or 1e11 crossings of the box, while the
+    /// slow one travels one side.
     #[error(
-        "at time {time} {body}, of speed {speed:e} and spin {spin:e}, is too fast for {outpaced}, which moves by {way:e} \
-         in an epoch and is lost in rounding"
+        "at time {time} {body}, of speed {speed:e} and angular velocity {spin:e}, is too fast compared with \
+         {outpaced}, which travels {way:e} in an epoch, less than the rounding of its position"
     )]
     TimeScalesTooFarApart {
-        /// When.
+        /// Time at which the run stopped.
         time: EpochTime,
         /// The fastest body.
         body: BodyName,
@@ -230,32 +246,32 @@ pub enum RunError {
         spin: f64,
         /// The slow body.
         outpaced: Box<BodyName>,
-        /// How far that goes in an epoch (length).
+        /// Distance that the slow body travels in an epoch (length).
         way: f64,
     },
-    /// Contacts that lose energy, or edits, have left no body that moves with [`LEAST_SPEED`] or
-    /// more, but some that move: the squares of their speeds underflow, and they would pass through
-    /// each other.
+    /// After contacts that lose energy, or after edits, some bodies move, but none as fast as
+    /// [`LEAST_SPEED`]. The squares of their speeds underflow, and they would pass through each
+    /// other.
     #[error(
-        "at time {time} the fastest is {body}, of speed {speed:e}: to go on it must be at rest or have a speed of at least \
-         {LEAST_SPEED:e}"
+        "at time {time} the fastest is {body}, of speed {speed:e}; to continue, it must be at rest or have a speed of \
+         at least {LEAST_SPEED:e}"
     )]
     TooSlow {
-        /// When.
+        /// Time at which the run stopped.
         time: EpochTime,
         /// The fastest body.
         body: BodyName,
-        /// Its speed, or rim speed (length per time).
+        /// Its speed of centre or rim (length per time).
         speed: f64,
     },
-    /// Speeds have grown beyond what can be computed with (superelastic contacts do this).
-    #[error("at time {time} {body} is too fast to go on: speed {speed:e}")]
+    /// A speed has grown out of range (for example by superelastic contacts).
+    #[error("at time {time} {body} is too fast to continue: its speed is {speed:e}, at most {LARGEST:e} is allowed")]
     BlowUp {
-        /// When.
+        /// Time at which the run stopped.
         time: EpochTime,
-        /// Which body.
+        /// The body.
         body: BodyName,
-        /// Its speed, or rim speed (length per time).
+        /// Its speed, including that of the rim (length per time).
         speed: f64,
     },
 }

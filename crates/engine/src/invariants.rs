@@ -1,4 +1,4 @@
-//! The walk over everything that must hold, by brute force: for tests, after each event.
+//! Check of all invariants by brute force, for tests, after each event.
 
 use carom_detection::{Detection, Exact};
 use carom_kinematics::{EpochTime, RelativeMotion};
@@ -7,34 +7,34 @@ use thiserror::Error;
 
 use crate::{Scheduler, Simulation};
 
-/// Something that must hold and does not.
+/// A violated invariant.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Violation {
     /// Bodies overlap by more than rounding.
     #[error("at time {time} {pairs} pairs of bodies overlap, the deepest by {depth:e}")]
     Overlap {
-        /// When.
+        /// Time of the check.
         time: EpochTime,
-        /// How many pairs.
+        /// Number of overlapping pairs.
         pairs: usize,
-        /// How deep the deepest (length).
+        /// Depth of the deepest overlap (length).
         depth: f64,
     },
-    /// A contact comes before the soonest event of the scheduler.
+    /// A contact lies before the earliest event of the scheduler.
     #[error("bodies {first} and {second} touch {time:e} from now, before the next contact in {next:e}")]
     Missed {
-        /// Index of the one body.
+        /// Index of the first body.
         first: usize,
-        /// Index of the other.
+        /// Index of the second body.
         second: usize,
-        /// When they touch, from now on (time).
+        /// Time until their contact.
         time: f64,
-        /// When the scheduler's next contact is, from now on (time).
+        /// Time until the scheduler's next contact.
         next: f64,
     },
-    /// The kinetic energy is not what the books say.
-    #[error("the kinetic energy is {energy}, the books say {booked}")]
+    /// The kinetic energy disagrees with the ledger.
+    #[error("the kinetic energy is {energy}, but the ledger gives {booked}")]
     Energy {
         /// Kinetic energy.
         energy: f64,
@@ -44,11 +44,11 @@ pub enum Violation {
 }
 
 impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation<D, R, S> {
-    /// Checks by brute force, with the exact detector and all pairs in all images, that no bodies overlap, that
-    /// no contact before `horizon` (time from now) precedes the next that this simulation will resolve, and that
-    /// the books of energy are right.
+    /// Checks by brute force, with the exact detector and all pairs in all images, that no bodies
+    /// overlap, that no contact before `horizon` (time from now) precedes the next contact of this
+    /// simulation, and that the energy agrees with the ledger.
     ///
-    /// Takes a time that grows as the square of the number of bodies.
+    /// The cost is O(N²) for N bodies.
     ///
     /// # Errors
     /// The first [`Violation`] found.
@@ -70,7 +70,8 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
         let moved_on = ahead.step(until, &mut ()).is_ok_and(|_| ahead.counters.collisions > begun);
         let next = if moved_on { ahead.time().since(now) } else { horizon };
         match self.soonest_by_brute_force(horizon) {
-            // The two have their origins of time elsewhere, so they agree to rounding of the offset.
+            // The two times are computed from different origins, so they agree to the rounding of
+            // the offset.
             Some((first, second, time)) if time < next - 1e-12 * (horizon + self.offset) => {
                 Err(Violation::Missed { first, second, time, next })
             }

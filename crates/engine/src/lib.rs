@@ -1,20 +1,24 @@
-//! The order of events, and the only place where state changes.
+//! Event-driven simulation of rigid molecules: the event loop, and the only code that changes the
+//! state.
 //!
 //! Life of one event:
 //!
 //! ```text
-//!   scheduler ── soonest event ──► a crossing: the body enters the next cell and is predicted against it
-//!                                  stale (a partner has changed since): predicted anew, or dropped by `HeapScheduler`
-//!                                  a re-check: predicted anew
-//!                                  a contact ──► response: impulse ──► both bodies' new motion
-//!                                       │                                   │
-//!                                       ▼                                   ▼
-//!                                   observers                detection: first contacts with the neighbours
+//! scheduler ── earliest event ─┬─► a crossing: the body enters the next cell; contacts with the
+//!                              │     bodies there are predicted
+//!                              ├─► stale (the partner has changed): predicted anew, or dropped by
+//!                              │     `HeapScheduler`
+//!                              ├─► a re-check: predicted anew
+//!                              └─► a contact ──► response: impulse ──► new motion of both bodies
+//!                                       │                                    │
+//!                                       ▼                                    ▼
+//!                                   observers          detection: first contacts with neighbours
 //! ```
 //!
-//! Between events nothing is touched: a body is a straight line and a constant spin since its subjective
-//! time. [`Simulation`] owns everything; it is generic over the seams (detection, response, scheduler), with
-//! defaults.
+//! Between events a body moves with constant velocity and angular velocity from its subjective
+//! time, the time at which its motion last changed; its stored motion does not change.
+//! [`Simulation`] owns the whole state. It is generic over detection, response and scheduler, with
+//! defaults for all three.
 //!
 //! ```
 //! use carom_engine::{Scene, Simulation};

@@ -1,4 +1,5 @@
-//! When an epoch has to end, before the fastest body has used up the digits of its place or angle, and when that is too soon.
+//! Limits of an epoch: it ends before the fastest body's position or angle loses too many digits.
+//! Also the refusal of runs whose epochs would be too short.
 
 #![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
@@ -7,46 +8,53 @@ use glam::DVec2;
 
 use crate::{BodyName, RunError, SceneError, TagNames, World};
 
-/// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose digits.
+/// Turns of the fastest rotor after which an epoch ends. Smaller: more epochs. Larger: angles lose
+/// digits.
 const TURNS_PER_EPOCH: f64 = 64.0;
 
-/// Mean free paths of the fastest body after which an epoch may end: an epoch costs a prediction of every body. Fewer: that.
-/// More: places lose digits.
+/// Mean free paths of the fastest body after which an epoch may end. Smaller: more epochs, each of
+/// which costs a prediction of every body. Larger: positions lose digits.
 const FREE_PATHS_PER_EPOCH: f64 = 32.0;
 
-/// Sides of the box after which an epoch ends however few contacts there are. Smaller: a few small bodies begin more epochs than
-/// they have contacts. Larger: gaps of contacts come near the sixteen roundings of the side that are promised.
+/// Sides of the box after which an epoch ends for any number of contacts. Smaller: a few small
+/// bodies begin more epochs than they have contacts. Larger: gaps at contacts approach the
+/// guaranteed bound of sixteen roundings of the side.
 const MOST_SIDES_PER_EPOCH: f64 = 4.0;
 
-/// The same where one body alone moves: it may fly many sides from contact to contact, and half as much is rounded.
+/// Sides of the box after which an epoch ends if only one body moves. Larger than
+/// `MOST_SIDES_PER_EPOCH`, since the body may fly many sides between contacts, and half as many
+/// terms are rounded.
 const SIDES_PER_EPOCH_OF_BILLIARD: f64 = 8.0;
 
-/// An epoch older than this many stretches of a body that has become so much faster ends with the contact that made it so:
-/// at such a speed, the rounding of the time itself would be too coarse. Larger: places lose digits. Smaller: more epochs.
+/// An epoch ends with a contact that makes a body so fast that the epoch is older than this many
+/// stretches of the body: at such a speed, the rounding of the time itself is too coarse. Larger:
+/// positions lose digits. Smaller: more epochs.
 const STALE_STRETCHES: f64 = 4.0;
 
-/// Epochs without a contact before a run is asked whether it gets anywhere. Fewer: a dilute scene is refused although no place
-/// is off by more than 2⁻³⁶ of the side. More: it takes longer until one that gets nowhere has its name.
+/// Epochs without a contact before a run is checked for time scales too far apart. Fewer: a dilute
+/// scene is refused although no position has an error above 2⁻³⁶ of the side. More: the error is
+/// returned later.
 const EPOCHS_OF_PATIENCE: f64 = (1 << 16) as f64;
 
-/// A body that goes less far than this share of the side up to the time asked for need not be seen to move. Smaller: bodies at
-/// rest but for a rounding of their velocity end runs. Larger: bodies may stand still that ought to move.
+/// A body that travels less than this share of the side until the target time may appear at rest.
+/// Smaller: bodies at rest apart from a rounding of their velocity end runs. Larger: bodies that
+/// should move may stand still.
 const UNSEEN: f64 = 1.0 / (1u64 << 36) as f64;
 
-/// The least speed that is not 0 (length per time), of a centre or of a rim, |ω| R. It must be met
-/// by every body of a scene and after an edit, and by the fastest body at the start of each epoch.
+/// The least speed that is not 0 (length per time), of a centre or of a rim, |ω| R. All bodies of a
+/// scene and after an edit must satisfy it, and the fastest body at the start of each epoch.
 ///
-/// Detection forms products such as σ² w², with the distance σ of centres at which two atoms touch
-/// and a relative velocity w, which must not underflow as long as w moves a place at all. An epoch
-/// ends when the fastest body, of speed v, has gone a few sides of the box or has turned 64 times,
-/// so a w below u v/400 is lost in the rounding of places. With σ ≥ 10⁻⁶⁰ and v ≥ 10⁻⁷⁰ all others
-/// give σ² w² ≥ 7·10⁻²⁹⁸, and with masses m ≥ 10⁻⁶⁰ energies m v² ≥ 10⁻²⁰⁰: normal numbers, above
-/// 2.2·10⁻³⁰⁸. Smaller: small and slow bodies would pass through each other. Larger: fewer scenes
-/// are accepted.
+/// Detection forms products such as σ² w², with the contact distance σ of two atoms and a relative
+/// velocity w. They must not underflow as long as w changes a position at all. An epoch ends when
+/// the fastest body, of speed v, has travelled a few sides of the box or has turned 64 times, so a
+/// w below u v/400 is lost in the rounding of positions. With σ ≥ 10⁻⁶⁰ and v ≥ 10⁻⁷⁰ all larger w
+/// give σ² w² ≥ 7·10⁻²⁹⁸, and with masses m ≥ 10⁻⁶⁰ energies are m v² ≥ 10⁻²⁰⁰: normal numbers,
+/// above 2.2·10⁻³⁰⁸. Smaller: small and slow bodies would pass through each other. Larger: fewer
+/// scenes are accepted.
 pub const LEAST_SPEED: f64 = 1e-70;
 
-/// Centres of two bodies at their contact (length), the places in [`World::bodies`] and the offset
-/// in the epoch (time).
+/// Centres of two bodies at their contact (length), their indices in [`World::bodies`] and the
+/// offset in the epoch (time).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ContactPlaces {
     pub bodies: [u32; 2],
@@ -57,50 +65,54 @@ pub(crate) struct ContactPlaces {
 /// The end of an epoch, in time and in contacts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Limits {
-    /// When it ends at the latest: the fastest body has gone [`sides_per_epoch`] by then.
+    /// Latest end of the epoch (offset in it, time); the fastest body travels [`sides_per_epoch`]
+    /// until then.
     time: f64,
     contacts_left: u64,
     /// Square of the speed at which `time` was set.
     fastest_squared: f64,
     /// Magnitude of the spin at which `time` was set.
     fastest_spin: f64,
-    /// How far the fastest body may go (length).
+    /// The longest path of the fastest body in an epoch (length).
     way: f64,
-    /// Where the contact took place that makes the epoch stale. A scheduler may keep a flight by
-    /// its place x₀ = x − v t at the start of the epoch, which is rounded by u v t: for a body so
-    /// fast this exceeds the error that a place may have.
+    /// The contact that makes the epoch stale. A scheduler may store a flight as its position x₀ =
+    /// x − v t at the start of the epoch, which is rounded by u v t: for a body this fast that
+    /// exceeds the permitted error of a position.
     stale: Option<ContactPlaces>,
 }
 
 impl Limits {
-    /// For bodies of so much speed and spin at most, and after so many contacts at the latest.
+    /// Limits for bodies of at most this speed and angular velocity, and for at most this many
+    /// contacts.
     pub fn new(world: &World, fastest_squared: f64, fastest_spin: f64, contacts: u64) -> Self {
         let way = way_per_epoch(world);
         let time = stretch(way, fastest_squared, fastest_spin);
         Self { time, contacts_left: contacts, fastest_squared, fastest_spin, way, stale: None }
     }
 
-    /// Where the contact took place with which the epoch ends, if it makes a body too fast for the
-    /// rest of the epoch.
+    /// The contact with which the epoch ends, if it makes a body too fast for the rest of the
+    /// epoch.
     pub fn stale_contact(&self) -> Option<&ContactPlaces> {
         self.stale.as_ref()
     }
 
-    /// When the epoch ends at the latest (offset in it, time).
+    /// Latest end of the epoch (offset in it, time).
     #[inline(always)]
     pub fn time(&self) -> f64 {
         self.time
     }
 
-    /// Whether none of these velocities is beyond what the limits were set for.
+    /// Whether neither velocity exceeds the speed for which the limits were set.
     #[inline(always)]
     pub fn within(&self, [a, b]: [DVec2; 2]) -> bool {
-        // NaN is beyond any.
+        // False for NaN.
         (a.length_squared() <= self.fastest_squared) & (b.length_squared() <= self.fastest_squared)
     }
 
-    /// Shortens the epoch if one of two bodies in contact is now faster than any was before, and
-    /// refuses what is too fast.
+    /// Shortens the epoch if one of two bodies in contact is now faster than any body before.
+    ///
+    /// # Errors
+    /// [`RunError::BlowUp`] if a body is too fast to compute with.
     #[inline(never)]
     pub fn accept(
         &mut self,
@@ -134,7 +146,7 @@ impl Limits {
         Ok(())
     }
 
-    /// Counts a contact; tells whether the epoch ends with it.
+    /// Counts a contact; returns whether the epoch ends with it.
     #[inline(always)]
     pub fn count_contact(&mut self) -> bool {
         self.contacts_left -= 1;
@@ -142,7 +154,8 @@ impl Limits {
     }
 }
 
-/// How many sides of the box the fastest body goes in an epoch at most: one, or more where there is little to meet on the way.
+/// The longest path of the fastest body in an epoch, in sides of the box: one, or more for a dilute
+/// scene.
 pub(crate) fn sides_per_epoch(world: &World) -> f64 {
     if world.is_billiard() {
         return SIDES_PER_EPOCH_OF_BILLIARD;
@@ -150,20 +163,21 @@ pub(crate) fn sides_per_epoch(world: &World) -> f64 {
     let sides = world.bounds.sides();
     let moving = world.bodies.iter().filter(|body| !body.is_fixed());
     let largest = moving.map(crate::Body::reach).fold(0.0, f64::max);
-    // 1 / (√8 n σ) for n discs of diameter σ in a unit of area, as if all were as large as the largest that moves.
+    // 1 / (√8 n σ) for n discs of diameter σ in a unit of area, all as large as the largest that
+    // moves.
     let free_path = sides.x * sides.y / (8.0_f64.sqrt() * world.bodies.len() as f64 * (2.0 * largest));
     (FREE_PATHS_PER_EPOCH * free_path / sides.min_element()).clamp(1.0, MOST_SIDES_PER_EPOCH)
 }
 
-/// How far the fastest body goes in an epoch at most (length).
+/// The longest path of the fastest body in an epoch (length).
 fn way_per_epoch(world: &World) -> f64 {
     sides_per_epoch(world) * world.bounds.sides().min_element()
 }
 
-/// Refuses a body of an entry that moves or turns, but with less than [`LEAST_SPEED`].
+/// Refuses a body of an entry that moves or turns at less than [`LEAST_SPEED`].
 pub(crate) fn refuse_slow(entry: &str, motion: &Motion, radius: f64) -> Result<(), SceneError> {
     let speeds = [
-        // No square root of a sum of squares: these may be 0.
+        // `hypot`, since the sum of squares may underflow to 0.
         ("the speed", motion.velocity.x.hypot(motion.velocity.y)),
         ("the rim speed (angular velocity times bounding radius)", motion.angular_velocity.abs() * radius),
     ];
@@ -176,13 +190,13 @@ pub(crate) fn refuse_slow(entry: &str, motion: &Motion, radius: f64) -> Result<(
     Ok(())
 }
 
-/// The fastest body, and its speed of centre or rim (length per time), if all that move do so at
+/// The fastest body and its speed of centre or rim (length per time), if some body moves but all at
 /// less than [`LEAST_SPEED`].
 pub(crate) fn too_slow(world: &World) -> Option<(usize, f64)> {
     let speed = |index: usize| {
         let motion = &world.motions[index];
         let rim = motion.angular_velocity.abs() * world.bodies[index].kind.molecule.bounding_radius();
-        // Not the length of the velocity: its square may be 0.
+        // Not the length of the velocity, whose square may underflow to 0.
         motion.velocity.abs().max_element().max(rim)
     };
     let moving = (0..world.bodies.len()).filter(|&index| !world.bodies[index].is_fixed());
@@ -190,12 +204,14 @@ pub(crate) fn too_slow(world: &World) -> Option<(usize, f64)> {
     (fastest.1 > 0.0 && fastest.1 < LEAST_SPEED).then_some(fastest)
 }
 
-/// Refuses a run in which a fast body makes the epochs so short that another no longer moves, or nearly so.
+/// Refuses a run in which a fast body makes the epochs so short that the motion of another body is
+/// lost in rounding.
 ///
-/// A place is rounded once an epoch, so that k epochs without a contact leave it uncertain by k u × side. Where that is more
-/// than the way of the body in one epoch, the run neither resolves its motion nor comes to its end in any
-/// reasonable number of epochs. The epoch has just begun, and lasts `stretch`; the last contact was at `last_contact` (an
-/// offset in the epoch, hence not positive), and the run is to go on for `remaining`.
+/// A position is rounded once an epoch, so after k epochs without a contact its error is k u ×
+/// side. Where that exceeds the path of the body in one epoch, the run does not resolve the motion
+/// of the body and does not end in any reasonable number of epochs. The epoch has just begun and
+/// lasts `stretch`; the last contact was at `last_contact` (offset in the epoch, not positive), and
+/// the run must continue for `remaining`.
 pub(crate) fn refuse_time_scales_too_far_apart(
     world: &World,
     names: &TagNames,
@@ -237,7 +253,8 @@ pub(crate) fn refuse_time_scales_too_far_apart(
     })
 }
 
-/// How long a body of this speed and spin may fly before it has gone so far, or its angle has used up digits (time).
+/// The time in which a body of this speed and angular velocity travels the path `way`, or turns so
+/// often that its angle loses too many digits.
 fn stretch(way: f64, speed_squared: f64, spin: f64) -> f64 {
     (way / speed_squared.sqrt()).min(TURNS_PER_EPOCH * std::f64::consts::TAU / spin)
 }
@@ -264,17 +281,17 @@ mod tests {
     }
 
     #[test]
-    fn an_epoch_is_as_long_as_there_is_little_to_meet() {
-        // The free path of the thesis's gas is 1/90 of a side.
+    fn an_epoch_is_longer_in_a_dilute_gas() {
+        // The mean free path of the thesis's gas is 1/90 of a side.
         assert_eq!(sides(&gas(0.01, 1592)), 1.0);
-        // 32 / (√8 2000 0.002), thesis's test 1.
+        // 32 / (√8 2000 0.002): the gas of the thesis's test 1.
         let thin = sides(&gas(0.001, 2000));
         assert!((thin - 2.828_427_124_746_19).abs() < 1e-12, "{thin}");
         assert_eq!(sides(&gas(0.001, 50)), MOST_SIDES_PER_EPOCH);
     }
 
     #[test]
-    fn what_is_fixed_is_met_as_well_and_a_body_alone_goes_farthest() {
+    fn fixed_bodies_shorten_an_epoch_and_a_single_moving_body_has_the_longest() {
         let disc = |radius, x| {
             let atoms = vec![AtomSpec { at: [0.0; 2], radius, mass: 1.0 }];
             MoleculeSpec { atoms, at: [x, 0.5], velocity: [1.0, 0.0], ..MoleculeSpec::default() }

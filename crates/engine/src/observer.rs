@@ -1,15 +1,15 @@
-//! What watches a run: told of each contact and each sample, unable to change anything.
+//! Observers: they receive each collision and each sample of a run, and cannot change it.
 
 use crate::{Body, CollisionReport, View};
 
-/// Watches a run. Every method has a default that does nothing.
+/// Observes a run. Each method has a default that does nothing.
 ///
-/// [`Simulation::sample_every`](crate::Simulation::sample_every) calls all of its methods. The
-/// other methods that run a simulation call [`Self::collision`] only; a program that uses them calls
-/// [`Self::start`] before the run and [`Self::sample`] when it wants a sample.
+/// [`Simulation::sample_every`](crate::Simulation::sample_every) calls all methods. The other
+/// methods that run a simulation call [`Self::collision`] only; a program that uses them calls
+/// [`Self::start`] before the run and [`Self::sample`] for each sample.
 ///
-/// Tuples, `Vec`, `Option`, `Box` and `&mut` of observers are observers, and `Box<dyn Observer>` is
-/// one chosen at run time; `()` watches nothing, and a run with it builds no reports.
+/// Tuples, `Vec`, `Option`, `Box` and `&mut` of observers are observers; `Box<dyn Observer>` is
+/// chosen at run time. `()` observes nothing, and a run with it builds no reports.
 ///
 /// ```
 /// use carom_engine::{CollisionReport, Observer};
@@ -25,26 +25,27 @@ use crate::{Body, CollisionReport, View};
 /// }
 /// ```
 pub trait Observer {
-    /// Whether a report of a collision of these two is wanted: asked before it is made. An observer of one body, or of
-    /// none, says so here, and one that holds others asks them; the compiler then leaves out what nobody wants. It may be told
-    /// of collisions that it does not want: because another observer does.
+    /// Filter: returns whether a report of a collision of these two bodies is wanted. `false` skips
+    /// building the report, and the compiler can remove unused ones. Composite observers must OR
+    /// their members, so [`Self::collision`] may also receive collisions for which this returns
+    /// `false`.
     #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {
         let _ = bodies;
         true
     }
 
-    /// The run begins, or goes on after an edit.
+    /// Called when the run begins, or continues after an edit.
     fn start(&mut self, view: &View<'_>) {
         let _ = view;
     }
 
-    /// Two bodies have collided.
+    /// Called after each collision of two bodies.
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let _ = report;
     }
 
-    /// A sample of all bodies at one time.
+    /// Called for each sample, with all bodies at one time.
     #[doc(alias = "standby")]
     fn sample(&mut self, view: &View<'_>) {
         let _ = view;
@@ -84,7 +85,8 @@ macro_rules! pointer_to_an_observer {
 pointer_to_an_observer!(&mut O);
 pointer_to_an_observer!(Box<O>);
 
-/// A list of observers is an observer. With `Vec<Box<dyn Observer>>` they are chosen at run time.
+/// A list of observers is an observer. The members of `Vec<Box<dyn Observer>>` are chosen at run
+/// time.
 impl<O: Observer> Observer for Vec<O> {
     #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {

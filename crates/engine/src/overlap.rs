@@ -1,37 +1,39 @@
-//! The overlap check: every near pair, looked at afresh, without the scheduler's lists.
+//! The overlap check: all near pairs of a view, computed independently of the scheduler's lists.
 
 use carom_geometry::gap_between;
 use glam::DVec2;
 
 use crate::{BodyView, View};
 
-/// Overlaps below this many roundings of the distances involved are no overlaps.
+/// Overlaps below this many roundings of the distances involved are not reported.
 ///
-/// A contact lies within sixteen roundings of the side from where the bodies touch exactly (measured over 10⁸ collisions and more:
-/// `cargo xtask experiment extremes`); each rebasing of the epoch and the view itself add a few more. The bound 2 E of
-/// `carom_detection::Exact` is larger: it supposes that every operation errs by its most, and the same way.
-/// Smaller: rounding would be reported as overlap. Larger: nothing is lost until real overlaps (10⁻⁹ of a
-/// diameter and more for a missed contact) come near it.
+/// A contact is computed within sixteen roundings of the side from the exact contact (measured over
+/// more than 10⁸ collisions: `cargo xtask experiment extremes`); each new epoch and the view itself
+/// add a few more. The bound 2 E of `carom_detection::Exact` is larger: it assumes that each
+/// operation has its largest error, all of one sign. Smaller: rounding would be reported as
+/// overlap. Larger: harmless until real overlaps (10⁻⁹ of a diameter and more for a missed contact)
+/// come near it.
 const ROUNDINGS: f64 = 64.0;
 
 /// The overlapping pairs at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct OverlapCensus {
-    /// How many pairs overlap by more than the rounding bound.
+    /// Number of pairs that overlap by more than the rounding bound.
     pub pairs: usize,
-    /// The deepest overlap of any pair, in units of the smaller diameter of its touching parts' bodies;
-    /// 0 if none overlaps at all. This may be a rounding.
+    /// The deepest overlap of any pair, in units of the smaller diameter of the touching parts'
+    /// bodies; 0 if no bodies overlap. It may be due to rounding.
     pub deepest: f64,
     /// The deepest overlap of any pair (length).
     pub deepest_length: f64,
 }
 
-/// Counts the overlapping pairs of a view with a cell list made for it alone.
+/// Counts the overlapping pairs of a view with its own cell list.
 pub(crate) fn census(view: &View<'_>) -> OverlapCensus {
     let bodies: Vec<BodyView<'_>> = view.bodies().collect();
     let sides = view.bounds().sides();
     let reach = view.world.largest_reach();
-    // At least one cell, and no more of them than bodies a side: an empty cell costs as much as a full one.
+    // At least one cell, and at most about √N per side for N bodies: an empty cell costs as much as
+    // a full one.
     let count = |side: f64| ((side / reach).min(1.0 + (bodies.len() as f64).sqrt()) as i64).max(1);
     let [columns, rows] = [count(sides.x), count(sides.y)];
     let number = |[column, row]: [i64; 2]| (row * columns + column) as usize;
@@ -39,7 +41,7 @@ pub(crate) fn census(view: &View<'_>) -> OverlapCensus {
         let index = |x: f64, side: f64, n: i64| ((x / side * n as f64) as i64).clamp(0, n - 1);
         number([index(place.x, sides.x, columns), index(place.y, sides.y, rows)])
     };
-    // Bodies cell by cell, and where those of each cell begin.
+    // Bodies sorted by cell, and the first index of each cell.
     let not_walls = bodies.iter().enumerate().filter(|(_, body)| !body.body.is_wall());
     let mut listed: Vec<_> = not_walls.map(|(index, body)| (cell_of(body.motion.position), index)).collect();
     listed.sort_unstable();
@@ -71,7 +73,7 @@ pub(crate) fn census(view: &View<'_>) -> OverlapCensus {
     census
 }
 
-/// Looks at a body and every image of a wall that comes near its bounding circle.
+/// Checks a body against each image of a wall that comes near its bounding circle.
 fn look_at_images(body: &BodyView<'_>, wall: &BodyView<'_>, sides: DVec2, census: &mut OverlapCensus) {
     let Some([first, second]) = wall.wall() else { return };
     let reach = body.body.reach() + wall.body.reach();
@@ -112,7 +114,7 @@ fn look(a: &BodyView<'_>, b: &BodyView<'_>, shift: DVec2, sides: DVec2, census: 
     }
 }
 
-/// How deep an overlap rounding alone can make (length), in a box of these sides between bodies whose
+/// The deepest overlap by rounding alone (length), in a box of these sides, between bodies whose
 /// bounding radii add up to `reach`.
 pub fn rounding_bound(sides: DVec2, reach: f64) -> f64 {
     ROUNDINGS * f64::EPSILON * (sides.x.max(sides.y) + reach)

@@ -1,10 +1,12 @@
-//! Placement of a gas: seeded, without overlap, around whatever stands in the box already.
+//! Placement of gases: random with a given seed, without overlap, around the bodies already in the
+//! box.
 //!
-//! Molecules of like size share a triangular lattice of sites, as wide as holds them all. Sites where they would
-//! touch what stands there are left out, the rest are occupied at random, and each molecule is moved at random
-//! as far as its neighbours' sites leave room. Larger kinds are placed before smaller ones. Orientations and
-//! directions of motion are random; collisions do the rest. Where momentum is conserved along an axis, directions come in
-//! opposite pairs, so that each gas of two or more molecules starts with momentum 0.
+//! Molecules of similar size share a triangular lattice of sites, as wide as possible for their
+//! number. Sites at which they would touch bodies already placed are left out, the others are
+//! occupied at random, and each molecule is displaced at random as far as its neighbours' sites
+//! allow. Larger kinds are placed before smaller ones. Orientations and directions of motion are
+//! random; collisions complete the mixing. Where momentum is conserved along an axis, directions
+//! come in opposite pairs, so that each gas of two or more molecules starts with momentum 0.
 
 use std::sync::Arc;
 
@@ -23,34 +25,35 @@ use crate::{
     sites::Sites,
 };
 
-/// What random numbers are drawn for; each purpose has a stream of its own.
+/// A stream of random numbers; each purpose has its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RandomStream {
-    /// Where molecules are placed, and how they are turned.
+    /// Positions and orientations of the molecules.
     Placement = 0,
-    /// In which direction they move.
+    /// Directions of motion.
     Velocities = 1,
 }
 
 impl RandomStream {
-    /// The random numbers of this stream: PCG-64 with the state `seed` and the stream number
-    /// 16 × `replica` + this stream's own.
+    /// Returns the random generator of this stream: PCG-64 with the state `seed` and the stream
+    /// number 16 × `replica` + this stream's number.
     pub fn generator(self, seed: u64, replica: u64) -> Pcg64 {
         Pcg64::new(u128::from(seed), 16 * u128::from(replica) + self as u128)
     }
 }
 
-/// Molecules nearer than this to touching (relative to their size) are not placed: nothing starts in contact.
+/// Smallest gap, relative to the size of the molecules, at which they are placed: none starts in
+/// contact.
 const ROOM: f64 = 1e-9;
 
-/// The most molecules of one kind: beyond lies no memory, and soon the range of the numbers that count them.
+/// Most molecules of one kind. More exceed the memory and soon the range of their counters.
 const MOST_MOLECULES: usize = 1 << 27;
 
-/// The most sites of a lattice where fewer are wanted: to look at each takes about a microsecond.
+/// Most sites of a lattice where fewer are needed: the check of each takes about a microsecond.
 const MOST_SITES: usize = 1 << 22;
 
 /// A lattice of touching sites, the last to be tried, is thinned out if it has more sites than
-/// this: in a narrow box it may have any number, however few are wanted.
+/// this: in a narrow box it may have any number of sites, even if few are needed.
 const FEW_SITES: usize = 1 << 20;
 
 /// One kind of molecule to be placed.
@@ -62,14 +65,14 @@ pub(crate) struct Species<'a> {
     places: Vec<DVec2>,
 }
 
-/// The kinds of molecules that the gases of a scene are made of.
+/// The kinds of molecules of the gases of a scene.
 pub(crate) fn species<'a>(scene: &'a Scene, bounds: &PeriodicBox) -> Result<Vec<Species<'a>>, SceneError> {
     scene.gas.iter().enumerate().map(|(index, spec)| Species::new(spec, index, bounds)).collect()
 }
 
-/// A world of what stands already and two molecules of each kind at most, at rest at the origin,
-/// and how many there are of each: which bodies meet at the largest and at the smallest distances
-/// does not depend on their number.
+/// A world of the bodies already placed and at most two molecules of each kind, at rest at the
+/// origin, and the number of molecules of each kind. The largest and the smallest contact distance
+/// do not depend on that number.
 pub(crate) fn sample(world: &World, species: &[Species<'_>]) -> (World, Vec<usize>) {
     let mut sample = world.clone();
     let counts: Vec<usize> = species.iter().map(|kind| kind.count.min(2)).collect();
@@ -83,7 +86,7 @@ pub(crate) fn sample(world: &World, species: &[Species<'_>]) -> (World, Vec<usiz
     (sample, counts)
 }
 
-/// Places and sets in motion every gas of the scene, one after the other; tells how many bodies each has.
+/// Places all gases of the scene and sets them in motion; returns the number of bodies of each.
 pub(crate) fn fill(
     world: &mut World,
     names: &mut TagNames,
@@ -105,8 +108,8 @@ pub(crate) fn fill(
     }
     let mut rest = &by_size[..];
     while let Some(&first) = rest.first() {
-        // Kinds of like size share one lattice: around the larger ones a finer one might not fit. Where the shared one
-        // is too coarse for all of them, fewer share it.
+        // Kinds of similar size share one lattice: around the larger ones a finer lattice might not
+        // fit. If the shared lattice is too coarse for all of them, fewer share it.
         let largest = species[first].molecule.bounding_radius();
         let (mut placed, mut tried) = (Ok(0), 0);
         for share in [0.5, 0.75, 1.0] {
@@ -133,7 +136,7 @@ pub(crate) fn fill(
             }
         }
     }
-    // Drawn in opposite pairs by default where the drift of the whole system would never end.
+    // Opposite pairs by default where the whole system would otherwise drift forever.
     let keeps_momentum = conserved_momentum(world).any();
     for kind in &species {
         let directions = if kind.spec.zero_momentum.unwrap_or(keeps_momentum) {
@@ -154,8 +157,8 @@ impl<'a> Species<'a> {
             (Some(_), Some(_)) => Err(problem(problem_text)),
             _ => Ok(first.or(second)),
         };
-        let radius = one(spec.radius, spec.atom_radius, "`radius` and `atom_radius` are the same: give one")?;
-        let mass = one(spec.mass, spec.atom_mass, "`mass` and `atom_mass` are the same: give one")?;
+        let radius = one(spec.radius, spec.atom_radius, "give either `radius` or `atom_radius`, not both")?;
+        let mass = one(spec.mass, spec.atom_mass, "give either `mass` or `atom_mass`, not both")?;
         let shape = if spec.atoms.is_empty() {
             Some(spec.shape.as_deref().unwrap_or("disc"))
         } else {
@@ -183,11 +186,11 @@ impl<'a> Species<'a> {
             _ => return Err(problem("give either `area_fraction` or `count`")),
         };
         if count > MOST_MOLECULES {
-            return Err(problem("more than 2^27 molecules of one kind are taken for a slip of the pen"));
+            return Err(problem("there must be at most 2^27 molecules of one kind"));
         }
         if spec.zero_momentum == Some(true) && count == 1 && spec.energy > 0.0 {
             return Err(problem(
-                "`zero_momentum` needs `count` ≠ 1: one molecule alone cannot have `energy` above 0 and momentum 0",
+                "`zero_momentum` must not be true if `count` is 1: a molecule with `energy` above 0 cannot have momentum 0",
             ));
         }
         let inertia = inertia(&molecule, spec.rotation);
@@ -230,7 +233,7 @@ fn place_class(
     }
     let radius = species[class[0]].molecule.bounding_radius() * (1.0 + ROOM);
     let full = |placed: usize| SceneError::Full { entry: species[class[0]].entry.clone(), placed, wanted };
-    // What certainly cannot fit is refused before a lattice of it is made.
+    // More molecules than fit in any case are refused before a lattice is built.
     let densest = world.bounds().area() / (3f64.sqrt() * 2.0 * radius * radius);
     if wanted as f64 > 1.1 * densest + 2.0 {
         return Err(full(densest as usize));
@@ -259,7 +262,7 @@ fn place_class(
         }
         return Err(full(most));
     };
-    // Choose at random, but keep the order of the lattice: neighbours in space stay neighbours in memory.
+    // A random choice in the order of the lattice: neighbours in space remain neighbours in memory.
     let free = choose(free, wanted, random);
     let mut kinds: Vec<usize> =
         class.iter().flat_map(|&k| std::iter::repeat_n(k, species[k].count)).collect();
@@ -272,7 +275,7 @@ fn place_class(
     Ok(())
 }
 
-/// A random choice of so many sites, in order: one after the other is dropped.
+/// Chooses `wanted` sites at random and keeps their order, by dropping single sites.
 fn choose(mut sites: Vec<DVec2>, wanted: usize, random: &mut Pcg64) -> Vec<DVec2> {
     while sites.len() > wanted {
         let mut remaining = Remaining::all(sites.len());
@@ -290,7 +293,8 @@ fn choose(mut sites: Vec<DVec2>, wanted: usize, random: &mut Pcg64) -> Vec<DVec2
     sites
 }
 
-/// A random choice of about twice the number wanted, in order; all, if fewer than wanted would be chosen.
+/// Chooses about twice the number wanted at random and keeps their order; returns all if fewer than
+/// wanted would be chosen.
 fn thin(sites: Vec<DVec2>, wanted: usize, random: &mut Pcg64) -> Vec<DVec2> {
     let keep = 2.0 * wanted as f64 / sites.len() as f64;
     let chosen: Vec<DVec2> = sites.iter().copied().filter(|_| random.random::<f64>() < keep).collect();
@@ -300,27 +304,28 @@ fn thin(sites: Vec<DVec2>, wanted: usize, random: &mut Pcg64) -> Vec<DVec2> {
 /// A lattice to try.
 #[derive(Clone, Copy)]
 enum Attempt {
-    /// One of this spacing (length).
+    /// A lattice of this spacing (length).
     Spacing(f64),
-    /// One of touching sites thinned out to about so many.
+    /// A lattice of touching sites, thinned out to about this number.
     Sites(usize),
 }
 
-/// Lattices to try, from one with some room to spare down to touching sites, as many of these as
-/// may be.
+/// Lattices to try, from one with some free space to touching sites, with up to the permitted
+/// number of these.
 fn attempts(bounds: &PeriodicBox, wanted: usize, radius: f64) -> impl Iterator<Item = Attempt> {
     let (sides, touching) = (bounds.sides(), 2.0 * radius);
     let roomy = (2.0 * bounds.area() / (3f64.sqrt() * 1.1 * wanted as f64)).sqrt();
     let most = MOST_SITES.max(8 * wanted);
     let sites = move |spacing: f64| Counts::new(sides, spacing, radius).map_or(0.0, Counts::sites);
     let all = sites(touching);
-    // The last of them is the whole lattice, unless that is too large.
+    // The last one is the whole lattice, unless that is too large.
     let thinned = std::iter::successors(Some((FEW_SITES / 16).max(4 * wanted)), |sites| Some(8 * sites))
         .take_while(move |&sites| all > FEW_SITES as f64 && sites <= most && (sites as f64) < all);
     (0..64)
         .map(move |step| roomy * 0.98f64.powi(step))
         .take_while(move |&spacing| spacing > touching)
-        // Far more than are wanted: the box is so narrow that it has one row of them.
+        // Skip a lattice with far more sites than wanted: the box is so narrow that it holds one
+        // row of them.
         .filter(move |&spacing| sites(spacing) <= FEW_SITES.max(64 * wanted) as f64)
         .map(Attempt::Spacing)
         .chain(thinned.map(Attempt::Sites))
@@ -335,14 +340,15 @@ struct Counts {
 }
 
 impl Counts {
-    /// Of a lattice of this spacing (length) for discs of this radius; none if not even one fits.
+    /// Counts for a lattice of this spacing (length) and discs of this radius; `None` if not even
+    /// one disc fits.
     fn new(sides: DVec2, spacing: f64, radius: f64) -> Option<Self> {
         let columns = (sides.x / spacing).floor();
         if columns == 0.0 || sides.y < 2.0 * radius {
             return None;
         }
         let across = sides.x / columns;
-        // The rows may be as close as diagonal neighbours allow, and every other row.
+        // The distance of rows is limited by diagonal neighbours and by the second next row.
         let diagonal = (spacing * spacing - 0.25 * across * across).max(0.0).sqrt();
         let up = diagonal.max(0.5 * spacing);
         Some(Self { columns, rows: even((sides.y / up).floor()) })
@@ -353,8 +359,8 @@ impl Counts {
     }
 }
 
-/// So many rows, or one less: each is shifted against its neighbours on both sides, unless it is
-/// alone.
+/// This number of rows, or one less: each row is shifted relative to its neighbours on both sides,
+/// so the number must be even, unless it is 1.
 fn even(rows: f64) -> f64 {
     if rows <= 1.0 { 1.0 } else { rows - rows % 2.0 }
 }
@@ -365,7 +371,7 @@ struct Lattice {
     rows: usize,
     step: DVec2,
     origin: DVec2,
-    /// How far each site's occupant may be moved without touching another's.
+    /// How far the molecule at each site may be displaced without touching another (length).
     slack: f64,
 }
 
@@ -376,8 +382,8 @@ impl Lattice {
         Self::of(bounds, counts, radius, origin)
     }
 
-    /// The lattice of touching sites with columns and rows left out until there are about so many
-    /// sites, the rest spread evenly: the distances of neighbours only grow.
+    /// The lattice of touching sites without some columns and rows, so that about this number of
+    /// sites is left, spread evenly: distances between neighbours only increase.
     fn thinned(bounds: &PeriodicBox, sites: usize, radius: f64, random: &mut Pcg64) -> Option<Self> {
         let origin = bounds.sides() * DVec2::new(random.random(), random.random());
         let Counts { columns, rows } = Counts::new(bounds.sides(), 2.0 * radius, radius)?;
@@ -411,7 +417,7 @@ impl Lattice {
         })
     }
 
-    /// How many sites there are.
+    /// Number of sites.
     fn capacity(&self) -> usize {
         self.columns.saturating_mul(self.rows)
     }
@@ -423,7 +429,7 @@ impl Lattice {
     }
 }
 
-/// Adds the molecules of one kind with random orientations and these directions of motion.
+/// Adds the molecules of one kind with random orientations and the given directions of motion.
 fn set_in_motion(
     world: &mut World,
     names: &mut TagNames,
@@ -450,8 +456,8 @@ fn direction(random: &mut Pcg64) -> DVec2 {
     Orientation::from_turns(random.random()).cos_sin()
 }
 
-/// Random directions with sum 0, in random order: opposite pairs, and for an odd number three at a
-/// third of a turn from each other. One alone has any direction.
+/// Random directions with sum 0, in random order: opposite pairs, and for an odd number three
+/// directions at a third of a turn. A single one has any direction.
 fn opposite_directions(count: usize, random: &mut Pcg64) -> Vec<DVec2> {
     let mut directions = Vec::with_capacity(count);
     if count % 2 == 1 && count > 1 {
@@ -466,12 +472,12 @@ fn opposite_directions(count: usize, random: &mut Pcg64) -> Vec<DVec2> {
     if directions.len() < count {
         directions.push(direction(random));
     }
-    // Neighbours in the list are neighbours in space.
+    // Neighbours in the list are neighbours in space; the shuffle separates the pairs.
     directions.shuffle(random);
     directions
 }
 
-/// Whether contacts change the spin of the molecules of a gas.
+/// Whether contacts change the angular velocity of the molecules of a gas.
 fn turns(spec: &GasSpec, molecule: &Molecule) -> bool {
     spec.rotation == Rotation::Free && !molecule.is_round()
 }
@@ -481,12 +487,12 @@ fn share(spec: &GasSpec, molecule: &Molecule) -> f64 {
     spec.energy / if turns(spec, molecule) { 3.0 } else { 2.0 }
 }
 
-/// The speed that has this energy in each of two directions (length / time).
+/// The speed at which each of the two directions of motion has this energy (length / time).
 fn speed(energy: f64, inertia: &Inertia) -> f64 {
     (4.0 * energy * inertia.inverse_mass).sqrt()
 }
 
-/// The angular velocity that has this energy (radians per time).
+/// The angular velocity with this energy (radians per time).
 fn spin(energy: f64, inertia: &Inertia) -> f64 {
     (2.0 * energy * inertia.inverse_moment).sqrt()
 }

@@ -1,4 +1,4 @@
-//! The report of a collision: who, where, when, and what it changed.
+//! The report of a collision: the two bodies, the place, the time, and the changes.
 
 use carom_kinematics::{EpochTime, Motion, angular_momentum, kinetic_energy, momentum};
 use carom_response::Elasticity;
@@ -11,14 +11,15 @@ use crate::Body;
 pub struct Side<'a> {
     /// The body.
     pub body: &'a Body,
-    /// Index of the atom that touched; `None` in the model of bounding circles, and for a wall that was touched between
-    /// its ends.
+    /// Index of the atom that touched; `None` in the model of bounding circles, and for a wall
+    /// touched between its ends.
     pub atom: Option<u32>,
-    /// Arm from the centre of mass to the touching atom's centre; of a wall, to the point of its face (length).
+    /// Arm from the centre of mass to the touching atom's centre; for a wall, to the touched point
+    /// of its face (length).
     pub arm: DVec2,
-    /// The motion at the instant of contact, before.
+    /// The motion at the instant of contact, before the impulse.
     pub before: Motion,
-    /// The motion at the instant of contact, after.
+    /// The motion at the instant of contact, after the impulse.
     pub after: Motion,
 }
 
@@ -51,28 +52,28 @@ impl Side<'_> {
     }
 }
 
-/// What an observer is told of a collision.
+/// The data of a collision that an observer receives.
 #[derive(Debug, Clone, Copy)]
 pub struct CollisionReport<'a> {
-    /// When.
+    /// Time of the collision.
     pub time: EpochTime,
     /// The two bodies, the one inserted earlier first.
     pub sides: [Side<'a>; 2],
-    /// Where they touch, in the frame of the first body's image (length).
+    /// Point of contact, in the frame of the first body's image (length).
     pub point: DVec2,
     /// Unit vector from the first body to the second at the point of contact.
     pub normal: DVec2,
     /// Impulse on the second body (mass × length / time); the first receives its opposite.
     pub impulse: DVec2,
-    /// The elasticity that held: that of the two bodies, or a higher one where the guard against inelastic collapse
-    /// has raised it.
+    /// The elasticity of the contact: that of the two bodies, or a higher one if the guard against
+    /// inelastic collapse has raised it.
     pub elasticity: Elasticity,
-    /// Which image of the second body was touched, in boxes relative to its place.
+    /// The image of the second body that was touched, in boxes relative to its position.
     pub image: [i64; 2],
 }
 
 impl<'a> CollisionReport<'a> {
-    /// The side of the body with this handle, with the impulse that acted on it.
+    /// Returns the side of the body with this handle and the impulse on it (mass × length / time).
     pub fn side_of(&self, key: crate::BodyKey) -> Option<(&Side<'a>, DVec2)> {
         match &self.sides {
             [first, _] if first.body.key == key => Some((first, -self.impulse)),
@@ -81,7 +82,8 @@ impl<'a> CollisionReport<'a> {
         }
     }
 
-    /// From the centre of the first body to the centre of the image of the second (length).
+    /// Vector from the centre of the first body to the centre of the touched image of the second
+    /// (length).
     pub fn separation(&self, bounds: &carom_geometry::PeriodicBox) -> DVec2 {
         let [first, second] = &self.sides;
         (second.before.position - first.before.position) + bounds.shift(self.image)

@@ -1,8 +1,8 @@
-//! What a contact does to its two bodies: a pure function of their motions and of the rules.
+//! The effect of a contact on its two bodies: a pure function of their motions and of the rules.
 //!
-//! Nothing here changes state, so contacts of different bodies can be resolved in any order, or at
-//! the same time, since the result of a [`Response`] depends on its arguments alone. What they
-//! change is recorded afterwards, in order of time (see [`crate::epoch_loop`]).
+//! Nothing here changes state, and the result of a [`Response`] depends on its arguments alone.
+//! Contacts of different bodies can therefore be resolved in any order or in parallel. The changes
+//! are recorded afterwards, in order of time (see [`crate::epoch_loop`]).
 
 #![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
@@ -18,7 +18,7 @@ use crate::{
     wall::{arm, contact_frame},
 };
 
-/// What decides the outcome of a contact, besides the motions of its two bodies.
+/// The rules that determine the outcome of a contact, in addition to the motions of its two bodies.
 pub(crate) struct Rules<'a, R> {
     pub world: &'a World,
     pub response: &'a R,
@@ -29,52 +29,53 @@ pub(crate) struct Rules<'a, R> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Encounter {
     pub contact: ContactEvent,
-    /// The motions, brought to the time of the contact.
+    /// The motions at the time of the contact.
     pub before: [Motion; 2],
-    /// When the two bodies last had a contact (offset in the epoch); none where no guard asks for it.
+    /// The times of the two bodies' last contacts (offset in the epoch); `None` without a guard.
     pub last_contacts: Option<[f64; 2]>,
     /// Whether another contact has happened at the same instant.
     pub repeats: bool,
 }
 
-/// What became of it.
+/// The outcome of a contact.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Resolved {
     pub frame: ContactFrame,
     pub elasticity: Elasticity,
     /// On the second body (mass × length / time).
     pub impulse: DVec2,
-    /// The motions just after it, at the same places.
+    /// The motions just after the contact, at the same positions.
     pub after: [Motion; 2],
-    /// The same with places rounded outwards if the bodies overlap: what the run goes on with.
+    /// The motions with which the run continues: `after`, with positions rounded outwards if the
+    /// bodies overlap.
     pub onwards: [Motion; 2],
     /// Kinetic energy that the contact would have lost in addition without the guard against
     /// inelastic collapse; `None` if the guard changes nothing.
     pub spared: Option<f64>,
-    /// Kinetic energy lost, unless the response conserves it.
+    /// Kinetic energy lost; `None` if the response conserves it.
     pub lost: Option<f64>,
-    /// Whether one of the two is fixed.
+    /// Whether one of the two bodies is fixed.
     pub met_fixed: bool,
     /// Whether rounding alone separates the surfaces, and no guard prevents more such contacts.
     pub is_unresolved: bool,
 }
 
-/// What became of a contact of two discs where all contacts are elastic.
+/// The outcome of a contact of two discs where all contacts are elastic.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ResolvedDiscs {
-    /// From the centre of the first to that of the second, of the image that is touched (length).
+    /// From the centre of the first disc to that of the touched image of the second (length).
     pub line_of_centres: DVec2,
     /// On the second body (mass × length / time).
     pub impulse: DVec2,
-    /// The velocities after it.
+    /// The velocities after the contact.
     pub after: [DVec2; 2],
-    /// Whether one of the two is fixed.
+    /// Whether one of the two bodies is fixed.
     pub met_fixed: bool,
 }
 
 impl<R: Response> Rules<'_, R> {
     /// Resolves the contact of two discs where all contacts are elastic: only velocities change.
-    /// `flights` are places and velocities of the two at the time of the contact.
+    /// `flights` are the positions and velocities of the two at the time of the contact.
     #[inline(always)]
     pub fn resolve_discs(
         &self,
@@ -146,7 +147,7 @@ impl<R: Response> Rules<'_, R> {
         {
             impulse += missing;
             after = pushed(&frame, before, inertias, impulse);
-            // A guard has had its say, or there is none: nothing else will end a collapse.
+            // The guard has already acted, or there is none: nothing else ends a collapse.
             is_unresolved = last_contacts.is_none() || elasticity == Elasticity::ELASTIC;
         }
         let energy = |motions: &[Motion; 2]| {
@@ -159,8 +160,8 @@ impl<R: Response> Rules<'_, R> {
         Resolved { frame, elasticity, impulse, after, onwards, spared, lost, met_fixed, is_unresolved }
     }
 
-    /// How much less energy a contact has without the guard, if the response depends on the guard:
-    /// `impulse` and motions `after` are those with the raised elasticity.
+    /// The energy that the guard has saved, if the response depends on the guard: `impulse` and
+    /// motions `after` are those with the raised elasticity.
     #[cold]
     #[inline(never)]
     fn spared(
@@ -176,8 +177,9 @@ impl<R: Response> Rules<'_, R> {
         if unguarded == impulse {
             return None;
         }
-        // The work of an impulse is its product with the mean velocity of the surfaces. Differences
-        // of kinetic energies would round by far more than a slow contact spares.
+        // The work of an impulse is its product with the mean velocity of the surfaces. A
+        // difference of kinetic energies has a rounding error far larger than the energy saved in a
+        // slow contact.
         let work = |impulse: DVec2, after: &[Motion; 2]| {
             let velocities = surface_velocity(frame, before) + surface_velocity(frame, after);
             0.5 * impulse.dot(velocities)
@@ -187,7 +189,8 @@ impl<R: Response> Rules<'_, R> {
     }
 
     /// The motions after an impulse on the second body. A body that does not turn and meets a fixed
-    /// one elastically takes the better rounded velocity of a reflection, if the response has one.
+    /// body elastically gets the velocity of a reflection, which is rounded less, if the response
+    /// provides one.
     fn act(
         &self,
         frame: &ContactFrame,
@@ -208,8 +211,8 @@ impl<R: Response> Rules<'_, R> {
         after
     }
 
-    /// Replaces the velocity of a body after an elastic contact with a fixed one by a better rounded
-    /// one, if the response has it; a fixed body keeps its own.
+    /// Replaces the velocity of a body after an elastic contact with a fixed body by one that is
+    /// rounded less, if the response provides it; a fixed body keeps its velocity.
     #[cold]
     #[inline(never)]
     fn reflect(&self, to_other: DVec2, before: DVec2, inverse_mass: f64, after: &mut DVec2) {
@@ -221,12 +224,13 @@ impl<R: Response> Rules<'_, R> {
     }
 }
 
-/// The velocity of the touching point of the second body relative to that of the first.
+/// The velocity of the touching point of the second body relative to that of the first (length /
+/// time).
 fn surface_velocity(frame: &ContactFrame, motions: &[Motion; 2]) -> DVec2 {
     motions[1].velocity_of(frame.arms[1]) - motions[0].velocity_of(frame.arms[0])
 }
 
-/// The motions after an impulse on the second body, and its opposite on the first.
+/// The motions after an impulse on the second body and its opposite on the first.
 fn pushed(
     frame: &ContactFrame,
     before: &[Motion; 2],

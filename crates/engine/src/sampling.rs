@@ -1,4 +1,4 @@
-//! A run with samples at equal intervals of time.
+//! Runs with samples at equal intervals of time.
 
 use carom_detection::Detection;
 use carom_kinematics::EpochTime;
@@ -6,12 +6,12 @@ use carom_response::Response;
 
 use crate::{Observer, RunError, Scheduler, Simulation};
 
-/// Samples of one run. More could not be counted one by one in floating point.
+/// Largest number of samples of one run. Floating-point numbers cannot count more one by one.
 const MOST_SAMPLES: f64 = (1u64 << 53) as f64;
 
-/// Rounding of the end of a run and of the interval may lose a sample. A sample counts as reached if
-/// at most this share of the interval is missing, and no more than that rounding. Larger: of
-/// intervals as short as the rounding of the end, samples are taken before their time.
+/// Rounding of the end of a run and of the interval could lose a sample. A sample counts as reached
+/// if at most this share of the interval is missing, and no more than that rounding. Larger: for
+/// intervals as short as the rounding of the end, samples are taken too early.
 const LARGEST_SHORTFALL: f64 = 0.25;
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
@@ -19,14 +19,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// [`Observer::start`] is called first, [`Observer::collision`] at each collision that the
     /// observer watches, and [`Observer::sample`] after each full interval from now on. A last
-    /// interval that ends later than `until` by rounding alone counts as full: its sample is taken
-    /// at `until`. Samples change no bit of the trajectory. A time that has passed already changes
-    /// nothing.
+    /// interval that ends after `until` by rounding alone counts as full: its sample is taken at
+    /// `until`. Samples change no bit of the trajectory. A time before the present changes nothing.
     ///
     /// ```
     /// use carom_engine::{CollisionReport, Observer, Scene, Simulation, View};
     ///
-    /// /// Collisions so far at each sample.
+    /// The number of collisions at each sample.
     /// #[derive(Default)]
     /// struct Collisions(Vec<u64>);
     ///
@@ -46,7 +45,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// [`RunError::Interval`] if the interval is not positive and finite, or so short that more
-    /// than 2^53 samples would be taken; else as [`Self::run_until`].
+    /// than 2^53 samples would be taken; otherwise those of [`Self::run_until`].
     pub fn sample_every<O: Observer + ?Sized>(
         &mut self,
         interval: f64,
@@ -66,7 +65,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         observer.start(&self.view());
         for sample in 1..=samples as u64 {
-            // Times are multiples of the interval, so that no rounding adds up.
+            // Times are multiples of the interval, so that roundings do not add up.
             let time = start.after(sample as f64 * interval);
             self.observe_until_instant(if time > end { end } else { time }, observer)?;
             observer.sample(&self.view());
@@ -75,8 +74,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     }
 }
 
-/// How many multiples of `interval` (time) lie between two instants, as far as the rounding of the
-/// three tells; 0 if `end` is not later by a float.
+/// Number of multiples of `interval` (time) between two times, to their rounding; 0 unless `end` is
+/// later by at least one float.
 fn samples_between(start: EpochTime, end: EpochTime, interval: f64) -> f64 {
     let until = end.to_f64();
     if until <= start.to_f64() {

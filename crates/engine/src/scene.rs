@@ -1,20 +1,21 @@
-//! The description of a scene: what is in the box at the start, as TOML or by code.
+//! The description of a scene: the contents of the box at the start, as TOML or built in code.
 //!
-//! Every struct here is a table of the scene file; unknown keys are errors. Lengths, masses and times are in
-//! the user's units.
+//! Each struct here is a table of the scene file; unknown keys are errors. Lengths, masses and
+//! times are in the user's units.
 
 use serde::{Deserialize, Serialize};
 
 use crate::{Rotation, SceneError};
 
-/// A scene, as a file describes it and as the library builds it.
+/// A scene, read from a file or built in code.
 ///
 /// ```
 /// use carom_engine::{BumperSpec, GasSpec, Scene};
 ///
 /// let mut scene = Scene::default();
 /// scene.bumper.push(BumperSpec { radius: 0.05, at: [0.5, 0.5], tags: vec![] });
-/// scene.gas.push(GasSpec { radius: Some(0.01), mass: Some(1.0), count: Some(100), ..GasSpec::default() });
+/// let gas = GasSpec { radius: Some(0.01), mass: Some(1.0), ..GasSpec::default() };
+/// scene.gas.push(GasSpec { count: Some(100), ..gas });
 /// let text = scene.to_toml();
 /// assert_eq!(Scene::from_toml(&text)?, scene);
 /// # Ok::<(), carom_engine::SceneError>(())
@@ -33,9 +34,9 @@ pub struct Scene {
     pub wall: Vec<WallSpec>,
     /// Many molecules of one kind each.
     pub gas: Vec<GasSpec>,
-    /// How much of the speed of approach comes back.
+    /// Coefficients of restitution.
     pub elasticity: ElasticitySpec,
-    /// How long to run and what to watch.
+    /// Duration of the run, and the quantities to observe.
     pub run: RunSpec,
 }
 
@@ -47,7 +48,7 @@ pub struct BoxSpec {
     pub sides: [f64; 2],
     /// Seed; the streams for placement and velocities are derived from it.
     pub seed: u64,
-    /// Which of many runs that differ in nothing but their random numbers.
+    /// Index of the replica. Replicas differ in their random numbers only.
     pub replica: u64,
 }
 
@@ -57,11 +58,11 @@ impl Default for BoxSpec {
     }
 }
 
-/// One atom of a molecule given by its list.
+/// One atom of a molecule given by a list of atoms.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AtomSpec {
-    /// Offset in any frame (length).
+    /// Centre of the atom, in any frame of the molecule (length).
     pub at: [f64; 2],
     /// Radius (length).
     pub radius: f64,
@@ -73,12 +74,13 @@ pub struct AtomSpec {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MoleculeSpec {
-    /// Names of groups it belongs to.
+    /// Tags of the molecule.
     pub tags: Vec<String>,
-    /// A shape by name: `disc`, `dumbbell`, `rod:N`, `cross`, `tee`, `ring:N`.
+    /// A shape by name: `disc`, `dumbbell`, `rod:N`, `cross`, `tee`, `ring:N`. Either this or
+    /// `atoms`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<String>,
-    /// Or its atoms.
+    /// The list of atoms. Either this or `shape`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub atoms: Vec<AtomSpec>,
     /// Radius of each atom of a named shape (length).
@@ -87,21 +89,21 @@ pub struct MoleculeSpec {
     /// Mass of each atom of a named shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub atom_mass: Option<f64>,
-    /// Place of the centre of mass (length).
+    /// Position of the centre of mass (length).
     pub at: [f64; 2],
-    /// Radians, counter-clockwise.
+    /// Orientation in radians, counter-clockwise. Excludes `orientation_turns`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orientation: Option<f64>,
-    /// Or turns, where a half and a quarter are exact.
+    /// Orientation in turns, in which a half and a quarter are exact. Excludes `orientation`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orientation_turns: Option<f64>,
     /// Velocity (length / time).
     pub velocity: [f64; 2],
-    /// Radians per time; must be 0 for a disc, a locked and a fixed molecule.
+    /// Angular velocity (radians per time); must be 0 for a disc, a locked and a fixed molecule.
     pub angular_velocity: f64,
-    /// Free or locked.
+    /// Whether the molecule turns (free) or not (locked).
     pub rotation: Rotation,
-    /// Nothing moves it: the limit of infinite mass.
+    /// Whether the molecule never moves: the limit of infinite mass.
     pub fixed: bool,
 }
 
@@ -109,21 +111,22 @@ pub struct MoleculeSpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BumperSpec {
-    /// Names of groups it belongs to.
+    /// Tags of the bumper.
     #[serde(default)]
     pub tags: Vec<String>,
     /// Radius (length).
     pub radius: f64,
-    /// Place of the centre (length).
+    /// Position of the centre (length).
     pub at: [f64; 2],
 }
 
-/// A fixed straight wall, reflecting on both sides: from one point to another, or a line across the whole box.
+/// A fixed straight wall that reflects on both sides: a segment between two points, or a line
+/// across the whole box.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
 ///
-/// // A closed box: the lines close on themselves through the periodic borders. And a flap in it.
+/// A closed box, whose lines meet themselves across the periodic borders, with a flap inside.
 /// let scene = Scene::from_toml(r#"
 ///     [[wall]]
 ///     x = 0.0
@@ -147,34 +150,35 @@ pub struct BumperSpec {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WallSpec {
-    /// Names of groups it belongs to.
+    /// Tags of the wall.
     pub tags: Vec<String>,
-    /// One end (length).
+    /// One end (length). With `to`; excludes `x` and `y`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from: Option<[f64; 2]>,
-    /// The other end (length); it need not lie in the box.
+    /// The other end (length); it may lie outside the box.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub to: Option<[f64; 2]>,
-    /// Or the line of all points with this x (length).
+    /// The wall is the line of all points with this x (length).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<f64>,
-    /// Or the line of all points with this y (length).
+    /// The wall is the line of all points with this y (length).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y: Option<f64>,
-    /// What is within this distance of it belongs to the wall (length); 0 for one without thickness.
+    /// Half the thickness (length): the wall includes all points within this distance of it; 0 for
+    /// a wall without thickness.
     pub radius: f64,
 }
 
-/// Many molecules of one kind, placed without overlap, moving in random directions.
+/// Many molecules of one kind, placed without overlap, with random directions of motion.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GasSpec {
-    /// Names of groups they belong to.
+    /// Tags of the molecules.
     pub tags: Vec<String>,
-    /// A shape by name; `disc` if neither this nor atoms are given.
+    /// A shape by name; `disc` if neither this nor `atoms` is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<String>,
-    /// Or the atoms.
+    /// The list of atoms. Excludes `shape`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub atoms: Vec<AtomSpec>,
     /// Radius of each atom of a named shape (length).
@@ -183,34 +187,36 @@ pub struct GasSpec {
     /// Mass of each atom of a named shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub atom_mass: Option<f64>,
-    /// Radius of a disc: the same as `atom_radius` (length).
+    /// Radius of a disc (length); equivalent to `atom_radius`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
-    /// Mass of a disc: the same as `atom_mass`.
+    /// Mass of a disc; equivalent to `atom_mass`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
-    /// Energy of each at the start, shared over its degrees of freedom by equipartition
-    /// (mass × length² / time²).
+    /// Kinetic energy of each molecule at the start, shared over its degrees of freedom by
+    /// equipartition (mass × length² / time²).
     pub energy: f64,
     /// Share of the whole box that they cover, with overlaps of atoms counted once; rounded to the
-    /// nearest number of molecules. A share above 0 that rounds to no molecule is refused.
+    /// nearest number of molecules. A share above 0 that rounds to no molecule is an error. Either
+    /// this or `count`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area_fraction: Option<f64>,
-    /// Or how many there are.
+    /// Number of molecules. Either this or `area_fraction`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
-    /// Whether the total momentum of this gas is 0 at the start: all have one speed, and their
-    /// directions are drawn in opposite pairs (three of an odd number a third of a turn apart). If
-    /// absent, so it is wherever momentum is conserved along an axis: in a scene without fixed
-    /// bodies, or whose only fixed bodies are parallel walls across the whole box. `false`:
-    /// directions are independent of each other, and the gas drifts as a whole.
+    /// Whether the total momentum of this gas is 0 at the start. `true`: all molecules have one
+    /// speed, and their directions are drawn in opposite pairs (of an odd number, three directions
+    /// are a third of a turn apart). `false`: directions are independent of each other, and the gas
+    /// drifts as a whole. Default: `true` where momentum is conserved along an axis, that is in a
+    /// scene without fixed bodies, or whose only fixed bodies are parallel walls across the whole
+    /// box.
     ///
-    /// One molecule with energy cannot have momentum 0: `true` is refused for a gas of one, and if
-    /// absent, it moves. The total momentum of a scene with such a gas, or with a `[[molecule]]`
-    /// that moves, is therefore not 0 in general.
+    /// One molecule with energy cannot have momentum 0: for a gas of one molecule `true` is an
+    /// error, and the default lets it move. The total momentum of a scene with such a gas, or with
+    /// a `[[molecule]]` that moves, is therefore not 0 in general.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub zero_momentum: Option<bool>,
-    /// Free or locked.
+    /// Whether the molecules turn (free) or not (locked).
     pub rotation: Rotation,
 }
 
@@ -218,21 +224,24 @@ pub struct GasSpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ElasticitySpec {
-    /// Where no rule applies.
+    /// Coefficient of restitution of contacts to which no rule applies.
     pub default: f64,
-    /// Guard against inelastic collapse, for contacts of elasticity below 1: one that follows on the last ones of both
-    /// bodies (of the one that moves, if the other is fixed) within this time loses no energy. In units of the time in
-    /// which the two, as they come together, move by the smaller one's diameter. Molecules that turn also part no slower
-    /// than with this share of the speed at which they move past each other. 0, which is no guard, or from 1e-5 to 1.
+    /// Guard against inelastic collapse, for contacts of elasticity below 1. A contact loses no
+    /// energy if it follows the last contacts of both bodies (of the moving body, if the other is
+    /// fixed) within this time. The unit is the time in which the two bodies, at their speed of
+    /// approach, move by the diameter of the smaller one. Molecules that turn also separate at no
+    /// less than this fraction of the speed at which their surfaces slide past each other. Range:
+    /// from 1e-5 to 1, or 0 for no guard.
     ///
-    /// Larger: more contacts of a dense gas are spared that should lose energy, in proportion (of discs at an area
-    /// fraction of 0.5, about as many as this number says). Smaller: bodies that lie against each other have more
-    /// contacts, and in the end such flat ones that rounding lets turning molecules sink into each other; at 0 they may
-    /// have contacts without end. What is spared stands in [`Counters::guarded_collisions`](crate::Counters::guarded_collisions)
-    /// and [`Ledger::spared`](crate::Ledger::spared).
+    /// Larger: more contacts of a dense gas that should lose energy are guarded, in proportion (for
+    /// discs at an area fraction of 0.5, the fraction of contacts is about this number). Smaller:
+    /// bodies in lasting contact collide more often, and at last so slowly that turning molecules
+    /// sink into each other by rounding; at 0 they may have contacts without end.
+    /// [`Counters::guarded_collisions`](crate::Counters::guarded_collisions) and
+    /// [`Ledger::spared`](crate::Ledger::spared) count the effect.
     #[doc(alias = "inelastic collapse")]
     pub contact_time: f64,
-    /// Rules by tags.
+    /// Rules by tags, which override the default.
     pub pair: Vec<ElasticityRule>,
 }
 
@@ -246,31 +255,33 @@ impl Default for ElasticitySpec {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ElasticityRule {
-    /// Two tags, or one: then contacts of bodies with that tag with anything.
+    /// Two tags: contacts between bodies with these tags. One tag: contacts of bodies with this tag
+    /// with any body.
     pub between: Vec<String>,
     /// The coefficient of restitution.
     pub coefficient: f64,
 }
 
-/// How long to run, and what to watch.
+/// Duration of the run, and the quantities to observe.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RunSpec {
-    /// When the run ends (time).
+    /// End of the run (time).
     pub until: f64,
-    /// Interval of snapshots and series (time); also read as `standby`.
+    /// Interval between samples, for snapshots and time series (time); the old key `standby` is
+    /// also read.
     #[serde(alias = "standby")]
     #[doc(alias = "standby")]
     pub sample_interval: f64,
-    /// What is measured.
+    /// Names of the quantities to measure.
     pub observe: Vec<String>,
     /// Format of snapshots; none if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub snapshots: Option<String>,
-    /// Whether the report has an animation of the flights.
+    /// Whether the report includes an animation of the motion.
     #[serde(skip_serializing_if = "is_true")]
     pub animation: bool,
-    /// When the animation starts (time); from 0 to before `until`.
+    /// Start of the animation (time); from 0 to less than `until`.
     #[serde(skip_serializing_if = "is_zero")]
     pub animation_from: f64,
 }
@@ -302,8 +313,8 @@ impl Scene {
     /// Reads a scene from the text of a scene file.
     ///
     /// # Errors
-    /// [`SceneError::Syntax`] with line and key if the text is not TOML or has unknown or missing keys. What
-    /// the numbers mean is checked when a simulation is built.
+    /// [`SceneError::Syntax`] with line and key if the text is not TOML or has unknown or missing
+    /// keys. Values are checked when a simulation is built.
     pub fn from_toml(text: &str) -> Result<Self, SceneError> {
         let scene: Self = toml::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
         let table: toml::Table = text.parse().map_err(|error| SceneError::Syntax(format!("{error}")))?;
@@ -312,7 +323,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// The scene as the text of a scene file.
+    /// Returns the scene as the text of a scene file.
     ///
     /// # Panics
     /// Never: a scene is plain data.
@@ -321,8 +332,8 @@ impl Scene {
     }
 }
 
-/// Refuses entries that leave out a key without which they would be something else than meant: by code there is a default
-/// to start from, in a file its absence is a slip.
+/// Refuses entries without a key that the file must give. In code the key has a default; in a file
+/// its absence is most likely an error.
 fn require(table: &toml::Table, entries: &str, key: &str) -> Result<(), SceneError> {
     let Some(toml::Value::Array(list)) = table.get(entries) else { return Ok(()) };
     match list.iter().position(|entry| entry.get(key).is_none()) {

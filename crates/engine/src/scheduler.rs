@@ -1,30 +1,30 @@
-//! How events are ordered: the seam behind which the data layout, the search for neighbours and the
-//! calendar stand together.
+//! Schedulers: they store the motions during an epoch, search for neighbours, and order the events.
 //!
-//! [`Scheduler`] is what [`Simulation`](crate::Simulation) is generic over. It keeps the motions
-//! while an epoch runs and hands its [`EventQueue`] to the [`EventLoop`] of the engine. The smallest
-//! one that is right compares all pairs in all images; `tests/own_scheduler.rs` has it in full.
+//! [`Simulation`](crate::Simulation) is generic over [`Scheduler`]. A scheduler holds the motions
+//! during an epoch and passes its [`EventQueue`] to the [`EventLoop`] of the engine. The shortest
+//! correct scheduler compares all pairs in all images; `tests/own_scheduler.rs` contains it in
+//! full.
 //!
 //! # Ties
 //!
-//! Contacts of disjoint pairs at the same time commute: they may come in any order that depends on
-//! the state alone. Contacts at the same time that share a body do not commute. Of these, the one
-//! with the first body inserted earlier comes first, and of two with the same first body, the one
-//! with the second body inserted earlier ([`ContactEvent::in_order`]). Within a pair, detection
-//! decides: it is given the body inserted first as A (see [`ordered`]) and takes the atoms with the
-//! lowest indices.
+//! Contacts of disjoint pairs at the same time commute: their order may be any that depends on the
+//! state alone. Contacts at the same time that share a body do not commute. Among these, the
+//! contact whose first body was inserted earlier comes first; if the first body is the same, the
+//! contact whose second body was inserted earlier ([`ContactEvent::in_order`]). Within a pair,
+//! detection decides: its body A is the body inserted first (see [`ordered`]), and it takes the
+//! atoms with the lowest indices.
 //!
 //! # Walls
 //!
-//! A wall is a fixed body with a straight [`Face`](carom_geometry::Face), of any length, that goes
-//! through its centre of mass. [`Body::reach`] of a wall is half the thickness of the face, and
-//! [`World::largest_reach`] counts this alone. So cells at least as wide as the largest reach hold
-//! every body that touches another in the same or a neighbouring cell, but a wall only near its
-//! centre. A scheduler with cells lists each wall in all cells that hold centres of bodies that may
-//! touch it, [`StandingWall::cells_within`] the largest bounding radius of a body that moves. A
-//! scheduler that compares all pairs within their bounding radii
-//! ([`Molecule::bounding_radius`](carom_geometry::Molecule::bounding_radius)) needs nothing special:
-//! that of a wall includes its length.
+//! A wall is a fixed body with a straight [`Face`](carom_geometry::Face) of any length through its
+//! centre of mass. [`Body::reach`] of a wall is half the thickness of the face, and
+//! [`World::largest_reach`] counts only this. Cells at least as wide as the largest reach therefore
+//! hold each body that touches another body in the same or an adjacent cell; for a wall this holds
+//! only near its centre. A scheduler with cells lists each wall in all cells that hold centres of
+//! bodies that may touch it: [`StandingWall::cells_within`] the largest bounding radius of a moving
+//! body. A scheduler that compares all pairs within their bounding radii
+//! ([`Molecule::bounding_radius`](carom_geometry::Molecule::bounding_radius)) needs no special
+//! case, since the bounding radius of a wall includes its length.
 //!
 //! ```
 //! use carom_engine::{Scene, Simulation, scheduler::StandingWall};
@@ -44,11 +44,12 @@
 //!
 //! # Rounding
 //!
-//! Positions are known to a few roundings of the side of the box. [`separation_error`] bounds the
-//! rounding of x − x′ + (v − v′) t + image within an epoch, however a scheduler stores its motions.
-//! [`Detection`] that is asked with a [`RelativeMotion`](carom_kinematics::RelativeMotion) formed
-//! by [`RelativeMotion::between`](carom_kinematics::RelativeMotion::between) needs no other bound;
-//! the batches of [`DiscLanes`](carom_detection::DiscLanes) do.
+//! The error of a position is a few roundings of the side of the box. [`separation_error`] bounds
+//! the rounding of x − x′ + (v − v′) t + image within an epoch, for each way in which a scheduler
+//! may store its motions. Calls of [`Detection`] with a
+//! [`RelativeMotion`](carom_kinematics::RelativeMotion) from
+//! [`RelativeMotion::between`](carom_kinematics::RelativeMotion::between) need no other bound; the
+//! batches of [`DiscLanes`](carom_detection::DiscLanes) need this one.
 
 use std::cmp::Ordering;
 
@@ -67,14 +68,15 @@ pub struct ContactEvent {
     pub time: f64,
     /// The two bodies, in the order of [`World::bodies`].
     pub bodies: [u32; 2],
-    /// Which image of the second is touched, in boxes relative to the places of the two motions.
+    /// The image of the second body that is touched, in boxes relative to the positions of the two
+    /// motions.
     pub image: [i64; 2],
     /// The parts that touch.
     pub parts: Parts,
 }
 
 impl ContactEvent {
-    /// By time; of two at the same time, by the first and then by the second body.
+    /// Orders contacts by time, then by the first body, then by the second body.
     pub fn in_order(&self, other: &Self) -> Ordering {
         self.time.total_cmp(&other.time).then(self.bodies.cmp(&other.bodies))
     }
@@ -83,20 +85,21 @@ impl ContactEvent {
 /// The parts of two bodies that touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parts {
-    /// Both bodies are single discs: there are no arms, and nothing turns.
+    /// Both bodies are single discs: the arms are zero, and no body turns.
     Discs,
     /// An atom of each, by index.
     Atoms(u32, u32),
-    /// Their bounding circles, in the model that knows nothing finer.
+    /// Their bounding circles, in a model without atoms.
     BoundingCircles,
-    /// The face of the first, a wall, and a part of the second.
+    /// The face of the first body, which is a wall, and a part of the second.
     FaceOfA(Part),
-    /// A part of the first, and the face of the second, a wall.
+    /// A part of the first body, and the face of the second, which is a wall.
     FaceOfB(Part),
 }
 
 impl Parts {
-    /// The distance at which the centres of what touches are in contact (length); that of a face is its plane.
+    /// The distance of the centres of the two parts at contact (length); for a face, the distance
+    /// from its plane.
     pub(crate) fn contact_distance(self, [a, b]: [&Molecule; 2]) -> f64 {
         let radius = |molecule: &Molecule, atom: u32| molecule.atoms()[atom as usize].radius();
         let of_face = |wall: &Molecule, other: &Molecule, part| {
@@ -116,7 +119,8 @@ impl Parts {
         }
     }
 
-    /// Indices of the touching atoms, and the radius of what touches of the first body (length).
+    /// Indices of the touching atoms, and the radius of the touching part of the first body
+    /// (length).
     pub(crate) fn atoms_and_first_radius(self, first: &Molecule) -> ([Option<u32>; 2], f64) {
         match self {
             Self::Discs => ([Some(0); 2], first.bounding_radius()),
@@ -158,15 +162,16 @@ impl From<Parts> for Touch {
 
 /// Bound on the rounding of the separation of two bodies within an epoch (length).
 ///
-/// The separation is (x − x′) + (v − v′) t + image, and each of these is at most two sides long for
-/// each side of the box that the fastest body goes in an epoch.
+/// The separation is (x − x′) + (v − v′) t + image. Each term is at most two sides long for each
+/// side of the box that the fastest body travels in an epoch.
 pub fn separation_error(world: &World) -> f64 {
     HALF_ULP * 16.0 * (sides_per_epoch(world) * world.bounds().sides().element_sum())
 }
 
-/// A pair with the body inserted first in front, and the image of the second as seen from it.
+/// A pair ordered so that the body inserted first is first, with the image of the second relative
+/// to the first.
 ///
-/// Predicted in this order, a pair gives the same contact whichever of the two is asked about.
+/// Predicted in this order, a pair gives the same contact for both bodies.
 ///
 /// ```
 /// use carom_engine::scheduler::ordered;
@@ -178,22 +183,24 @@ pub fn ordered(pair: [u32; 2], image: [i64; 2]) -> ([u32; 2], [i64; 2]) {
     if pair[0] <= pair[1] { (pair, image) } else { ([pair[1], pair[0]], image.map(|boxes| -boxes)) }
 }
 
-/// Gives the contacts in order of time and takes over what becomes of them, while an epoch runs.
+/// Returns the contacts of an epoch in order of time and receives the new motions after each.
 ///
-/// The engine promises: after a contact the bodies' new motions are handed over before the next is asked for; the world
-/// does not change meanwhile; nothing is asked for beyond the end of the epoch, which comes no later than was said at its
-/// beginning. The queue promises: no contact of the present motions before the one it gives.
+/// The engine guarantees: the new motions after a contact are passed on before the next contact is
+/// requested; the world does not change in between; no contact is requested after the end of the
+/// epoch, which is no later than the limit given at its beginning. The queue guarantees: the
+/// present motions have no contact before the one returned.
 #[doc(alias = "calendar")]
 pub trait EventQueue {
-    /// Goes on to the next contact no later than `stop` (offset in the epoch, time).
+    /// Advances to the next contact no later than `stop` (offset in the epoch, time); `None` if
+    /// there is none.
     fn next_contact<D: Detection>(&mut self, world: &World, detection: &D, stop: f64)
     -> Option<ContactEvent>;
 
     /// The present motion of a body; its subjective time is an offset in the epoch.
     fn motion(&self, body: u32) -> Motion;
 
-    /// Takes over the new motions of two bodies, which begin now, and predicts them anew. A fixed body's is
-    /// ignored.
+    /// Stores the new motions of two bodies, which begin now, and predicts the bodies anew. The
+    /// motion of a fixed body is ignored.
     fn motions_changed<D: Detection>(
         &mut self,
         world: &World,
@@ -202,22 +209,22 @@ pub trait EventQueue {
         motions: [Motion; 2],
     );
 
-    /// Inverse masses of two single discs (1/mass). A queue that keeps them near its motions
+    /// Inverse masses of two single discs (1/mass). A queue that stores them next to its motions
     /// overrides this.
     #[inline]
     fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
         bodies.map(|body| world.bodies()[body as usize].inertia().inverse_mass)
     }
 
-    /// Place of a body at `time` (offset in the epoch), and its velocity.
+    /// Position and velocity of a body at `time` (offset in the epoch).
     #[inline]
     fn flight(&self, body: u32, time: f64) -> [DVec2; 2] {
         let motion = self.motion(body);
         [motion.position_at(time), motion.velocity]
     }
 
-    /// [`Self::motions_changed`] for two bodies of which only the velocities have changed: at `time` they are at
-    /// `places`, with new `velocities`.
+    /// Variant of [`Self::motions_changed`] for a change of velocities only: at `time` the two
+    /// bodies are at `places`, with new `velocities`.
     #[inline]
     fn flights_changed<D: Detection>(
         &mut self,
@@ -234,22 +241,23 @@ pub trait EventQueue {
     }
 }
 
-/// What the engine does with the contacts of an epoch: asks a queue for one after the other.
+/// The engine's loop over the contacts of an epoch.
 ///
-/// A scheduler that computes with instructions which not every processor has runs it in code compiled with them, queue and
-/// loop in one piece; so [`Self::run`] is to be marked `#[inline(always)]`.
+/// A scheduler with SIMD kernels runs the loop inside a `#[target_feature]` function, so that queue
+/// and loop are compiled together for that instruction set. For this [`Self::run`] must be marked
+/// `#[inline(always)]`.
 pub trait EventLoop {
-    /// How it ended.
+    /// How the loop ended.
     type End;
 
-    /// Goes through the contacts of this queue.
+    /// Processes the contacts of `queue`.
     fn run<Q: EventQueue>(self, queue: &mut Q) -> Self::End;
 }
 
-/// The motions of the system outside an epoch, into which a scheduler writes its own.
+/// The motions of the system between epochs, into which a scheduler writes its own.
 ///
-/// A motion may be stored with any subjective time in the epoch, and with a position outside the
-/// box: the engine wraps positions, and counts the boxes left behind, at the end of the epoch.
+/// A motion may have any subjective time in the epoch, and a position outside the box: at the end
+/// of the epoch the engine wraps positions and counts the boxes crossed.
 #[derive(Debug)]
 pub struct StoredMotions<'a> {
     world: &'a mut World,
@@ -265,14 +273,14 @@ impl<'a> StoredMotions<'a> {
         &self.world.bodies
     }
 
-    /// How many boxes a body had left behind, per axis, when it was last stored.
+    /// Number of boxes that a body had crossed, per axis, when it was last stored.
     pub fn winding(&self, body: u32) -> [i64; 2] {
         self.world.windings[body as usize]
     }
 
-    /// Stores the motion of a body, and how many boxes it has left behind, per axis, since it was
-    /// added: those that [`World::windings`] gave at the start of the epoch, and those that the
-    /// scheduler has wrapped its position by since. The motion of a fixed body is ignored.
+    /// Stores the motion of a body and the number of boxes that it has crossed, per axis, since it
+    /// was added: the value of [`World::windings`] at the start of the epoch plus the wraps of its
+    /// position by the scheduler since then. The motion of a fixed body is ignored.
     pub fn set(&mut self, body: u32, motion: Motion, winding: [i64; 2]) {
         let index = body as usize;
         if !self.world.bodies[index].is_fixed() {
@@ -282,49 +290,51 @@ impl<'a> StoredMotions<'a> {
     }
 }
 
-/// Finds the soonest contact, again and again, and keeps the motions while an epoch runs.
+/// Finds the earliest contact, repeatedly, and holds the motions during an epoch.
 ///
-/// [`CellScheduler`](crate::CellScheduler) and [`HeapScheduler`](crate::HeapScheduler) are the two that are shipped.
+/// Implementations: [`CellScheduler`](crate::CellScheduler) and
+/// [`HeapScheduler`](crate::HeapScheduler).
 ///
-/// The engine promises: an epoch is begun before anything else and after every edit.
+/// The engine guarantees that it begins an epoch before any other call and after each edit.
 pub trait Scheduler: Sized {
-    /// What can be chosen about it.
+    /// Options of the scheduler.
     type Options: Clone + Default;
 
-    /// Contacts per moving body after which an epoch ends, and everything is predicted anew. Smaller: more time goes
-    /// into that. Larger: times grow, and whatever piles up in the calendar does.
+    /// Contacts per moving body after which an epoch ends and all events are predicted anew.
+    /// Smaller: these predictions take more of the time. Larger: times within the epoch and the
+    /// number of stale entries in the queue grow.
     const CONTACTS_PER_EPOCH: u64;
 
-    /// A scheduler for this world, still without an epoch.
+    /// Creates a scheduler for this world, without an epoch.
     ///
     /// # Errors
-    /// [`GridError`] if the bodies do not suit the options.
+    /// [`GridError`] if the options do not fit the bodies.
     fn new(options: &Self::Options, world: &World) -> Result<Self, GridError>;
 
-    /// Begins an epoch of at most `limit` (time): takes over the motions, and predicts everything anew from the
-    /// state of the world alone.
+    /// Begins an epoch of at most `limit` (time): reads the motions, and predicts all events from
+    /// the state of the world alone.
     fn begin_epoch<D: Detection>(&mut self, world: &World, detection: &D, limit: f64);
 
-    /// Hands its queue of the present epoch's events to a loop.
+    /// Runs a loop on the queue of the present epoch.
     fn run<L: EventLoop>(&mut self, events: L) -> L::End;
 
-    /// Writes the present motions, and the boxes left behind, into the state of the system.
+    /// Writes the present motions and windings into the state of the system.
     fn store(&self, state: &mut StoredMotions<'_>);
 
-    /// Stores what has changed since the last call of this or of [`Self::store`], which is one
-    /// contact at most: the motions of its bodies (`contact`, empty if there was none), and of all
-    /// bodies whose positions were wrapped.
+    /// Stores the changes since the last call of this or of [`Self::store`], at most one contact:
+    /// the motions of its bodies (`contact`, empty if there was none), and of all bodies whose
+    /// positions were wrapped.
     ///
-    /// Called after a single step, which should not cost a copy of all bodies. The default copies
-    /// them.
+    /// The engine calls this after a single step, which should not copy all bodies. The default
+    /// copies them.
     fn store_changes(&mut self, state: &mut StoredMotions<'_>, contact: &[u32]) {
         let _ = contact;
         self.store(state);
     }
 
-    /// Memory kept on the heap (bytes).
+    /// Memory used on the heap (bytes).
     fn heap_bytes(&self) -> usize;
 
-    /// What was done so far.
+    /// Counts of the work done so far.
     fn counters(&self) -> SchedulerCounters;
 }

@@ -1,28 +1,27 @@
 //! Random removal from an ordered list: each removal takes O(log n), and the rest keeps its order.
 
-/// The elements of a list of fixed length that have not been taken yet (a Fenwick tree of their
-/// counts).
+/// The remaining elements of a list of fixed length (a Fenwick tree of their counts).
 #[doc(alias = "binary indexed tree")]
 pub(crate) struct Remaining {
-    /// Node i, from 1 on, counts the elements that remain among the last (i & −i) up to i.
+    /// Node i, from 1 on, counts the remaining elements among the last (i & −i) up to i.
     tree: Vec<u32>,
     taken: Vec<bool>,
     len: usize,
 }
 
 impl Remaining {
-    /// All of so many elements; at most 2³² − 1.
+    /// All elements of a list of length `len`, at most 2³² − 1.
     pub fn all(len: usize) -> Self {
         let tree = (0..=len).map(|node| (node & node.wrapping_neg()) as u32).collect();
         Self { tree, taken: vec![false; len], len }
     }
 
-    /// How many remain.
+    /// Number of remaining elements.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Takes the element before which `rank` others remain; `rank` must be below [`Self::len`].
+    /// Removes the remaining element number `rank`, from 0; `rank` must be below [`Self::len`].
     pub fn take(&mut self, rank: usize) {
         let (mut before, mut rank) = (0, rank as u32);
         let mut stride = self.taken.len().checked_ilog2().map_or(0, |bits| 1 << bits);
@@ -45,7 +44,7 @@ impl Remaining {
         }
     }
 
-    /// Keeps of a list of the same length what remains.
+    /// Removes all other elements from a list of the same length.
     pub fn keep<T>(&self, list: &mut Vec<T>) {
         let mut taken = self.taken.iter();
         list.retain(|_| taken.next().is_none_or(|&taken| !taken));
@@ -58,7 +57,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     #[test]
-    fn what_is_taken_is_what_removal_from_a_list_takes() {
+    fn elements_are_taken_as_by_removal_from_a_list() {
         let mut random = rand_pcg::Pcg64::seed_from_u64(5);
         for len in [1, 2, 3, 7, 8, 9, 64, 1000] {
             let mut remaining = Remaining::all(len);

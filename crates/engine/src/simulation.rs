@@ -1,4 +1,4 @@
-//! The simulation: it owns all state and runs from event to event.
+//! The simulation: it owns the state and advances it from event to event.
 
 use carom_detection::{Detection, Exact};
 use carom_kinematics::{EpochTime, Motion};
@@ -16,8 +16,8 @@ use crate::{
 
 /// A system of rigid molecules in a periodic box, at some time.
 ///
-/// Generic over its seams: how contacts are found (`D`), what they change (`R`), and how events are ordered
-/// (`S`). See the [crate] for an example.
+/// Generic over how contacts are found (`D`), how they change the motions (`R`), and how events are
+/// ordered (`S`). See the [crate] for an example.
 #[derive(Debug, Clone)]
 pub struct Simulation<D = Exact, R = Impact, S: Scheduler = CellScheduler> {
     pub(crate) world: World,
@@ -28,20 +28,20 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = CellScheduler> {
     pub(crate) elasticity: ElasticityTable,
     pub(crate) names: TagNames,
     pub(crate) counters: Counters,
-    /// Work of the schedulers before the present one.
+    /// Work counters of earlier schedulers, which an edit has replaced.
     pub(crate) work_before: SchedulerCounters,
     pub(crate) ledger: Ledger,
-    /// How far the present epoch has been run (time).
+    /// The present time, as an offset from the start of the epoch.
     pub(crate) offset: f64,
     pub(crate) epoch: Epoch,
     pub(crate) simultaneous: SimultaneousContacts,
     pub(crate) unresolved: Unresolved,
 }
 
-/// The present epoch.
+/// The state of the present epoch.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Epoch {
-    /// It has not begun: everything is to be predicted.
+    /// The epoch has not begun: all events must be predicted.
     ToBegin,
     Running(Limits),
 }
@@ -52,12 +52,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.world.epoch.after(self.offset)
     }
 
-    /// Memory kept for the bodies and their events (bytes), shapes that they share not included.
+    /// Memory used by the bodies and their events (bytes), without the shapes that bodies share.
     pub fn heap_bytes(&self) -> usize {
         self.world.heap_bytes() + self.scheduler.heap_bytes()
     }
 
-    /// All bodies at the present time.
+    /// A view of all bodies at the present time.
     pub fn view(&self) -> View<'_> {
         View {
             world: &self.world,
@@ -68,19 +68,20 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
     }
 
-    /// Runs to `time`, events at exactly `time` included. A time that has passed already changes nothing.
+    /// Runs to `time`, including events at exactly `time`. A time before the present changes
+    /// nothing.
     ///
     /// # Errors
-    /// [`RunError`] if `time` is not finite, or the run cannot go on; the system then stands at the event
-    /// where it stopped.
+    /// [`RunError`] if `time` is not finite, or if the run cannot continue; the system then remains
+    /// at the event at which the run stopped.
     pub fn run_until(&mut self, time: f64) -> Result<(), RunError> {
         self.observe_until(time, &mut ())
     }
 
-    /// Runs to `time` and tells `observer` of each collision.
+    /// Runs to `time` and reports each collision to `observer`.
     ///
     /// # Errors
-    /// As [`Self::run_until`].
+    /// Those of [`Self::run_until`].
     pub fn observe_until<O: Observer + ?Sized>(
         &mut self,
         time: f64,
@@ -92,10 +93,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.observe_until_instant(EpochTime::from(time), observer)
     }
 
-    /// Runs to an instant of any age and tells `observer` of each collision.
+    /// Runs to `until`, without the rounding of a single `f64`, and reports each collision to
+    /// `observer`.
     ///
     /// # Errors
-    /// As [`Self::run_until`].
+    /// Those of [`Self::run_until`].
     pub fn observe_until_instant<O: Observer + ?Sized>(
         &mut self,
         until: EpochTime,
@@ -104,12 +106,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.advance(until, u64::MAX, observer).map(|_| ())
     }
 
-    /// Runs on to the next contact and through it, but not beyond `time`; returns whether there was one.
+    /// Runs through the next contact, if it happens no later than `time`, else to `time`; returns
+    /// whether there was a contact.
     ///
-    /// Costs O(log N) for N bodies, averaged over many steps: only the start of an epoch looks at every body.
+    /// The cost is O(log N) for N bodies, averaged over many steps: only the start of an epoch
+    /// processes all bodies.
     ///
     /// # Errors
-    /// As [`Self::run_until`].
+    /// Those of [`Self::run_until`].
     pub fn step<O: Observer + ?Sized>(&mut self, time: f64, observer: &mut O) -> Result<bool, RunError> {
         if !time.is_finite() {
             return Err(RunError::Time(time));
@@ -117,7 +121,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.advance(EpochTime::from(time), 1, observer).map(|contacts| contacts == 1)
     }
 
-    /// Runs to `until` or through so many contacts, whichever is first; tells how many there were.
+    /// Runs to `until` or through `most` contacts, whatever comes first; returns the number of
+    /// contacts.
     fn advance<O: Observer + ?Sized>(
         &mut self,
         until: EpochTime,
@@ -129,13 +134,15 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         Ok(contacts)
     }
 
-    /// Runs to `until`, but not beyond the end of the present epoch; tells whether `until` has been reached.
+    /// Runs to `until`, but not past the end of the present epoch; returns whether `until` has been
+    /// reached.
     ///
-    /// At the end of an epoch the state is all there is to know of a run, so that [`Self::checkpoint`] can be asked for.
-    /// To run to `until` in such pieces changes no bit.
+    /// At the end of an epoch the state alone determines the rest of the run, so that
+    /// [`Self::checkpoint`] can be called. A run to `until` in such pieces gives the same result to
+    /// the bit as a run in one piece.
     ///
     /// # Errors
-    /// As [`Self::run_until`].
+    /// Those of [`Self::run_until`].
     pub fn observe_epoch<O: Observer + ?Sized>(
         &mut self,
         until: EpochTime,
@@ -144,7 +151,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.advance_one_epoch(until, u64::MAX, &mut 0, observer)
     }
 
-    /// Runs to the end of the epoch at most; tells whether `until`, or the last contact asked for, has been reached.
+    /// Runs to the end of the epoch at most; returns whether `until` or the number of contacts
+    /// `most` has been reached.
     fn advance_one_epoch<O: Observer + ?Sized>(
         &mut self,
         until: EpochTime,
@@ -155,12 +163,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if !until.to_f64().is_finite() {
             return Err(RunError::Time(until.to_f64()));
         }
-        // A time that has passed, whether before the call or by a rounding of the epoch's start.
+        // `until` may lie in the past from the start, or after the rounding of the epoch's start.
         let reached = if *contacts == most || until.since(self.world.epoch) < self.offset {
             Ok(true)
         } else {
             self.advance_in_epoch(until, most, contacts, observer).inspect_err(|_| {
-                // Its contact has left the calendar: predicted anew, it is there again for whoever goes on.
+                // The queue no longer holds the contact. A new epoch predicts it again if the run
+                // continues.
                 self.end_epoch(self.offset);
             })
         };
@@ -168,7 +177,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         reached
     }
 
-    /// Runs within one epoch; tells whether `until`, or the last contact asked for, has been reached.
+    /// Runs within one epoch; returns whether `until` or the number of contacts `most` has been
+    /// reached.
     fn advance_in_epoch<O: Observer + ?Sized>(
         &mut self,
         until: EpochTime,
@@ -177,7 +187,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         observer: &mut O,
     ) -> Result<bool, RunError> {
         let target = until.since(self.world.epoch);
-        // Whether the world has the scheduler's motions, as after every call that ends within an epoch.
+        // Whether the world holds the scheduler's motions, as after each call that ends within an
+        // epoch.
         let is_stored = matches!(self.epoch, Epoch::Running(_));
         self.begin_epoch(target)?;
         let Epoch::Running(limits) = &mut self.epoch else { return Ok(false) };
@@ -226,7 +237,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         Ok(false)
     }
 
-    /// Brings the world up to date with the scheduler, whose motions are the true ones within an epoch.
+    /// Copies the motions and the counters of the scheduler into the world. Within an epoch, the
+    /// scheduler holds the present motions.
     fn stand_by(&mut self) {
         if let Epoch::Running(_) = self.epoch {
             self.scheduler.store(&mut StoredMotions::new(&mut self.world));
@@ -234,7 +246,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.counters.scheduler = self.work_before + self.scheduler.counters();
     }
 
-    /// Begins the epoch if it has not begun; the run goes on to `target` (offset in it, time).
+    /// Begins the epoch if it has not begun; the run continues to `target` (offset in the epoch,
+    /// time).
     fn begin_epoch(&mut self, target: f64) -> Result<(), RunError> {
         if let Epoch::Running(_) = self.epoch {
             return Ok(());
@@ -242,7 +255,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let motions = &self.world.motions;
         let fastest_squared = motions.iter().map(|m| m.velocity.length_squared()).fold(0.0, f64::max);
         let fastest_spin = motions.iter().map(|m| m.angular_velocity.abs()).fold(0.0, f64::max);
-        // A sufficient test first: most often the fastest centre moves fast enough.
+        // A sufficient test first: in most cases the fastest centre is fast enough.
         if fastest_squared < LEAST_SPEED * LEAST_SPEED
             && let Some((index, speed)) = too_slow(&self.world)
         {
@@ -265,12 +278,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         Ok(())
     }
 
-    /// Ends the epoch with a contact at `time` (offset in it).
+    /// Ends the epoch with a contact at `time` (offset in the epoch).
     fn end_epoch_with_contact(&mut self, time: f64) {
         let Epoch::Running(limits) = self.epoch else { return };
         self.stand_by();
         self.epoch = Epoch::ToBegin;
-        // For a body that has become so fast, the place in the queue is rounded too coarsely.
+        // The scheduler's position of a body that has become this fast has too large a rounding
+        // error.
         if let Some(contact) = limits.stale_contact() {
             for (&body, &position) in contact.bodies.iter().zip(&contact.places) {
                 if !self.world.bodies[body as usize].is_fixed() {
@@ -282,7 +296,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.end_epoch(time);
     }
 
-    /// Brings all bodies to `offset` and makes it the start of the next epoch.
+    /// Moves all bodies to `offset` and makes it the start of the next epoch.
     pub(crate) fn end_epoch(&mut self, offset: f64) {
         self.stand_by();
         self.world.rebase(offset);
@@ -298,7 +312,7 @@ mod tests {
     use super::*;
     use crate::{CellsPerSide, HeapScheduler, Instructions, Scene};
 
-    /// A dense gas, a dilute one, molecules, and molecules and a bumper among discs.
+    /// A dense gas; a dilute gas; molecules; and discs with a molecule and a bumper.
     const SCENES: [&str; 4] = [
         "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 1500",
         "[[gas]]\nradius = 0.001\nmass = 1.0\nenergy = 1.0\ncount = 1000",
@@ -329,7 +343,7 @@ mod tests {
             for step in 0..3000 {
                 let (epochs, before) = (simulation.counters.epochs, bits(&simulation));
                 let mut marked = simulation.clone();
-                // A motion that is written loses its mark.
+                // A write to a motion removes its mark.
                 marked.world.motions.iter_mut().for_each(|motion| motion.position.x += 1e3);
                 assert!(simulation.step(1e9, &mut ()).unwrap());
                 let stepped = bits(&simulation);
@@ -339,7 +353,8 @@ mod tests {
                     copied.scheduler.store(&mut StoredMotions::new(&mut copied.world));
                     assert!(stepped == bits(&copied), "step {step}");
                 }
-                // Those before the first of these steps are noted as well, though all bodies are copied there.
+                // This also counts wraps before the first of these steps, where all bodies are
+                // copied.
                 wraps += before.iter().zip(&stepped).filter(|(before, after)| before.1 != after.1).count();
                 if simulation.counters.epochs > epochs || !matches!(marked.epoch, Epoch::Running(_)) {
                     continue;
@@ -352,7 +367,7 @@ mod tests {
                 written += marked.world.motions.iter().filter(|motion| motion.position.x < 5e2).count();
             }
             assert!(partial > 2500, "{partial}");
-            // Two bodies, and those that have crossed the border of the box; never all of them.
+            // At most two bodies and those that have crossed the border of the box are written.
             assert!(
                 wraps > 10 && written <= 2 * partial + wraps,
                 "{written} of {bodies}: {partial}, {wraps}"

@@ -1,4 +1,4 @@
-//! Contacts of one body at one instant: how many there may be, and how many there have been.
+//! Counter of the contacts of each body at one instant, and its limit.
 
 #![allow(clippy::inline_always, reason = "compiled with the instructions of the caller")]
 
@@ -9,20 +9,21 @@ use serde::{Deserialize, Serialize};
 use crate::Body;
 
 /// Contacts of one body at one instant after which a run counts as stalled. A body hit from all
-/// sides at once needs a few; a fully inelastic pile needs more and more.
+/// sides at one time needs a few; a fully inelastic pile needs ever more.
 pub(crate) const MOST_CONTACTS_AT_ONCE: u32 = 1000;
 
-/// Contacts at one instant, for each body that has had one since time last moved on.
+/// Contacts at one instant, for each body with a contact at that instant.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct SimultaneousContacts {
-    /// The instant, as an offset in the epoch; that of the last edit, if there was no contact since.
+    /// The instant, as an offset in the epoch (time): that of the last contact, or of the last edit
+    /// if that is later.
     pub time: f64,
     pub counts: BTreeMap<u32, u32>,
 }
 
 impl SimultaneousContacts {
     /// Whether a contact at `time` (offset in the epoch) follows another at the same instant. If
-    /// not, counting begins anew.
+    /// not, the counts are reset.
     #[inline(always)]
     pub fn repeats(&mut self, time: f64) -> bool {
         if time > self.time {
@@ -35,8 +36,8 @@ impl SimultaneousContacts {
         true
     }
 
-    /// Counts a contact that repeats; returns the body that has had too many, if there is one, and
-    /// their number.
+    /// Counts a contact at the same instant as another; returns the body with too many contacts, if
+    /// there is one, and their number.
     #[cold]
     #[inline(never)]
     pub fn count(&mut self, indices: [u32; 2], bodies: &[Body]) -> Option<(u32, u32)> {
@@ -52,7 +53,7 @@ impl SimultaneousContacts {
         self.time -= offset;
     }
 
-    /// Begins anew at the start of the epoch, unless this is the instant already.
+    /// Resets the counts at the start of the epoch, unless this is the same instant.
     pub fn begin(&mut self) {
         if self.time < 0.0 {
             *self = Self::default();

@@ -1,5 +1,5 @@
-//! What stands in the box, in a grid of cells: finds the body nearest to a given place while a box
-//! is filled or edited.
+//! Grid of the bodies in the box: finds the body nearest to a given position while a box is filled
+//! or edited.
 
 use carom_geometry::gap_between;
 use carom_geometry::{Molecule, PeriodicBox};
@@ -15,17 +15,15 @@ use crate::{
 /// No entry.
 const NONE: u32 = u32::MAX;
 
-/// Ranges of cells are computed for lengths larger by this factor, so that no rounding leaves a
-/// cell out.
+/// Ranges of cells are computed for lengths larger by this factor, so that rounding omits no cell.
 const MARGIN: f64 = 1.0 + 1e-9;
 
-/// What stands in the box: bodies of a world, and circles kept free for molecules still to be
+/// The contents of the box: bodies of a world, and circles reserved for molecules still to be
 /// added.
 ///
-/// The cells are about as large as the area for each body. A small body is listed in the cell of
-/// its centre. A large one is listed in every cell that its bounding circle touches, a wall in
-/// every cell that it passes. So a query costs O(1) for a small molecule, and setting up costs
-/// O(N), whatever the mixture of sizes.
+/// The area of a cell is about the area per body. A small body is listed in the cell of its centre,
+/// a large one in each cell that its bounding circle touches, a wall in each cell that it passes.
+/// So a query costs O(1) for a small molecule, and the construction O(N), for any mixture of sizes.
 #[derive(Debug)]
 pub(crate) struct Sites {
     counts: [i64; 2],
@@ -34,16 +32,16 @@ pub(crate) struct Sites {
     heads: Vec<u32>,
     entries: Vec<Entry>,
     circles: Vec<(DVec2, f64)>,
-    /// The largest radius listed by the centre alone (length).
+    /// The largest radius among bodies listed by their centre alone (length).
     largest: f64,
-    /// The number of bodies for which the cells were made.
+    /// The number of bodies for which the cells were chosen.
     planned: usize,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Entry {
     standing: Standing,
-    /// How many boxes over from home the cell is in which this is listed.
+    /// The image of the box in which this cell touches the body, in boxes.
     image: [i32; 2],
     next: u32,
 }
@@ -55,12 +53,13 @@ enum Standing {
 }
 
 impl Sites {
-    /// Cells for the bodies of a world; none is listed yet.
+    /// Creates cells for the bodies of a world, without listing any.
     pub(crate) fn new(world: &World) -> Self {
         Self::with_more(world, std::iter::empty())
     }
 
-    /// Cells for the bodies of a world and more molecules of these radii (length), so many of each.
+    /// Creates cells for the bodies of a world and more molecules, given as pairs of radius
+    /// (length) and count.
     pub(crate) fn with_more(world: &World, more: impl Iterator<Item = (f64, usize)>) -> Self {
         let bounds = world.bounds();
         let bodies = world.bodies().iter().map(|body| (body.reach(), 1));
@@ -68,8 +67,7 @@ impl Sites {
             (sum + count, squares + count as f64 * radius * radius)
         });
         let planned = planned.max(1);
-        // Not smaller than the mean size either: overlapping fixed bodies would be listed in too
-        // many cells.
+        // At least the mean size: overlapping fixed bodies would be listed in too many cells.
         let cell = (bounds.area().max(4.0 * squares) / planned as f64).sqrt();
         let most = planned as f64;
         let counts = (bounds.sides() / cell).floor().clamp(DVec2::ONE, DVec2::splat(most));
@@ -85,7 +83,7 @@ impl Sites {
         }
     }
 
-    /// Whether so many more bodies than planned are listed that other cells would be better.
+    /// Whether so many more bodies than planned are listed that other cells would be faster.
     pub(crate) fn is_crowded(&self, bodies: usize) -> bool {
         bodies > 4 * self.planned
     }
@@ -101,7 +99,8 @@ impl Sites {
         }
     }
 
-    /// Takes a body of the world off the lists; it must have been listed with its present motion.
+    /// Removes a body of the world from the lists; it must have been listed with its present
+    /// motion.
     pub(crate) fn remove(&mut self, world: &World, index: usize) {
         for (cell, _) in self.cells_of(world, index) {
             let mut before = NONE;
@@ -121,7 +120,7 @@ impl Sites {
         }
     }
 
-    /// Keeps a circle free for a molecule.
+    /// Reserves a circle for a molecule.
     pub(crate) fn add_circle(&mut self, bounds: &PeriodicBox, place: DVec2, molecule: &Molecule) {
         let (place, _) = bounds.wrap(place);
         let radius = molecule.bounding_radius();
@@ -164,7 +163,7 @@ impl Sites {
         }
         let reach = radius * MARGIN;
         let own = self.cell(place);
-        // Two boxes each way at most: what reaches farther is refused by the grid.
+        // At most two boxes each way: the grid refuses bodies that reach farther.
         let range = [0, 1].map(|axis| {
             let cell = |place: f64| (place / self.side[axis]).floor() as i64;
             let most = 2 * self.counts[axis];
@@ -176,20 +175,20 @@ impl Sites {
         cells.map(|cell| self.cell_at(cell)).collect()
     }
 
-    /// The number of a cell of an image, and how many boxes away it is.
+    /// The index of a cell of an image, and the image in boxes.
     fn cell_at(&self, cell: [i64; 2]) -> (usize, [i32; 2]) {
         let ([x, y], image) = folded(cell, self.counts);
         ((y * self.counts[0] + x) as usize, image)
     }
 
-    /// Column and row of the cell of a place in the box.
+    /// Column and row of the cell of a position in the box.
     fn cell(&self, place: DVec2) -> [i64; 2] {
         [0, 1].map(|axis| ((place[axis] / self.side[axis]) as i64).clamp(0, self.counts[axis] - 1))
     }
 
-    /// The body whose surface is nearest to (or deepest inside) a molecule, among those whose
-    /// bounding circles overlap its own, and the gap (length). Circles kept free count with the
-    /// index `usize::MAX`.
+    /// The body whose surface is nearest to (or deepest inside) a molecule, among the bodies whose
+    /// bounding circles overlap its own, and the gap (length, negative for an overlap). Reserved
+    /// circles have the index `usize::MAX`.
     pub(crate) fn nearest(
         &self,
         world: &World,
@@ -199,9 +198,9 @@ impl Sites {
         self.nearest_of(world, molecule, motion, |_| true)
     }
 
-    /// The body of the world that is nearest to (or deepest inside) one of them, which is not
-    /// listed itself, and the gap (length). Among those whose bounding circles overlap; a fixed
-    /// body is compared with those that move.
+    /// The body nearest to (or deepest inside) a body of the world that is not listed itself, among
+    /// the bodies whose bounding circles overlap its own, and the gap (length, negative for an
+    /// overlap). A fixed body is compared with moving bodies only.
     pub(crate) fn nearest_to_body(&self, world: &World, index: usize) -> Option<(usize, f64)> {
         let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
         let moves = |index: usize| !world.bodies()[index].is_fixed();
@@ -211,8 +210,8 @@ impl Sites {
         }
     }
 
-    /// The body that moves and is nearest to (or deepest inside) a wall, among those in the cells
-    /// that it passes.
+    /// The moving body nearest to (or deepest inside) a wall, among those in the cells that the
+    /// wall passes.
     fn nearest_to_wall(&self, world: &World, wall: &StandingWall, index: usize) -> Option<(usize, f64)> {
         let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
         let turned = motion.orientation.cos_sin();
@@ -258,7 +257,7 @@ impl Sites {
         let [columns, rows] = [0, 1]
             .map(|axis| ((reach / self.side[axis]) as i64).saturating_add(1).min(2 * self.counts[axis]));
         let mut nearest: Option<(usize, f64)> = None;
-        // What is listed in many cells is compared once.
+        // A body listed in several cells is compared once.
         let mut seen = SmallVec::<[(Standing, [i64; 2]); 8]>::new();
         for v in y - rows..=y + rows {
             for u in x - columns..=x + columns {
@@ -316,8 +315,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64;
 
-    /// Overlapping fixed discs of very different sizes, molecules and walls, in a box of this
-    /// shape.
+    /// Overlapping fixed discs of very different sizes, molecules and walls, in a box with these
+    /// sides.
     fn crowd(random: &mut Pcg64, sides: [f64; 2], count: usize) -> World {
         let mut world = World::new(PeriodicBox::new(DVec2::from(sides)).unwrap());
         let mut names = TagNames::default();
@@ -358,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_body_is_that_of_all_pairs_in_all_images() {
+    fn the_nearest_body_agrees_with_brute_force_over_all_images() {
         let mut random = Pcg64::seed_from_u64(19);
         let mut overlaps = 0;
         for (sides, count) in [([1.0, 1.0], 300), ([40.0, 1.0], 300), ([1.0, 7.0], 60), ([1.0, 1.0], 2)] {
@@ -367,7 +366,7 @@ mod tests {
             (0..count).for_each(|index| sites.add(&world, index));
             let mut listed = vec![true; count];
             for query in 0..400 {
-                // Some bodies come off the lists while the queries go on.
+                // Some bodies are removed from the lists between the queries.
                 if query % 4 == 3 && listed[query / 4 * 7 % count] {
                     sites.remove(&world, query / 4 * 7 % count);
                     listed[query / 4 * 7 % count] = false;
@@ -395,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn a_large_body_among_many_small_ones_costs_no_more_cells_than_there_are() {
+    fn a_large_body_among_many_small_ones_is_listed_at_most_once_per_cell() {
         let gas = GasSpec {
             radius: Some(1e-3),
             mass: Some(1.0),
@@ -415,7 +414,7 @@ mod tests {
         (0..world.bodies().len()).for_each(|index| sites.add(world, index));
         assert!(sites.heads.len() <= world.bodies().len());
         assert!(sites.entries.len() <= 3 * world.bodies().len(), "{}", sites.entries.len());
-        // A small disc looks at the cells around its own only, however large another body is.
+        // A small disc is compared with its adjacent cells only, for any size of the other bodies.
         assert!(sites.largest < 0.01 && sites.side.min_element() > 1e-3);
     }
 }

@@ -1,4 +1,4 @@
-//! Tags: names that group bodies, kept once and referred to by number.
+//! Tags: names of groups of bodies, stored once and referred to by number.
 
 use std::{collections::HashMap, sync::Arc};
 
@@ -19,11 +19,11 @@ use crate::Tag;
 #[serde(from = "Names", into = "Names")]
 pub struct TagNames {
     names: Vec<Arc<str>>,
-    /// The tag of each name; the first one, if names of a file repeat.
+    /// The tag of each name; the first one if names in a file repeat.
     tags: HashMap<Arc<str>, Tag>,
 }
 
-/// Names in the order of their tags, as files have them.
+/// Names in the order of their tags, as stored in files.
 #[derive(Serialize, Deserialize)]
 #[serde(rename = "TagNames")]
 struct Names {
@@ -45,7 +45,7 @@ impl From<TagNames> for Names {
 }
 
 impl TagNames {
-    /// The tag of this name, made if it is new. Takes O(1) time on average.
+    /// Returns the tag of this name, and creates it if it is new. Takes O(1) time on average.
     pub fn intern(&mut self, name: &str) -> Tag {
         self.find(name).unwrap_or_else(|| {
             let (name, tag) = (Arc::<str>::from(name), Tag(self.names.len() as u32));
@@ -55,17 +55,17 @@ impl TagNames {
         })
     }
 
-    /// The tag of this name, if there is one. Takes O(1) time on average.
+    /// Returns the tag of this name, if there is one. Takes O(1) time on average.
     pub fn find(&self, name: &str) -> Option<Tag> {
         self.tags.get(name).copied()
     }
 
-    /// How many tags there are.
+    /// Number of tags.
     pub(crate) fn len(&self) -> usize {
         self.names.len()
     }
 
-    /// Forgets all tags but the first so many.
+    /// Removes all tags but the first `count`.
     pub(crate) fn forget_after(&mut self, count: usize) {
         for name in self.names.drain(count.min(self.names.len())..) {
             self.tags.remove(&name);
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn many_names_take_a_time_proportional_to_their_number() {
-        // A linear search compares names 4·10¹⁰ times here, in a minute at least.
+        // A linear search would compare names 4·10¹⁰ times here, which takes at least a minute.
         let start = Instant::now();
         let mut names = TagNames::default();
         for _ in 0..2 {
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn names_that_are_forgotten_are_new_again() {
+    fn removed_names_get_new_tags() {
         let mut names = TagNames::default();
         let [gas, tee] = ["gas", "tee"].map(|name| names.intern(name));
         names.forget_after(1);
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn files_have_the_names_alone() {
+    fn files_contain_only_the_names() {
         let mut names = TagNames::default();
         names.intern("gas");
         names.intern("tee");

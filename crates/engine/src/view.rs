@@ -1,4 +1,4 @@
-//! A sample view: every body at one and the same time, to read and not to change.
+//! A read-only view of all bodies at one time.
 
 use carom_geometry::PeriodicBox;
 use carom_kinematics::{EpochTime, Motion, kinetic_energy, momentum};
@@ -8,14 +8,14 @@ use crate::{
     Body, BodyKey, Counters, Ledger, OverlapCensus, Tag, TagNames, World, overlap, wall::StandingWall,
 };
 
-/// All bodies at one time. Taking a view, whenever and however often, changes no bit of what follows.
+/// All bodies at one time. A view, at any time and any number of times, changes no bit of the run.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
     pub(crate) world: &'a World,
     pub(crate) names: &'a TagNames,
     pub(crate) counters: &'a Counters,
     pub(crate) ledger: &'a Ledger,
-    /// Offset from the start of the epoch.
+    /// Offset from the start of the epoch (time).
     pub(crate) offset: f64,
 }
 
@@ -24,10 +24,10 @@ pub struct View<'a> {
 pub struct BodyView<'a> {
     /// The body.
     pub body: &'a Body,
-    /// Its motion at the time of the view, the position in the box.
+    /// Its motion at the time of the view, with the position in the box.
     pub motion: Motion,
-    /// How many boxes it has left behind since it was added: `position + winding × sides` runs on
-    /// without jumps.
+    /// Number of boxes that the body has crossed along each axis since it was added: `position +
+    /// winding × sides` has no jumps.
     pub winding: [i64; 2],
 }
 
@@ -42,12 +42,12 @@ impl<'a> View<'a> {
         &self.world.bounds
     }
 
-    /// What has happened so far.
+    /// Counts of events so far.
     pub fn counters(&self) -> &'a Counters {
         self.counters
     }
 
-    /// What energy was put in and taken out so far.
+    /// The energy lost and put in so far.
     pub fn ledger(&self) -> &'a Ledger {
         self.ledger
     }
@@ -57,7 +57,7 @@ impl<'a> View<'a> {
         self.names
     }
 
-    /// How many bodies there are.
+    /// Number of bodies.
     pub fn len(&self) -> usize {
         self.world.bodies.len()
     }
@@ -76,12 +76,12 @@ impl<'a> View<'a> {
     /// The bodies that carry a tag.
     pub fn tagged(&self, tag: Tag) -> impl Iterator<Item = BodyView<'a>> + use<'a> {
         let Self { world, offset, .. } = *self;
-        // Where a body is, is worked out only for those that carry it.
+        // Positions are computed only for the bodies that carry the tag.
         let tagged = (0..world.bodies.len()).filter(move |&index| world.bodies[index].has_tag(tag));
         tagged.map(move |index| body_at(world, index, offset))
     }
 
-    /// One body.
+    /// The body with this handle; `None` if it is not in the system.
     pub fn body(&self, key: BodyKey) -> Option<BodyView<'a>> {
         self.world.index(key).map(|index| body_at(self.world, index, self.offset))
     }
@@ -108,17 +108,19 @@ impl BodyView<'_> {
         kinetic_energy(&self.motion, self.body.inertia())
     }
 
-    /// Place without periodic jumps since the body was added (length).
+    /// Position without periodic jumps since the body was added (length).
     pub fn unwrapped(&self, bounds: &PeriodicBox) -> DVec2 {
         self.motion.position + bounds.shift(self.winding)
     }
 
-    /// The ends of a wall, in the image whose middle is in the box (length); `None` for anything else.
+    /// The end points of a wall, in the image whose middle is in the box (length); `None` for other
+    /// bodies.
     pub fn wall(&self) -> Option<[DVec2; 2]> {
         StandingWall::of(self.body, &self.motion).map(|wall| wall.ends())
     }
 
-    /// Centre and radius of each atom (of a wall, of its end points), in the body's image that is in the box (length).
+    /// Centre and radius (length) of each atom, or of the end points of a wall, in the image of the
+    /// body that is in the box.
     pub fn atoms(&self) -> impl Iterator<Item = (DVec2, f64)> + '_ {
         let rotation = self.motion.orientation.cos_sin();
         let place = move |offset| self.motion.position + rotation.rotate(offset);

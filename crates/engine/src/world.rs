@@ -1,4 +1,4 @@
-//! The state of the system: every body, its motion, and which periodic image of it is in the box.
+//! The state of the system: all bodies, their motions, and their windings.
 
 use std::sync::Arc;
 
@@ -7,19 +7,21 @@ use carom_kinematics::{EpochTime, Motion, kinetic_energy};
 
 use crate::{Body, BodyKey, body::BodyKind};
 
-/// Bodies that a new one is compared with. Fewer: the bodies of a mixture share less.
+/// Number of earlier bodies with which a new one is compared, to share a description. Smaller: the
+/// bodies of a mixture share less.
 const LAST_FEW: usize = 16;
 
-/// All bodies and their motions. Bodies stand in order of insertion; their times are offsets from the
-/// start of the epoch.
+/// All bodies and their motions. Bodies are in order of insertion; times are offsets from the start
+/// of the epoch.
 #[derive(Debug, Clone)]
 pub struct World {
     pub(crate) bounds: PeriodicBox,
     pub(crate) bodies: Vec<Body>,
     pub(crate) motions: Vec<Motion>,
-    /// How many boxes each body has left behind, per axis.
+    /// Number of boxes that each body has crossed, per axis.
     pub(crate) windings: Vec<[i64; 2]>,
-    /// When each body last had a contact, as an offset in the epoch, −∞ if never; empty where no guard asks for it.
+    /// Time of each body's last contact, as an offset in the epoch, −∞ if there was none; empty
+    /// without a guard.
     pub(crate) last_contacts: Vec<f64>,
     /// Start of the epoch.
     pub(crate) epoch: EpochTime,
@@ -54,14 +56,14 @@ impl World {
         &self.motions
     }
 
-    /// How many boxes each body has left behind since it was added, in the order of
-    /// [`Self::bodies`].
+    /// Number of boxes that each body has crossed along each axis since it was added, in the order
+    /// of [`Self::bodies`].
     pub fn windings(&self) -> &[[i64; 2]] {
         &self.windings
     }
 
-    /// When each body last had a contact, in the order of [`Self::bodies`], as an offset from the epoch's start (time); −∞
-    /// for one that never had. Empty where nothing guards against inelastic collapse.
+    /// Time of each body's last contact, in the order of [`Self::bodies`], as an offset from the
+    /// epoch's start; −∞ if there was none. Empty without a guard against inelastic collapse.
     pub fn last_contacts(&self) -> &[f64] {
         &self.last_contacts
     }
@@ -71,7 +73,7 @@ impl World {
         self.epoch
     }
 
-    /// Place of a body in the order of [`Self::bodies`].
+    /// Index of a body in the order of [`Self::bodies`]; `None` if it is not in the system.
     pub fn index(&self, key: BodyKey) -> Option<usize> {
         self.bodies.binary_search_by_key(&key, Body::key).ok()
     }
@@ -85,17 +87,18 @@ impl World {
             .sum()
     }
 
-    /// The largest distance from centre to centre at which two bodies that can collide may touch
-    /// (length), or from a centre to the line of a wall; 0 if there are none.
+    /// The largest contact distance of two bodies that can collide, or of a centre and the line of
+    /// a wall (length); 0 if there are none.
     pub fn largest_reach(&self) -> f64 {
         self.farthest_reaching().map_or(0.0, |(reach, _)| reach)
     }
 
-    /// The two bodies that can touch from farthest away, and that distance (length): the largest that moves, and the
-    /// largest other. One that moves and is alone reaches itself, with its bounding radius for a distance.
+    /// The two bodies with the largest contact distance, and that distance (length): the largest
+    /// moving body and the largest other body. A single moving body is paired with itself, with its
+    /// bounding radius as distance.
     pub(crate) fn farthest_reaching(&self) -> Option<(f64, [usize; 2])> {
         let radius = |index: usize| self.bodies[index].reach();
-        // The first of several as large.
+        // The first of several bodies of the same size.
         let largest = |skip: Option<usize>, fixed_too: bool| {
             (0..self.bodies.len())
                 .filter(|&index| Some(index) != skip && (fixed_too || !self.bodies[index].is_fixed()))
@@ -108,8 +111,9 @@ impl World {
         })
     }
 
-    /// The two bodies of which atoms touch at the smallest distance of their centres, and that distance (length): the body
-    /// with the smallest atom of those that move, and that of the others. None where there is nothing to meet.
+    /// The two bodies with the smallest contact distance of two atoms, and that distance (length):
+    /// the moving body with the smallest atom, and the other body with the smallest atom. `None` if
+    /// no two bodies can collide.
     pub(crate) fn closest_touching(&self) -> Option<(f64, [usize; 2])> {
         let atom = |index: usize| self.bodies[index].smallest_reach();
         let smallest = |skip: Option<usize>, fixed_too: bool| {
@@ -129,12 +133,12 @@ impl World {
         moving.map(|body| body.kind.molecule.bounding_radius()).fold(0.0, f64::max)
     }
 
-    /// Whether one body moves and all others are fixed: a billiard.
+    /// Whether exactly one body moves and all others are fixed: a billiard.
     pub(crate) fn is_billiard(&self) -> bool {
         self.bodies.iter().filter(|body| !body.is_fixed()).take(2).count() == 1
     }
 
-    /// Memory kept on the heap (bytes), shapes not included.
+    /// Memory used on the heap (bytes), without shapes.
     pub(crate) fn heap_bytes(&self) -> usize {
         self.bodies.capacity() * size_of::<Body>()
             + self.motions.capacity() * size_of::<Motion>()
@@ -143,7 +147,7 @@ impl World {
     }
 
     pub(crate) fn insert(&mut self, kind: BodyKind, motion: Motion) -> BodyKey {
-        // Keys ascend in order of insertion: that is how a body is found again.
+        // Keys ascend in order of insertion, as the binary search for a body requires.
         let key = BodyKey(self.next_id);
         self.push_body(key, kind);
         let (position, winding) = self.bounds.wrap(motion.position);
@@ -153,14 +157,15 @@ impl World {
         key
     }
 
-    /// Adds a body, which shares its kind with one of the last few if they are alike: what is shared stays in the caches.
+    /// Adds a body. It shares its description with one of the last few bodies if they are equal, so
+    /// that descriptions stay in the caches.
     pub(crate) fn push_body(&mut self, key: BodyKey, kind: BodyKind) {
         let shared = self.bodies.iter().rev().take(LAST_FEW).find(|before| before.kind.is_like(&kind));
         let kind = shared.map_or_else(|| Arc::new(kind), |before| Arc::clone(&before.kind));
         self.bodies.push(Body { key, kind });
     }
 
-    /// How many descriptions the bodies have among them.
+    /// Number of different descriptions of the bodies.
     #[cfg(test)]
     pub(crate) fn count_kinds(&self) -> usize {
         let kinds: std::collections::HashSet<_> =
@@ -168,14 +173,14 @@ impl World {
         kinds.len()
     }
 
-    /// Gives back the memory that growing has left over.
+    /// Releases memory reserved for growth.
     pub(crate) fn shrink(&mut self) {
         self.bodies.shrink_to_fit();
         self.motions.shrink_to_fit();
         self.windings.shrink_to_fit();
     }
 
-    /// Keeps the bodies at the places for which this holds. They keep their order, so that order stays that of insertion.
+    /// Keeps the bodies whose indices satisfy `keeps`, in order of insertion.
     pub(crate) fn keep_bodies(&mut self, keeps: impl Fn(usize) -> bool) {
         fn keep<T>(list: &mut Vec<T>, keeps: impl Fn(usize) -> bool) {
             let mut places = 0..;
@@ -187,7 +192,7 @@ impl World {
         keep(&mut self.last_contacts, &keeps);
     }
 
-    /// Takes back the body added last, as if it had never been there.
+    /// Removes the body added last, and makes its key available again.
     pub(crate) fn take_back_last(&mut self) {
         self.bodies.pop();
         self.motions.pop();
@@ -195,13 +200,13 @@ impl World {
         self.next_id -= 1;
     }
 
-    /// Keeps the times of last contacts from now on, or no longer; bodies that are new have had none.
+    /// Starts or stops keeping the times of last contacts; new bodies have −∞.
     pub(crate) fn keep_last_contacts(&mut self, wanted: bool) {
         let count = if wanted { self.bodies.len() } else { 0 };
         self.last_contacts.resize(count, f64::NEG_INFINITY);
     }
 
-    /// Brings every moving body to `offset` in the epoch and begins a new epoch there.
+    /// Moves all bodies to `offset` in the epoch and begins a new epoch there.
     pub(crate) fn rebase(&mut self, offset: f64) {
         for ((motion, body), winding) in self.motions.iter_mut().zip(&self.bodies).zip(&mut self.windings) {
             if body.is_fixed() {
@@ -226,14 +231,14 @@ mod tests {
     use carom_detection::Exact;
     use carom_response::Impact;
 
-    /// How many descriptions the bodies of a scene have among them.
+    /// Number of different descriptions of the bodies of a scene.
     fn kinds(scene: &Scene) -> usize {
         let simulation = Simulation::<Exact, Impact, CellScheduler>::new(scene).unwrap();
         simulation.world.count_kinds()
     }
 
     #[test]
-    fn like_bodies_share_their_description_however_they_are_listed() {
+    fn equal_bodies_share_their_description_in_any_order() {
         let disc = |number: u32, radius: f64| MoleculeSpec {
             shape: Some("disc".to_owned()),
             atom_radius: Some(radius),

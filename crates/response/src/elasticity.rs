@@ -1,4 +1,4 @@
-//! Elasticity: which part of the speed of approach comes back as speed of parting.
+//! Elasticity: the ratio of the speed of separation to the speed of approach at a contact.
 
 use thiserror::Error;
 
@@ -25,10 +25,10 @@ impl Elasticity {
     /// No energy is lost or gained.
     pub const ELASTIC: Self = Self(1.0);
 
-    /// A coefficient between 0 and 10⁶.
+    /// Creates an elasticity from a coefficient between 0 and 10⁶.
     ///
     /// # Errors
-    /// [`ElasticityError`] with the value.
+    /// [`ElasticityError`] with the value, if it is out of range or NaN.
     pub fn new(coefficient: f64) -> Result<Self, ElasticityError> {
         if (0.0..=1e6).contains(&coefficient) {
             Ok(Self(coefficient))
@@ -37,7 +37,7 @@ impl Elasticity {
         }
     }
 
-    /// The coefficient e.
+    /// Returns the coefficient e.
     pub fn coefficient(self) -> f64 {
         self.0
     }

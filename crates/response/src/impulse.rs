@@ -7,21 +7,23 @@ use glam::DVec2;
 
 use crate::{Elasticity, Response, reflection::reflected};
 
-/// Where two bodies touch: the direction of the normal and the lever arms.
+/// The geometry of a contact: the direction of the normal and the lever arms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactFrame {
-    /// From the centre of what touches of A to that of B, or any other vector along the normal, of any length but 0.
+    /// Vector from the centre of the touching part of A to that of B, or any other vector along the
+    /// normal with a length other than 0.
     pub line_of_centres: DVec2,
-    /// From each centre of mass to the centre of the touching atom (length). The rest of the way to
-    /// the point of contact runs along the normal and has no moment.
+    /// Vectors from each centre of mass to the centre of the touching atom (length). The remaining
+    /// vector to the point of contact is along the normal and has no moment.
     pub arms: [DVec2; 2],
 }
 
 impl ContactFrame {
     /// Unit vector from A to B at the point of contact.
     ///
-    /// With the root of the standard library, which is an instruction of the same generation as those around it. glam's own is
-    /// that of an older one in any case, and makes code compiled for AVX wait for hundreds of cycles.
+    /// This uses the square root of the standard library, which compiles to an instruction of the
+    /// same generation as the surrounding ones. glam always uses an SSE instruction, which costs
+    /// code compiled for AVX hundreds of cycles per transition.
     #[inline(always)]
     pub fn normal(&self) -> DVec2 {
         let d = self.line_of_centres;
@@ -30,16 +32,19 @@ impl ContactFrame {
     }
 }
 
-/// The same direction with a length for the arithmetic: 1 along an axis, where that is exact, so that bodies which meet along
-/// an axis exchange their speeds to the bit, however often. Elsewhere, a length that no two contacts share.
+/// Returns d rescaled: to length 1 along an axis, where that is exact, so that bodies that meet
+/// along an axis exchange their speeds to the bit at each contact; elsewhere to a length that
+/// differs between contacts.
 ///
-/// Like discs always touch at the same |d|: d·d would be rounded at the same few places each time, to one side more often than
-/// to the other, and the energy drift with the number of collisions, not with its root. The digits of the relative
-/// velocity g spread it over a factor of 2; those of |g_x| + |g_y|, which does not tell one axis from the other.
+/// Equal discs always touch at the same |d|. With d itself, d·d would take the same few rounded
+/// values each time, rounded to one side more often than to the other. The energy would then drift
+/// in proportion to the number of collisions, not to its square root. The digits of the relative
+/// velocity g spread the length over a factor of 2; those of |g_x| + |g_y| do so symmetrically in
+/// the two axes.
 #[inline]
 fn scaled(d: DVec2, g: DVec2) -> DVec2 {
     const DIGITS: u64 = (1 << 52) - 1;
-    // One look in place of two; 0 by underflow, too.
+    // One test instead of two; also 0 by underflow.
     let on_axis = d.x * d.y == 0.0 && (d.x == 0.0) != (d.y == 0.0);
     let spread = f64::from_bits((g.x.abs() + g.y.abs()).to_bits() & DIGITS | 1.0f64.to_bits());
     if on_axis { d / d.abs().max_element() } else { spread * d }
@@ -47,12 +52,14 @@ fn scaled(d: DVec2, g: DVec2) -> DVec2 {
 
 /// The instantaneous contact of smooth rigid bodies.
 ///
-/// With d along the line of centres and g the velocity of A's surface less that of B's, the impulse is
+/// With d along the line of centres and g the velocity of A's surface less that of B's, the impulse
+/// is
 ///
 /// J = (1 + e) (g·d) d / (d·d (1/m_A + 1/m_B) + (r_A × d)²/I_A + (r_B × d)²/I_B).
 ///
-/// The length of d cancels. It is not brought to 1, which would be rounded nearly alike each time, but to another length at each
-/// contact, so that the roundings of many contacts add up to a random walk.
+/// The length of d cancels. It is not normalised, which would give nearly the same rounding error
+/// each time, but rescaled differently at each contact, so that the rounding errors of many
+/// contacts add up to a random walk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Impact;
 
@@ -101,17 +108,19 @@ impl Response for Impact {
 
     fn reflected(&self, line_of_centres: DVec2, velocity: DVec2) -> Option<DVec2> {
         let d = scaled(line_of_centres, velocity);
-        // From A, as for the impulse: the sign of d plays no part in the reflection itself.
+        // The motion is that of A, as in the impulse; the sign of d does not affect the reflection
+        // itself.
         Some(if velocity.dot(d) > 0.0 { reflected(velocity, d) } else { velocity })
     }
 }
 
-/// Speed u at which the two surfaces approach each other along the normal (length per time).
+/// Speed u at which the two surfaces approach each other along the normal (length / time); negative
+/// if they separate.
 pub fn approach_speed(frame: &ContactFrame, motions: [&Motion; 2]) -> f64 {
     scaled_approach(frame, motions) / frame.line_of_centres.length()
 }
 
-/// Reduced mass μ of the contact; 0 if neither body can give way.
+/// Reduced mass μ of the contact (mass); 0 if neither body can move.
 pub fn reduced_mass(frame: &ContactFrame, inertias: [&Inertia; 2]) -> f64 {
     let inverse = scaled_inverse_mass(frame, inertias);
     if inverse > 0.0 { frame.line_of_centres.length_squared() / inverse } else { 0.0 }
@@ -121,7 +130,7 @@ pub fn reduced_mass(frame: &ContactFrame, inertias: [&Inertia; 2]) -> f64 {
 fn scaled_approach(frame: &ContactFrame, [a, b]: [&Motion; 2]) -> f64 {
     let d = frame.line_of_centres;
     let [arm_a, arm_b] = frame.arms;
-    // Each body's spin enters as ω (r × d), which is exactly 0 for a disc.
+    // The rotation enters as ω (r × d), which is exactly 0 for a disc.
     let translation = (a.velocity - b.velocity).dot(d);
     let rotation = a.angular_velocity * arm_a.perp_dot(d) - b.angular_velocity * arm_b.perp_dot(d);
     translation + rotation
@@ -138,17 +147,19 @@ fn scaled_inverse_mass(frame: &ContactFrame, [a, b]: [&Inertia; 2]) -> f64 {
         + (turning(frame.arms[0], a) + turning(frame.arms[1], b))
 }
 
-/// d·d (1/m_A + 1/m_B).
+/// Returns d·d (1/m_A + 1/m_B).
 ///
-/// Not with that sum, since that of two given masses is rounded to one side for ever; nor as d·d/m_A + d·d/m_B, of which with
-/// 1/m_B = 1/3 the last digits depend on each other, so that ties are always broken to the same side.
+/// The sum of the inverse masses is not computed first, since for two given masses it always has
+/// the same rounding error. Neither is d·d/m_A + d·d/m_B, since with 1/m_B = 1/3 the last digits of
+/// the two terms depend on each other, so that ties are always rounded to the same side.
 #[inline]
 fn scaled_inverse_masses(d: DVec2, [a, b]: [f64; 2]) -> f64 {
     let (x, y) = (d.x * d.x, d.y * d.y);
     (x * a + y * b) + (y * a + x * b)
 }
 
-/// The motion of a body after `impulse` (mass × length / time) acted at `arm` from its centre.
+/// The motion of a body after `impulse` (mass × length / time) at the point `arm` relative to its
+/// centre.
 pub fn apply_impulse(motion: &Motion, inertia: &Inertia, arm: DVec2, impulse: DVec2) -> Motion {
     Motion {
         velocity: motion.velocity + impulse * inertia.inverse_mass,
@@ -165,7 +176,7 @@ mod tests {
 
     const UNIT: f64 = 1.0;
 
-    /// Two bodies touching somewhere, with any masses and motions.
+    /// Two touching bodies with arbitrary masses and motions.
     #[derive(Debug, Clone)]
     struct Scene {
         frame: ContactFrame,
@@ -174,7 +185,7 @@ mod tests {
         inertias: [Inertia; 2],
     }
 
-    /// Logarithmically even between 10^−6 and 10^6.
+    /// Logarithmically uniform between 10^−6 and 10^6.
     fn masses() -> impl Strategy<Value = f64> {
         (-6.0..6.0f64).prop_map(|exponent| 10f64.powf(exponent))
     }
@@ -263,7 +274,7 @@ mod tests {
         }
 
         #[test]
-        fn surfaces_part_with_elasticity_times_the_approach(scene in scenes(), e in 0.0..2.0f64) {
+        fn surfaces_separate_with_elasticity_times_the_speed_of_approach(scene in scenes(), e in 0.0..2.0f64) {
             let before = approach_speed(&scene.frame, [&scene.motions[0], &scene.motions[1]]);
             let movable = scene.inertias.iter().any(|i| !i.is_fixed());
             prop_assume!(before > 1e-6 && movable);
@@ -274,7 +285,7 @@ mod tests {
         }
 
         #[test]
-        fn momentum_is_kept(scene in scenes(), e in 0.0..2.0f64) {
+        fn momentum_is_conserved(scene in scenes(), e in 0.0..2.0f64) {
             let (impulse, after) = collide(&scene, e);
             prop_assume!(scene.inertias.iter().all(|i| !i.is_fixed()));
             let change = total(&scene, &after, momentum) - total(&scene, &scene.motions, momentum);
@@ -283,9 +294,9 @@ mod tests {
         }
 
         #[test]
-        fn angular_momentum_about_the_contact_is_kept(scene in scenes(), e in 0.0..2.0f64) {
+        fn angular_momentum_about_the_contact_is_conserved(scene in scenes(), e in 0.0..2.0f64) {
             let (impulse, after) = collide(&scene, e);
-            // For each body alone: the impulse has no moment about the point at which it acts.
+            // For each body separately: the impulse has no moment about the point of contact.
             for ((inertia, before), after) in scene.inertias.iter().zip(&scene.motions).zip(&after) {
                 prop_assume!(inertia.inverse_moment > 0.0);
                 let about = |m: &Motion| angular_momentum(m, inertia, scene.point);
@@ -297,7 +308,7 @@ mod tests {
         }
 
         #[test]
-        fn energy_falls_by_half_of_one_less_e_squared_mu_u_squared(scene in scenes(), e in 0.0..2.0f64) {
+        fn energy_changes_as_the_elasticity_requires(scene in scenes(), e in 0.0..2.0f64) {
             let approach = approach_speed(&scene.frame, [&scene.motions[0], &scene.motions[1]]);
             let mass = reduced_mass(&scene.frame, [&scene.inertias[0], &scene.inertias[1]]);
             let (_, after) = collide(&scene, e);
@@ -309,7 +320,7 @@ mod tests {
         }
 
         #[test]
-        fn exchanging_the_bodies_turns_the_impulse_round(scene in scenes(), e in 0.0..2.0f64) {
+        fn exchanging_the_bodies_reverses_the_impulse(scene in scenes(), e in 0.0..2.0f64) {
             let (impulse, _) = collide(&scene, e);
             let [a, b] = scene.motions;
             let mirrored = Scene {
@@ -325,7 +336,8 @@ mod tests {
         }
     }
 
-    /// Energies gained, exactly, by impulses between elastic discs that touch at one distance from all sides.
+    /// The exact energy gains by impulses between elastic discs that touch at one distance from all
+    /// sides.
     fn gains(masses: [f64; 2], distance: f64) -> Vec<f64> {
         let golden = 0.5 * (5.0f64.sqrt() - 1.0);
         let turn =
@@ -352,14 +364,15 @@ mod tests {
             .collect()
     }
 
-    /// The mean of energies gained, in standard errors.
+    /// The sum of the gains in standard errors of the sum.
     fn bias(gains: &[f64]) -> f64 {
         gains.iter().sum::<f64>() / gains.iter().map(|gain| gain * gain).sum::<f64>().sqrt()
     }
 
     #[test]
     fn inverse_masses_whose_sum_is_rounded_gain_no_energy() {
-        // 1/60 + 1, in one sum, is too small by half a last place, at each contact.
+        // Rounded as one sum, 1/60 + 1 is too small by half a unit in the last place, at each
+        // contact.
         for masses in [[60.0, 1.0], [1.0, 3.0], [3.0, 1.0], [1.0, 2.0], [5.0, 7.0], [1.0, 1e-3], [7.0, 1.1]] {
             let bias = bias(&gains(masses, 0.04));
             assert!(bias.abs() < 4.0, "{masses:?}: {bias} standard errors");
@@ -375,9 +388,9 @@ mod tests {
     }
 
     #[test]
-    fn disc_on_the_end_of_a_dumbbell() {
-        // Dumbbell of two unit discs of radius ½ at ±½, struck at rest through one atom by a unit disc at
-        // unit speed: J = 2/(1 + 1/2 + a²/I), a = ½, I = 3/4, hence 12/11.
+    fn a_disc_that_hits_the_end_of_a_dumbbell_has_the_known_outcome() {
+        // A dumbbell of two unit discs of radius ½ at ±½, at rest, whose one atom is hit by a unit
+        // disc with unit speed: J = 2/(1 + 1/2 + a²/I) with a = ½ and I = 3/4, hence 12/11.
         let dumbbell = Inertia::free(2.0, 0.75);
         let disc = Inertia::free(1.0, 0.125);
         let a = Motion::at_rest(DVec2::ZERO);

@@ -1,4 +1,4 @@
-//! What a contact changes: the impulse between two smooth rigid bodies, and the velocities after it.
+//! Collision response: the impulse between two smooth rigid bodies, and the velocities after it.
 //!
 //! Let n be the unit normal from A to B at the contact, r the arms from the centres of mass to the
 //! touching atoms, and u = −n·(v_B + ω_B × r_B − v_A − ω_A × r_A) the speed of approach of the two
@@ -6,17 +6,18 @@
 //!
 //! 1/μ = 1/m_A + 1/m_B + (r_A × n)²/I_A + (r_B × n)²/I_B.
 //!
-//! After a contact of elasticity e the surfaces part with e u, hence **J = (1 + e) μ u** (Montanari
-//! 2017, equation 2.9). A body whose rotation is locked has 1/I = 0 (equation 2.12); a fixed body has
-//! 1/m = 0 as well. Energy falls by ½ (1 − e²) μ u²; momentum is kept unless a body is fixed, and
-//! angular momentum about the point of contact always, unless a rotation is locked.
+//! After a contact of elasticity e the surfaces separate with speed e u, hence **J = (1 + e) μ u**
+//! (Montanari 2017, equation 2.9). A body whose rotation is locked has 1/I = 0 (equation 2.12); a
+//! fixed body also has 1/m = 0. The energy decreases by ½ (1 − e²) μ u². Momentum is conserved
+//! unless a body is fixed; angular momentum about the point of contact is conserved unless a
+//! rotation is locked.
 //!
 //! ```
 //! use carom_kinematics::{Inertia, Motion};
 //! use carom_response::{ContactFrame, Elasticity, Impact, Response};
 //! use glam::DVec2;
 //!
-//! // Equal discs head on: they exchange their velocities.
+//! Equal discs in a head-on collision exchange their velocities.
 //! let disc = Inertia::free(1.0, 0.5);
 //! let a = Motion { velocity: DVec2::X, ..Motion::at_rest(DVec2::ZERO) };
 //! let b = Motion::at_rest(DVec2::X);
@@ -35,12 +36,12 @@ pub use impulse::{ContactFrame, Impact, apply_impulse, approach_speed, reduced_m
 use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;
 
-/// The impulse of a contact: the seam of this layer.
+/// Computes the impulse of a contact; implement it for another law of collision.
 ///
 /// The result of each method must depend on its arguments and on constants of the response alone.
-/// The engine may resolve contacts in any order, at the same time, or more than once, and a resumed
-/// run must have the same results: a counter or a random generator in a response breaks all three.
-/// A response with random elasticities derives them from the bits of the velocities, which differ
+/// The engine may resolve contacts in any order, in parallel, or more than once, and a resumed run
+/// must give the same results: a counter or a random generator in a response violates all three. A
+/// response with random elasticities derives them from the bits of the velocities, which differ
 /// from contact to contact:
 ///
 /// ```
@@ -81,11 +82,10 @@ use glam::DVec2;
 /// ```
 pub trait Response: Sync {
     /// The impulse on B (mass × length / time); A receives its opposite.
-    ///
-    /// The motions are those at the instant of contact, in the order A, B. `elasticity` is that of
-    /// the table of the scene. The engine's guard against inelastic collapse passes a higher one, 1
-    /// as a rule, where the table has less than 1. Only a response that conserves the energy at
-    /// elasticity 1, and loses little near it, is guarded; one that loses energy at 1 is not.
+    /// Motions are those at the instant of contact, in the order A, B. `elasticity` is that of the
+    /// table of the scene. The engine's guard against inelastic collapse passes a higher one, in
+    /// most cases 1, if that of the table is below 1. The guard works only for a response that
+    /// conserves the energy at elasticity 1 and loses little near it.
     fn impulse(
         &self,
         frame: &ContactFrame,
@@ -93,10 +93,12 @@ pub trait Response: Sync {
         elasticity: Elasticity,
     ) -> DVec2;
 
-    /// The impulse on B (mass × length / time) of a contact in which no spin plays a part, as of two discs.
+    /// The impulse on B (mass × length / time) of a contact that changes no angular velocity, as of
+    /// two discs.
     ///
-    /// `line_of_centres` from A to B, of any length but 0; velocities and inverse masses in the order A, B. The same as
-    /// [`Self::impulse`] with arms of length 0, which is what it does unless a response knows a shorter way.
+    /// `line_of_centres` points from A to B, with any length but 0; velocities and inverse masses
+    /// are in the order A, B. The result must equal that of [`Self::impulse`] with arms of length 0.
+    /// The default calls that method; a response may override it with a faster computation.
     #[inline]
     fn impulse_of_discs(
         &self,
@@ -112,17 +114,18 @@ pub trait Response: Sync {
         self.impulse(&frame, [(&a, &inertia_a), (&b, &inertia_b)], elasticity)
     }
 
-    /// Whether contacts of this elasticity keep the kinetic energy, but for rounding. The engine computes and records the
-    /// change of energy of all other contacts. False unless a response says otherwise: it is always safe.
+    /// Whether contacts of this elasticity conserve the kinetic energy, to rounding. The engine
+    /// computes and records the change of energy of all other contacts. The default is `false`,
+    /// which is correct for each response.
     #[inline]
     fn conserves_energy(&self, elasticity: Elasticity) -> bool {
         let _ = elasticity;
         false
     }
 
-    /// The velocity of a disc, or of any body that the contact does not turn, after an elastic contact with a fixed body,
-    /// if the response can round it better than the velocity less the impulse over the mass. `None`, the default, keeps
-    /// the impulse of the response.
+    /// The velocity of a disc, or of any body that does not turn at the contact, after an elastic
+    /// contact with a fixed body, if the response can round it better than the velocity less the
+    /// impulse over the mass. The default, `None`, selects the latter.
     ///
     /// `line_of_centres` points from the body to the fixed one and has any length but 0.
     #[inline]

@@ -1,22 +1,25 @@
-//! The reflection of a disc at something fixed, rounded so that the error of its energy has no side.
+//! The reflection of a disc by a fixed body, with a rounding error of the energy that has no bias.
 
 use carom_kinematics::{two_product, two_sum};
 use glam::DVec2;
 
-/// A number as the sum of two floats, the second below the last place of the first.
+/// A number as the sum of two floats, the second below the last digit of the first.
 type Double = (f64, f64);
 
-/// By at most this share of the larger component of the velocity the smaller one is changed to keep the energy. Larger:
-/// flights nearly along an axis are turned for an energy that no float there can hold. Smaller: the energy of more of
-/// them keeps the rounding of a component.
+/// Largest change of the smaller component of the velocity to correct the energy, as a share of the
+/// larger component. Larger: velocities nearly along an axis change direction for an energy that no
+/// float there can represent. Smaller: more of them keep the rounding error of the energy.
 const MOST_TURNED: f64 = 4.0 * f64::EPSILON;
 
-/// The velocity v − 2 (v·d) d/(d·d) after an elastic contact with something fixed, d along the normal.
+/// Returns the velocity v − 2 (v·d) d/(d·d) after an elastic contact with a fixed body, with d
+/// along the normal.
 ///
-/// A disc meets a fixed partner at the same |d| each time, and v·d has the same largest value |v||d|. So in plain floats
-/// d·d and the quotient are rounded at the same few places for ever, to one side more often than to the other: the
-/// energy would go astray with the number of contacts, not with its root. Here the quotient is taken in double the
-/// digits and each component rounded once. Of the floats beside the result, the one is taken whose square is nearest to v·v.
+/// A disc meets a fixed partner at the same |d| each time, and v·d has the same largest value
+/// |v||d|. So in plain floating-point arithmetic d·d and the quotient would have the same few
+/// rounding errors each time, of one sign more often than of the other: the energy would drift in
+/// proportion to the number of contacts, not to its square root. Here the quotient is computed in
+/// double-double arithmetic and each component is rounded once. Of the floats next to the result,
+/// the function returns the one whose square is nearest to v·v.
 pub fn reflected(velocity: DVec2, d: DVec2) -> DVec2 {
     let (approach, square) = (dot(velocity, d), dot(d, d));
     let quotient = 2.0 * approach.0 / square.0;
@@ -34,7 +37,7 @@ pub fn reflected(velocity: DVec2, d: DVec2) -> DVec2 {
     )
 }
 
-/// The velocity beside `rounded` whose square is nearest to `square`.
+/// Returns the velocity next to `rounded` whose square is nearest to `square`.
 fn of_equal_energy(rounded: DVec2, square: Double) -> DVec2 {
     let along_x = rounded.x.abs() > rounded.y.abs();
     let (large, small) = if along_x { (rounded.x, rounded.y) } else { (rounded.y, rounded.x) };
@@ -42,7 +45,7 @@ fn of_equal_energy(rounded: DVec2, square: Double) -> DVec2 {
         let now = dot(DVec2::new(large, small), DVec2::new(large, small));
         (square.0 - now.0) + (square.1 - now.1)
     };
-    // The smaller component has the finer last place: with it the rest of the energy is made up.
+    // The smaller component has the finer last digit: it corrects the remaining energy.
     let candidate = |large: f64| {
         let turned = missing(large, small) / (2.0 * small);
         let small = if turned.abs() <= MOST_TURNED * large.abs() { small + turned } else { small };
@@ -54,7 +57,7 @@ fn of_equal_energy(rounded: DVec2, square: Double) -> DVec2 {
     if along_x { DVec2::new(large, small) } else { DVec2::new(small, large) }
 }
 
-/// a·b in double the digits.
+/// Returns a·b in double-double arithmetic.
 fn dot(a: DVec2, b: DVec2) -> Double {
     let ((x, x_rest), (y, y_rest)) = (two_product(a.x, b.x), two_product(a.y, b.y));
     let (sum, rest) = two_sum(x, y);
@@ -66,14 +69,14 @@ mod tests {
     use super::*;
     use glam::Vec2Swizzles;
 
-    /// Energies, relative, gained over contacts at one distance |d| from all sides, at all angles.
+    /// Relative energy gains of contacts at one distance |d| from all sides, at all angles.
     fn gains(radius: f64, reflect: impl Fn(DVec2, DVec2) -> DVec2) -> Vec<f64> {
         let golden = 0.5 * (5.0f64.sqrt() - 1.0);
         let turn =
             |k: u32, share: f64| DVec2::from_angle(std::f64::consts::TAU * (f64::from(k) * share).fract());
         (1..200_000)
             .filter_map(|k| {
-                // Places in a box of side 1 have the last place of 1/2.
+                // Positions in a box of side 1 have the last digit of 1/2.
                 let centre = DVec2::splat(0.5);
                 let d = centre - (centre - radius * turn(k, golden));
                 let velocity = turn(k, 2f64.sqrt());
@@ -86,7 +89,7 @@ mod tests {
             .collect()
     }
 
-    /// Their mean in standard errors, and their root mean square.
+    /// The mean of the gains in standard errors, and their root mean square.
     fn bias(gains: &[f64]) -> (f64, f64) {
         let sum: f64 = gains.iter().sum();
         let squares: f64 = gains.iter().map(|gain| gain * gain).sum();
@@ -94,19 +97,19 @@ mod tests {
     }
 
     #[test]
-    fn the_same_distance_each_time_rounds_to_no_side() {
+    fn contacts_at_one_distance_have_no_bias_in_energy() {
         for radius in [0.25, 0.3, 0.2, 0.1 + 0.02] {
             let (mean, spread) = bias(&gains(radius, reflected));
             assert!(mean.abs() < 4.0, "{radius}: {mean} standard errors");
             assert!(spread < 0.125 * f64::EPSILON, "{radius}: {spread:e}");
         }
-        // The plain formula does, so that this test can tell.
+        // The plain formula has a bias, so that the test can detect it.
         let plain = |v: DVec2, d: DVec2| v - 2.0 * v.dot(d) / d.length_squared() * d;
         assert!(bias(&gains(0.25, plain)).0.abs() > 8.0, "{}", bias(&gains(0.25, plain)).0);
     }
 
     #[test]
-    fn it_is_the_reflection_to_a_few_last_places() {
+    fn it_agrees_with_the_exact_reflection_to_a_few_last_places() {
         for k in 1..10_000 {
             let d = 0.3 * DVec2::from_angle(f64::from(k));
             let velocity = DVec2::from_angle(f64::from(k).sqrt());
