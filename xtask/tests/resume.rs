@@ -249,7 +249,7 @@ fn asked_to_end_a_run_leaves_a_checkpoint_and_says_how_to_go_on() {
         );
         // It was taken after the signal, not at the beginning.
         let (code, said) = place.finish(&[RUN, &["--until", "0.1", "--resume"]]);
-        assert!(code == Some(2) && said.contains("has come to"), "{said}");
+        assert!(code == Some(2) && said.contains("the checkpoint is at"), "{said}");
         let place = place.complete(&[RUN, &["--resume"]]);
         assert_same(&place, &straight);
     }
