@@ -257,7 +257,7 @@ impl Outcome {
         let run = &scene.run;
         let mut lead = format!("Run from t = 0 to {}, sampled every {}.", run.until, run.sample_interval);
         if !run.observe.is_empty() {
-            let _ = write!(lead, " Watched: {}.", run.observe.join(", "));
+            let _ = write!(lead, " Observed: {}.", run.observe.join(", "));
         }
         let mut page = Page::new(&summary.title, &lead);
         page.heading("Results");
