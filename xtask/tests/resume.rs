@@ -249,7 +249,7 @@ fn asked_to_end_a_run_leaves_a_checkpoint_and_says_how_to_go_on() {
         );
         // It was taken after the signal, not at the beginning.
         let (code, said) = place.finish(&[RUN, &["--until", "0.1", "--resume"]]);
-        assert!(code == Some(2) && said.contains("has come to"), "{said}");
+        assert!(code == Some(2) && said.contains("the checkpoint is at"), "{said}");
         let place = place.complete(&[RUN, &["--resume"]]);
         assert_same(&place, &straight);
     }
@@ -399,14 +399,14 @@ fn what_cannot_be_resumed_is_refused_by_name_and_left_alone() {
     };
     let results = place.results();
     for (bytes, why) in [
-        (spoilt(|bytes| bytes.truncate(bytes.len() / 2)), "cut short"),
-        (spoilt(|bytes| bytes.truncate(20)), "cut short"),
+        (spoilt(|bytes| bytes.truncate(bytes.len() / 2)), "truncated"),
+        (spoilt(|bytes| bytes.truncate(20)), "truncated"),
         (spoilt(|bytes| *bytes.last_mut().unwrap() ^= 1), "damaged"),
         (spoilt(|bytes| bytes[100] ^= 64), "damaged"),
         (spoilt(|bytes| bytes[16] = 200), "newer program"),
         (spoilt(|bytes| bytes[16] = 0), "older program"),
-        (b"{ \"time\": 1.0 }".to_vec(), "no checkpoint of carom"),
-        (Vec::new(), "no checkpoint of carom"),
+        (b"{ \"time\": 1.0 }".to_vec(), "not a checkpoint of carom"),
+        (Vec::new(), "not a checkpoint of carom"),
     ] {
         fs::write(&path, &bytes).unwrap();
         let (code, said) = place.finish(&[&short, &resume]);
@@ -417,12 +417,12 @@ fn what_cannot_be_resumed_is_refused_by_name_and_left_alone() {
     fs::write(&path, &sound).unwrap();
     for (words, why) in [
         ([RUN, &["--until", "0.4"]].concat(), "--until 0.5"),
-        ([RUN, &["--until", "0.5", "--seed", "4"]].concat(), "`seed = 3`, here `seed = 4`"),
+        ([RUN, &["--until", "0.5", "--seed", "4"]].concat(), "`seed = 3` differs from `seed = 4`"),
         (
             [RUN, &["--until", "0.5", "--set", "gas.0.count=299"]].concat(),
-            "`count = 300`, here `count = 299`",
+            "`count = 300` differs from `count = 299`",
         ),
-        ([SINGLE, &LONG].concat(), "of another run"),
+        ([SINGLE, &LONG].concat(), "to another run"),
         ([CAMPAIGN, &LONG].concat(), "holds one run"),
         ([&short[..], &["--force"]].concat(), "cannot be used with"),
     ] {

@@ -1,4 +1,5 @@
-//! The command `carom`: runs scenes of rigid molecules, checks scene files, and finds first contacts.
+//! The command `carom`: runs scenes of rigid molecules, validates scene files, and finds first
+//! contacts.
 
 use anyhow::Result;
 use carom_runs::{check, detect, run};
@@ -7,7 +8,8 @@ use clap::{Parser, Subcommand};
 
 /// Exact event-driven simulation of two-dimensional gases of rigid molecules.
 ///
-/// Exit codes: 0 done, 1 a check failed or the run broke off, 2 bad input, 130 or 143 interrupted by a signal.
+/// Exit codes: 0 success, 1 a check or the run failed, 2 invalid input, 130 or 143 interrupted by a
+/// signal.
 #[derive(Debug, Parser)]
 #[command(name = "carom", version)]
 pub struct Cli {
@@ -19,9 +21,9 @@ pub struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Run a scene, and write a folder with its series, snapshots and page
+    /// Run a scene and write a folder with its series, snapshots and page
     Run(run::Options),
-    /// Validate a scene; print what it contains and how long its run will take
+    /// Validate a scene; print its content and estimate the duration of its run
     Check(check::Options),
     /// Find the first contacts of pairs of molecules
     Detect(detect::Options),
@@ -31,7 +33,7 @@ impl Cli {
     /// Runs the command.
     ///
     /// # Errors
-    /// Bad input, or a run that cannot continue.
+    /// Invalid input, or a run that fails.
     pub fn run(&self) -> Result<Verdict> {
         match &self.command {
             Command::Run(options) => run::run(options),

@@ -1,13 +1,13 @@
-// Plays recorded flights: between two contacts a body is at its last recorded place plus velocity times time, exactly.
+// Plays recorded flights: between contacts, position = recorded position + velocity × time, exactly.
 (() => {
   "use strict";
   const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   const LEVELS = 262142;
-  // Seconds that the whole animation takes at speed 1.
+  // Duration of the animation at speed 1 (seconds).
   const LENGTH = 12;
-  // The close view is so many times as wide as the molecule that it follows.
+  // Width of the close view, in units of the size of the molecule that it follows.
   const CLOSE = 7;
-  // An impulse is shown for this part of the animation.
+  // An impulse is shown for this share of the animation.
   const SHOWN = 0.02;
 
   const figure = document.currentScript.previousElementSibling;
@@ -15,7 +15,7 @@
   const duration = animation.until - animation.from;
   const flights = unpack();
 
-  // For each body its flights, in order of time: t, x, y, vx, vy, angle, spin.
+  // The flights of each body in order of time: t, x, y, vx, vy, angle, spin.
   function unpack() {
     const value = new Map([...DIGITS].map((digit, index) => [digit, index]));
     const lists = animation.bodies.map(() => []);
@@ -40,7 +40,7 @@
     return lists;
   }
 
-  // The flight of a body at a time, as its number in the list.
+  // Index of the flight of a body at a time.
   function flightAt(list, time) {
     let [low, high] = [0, list.length];
     while (high - low > 1) {
@@ -53,7 +53,7 @@
 
   const wrap = (x, side) => x - Math.floor(x / side) * side;
 
-  // Place in the box, and angle, of a body at a time.
+  // Position in the box, and angle, of a body at a time.
   function stateAt(body, time) {
     const list = flights[body];
     const [t, x, y, vx, vy, angle, spin] = list[flightAt(list, time)];
@@ -66,7 +66,7 @@
   }
 
   const reach = animation.shapes.map((shape) => Math.max(...shape.atoms.map(([x, y, r]) => Math.hypot(x, y) + r)));
-  // Fixed bodies first, then the many, the few on top.
+  // Drawing order: fixed bodies, then the most frequent shapes, then the rare ones.
   const count = animation.shapes.map((_, shape) => animation.bodies.filter((other) => other === shape).length);
   const order = animation.shapes.map((_, shape) => shape);
   order.sort((a, b) => animation.shapes[b].fixed - animation.shapes[a].fixed || count[b] - count[a]);
@@ -88,19 +88,19 @@
   const part = animation.window || [0, 0, width, height];
   const label = animation.window ? `a part of the box, ${part[2].toPrecision(3)} wide` : "the whole box";
   const views = [view(label, part[2] / part[3], () => part)];
-  // Beyond a part of the box nothing is recorded.
+  // Outside a shown part of the box nothing is recorded.
   if (animation.watched !== null && !animation.window) {
     const name = animation.shapes[animation.bodies[animation.watched]].name || "the molecule";
     const side = Math.min(CLOSE * 2 * reach[animation.bodies[animation.watched]], width, height);
     views.push(
-      view(`${name} from close by, each impulse on it as an arrow`, 1, (time) => {
+      view(`${name} in close-up, with each impulse on it as an arrow`, 1, (time) => {
         const [x, y] = stateAt(animation.watched, time);
         return [x - side / 2, y - side / 2, side, side];
       }),
     );
   }
 
-  // Calls f for each shift by whole boxes that brings a stretch [low, high] into [from, to].
+  // Calls f for each shift by whole boxes that moves the interval [low, high] into [from, to].
   function images(low, high, from, to, side, f) {
     for (let k = Math.ceil((from - high) / side); k <= Math.floor((to - low) / side); k++) f(k * side);
   }
@@ -119,7 +119,7 @@
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.fillStyle = style.backgroundColor;
     context.fillRect(0, 0, canvas.width, canvas.height);
-    // y upwards, in units of length.
+    // y points upwards; units of length.
     context.setTransform(scale, 0, 0, -scale, -left * scale, canvas.height + bottom * scale);
     const around = (x, y, r, f) =>
       images(x - r, x + r, left, left + wide, width, (dx) =>
@@ -161,7 +161,7 @@
     if (animation.watched !== null && wide < width) arrows(context, scale, time, states);
   }
 
-  // The latest impulses on the body watched, from its centre; their length is the change of velocity.
+  // Latest impulses on the observed body, drawn from its centre; the length is the change of velocity.
   function arrows(context, scale, time, states) {
     const [x, y] = states[animation.watched];
     const list = flights[animation.watched];
@@ -219,7 +219,7 @@
     if (!playing) return;
     if (last !== null) time += (duration * Number(speed.value) * (now - last)) / (1000 * LENGTH);
     last = now;
-    // At the end it begins again.
+    // After the end, playing restarts from the beginning.
     if (time > duration) time = 0;
     show();
     requestAnimationFrame(frame);
@@ -235,7 +235,7 @@
     time = (duration * Number(slider.value)) / 10000;
     show();
   });
-  // The page gets its last width when all of it is there.
+  // The page has its final width only after all of it is loaded.
   new ResizeObserver(show).observe(figure);
   window.addEventListener("themechange", show);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", show);

@@ -1,4 +1,4 @@
-//! What all charts have in common: the white ground that becomes SVG, the frame with its two axes, the legend.
+//! Elements common to all charts: white SVG background, frame with two axes, legend.
 
 use anyhow::{Result, anyhow};
 use plotters::{
@@ -9,26 +9,26 @@ use plotters::{
     prelude::*,
 };
 
-/// The family of every letter.
+/// Font family of all text.
 pub const FONT: &str = "sans-serif";
 
-/// A chart on two axes, as it is drawn.
+/// A chart on two axes.
 pub type Plane<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
 
-/// An axis as it is drawn: how places on it are found, what it shows, how a number at it is written.
+/// An axis of a chart: scale, label, and format of numbers.
 pub struct Side<'a, X> {
     /// Range and scale.
     pub scale: X,
     /// Quantity and unit.
     pub label: &'a str,
-    /// A number at the axis.
+    /// Format of a number at the axis.
     pub format: &'a dyn Fn(&f64) -> String,
 }
 
-/// SVG of so many pixels, on white.
+/// Draws SVG of the given size in pixels on a white background.
 ///
 /// # Errors
-/// What `draw` says, with the heading.
+/// The error of `draw`, with the title of the chart.
 pub fn svg(
     title: &str,
     size: (u32, u32),
@@ -43,7 +43,7 @@ pub fn svg(
     Ok(text)
 }
 
-/// Heading, axes and grid.
+/// Draws title, axes and grid.
 ///
 /// # Errors
 /// They cannot be drawn.
@@ -80,7 +80,7 @@ where
     Ok(chart)
 }
 
-/// The legend, in a corner.
+/// Draws the legend in a corner.
 ///
 /// # Errors
 /// It cannot be drawn.

@@ -1,4 +1,4 @@
-//! Charts and pages made from tables and figures, without the engine.
+//! Charts and HTML pages from tables and figures, independent of the engine.
 
 pub mod canvas;
 pub mod molecule_picture;

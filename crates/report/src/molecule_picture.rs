@@ -1,4 +1,5 @@
-//! A molecule in its own frame, with the boundary that the centre of a gas disc cannot cross, arc by arc.
+//! Picture of a molecule in its body frame, with the boundary of the region excluded to the centre
+//! of a gas disc.
 
 use std::fmt::Write as _;
 
@@ -10,8 +11,9 @@ use crate::plot::colour;
 /// Side of the picture (pixels).
 const SIDE: f64 = 560.0;
 
-/// The picture as SVG: the axes x′ and y′ of its frame, atoms with their letters, the boundary for a probe of `probe` radius (length), and the probe in
-/// touch with the molecule from the right.
+/// Returns an SVG picture: the axes x′ and y′ of the body frame, the atoms with their letters, the
+/// boundary for a probe of radius `probe` (length), and the probe touching the molecule from the
+/// right.
 pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
     let reach = molecule.bounding_radius() + 2.0 * probe;
     let scale = 0.5 * SIDE / (1.06 * reach);
@@ -26,7 +28,7 @@ pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
     let hidden = region.unreachable();
     for (index, atom) in molecule.atoms().iter().enumerate() {
         let letter = name(index);
-        // An atom that the probe never touches.
+        // The probe never touches this atom.
         let stroke = if hidden.contains(&index) {
             format!("{}\" stroke-width=\"3\" stroke-dasharray=\"6 4", hex(colour::PURPLE))
         } else {
@@ -43,7 +45,7 @@ pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
         );
     }
     for arc in region.arcs() {
-        // Two halves, since an arc of a whole turn has no direction.
+        // Two halves: an SVG arc of a full turn has no direction.
         let ends = [arc.start, arc.start + 0.5 * arc.angle(), arc.end];
         let points = ends.map(|angle| place(arc.point(angle)));
         let radius = arc.radius * scale;
@@ -68,12 +70,12 @@ pub fn svg(molecule: &Molecule, region: &ExcludedRegion, probe: f64) -> String {
     svg
 }
 
-/// An atom's letter, by its index; its number where letters do not suffice.
+/// Letter of an atom by its index; its number beyond the alphabet.
 pub fn name(index: usize) -> String {
     ('A'..='Z').chain('a'..='z').nth(index).map_or_else(|| index.to_string(), String::from)
 }
 
-/// Arrows along x′ and y′ through the centre of mass, which is in the middle.
+/// Arrows along x′ and y′ through the centre of mass at the centre of the picture.
 fn axes(svg: &mut String) {
     let (middle, end) = (0.5 * SIDE, SIDE - 14.0);
     let _ = writeln!(
@@ -103,7 +105,8 @@ mod tests {
         assert_eq!(picture.matches("<circle").count(), 6);
         assert_eq!(picture.matches("<path").count(), region.arcs().len());
         assert!(picture.contains(">E</text>") && !picture.contains("NaN"));
-        // All atoms can be touched, by a larger probe not that in the middle of the stem; the probe is drawn with a broken line.
+        // The probe touches every atom; a larger probe would not touch the middle atom of the stem.
+        // The probe is drawn with a dashed line.
         assert_eq!(picture.matches("dasharray").count(), 1);
         let small = Molecule::named(Shape::Tee, 0.0025, 2.0).unwrap();
         let picture = svg(&small, &ExcludedRegion::of(&small, 0.01).unwrap(), 0.01);

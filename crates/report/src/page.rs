@@ -1,75 +1,75 @@
-//! The page that a run leaves behind: one HTML file with everything in it, readable by day and by night.
+//! The page of a run: one self-contained HTML file with a light and a dark colour scheme.
 
 use std::fmt::Write as _;
 
 use carom_tables::{Check, Figure, OneRun, Totals};
 
-/// A page that is being written, from top to bottom.
+/// A page under construction, from top to bottom.
 #[derive(Debug, Clone)]
 pub struct Page {
     title: String,
     body: String,
 }
 
-/// How pictures stand.
+/// Layout of pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layout {
-    /// Each over the whole width.
+    /// Each over the full width.
     Full,
-    /// Side by side where there is room.
+    /// Side by side if the width allows.
     Beside,
 }
 
 impl Page {
-    /// A page with its heading and what it is about.
+    /// A page with its title and an introductory sentence.
     pub fn new(title: &str, lead: &str) -> Self {
         let body = format!("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", escape(title), escape(lead));
         Self { title: title.to_owned(), body }
     }
 
-    /// A part of a page, without heading of its own.
+    /// A section without a title, for [`Self::append`].
     pub fn section() -> Self {
         Self { title: String::new(), body: String::new() }
     }
 
-    /// Puts a part at the end.
+    /// Appends a section.
     pub fn append(&mut self, section: &Self) {
         self.body.push_str(&section.body);
     }
 
-    /// What a reader must know first.
+    /// Adds a highlighted note, such as a caveat.
     pub fn note(&mut self, text: &str) {
         self.element("p class=\"note\"", text);
     }
 
-    /// A heading.
+    /// Adds a heading.
     pub fn heading(&mut self, text: &str) {
         self.element("h2", text);
     }
 
-    /// A lesser heading.
+    /// Adds a subheading.
     pub fn subheading(&mut self, text: &str) {
         self.element("h3", text);
     }
 
-    /// A paragraph.
+    /// Adds a paragraph.
     pub fn paragraph(&mut self, text: &str) {
         self.element("p", text);
     }
 
-    /// Something to type or to read in a terminal.
+    /// Adds terminal commands or output.
     pub fn code(&mut self, text: &str) {
         self.element("pre", text);
     }
 
-    /// Links to files, by their path from the page.
+    /// Adds links to files, by their path relative to the page.
     pub fn links<'a>(&mut self, paths: impl IntoIterator<Item = &'a str>) {
         let links: Vec<String> =
             paths.into_iter().map(|path| format!("<a href=\"{0}\">{0}</a>", escape(path))).collect();
         let _ = writeln!(self.body, "<p>{}</p>", links.join(" · "));
     }
 
-    /// Pictures, as SVG with a caption each.
+    /// Adds SVG pictures, each with a caption.
     pub fn pictures(&mut self, layout: Layout, pictures: &[(&str, &str)]) {
         let class = if layout == Layout::Full { "pictures full" } else { "pictures" };
         let _ = writeln!(self.body, "<div class=\"{class}\">");
@@ -81,9 +81,9 @@ impl Page {
         self.body.push_str("</div>\n");
     }
 
-    /// A moving view, of what [`animation`](carom_runs::animation) has recorded.
+    /// Adds an animation from the data that [`animation`](carom_runs::animation) records.
     pub fn animation(&mut self, animation: &str, caption: &str) {
-        // In a string of JSON this means the same, and can end no element of the page.
+        // In a JSON string this has the same meaning and cannot close an element of the page.
         let animation = animation.replace('<', "\\u003c");
         let _ = writeln!(
             self.body,
@@ -95,7 +95,7 @@ impl Page {
         );
     }
 
-    /// A table of two columns.
+    /// Adds a table of two columns.
     pub fn facts(&mut self, facts: &[(&str, String)]) {
         self.body.push_str("<div class=\"wide\"><table class=\"facts\">\n");
         for (name, value) in facts {
@@ -105,7 +105,8 @@ impl Page {
         self.body.push_str("</table></div>\n");
     }
 
-    /// A table of any columns; the first is text, the others are numbers, or text where they are too long for one.
+    /// Adds a table of any number of columns: the first is text; the others are numbers, or text
+    /// where longer than a number.
     pub fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
         self.body.push_str("<div class=\"wide\"><table>\n<tr>");
         for name in header {
@@ -122,7 +123,7 @@ impl Page {
         self.body.push_str("</tr>\n</table></div>\n");
     }
 
-    /// Figures with their errors, predictions and sources.
+    /// Adds a table of figures with errors, predictions and sources.
     pub fn figures(&mut self, figures: &[Figure]) {
         self.body.push_str(
             "<div class=\"wide\"><table>\n<tr><th>figure</th><th>measured</th><th>unit</th>\
@@ -144,7 +145,7 @@ impl Page {
         self.body.push_str("</table></div>\n");
     }
 
-    /// What a run took.
+    /// Adds the totals of a run.
     pub fn totals(&mut self, totals: &Totals) {
         let number = |value: f64| with_error(value, None);
         self.facts(&[
@@ -157,7 +158,7 @@ impl Page {
         ]);
     }
 
-    /// The runs of a campaign, one by one.
+    /// Adds a table of the runs of a campaign.
     pub fn runs(&mut self, runs: &[OneRun]) {
         let row = |run: &OneRun| {
             let rate = run.collisions as f64 / run.cpu_seconds / 1e6;
@@ -169,7 +170,7 @@ impl Page {
         self.table(&header, &runs.iter().map(row).collect::<Vec<_>>());
     }
 
-    /// Checks, passed or not.
+    /// Adds a table of checks.
     pub fn checks(&mut self, checks: &[Check]) {
         self.body.push_str(
             "<div class=\"wide\"><table>\n<tr><th>check</th><th>found</th><th>at most</th><th></th></tr>\n",
@@ -187,7 +188,7 @@ impl Page {
         self.body.push_str("</table></div>\n");
     }
 
-    /// The whole file.
+    /// Returns the complete file.
     pub fn html(&self) -> String {
         include_str!("page.html")
             .replace("{{title}}", &escape(&self.title))
@@ -201,11 +202,11 @@ impl Page {
     }
 }
 
-/// A cell of a table with more characters than this is no number, and may be broken into lines. Less: numbers with their
-/// errors are broken. More: words in a table make it wider than the page.
+/// A cell with more characters than this is text and may break into lines. Less: numbers with their
+/// errors break. More: text makes the table wider than the page.
 const LONGEST_NUMBER: usize = 24;
 
-/// A prediction to one digit more than the measured value.
+/// Formats a prediction with one digit more than the measured value.
 fn predicted(value: f64, figure: &Figure) -> String {
     match figure.standard_error {
         Some(error) if value != 0.0 && error > 0.0 && error.is_finite() => {
@@ -215,7 +216,7 @@ fn predicted(value: f64, figure: &Figure) -> String {
     }
 }
 
-/// A value to as many digits as its standard error bears, or to six.
+/// Formats a value to the digits that its standard error justifies, or to six.
 pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
     match standard_error {
         Some(error) if error > 0.0 && error.is_finite() => {
@@ -233,7 +234,7 @@ pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
     }
 }
 
-/// Text as HTML that says just that.
+/// Escapes text for HTML.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
@@ -267,15 +268,15 @@ mod tests {
         page.links([evil]);
         page.animation(&serde_json::to_string(evil).unwrap(), evil);
         let html = page.html();
-        // That of the page itself; of the animation, its data and what plays them.
+        // One script of the page itself; for the animation, its data and its player.
         assert_eq!(html.matches("<script").count(), 3, "{html}");
         assert_eq!(html.matches("</script").count(), 3, "{html}");
-        assert!(!html.contains("{{"), "a placeholder is left");
+        assert!(!html.contains("{{"), "a placeholder remains");
         assert!(html.contains("&lt;script&gt;"));
     }
 
     #[test]
-    fn words_in_a_table_may_be_broken_into_lines_and_numbers_not() {
+    fn text_in_a_table_may_break_into_lines_but_numbers_may_not() {
         let mut page = Page::section();
         let row = ["name", "350.62 ± 0.12", "no end in the processor time allowed"].map(str::to_owned);
         page.table(&["a", "b", "c"], &[row.to_vec()]);

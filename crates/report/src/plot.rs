@@ -1,4 +1,5 @@
-//! Charts as SVG: lines and bands over two straight axes, in colours that colour-blind readers can tell apart.
+//! Charts as SVG: lines and bands on two linear axes, in colours that colour-blind readers can
+//! distinguish.
 
 use anyhow::Result;
 use plotters::{
@@ -16,19 +17,19 @@ use crate::canvas::{self, Plane, Side};
 pub mod colour {
     use plotters::style::RGBColor;
 
-    /// For what is measured.
+    /// For measured values.
     pub const BLUE: RGBColor = RGBColor(0, 114, 178);
-    /// For what is predicted.
+    /// For predictions.
     pub const VERMILLION: RGBColor = RGBColor(213, 94, 0);
-    /// For a second thing measured.
+    /// For a second measured quantity.
     pub const GREEN: RGBColor = RGBColor(0, 158, 115);
-    /// For a third thing measured.
+    /// For a third measured quantity.
     pub const ORANGE: RGBColor = RGBColor(230, 159, 0);
-    /// For a fourth thing measured.
+    /// For a fourth measured quantity.
     pub const PURPLE: RGBColor = RGBColor(204, 121, 167);
 }
 
-/// An axis: what it shows, with its unit, and from where to where.
+/// An axis: quantity, unit and range.
 #[derive(Debug, Clone)]
 pub struct Axis {
     /// Quantity and unit.
@@ -40,7 +41,7 @@ pub struct Axis {
 /// One curve or band of a chart.
 #[derive(Debug, Clone)]
 pub struct Layer {
-    /// What the legend says; nothing if empty.
+    /// Name in the legend; empty for none.
     pub name: String,
     /// Its colour.
     pub colour: RGBColor,
@@ -53,13 +54,13 @@ pub struct Layer {
 pub enum Shape {
     /// A line through points.
     Line(Vec<(f64, f64)>),
-    /// A line of half the width, for what is rough.
+    /// A line of half the width, for approximate values.
     Thin(Vec<(f64, f64)>),
     /// The area between a lower and an upper line: x, lower, upper.
     Band(Vec<(f64, f64, f64)>),
 }
 
-/// A chart with two straight axes.
+/// A chart with two linear axes.
 #[derive(Debug, Clone)]
 pub struct Chart {
     /// Heading.
@@ -72,16 +73,16 @@ pub struct Chart {
     pub layers: Vec<Layer>,
 }
 
-/// Points of a staircase: `values` over equal bins from `first` to `last`.
+/// Points of a step function with `values` in equal bins from `first` to `last`.
 pub fn staircase(first: f64, last: f64, values: &[f64]) -> Vec<(f64, f64)> {
     let edge = |index: usize| first + (last - first) * index as f64 / values.len() as f64;
     values.iter().enumerate().flat_map(|(index, &y)| [(edge(index), y), (edge(index + 1), y)]).collect()
 }
 
-/// Points farther from a chart than so many of its widths are drawn there.
+/// Points farther from the chart than this many of its widths are drawn at that distance.
 const FAR_OFF: f64 = 1000.0;
 
-/// A straight axis with marks of our own choice.
+/// A linear axis with tick marks from [`marks`].
 struct Scale {
     range: (f64, f64),
     places: RangedCoordf64,
@@ -92,7 +93,7 @@ impl Ranged for Scale {
     type ValueType = f64;
 
     fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        // What is far off the chart must not be so many pixels off that they cannot be counted.
+        // Far points are clamped: their pixel coordinates would overflow.
         let (low, high) = self.range;
         let far = FAR_OFF * (high - low);
         self.places.map(&value.clamp(low - far, high + far), limit)
@@ -113,7 +114,8 @@ impl Axis {
     }
 }
 
-/// Where an axis has marks: 4 to 12 multiples of a round number; of 30 where the axis is a full circle in degrees.
+/// Positions of tick marks: 4 to 12 multiples of a round number; multiples of 30 if the axis is a
+/// full circle in degrees.
 fn marks((low, high): (f64, f64)) -> Vec<f64> {
     let span = high - low;
     let tenth = 10f64.powf((span / 4.0).log10().floor());
@@ -124,10 +126,10 @@ fn marks((low, high): (f64, f64)) -> Vec<f64> {
 }
 
 impl Chart {
-    /// The chart as SVG. Points outside the axes are cut off at the border.
+    /// Draws the chart as SVG. Points outside the axes are clipped at the border.
     ///
     /// # Errors
-    /// An axis that is empty or not finite.
+    /// An axis is empty or not finite.
     pub fn svg(&self) -> Result<String> {
         for axis in [&self.x, &self.y] {
             let (low, high) = axis.range;
@@ -152,7 +154,7 @@ impl Chart {
         Ok(())
     }
 
-    /// The corner in which a legend hides least; of several as free, the upper right.
+    /// The corner in which the legend covers the fewest points; of equal corners the upper right.
     fn freest_corner(&self) -> SeriesLabelPosition {
         let share = |value: f64, (low, high): (f64, f64)| (value - low) / (high - low);
         let mut places: Vec<[f64; 2]> = Vec::new();
@@ -221,7 +223,7 @@ impl Chart {
     }
 }
 
-/// A number at an axis, with as many digits as the range needs.
+/// Formats a number at an axis with the digits that the range needs.
 pub(crate) fn tick(value: f64, (low, high): (f64, f64)) -> String {
     let span = (high - low).abs();
     let largest = low.abs().max(high.abs());
@@ -241,7 +243,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_however_far_off_can_be_drawn() {
+    fn points_at_any_distance_can_be_drawn() {
         let points = vec![(-1e300, 0.5), (0.5, 1e300), (f64::MAX, -f64::MAX)];
         let axis = || Axis { label: String::new(), range: (0.0, 1.0) };
         let layers = vec![Layer { name: String::new(), colour: colour::BLUE, shape: Shape::Line(points) }];
@@ -249,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn the_legend_stands_where_no_line_is() {
+    fn the_legend_avoids_the_lines() {
         let corner = |points: &[(f64, f64)]| {
             let shape = Shape::Line(points.to_vec());
             let layers = vec![Layer { name: "a".to_owned(), colour: colour::BLUE, shape }];
@@ -306,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn a_staircase_has_two_points_a_bin() {
+    fn a_step_function_has_two_points_a_bin() {
         assert_eq!(staircase(0.0, 2.0, &[5.0, 7.0]), [(0.0, 5.0), (1.0, 5.0), (1.0, 7.0), (2.0, 7.0)]);
     }
 

@@ -1,4 +1,4 @@
-//! Polar charts as SVG: a positive quantity against direction, round the clock.
+//! Polar charts as SVG: a positive quantity as a function of direction.
 
 use anyhow::{Result, ensure};
 use plotters::{
@@ -12,21 +12,21 @@ use crate::{
     plot::{staircase, tick},
 };
 
-/// Curves of a positive quantity against direction.
+/// Curves of a positive quantity as a function of direction.
 #[derive(Debug, Clone)]
 pub struct Polar {
     /// Heading.
     pub title: String,
-    /// What the distance from the middle means, with its unit.
+    /// Quantity and unit of the distance from the centre.
     pub label: String,
     /// Curves: a value for each of equal sectors, counter-clockwise from +x.
     pub curves: Vec<(String, RGBColor, Vec<f64>)>,
-    /// Error of the first curve on either side, sector by sector; none if empty.
+    /// Half width of the error band of the first curve for each sector; empty for no band.
     pub errors: Vec<f64>,
 }
 
 impl Polar {
-    /// The curves as SVG, the largest value at the rim.
+    /// Draws the curves as SVG; the largest value lies at the rim.
     ///
     /// # Errors
     /// A value that is not finite.
@@ -43,7 +43,7 @@ impl Polar {
         canvas::svg(&self.title, (560, 600), |root| self.draw(root, rim))
     }
 
-    /// The first curve moved by its error; no value is negative.
+    /// The first curve shifted by its error, at least 0.
     fn band(&self, sign: f64) -> Vec<f64> {
         let first = self.curves.first().map_or(&[][..], |(_, _, values)| values);
         first.iter().zip(&self.errors).map(|(value, error)| (value + sign * error).max(0.0)).collect()
@@ -76,7 +76,7 @@ impl Polar {
             chart.draw_series([Text::new(format!("{}°", 30 * spoke), on_circle(1.09 * rim, turn), style)])?;
         }
         if let Some((_, colour, _)) = self.curves.first().filter(|_| !self.errors.is_empty()) {
-            // Out along the upper edge, back along the lower one.
+            // Outwards along the upper edge, back along the lower one.
             let edge = |sign: f64| {
                 let stairs = staircase(0.0, 1.0, &self.band(sign));
                 stairs.into_iter().map(|(turn, value)| on_circle(value, turn))
@@ -113,7 +113,7 @@ mod tests {
     use crate::plot::colour;
 
     #[test]
-    fn a_polar_chart_of_nothing_can_be_drawn() {
+    fn a_polar_chart_of_zeros_can_be_drawn() {
         let polar = Polar {
             title: String::new(),
             label: String::new(),

@@ -1,4 +1,4 @@
-//! Points with names on two logarithmic axes, as SVG.
+//! Labelled points on two logarithmic axes, as SVG.
 
 use std::ops::Range;
 
@@ -13,53 +13,54 @@ use crate::{
 /// One point.
 #[derive(Debug, Clone)]
 pub struct Point {
-    /// Which of the families it belongs to, by index.
+    /// Index of the family.
     pub family: usize,
-    /// What stands next to it.
+    /// Text beside the point.
     pub label: String,
-    /// Horizontal place.
+    /// Horizontal coordinate.
     pub x: f64,
-    /// Vertical place.
+    /// Vertical coordinate.
     pub y: f64,
-    /// What else is known of its vertical place.
+    /// Meaning of the vertical coordinate.
     pub mark: Mark,
 }
 
-/// How a point is drawn.
+/// Symbol of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mark {
-    /// As a dot.
+    /// A dot.
     Measured,
-    /// As a dot, joined by a line to the point of its family before it.
+    /// A dot, joined by a line to the previous point of its family.
     Joined,
-    /// As a ring, joined likewise: by others.
+    /// A ring for published values, joined to the previous point of its family.
     Published,
-    /// As the end of a line from the point of its family before it: part of a curve.
+    /// End of a line from the previous point of its family: part of a curve.
     Line,
-    /// As a ring with an arrow downwards: not larger than this.
+    /// A ring with a downward arrow: an upper bound.
     AtMost,
-    /// As a dot with a line up to where almost all is below.
+    /// A dot with a line up to a high percentile.
     UpTo(f64),
 }
 
-/// A chart of named points.
+/// A chart of labelled points.
 #[derive(Debug, Clone)]
 pub struct Scatter {
     /// Heading.
     pub title: String,
-    /// What the horizontal axis shows.
+    /// Label of the horizontal axis.
     pub x_label: String,
-    /// What the vertical axis shows.
+    /// Label of the vertical axis.
     pub y_label: String,
-    /// Names of the families, each with a colour of its own.
+    /// Names of the families; each has its own colour.
     pub families: Vec<String>,
     /// The points.
     pub points: Vec<Point>,
-    /// A line through chosen places, as [`pareto`] gives them; none if empty.
+    /// A line through selected points, see [`pareto`]; empty for no line.
     pub front: Vec<(f64, f64)>,
 }
 
-/// The points that no other beats on both axes (Pareto front), from left to right.
+/// Returns the points that no other point dominates on both axes (Pareto front), from left to
+/// right.
 pub fn pareto(points: &[Point]) -> Vec<(f64, f64)> {
     let mut places: Vec<(f64, f64)> = points.iter().map(|point| (point.x, point.y)).collect();
     places.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -77,10 +78,10 @@ const COLOURS: [RGBColor; 5] =
     [colour::BLUE, colour::VERMILLION, colour::GREEN, colour::ORANGE, RGBColor(204, 121, 167)];
 
 impl Scatter {
-    /// The chart as SVG.
+    /// Draws the chart as SVG.
     ///
     /// # Errors
-    /// A point that has no logarithm, or no points.
+    /// There are no points, or a coordinate has no logarithm.
     pub fn svg(&self) -> Result<String> {
         let sound = |value: f64| value.is_finite() && value > 0.0;
         ensure!(!self.points.is_empty(), "chart '{}' has no points", self.title);
@@ -97,10 +98,10 @@ impl Scatter {
         });
         let (left, right) = range(self.points.iter().map(|point| point.x));
         let (lowest, top) = range(self.points.iter().map(|point| point.y).chain(tops));
-        // Room below for arrows and names.
+        // Space below for arrows and labels.
         let bottom = 0.1 * lowest;
         let format = |value: &f64| power(*value);
-        // Room on the right for names.
+        // Space on the right for labels.
         let x = Side { scale: (left..right * 3.0).log_scale(), label: &self.x_label, format: &format };
         let y = Side { scale: (bottom..top).log_scale(), label: &self.y_label, format: &format };
         let mut chart = canvas::plane(root, &self.title, x, y)?;
@@ -153,7 +154,7 @@ impl Scatter {
                 root.draw(&PathElement::new(vec![(x, y), (left - 2, top + HEIGHT / 2)], colour.mix(0.5)))?;
             }
         }
-        // In the upper corner in which less stands.
+        // In the upper corner with fewer points.
         let (middle, high) = ((left * right).sqrt(), (bottom * top).sqrt());
         let upper = || self.points.iter().filter(|point| point.y > high);
         let on_the_right = upper().filter(|point| point.x > middle).count();
@@ -170,7 +171,8 @@ impl Scatter {
 const HEIGHT: i32 = 13;
 const LETTER: i32 = 6;
 
-/// Where labels stand: to the right of their points, moved up or down within `rows` until they cover no other and no point.
+/// Positions of labels: to the right of their points, shifted up or down within `rows` until they
+/// cover no other label or point.
 fn beside(places: &[(i32, i32)], labels: &[&str], rows: &Range<i32>) -> Vec<(i32, i32)> {
     let mut taken: Vec<[i32; 4]> = places.iter().map(|&(x, y)| [x - 5, y - 5, x + 5, y + 5]).collect();
     let mut found = Vec::new();
@@ -195,12 +197,12 @@ fn beside(places: &[(i32, i32)], labels: &[&str], rows: &Range<i32>) -> Vec<(i32
     found
 }
 
-/// The length of an arrow, as a factor.
+/// Length of an arrow, as a factor.
 fn arrow(bottom: f64, top: f64) -> f64 {
     (top / bottom).powf(0.05)
 }
 
-/// Whole decades around all values.
+/// Smallest range of whole decades that holds all values.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) =
         values.fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(value), high.max(value)));
@@ -209,7 +211,7 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     (low, high)
 }
 
-/// 0.1 to 1000 as they are, the rest as powers.
+/// Formats 0.1 to 1000 as decimals, other values as powers of ten.
 fn power(value: f64) -> String {
     let rounded = 10f64.powf(value.log10().round());
     if (0.05..5e3).contains(&rounded) {
@@ -235,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn points_have_their_names_and_zero_is_refused() {
+    fn points_are_labelled_and_zero_is_refused() {
         let marks =
             [Mark::Measured, Mark::Joined, Mark::Published, Mark::Line, Mark::AtMost, Mark::UpTo(1e-9)];
         for mark in marks {
@@ -247,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn the_front_holds_what_nothing_beats() {
+    fn the_front_holds_the_points_that_no_other_dominates() {
         let point = |x, y| Point { family: 0, label: String::new(), x, y, mark: Mark::Measured };
         let points = [point(2.0, 1.0), point(1.0, 3.0), point(1.5, 4.0), point(3.0, 1.0), point(4.0, 0.5)];
         assert_eq!(pareto(&points), [(1.0, 3.0), (2.0, 1.0), (4.0, 0.5)]);
@@ -260,12 +262,12 @@ mod tests {
         let mut tops: Vec<i32> =
             beside(&places, &labels, &(95..400)).into_iter().map(|(_, top)| top).collect();
         tops.sort_unstable();
-        assert!(tops[0] >= 95, "none leaves the chart: {tops:?}");
+        assert!(tops[0] >= 95, "no label leaves the chart: {tops:?}");
         assert!(tops.windows(2).all(|pair| pair[1] - pair[0] >= HEIGHT - 1), "{tops:?}");
     }
 
     #[test]
-    fn axes_hold_all_values_between_powers_of_ten() {
+    fn axes_span_all_values_between_powers_of_ten() {
         assert_eq!(range([0.3, 7.0].into_iter()), (0.1, 10.0));
         assert_eq!(range([1.0].into_iter()), (0.1, 10.0));
     }

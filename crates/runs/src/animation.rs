@@ -1,11 +1,13 @@
-//! A moving view of a run: the flights of all bodies between their contacts, recorded for a while and packed for a page.
+//! Animation of a run: the flights of the bodies between contacts, recorded for a while and packed
+//! for a page.
 //!
-//! A twin of the simulation flies ahead and is recorded, so that the run itself neither waits nor keeps anything. It makes the
-//! same contacts, to the bit. What is recorded is written as a table, with every digit, and as JSON, for the page: there each
-//! number is one of `LEVELS` + 1 even steps, three characters long. In the box that is a hundredth of a pixel at most.
+//! A copy of the simulation runs ahead and is recorded, so the run itself neither waits nor stores
+//! anything. The copy makes the same contacts, to the bit. The flights are written as a table with
+//! all digits and as JSON for the page. The JSON stores each number as one of `LEVELS` + 1
+//! equidistant levels in three characters; in the box this is at most a hundredth of a pixel.
 //!
-//! Its size does not grow with the system: of many bodies those in a part of the box are shown, see [`part`](crate::part). The
-//! animation ends before any body can come into view that is not recorded.
+//! The size does not grow with the system: of a large system a part is shown, see
+//! [`part`](crate::part). The animation ends before any unrecorded body can enter the picture.
 
 use std::collections::BTreeMap;
 
@@ -28,51 +30,52 @@ pub const FLIGHTS: &str = "flights.csv";
 
 const HEADER: [&str; 8] = ["time", "body", "x", "y", "velocity_x", "velocity_y", "angle", "angular_velocity"];
 
-/// Flights recorded. More: a longer animation and a larger page; these are about 0.6 MB.
+/// Largest number of recorded flights. More: a longer animation and a larger page; these take about
+/// 0.6 MB.
 const CAPACITY: usize = 32_000;
 
-/// Contacts of the whole system after which an animation ends. More: a longer animation of a large system, and a second more before its run
-/// begins for each million.
+/// The animation ends after this many contacts of the whole system. More: a longer animation of a
+/// large system, and about a second more before the run for each million.
 const MOST_CONTACTS: usize = 500_000;
 
-/// A number between 0 and 1 is written as one of so many steps; even, so that the middle is one of them.
+/// Number of levels for a number between 0 and 1; even, so that the middle is a level.
 const LEVELS: f64 = 262_142.0;
 
-/// The digits of a number to the base 64, from 0 on, as `animation.js` reads them.
+/// Digits of a number to the base 64, as `animation.js` decodes them.
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
-/// What a page plays.
+/// Data of the animation on a page.
 #[derive(Debug, Serialize)]
 struct Animation {
     sides: [f64; 2],
-    /// Lower left corner, width and height of the part of the box that is shown; all of it if absent.
+    /// Lower left corner, width and height of the visible part of the box; absent for all of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     window: Option<[f64; 4]>,
     from: f64,
     until: f64,
-    /// Largest component of a velocity.
+    /// Largest velocity component.
     fastest: f64,
     /// Largest angular velocity.
     fastest_spin: f64,
     shapes: Vec<Shape>,
-    /// The shape of each body, by number in the list.
+    /// Index of each body's shape in the list of shapes.
     bodies: Vec<usize>,
-    /// A body that the page looks at from close by.
+    /// A body that the page can show enlarged.
     watched: Option<usize>,
-    /// Ends of each wall, and half its thickness.
+    /// Ends of each wall, and half its thickness (length).
     walls: Vec<[f64; 5]>,
-    /// For each flight: its body's number as three digits; then time, place and velocity; then, unless the body is a disc,
-    /// orientation in turns and angular velocity.
+    /// For each flight: the body's number as three digits; then time, position and velocity; then,
+    /// unless the body is a disc, orientation in turns and angular velocity.
     flights: String,
 }
 
-/// Bodies that look alike.
+/// The appearance that several bodies share.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Shape {
     name: String,
     colour: &'static str,
     fixed: bool,
-    /// Place in the body's frame, and radius.
+    /// Position in the body frame, and radius (length).
     atoms: Vec<[f64; 3]>,
 }
 
@@ -82,14 +85,14 @@ impl Shape {
     }
 }
 
-/// An animation ends, full or not, when a body of mean speed has crossed the box so many times.
+/// The animation ends when a body of mean speed has crossed the box this many times.
 const CROSSINGS: f64 = 4.0;
 
-/// Records how the system goes on from here, and writes it down. How far does not depend on when the run ends: a run that
-/// is extended later has the same animation.
+/// Records the animation from the present state and writes it. Its length does not depend on the
+/// end of the run, so an extended run has the same animation.
 ///
 /// # Errors
-/// It cannot be written.
+/// A file cannot be written.
 pub fn record(simulation: &Simulation, folder: &Folder) -> Result<()> {
     let view = simulation.view();
     let part = Part::of(&view);
@@ -105,7 +108,7 @@ pub fn record(simulation: &Simulation, folder: &Folder) -> Result<()> {
     let mut until = end(&view).min(from + margin / watching.1.0);
     let mut twin = simulation.clone();
     let mut contacts = 0;
-    // If the run cannot go on, the run itself will say why.
+    // A failure of the copy is ignored: the run itself reports it.
     while matches!(twin.step(until, &mut watching), Ok(true)) {
         contacts += 1;
         let now = twin.time().to_f64();
@@ -125,10 +128,10 @@ pub fn record(simulation: &Simulation, folder: &Folder) -> Result<()> {
     });
     folder.write_lasting_table(FLIGHTS, &HEADER, rows)?;
     let animation = Animation::of(&view, part.as_ref(), log.flights(), until);
-    folder.write_lasting(ANIMATION, serde_json::to_string(&animation).context("the animation is no JSON")?)
+    folder.write_lasting(ANIMATION, serde_json::to_string(&animation).context("the animation cannot be encoded as JSON")?)
 }
 
-/// The largest speed that any body has had (length / time).
+/// Largest speed of any body so far (length / time).
 struct Fastest(f64);
 
 impl Observer for Fastest {
@@ -139,13 +142,13 @@ impl Observer for Fastest {
     }
 }
 
-/// When an animation that begins now ends at the latest (time).
+/// Latest end of an animation that begins now (time).
 fn end(view: &View<'_>) -> f64 {
     let moving = || view.bodies().filter(|body| !body.body.is_fixed());
     let mean =
         moving().map(|body| body.motion.velocity.length()).sum::<f64>() / moving().count().max(1) as f64;
     let stretch = CROSSINGS * view.bounds().sides().max_element() / mean;
-    // Where nothing moves there is nothing to see.
+    // Without motion the duration is arbitrary.
     view.time().to_f64() + if stretch.is_finite() { stretch } else { 1.0 }
 }
 
@@ -193,7 +196,7 @@ impl Animation {
             flights: String::new(),
         };
         for flight in flights {
-            // Walls have none.
+            // Walls have no number.
             let Some(&number) = number_of.get(&flight.body) else { continue };
             animation.pack(flight, number, view.bounds().wrap(flight.position).0 / sides);
         }
@@ -214,14 +217,14 @@ impl Animation {
     }
 }
 
-/// The first body that moves, if no other is like it.
+/// The first moving body, if no other has its shape.
 fn watched(shapes: &[Shape], bodies: &[usize]) -> Option<usize> {
     let first = bodies.iter().position(|&shape| !shapes[shape].fixed)?;
     let is_alone = bodies.iter().filter(|&&shape| shape == bodies[first]).count() == 1;
     is_alone.then_some(first)
 }
 
-/// Three digits, the highest first.
+/// Appends a number as three digits, the highest first.
 fn push(text: &mut String, number: u32) {
     text.extend([12, 6, 0].map(|shift| char::from(DIGITS[(number >> shift & 63) as usize])));
 }
@@ -233,7 +236,7 @@ mod tests {
     use carom::Scene;
     use serde_json::Value;
 
-    /// What `animation.js` does, in its own words.
+    /// Decodes numbers as `animation.js` does.
     fn numbers(text: &str) -> Vec<u32> {
         let digit = |byte: &u8| DIGITS.iter().position(|known| known == byte).unwrap() as u32;
         text.as_bytes()
@@ -267,7 +270,7 @@ mod tests {
         for line in table.lines().skip(1) {
             let row: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
             if row[1] == 2.0 {
-                // The wall, after the molecule and the bumper.
+                // The wall follows the molecule and the bumper.
                 continue;
             }
             let mut next = |scale: f64| f64::from(packed.next().unwrap()) / LEVELS * scale;
@@ -288,7 +291,8 @@ mod tests {
             flights += 1;
         }
         assert_eq!(packed.next(), None);
-        // The run that was recorded goes on as if it had not been: as many contacts, of which two flights each come.
+        // The recorded run continues unchanged: it makes as many contacts, each of which begins two
+        // flights.
         simulation.run_until(until).unwrap();
         let counters = simulation.view().counters();
         assert!(counters.collisions > 100);
@@ -297,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn a_animation_of_a_large_system_is_no_larger_and_shows_nothing_that_is_not_there() {
+    fn the_animation_of_a_large_system_stays_small_and_shows_only_recorded_bodies() {
         let scene = |count: u32| {
             let radius = 0.3 / f64::from(count).sqrt();
             let gas = format!("[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}\n");
@@ -313,7 +317,7 @@ mod tests {
         let number = |value: &Value| value.as_f64().unwrap();
         let [left, bottom, wide, high] = [0, 1, 2, 3].map(|n| number(&animation["window"][n]));
         let until = number(&animation["until"]);
-        // Where the animation has each body at its end, by its last flight.
+        // Final position of each body in the animation, from its last flight.
         let mut last = BTreeMap::new();
         for line in table.lines().skip(1) {
             let row: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
@@ -330,7 +334,7 @@ mod tests {
             if from_corner.x < wide && from_corner.y < high {
                 seen += 1;
                 let recorded =
-                    last.get(&body.body.id()).expect("a body comes into view that is not recorded");
+                    last.get(&body.body.id()).expect("an unrecorded body is in view");
                 let off = recorded - place;
                 assert!((off - off.round()).length() < 1e-9, "{off}");
             }
@@ -339,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_in_which_nothing_moves_is_a_animation_too() {
+    fn a_scene_without_motion_has_an_animation() {
         let scene = Scene::from_toml("[[bumper]]\nradius = 0.02\nat = [0.1, 0.1]\n").unwrap();
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();

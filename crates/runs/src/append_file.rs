@@ -1,4 +1,10 @@
-//! Files that grow while a run goes on, and are cut back to their checkpoint when it is resumed.
+//! Files that a run appends to; resuming truncates them to their lengths at the checkpoint.
+//!
+//! Guarantees:
+//! - After a resume each file continues exactly where it was at the checkpoint: rows and frames
+//!   written later are removed and written again.
+//! - A file that is missing or shorter than at the checkpoint is an error.
+//! - File contents are on disk before the checkpoint that records their lengths.
 
 use std::{
     fs::{File, OpenOptions},
@@ -22,37 +28,37 @@ pub struct Table<T> {
     pub row: fn(&mut csv::Writer<&mut BufWriter<File>>, &T) -> csv::Result<()>,
 }
 
-/// How far a file has been written.
+/// Length of one file at a checkpoint.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Length {
     name: String,
     bytes: u64,
-    /// Points in a table, frames in a trajectory.
+    /// Number of points in a table, or of frames in a trajectory.
     records: usize,
 }
 
-/// How long the files of one run were at its last checkpoint.
+/// Lengths of the files of one run at its last checkpoint.
 #[derive(Debug)]
 pub struct Kept {
     folder: Folder,
-    /// `None` as long as there is no checkpoint, and when the run has ended.
+    /// `None` before the first checkpoint and after the end of the run.
     lengths: Option<Vec<Length>>,
 }
 
 impl Kept {
-    /// Before the first checkpoint of a run in this folder.
+    /// State before the first checkpoint of a run in this folder.
     pub fn nothing(folder: &Folder) -> Self {
         Self { folder: folder.clone(), lengths: None }
     }
 
-    /// Notes a checkpoint with files of these lengths; `None` for a run that has ended, whose files
-    /// stay as they are.
+    /// Records the file lengths of a checkpoint; `None` after the end of the run, when files are no
+    /// longer truncated.
     pub fn set(&mut self, lengths: Option<Vec<Length>>) {
         self.lengths = lengths;
     }
 
-    /// Cuts off what the files have more than at the checkpoint. A file that cannot be cut is left
-    /// as it is: resuming cuts it.
+    /// Truncates the files to their lengths at the checkpoint. A file that cannot be truncated is
+    /// left; resuming truncates it.
     pub fn cut_back(&self) {
         for length in self.lengths.iter().flatten() {
             let path = self.folder.path().join(&length.name);
@@ -65,7 +71,7 @@ impl Kept {
     }
 }
 
-/// The growing files of one run.
+/// The files that one run appends to.
 #[derive(Debug)]
 pub struct Growing {
     folder: Folder,
@@ -80,33 +86,35 @@ struct GrowingFile {
 }
 
 impl Growing {
-    /// None yet.
+    /// An empty set of files.
     pub fn begin(folder: &Folder) -> Self {
         Self { folder: folder.clone(), files: Vec::new() }
     }
 
-    /// Those that there were at a checkpoint, and as long as they were then.
+    /// Opens the files of a checkpoint and truncates them to their lengths there.
     ///
     /// # Errors
-    /// One is missing, or shorter than it was.
+    /// A file is missing or shorter than at the checkpoint.
     pub fn resume(folder: &Folder, lengths: &[Length]) -> Result<Self> {
         let files = lengths.iter().map(|length| cut_back(&folder.path().join(&length.name), length));
         Ok(Self { folder: folder.clone(), files: files.collect::<Result<_>>()? })
     }
 
-    /// Writes what a series has more than its table. The table is made with the first call, even of an empty series.
+    /// Writes the points of a series that are not yet in its table. The first call creates the
+    /// table, even for an empty series.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The table cannot be written.
     pub fn append<T>(&mut self, table: &Table<T>, series: &[T]) -> Result<()> {
         let written = self.files.iter().find(|file| file.name == table.name).map_or(0, |file| file.records);
         self.append_new(table, &series[written.min(series.len())..])
     }
 
-    /// Writes points that are kept nowhere else. The table is made with the first call, even of none.
+    /// Writes points that are stored nowhere else. The first call creates the table, even without
+    /// points.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The table cannot be written.
     pub fn append_new<T>(&mut self, table: &Table<T>, points: &[T]) -> Result<()> {
         let file = self.file(table.name, |out| write_csv(out, |csv| csv.write_record(table.header)))?;
         file.records += points.len();
@@ -114,10 +122,10 @@ impl Growing {
             .with_context(|| format!("cannot write {}", table.name))
     }
 
-    /// Writes one more frame of a trajectory.
+    /// Appends one frame to a trajectory.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn append_frame(
         &mut self,
         name: &str,
@@ -128,10 +136,10 @@ impl Growing {
         write(&mut file.out).and_then(|()| file.out.flush()).with_context(|| format!("cannot write {name}"))
     }
 
-    /// Brings all files to the disk, and tells how long they are.
+    /// Flushes all files to disk and returns their lengths.
     ///
     /// # Errors
-    /// The disk does not take them.
+    /// A file cannot be flushed.
     pub fn lengths(&mut self) -> Result<Vec<Length>> {
         let length = |file: &mut GrowingFile| -> io::Result<Length> {
             file.out.flush()?;
@@ -145,7 +153,7 @@ impl Growing {
             .collect()
     }
 
-    /// The file of this name, made if there is none yet.
+    /// Returns the file of this name; creates it on first use.
     fn file(
         &mut self,
         name: &str,
@@ -175,14 +183,14 @@ fn write_csv(
     csv.flush()
 }
 
-/// Opens a file, drops what came after the checkpoint, and stands at its end.
+/// Opens a file, truncates it to its length at the checkpoint, and moves to its end.
 fn cut_back(path: &Path, length: &Length) -> Result<GrowingFile> {
-    let cannot = || format!("cannot go on with {}", path.display());
+    let cannot = || format!("cannot continue {}", path.display());
     let mut file = OpenOptions::new().read(true).write(true).open(path).with_context(cannot)?;
     let found = file.metadata().with_context(cannot)?.len();
     ensure!(
         found >= length.bytes,
-        "cannot go on with {}: it has {found} bytes, and had {} at the checkpoint",
+        "cannot continue {}: it has {found} bytes, but had {} at the checkpoint",
         path.display(),
         length.bytes
     );
@@ -203,7 +211,7 @@ mod tests {
         Table { name: "cubes.csv", header: &["x", "cube"], row: |csv, x| csv.serialize((x, x * x * x)) };
 
     #[test]
-    fn what_came_after_the_checkpoint_is_cut_off_and_written_again() {
+    fn rows_written_after_the_checkpoint_are_truncated_and_written_again() {
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
         let mut growing = Growing::begin(&folder);
@@ -215,7 +223,7 @@ mod tests {
         growing.append(&SQUARES, &[1.0, 2.0, 3.0]).unwrap();
         growing.append_frame("frames", |out| out.write_all(b"two")).unwrap();
         drop(growing);
-        // A run that has no checkpoint, or has ended, keeps all.
+        // Without a checkpoint, or after the end of the run, files keep their full length.
         let mut kept = Kept::nothing(&folder);
         kept.cut_back();
         let read = |name| fs::read_to_string(root.path().join(name)).unwrap();
@@ -239,7 +247,7 @@ mod tests {
 
         fs::write(root.path().join("frames"), "on").unwrap();
         let refused = Growing::resume(&folder, &lengths).unwrap_err().to_string();
-        assert!(refused.contains("frames") && refused.contains("2 bytes, and had 3"), "{refused}");
+        assert!(refused.contains("frames") && refused.contains("2 bytes, but had 3"), "{refused}");
         fs::remove_file(root.path().join("frames")).unwrap();
         assert!(Growing::resume(&folder, &lengths).unwrap_err().to_string().contains("frames"));
     }

@@ -1,4 +1,4 @@
-//! `carom check`: whether a scene file can be run, what is in the scene, and how long the run will take.
+//! `carom check`: validates a scene file, lists its content, and estimates the duration of the run.
 
 use std::{
     collections::BTreeMap,
@@ -13,24 +13,25 @@ use cpu_time::ProcessTime;
 
 use crate::{run::SceneFile, sampling_times::sampling_times, say};
 
-/// Processor time of the trial run from which the length of the run is estimated (seconds).
+/// Processor time of the trial run for the estimate (seconds).
 const TRIAL_SECONDS: f64 = 1.0;
 
-/// Contacts after which the trial run ends, whatever time it has taken.
+/// The trial run ends after this many contacts at the latest.
 const TRIAL_CONTACTS: u64 = 200_000;
 
 /// Options of `carom check`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// The scene file, and what to change in it
+    /// The scene file and changes to it
     #[command(flatten)]
     pub file: SceneFile,
 }
 
-/// Reads a scene, places its molecules, runs it for about a second, and prints what it contains and costs.
+/// Reads a scene, places its molecules, runs it for about a second, and prints its content and
+/// cost.
 ///
 /// # Errors
-/// A scene that cannot be run, with the entry that is wrong.
+/// The scene is invalid, with the entry concerned.
 pub fn run(options: &Options) -> Result<Verdict> {
     let name = options.file.path.display();
     let scene = options.file.read()?;
@@ -42,7 +43,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     Ok(Verdict::Passed)
 }
 
-/// What is in the scene, a line for each kind of body.
+/// The content of the scene, one line for each kind of body.
 fn contents(scene: &Scene, view: &View<'_>) -> Result<String> {
     let sides = view.bounds().sides();
     let mut text = format!("box      {} × {}, seed {}\n", sides.x, sides.y, scene.bounds.seed);
@@ -81,7 +82,7 @@ fn contents(scene: &Scene, view: &View<'_>) -> Result<String> {
     Ok(text)
 }
 
-/// A kind of body in words: tags, shape, size, mass, and whether it moves and turns.
+/// Description of a kind of body: tags, shape, size, mass, and whether it moves and turns.
 fn kind(view: &View<'_>, body: &Body) -> String {
     let molecule = body.molecule();
     let tags: Vec<&str> = body.tags().iter().map(|&tag| view.tag_names().name(tag)).collect();
@@ -101,7 +102,7 @@ fn kind(view: &View<'_>, body: &Body) -> String {
     format!("{tags}: {shape}, {motion}")
 }
 
-/// The first contacts of a run, and what they say about the whole of it.
+/// A trial run and the estimate for the whole run.
 #[derive(Debug, Clone, Copy)]
 struct Trial {
     contacts: u64,
@@ -116,7 +117,7 @@ impl Trial {
         let begun = ProcessTime::now();
         let seconds = || begun.elapsed().as_secs_f64();
         while simulation.view().counters().collisions < TRIAL_CONTACTS && seconds() < TRIAL_SECONDS {
-            if !simulation.step(until, &mut ()).context("the run breaks off")? {
+            if !simulation.step(until, &mut ()).context("the run fails")? {
                 break;
             }
         }
@@ -153,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn kinds_are_counted_and_the_area_is_theirs() {
+    fn kinds_are_counted_and_their_areas_are_summed() {
         let scene = scene(
             "[[gas]]\ntags = [\"gas\"]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 100\n\
              [[molecule]]\nshape = \"tee\"\natom_radius = 0.02\nat = [0.5, 0.5]\n\
@@ -170,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_run_is_counted_whole_and_a_long_one_is_extrapolated() {
+    fn a_short_run_is_counted_in_full_and_a_long_run_is_extrapolated() {
         let scene = scene("[box]\nseed = 5\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 200\n");
         let short = Trial::of(&mut Simulation::new(&scene).unwrap(), 0.5).unwrap();
         let mut run = Simulation::new(&scene).unwrap();

@@ -1,15 +1,17 @@
-//! The file of a checkpoint: a header that says what it is and whether it is whole, and a body of plain data.
+//! The checkpoint file: a header that identifies it and detects damage, and a body of encoded
+//! values.
 //!
-//! | bytes | what |
+//! | bytes | content |
 //! | --- | --- |
 //! | 0 to 15 | `carom checkpoint` |
 //! | 16 to 19 | version of the format, [`FORMAT`] |
 //! | 20 to 27 | length of the body |
-//! | 28 to 31 | CRC-32 (that of IEEE 802.3) of the bytes 0 to 27 and the body |
-//! | from 32 on | the body: values one after another in postcard's encoding, which keeps every bit of an `f64` |
+//! | 28 to 31 | CRC-32 (IEEE 802.3) of the bytes 0 to 27 and the body |
+//! | from 32 | the body: consecutive values in postcard's encoding, which keeps every bit of an `f64` |
 //!
-//! Numbers of the header are little-endian. What the body holds is told by [`crate::resumable`]. The file is written
-//! aside, brought to the disk, and renamed: there is always a whole one.
+//! Numbers of the header are little-endian. [`crate::resumable`] defines the content of the body.
+//! The file is written under another name, flushed to disk, and renamed, so a complete one always
+//! exists.
 
 use std::{fs, io, path::Path};
 
@@ -19,53 +21,53 @@ use thiserror::Error;
 
 use crate::output::write_lasting;
 
-/// Version of the format. It goes up with every change of what is in the body: of the engine's checkpoint, of an
-/// observer, of what a command keeps.
+/// Version of the format. Increment it with every change of the content: of the engine's
+/// checkpoint, of an observer, or of the data that a command stores.
 pub const FORMAT: u32 = 4;
 
 const MAGIC: [u8; 16] = *b"carom checkpoint";
 
 const HEADER: usize = 32;
 
-/// A file that no run can go on from.
+/// Reasons why a checkpoint file is unusable.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FileError {
-    /// It cannot be read at all.
+    /// It cannot be read.
     #[error("it cannot be read: {0}")]
     Unreadable(#[from] io::Error),
-    /// It does not begin as a checkpoint does.
-    #[error("it is no checkpoint of carom")]
+    /// Its first bytes are not those of a checkpoint.
+    #[error("it is not a checkpoint of carom")]
     Foreign,
-    /// It was written by a later program.
-    #[error("it was written by a newer program: its format is {found}, the newest known here is {FORMAT}")]
+    /// A later program wrote it.
+    #[error("it was written by a newer program: its format is {found}, this program reads {FORMAT}")]
     Newer {
         /// Version of its format.
         found: u32,
     },
-    /// It was written by an earlier program.
-    #[error("it was written by an older program: its format is {found}, and {FORMAT} alone is read here")]
+    /// An earlier program wrote it.
+    #[error("it was written by an older program: its format is {found}, this program reads {FORMAT}")]
     Older {
         /// Version of its format.
         found: u32,
     },
-    /// Its end is missing.
-    #[error("it is cut short: {found} of {expected} bytes are left")]
+    /// It is truncated.
+    #[error("it is truncated: it has {found} of {expected} bytes")]
     Truncated {
-        /// Bytes there are.
+        /// Bytes present.
         found: u64,
-        /// Bytes there should be.
+        /// Bytes expected.
         expected: u64,
     },
-    /// Some of it has been changed since it was written.
-    #[error("it is damaged: its checksum is wrong")]
+    /// It has been modified since it was written.
+    #[error("it is damaged: its checksum does not match")]
     Damaged,
-    /// The checksum is right, but what it holds is not what is looked for.
-    #[error("it does not hold what this program keeps of such a run: {0}")]
+    /// The checksum matches, but the content has another type.
+    #[error("its content does not match this command: {0}")]
     Content(#[from] postcard::Error),
 }
 
-/// What is in a file, to be taken value by value in the order in which it was put there.
+/// The values of a file, taken in the order in which they were written.
 #[derive(Debug)]
 pub struct Body {
     bytes: Vec<u8>,
@@ -73,7 +75,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// Reads a file and makes sure that it is whole.
+    /// Reads a file and verifies that it is complete.
     ///
     /// # Errors
     /// [`FileError`].
@@ -105,34 +107,34 @@ impl Body {
         Ok(Self { bytes, taken: HEADER })
     }
 
-    /// The next value.
+    /// Decodes the next value.
     ///
     /// # Errors
-    /// [`FileError::Content`] if there is no such value next.
+    /// [`FileError::Content`] if the next value has another type.
     pub fn take<T: DeserializeOwned>(&mut self) -> Result<T, FileError> {
         let (value, rest) = postcard::take_from_bytes(self.rest())?;
         self.taken = self.bytes.len() - rest.len();
         Ok(value)
     }
 
-    /// What has not been taken yet.
+    /// The bytes not yet taken.
     pub fn rest(&self) -> &[u8] {
         &self.bytes[self.taken..]
     }
 }
 
-/// One value as it stands in a body.
+/// Encodes one value for a body.
 ///
 /// # Errors
-/// [`FileError::Content`] if it cannot be written down.
+/// [`FileError::Content`] if it cannot be encoded.
 pub fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, FileError> {
     Ok(postcard::to_stdvec(value)?)
 }
 
-/// One value from [`encode`].
+/// Decodes one value from [`encode`].
 ///
 /// # Errors
-/// [`FileError::Content`] if it is none of this kind.
+/// [`FileError::Content`] if it has another type.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FileError> {
     Ok(postcard::from_bytes(bytes)?)
 }
@@ -166,7 +168,7 @@ fn checksum_of(pieces: &[&[u8]]) -> u32 {
 mod tests {
     use super::*;
 
-    /// A file of a text and some numbers, spoilt; what is said of it.
+    /// Message about a file of a text and some numbers after the change `spoil`.
     fn refusal(spoil: impl FnOnce(&mut Vec<u8>)) -> String {
         let root = tempfile::tempdir().unwrap();
         let path = root.path().join("checkpoint");
@@ -179,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn values_come_back_in_order_and_to_the_bit() {
+    fn values_are_read_back_in_order_and_to_the_bit() {
         let root = tempfile::tempdir().unwrap();
         let path = root.path().join("checkpoint");
         let numbers = [0.1 + 0.2, -0.0, 5e-324, f64::MAX];
@@ -194,22 +196,22 @@ mod tests {
     #[test]
     fn a_file_cut_anywhere_is_refused() {
         assert_eq!(refusal(|_| ()), "sound");
-        assert!(refusal(Vec::clear).contains("no checkpoint"));
+        assert!(refusal(Vec::clear).contains("not a checkpoint"));
         let whole = HEADER + 5 + 24;
         for length in 1..whole {
             let said = refusal(|bytes| bytes.truncate(length));
-            assert!(said.contains("cut short"), "{length}: {said}");
+            assert!(said.contains("truncated"), "{length}: {said}");
         }
     }
 
     #[test]
-    fn a_changed_byte_anywhere_is_noticed() {
+    fn a_change_of_any_byte_is_detected() {
         for place in 0..HEADER + 5 + 24 {
             let said = refusal(|bytes| bytes[place] ^= 1 << (place % 8));
             let expected: &[&str] = match place {
-                0..16 => &["no checkpoint"],
+                0..16 => &["not a checkpoint"],
                 16..20 => &["newer", "older"],
-                20..28 => &["cut short", "damaged"],
+                20..28 => &["truncated", "damaged"],
                 _ => &["damaged"],
             };
             assert!(expected.iter().any(|words| said.contains(words)), "{place}: {said}");
@@ -221,7 +223,7 @@ mod tests {
     fn other_formats_and_other_files_are_refused_by_name() {
         assert!(refusal(|bytes| bytes[16] += 1).contains("newer program: its format is 5"));
         assert!(refusal(|bytes| bytes[16] -= 1).contains("older program: its format is 3"));
-        assert!(refusal(|bytes| *bytes = b"time,energy\n0.0,1.0\n".to_vec()).contains("no checkpoint"));
+        assert!(refusal(|bytes| *bytes = b"time,energy\n0.0,1.0\n".to_vec()).contains("not a checkpoint"));
         assert!(Body::read(Path::new("no/such/file")).unwrap_err().to_string().contains("cannot be read"));
     }
 }

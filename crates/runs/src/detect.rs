@@ -1,4 +1,4 @@
-//! `carom detect`: the first contacts of the pairs in an encounter file, by a detector of choice.
+//! `carom detect`: the first contacts of the pairs in an encounter file, from a selected detector.
 
 use std::{
     fmt,
@@ -17,10 +17,10 @@ use crate::{
     say,
 };
 
-/// How often a search that ended "certified free until" is taken up again from there.
+/// Largest number of times that a search is continued after "certified free until".
 const MOST_QUERIES: u32 = 1000;
 
-/// Which detector answers.
+/// The selected detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Detector {
     /// [`Exact`].
@@ -44,7 +44,7 @@ impl FromStr for Detector {
             "bounding-circles" => Self::BoundingCircles,
             "fixed-step" => Self::FixedStep,
             _ => bail!(
-                "unknown detector '{text}': known are exact, golden-secant, bounding-circles, fixed-step"
+                "unknown detector '{text}': expected one of exact, golden-secant, bounding-circles, fixed-step"
             ),
         })
     }
@@ -53,18 +53,18 @@ impl FromStr for Detector {
 /// Options of `carom detect`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// Pairs, one a line
+    /// Encounter file, one pair a line
     #[arg(value_name = "CASES.csv")]
     pub cases: PathBuf,
     /// Detector: exact, golden-secant, bounding-circles or fixed-step
     #[arg(long, default_value = "exact")]
     pub detector: Detector,
-    /// File of the answers
+    /// Output file for the answers
     #[arg(long, value_name = "ANSWERS.csv")]
     pub out: PathBuf,
 }
 
-/// Answers the pairs of a file, and prints how many searches ended in which way.
+/// Runs the detector on the pairs of a file and prints how many searches ended in each way.
 ///
 /// # Errors
 /// See [`detect`].
@@ -73,18 +73,18 @@ pub fn run(options: &Options) -> Result<Verdict> {
     Ok(Verdict::Passed)
 }
 
-/// How many searches ended in which way.
+/// Counts of the outcomes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Summary {
-    /// Pairs asked about.
+    /// Pairs searched.
     pub cases: u64,
-    /// Pairs that touch.
+    /// Pairs with a contact.
     pub contacts: u64,
-    /// Pairs that do not.
+    /// Pairs without a contact.
     pub free: u64,
-    /// Pairs about which the detector could not tell.
+    /// Pairs that the detector could not decide.
     pub unresolved: u64,
-    /// How many times the gap of an atom pair was computed.
+    /// Evaluations of the gap of an atom pair.
     pub evaluations: u64,
 }
 
@@ -99,14 +99,15 @@ impl fmt::Display for Summary {
     }
 }
 
-/// Asks `detector` about each encounter of the file `cases` and writes the answers to `out`.
+/// Searches the first contact of each encounter in the file `cases` with `detector` and writes the
+/// answers to `out`.
 ///
-/// Answers are CSV, `class,id,outcome,t,atomA,atomB,evaluations`, in the order of the cases. The outcome is
-/// `contact`, `free`, or `unresolved` where the detector gave up; then t is the time up to which it looked.
-/// Atoms are empty where the bounding circles touch.
+/// Answers are CSV, `class,id,outcome,t,atomA,atomB,evaluations`, in the order of the cases. The
+/// outcome is `contact`, `free`, or `unresolved` where the search was given up; t is then the time
+/// up to which it looked. The atoms are empty for a contact of bounding circles.
 ///
 /// # Errors
-/// Input that makes no sense, by file, line and column; an answer file that cannot be written.
+/// Invalid input, with file, line and column; an answer file that cannot be written.
 pub fn detect(cases: &Path, detector: Detector, out: &Path) -> Result<Summary> {
     let encounters = encounters::read(cases)?;
     let mut summary = Summary::default();
@@ -129,7 +130,7 @@ pub fn detect(cases: &Path, detector: Detector, out: &Path) -> Result<Summary> {
     Ok(summary)
 }
 
-/// The answer to one encounter, with times from the encounter's time 0 on.
+/// Result of one search; times count from the encounter's time 0.
 struct Finding {
     outcome: Outcome,
     evaluations: u64,
@@ -175,7 +176,8 @@ impl Summary {
     }
 }
 
-/// Asks on from where a search ended "certified free until", as the engine does, but not without end.
+/// Continues a search that ended "certified free until" from there, as the engine does, at most
+/// [`MOST_QUERIES`] times.
 fn first_contact(detector: &impl Detection, encounter: &Encounter) -> Finding {
     let [a, b] = [0, 1].map(|body| encounter.molecules[body].outline());
     let window_end = encounter.window_end.unwrap_or_else(|| {
@@ -214,7 +216,7 @@ mod tests {
 
     const COLUMNS: &str = "class,id,xA,yA,vxA,vyA,thA,wA,atomsA,xB,yB,vxB,vyB,thB,wB,atomsB";
 
-    /// The answer file to a case file of these lines.
+    /// Answers to a case file with these lines.
     fn answers(lines: &[&str], detector: Detector) -> Result<String> {
         let folder = tempfile::tempdir()?;
         let (cases, out) = (folder.path().join("cases.csv"), folder.path().join("answers.csv"));
@@ -226,7 +228,8 @@ mod tests {
 
     #[test]
     fn cases_without_answers_are_answered() {
-        // Discs of radius 1/2 head on from 3 apart at speed 1; and the same, flying away.
+        // Discs of radius 1/2, 3 apart: one pair approaches head-on at speed 1, the other
+        // separates.
         let meets = "discs,meet,0,0,0,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,7:7:1:0.5";
         let parts = "discs,part,0,0,0,0,0,0,0:0:1:0.5,3,0,1,0,0,0,7:7:1:0.5";
         let found = answers(&[COLUMNS, meets, parts], Detector::Exact).unwrap();
@@ -269,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn detectors_are_known_by_name() {
+    fn detectors_are_parsed_by_name() {
         assert_eq!("golden-secant".parse::<Detector>().unwrap(), Detector::GoldenSecant);
         assert!("golden".parse::<Detector>().unwrap_err().to_string().contains("fixed-step"));
     }

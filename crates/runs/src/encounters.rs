@@ -1,16 +1,16 @@
-//! The encounter file: pairs of molecules in flight in the free plane, one a line, with their first contact
-//! where it is known.
+//! The encounter file: pairs of freely moving molecules in the plane, one a line, with their first
+//! contact where it is known.
 //!
 //! Columns, by name and in any order (others are ignored):
 //!
-//! | column | what |
+//! | column | content |
 //! | --- | --- |
 //! | `class`, `id` | labels, passed through |
 //! | `xA`, `yA`, `vxA`, `vyA` | place and velocity of A's centre of mass at time 0 |
 //! | `thA`, `wA` | A's orientation (radians) and angular velocity, counter-clockwise |
 //! | `atomsA` | A's atoms, `x:y:m:r` (offset in any frame, mass, radius) joined by `;` |
-//! | `xB` to `atomsB` | the same for B |
-//! | `window_end` | how long to look; may be missing or empty: until the bounding circles part |
+//! | `xB` to `atomsB` | B, as for A |
+//! | `window_end` | end of the search (time); missing or empty: until the bounding circles separate |
 //! | `t_first`, `atomA`, `atomB` | first contact and its atoms, or `none`; may be missing or empty |
 
 use std::path::Path;
@@ -21,39 +21,39 @@ use carom_kinematics::{Motion, Orientation, RelativeMotion};
 use csv::StringRecord;
 use glam::DVec2;
 
-/// Two molecules in flight, and what is known of their first contact.
+/// Two moving molecules, and their first contact if it is known.
 #[derive(Debug, Clone)]
 pub struct Encounter {
-    /// The class of cases that it belongs to.
+    /// Class of the case.
     pub class: String,
-    /// Its name within the class.
+    /// Name within the class.
     pub id: String,
     /// The molecules A and B.
     pub molecules: [Molecule; 2],
     /// Their motions from time 0 on.
     pub motions: [Motion; 2],
-    /// Contacts after this are not asked for (time), where the file says so.
+    /// End of the search (time), if the file gives it.
     pub window_end: Option<f64>,
     /// The first contact up to the end of the window, where the file gives it.
     pub expected: Option<Expected>,
 }
 
-/// What the file says of a first contact.
+/// First contact given in the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Expected {
-    /// Up to the end of the window there is none.
+    /// There is none up to the end of the window.
     Free,
-    /// They touch.
+    /// The molecules touch.
     Contact {
-        /// When.
+        /// Time of the contact.
         time: f64,
-        /// Which atom of A and which of B, from 0 in the order of the file.
+        /// Atoms of A and of B, from 0 in the order of the file.
         atoms: (u32, u32),
     },
 }
 
 impl Encounter {
-    /// The pair as seen from A, from `time` on.
+    /// Motion of B relative to A from `time`.
     pub fn pair_at(&self, time: f64) -> RelativeMotion {
         RelativeMotion::between(&self.motions[0], &self.motions[1], DVec2::ZERO, time)
     }
@@ -62,7 +62,7 @@ impl Encounter {
 /// Reads an encounter file.
 ///
 /// # Errors
-/// The line and the column of the first entry that makes no sense.
+/// An entry is invalid; the message names its line and column.
 pub fn read(path: &Path) -> Result<Vec<Encounter>> {
     let name = || format!("encounter file {}", path.display());
     let mut reader = csv::Reader::from_path(path).with_context(name)?;
@@ -126,7 +126,7 @@ impl Row<'_> {
     fn window_end(&self) -> Result<Option<f64>> {
         let Some(text) = self.given("window_end") else { return Ok(None) };
         let end: f64 = text.parse().with_context(|| format!("column `window_end`: '{text}'"))?;
-        ensure!(end.is_finite() && end >= 0.0, "column `window_end`: {end} is not a time from 0 on");
+        ensure!(end.is_finite() && end >= 0.0, "column `window_end`: {end} is not a finite time of at least 0");
         Ok(Some(end))
     }
 
@@ -142,12 +142,12 @@ impl Row<'_> {
         Ok(Some(Expected::Contact { time: self.number("t_first")?, atoms: (atom("atomA")?, atom("atomB")?) }))
     }
 
-    /// A finite number that the library takes.
+    /// Parses a number of magnitude at most [`LARGEST`].
     fn number(&self, name: &str) -> Result<f64> {
         number(self.text(name)?).with_context(|| format!("column `{name}`"))
     }
 
-    /// What stands in a column, if the file has it and it is not empty.
+    /// Text of a column, unless it is missing or empty.
     fn given(&self, name: &str) -> Option<&str> {
         let index = self.headers.iter().position(|header| header.trim() == name)?;
         self.record.get(index).map(str::trim).filter(|text| !text.is_empty())
@@ -164,7 +164,7 @@ fn number(text: &str) -> Result<f64> {
     Ok(value)
 }
 
-/// An atom from `x:y:m:r`.
+/// Parses an atom from `x:y:m:r`.
 fn atom(text: &str) -> Result<Atom> {
     let numbers: Vec<f64> = text.split(':').map(number).collect::<Result<_>>()?;
     let [x, y, mass, radius] = numbers[..] else { bail!("'{text}' is not an atom, x:y:m:r") };

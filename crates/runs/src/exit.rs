@@ -1,4 +1,4 @@
-//! Exit codes: 0 passed, 1 a check failed or the run broke off, 2 bad input, 130 or 143 a signal.
+//! Exit codes: 0 passed, 1 a check or the run failed, 2 invalid input, 130 or 143 a signal.
 
 use std::process::ExitCode;
 
@@ -8,7 +8,7 @@ use carom_tables::Verdict;
 
 use crate::interruption::Interrupted;
 
-/// The exit code of a program whose work ended like this; an error is written to standard error.
+/// Returns the exit code for the end of a program; an error is written to standard error.
 #[must_use]
 pub fn code(end: &Result<Verdict>) -> ExitCode {
     match end {
@@ -20,7 +20,7 @@ pub fn code(end: &Result<Verdict>) -> ExitCode {
                 return ExitCode::from(interrupted.exit_code());
             }
             eprintln!("error: {error:#}");
-            // A run that breaks off is a failed check; every other error is bad input.
+            // A run that fails is a failed check; every other error is invalid input.
             let broke_off = error.chain().any(<dyn std::error::Error>::is::<RunError>);
             ExitCode::from(if broke_off { 1 } else { 2 })
         }

@@ -1,4 +1,4 @@
-//! What all experiments begin and end with: a folder, a word on what is run, the choices, and a manifest.
+//! Start and end of every experiment: folder, note to the user, configuration, and manifest.
 
 use std::fs::File;
 
@@ -15,27 +15,27 @@ use crate::{
     work_items::Pieces,
 };
 
-/// What is said and written before an experiment begins.
+/// Texts and files at the start of an experiment.
 #[derive(Debug)]
 pub struct Opening<'a> {
-    /// Folder to write to, if no other is asked for.
+    /// Default output folder.
     pub folder: &'a str,
-    /// What is to be known of the plan before anything else, if anything.
+    /// Note that is printed first; may be empty.
     pub note: &'a str,
-    /// The command with every choice written out that the results depend on.
+    /// The command with every option that affects the results.
     pub command: &'a str,
-    /// `config.toml`: all that is needed to run it again.
+    /// `config.toml`: everything necessary to repeat the experiment.
     pub configuration: String,
-    /// The scenes whose random numbers are told of.
+    /// Scenes whose random streams the manifest lists.
     pub scenes: &'a [&'a Scene],
 }
 
-/// An experiment that has begun.
+/// An experiment in progress.
 #[derive(Debug)]
 pub struct Experiment {
-    /// Where it writes.
+    /// Output folder.
     pub folder: Folder,
-    /// What is finished of it, where its work comes in pieces.
+    /// Finished work items, for experiments that consist of them.
     pub pieces: Pieces,
     _alone: Option<File>,
     manifest: Manifest,
@@ -43,19 +43,20 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// Makes the folder, says what is run, and writes the choices and a manifest.
+    /// Creates the folder, prints the note, and writes configuration and manifest.
     ///
     /// # Errors
-    /// A folder that is not empty or cannot be written, or that another process writes into.
+    /// The folder is not empty, cannot be written, or is in use by another process.
     pub fn begin(destination: &Destination, opening: &Opening<'_>) -> Result<Self> {
         let folder = Folder::create(&destination.folder(opening.folder), destination.existing())?;
         Self::begin_in(folder, opening, |_| Ok(Pieces::default()))
     }
 
-    /// Begins or goes on with an experiment whose work comes in pieces. `what` tells runs apart that must not be mixed.
+    /// Starts or resumes an experiment of work items. `what` identifies the run in its checkpoint.
     ///
     /// # Errors
-    /// The same, or a checkpoint that cannot be read or is of another run.
+    /// The folder is not empty, cannot be written, or is in use by another process; the checkpoint
+    /// cannot be read or belongs to another run.
     pub fn begin_in_pieces(resumption: &Resumption, what: String, opening: &Opening<'_>) -> Result<Self> {
         let signals = Signals::watch()?;
         let folder = Folder::create(&resumption.folder(opening.folder), resumption.existing())?;
@@ -78,7 +79,7 @@ impl Experiment {
         Ok(Self { folder, pieces, _alone: alone, manifest, begun: ProcessTime::now() })
     }
 
-    /// Notes that it has come to its end, and how much processor time it took.
+    /// Records the end of the experiment and its processor time in the manifest.
     ///
     /// # Errors
     /// The manifest cannot be written.
@@ -87,10 +88,11 @@ impl Experiment {
         self.complete_after(seconds)
     }
 
-    /// The same, where earlier processes have taken a part of the processor time (seconds).
+    /// Records the end of the experiment and its processor time, to which earlier processes
+    /// contributed `seconds`.
     ///
     /// # Errors
-    /// As [`Self::complete`].
+    /// The manifest cannot be written.
     pub fn complete_after(self, seconds: f64) -> Result<Folder> {
         self.pieces.end()?;
         self.manifest.complete(&self.folder, seconds)?;
@@ -98,15 +100,15 @@ impl Experiment {
     }
 }
 
-/// A command as the first line of `config.toml`, before what follows from it.
+/// Content of `config.toml`: the command as the first line, then `more`.
 pub fn configuration(command: &str, more: &str) -> String {
     format!("command = \"{command}\"\n{more}")
 }
 
-/// So many threads, or as many as there are processors.
+/// Creates a pool of `wanted` threads, or of one for each processor.
 ///
 /// # Errors
-/// The system does not give them.
+/// The system cannot create the threads.
 pub fn threads(wanted: Option<u16>) -> Result<ThreadPool> {
     ThreadPoolBuilder::new().num_threads(usize::from(wanted.unwrap_or(0))).build().context("threads")
 }
@@ -116,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_experiment_leaves_its_choices_and_a_manifest_that_tells_whether_it_has_ended() {
+    fn an_experiment_writes_its_configuration_and_a_manifest_with_its_state() {
         let root = tempfile::tempdir().unwrap();
         let destination = Destination { out: Some(root.path().to_owned()), force: false };
         let opening = Opening {
@@ -133,7 +135,7 @@ mod tests {
         );
         assert!(!Manifest::is_complete(&experiment.folder));
         assert!(Manifest::is_complete(&experiment.complete().unwrap()));
-        assert!(Experiment::begin(&destination, &opening).is_err(), "nothing is overwritten unasked");
+        assert!(Experiment::begin(&destination, &opening).is_err(), "nothing is overwritten without --force");
         assert!(Experiment::begin(&Destination { force: true, ..destination }, &opening).is_ok());
     }
 }

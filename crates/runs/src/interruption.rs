@@ -1,9 +1,12 @@
-//! Being asked to end: SIGINT (Ctrl-C) and SIGTERM let a run come to its next checkpoint, for most
-//! of a second.
+//! Interruption by SIGINT (Ctrl-C) and SIGTERM: the program ends within a second and loses as
+//! little work as possible.
 //!
-//! A run is asked at the end of each epoch, where it can be written down. How long an epoch takes
-//! depends on the scene, so a thread of its own ends the program if that has not happened in time:
-//! the last checkpoint then counts, and files that have grown since are cut back to it.
+//! Guarantees:
+//! - After the first signal each run has 0.8 s to reach the end of its epoch, where it writes a
+//!   checkpoint and ends.
+//! - The length of an epoch depends on the scene. After 0.8 s a separate thread truncates the files
+//!   to the last checkpoint and ends the program.
+//! - A second signal ends the program at once.
 
 use std::{
     env, process,
@@ -24,20 +27,20 @@ use thiserror::Error;
 
 use crate::append_file::Kept;
 
-/// How long runs have to come to a checkpoint after a signal. Longer: the program does not end
-/// within a second. Shorter: more is run twice.
+/// Time that runs have to reach a checkpoint after a signal. Longer: the program does not end
+/// within a second. Shorter: more work is repeated.
 const GRACE: Duration = Duration::from_millis(800);
 
-/// How long files may still be written after that, until they can be cut back.
+/// Further time until files can be truncated, while they are still written.
 const LAST_WRITES: Duration = Duration::from_millis(100);
 
-/// Between two looks for a signal, and for files to be cut back.
+/// Interval between two checks for a signal or for a free lock.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// The files of one run, as its last checkpoint has them. Locked while a checkpoint is written.
+/// File lengths of one run at its last checkpoint. Locked while a checkpoint is written.
 pub type SharedKept = Arc<Mutex<Kept>>;
 
-/// Tells whether the program has been asked to end.
+/// Registers SIGINT and SIGTERM and returns whether one has been received.
 #[derive(Debug, Clone, Default)]
 pub struct Signals {
     received: Arc<AtomicUsize>,
@@ -45,16 +48,16 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// From now on the first SIGINT or SIGTERM is kept for [`Self::check`], and the program ends
-    /// within a second; a second signal ends it at once.
+    /// Installs the signal handlers. The first SIGINT or SIGTERM makes [`Self::check`] fail and
+    /// ends the program within a second; a second signal ends it at once.
     ///
     /// # Errors
-    /// The system does not let signals be watched.
+    /// The system refuses the handlers.
     pub fn watch() -> Result<Self> {
         let signals = Self::default();
         let impatient = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {
-            // In this order: what the first one sets, the second one finds.
+            // The order matters: the second signal finds the flag that the first one sets.
             flag::register_conditional_shutdown(signal, exit_code(signal).into(), Arc::clone(&impatient))
                 .and_then(|_| flag::register(signal, Arc::clone(&impatient)))
                 .and_then(|_| flag::register_usize(signal, Arc::clone(&signals.received), signal as usize))
@@ -68,13 +71,13 @@ impl Signals {
         Ok(signals)
     }
 
-    /// Has the files of a run cut back to its last checkpoint where the program must end between
-    /// two.
+    /// Registers a run whose files are truncated to its last checkpoint if the program must end
+    /// between two checkpoints.
     pub fn register(&self, run: SharedKept) {
         self.runs.lock().unwrap_or_else(PoisonError::into_inner).push(run);
     }
 
-    /// Waits for a signal, gives runs the time to end by themselves, and ends the program.
+    /// Waits for a signal, then for [`GRACE`], and ends the program.
     fn end_in_time(&self) {
         let Interrupted { signal } = loop {
             match self.check() {
@@ -85,7 +88,7 @@ impl Signals {
         thread::sleep(GRACE);
         let deadline = Instant::now() + LAST_WRITES;
         let runs = self.runs.lock().unwrap_or_else(PoisonError::into_inner);
-        // The locks are kept to the end: no checkpoint is written from here on.
+        // The locks are held until the process exits, so no later checkpoint is written.
         let mut cut = Vec::new();
         for run in runs.iter() {
             loop {
@@ -101,14 +104,14 @@ impl Signals {
             }
         }
         eprintln!(
-            "interrupted by {} before the next checkpoint; what was done until the last one is kept. Go on with\n  {}",
+            "interrupted by {} before the next checkpoint; the last checkpoint is kept. Resume with\n  {}",
             name(signal),
             again()
         );
         process::exit(exit_code(signal).into());
     }
 
-    /// Fails if the program has been asked to end.
+    /// Returns an error if a signal has been received.
     ///
     /// # Errors
     /// [`Interrupted`].
@@ -120,15 +123,16 @@ impl Signals {
     }
 }
 
-/// A run has been asked to end, and has left a checkpoint.
+/// The run received a signal and has written a checkpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("interrupted by {}; all that was done is kept. Go on with\n  {}", name(self.signal), again())]
+#[error("interrupted by {}; all results so far are kept. Resume with\n  {}", name(self.signal), again())]
 pub struct Interrupted {
     signal: i32,
 }
 
 impl Interrupted {
-    /// What the program answers to whoever started it: 128 and the number of the signal, as shells have it.
+    /// Exit code of an interrupted program: 128 plus the number of the signal, the convention of
+    /// shells.
     pub fn exit_code(self) -> u8 {
         exit_code(self.signal)
     }
@@ -142,7 +146,7 @@ fn name(signal: i32) -> &'static str {
     if signal == SIGINT { "SIGINT" } else { "SIGTERM" }
 }
 
-/// The command as it was given, to go on.
+/// The command line with `--resume`.
 fn again() -> String {
     let given = env::args().skip(1).filter(|word| word != "--force" && word != "--resume");
     let quoted = |word: String| {

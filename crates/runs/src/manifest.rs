@@ -1,4 +1,4 @@
-//! How a run came about: program, compiler, machine, command, random numbers, and time taken.
+//! The manifest of a run: program, compiler, machine, command, random numbers, and time taken.
 
 use std::{env, fs, process::Command, time::Instant};
 
@@ -13,27 +13,27 @@ use crate::output::{Folder, MANIFEST};
 pub struct Manifest {
     program: &'static str,
     version: &'static str,
-    /// Revision of the sources, where the program runs from a repository.
+    /// Revision of the sources, if the program runs from a repository.
     revision: Option<String>,
     rustc: &'static str,
     processor: String,
     logical_processors: usize,
-    /// The command as it was given.
+    /// The command as given.
     command: Vec<String>,
     /// The command with every choice written out.
     again: String,
     streams: Vec<Stream>,
-    /// Since the run was begun, or last resumed.
+    /// Wall time since the run was started or last resumed (seconds).
     wall_seconds: Option<f64>,
-    /// Of the whole run.
+    /// Processor time of the whole run (seconds).
     cpu_seconds: Option<f64>,
-    /// Whether the run came to its end; if not, the folder holds what was there until then.
+    /// True if the run has ended; if false, the folder holds partial results.
     complete: bool,
     #[serde(skip)]
     begun: Instant,
 }
 
-/// Random numbers of one purpose in one run.
+/// One stream of random numbers.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Stream {
     purpose: &'static str,
@@ -68,17 +68,17 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// Whether the folder holds a run that has come to its end.
+    /// Returns true if the folder holds a run that has ended.
     pub fn is_complete(folder: &Folder) -> bool {
         let manifest = folder.read(MANIFEST).ok().and_then(|text| serde_json::from_str(&text).ok());
         manifest.is_some_and(|manifest: serde_json::Value| manifest["complete"] == true)
     }
 
-    /// Notes that the run has come to its end, after so many seconds of processor time in its run phase, all threads
-    /// together.
+    /// Records that the run has ended, with the processor time of its run phase, summed over all
+    /// threads (seconds).
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The manifest cannot be written.
     pub fn complete(mut self, folder: &Folder, cpu_seconds: f64) -> Result<()> {
         self.wall_seconds = Some(self.begun.elapsed().as_secs_f64());
         self.cpu_seconds = Some(cpu_seconds);
@@ -109,13 +109,13 @@ fn revision() -> Option<String> {
     (output.status.success() && !text.trim().is_empty()).then(|| text.trim().to_owned())
 }
 
-/// How the running program is called on a command line: `carom`, or `cargo xtask` for the runners.
+/// The program as called on a command line: `carom`, or `cargo xtask` for the experiments.
 pub fn program() -> &'static str {
     let path = env::current_exe().unwrap_or_default();
     if path.file_stem().is_some_and(|name| name == "xtask") { "cargo xtask" } else { "carom" }
 }
 
-/// Name of the processor, where the system tells it.
+/// Name of the processor, where the system provides it.
 fn processor() -> String {
     let known = fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("model name"))?;

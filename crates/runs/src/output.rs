@@ -1,4 +1,5 @@
-//! The folder that a run writes into: never over an earlier run by accident, and no file half written.
+//! The output folder of a run: an earlier run is not overwritten by accident, and every file is
+//! complete.
 
 use std::{
     fs::{self, File, TryLockError},
@@ -15,21 +16,21 @@ use serde::Serialize;
 /// The file that every run writes first.
 pub const MANIFEST: &str = "manifest.json";
 
-/// What is done about a folder that has files in it already.
+/// Treatment of a folder that already holds files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Existing {
-    /// Nothing is written; an error says so.
+    /// An error is returned and nothing is written.
     Refuse,
-    /// Files of the same names are replaced, others stay.
+    /// Files of the same names are replaced; others remain.
     Replace,
-    /// They are gone on with; they must be those of a run.
+    /// The run in the folder is continued; it is an error if there is none.
     Resume,
 }
 
-/// Where a run writes, and over what.
+/// Output folder and its treatment.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Destination {
-    /// Where to write; if not given, a folder in out/ that is named after the command and what it is given
+    /// Output folder; default: a folder in out/ named after the command and its arguments
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// Replace files of an earlier run in that folder
@@ -38,43 +39,44 @@ pub struct Destination {
 }
 
 impl Destination {
-    /// Folder to write to: what was asked for, or else `usual`.
+    /// Returns the output folder: the option `--out`, or else `usual`.
     pub fn folder(&self, usual: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| usual.into())
     }
 
-    /// What is done about files that are there already.
+    /// Treatment of existing files.
     pub fn existing(&self) -> Existing {
         if self.force { Existing::Replace } else { Existing::Refuse }
     }
 }
 
-/// Where a run writes that can be interrupted, and whether it goes on there.
+/// Output folder of a run that can be resumed.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Resumption {
-    /// Where to write, and over what.
+    /// Output folder and its treatment.
     #[command(flatten)]
     pub destination: Destination,
-    /// Go on with the run in that folder, from its last checkpoint; a later end, or more of something, extends one that has
-    /// ended
+    /// Resume the run in that folder from its last checkpoint; a later end, or more work, extends a
+    /// run that has ended
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
 }
 
 impl Resumption {
-    /// Folder to write to: what was asked for, or else `usual`.
+    /// Returns the output folder: the option `--out`, or else `usual`.
     pub fn folder(&self, usual: &str) -> PathBuf {
         self.destination.folder(usual)
     }
 
-    /// What is done about files that are there already.
+    /// Treatment of existing files.
     pub fn existing(&self) -> Existing {
         if self.resume { Existing::Resume } else { self.destination.existing() }
     }
 }
 
-/// A process that was killed while it started another (`git`, for the manifest) holds its lock until that one is under way. Fewer:
-/// what was killed on a busy machine cannot be resumed at once. More: a refusal takes longer.
+/// Attempts to lock the folder. A killed process may have started a child (`git`, for the manifest)
+/// that holds the lock until it has executed. Fewer: on a busy machine a run cannot be resumed
+/// immediately after a kill. More: a refusal takes longer.
 const LOCK_TRIES: u32 = 40;
 const LOCK_PAUSE: Duration = Duration::from_millis(50);
 
@@ -85,13 +87,13 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes the folder, with all folders above it.
+    /// Creates the folder and its parents.
     ///
     /// # Errors
-    /// There are files in it and `existing` says refuse, or it cannot be made.
+    /// It cannot be created, or it holds files and `existing` is [`Existing::Refuse`].
     pub fn create(path: &Path, existing: Existing) -> Result<Self> {
-        fs::create_dir_all(path).with_context(|| format!("cannot make the folder {}", path.display()))?;
-        let look = || format!("cannot look into the folder {}", path.display());
+        fs::create_dir_all(path).with_context(|| format!("cannot create the folder {}", path.display()))?;
+        let look = || format!("cannot read the folder {}", path.display());
         let names: Vec<_> = fs::read_dir(path)
             .and_then(|entries| entries.map(|entry| entry.map(|file| file.file_name())).collect())
             .with_context(look)?;
@@ -99,25 +101,26 @@ impl Folder {
             Existing::Replace => {}
             Existing::Refuse => ensure!(
                 names.is_empty(),
-                "{} is not empty: choose another folder with --out, replace its files with --force, or go on with the \
+                "{} is not empty: choose another folder with --out, replace its files with --force, or resume the \
                  run in it with --resume",
                 path.display()
             ),
-            // A run that was killed as it began has left no more than folders with nothing in them.
+            // A run killed at its beginning leaves only empty folders.
             Existing::Resume => ensure!(
                 names.iter().any(|name| name.to_string_lossy().starts_with(MANIFEST))
                     || names.iter().all(|name| is_empty_folder(&path.join(name))),
-                "{} holds no run that could be resumed: there is no {MANIFEST}",
+                "{} holds no run to resume: it has no {MANIFEST}",
                 path.display()
             ),
         }
         Ok(Self { path: path.to_owned() })
     }
 
-    /// Keeps other processes from writing into the folder as long as what is given lives; `None` where the system cannot.
+    /// Locks the folder against other processes until the returned file is dropped; `None` where
+    /// the system has no locks.
     ///
     /// # Errors
-    /// Another process writes into it.
+    /// Another process holds the lock.
     pub fn lock(&self) -> Result<Option<File>> {
         let Ok(folder) = File::open(&self.path) else { return Ok(None) };
         for _ in 0..LOCK_TRIES {
@@ -130,20 +133,20 @@ impl Folder {
         bail!("another process writes into {}: wait until it has ended", self.path.display())
     }
 
-    /// A folder inside this one, new or not.
+    /// Returns a folder inside this one and creates it if necessary.
     ///
     /// # Errors
-    /// It cannot be made.
+    /// It cannot be created.
     pub fn inner(&self, name: &str) -> Result<Self> {
         Self::create(&self.path.join(name), Existing::Replace)
     }
 
-    /// Where it is.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Reads a whole file of text.
+    /// Reads a whole text file.
     ///
     /// # Errors
     /// It cannot be read.
@@ -160,7 +163,7 @@ impl Folder {
         write_whole(&self.path.join(name), content.as_ref())
     }
 
-    /// Writes a whole file that resuming a run relies on.
+    /// Writes a whole file that a resumed run reads.
     ///
     /// # Errors
     /// It cannot be written.
@@ -173,12 +176,13 @@ impl Folder {
     /// # Errors
     /// It cannot be written.
     pub fn write_json(&self, name: &str, content: &impl Serialize) -> Result<()> {
-        let mut text = serde_json::to_string_pretty(content).context("the content is no JSON")?;
+        let mut text = serde_json::to_string_pretty(content).context("the content cannot be encoded as JSON")?;
         text.push('\n');
         self.write(name, text)
     }
 
-    /// Writes a table as CSV: one header, then a record a row, numbers in their shortest exact form.
+    /// Writes a table as CSV: a header, then one record a row, numbers in their shortest exact
+    /// form.
     ///
     /// # Errors
     /// It cannot be written.
@@ -191,7 +195,7 @@ impl Folder {
         self.write(name, table(header, rows)?)
     }
 
-    /// The same, where resuming a run relies on it.
+    /// Writes a CSV table that a resumed run reads; it is on disk when this returns.
     ///
     /// # Errors
     /// It cannot be written.
@@ -205,7 +209,7 @@ impl Folder {
     }
 }
 
-/// A table as CSV.
+/// Encodes a table as CSV.
 fn table<R: Serialize>(header: &[&str], rows: impl IntoIterator<Item = R>) -> Result<Vec<u8>> {
     let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
     table.write_record(header)?;
@@ -217,7 +221,7 @@ fn is_empty_folder(path: &Path) -> bool {
     fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none())
 }
 
-/// Writes a file aside and renames it, so that nobody ever sees half of it.
+/// Writes a file under another name and renames it, so that readers never see a partial file.
 ///
 /// # Errors
 /// It cannot be written.
@@ -225,8 +229,8 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<()> {
     aside(path, |aside| fs::write(aside, content))
 }
 
-/// The same, and the new file is on the disk before it takes the place of an older one: not even a loss of power leaves
-/// neither.
+/// Writes a file under another name, flushes it to disk, and renames it: after a loss of power
+/// either the old or the new file is complete.
 ///
 /// # Errors
 /// It cannot be written.
@@ -236,7 +240,7 @@ pub fn write_lasting(path: &Path, pieces: &[&[u8]]) -> Result<()> {
         pieces.iter().try_for_each(|piece| file.write_all(piece))?;
         file.sync_all()
     })?;
-    // The name, too, where folders can be opened; elsewhere the system sees to it.
+    // Flushes the folder entry too, where folders can be opened.
     if let Some(Ok(folder)) = path.parent().map(File::open) {
         folder.sync_all().with_context(|| format!("cannot write {}", path.display()))?;
     }
@@ -250,7 +254,7 @@ fn aside(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<()>
     let aside = PathBuf::from(aside);
     let written = write(&aside).and_then(|()| fs::rename(&aside, path));
     if written.is_err() {
-        // Half a file helps nobody; that it cannot be removed either is no news.
+        // A partial file is useless; a failure to remove it is ignored.
         let _ = fs::remove_file(&aside);
     }
     written.with_context(|| format!("cannot write {}", path.display()))
@@ -273,7 +277,7 @@ mod tests {
         assert!(refused.contains("manifest.json"), "{refused}");
         Folder::create(&path, Existing::Replace).unwrap().write("a.txt", "second").unwrap();
         assert_eq!(fs::read_to_string(path.join("a.txt")).unwrap(), "second");
-        assert_eq!(fs::read_dir(&path).unwrap().count(), 1, "nothing is left aside");
+        assert_eq!(fs::read_dir(&path).unwrap().count(), 1, "no temporary file is left");
     }
 
     #[test]

@@ -1,14 +1,14 @@
-//! `--set key.path=value`: entries of a scene file changed from the command line.
+//! `--set key.path=value`: changes entries of a scene file from the command line.
 
 use std::str::FromStr;
 
 use anyhow::{Context, Result, bail, ensure};
 use toml::{Table, Value};
 
-/// Keys that have been renamed: where they stand, the old name, which is still read, and the new one.
+/// Renamed keys: table, old name (still read), and new name.
 const RENAMED: [(&str, &str, &str); 1] = [("run", "standby", "sample_interval")];
 
-/// One entry to be changed: where it stands, and what it becomes.
+/// A change of one entry: its path and its new value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Override {
     path: Vec<String>,
@@ -18,8 +18,8 @@ pub struct Override {
 impl FromStr for Override {
     type Err = anyhow::Error;
 
-    /// From `key.path=value`, where lists are entered by number from 0: `gas.0.count=100`. A value that is no
-    /// TOML is taken for a string: `run.snapshots=extxyz`.
+    /// Parses `key.path=value`. Entries of lists are numbers from 0: `gas.0.count=100`. A value
+    /// that is not TOML becomes a string: `run.snapshots=extxyz`.
     fn from_str(text: &str) -> Result<Self> {
         let (path, value) =
             text.split_once('=').with_context(|| format!("'{text}' is not of the form key.path=value"))?;
@@ -37,10 +37,11 @@ impl FromStr for Override {
 }
 
 impl Override {
-    /// Changes the entry in a scene; tables that are not there yet are made.
+    /// Changes the entry in a scene and creates missing tables.
     ///
     /// # Errors
-    /// The path leads through something that is neither a table nor a list, or beyond the end of a list.
+    /// The path leads through a value that is neither a table nor a list, or beyond the end of a
+    /// list.
     pub fn apply(&self, scene: &mut Table) -> Result<()> {
         let mut path = self.path.clone();
         for (table, old, new) in RENAMED {
@@ -71,7 +72,7 @@ impl Override {
     }
 }
 
-/// Where one stands in a scene file.
+/// A position in a scene file.
 enum Place<'a> {
     Table(&'a mut Table),
     List(&'a mut Vec<Value>),
@@ -107,7 +108,7 @@ fn entry<'a>(list: &'a mut [Value], key: &str, walked: &str) -> Result<&'a mut V
         format!("--set: `{walked}` is a list, whose entries are numbers from 0, not `{key}`")
     })?;
     list.get_mut(index)
-        .with_context(|| format!("--set: `{walked}` has {count} entries, so there is no number {index}"))
+        .with_context(|| format!("--set: `{walked}` has {count} entries; {index} is out of range"))
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
-//! The part of a large system that a page shows: as many bodies as a page can hold, around one of
-//! them.
+//! The part of a large system that a page shows: the bodies around a chosen one, as many as a page
+//! can hold.
 //!
-//! A page of more than ten megabytes takes long to open, and in a picture of a million discs none
-//! can be seen. So of many bodies those around one of them are drawn.
+//! A page above ten megabytes opens slowly, and single discs are invisible in a picture of a
+//! million. Of a large system only the surroundings of one body are drawn.
 
 use carom::{
     View,
@@ -11,17 +11,22 @@ use carom::{
 };
 use glam::DVec2;
 
-/// Up to so many bodies and atoms are shown all. More: larger pages, 50 bytes an atom in each
-/// picture.
+/// Systems with at most this many bodies or atoms are shown in full. More: larger pages, 50 bytes
+/// an atom in each picture.
 const MOST_BODIES: usize = 10_000;
 const MOST_ATOMS: usize = 40_000;
 
+<<<<<<< HEAD
 /// The least half side of a part, as a share of the shorter side of the box. Smaller: where many
 /// bodies cover one place, the part around it has no size.
+=======
+/// Least half side of a part, as a share of the shorter side of the box. Without it, the part has
+/// no size where many bodies cover one place.
+>>>>>>> prose-d
 const LEAST_HALF: f64 = 1e-3;
 
-/// Of more, this share of either is shown, and the rest is kept as a margin from which bodies come
-/// into view.
+/// Of larger systems, this share of the two limits is shown; the rest is a margin from which bodies
+/// may enter the picture.
 const SHOWN: f64 = 0.4;
 
 /// A square part of the box.
@@ -31,21 +36,21 @@ pub struct Part {
     pub centre: DVec2,
     /// Half of its side (length).
     pub half: f64,
-    /// How far a body that is not listed must go before any of it can be seen (length).
+    /// Least distance that an unlisted body must travel before it can be visible (length).
     pub margin: f64,
-    /// Numbers of the bodies that can be seen, and of those around them, in ascending order.
+    /// Numbers of the visible bodies and of those in the margin, in ascending order.
     pub bodies: Vec<u64>,
 }
 
 impl Part {
-    /// The part of a system that a page shows; `None` for all of it.
+    /// Chooses the part of a system that a page shows; `None` for the whole system.
     pub fn of(view: &View<'_>) -> Option<Self> {
         let atoms: usize = view.bodies().map(|body| weight(body.body)).sum();
         if view.len() <= MOST_BODIES && atoms <= MOST_ATOMS {
             return None;
         }
-        // The first body that moves, if no other has its tags and its number of atoms; else the
-        // middle one.
+        // The centre is the first moving body if no other body has the same tags and number of
+        // atoms, else the middle body of the list.
         let middle = view.bodies().nth(view.len() / 2)?;
         let first = view.bodies().find(|body| !body.body.is_fixed()).unwrap_or(middle);
         let is_like =
@@ -57,7 +62,7 @@ impl Part {
         if part.half >= 2.0 * reach || chosen.body.is_wall() {
             return Some(part);
         }
-        // It would fill the picture: what is at its rim is shown.
+        // The body would fill the picture, so the part is centred on its rim.
         Some(Self::around(view, chosen.motion.position + reach * DVec2::X))
     }
 
@@ -72,7 +77,7 @@ impl Part {
             near.truncate(MOST_BODIES + 1);
         }
         near.sort_unstable_by(by_distance);
-        // So many of the nearest have room, and this is how far away the first is that has none.
+        // Distance of the nearest body that does not fit when this share of the limits is used.
         let fit = |share: f64| {
             let mut atoms = 0;
             let most = (share * MOST_ATOMS as f64) as usize;
@@ -92,7 +97,7 @@ impl Part {
         Self { centre: view.bounds().wrap(centre).0, half, margin: (outer - half).max(0.0), bodies }
     }
 
-    /// Whether a body is in it or around it.
+    /// Returns true if the body is visible or in the margin.
     pub fn has(&self, body: &Body) -> bool {
         self.bodies.binary_search(&body.id()).is_ok()
     }
@@ -104,7 +109,7 @@ impl Part {
     }
 }
 
-/// A picture of a system, or of a part of it that is named in a comment in front of the document.
+/// Returns an SVG picture of the system, or of a part of it that a leading comment describes.
 pub fn picture_of(view: &View<'_>, size: u32) -> String {
     let Some(part) = Part::of(view) else { return picture(view, size) };
     let Part { centre, half, .. } = part;
@@ -119,10 +124,10 @@ pub fn picture_of(view: &View<'_>, size: u32) -> String {
     )
 }
 
-/// How the comment begins.
+/// Beginning of that comment.
 const PART: &str = "A part of the box";
 
-/// What part of the box a picture shows, as a sentence; nothing if it shows all.
+/// Returns a sentence on the part of the box that a picture shows; empty if it shows all.
 pub fn caption_of(picture: &str) -> String {
     let comment = picture.strip_prefix("<!--").and_then(|rest| rest.split_once("-->"));
     comment
@@ -130,7 +135,7 @@ pub fn caption_of(picture: &str) -> String {
         .map_or_else(String::new, |(text, _)| format!(" {text}."))
 }
 
-/// How many circles a body is drawn by, at most.
+/// Largest number of circles that draw a body.
 fn weight(body: &Body) -> usize {
     body.molecule().atoms().len().min(MOST_CIRCLES)
 }
@@ -139,7 +144,7 @@ fn tags<'a>(body: &BodyView<'a>) -> &'a [carom::engine::Tag] {
     body.body.tags()
 }
 
-/// How far from a place the nearest point of a body can be, along the axis on which it is farther
+/// Distance along x or y, the larger of the two, from a place to the nearest point of a body
 /// (length).
 fn distance(view: &View<'_>, body: &BodyView<'_>, place: DVec2) -> f64 {
     let nearest = |point: DVec2| {
@@ -150,8 +155,8 @@ fn distance(view: &View<'_>, body: &BodyView<'_>, place: DVec2) -> f64 {
     let Some([from, to]) = body.wall() else {
         return nearest(body.motion.position) - body.body.molecule().bounding_radius();
     };
-    // The distance changes by no more than the way along the wall: in small steps, no part of it is
-    // missed by much.
+    // The distance changes by at most the distance moved along the wall, so small steps come close
+    // to the minimum.
     let (steps, along) = (256, to - from);
     let apart = (0..=steps).map(|step| nearest(from + along * (f64::from(step) / f64::from(steps))));
     apart.fold(f64::INFINITY, f64::min) - 0.5 * along.length() / f64::from(steps)
@@ -176,7 +181,7 @@ mod tests {
         assert_eq!(caption_of(&picture_of(&small.view(), 100)), "");
     }
 
-    /// Atoms on a spiral that are very many for one molecule.
+    /// Atoms on a spiral, very many for one molecule.
     fn spiral(count: u32) -> Vec<AtomSpec> {
         let atom = |k: u32| {
             let angle = 40.0 * f64::from(k).sqrt() / f64::from(count).sqrt() * std::f64::consts::TAU;
@@ -191,7 +196,7 @@ mod tests {
         let body = |x: f64| MoleculeSpec { atoms: spiral(24_000), at: [x, 0.5], ..MoleculeSpec::default() };
         let drawn = |molecule: Vec<MoleculeSpec>| {
             let simulation = Simulation::new(&Scene { molecule, ..Scene::default() }).unwrap();
-            // All of the box is shown.
+            // The whole box is shown.
             assert!(Part::of(&simulation.view()).is_none());
             picture_of(&simulation.view(), 720)
         };
@@ -216,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn every_body_that_can_be_seen_is_listed_and_no_other_comes_nearer_than_the_margin() {
+    fn every_visible_body_is_listed_and_no_other_is_nearer_than_the_margin() {
         let gas = "[[gas]]\nradius = 0.001\nmass = 1.0\nenergy = 1.0\ncount = 30000\n";
         let tee = "[[molecule]]\nshape = \"tee\"\natom_radius = 0.04\natom_mass = 1.0\nat = [0.98, 0.5]\n[[wall]]\ny = 0.0\n";
         for scene in [gas.to_owned(), format!("{tee}{gas}")] {

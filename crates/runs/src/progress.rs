@@ -1,4 +1,4 @@
-//! How far runs are: a line with a bar for each on a terminal, a line of text now and then where there is none.
+//! Progress of runs: a bar for each on a terminal, otherwise a line of text from time to time.
 
 use std::{
     io::{IsTerminal, stderr},
@@ -8,13 +8,13 @@ use std::{
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 
-/// Between two lines of text of one run.
+/// Interval between two lines of text of one run.
 const INTERVAL: Duration = Duration::from_secs(15);
 
-/// Steps of the bar; it counts simulated time in these.
+/// Steps of the bar over the simulated time of a run.
 const STEPS: u64 = 10_000;
 
-/// Progress of runs side by side.
+/// Progress of runs that execute in parallel.
 #[derive(Debug, Default)]
 pub struct Lines {
     bars: MultiProgress,
@@ -32,16 +32,16 @@ pub struct Progress {
 #[derive(Debug, Default)]
 struct State {
     time: f64,
-    /// Of this, what was done before: it says nothing about how fast it goes now.
+    /// Simulated time before this process; it is excluded from the speed.
     skipped: f64,
     collisions: u64,
-    /// When it began, and when it was last told of in text.
+    /// Start of the run, and time of its last line of text.
     begun: Option<Instant>,
     told: Option<Instant>,
 }
 
 impl Lines {
-    /// The line of a run that waits for its turn.
+    /// Adds a line for a run that is queued.
     pub fn add(&self, name: &str, until: f64) -> Progress {
         let bar = ProgressBar::new(STEPS).with_style(style()).with_prefix(format!("{name:<16}"));
         let bar = stderr().is_terminal().then(|| self.bars.add(bar).with_message("waits"));
@@ -58,12 +58,12 @@ fn style() -> ProgressStyle {
 }
 
 impl Progress {
-    /// Progress of a run alone, until this time.
+    /// Progress of a single run that ends at `until`.
     pub fn new(until: f64) -> Self {
         Lines::default().add("", until)
     }
 
-    /// The run resumes at `time`.
+    /// Records that the run resumes at `time`.
     pub fn skip(&self, time: f64) {
         let mut state = self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         state.time += time;
@@ -71,7 +71,7 @@ impl Progress {
         self.show(&mut state);
     }
 
-    /// The run has gone on by `time` with so many collisions.
+    /// Records that the run has reached `time` with this number of collisions.
     pub fn advance(&self, time: f64, collisions: u64) {
         let mut state = self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         state.time += time;
@@ -82,7 +82,7 @@ impl Progress {
     fn show(&self, state: &mut State) {
         let now = Instant::now();
         if state.time <= state.skipped {
-            // It waits for its turn.
+            // The first call marks the end of its time in the queue.
             state.begun = Some(now);
         }
         let begun = *state.begun.get_or_insert(now);
@@ -101,7 +101,7 @@ impl Progress {
 }
 
 impl State {
-    /// Collisions, rate and time left, after so many seconds.
+    /// Collisions, rate and remaining time after `elapsed` seconds.
     fn words(&self, until: f64, elapsed: f64) -> String {
         let collisions = rounded(self.collisions as f64);
         let (done, left) = (self.time - self.skipped, (until - self.time).max(0.0));
@@ -112,7 +112,7 @@ impl State {
             return "begins".to_owned();
         }
         let rate = rounded(self.collisions as f64 / elapsed);
-        // A run that has hardly begun may seem to last for ever.
+        // At the start of a run the estimate is unbounded, so it is capped.
         let left = HumanDuration(Duration::from_secs_f64((elapsed * left / done).min(1e9)));
         format!("{collisions} collisions  {rate}/s  {left} left")
     }
@@ -126,7 +126,7 @@ impl Drop for Progress {
     }
 }
 
-/// A number in words that do not dance.
+/// Formats a number in thousands (k) or millions (M), so that its width hardly changes.
 fn rounded(number: f64) -> String {
     if number >= 1e6 { format!("{:.2} M", number * 1e-6) } else { format!("{:.0} k", number * 1e-3) }
 }
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_done_before_does_not_count_as_speed() {
+    fn simulated_time_of_earlier_processes_does_not_count_as_speed() {
         let state = State { time: 60.0, skipped: 50.0, collisions: 3_000_000, ..State::default() };
         // Ten units in five seconds, so that the remaining forty take twenty.
         assert_eq!(state.words(100.0, 5.0), "3.00 M collisions  600 k/s  20 seconds left");

@@ -1,10 +1,20 @@
-//! A run that can be interrupted at any moment and gone on with, to the bit.
+//! Resumable runs: checkpoints from which an interrupted run continues to the same result, bit for
+//! bit.
 //!
-//! A checkpoint holds: what is run, as text, and until when (the head); the simulation, its observers, how many samples
-//! there were, how long the files were that grow, and the processor time spent (the state); and, once the run has ended,
-//! its result. It is taken where an epoch ends, between two samples: when it is time, when the program is asked to end, and
-//! once shortly before the end. Never at the end itself: the last sample stands where the run was to end, which a longer
-//! run knows nothing of, so a run is extended from before it.
+//! Guarantees:
+//! - A run that is interrupted and resumed gives the same files, to the bit, as one run throughout.
+//! - A resumed run uses the same scene: a checkpoint of any other run is refused, with the first
+//!   line that differs. Only the end of the run may change, and only to a later time.
+//! - Checkpoints are written where an epoch ends, between two samples: at a fixed interval of wall
+//!   time, on SIGINT or SIGTERM, and once shortly before the end.
+//! - No checkpoint is taken at the end itself: the last sample lies at `until`, where a longer run
+//!   may have none, so a run is extended from the checkpoint before it.
+//!
+//! A checkpoint consists of:
+//! 1. the head: the run as text, its end, and whether it has ended;
+//! 2. the state: simulation, observers, number of samples, lengths of the files appended to, and
+//!    processor time;
+//! 3. the result, once the run has ended.
 
 use std::{
     fs, io,
@@ -26,20 +36,21 @@ use crate::{
     output::{Folder, Resumption},
 };
 
-/// Name of the file in the folder of a run.
+/// Name of the checkpoint file in the folder of a run.
 pub const CHECKPOINT: &str = "checkpoint";
 
-/// A checkpoint is taken once when this part of the run is done, to extend it from. Smaller: more is run twice then. Larger:
-/// fewer runs have an epoch's end so late.
+/// One checkpoint is taken when this share of the run is done; an extended run starts from it.
+/// Smaller: an extension repeats more of the run. Larger: fewer runs have an epoch that ends so
+/// late.
 const NEARLY_DONE: f64 = 0.99;
 
-/// Choices about folders and checkpoints, the same for every command that runs one scene or several to their end.
+/// Options for folders and checkpoints, shared by all commands that run scenes to their end.
 #[derive(Debug, Clone, Args)]
 pub struct Choices {
-    /// Where to write, and whether to go on there.
+    /// Output folder, and whether to resume there.
     #[command(flatten)]
     pub resumption: Resumption,
-    /// Seconds between two checkpoints: what is lost at most if the program is killed
+    /// Seconds between two checkpoints: the most that is lost if the program is killed
     #[arg(long, value_name = "SECONDS", default_value = "30", value_parser = seconds)]
     pub checkpoint_every: Duration,
 }
@@ -49,55 +60,56 @@ fn seconds(text: &str) -> Result<Duration, String> {
     Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
 }
 
-/// One run as it was asked for.
+/// The run that the user requests.
 #[derive(Debug)]
 pub struct Task<'a> {
     /// Folder of this run alone.
     pub folder: &'a Folder,
-    /// What is run, in full, but for its end. A checkpoint of anything else is refused.
+    /// The full description of the run without its end. A checkpoint with another description is
+    /// refused.
     pub what: String,
-    /// When it ends (time).
+    /// End of the run (time).
     pub until: f64,
-    /// How many samples there will be.
+    /// Number of samples of the whole run.
     pub samples: usize,
-    /// Checkpoints, and whether to go on from one.
+    /// Checkpoint options, and whether to resume.
     pub choices: &'a Choices,
-    /// Who may ask the program to end.
+    /// Signals that end the program.
     pub signals: &'a Signals,
 }
 
-/// Where a run begins.
+/// Starting point of a run.
 #[derive(Debug)]
 pub enum Start<O, F> {
-    /// At its beginning: there is no checkpoint, or none is asked for.
+    /// From the beginning: there is no checkpoint, or `--resume` is not given.
     Anew,
-    /// At a checkpoint.
+    /// From a checkpoint.
     From(Box<Resumable<O>>),
-    /// It has ended already; this was the result.
+    /// The run has already ended with this result.
     Ended(F),
 }
 
-/// A run between its beginning and its end.
+/// A run in progress.
 #[derive(Debug)]
 pub struct Resumable<O> {
     /// The simulation.
     pub simulation: Simulation,
-    /// What watches it.
+    /// The observers of the run.
     pub observers: O,
-    /// The files that grow with it.
+    /// The files that the run appends to.
     pub files: Growing,
     samples: usize,
     clock: ThreadTime,
-    /// Processor time before the present process (seconds).
+    /// Processor time of earlier processes (seconds).
     seconds_before: f64,
-    /// When the last checkpoint was written.
+    /// Wall time of the last checkpoint.
     saved: Option<WallTime>,
     saved_near_end: bool,
-    /// How long the files are at the last checkpoint.
+    /// Lengths of the files at the last checkpoint.
     kept: SharedKept,
 }
 
-/// A checkpoint that the run can go on from.
+/// A checkpoint that the run can be resumed from.
 #[derive(Debug)]
 pub struct Found {
     head: Head,
@@ -105,7 +117,7 @@ pub struct Found {
 }
 
 impl Found {
-    /// Whether the run has ended, and at this time.
+    /// Returns true if the run has ended at `until`.
     pub fn has_ended(&self, until: f64) -> bool {
         self.head.ended && self.head.until == until
     }
@@ -128,7 +140,8 @@ struct State<O> {
     files: Vec<Length>,
 }
 
-/// What is run, in words that a checkpoint can be recognised by: a scene without its end.
+/// Returns the description that identifies a run in its checkpoint: the command and the scene
+/// without its end.
 pub fn without_end(command: &str, scene: &Scene) -> String {
     let mut endless = scene.clone();
     endless.run.until = 0.0;
@@ -136,11 +149,11 @@ pub fn without_end(command: &str, scene: &Scene) -> String {
 }
 
 impl Task<'_> {
-    /// Looks for a checkpoint, if one is to be gone on with; nothing is written. `None` if there is none, as in a run that
-    /// was killed before its first.
+    /// Looks for a checkpoint if the run is to be resumed. Writes nothing. Returns `None` if there
+    /// is none, as after a kill before the first checkpoint.
     ///
     /// # Errors
-    /// It cannot be read, is of another run, or lies beyond the end.
+    /// The checkpoint cannot be read, belongs to another run, or lies beyond the end.
     pub fn find(&self) -> Result<Option<Found>> {
         if !self.choices.resumption.resume {
             return Ok(None);
@@ -159,22 +172,23 @@ impl Task<'_> {
         refuse_other(&head.what, &self.what)?;
         ensure!(
             !head.ended || self.until >= head.until,
-            "the run has been run until {}; it can be extended, but not made shorter: --until {0}",
+            "the run has already ended at {}; it can be extended but not shortened: use --until {0} or later",
             head.until
         );
         ensure!(
             head.samples < self.samples && head.time <= EpochTime::from(self.until),
-            "the run has come to {}, so that it cannot end at {}",
+            "the checkpoint is at time {}, so the run cannot end at {}",
             head.time,
             self.until
         );
         Ok(Found { head, body })
     }
 
-    /// Begins where the checkpoint tells.
+    /// Starts the run from the checkpoint `found`, or from the beginning without one.
     ///
     /// # Errors
-    /// The program has been asked to end; what is found does not fit this program, or the files beside it.
+    /// A signal has been received; the checkpoint does not fit this program or the files in the
+    /// folder.
     pub fn start<O: Serialize + DeserializeOwned, F: DeserializeOwned>(
         &self,
         found: Option<Found>,
@@ -204,7 +218,8 @@ impl Task<'_> {
         }
         let simulation = Simulation::resume(&state.simulation)?;
         if head.ended {
-            // From here on it has not: its result is no longer what the files will say.
+            // The run is extended: its old result no longer describes the files, so the head is
+            // reset.
             self.write(head.samples, &state)?;
         }
         let kept = self.share(Some(state.files.clone()));
@@ -221,8 +236,8 @@ impl Task<'_> {
         })))
     }
 
-    /// Lets the files be cut back to the last checkpoint, at which they are so long, where the
-    /// program must end between two.
+    /// Shares the file lengths of the last checkpoint with the signal handler, which truncates the
+    /// files to them if the program must end between two checkpoints.
     fn share(&self, lengths: Option<Vec<Length>>) -> SharedKept {
         let mut kept = Kept::nothing(self.folder);
         kept.set(lengths);
@@ -250,23 +265,23 @@ impl Task<'_> {
     }
 }
 
-/// Refuses a checkpoint of another run, and names the first thing in which they differ.
+/// Returns an error that names the first line in which two run descriptions differ.
 ///
 /// # Errors
-/// They differ.
+/// The descriptions differ.
 pub fn refuse_other(there: &str, here: &str) -> Result<()> {
     if there == here {
         return Ok(());
     }
     let mut pairs = there.lines().zip(here.lines());
     match pairs.find(|(there, here)| there != here) {
-        Some((there, here)) => bail!("it is of another run: there it says `{there}`, here `{here}`"),
-        None => bail!("it is of another run: one of the two has more in it than the other"),
+        Some((there, here)) => bail!("it belongs to another run: its line `{there}` differs from `{here}`"),
+        None => bail!("it belongs to another run: one description has more lines than the other"),
     }
 }
 
 impl<O: Observer + Serialize> Resumable<O> {
-    /// A run that has not begun yet.
+    /// A run at its beginning.
     pub fn begin(task: &Task<'_>, simulation: Simulation, observers: O) -> Self {
         Self {
             simulation,
@@ -281,10 +296,11 @@ impl<O: Observer + Serialize> Resumable<O> {
         }
     }
 
-    /// Runs to the next sample, and leaves checkpoints on the way.
+    /// Runs to the next sample at `time` and writes checkpoints on the way.
     ///
     /// # Errors
-    /// The run cannot go on, a checkpoint cannot be written, or the program has been asked to end and there is one.
+    /// The run fails, a checkpoint cannot be written, or a signal has been received and a
+    /// checkpoint exists.
     pub fn run_to(&mut self, time: f64, task: &Task<'_>) -> Result<()> {
         let until = EpochTime::from(time);
         if self.saved.is_none() {
@@ -303,30 +319,30 @@ impl<O: Observer + Serialize> Resumable<O> {
         Ok(())
     }
 
-    /// The simulation has come to a sample_interval: the observers are told.
+    /// Records a sample: calls [`Observer::sample`] with the current state.
     pub fn stand_by(&mut self) {
         self.observers.sample(&self.simulation.view());
         self.samples += 1;
     }
 
-    /// How many samples there were.
+    /// Number of samples so far.
     pub fn samples(&self) -> usize {
         self.samples
     }
 
-    /// Processor time spent so far, by earlier processes too, as far as their checkpoints know (seconds).
+    /// Processor time so far, including earlier processes up to their last checkpoint (seconds).
     pub fn seconds(&self) -> f64 {
         self.seconds_before + self.clock.elapsed().as_secs_f64()
     }
 
-    /// Keeps the result of a run that has ended.
+    /// Stores the result of a run that has ended.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The checkpoint cannot be written.
     pub fn end<F: Serialize>(mut self, task: &Task<'_>, result: &F) -> Result<()> {
         self.files.lengths()?;
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        // From here on the files are longer than at the checkpoint, and stay so.
+        // The files are now longer than at the checkpoint and must not be truncated.
         kept.set(None);
         let mut body = Body::read(&task.path())?;
         let head = Head { ended: true, until: task.until, ..body.take()? };
@@ -336,12 +352,13 @@ impl<O: Observer + Serialize> Resumable<O> {
         )
     }
 
-    /// Writes a checkpoint, if an epoch has ended.
+    /// Writes a checkpoint if the simulation is at the end of an epoch.
     fn save(&mut self, task: &Task<'_>) -> Result<()> {
         let Some(simulation) = self.simulation.checkpoint() else { return Ok(()) };
         let files = self.files.lengths()?;
         let state = State { simulation, observers: &self.observers, seconds: self.seconds(), files };
-        // Locked, so that files are not cut back to an older checkpoint than the one on the disk.
+        // The lock keeps the signal handler from truncating files to an older checkpoint than the
+        // one on disk.
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         task.write(self.samples, &state)?;
         kept.set(Some(state.files));
@@ -360,10 +377,11 @@ mod tests {
         observers::ImpulseLog,
     };
 
-    /// What is kept of a tee that has not moved yet. If this fails, what is in a checkpoint has changed, and older ones would
-    /// be misread: FORMAT must go up, and the numbers found be put here.
+    /// Checkpoint of a tee before its first step. A failure means that the content of checkpoints
+    /// has changed and that older ones would be misread: increment FORMAT and put the new numbers
+    /// here.
     #[test]
-    fn what_is_kept_changes_with_the_format_only() {
+    fn the_content_of_a_checkpoint_changes_with_the_format_only() {
         let scene = Scene::from_toml(
             "[[molecule]]\ntags = [\"tee\"]\nshape = \"tee\"\natom_radius = 0.0625\natom_mass = 1.0\nat = [0.5, 0.5]\n\
              velocity = [1.0, 0.0]\n[[bumper]]\nradius = 0.0625\nat = [0.125, 0.125]\n\

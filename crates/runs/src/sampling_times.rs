@@ -1,10 +1,10 @@
-//! The instants at which a run stands by.
+//! The times at which a run is sampled.
 
-/// Samples after `begin`, at whole multiples of `interval` from it, and one at `end` (all times).
+/// Returns the sampling times after `begin`: whole multiples of `interval` from it, and `end`.
 ///
-/// Each is a product, not a sum of intervals, so none drifts.
+/// Each is a product, not a sum of intervals, so rounding does not accumulate.
 pub fn sampling_times(begin: f64, end: f64, interval: f64) -> impl Iterator<Item = f64> {
-    // A last interval shorter than this part of one is a rounding, not an interval.
+    // A last interval shorter than this share of a full one is rounding error.
     let count = ((end - begin) / interval - 1e-9).ceil().max(0.0) as u64;
     (1..=count).map(move |index| if index == count { end } else { begin + index as f64 * interval })
 }

@@ -1,4 +1,4 @@
-//! Series over the samples of a run, as tables.
+//! Tables of the series that a run samples.
 
 use carom::observers::{Impulse, LedgerPoint, PressurePoint, RatePoint, RunningPoint};
 
@@ -40,7 +40,8 @@ pub const AVERAGES: Table<RunningPoint> = Table {
     },
 };
 
-/// `impulses.csv`: normals and impulses in the frame of the box, then the impulse in the molecule's own.
+/// `impulses.csv`: normals and impulses in the frame of the box, then the impulse in the body
+/// frame.
 pub const IMPULSES: Table<Impulse> = Table {
     name: "impulses.csv",
     header: &[

@@ -1,7 +1,11 @@
-//! Work in pieces that do not depend on each other: each that is finished is kept, and not done again after an interruption.
+//! Independent work items of one experiment; the result of each finished item is kept in a
+//! checkpoint.
 //!
-//! The checkpoint holds what is run, as text, and the results of the pieces by name. A piece is short; what is lost by a kill
-//! is the pieces under way, and those of the last moments.
+//! Guarantees:
+//! - A finished item is not computed again after an interruption; its result returns to the bit.
+//! - The checkpoint holds the description of the run and the results by name; a checkpoint with
+//!   another description is refused.
+//! - A kill loses the items in progress and those finished within the last 0.5 s. Items are short.
 
 use std::{
     collections::BTreeMap,
@@ -21,10 +25,10 @@ use crate::{
     resumable::{CHECKPOINT, refuse_other},
 };
 
-/// Between two checkpoints at least. Shorter: the disk is busy. Longer: more is done twice after a kill.
+/// Least time between two checkpoints. Shorter: more disk writes. Longer: a kill loses more work.
 const INTERVAL: Duration = Duration::from_millis(500);
 
-/// The pieces of one run that are finished. By default they are kept in memory only.
+/// The finished items of one run. The default value keeps them in memory only.
 #[derive(Debug, Default)]
 pub struct Pieces {
     path: Option<PathBuf>,
@@ -42,10 +46,10 @@ struct Finished {
 }
 
 impl Pieces {
-    /// Those that an earlier process has finished, if it is to be gone on with; nothing is written.
+    /// Reads the finished items of an earlier process if the run is to be resumed. Writes nothing.
     ///
     /// # Errors
-    /// The checkpoint cannot be read, or is of another run.
+    /// The checkpoint cannot be read or belongs to another run.
     pub fn find(folder: &Folder, what: String, resumption: &Resumption, signals: Signals) -> Result<Self> {
         let path = folder.path().join(CHECKPOINT);
         let by_name = if resumption.resume {
@@ -57,32 +61,33 @@ impl Pieces {
         Ok(Self { path: Some(path), what, signals, finished: Mutex::new(finished) })
     }
 
-    /// Takes the place of an older checkpoint.
+    /// Replaces an older checkpoint.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The checkpoint cannot be written.
     pub fn begin(&self) -> Result<()> {
         let mut finished = self.lock();
         self.save(&mut finished)?;
-        // The first piece is kept at once.
+        // Makes the first finished item write a checkpoint at once.
         finished.saved = None;
         Ok(())
     }
 
-    /// Whether a piece is finished.
+    /// Returns true if the item has finished.
     pub fn has(&self, name: &str) -> bool {
         self.lock().by_name.contains_key(name)
     }
 
-    /// Who may ask the program to end.
+    /// Signals that end the program.
     pub fn signals(&self) -> &Signals {
         &self.signals
     }
 
-    /// The result of a piece: what is kept of it, or else the work is done, and its result kept.
+    /// Returns the result of an item: the stored one, or else that of `work`, which is then stored.
     ///
     /// # Errors
-    /// The work fails, the program has been asked to end, or a checkpoint cannot be written or does not fit this program.
+    /// The work fails, a signal has been received, or a checkpoint cannot be written or does not
+    /// fit this program.
     pub fn finish<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
@@ -90,7 +95,7 @@ impl Pieces {
     ) -> Result<T> {
         if let Some(kept) = self.lock().by_name.get(name) {
             return checkpoint_file::decode(kept)
-                .with_context(|| format!("cannot use what is kept of {name}"));
+                .with_context(|| format!("cannot read the stored result of {name}"));
         }
         let done = self.signals.check().map_err(Into::into).and_then(|()| work());
         let mut finished = self.lock();
@@ -99,17 +104,17 @@ impl Pieces {
             finished.is_saved = false;
         }
         let timely = finished.saved.is_none_or(|saved| saved.elapsed() >= INTERVAL);
-        // Whoever is the last to end leaves all there is.
+        // After a failure or a signal every thread saves, so the last one saves all results.
         if timely || done.is_err() || self.signals.check().is_err() {
             self.save(&mut finished)?;
         }
         done
     }
 
-    /// Keeps what has not been kept yet.
+    /// Writes the results that are not yet in the checkpoint.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The checkpoint cannot be written.
     pub fn end(&self) -> Result<()> {
         self.save(&mut self.lock())
     }
@@ -131,7 +136,7 @@ impl Pieces {
 
 fn read(path: &Path, what: &str) -> Result<BTreeMap<String, Vec<u8>>> {
     let mut body = match Body::read(path) {
-        // Killed before its first.
+        // The run was killed before its first checkpoint.
         Err(FileError::Unreadable(error)) if error.kind() == io::ErrorKind::NotFound => {
             return Ok(BTreeMap::new());
         }
@@ -154,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_finished_is_not_done_again_and_comes_back_to_the_bit() {
+    fn a_finished_item_is_not_computed_again_and_returns_to_the_bit() {
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
         let first = pieces(&folder, "a run", false).unwrap();
@@ -176,14 +181,14 @@ mod tests {
     }
 
     #[test]
-    fn a_checkpoint_of_another_run_is_refused_and_replaced_only_if_asked() {
+    fn a_checkpoint_of_another_run_is_refused_unless_the_run_starts_anew() {
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
         let first = pieces(&folder, "a run", false).unwrap();
         first.finish("a", || Ok(1u8)).unwrap();
         first.end().unwrap();
         let refused = format!("{:#}", pieces(&folder, "another", true).unwrap_err());
-        assert!(refused.contains("another run: there it says `a run`, here `another`"), "{refused}");
+        assert!(refused.contains("another run: its line `a run` differs from `another`"), "{refused}");
         let forced = pieces(&folder, "another", false).unwrap();
         assert!(!forced.has("a"));
         forced.begin().unwrap();

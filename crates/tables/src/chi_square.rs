@@ -1,16 +1,16 @@
-//! How probable a disagreement is by chance: Pearson's χ² of counts against what was expected, and its p-value.
+//! Pearson's χ² test: the deviation of counts from expected values, and its p-value.
 
 /// Pearson's χ² of counts, with its degrees of freedom.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChiSquare {
     /// Σ (count − expected)² / expected.
     pub value: f64,
-    /// Bins less one, as the total is given.
+    /// Number of bins less one, because the total is fixed.
     pub freedom: usize,
 }
 
 impl ChiSquare {
-    /// Counts against the share of each bin; bins without a share are left out.
+    /// Compares counts with the expected share of each bin; bins of share 0 are omitted.
     pub fn of(counts: &[u64], shares: &[f64]) -> Self {
         let total: u64 = counts.iter().sum();
         let bins = || counts.iter().zip(shares).filter(|(_, share)| **share > 0.0);
@@ -21,19 +21,21 @@ impl ChiSquare {
         Self { value: bins().map(term).sum(), freedom: bins().count().saturating_sub(1) }
     }
 
-    /// Probability of a χ² as large as this or larger by chance: Q(k/2, χ²/2); 1 without a degree of freedom.
+    /// Returns the p-value, the probability of a χ² at least as large by chance: Q(k/2, χ²/2); 1
+    /// without a degree of freedom.
     pub fn p_value(&self) -> f64 {
         if self.freedom == 0 { 1.0 } else { upper_gamma(0.5 * self.freedom as f64, 0.5 * self.value) }
     }
 }
 
-/// Terms at most. Both sums converge in some √a terms near x = a, and faster elsewhere: this is enough for 10⁸ bins.
+/// Largest number of terms. Both sums converge within some √a terms near x = a, and faster
+/// elsewhere: enough for 10⁸ bins.
 const MOST_TERMS: u32 = 100_000;
 
 /// The regularised incomplete gamma function Q(a, x) = Γ(a, x) / Γ(a), for a > 0; NaN for x < 0 or NaN.
 ///
-/// By the series of P = 1 − Q for x < a + 1, else by its continued fraction (Press et al., Numerical Recipes, section 6.2),
-/// evaluated from above by the method of Lentz.
+/// Uses the series of P = 1 − Q for x < a + 1, otherwise its continued fraction (Press et al.,
+/// Numerical Recipes, section 6.2), evaluated by Lentz's method.
 fn upper_gamma(a: f64, x: f64) -> f64 {
     if x.is_nan() || x < 0.0 {
         return f64::NAN;
@@ -75,7 +77,7 @@ mod tests {
     use super::*;
 
     fn close(found: f64, expected: f64) {
-        assert!((found - expected).abs() < 1e-12 * expected.max(1e-3), "{found} is not {expected}");
+        assert!((found - expected).abs() < 1e-12 * expected.max(1e-3), "found {found}, expected {expected}");
     }
 
     /// Two degrees: exp(−χ²/2). Four: that times 1 + χ²/2. One: erfc √(χ²/2).
@@ -91,7 +93,8 @@ mod tests {
         assert!(ChiSquare { value: f64::NAN, freedom: 3 }.p_value().is_nan());
     }
 
-    /// 359 degrees: by the cube root of χ²/k, nearly Gaussian with variance 2/9k (Wilson and Hilferty, PNAS 17 (1931) 684).
+    /// For 359 degrees of freedom the cube root of χ²/k is nearly Gaussian with variance 2/9k
+    /// (Wilson and Hilferty, PNAS 17 (1931) 684).
     #[test]
     fn many_degrees_of_freedom_approach_a_gaussian() {
         let k = 359.0f64;
@@ -99,15 +102,15 @@ mod tests {
             let value = k * (1.0 - 2.0 / (9.0 * k) + sigma * (2.0 / (9.0 * k)).sqrt()).powi(3);
             let gaussian = 0.5 * libm::erfc(sigma / 2f64.sqrt());
             let found = ChiSquare { value, freedom: 359 }.p_value();
-            // The approximation itself is off by 1 % at four standard deviations.
+            // The approximation has an error of 1 % at four standard deviations.
             assert!((found / gaussian - 1.0).abs() < 0.02, "{sigma}: {found}, {gaussian}");
         }
     }
 
     #[test]
-    fn the_statistic_is_pearsons() {
+    fn the_statistic_is_that_of_pearson() {
         let found = ChiSquare::of(&[10, 20, 30, 7], &[0.25, 0.25, 0.5, 0.0]);
-        // 67 in all: 16.75, 16.75, 33.5 expected.
+        // The total is 67; expected are 16.75, 16.75 and 33.5.
         close(found.value, (6.75f64.powi(2) + 3.25f64.powi(2)) / 16.75 + 3.5f64.powi(2) / 33.5);
         assert_eq!(found.freedom, 2);
     }

@@ -1,6 +1,6 @@
-//! Measured figures with their errors and predictions, and the statistics by which they are judged.
+//! Measured figures with errors and predictions, and the statistics that test them.
 //!
-//! Plain data: no engine and no files. Runners fill it, reports draw it.
+//! Plain data: no engine and no files. Commands fill it; reports show it.
 //!
 //! ```
 //! use carom_tables::Check;

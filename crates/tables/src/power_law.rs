@@ -1,4 +1,4 @@
-//! How a cost grows: the exponent of a power law through points, by least squares of the logarithms.
+//! Power-law fits: the exponent through given points, by least squares of the logarithms.
 
 /// y = factor · x^exponent.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,7 +12,7 @@ pub struct PowerLaw {
 }
 
 impl PowerLaw {
-    /// Through points of positive coordinates; `None` with fewer than two different x.
+    /// Fits points with positive coordinates; `None` with fewer than two different x.
     pub fn through(points: &[(f64, f64)]) -> Option<Self> {
         let logs: Vec<(f64, f64)> = points.iter().map(|&(x, y)| (x.ln(), y.ln())).collect();
         let count = logs.len() as f64;
@@ -31,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_exact_power_is_found_without_error() {
+    fn an_exact_power_law_is_recovered_without_error() {
         let points: Vec<(f64, f64)> = [1.0, 2.0, 5.0, 40.0].map(|x: f64| (x, 3.0 * x.powf(1.7))).to_vec();
         let found = PowerLaw::through(&points).unwrap();
         assert!((found.exponent - 1.7).abs() < 1e-12 && (found.factor - 3.0).abs() < 1e-12);

@@ -1,11 +1,11 @@
-//! What a run says in numbers: figures with their errors and predictions, and checks that it passed or not.
+//! The numbers of a run: figures with errors and predictions, checks, and totals.
 
 use serde::{Deserialize, Serialize};
 
 /// A measured figure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
-    /// What it is.
+    /// Name of the quantity.
     pub name: String,
     /// Measured value.
     pub value: f64,
@@ -13,9 +13,9 @@ pub struct Figure {
     pub standard_error: Option<f64>,
     /// Unit, in the scene's units of mass, length and time; 1 for a pure number.
     pub unit: String,
-    /// What it should be, where that is known.
+    /// Predicted value, if there is one.
     pub prediction: Option<f64>,
-    /// Where the prediction comes from.
+    /// Source of the prediction.
     pub source: Option<String>,
 }
 
@@ -32,40 +32,40 @@ impl Figure {
         }
     }
 
-    /// The same with a standard error.
+    /// Adds a standard error.
     #[must_use]
     pub fn error(self, standard_error: impl Into<Option<f64>>) -> Self {
         Self { standard_error: standard_error.into(), ..self }
     }
 
-    /// The same with a prediction and its source.
+    /// Adds a prediction and its source.
     #[must_use]
     pub fn predicted(self, prediction: f64, source: &str) -> Self {
         Self { prediction: Some(prediction), source: Some(source.to_owned()), ..self }
     }
 }
 
-/// A figure that must not exceed a bound; if it does, the program ends with exit code 1.
+/// A quantity that must not exceed a bound; otherwise the program ends with exit code 1.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Check {
-    /// What must be small.
+    /// Name of the quantity.
     pub name: String,
-    /// What was found.
+    /// Value found.
     pub found: f64,
-    /// The most that is allowed.
+    /// Largest allowed value.
     pub allowed: f64,
-    /// Whether it is kept.
+    /// True if `found` ≤ `allowed`.
     pub passed: bool,
 }
 
 impl Check {
-    /// A figure that must be at most `allowed`; NaN is not.
+    /// A check that `found` is at most `allowed`; NaN fails.
     pub fn at_most(name: &str, found: f64, allowed: f64) -> Self {
         Self { name: name.to_owned(), found, allowed, passed: found <= allowed }
     }
 }
 
-/// Totals that every run has.
+/// Totals of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Totals {
     /// Contacts.
@@ -78,12 +78,12 @@ pub struct Totals {
     pub energy_drift: f64,
     /// Largest number of overlapping pairs at a sample.
     pub overlapping_pairs: usize,
-    /// Deepest overlap at a sample, in units of the smaller diameter; may be a rounding.
+    /// Deepest overlap at a sample, in units of the smaller diameter; may be rounding error.
     pub max_overlap: f64,
 }
 
 impl Totals {
-    /// Totals of runs taken together, which need not be equally fast.
+    /// Totals of several runs, which may differ in speed.
     pub fn of(runs: &[Self]) -> Self {
         let seconds: f64 = runs.iter().map(Self::cpu_seconds).sum();
         let collisions: u64 = runs.iter().map(|run| run.collisions).sum();
@@ -97,12 +97,12 @@ impl Totals {
         }
     }
 
-    /// Processor time of the run phase, of all threads together (seconds).
+    /// Processor time of the run phase, summed over all threads (seconds).
     pub fn cpu_seconds(&self) -> f64 {
         if self.collisions == 0 { 0.0 } else { self.collisions as f64 / self.collisions_per_second }
     }
 
-    /// No pair overlaps, and energy is kept.
+    /// Checks that no pair overlaps and that energy is conserved.
     pub fn checks(&self) -> Vec<Check> {
         vec![
             Check::at_most("overlapping_pairs", self.overlapping_pairs as f64, 0.0),
@@ -118,9 +118,9 @@ const LARGEST_DRIFT: f64 = 1e-12;
 /// `summary.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// What was run.
+    /// Name of the run.
     pub title: String,
-    /// What a reader must know first, such as that the run is short.
+    /// First note to the reader, for instance that the run is short.
     pub note: String,
     /// Totals, at the top level.
     #[serde(flatten)]
@@ -129,7 +129,7 @@ pub struct Summary {
     pub checks: Vec<Check>,
     /// Figures.
     pub figures: Vec<Figure>,
-    /// The single runs of a campaign.
+    /// The runs of a campaign.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub runs: Vec<OneRun>,
 }
@@ -137,7 +137,7 @@ pub struct Summary {
 /// One run of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OneRun {
-    /// Its folder.
+    /// Name of its folder.
     pub name: String,
     /// Contacts.
     pub collisions: u64,
@@ -146,20 +146,20 @@ pub struct OneRun {
 }
 
 impl OneRun {
-    /// A run in a folder, with its totals.
+    /// A run with the name of its folder and its totals.
     pub fn new(name: String, totals: &Totals) -> Self {
         Self { name, collisions: totals.collisions, cpu_seconds: totals.cpu_seconds() }
     }
 }
 
 impl Summary {
-    /// How it ends.
+    /// [`Verdict::Passed`] if all checks passed.
     pub fn verdict(&self) -> Verdict {
         if self.checks.iter().all(|check| check.passed) { Verdict::Passed } else { Verdict::Failed }
     }
 }
 
-/// Whether all checks were passed: the exit code.
+/// Result of all checks, which gives the exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// Exit code 0.
@@ -173,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bound_is_kept_exactly_at_it_and_not_by_nan() {
+    fn a_value_equal_to_the_bound_passes_and_nan_fails() {
         assert!(Check::at_most("x", 0.0, 0.0).passed);
         assert!(Check::at_most("x", 1e-12, 1e-12).passed);
         assert!(!Check::at_most("x", 1.000_001e-12, 1e-12).passed);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn totals_of_runs_add_times_and_take_the_worst() {
+    fn totals_of_runs_add_times_and_take_the_worst_errors() {
         let run = |collisions, rate, pairs| Totals {
             collisions,
             simulated_time: 2.0,
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn totals_stand_at_the_top_level_of_the_file() {
+    fn totals_are_at_the_top_level_of_the_file() {
         let summary = Summary {
             title: "t".to_owned(),
             note: String::new(),

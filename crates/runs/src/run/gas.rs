@@ -1,6 +1,8 @@
-//! What `run.observe` can ask about a gas: velocities, correlations, distances, contacts along a body, heat.
+//! Observers of a gas that `run.observe` selects: velocities, correlations, distances, contacts
+//! along a body, heat.
 //!
-//! Each name may be followed by a colon and a tag, for the bodies that carry it: `velocities:gas`.
+//! A name may be followed by a colon and a tag that restricts it to the bodies with that tag:
+//! `velocities:gas`.
 
 use anyhow::{Context, Result, bail, ensure};
 use carom::{
@@ -13,37 +15,37 @@ use serde::{Deserialize, Serialize};
 
 use crate::output::Folder;
 
-/// What `run.observe` may name, with a tag or without, unless said.
+/// Names allowed in `run.observe`, with or without a tag unless stated otherwise.
 pub const OBSERVERS: [&str; 6] =
     ["velocities", "correlation", "pair-distribution", CONTACT_DENSITY, IMPULSES, THERMOSTAT];
 
-/// Asks for the tag of the one body watched.
+/// Requires the tag of the one body observed.
 const CONTACT_DENSITY: &str = "contact-density";
 
-/// The same.
+/// Requires the tag of the one body observed.
 const IMPULSES: &str = "impulses";
 
-/// Rows of the table of impulses at most (0.2 kB each).
+/// Largest number of rows in the table of impulses (0.2 kB each).
 const MOST_IMPULSES: u64 = 1_000_000;
 
-/// Knows no tags: the books are those of the whole system.
+/// Takes no tag: the energy ledger is that of the whole system.
 const THERMOSTAT: &str = "thermostat";
 
-/// The longest lag of correlations in samples, whenever the run ends: one that is extended later is to have measured the
-/// same as one that was long from the start.
+/// Longest lag of correlations in samples. It does not depend on the end of the run, so an extended
+/// run measures the same as a long one.
 const LONGEST_LAG: f64 = 1e6;
 
-/// Bins for the speeds; each component has twice as many.
+/// Number of bins for speeds; components have twice as many.
 const SPEED_BINS: usize = 60;
 
-/// How far distances are counted, in diameters of the largest body of the group, and bins for each diameter.
+/// Cutoff of distances in diameters of the largest body of the group, and bins for each diameter.
 const DIAMETERS: f64 = 5.0;
 const BINS_PER_DIAMETER: f64 = 50.0;
 
-/// Bins of the whole turn around each atom.
+/// Number of bins of the full angle around each atom.
 const TURN_BINS: usize = 72;
 
-/// A name of `run.observe` that stands here, taken apart.
+/// A parsed entry of `run.observe`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 struct Asked {
     kind: String,
@@ -51,7 +53,7 @@ struct Asked {
 }
 
 impl Asked {
-    /// Takes a name apart; `None` if it is not one of these.
+    /// Parses a name; `None` if it is not in [`OBSERVERS`].
     fn parse(name: &str) -> Option<Self> {
         let (kind, tag) = name.split_once(':').map_or((name, None), |(kind, tag)| (kind, Some(tag)));
         let kind = OBSERVERS.into_iter().find(|&known| known == kind)?;
@@ -62,35 +64,35 @@ impl Asked {
         let Some(name) = &self.tag else { return Ok(Group::All) };
         let tag = view.tag_names().find(name);
         let tag = tag.filter(|&tag| view.tagged(tag).next().is_some());
-        tag.map(Group::from).with_context(|| format!("nothing in the scene carries the tag {name:?}"))
+        tag.map(Group::from).with_context(|| format!("no body in the scene carries the tag {name:?}"))
     }
 
-    /// Name of a table.
+    /// File name of a table.
     fn file(&self, name: &str) -> String {
         self.tag.as_ref().map_or_else(|| format!("{name}.csv"), |tag| format!("{name}-{tag}.csv"))
     }
 }
 
-/// Refuses a name with a tag that it cannot have.
+/// Validates a name and its tag.
 ///
 /// # Errors
-/// What is wrong; a name that does not stand here is not known.
+/// The name is unknown, a required tag is missing, or the tag is not allowed.
 pub fn check(name: &str) -> Result<()> {
-    let Some(Asked { kind, tag }) = Asked::parse(name) else { bail!("'{name}' is not known") };
+    let Some(Asked { kind, tag }) = Asked::parse(name) else { bail!("unknown observer '{name}'") };
     match (kind.as_str(), tag.as_deref()) {
         (CONTACT_DENSITY | IMPULSES, None) => bail!("'{name}' needs the tag of a body: {name}:TAG"),
-        (THERMOSTAT, Some(_)) => bail!("'{name}': the books of energy are kept for the whole system only"),
-        // It becomes part of the name of a file.
+        (THERMOSTAT, Some(_)) => bail!("'{name}': the energy ledger covers the whole system and takes no tag"),
+        // The tag becomes part of a file name.
         (_, Some(tag)) => ensure!(
             !tag.is_empty() && tag.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)),
-            "'{name}': the tag must be of letters, digits, - and _"
+            "'{name}': the tag may contain letters, digits, - and _ only"
         ),
         _ => {}
     }
     Ok(())
 }
 
-/// Observers that are told of samples only.
+/// Observers that need samples only.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct AtSamples(Vec<(Asked, Looker)>);
 
@@ -102,14 +104,14 @@ enum Looker {
     Thermostat(ThermostatLedger),
 }
 
-/// Observers that are told of contacts.
+/// Observers that need reports of contacts.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct AtContacts(Vec<(Asked, ContactDensity)>, Option<ImpulseLog>);
 
-/// The observers that a run asks for.
+/// Creates the observers that a run requests.
 ///
 /// # Errors
-/// A tag that nothing carries, a body or a gas that is not unique.
+/// No body carries a tag, or a body or gas is not unique.
 pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<(AtSamples, AtContacts)> {
     let (mut lookers, mut densities, mut impulses) = (Vec::new(), Vec::new(), None);
     for name in &run.observe {
@@ -121,7 +123,7 @@ pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<(AtSamples, AtContact
         } else if asked.kind == IMPULSES {
             let body = the_one(asked.group(view)?, view).with_context(context)?;
             let earlier = impulses.replace(ImpulseLog::new(body.body.key(), MOST_IMPULSES));
-            ensure!(earlier.is_none(), "run.observe: '{name}': the impulses of one body only can be written");
+            ensure!(earlier.is_none(), "run.observe: '{name}': impulses can be logged for one body only");
         } else {
             let looker = looker(&asked, run, view).with_context(context)?;
             lookers.push((asked, looker));
@@ -141,7 +143,7 @@ fn looker(asked: &Asked, run: &RunSpec, view: &View<'_>) -> Result<Looker> {
         "pair-distribution" => {
             let radii = view.bodies().filter(|body| group.contains(body.body)).map(|body| radius(&body));
             let diameter = 2.0 * radii.fold(0.0, f64::max);
-            // Just less than half the shorter side: beyond, images would be missed.
+            // Slightly less than half the shorter side: beyond it, periodic images would be missed.
             let half = 0.499 * view.bounds().sides().min_element();
             let cutoff = (DIAMETERS * diameter).min(half);
             let bins = (cutoff / diameter * BINS_PER_DIAMETER).ceil() as usize;
@@ -155,15 +157,15 @@ fn radius(body: &BodyView<'_>) -> f64 {
     body.body.molecule().bounding_radius()
 }
 
-/// The one body of a group.
+/// The only body of a group.
 fn the_one<'a>(group: Group, view: &View<'a>) -> Result<BodyView<'a>> {
     let mut members = view.bodies().filter(|body| group.contains(body.body));
-    let (body, another) = (members.next().context("there is no body")?, members.next());
-    ensure!(another.is_none(), "several bodies carry that tag, and only one can be watched");
+    let (body, another) = (members.next().context("no body carries that tag")?, members.next());
+    ensure!(another.is_none(), "several bodies carry that tag, but only one can be observed");
     Ok(body)
 }
 
-/// The contacts of the one body of a group with the discs that all have one radius.
+/// The contacts of the only body of a group with the discs of a gas, all of one radius.
 fn contact_density(group: Group, view: &View<'_>) -> Result<ContactDensity> {
     let body = the_one(group, view)?;
     let is_of_a_gas = |other: &BodyView<'_>| {
@@ -171,7 +173,7 @@ fn contact_density(group: Group, view: &View<'_>) -> Result<ContactDensity> {
         disc && other.body.key() != body.body.key()
     };
     let mut radii = view.bodies().filter(is_of_a_gas).map(|other| radius(&other));
-    let disc = radii.next().context("there is no gas of discs")?;
+    let disc = radii.next().context("the scene has no gas of discs")?;
     ensure!(radii.all(|radius| radius == disc), "the discs of the gas have several radii");
     Ok(ContactDensity::new(body.body, disc, TURN_BINS)?)
 }
@@ -206,10 +208,10 @@ impl Observer for AtSamples {
 }
 
 impl AtSamples {
-    /// Writes their tables.
+    /// Writes the tables.
     ///
     /// # Errors
-    /// One cannot be written.
+    /// A table cannot be written.
     pub fn write(&self, folder: &Folder) -> Result<()> {
         self.0.iter().try_for_each(|(asked, looker)| match looker {
             Looker::Velocities(velocities) => write_velocities(folder, asked, velocities),
@@ -274,20 +276,20 @@ impl Observer for AtContacts {
 }
 
 impl AtContacts {
-    /// Whether there is none.
+    /// Returns true if there are no observers.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty() && self.1.is_none()
     }
 
-    /// The impulses, which are written as the run goes.
+    /// The log of impulses, which is written during the run.
     pub fn impulses(&mut self) -> Option<&mut ImpulseLog> {
         self.1.as_mut()
     }
 
-    /// Writes their tables that are there at the end only.
+    /// Writes the tables that exist at the end only.
     ///
     /// # Errors
-    /// One cannot be written.
+    /// A table cannot be written.
     pub fn write(&self, folder: &Folder) -> Result<()> {
         self.0.iter().try_for_each(|(asked, density)| {
             let rows = density
@@ -312,7 +314,7 @@ mod tests {
             assert!(check(good).is_ok(), "{good}");
         }
         for (bad, said) in [
-            ("colour", "not known"),
+            ("colour", "unknown observer"),
             ("contact-density", "contact-density:TAG"),
             ("impulses", "impulses:TAG"),
             ("thermostat:gas", "whole system"),
@@ -325,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gas_is_watched_and_its_tables_are_written() {
+    fn a_gas_is_observed_and_its_tables_are_written() {
         let text = r#"
             [[molecule]]
             tags = ["tee"]
@@ -371,7 +373,7 @@ mod tests {
         let counted: f64 = table("velocity-histogram-gas.csv").iter().map(|row| number(&row[2])).sum();
         assert!(counted > 0.99 * 3.0 * 2100.0 && counted <= 3.0 * 2100.0, "{counted}");
         assert_eq!(table("correlation.csv").len(), 12);
-        // None is nearer than a diameter, which is 50 bins.
+        // No pair is nearer than a diameter, which is 50 bins.
         let pairs = table("pair-distribution-gas.csv");
         assert!(pairs[..49].iter().all(|row| number(&row[1]) == 0.0));
         let near: f64 = pairs[51..76].iter().map(|row| number(&row[2]) / 25.0).sum();
@@ -381,9 +383,9 @@ mod tests {
 
         let refused = |name: &str| {
             let run = RunSpec { observe: vec![name.to_owned()], ..RunSpec::default() };
-            format!("{:#}", observers(&run, &simulation.view()).expect_err("it is refused"))
+            format!("{:#}", observers(&run, &simulation.view()).expect_err("an error"))
         };
-        assert!(refused("velocities:nobody").contains("nothing in the scene carries"));
+        assert!(refused("velocities:none").contains("no body in the scene carries"));
         assert!(refused("contact-density:gas").contains("several bodies"));
         assert!(refused("impulses:gas").contains("several bodies"));
     }

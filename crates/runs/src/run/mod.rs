@@ -1,4 +1,4 @@
-//! `carom run`: any scene, with what its `[run]` asks for.
+//! `carom run`: runs any scene and writes what its `[run]` requests.
 
 pub(crate) mod gas;
 mod outcome;
@@ -24,10 +24,10 @@ use crate::{
 /// Options of `carom run`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// The scene file, and what to change in it
+    /// The scene file and changes to it
     #[command(flatten)]
     pub file: SceneFile,
-    /// Folders that are there already, and checkpoints
+    /// Output folder and checkpoints
     #[command(flatten)]
     pub choices: Choices,
 }
@@ -35,10 +35,10 @@ pub struct Options {
 /// Runs a scene and writes its folder.
 ///
 /// # Errors
-/// A scene that makes no sense, a folder that is not empty, a run that cannot go on.
+/// The scene is invalid, the folder is not empty, or the run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let scene = options.file.read()?;
-    // Built before anything is written: a scene that cannot be leaves no folder.
+    // Built before anything is written: an invalid scene leaves no folder.
     let simulation =
         Simulation::new(&scene).with_context(|| format!("scene {}", options.file.path.display()))?;
     let asked = gas::observers(&scene.run, &simulation.view())?;

@@ -1,4 +1,4 @@
-//! What a run of any scene has shown: its series, its figures, its page.
+//! Results of a run: series, figures, and page.
 
 use std::fmt::Write as _;
 
@@ -26,7 +26,7 @@ use crate::{
     series,
 };
 
-/// What `run.observe` may name, and what [`gas`] knows.
+/// Names allowed in `run.observe` besides those of [`gas`].
 pub const OBSERVERS: [&str; 4] = ["energy", "collision-rate", "pressure", "overlap"];
 
 /// Longer side of a picture of the system (pixels).
@@ -35,36 +35,36 @@ const PICTURE: u32 = 720;
 /// Files of the pictures at the start and at the end.
 const PICTURES: [&str; 2] = ["start.svg", "end.svg"];
 
-/// A scene file longer than this is not repeated in the report (bytes).
+/// A longer scene file is not repeated in the report (bytes).
 const LONGEST_SCENE: usize = 100_000;
 
-/// File of the frames at the samples.
+/// File of the snapshots.
 const TRAJECTORY: &str = "trajectory.extxyz";
 
-/// What a run has shown.
+/// Results of a run.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Outcome {
     energy: EnergyLedger,
     rate: CollisionRate,
-    /// Only where it was asked for: it needs a report of every contact.
+    /// `None` unless requested: it needs a report of every contact.
     pressure: Option<Pressure>,
     overlaps: OverlapCheck,
     totals: Totals,
     bodies: usize,
-    /// kT at the end (mass × length² / time²); `None` if nothing has a thermal motion.
+    /// kT at the end (mass × length² / time²); `None` without thermal motion.
     temperature: Option<f64>,
-    /// Contacts that the guard against inelastic collapse raised, and the energy that it spared by what was lost; `None` if
-    /// there was none.
+    /// Number of contacts whose elasticity the guard against inelastic collapse raised, and the
+    /// energy that it spared divided by the energy lost; `None` if there was none.
     guarded: Option<(u64, f64)>,
 }
 
-/// What watches a run: the last member only where it was asked for.
+/// Observers of a run; the last is present only if requested.
 type Watched<O> = (EnergyLedger, CollisionRate, OverlapCheck, O);
 
-/// Runs to the end, from the beginning or from a checkpoint, and writes series and snapshots on the way.
+/// Runs to the end, from the beginning or from a checkpoint, and writes series and snapshots.
 ///
 /// # Errors
-/// A run that cannot go on, a file that cannot be written, or the program has been asked to end.
+/// The run fails, a file cannot be written, or a signal has been received.
 pub fn simulate(
     task: &Task<'_>,
     found: Option<Found>,
@@ -81,17 +81,17 @@ pub fn simulate(
     }
 }
 
-/// What a scene asks for beyond what every run shows.
+/// Observers that a scene requests in addition to the standard ones.
 trait Watchers: Observer + Serialize + DeserializeOwned {
     fn pressure(&self) -> Option<&Pressure>;
 
     fn impulses(&mut self) -> Option<&mut ImpulseLog>;
 
-    /// Writes the tables that are there at the end only.
+    /// Writes the tables that exist at the end only.
     fn write(&self, folder: &Folder) -> Result<()>;
 }
 
-/// Where no report of a contact is needed.
+/// Scenes that need no reports of contacts.
 impl Watchers for gas::AtSamples {
     fn pressure(&self) -> Option<&Pressure> {
         None
@@ -132,7 +132,7 @@ fn simulate_with<O: Watchers>(
     let mut going = match task.start::<Watched<O>, Outcome>(found)? {
         Start::Ended(outcome) => return Ok(outcome),
         Start::From(going) => {
-            // Needed at the end: that it is gone must not come out then.
+            // The picture is needed at the end; a missing one is an error now rather than then.
             task.folder.read(PICTURES[0])?;
             if run.animation && going.simulation.time().to_f64() > run.animation_from {
                 task.folder.read(animation::ANIMATION)?;
@@ -153,13 +153,13 @@ fn simulate_with<O: Watchers>(
             going
         }
     };
-    // One that was killed before it went on from there records it again.
+    // A run killed before its first checkpoint after this point records the animation again.
     let begun = going.simulation.time().to_f64();
     let mut animation_from = (run.animation && begun <= run.animation_from).then_some(run.animation_from);
     for time in sampling_times(0.0, run.until, run.sample_interval).skip(going.samples()) {
         let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
         if let Some(from) = animation_from.take_if(|from| *from < time) {
-            // A run in two pieces makes the same contacts, to the bit.
+            // A run split in two makes the same contacts, to the bit.
             if going.simulation.time().to_f64() < from {
                 going.run_to(from, task)?;
             }
@@ -200,7 +200,7 @@ fn simulate_with<O: Watchers>(
     Ok(outcome)
 }
 
-/// Writes what the last sample has brought: a frame, and a row of each series that was asked for.
+/// Writes the data of the last sample: a frame, and a row of each requested series.
 fn write_on<O: Watchers>(going: &mut Resumable<Watched<O>>, run: &RunSpec) -> Result<()> {
     let Resumable { simulation, observers: (energy, rate, _, watchers), files, .. } = going;
     if run.snapshots.is_some() {
@@ -216,7 +216,7 @@ fn write_on<O: Watchers>(going: &mut Resumable<Watched<O>>, run: &RunSpec) -> Re
             "pressure" => {
                 files.append(&series::PRESSURE, watchers.pressure().map_or(&[], Pressure::series))?;
             }
-            // Its two figures stand in the summary.
+            // Its two figures are in the summary.
             _ => (),
         }
     }
@@ -249,22 +249,22 @@ impl Outcome {
         Summary { title, note: String::new(), totals: self.totals, checks, figures, runs: Vec::new() }
     }
 
-    /// The page about the run.
+    /// Creates the page of the run.
     ///
     /// # Errors
-    /// A series that cannot be drawn, or a picture that is no longer there.
+    /// A series cannot be drawn, or a picture is missing.
     pub fn page(&self, folder: &Folder, summary: &Summary, scene: &Scene, command: &str) -> Result<String> {
         let run = &scene.run;
-        let mut lead = format!("Run from t = 0 to {}, sample every {}.", run.until, run.sample_interval);
+        let mut lead = format!("Run from t = 0 to {}, sampled every {}.", run.until, run.sample_interval);
         if !run.observe.is_empty() {
-            let _ = write!(lead, " Watched: {}.", run.observe.join(", "));
+            let _ = write!(lead, " Observed: {}.", run.observe.join(", "));
         }
         let mut page = Page::new(&summary.title, &lead);
-        page.heading("What was found");
+        page.heading("Results");
         page.totals(&summary.totals);
         page.figures(&summary.figures);
         page.subheading("Checks");
-        page.paragraph(&format!("Overlaps were looked for at {} samples.", self.overlaps.checks()));
+        page.paragraph(&format!("The overlap check ran at {} samples.", self.overlaps.checks()));
         page.checks(&summary.checks);
         let charts = self.charts(run)?;
         let charts: Vec<(&str, &str)> =
@@ -280,27 +280,27 @@ impl Outcome {
         page.pictures(Layout::Beside, &[(&start, &captions[0]), (&end, &captions[1])]);
         if run.animation {
             let caption = format!(
-                "From t = {}: every flight between contacts as the run made it. The same flights, with all digits: {}.",
+                "From t = {}: the flights of the run between contacts. All digits are in {}.",
                 run.animation_from,
                 animation::FLIGHTS
             );
             page.animation(&folder.read(animation::ANIMATION)?, &caption);
         }
-        page.heading("The data");
+        page.heading("Data");
         page.links(Self::data(run));
-        page.heading("How to run it again");
+        page.heading("Reproduction");
         page.code(command);
         let text = scene.to_toml();
         if text.len() <= LONGEST_SCENE {
-            page.paragraph("The scene with every choice written out:");
+            page.paragraph("The scene with all options:");
             page.code(&text);
         } else {
-            page.paragraph("The scene with every choice written out is in config.toml.");
+            page.paragraph("The scene with all options is in config.toml.");
         }
         Ok(page.html())
     }
 
-    /// Files of the folder that every run with these wishes leaves.
+    /// Data files that a run with these options writes.
     fn data(run: &RunSpec) -> Vec<&'static str> {
         let mut files = vec!["config.toml", "summary.json", "manifest.json"];
         files.extend(run.animation.then_some(animation::FLIGHTS));
@@ -321,7 +321,7 @@ impl Outcome {
         self.pressure.as_ref().map_or(&[], Pressure::series)
     }
 
-    /// The series that were asked for.
+    /// Charts of the requested series.
     fn charts(&self, run: &RunSpec) -> Result<Vec<(String, &'static str)>> {
         let mut charts = Vec::new();
         let asked = |name: &str| run.observe.iter().any(|observed| observed == name);
@@ -335,20 +335,20 @@ impl Outcome {
                     .map(|point| (point.time, (point.energy - point.booked) / first))
                     .collect();
                 let svg =
-                    series_chart("Energy against the books", "(E − booked E) / E(0)", run.until, drift)?;
-                charts.push((svg, "What is left is rounding: it must not grow beyond 10⁻¹²."));
+                    series_chart("Energy drift relative to the ledger", "(E − booked E) / E(0)", run.until, drift)?;
+                charts.push((svg, "The difference is rounding error; it must stay below 10⁻¹²."));
             }
         }
         if asked("collision-rate") {
             let rates: Vec<(f64, f64)> =
                 self.rate.series().iter().map(|point| (point.time, point.rate)).collect();
             let svg = series_chart("Collisions", "collisions per body and time [1/time]", run.until, rates)?;
-            charts.push((svg, "Mean over the bodies that move, for each interval between samples."));
+            charts.push((svg, "Mean over the moving bodies in each interval between samples."));
         }
         if asked("pressure") {
             let points = self.pressure_series().iter().map(|point| (point.time, point.pressure()));
             let svg = series_chart("Pressure", "p [mass/time²]", run.until, points.collect())?;
-            charts.push((svg, "From the virial of the contacts, for each interval between samples."));
+            charts.push((svg, "From the virial of the contacts in each interval between samples."));
         }
         Ok(charts)
     }

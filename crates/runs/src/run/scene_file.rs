@@ -1,4 +1,4 @@
-//! A scene file with what the command line changes in it, refused by name where it cannot be run.
+//! Scene files with changes from the command line; invalid entries are refused by name.
 
 use std::{fs, path::PathBuf};
 
@@ -9,10 +9,10 @@ use clap::Args;
 use super::{gas, outcome::OBSERVERS};
 use crate::overrides::Override;
 
-/// The only format of snapshots.
+/// The only supported format of snapshots.
 const EXTENDED_XYZ: &str = "extxyz";
 
-/// The most samples of a run: more are refused as a mistake.
+/// Largest number of samples of a run; more are refused as a mistake.
 const MOST_SAMPLES: f64 = 1e7;
 
 /// Options that name a scene file and change entries of it.
@@ -33,10 +33,11 @@ pub struct SceneFile {
 }
 
 impl SceneFile {
-    /// The scene, with the changes of the command line.
+    /// Reads the scene and applies the changes from the command line.
     ///
     /// # Errors
-    /// The file cannot be read or is no scene, or `[run]` or a rule of elasticity cannot mean anything.
+    /// The file cannot be read or is no scene, or an entry of `[run]` or a rule of elasticity is
+    /// invalid.
     pub fn read(&self) -> Result<Scene> {
         let path = self.path.display();
         let text =
@@ -58,8 +59,8 @@ impl SceneFile {
     }
 }
 
-/// Refuses a rule of elasticity for a tag that nothing in the scene carries: in a file that is run as it stands it is a
-/// slip that would change the physics.
+/// Refuses a rule of elasticity for a tag that no body carries: a misspelt tag would change the
+/// physics.
 fn refuse_unknown_tags(scene: &Scene) -> Result<()> {
     let molecules = scene.molecule.iter().map(|entry| &entry.tags);
     let bumpers = scene.bumper.iter().map(|entry| &entry.tags);
@@ -70,21 +71,21 @@ fn refuse_unknown_tags(scene: &Scene) -> Result<()> {
         for name in &rule.between {
             ensure!(
                 carried.contains(&name),
-                "elasticity.pair[{index}]: nothing in the scene carries the tag {name:?}"
+                "elasticity.pair[{index}]: no body in the scene carries the tag {name:?}"
             );
         }
     }
     Ok(())
 }
 
-/// Refuses what `[run]` cannot mean.
+/// Validates `[run]`.
 fn check(run: &RunSpec) -> Result<()> {
     for (entry, time) in [("run.until", run.until), ("run.sample_interval", run.sample_interval)] {
         ensure!(time.is_finite() && time > 0.0, "{entry} must be positive and finite, but is {time}");
     }
     ensure!(
         run.until / run.sample_interval <= MOST_SAMPLES,
-        "run.sample_interval = {} makes more than {MOST_SAMPLES:e} samples until {}",
+        "run.sample_interval = {} gives more than {MOST_SAMPLES:e} samples until {}",
         run.sample_interval,
         run.until
     );
@@ -97,13 +98,13 @@ fn check(run: &RunSpec) -> Result<()> {
     for name in &run.observe {
         if !OBSERVERS.contains(&name.as_str()) {
             gas::check(name).with_context(|| {
-                format!("run.observe; known are {}, {}", OBSERVERS.join(", "), gas::OBSERVERS.join(", "))
+                format!("run.observe; expected one of {}, {}", OBSERVERS.join(", "), gas::OBSERVERS.join(", "))
             })?;
         }
     }
     match run.snapshots.as_deref() {
         None | Some(EXTENDED_XYZ) => Ok(()),
-        Some(other) => bail!("run.snapshots: '{other}' is not known; known is {EXTENDED_XYZ}"),
+        Some(other) => bail!("run.snapshots: unknown format '{other}'; expected {EXTENDED_XYZ}"),
     }
 }
 
@@ -112,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_run_cannot_mean_is_refused_by_name() {
+    fn invalid_entries_of_run_are_refused_by_name() {
         let good = RunSpec { observe: vec!["energy".to_owned()], ..RunSpec::default() };
         assert!(check(&good).is_ok());
         let cases = [

@@ -1,4 +1,4 @@
-//! Single bodies of a scene in a few words; the tests of the engine use them, too.
+//! Constructors of single bodies of a scene, also used by the engine's tests.
 
 use carom::{
     Scene,
@@ -10,7 +10,7 @@ pub fn disc(radius: f64, mass: f64, at: [f64; 2], velocity: [f64; 2]) -> Molecul
     MoleculeSpec { velocity, ..named("disc", radius, mass, at) }
 }
 
-/// A molecule at rest, by the name of its shape.
+/// A molecule at rest with the shape of this name.
 pub fn named(shape: &str, atom_radius: f64, atom_mass: f64, at: [f64; 2]) -> MoleculeSpec {
     MoleculeSpec {
         shape: Some(shape.to_owned()),
@@ -26,7 +26,7 @@ pub fn bumper(radius: f64, at: [f64; 2]) -> BumperSpec {
     BumperSpec { tags: Vec::new(), radius, at }
 }
 
-/// The bodies of a view as a scene of single molecules that begins where the view stands; its walls are to be added.
+/// A scene of single molecules in the present state of a view, without its walls.
 pub fn frozen(view: &View<'_>) -> Scene {
     let molecule = view
         .bodies()

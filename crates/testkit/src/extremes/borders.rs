@@ -1,4 +1,4 @@
-//! Borders of cells and of the box, boxes of few cells, and partners met through two images.
+//! Borders of cells and of the box, boxes of few cells, and partners that meet through two images.
 
 use anyhow::Result;
 use carom::{
@@ -19,31 +19,31 @@ pub fn cases<E: Engine>() -> Vec<Case> {
         Case {
             id: "7.19",
             name: "an object on a border of cells, in the corner of the box, at x = L − ulp, at x = −0.0",
-            must: "it is hit from all four sides at the closed-form time",
+            must: "hit from all four sides at the closed-form time",
             run: places::<E>,
         },
         Case {
             id: "7.20",
             name: "a disc along a border of cells, one component of its velocity 0 or −0",
-            must: "no endless crossings, the target is hit",
+            must: "a bounded number of crossings, the target is hit",
             run: along::<E>,
         },
         Case {
             id: "7.21",
             name: "bodies larger than a cell; boxes of one, two, three cells a side",
-            must: "the same collisions as with all pairs and all images looked at; too small a box is refused",
+            must: "the same collisions as a search of all pairs and images; too small a box is refused",
             run: few_cells::<E>,
         },
         Case {
             id: "7.22",
             name: "discs of a diameter above L/2 that meet through two images",
-            must: "each hit at its closed-form time, images in turn; meeting its own image is refused",
+            must: "each hit at its closed-form time, alternating images; contact with the own image is refused",
             run: two_images::<E>,
         },
         Case {
             id: "7.23",
             name: "a bumper at the corner of the box, and in its middle",
-            must: "the same first collisions; mean free path as predicted for both",
+            must: "the same first collisions; both mean free paths as predicted",
             run: corner_bumper::<E>,
         },
     ]
@@ -52,7 +52,7 @@ pub fn cases<E: Engine>() -> Vec<Case> {
 fn places<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let mut wrong = 0;
     let last = 1.0f64.next_down();
-    // Some forty further discs at rest, so that there are cells, and borders at k/n for many n.
+    // Some forty further discs at rest create cells with borders at k/n for many n.
     let borders = (1..=12).flat_map(|n| (0..n).map(move |k| f64::from(k) / f64::from(n)));
     for at in borders.chain([last, -0.0, 1.0]) {
         for place in [[at, at], [at, 0.5], [0.25, at], [at, last]] {
@@ -71,7 +71,7 @@ fn places<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
             }
         }
     }
-    Ok(vec![Finding::never("places where it is not hit", wrong)])
+    Ok(vec![Finding::never("positions without a hit", wrong)])
 }
 
 fn along<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
@@ -81,7 +81,8 @@ fn along<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         for at in [0.0, 0.125, 0.25, 1.0 / 3.0, 0.5, 1.0f64.next_down()] {
             for flipped in [false, true] {
                 let turn = |v: [f64; 2]| if flipped { [v[1], v[0]] } else { v };
-                // A slow target a box ahead, met by the fast one after a thousand boxes or so.
+                // A slow target one box ahead, which the fast disc meets after about a thousand
+                // boxes.
                 let mut list = vec![
                     disc(0.01, 1.0, turn([0.1, at]), turn([1.0, zero])),
                     disc(0.01, 1.0, turn([0.6, at]), turn([0.999, zero])),
@@ -105,7 +106,7 @@ fn along<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-/// The bodies of the first collisions with every pair and image looked at.
+/// The bodies of the first collisions, from a search of all pairs and images.
 fn all_pairs(scene: &Scene, count: usize) -> Result<Vec<[u64; 2]>> {
     let mut run: Simulation<Exact, Impact, HeapScheduler> =
         Simulation::with(scene, Exact::default(), Impact, CellsPerSide::Given(1))?;
@@ -134,7 +135,7 @@ fn few_cells<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
             run.step(1e3, &mut watch)?;
         }
         let pair = |list: &[[u64; 2]]| -> Vec<[u64; 2]> {
-            // Before chaos has made a rounding a path of its own.
+            // The first collisions only: later, chaos amplifies rounding to different trajectories.
             list.iter().take(20).map(|[a, b]| [*a.min(b), *a.max(b)]).collect()
         };
         wrong += usize::from(pair(&expected) != pair(&watch.bodies) || expected.is_empty());
@@ -152,7 +153,8 @@ fn few_cells<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
 }
 
 fn two_images<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
-    // Two discs of diameters 0.52 and 0.4 in a row through the border: 0.04 free on either side.
+    // Two discs of diameters 0.52 and 0.4 in a row across the border: a free gap of 0.04 on either
+    // side.
     let scene = in_box(
         [1.0, 1.0],
         vec![disc(0.26, 1.0, [0.25, 0.5], [0.0; 2]), disc(0.2, 1.0, [0.75, 0.5], [1.0, 0.0])],
@@ -169,9 +171,9 @@ fn two_images<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let own = E::simulate(&in_box([1.0, 1.0], vec![disc(0.52, 1.0, [0.25, 0.5], [1.0, 0.0])]));
     let refused = matches!(own, Err(SceneError::Grid { reason: GridError::BoxTooSmall { .. }, .. }));
     Ok(vec![
-        Finding::new("hits, less the 100 expected", (watch.times.len() as f64 - 100.0).abs(), 0.0),
+        Finding::new("number of hits minus the expected 100", (watch.times.len() as f64 - 100.0).abs(), 0.0),
         Finding::new("largest error of a time", late, 1e-12),
-        Finding::never("its own image not refused", usize::from(!refused)),
+        Finding::never("contacts with the own image that are not refused", usize::from(!refused)),
     ])
 }
 
@@ -191,10 +193,10 @@ fn corner_bumper<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         let mut watch = Watch::default();
         run_collisions::<E, _>(&mut run, effort.collisions, &mut watch, |_| {})?;
         let free = run.time().to_f64() / run.view().counters().collisions as f64;
-        // Free paths vary by about their mean, and hardly depend on each other.
+        // The standard deviation of free paths is about their mean, and their correlation is small.
         let error = predicted / (effort.collisions as f64).sqrt();
         let off = (free - predicted).abs() / error;
-        findings.push(Finding::new(format!("{name}: mean free path off by (standard errors)"), off, 5.0));
+        findings.push(Finding::new(format!("{name}: deviation of the mean free path (standard errors)"), off, 5.0));
         first.push(watch.times.into_iter().take(6).collect::<Vec<f64>>());
     }
     let differ = first[0].iter().zip(&first[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -1,4 +1,4 @@
-//! Nothing to do, and nothing that can be done: empty scenes, and scenes that must be refused by name.
+//! Empty scenes, which must run, and invalid scenes, which must be refused by name.
 
 use anyhow::Result;
 use carom::{
@@ -17,7 +17,7 @@ pub fn cases<E: Engine>() -> Vec<Case> {
         Case {
             id: "7.24",
             name: "one object, none, only bumpers; a run to a time that has passed",
-            must: "it returns, without events",
+            must: "the run returns without events",
             run: nothing_to_do::<E>,
         },
         Case {
@@ -50,7 +50,7 @@ fn nothing_to_do<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     }
     Ok(vec![
         Finding::new("collisions", events as f64, 0.0),
-        Finding::never("runs that stand at another time than asked for", moved),
+        Finding::never("runs that end at another time than requested", moved),
         Finding::never("times that are not finite, and not refused", wrong),
     ])
 }
@@ -77,7 +77,7 @@ fn refused<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         if bad != 0.0 {
             let mut scene = Scene::default();
             scene.elasticity.default = bad;
-            // More than 1 is superelastic, and allowed.
+            // A value above 1 is superelastic and allowed.
             if !(bad > 1.0 && bad.is_finite()) {
                 scenes.push(scene);
             }
@@ -88,7 +88,7 @@ fn refused<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         built.is_ok()
     });
     Ok(vec![
-        Finding::never("impossible scenes that are accepted", accepted.count()),
-        Finding::never("too few of them", usize::from(scenes.len() < 40)),
+        Finding::never("invalid scenes that are accepted", accepted.count()),
+        Finding::never("too few invalid scenes", usize::from(scenes.len() < 40)),
     ])
 }

@@ -1,4 +1,5 @@
-//! Many contacts at once or in a row: corners, chains, cradles, break shots, symmetric meetings.
+//! Many contacts at one time or in sequence: corners, chains, cradles, break shots, symmetric
+//! meetings.
 
 use anyhow::Result;
 use carom::{
@@ -19,25 +20,25 @@ pub fn cases<E: Engine>() -> Vec<Case> {
         Case {
             id: "7.12",
             name: "a disc rattles in the concave corner of a fixed T, elastic and at e = 0.5, 0.05, 0",
-            must: "no endless loop at one instant, no overlap",
+            must: "a bounded number of collisions at one time, no overlap",
             run: corner::<E>,
         },
         Case {
             id: "7.14",
             name: "a chain of 100 touching discs is hit at one end",
-            must: "100 collisions at one instant, only the last disc leaves",
+            must: "100 collisions at one time, only the last disc leaves",
             run: chain::<E>,
         },
         Case {
             id: "7.15",
             name: "four discs meet in a point; a lattice with mirrored velocities",
-            must: "energy and momentum conserved, the same order each time",
+            must: "energy and momentum conserved, the same order in each run",
             run: meetings::<E>,
         },
         Case {
             id: "6.5 a",
             name: "a dumbbell along the line between two bumpers, e = 1",
-            must: "period 2 gap/v for ever, spin exactly 0",
+            must: "constant period 2 gap/v, spin exactly 0",
             run: shuttle::<E>,
         },
         Case {
@@ -49,7 +50,7 @@ pub fn cases<E: Engine>() -> Vec<Case> {
         Case {
             id: "6.5 c",
             name: "break shot: a disc hits two touching ones symmetrically",
-            must: "energy and momentum conserved, the same result each time, that of the sequential rule",
+            must: "energy and momentum conserved, in each run the result of the sequential rule",
             run: break_shot::<E>,
         },
         Case {
@@ -70,7 +71,7 @@ fn corner<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
                 rotation: Rotation::Free,
                 ..named("tee", 0.0625, 1.0, [0.5, 0.5])
             };
-            // Two bumpers in front of the corner send it back in again and again.
+            // Two bumpers in front of the corner reflect it back repeatedly.
             let mut scene =
                 in_box([1.0, 1.0], vec![tee, disc(0.03, 1.0, [0.605, 0.47], direction.to_array())]);
             scene.bumper = vec![bumper(0.05, [0.7, 0.45]), bumper(0.05, [0.62, 0.36])];
@@ -88,11 +89,11 @@ fn corner<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     Ok(vec![
         Finding::never("overlapping pairs", overlapping),
         Finding::never("runs that do not reach their end", unnamed),
-        Finding::new("most collisions at the instant of the one before", most as f64, 100.0),
+        Finding::new("largest number of collisions at one time", most as f64, 100.0),
     ])
 }
 
-/// Discs in a row of which the first comes on with speed 1.
+/// Discs in a row; the first approaches at speed 1.
 fn row<E: Engine>(count: usize, gap: f64) -> Result<(Run<E>, Watch)> {
     let mut list = vec![disc(0.5, 1.0, [1.0, 2.0], [1.0, 0.0])];
     list.extend((0..count).map(|i| disc(0.5, 1.0, [3.0 + i as f64 * (1.0 + gap), 2.0], [0.0; 2])));
@@ -106,9 +107,9 @@ fn chain<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let (run, watch) = row::<E>(100, 0.0)?;
     let late = watch.times.iter().map(|time| (time - 1.0).abs()).fold(0.0, f64::max);
     Ok(vec![
-        Finding::new("collisions, less 100", (watch.times.len() as f64 - 100.0).abs(), 0.0),
-        Finding::new("largest time after the blow", late, 1e-13),
-        Finding::new("velocity of the last, less 1", (velocity::<E>(&run, 100) - DVec2::X).length(), 1e-13),
+        Finding::new("number of collisions minus 100", (watch.times.len() as f64 - 100.0).abs(), 0.0),
+        Finding::new("largest time after the first collision", late, 1e-13),
+        Finding::new("velocity of the last disc minus 1", (velocity::<E>(&run, 100) - DVec2::X).length(), 1e-13),
         Finding::new("energy drift, relative", (run.view().energy() / 0.5 - 1.0).abs(), 1e-13),
     ])
 }
@@ -127,7 +128,7 @@ fn cradle<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         error = error.max((run.view().energy() / 0.5 - 1.0).abs());
     }
     Ok(vec![
-        Finding::never("cradles in another order", order),
+        Finding::never("cradles with another order of collisions", order),
         Finding::new("largest error of a velocity, or of the energy", error, 2.0 * f64::EPSILON),
     ])
 }
@@ -138,7 +139,7 @@ fn shuttle<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         vec![MoleculeSpec { velocity: [1.0, 0.0], ..named("dumbbell", 0.5, 1.0, [4.0, 4.0]) }],
     );
     scene.bumper = vec![bumper(1.0, [1.0, 4.0]), bumper(1.0, [7.0, 4.0])];
-    // Free gap 4 − 2: hits at 1, 3, 5, …
+    // The free gap is 4 − 2: hits at times 1, 3, 5, …
     let hits = effort.collisions.clamp(1000, 100_000);
     let mut run = E::simulate(&scene)?;
     let mut watch = Watch::default();
@@ -148,7 +149,7 @@ fn shuttle<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     let body = run.view().bodies().next().map_or(f64::NAN, |body| body.motion.angular_velocity.abs());
     Ok(vec![
         Finding::new(
-            "hits, less those expected",
+            "number of hits minus the expected one",
             (run.view().counters().collisions as f64 - hits as f64).abs(),
             0.0,
         ),
@@ -176,16 +177,16 @@ fn break_shot<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let (first, again) = (run()?, run()?);
     let energy: f64 = first.iter().map(|v| v.length_squared()).sum();
     let momentum: DVec2 = first.iter().sum();
-    // The sequential rule: 0.8660 along ±30°, 0.4330 along ∓30°, (−0.125, ∓0.2165).
+    // The sequential rule gives 0.8660 along ±30°, 0.4330 along ∓30°, and (−0.125, ∓0.2165).
     let speeds = [1, 2].map(|k: usize| first[k].length());
     let expected = [0.75f64.sqrt(), 0.75f64.sqrt() / 2.0];
     let sequential =
         (speeds[0].max(speeds[1]) - expected[0]).abs() + (speeds[0].min(speeds[1]) - expected[1]).abs();
     Ok(vec![
-        Finding::new("energy, less that at the start", (energy - 1.0).abs(), 1e-14),
-        Finding::new("momentum, less that at the start", (momentum - DVec2::X).length(), 1e-14),
-        Finding::never("other results on repetition", usize::from(first != again)),
-        Finding::new("speeds, less those of the sequential rule", sequential, 1e-13),
+        Finding::new("energy minus initial energy", (energy - 1.0).abs(), 1e-14),
+        Finding::new("momentum minus initial momentum", (momentum - DVec2::X).length(), 1e-14),
+        Finding::never("different results on repetition", usize::from(first != again)),
+        Finding::new("speeds minus those of the sequential rule", sequential, 1e-13),
     ])
 }
 
@@ -196,7 +197,8 @@ fn few_discs<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     for k in 0..trials {
         let list = (0..3)
             .map(|i| {
-                // From a circle about the middle inwards, so that they meet near it and leave a wide box alone.
+                // They start on a circle and move inwards, so that they meet near the centre, far
+                // from the box borders.
                 let out = angles[9 * k + 3 * i];
                 let aim = 1.5 * angles[9 * k + 3 * i + 1];
                 let from = DVec2::splat(50.0) + (4.0 + 2.0 * i as f64) * out;
@@ -220,7 +222,8 @@ fn few_discs<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         let inversions = inversions.filter(|&(i, j)| speeds[i] > speeds[j]).count() as u64;
         let mut run = E::simulate(&in_box([100.0, 100.0], list.collect()))?;
         run.run_until(80.0)?;
-        // Those nearly as fast as each other may meet later: asked for only where all have met.
+        // Discs of nearly equal speed may meet later: the number is checked only after all have
+        // met.
         let met = speeds
             .iter()
             .enumerate()
@@ -228,9 +231,9 @@ fn few_discs<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         wrong += usize::from(met && run.view().counters().collisions != inversions);
     }
     Ok(vec![
-        Finding::new("most collisions of three discs", most as f64, 4.0),
+        Finding::new("largest number of collisions of three discs", most as f64, 4.0),
         Finding::never("fewer than two collisions of any three discs", usize::from(most < 2)),
-        Finding::never("rows with another number of collisions than inversions", wrong),
+        Finding::never("rows whose number of collisions differs from the inversions", wrong),
     ])
 }
 
@@ -265,7 +268,7 @@ fn meetings<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
                 1e-14,
             ),
             Finding::new(format!("{name}: momentum"), first.view().momentum().length(), 1e-13),
-            Finding::never(format!("{name}: another order on repetition"), usize::from(!same)),
+            Finding::never(format!("{name}: different order on repetition"), usize::from(!same)),
             Finding::never(format!("{name}: overlapping pairs"), first.view().overlaps().pairs),
             Finding::never(format!("{name}: no collision"), usize::from(watch.times.is_empty())),
         ]);

@@ -1,4 +1,4 @@
-//! The engines that are put to the test, and scenes in a few words.
+//! The engines under test, and helpers that build scenes.
 
 use carom::{
     CellScheduler, Detection, Exact, GoldenSecant, HeapScheduler, Impact, Orientation, Scene, SceneError,
@@ -7,16 +7,16 @@ use carom::{
 };
 use glam::DVec2;
 
-/// A detector and a scheduler: what is exchanged between the engines that are compared.
+/// A detector and a scheduler: the parts in which the compared engines differ.
 pub trait Engine: 'static {
-    /// How contacts are found.
+    /// The detector of contacts.
     type Detector: Detection + Default + Clone + 'static;
-    /// How events are ordered.
+    /// The scheduler of events.
     type Scheduler: Scheduler;
-    /// What it is called in tables.
+    /// Name in tables.
     const NAME: &'static str;
 
-    /// A simulation of the scene.
+    /// Builds a simulation of the scene.
     ///
     /// # Errors
     /// The scene cannot be built.
@@ -30,7 +30,7 @@ pub trait Engine: 'static {
     }
 }
 
-/// A simulation by such an engine.
+/// A simulation with the parts of an engine.
 pub type Run<E> = Simulation<<E as Engine>::Detector, Impact, <E as Engine>::Scheduler>;
 
 /// The exact detector with the fast scheduler.
@@ -42,7 +42,7 @@ impl Engine for Ours {
     const NAME: &'static str = "Exact, CellScheduler";
 }
 
-/// The thesis's search and the thesis's heap of all events.
+/// The golden-section and secant search of the thesis, with a heap of all events.
 pub enum Theses {}
 
 impl Engine for Theses {
@@ -51,7 +51,7 @@ impl Engine for Theses {
     const NAME: &'static str = "GoldenSecant, HeapScheduler";
 }
 
-/// A gas of energy 1 each.
+/// A gas with energy 1 for each molecule.
 pub fn gas(shape: &str, radius: f64, atom_mass: f64, count: usize) -> GasSpec {
     GasSpec {
         shape: Some(shape.to_owned()),
@@ -71,7 +71,8 @@ pub fn in_box(sides: [f64; 2], molecule: Vec<MoleculeSpec>) -> Scene {
     scene
 }
 
-/// Unit vectors in directions that are spread evenly and never repeat: multiples of the golden ratio of a turn.
+/// Unit vectors in evenly spread directions that never repeat: multiples of the golden ratio of a
+/// turn.
 pub fn directions() -> impl Iterator<Item = DVec2> {
     (1..).map(|k: u32| Orientation::from_turns(f64::from(k) * 0.618_033_988_749_894_9).cos_sin())
 }

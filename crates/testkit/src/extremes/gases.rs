@@ -1,4 +1,4 @@
-//! Gases that are old, of very unequal bodies, inelastic, or about to blow up.
+//! Gases: at late times, with very unequal bodies, inelastic, and superelastic.
 
 use anyhow::{Result, bail};
 use carom::{
@@ -19,7 +19,7 @@ pub fn cases<E: Engine>() -> Vec<Case> {
         Case {
             id: "7.5",
             name: "a gas at time 0, 1e3, 1e6, 1e9, 1e12",
-            must: "the same collisions, velocities to the bit; overlaps within the bound of time 0",
+            must: "the same collisions and velocities to the bit; overlaps within the bound of time 0",
             run: ages::<E>,
         },
         Case {
@@ -37,22 +37,22 @@ pub fn cases<E: Engine>() -> Vec<Case> {
         Case {
             id: "7.17",
             name: "inelastic: three discs in line at e = 0.05, gases at e = 0.5 and e = 0",
-            must: "collapse guarded and counted, energy booked, the end reached",
+            must: "collapse guarded and counted, energy recorded in the ledger, the end reached",
             run: inelastic::<E>,
         },
         Case {
             id: "7.18",
             name: "a gas at e = 1.01, on to the blow-up",
-            must: "it ends with a named error, with finite energy and no overlap",
+            must: "a named error, finite energy and no overlap",
             run: superelastic::<E>,
         },
     ]
 }
 
-/// An old gas: nothing has moved until `age` (time), then so many discs are put in.
+/// A gas at a late time: the empty box runs until `age` (time), then `count` discs are added.
 ///
 /// # Errors
-/// The scene cannot be built, or not run.
+/// The scene cannot be built or run.
 pub fn aged<E: Engine>(age: f64, count: usize) -> Result<Run<E>> {
     let mut run = E::simulate(&in_box([1.0, 1.0], Vec::new()))?;
     run.run_until(age)?;
@@ -73,7 +73,7 @@ fn scattered(count: usize) -> Vec<MoleculeSpec> {
         .collect()
 }
 
-/// Light discs with one of another mass and radius among them.
+/// Light discs and one disc of another mass and radius.
 pub fn mixture(light: usize, radius: f64, mass: f64, big_radius: f64, big_mass: f64) -> Scene {
     let speed = (2.0 / big_mass).sqrt();
     let mut scene =
@@ -92,7 +92,7 @@ fn ages<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     for age in [0.0, 1e3, 1e6, 1e9, 1e12] {
         let mut run = aged::<E>(age, 36)?;
         let begun = run.time();
-        // By some hundred collisions each, a last bit that differs has become the first.
+        // After some hundred collisions each, a difference in the last bit has grown to the first.
         let duration = 16.0 * (effort.collisions as f64 / 2e4).clamp(0.25, 4.0);
         run.observe_until_instant(later(begun, duration), &mut ())?;
         let view = run.view();
@@ -100,12 +100,12 @@ fn ages<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         let state = (view.counters().collisions, velocities(&view));
         let first = young.get_or_insert_with(|| state.clone());
         let different = usize::from(*first != state);
-        findings.push(Finding::never(format!("paths other than at time 0 at {age:e}"), different));
+        findings.push(Finding::never(format!("trajectories that differ from those at time 0, at {age:e}"), different));
     }
     Ok(findings)
 }
 
-/// An instant that is later by so much (time), to all digits of both.
+/// The time `instant` + `duration` (time), without rounding.
 pub fn later(instant: EpochTime, duration: f64) -> EpochTime {
     instant.new_epoch(0.0).after(duration)
 }
@@ -119,7 +119,7 @@ fn ratios<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     ];
     let mut findings = Vec::new();
     for (index, (name, scene)) in scenes.into_iter().enumerate() {
-        // So small discs hit each other once in some hundred boxes.
+        // Such small discs collide once in some hundred box lengths.
         let collisions = if index < 2 { effort.collisions } else { effort.collisions / 10 };
         findings.extend(survey::<E>(&scene, collisions)?.findings(name));
     }
@@ -131,7 +131,7 @@ fn equipartition<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     scene.gas = vec![gas("disc", 0.02, 1.0, 100), gas("disc", 0.03, 100.0, 40)];
     scene.gas[1].energy = 0.0;
     let mut run = E::simulate(&scene)?;
-    // Relaxation takes the heavy ones some M/2m collisions each.
+    // The heavy discs relax within about M/2m collisions each.
     survey_of::<E>(&mut run, 20_000)?;
     let mut shares = Vec::new();
     for _ in 0..20 {
@@ -153,14 +153,15 @@ fn equipartition<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     let mean = shares.iter().sum::<f64>() / n;
     let variance = shares.iter().map(|share| (share - mean).powi(2)).sum::<f64>() / (n - 1.0);
     Ok(vec![Finding::new(
-        "mean energy of heavy over that of light ones, less 1, in standard errors",
+        "mean energy of heavy discs relative to light ones, minus 1 (standard errors)",
         mean.abs() / (variance / n).sqrt(),
         5.0,
     )])
 }
 
-/// Most contacts of a gas that loses energy. More: what is left after a hundred contacts of each body at e = 0.5 is a motion
-/// in common, in which as many contacts again take as long as all before, time and again.
+/// Largest number of contacts of a cooling gas. More: after a hundred contacts of each body at e =
+/// 0.5 the remaining motion is collective, and each further such number of contacts takes as long
+/// as all before.
 const CONTACTS_WHILE_COOLING: u64 = 20_000;
 
 fn inelastic<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
@@ -194,7 +195,7 @@ fn inelastic<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
             let view = run.view();
             let drift = (view.energy() - view.ledger().booked()).abs() / view.ledger().initial;
             findings.push(Finding::new(
-                format!("{name}: energy less what is booked, relative"),
+                format!("{name}: energy minus ledger, relative"),
                 drift,
                 1e-12,
             ));
@@ -206,11 +207,11 @@ fn inelastic<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
                 }
                 Err(error) => !guarded && error.downcast_ref::<RunError>().is_some(),
             };
-            findings.push(Finding::never(format!("{name}: ended otherwise"), usize::from(!ended_by_name)));
+            findings.push(Finding::never(format!("{name}: unexpected ends"), usize::from(!ended_by_name)));
             if guarded && e == 0.0 {
                 let spared = view.counters().guarded_collisions;
                 findings
-                    .push(Finding::never(format!("{name}: guard never at work"), usize::from(spared == 0)));
+                    .push(Finding::never(format!("{name}: guard never active"), usize::from(spared == 0)));
             }
         }
     }
@@ -225,14 +226,14 @@ fn superelastic<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let ended = run.run_until(1e6);
     match &ended {
         Err(RunError::BlowUp { .. } | RunError::TimeStandsStill { .. }) => {}
-        Ok(()) => bail!("it has come to its end at e = 1.01"),
+        Ok(()) => bail!("the run reached its end at e = 1.01"),
         Err(other) => bail!("{other}"),
     }
     let view = run.view();
     Ok(vec![
         Finding::never("overlapping pairs at the end", view.overlaps().pairs),
         Finding::new(
-            "energy over what is booked, less 1",
+            "energy relative to the ledger, minus 1",
             (view.energy() / view.ledger().booked() - 1.0).abs(),
             1e-9,
         ),

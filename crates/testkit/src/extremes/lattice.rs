@@ -1,4 +1,4 @@
-//! The triangular lattice, nearly close-packed, in a box that fits it.
+//! The triangular lattice near close packing, in a box that fits it.
 
 use std::f64::consts::PI;
 
@@ -22,10 +22,11 @@ pub fn cases<E: Engine>() -> Vec<Case> {
     }]
 }
 
-/// Discs in a row, and rows.
+/// Discs in a row, and number of rows.
 const GRID: [usize; 2] = [16, 18];
 
-/// Discs on a triangular lattice in a box that fits it, of diameter 1, with a free area of `dilation` = A/A₀ − 1.
+/// Discs of diameter 1 on a triangular lattice in a box that fits it, with free area `dilation` =
+/// A/A₀ − 1.
 pub fn close_packed(dilation: f64) -> Scene {
     let spacing = (1.0 + dilation).sqrt();
     let [columns, rows] = GRID;
@@ -43,7 +44,7 @@ pub fn close_packed(dilation: f64) -> Scene {
     in_box([step[0] * columns as f64, step[1] * rows as f64], discs)
 }
 
-/// What a run of that lattice has shown: deepest overlap (σ), overlapping pairs, relative error of the pressure, of the energy.
+/// Results of a lattice run.
 pub struct Packed {
     /// Deepest overlap, in units of the diameter.
     pub deepest: f64,
@@ -53,21 +54,23 @@ pub struct Packed {
     pub pressure: f64,
     /// Relative change of the energy.
     pub energy: f64,
-    /// Contacts reported out of the order of time.
+    /// Contacts reported earlier than the previous contact.
     pub backwards: usize,
 }
 
-/// Runs the lattice for so many collisions and compares with Z = 2/α + 1.90 (Alder, Hoover and Young, J. Chem. Phys. 49
-/// (1968) 3688), of which a share of 1 − 1/N is the contacts' of N discs with their centre of mass at rest.
+/// Runs the lattice for `collisions` contacts and compares the pressure with Z = 2/α + 1.90 (Alder,
+/// Hoover and Young, J. Chem. Phys. 49 (1968) 3688). With the centre of mass of N discs at rest the
+/// contacts contribute a share of 1 − 1/N.
 ///
 /// # Errors
+/// The scene cannot be built or run.
 /// It cannot be built or run.
 pub fn packed<E: Engine>(dilation: f64, collisions: u64) -> Result<Packed> {
     let scene = close_packed(dilation);
     let mut run = E::simulate(&scene)?;
     let mut both = (Pressure::default(), Watch::default());
     let (mut deepest, mut overlapping) = (0.0f64, 0);
-    // The lattice of the start is left first.
+    // Equilibration.
     run_collisions::<E, _>(&mut run, collisions / 4, &mut (), |_| {})?;
     both.0.start(&run.view());
     run_collisions::<E, _>(&mut run, collisions, &mut both, |run| {
@@ -102,9 +105,9 @@ fn dense<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         findings.extend([
             Finding::new(format!("{name}: deepest overlap (σ)"), seen.deepest, 1e-13),
             Finding::never(format!("{name}: overlapping pairs"), seen.overlapping),
-            Finding::new(format!("{name}: pressure off the law by"), seen.pressure, 0.02),
+            Finding::new(format!("{name}: relative deviation of the pressure"), seen.pressure, 0.02),
             Finding::new(format!("{name}: energy drift, relative"), seen.energy, 1e-12),
-            Finding::never(format!("{name}: collisions before the one before"), seen.backwards),
+            Finding::never(format!("{name}: collisions out of time order"), seen.backwards),
         ]);
     }
     Ok(findings)

@@ -1,6 +1,7 @@
-//! Extreme scenes, each with what must hold in it: numbers that must not exceed a bound.
+//! Extreme scenes, each with quantities that must not exceed a bound.
 //!
-//! Generic over the [`Engine`], so that the thesis's is asked the same; on the facade alone, so that the tests run them too.
+//! Generic over the [`Engine`], so that the engine of the thesis runs the same cases; uses the
+//! facade only, so that tests can run them.
 
 pub mod bodies;
 mod borders;
@@ -19,55 +20,55 @@ use anyhow::Result;
 
 pub use engine::{Engine, Ours};
 
-/// How much is asked of the cases that can be run for long.
+/// Length of the cases that can run for any time.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
-    /// Collisions of each gas.
+    /// Number of collisions of each gas.
     pub collisions: u64,
 }
 
-/// Something that must not exceed a bound.
+/// A quantity that must not exceed a bound.
 #[derive(Debug, Clone)]
 pub struct Finding {
-    /// What.
+    /// Name of the quantity.
     pub what: String,
-    /// What was found; NaN is beyond any bound.
+    /// Value found; NaN exceeds every bound.
     pub found: f64,
-    /// The most that is allowed.
+    /// Largest allowed value.
     pub allowed: f64,
 }
 
 impl Finding {
-    /// A figure and its bound.
+    /// A quantity and its bound.
     pub fn new(what: impl Into<String>, found: f64, allowed: f64) -> Self {
         Self { what: what.into(), found, allowed }
     }
 
-    /// How often something went wrong, which must be never.
+    /// A number of violations that must be zero.
     pub fn never(what: impl Into<String>, times: usize) -> Self {
         Self::new(what, times as f64, 0.0)
     }
 
-    /// Whether the bound is kept.
+    /// Returns true if the bound holds.
     pub fn holds(&self) -> bool {
         self.found <= self.allowed
     }
 }
 
-/// One named case.
+/// One case.
 #[derive(Debug, Clone, Copy)]
 pub struct Case {
-    /// Number, by section 7 and 6 of the list of reference cases.
+    /// Number after sections 6 and 7 of the list of reference cases.
     pub id: &'static str,
     /// The scene.
     pub name: &'static str,
-    /// What must hold, in words.
+    /// The required outcome in words.
     pub must: &'static str,
     /// Runs it.
     pub run: fn(Effort) -> Result<Vec<Finding>>,
 }
 
-/// All cases, to be run by one engine.
+/// All cases for one engine.
 pub fn cases<E: Engine>() -> Vec<Case> {
     [
         pairs::cases::<E>(),

@@ -1,4 +1,4 @@
-//! Two discs: head on at any speed, grazing, touching, overlapping, and through a funnel.
+//! Two discs: head-on at any speed, grazing, touching, overlapping, and in a funnel.
 
 use anyhow::Result;
 use carom::{
@@ -27,25 +27,25 @@ pub fn cases<E: Engine>() -> Vec<Case> {
         Case {
             id: "7.2",
             name: "grazing discs, offset σ(1 ± δ) with δ from 1e-4 to 1e-16, at distance 30 σ",
-            must: "hit or no hit as exact arithmetic says, except within 8 ulp; never an overlap above 1e-14 σ",
+            must: "hit or miss as in exact arithmetic, except within 8 ulp; no overlap above 1e-14 σ",
             run: grazing::<E>,
         },
         Case {
             id: "7.3",
             name: "discs in contact, gap 0 or ±1 ulp: approaching, parting, at relative rest",
-            must: "one collision, none, none",
+            must: "one collision if approaching, otherwise none",
             run: touching::<E>,
         },
         Case {
             id: "7.4",
             name: "discs that overlap at the start by 1e-15, 1e-9, 1e-3 σ",
-            must: "the tiny overlap is run, the others are refused by name",
+            must: "the smallest overlap is run, the others are refused by name",
             run: overlapping::<E>,
         },
         Case {
             id: "7.13",
             name: "a disc in a funnel of two bumpers with a gap of 2r(1 ± 1e-9)",
-            must: "it passes untouched; it does not pass, or, exactly in the middle, ends in a named error",
+            must: "wide gap: it passes without contact; narrow gap: it does not pass, or ends in a named error if exactly centred",
             run: funnel::<E>,
         },
     ]
@@ -63,7 +63,7 @@ fn head_on<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         let time = watch.times.first().copied().unwrap_or(f64::NAN);
         Ok((time * speed, place::<E>(&run, 0)))
     };
-    // The gap as the floats have it, and half of it to go for each.
+    // The gap in floating point; each disc covers half of it.
     let expected = 0.5 * (0.5 - (0.1 + 0.1));
     let mut worst = 0.0f64;
     for speed in [1e-12, 1.0, 1e12] {
@@ -92,7 +92,7 @@ fn grazing<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         let delta = 10f64.powf(-4.0 - 0.5 * f64::from(exponent));
         for offset in [1.0 - delta, 1.0 + delta] {
             let hit = matches!(ask(offset), Outcome::Contact(_));
-            // Within a few ulp of σ either answer is right.
+            // Within a few ulp of σ either answer is correct.
             wrong += usize::from(hit != (offset < 1.0) && (offset - 1.0).abs() > 8.0 * f64::EPSILON);
         }
     }
@@ -109,12 +109,12 @@ fn grazing<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
             vec![disc(0.5, 1.0, [1.0, 1.0], [1.0, 0.0]), disc(0.5, 1.0, [31.0, 2.0 - delta], [0.0; 2])],
         );
         let mut run = E::simulate(&scene)?;
-        // Where they are closest, or would be.
+        // The closest approach, or where it would be without a contact.
         run.run_until(30.0)?;
         engine = engine.max(run.view().overlaps().deepest_length);
     }
     Ok(vec![
-        Finding::never("wrong answers", wrong),
+        Finding::never("wrong hits or misses", wrong),
         Finding::new("deepest graze missed (σ)", deepest, 1e-14),
         Finding::new(
             "deepest overlap at closest approach in a box of 64 σ (σ)",
@@ -171,13 +171,14 @@ fn funnel<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         Ok((ended, velocity, place.x, run.view().overlaps().deepest_length))
     };
     let (wide, narrow, aside) = (run(1e-9, 0.0)?, run(-1e-9, 0.0)?, run(-1e-9, 1e-6)?);
-    // In the middle it meets both at one instant, as at the tip of a wedge of 5e-5 radians: 6e4 contacts without any time.
+    // On the axis it meets both bumpers at the same time, as at the tip of a wedge of 5e-5 radians:
+    // 6e4 contacts without progress in time.
     let by_name = matches!(narrow.0, None | Some(RunError::Stalled { .. }));
     Ok(vec![
-        Finding::never("touched in the wide one", usize::from(wide.1 != DVec2::X || wide.2 != 1.5)),
-        Finding::never("passed the narrow one", usize::from(narrow.2 > 1.0 || aside.2 > 1.0)),
+        Finding::never("contacts in the wide funnel", usize::from(wide.1 != DVec2::X || wide.2 != 1.5)),
+        Finding::never("passages of the narrow funnel", usize::from(narrow.2 > 1.0 || aside.2 > 1.0)),
         Finding::never(
-            "ended without its name in the narrow one",
+            "unnamed errors in the narrow funnel",
             usize::from(!by_name || aside.0.is_some()),
         ),
         Finding::new("deepest overlap (length)", narrow.3.max(aside.3), 64.0 * 2.2 * f64::EPSILON),

@@ -1,4 +1,4 @@
-//! Molecules that turn not at all, hardly, or very fast; alike, opposite, and past others by a hair.
+//! Rotating molecules: slow, very fast, equal and opposite spins, and narrow misses.
 
 use std::f64::consts::{PI, TAU};
 
@@ -29,13 +29,13 @@ pub fn cases<E: Engine>() -> Vec<Case> {
         Case {
             id: "7.8",
             name: "two equal dumbbells that turn alike and do not move",
-            must: "out of reach: no contact in 1e4 turns; in reach: the first at its exact time",
+            must: "out of reach: no contact in 1e4 turns; in reach: the first contact at the exact time",
             run: alike::<E>,
         },
         Case {
             id: "7.9",
             name: "a turning dumbbell sweeps a disc, depth 1e-3 to 1e-12 of its reach",
-            must: "hit found, at the closed-form time; none where it is out of reach by as much",
+            must: "hit found at the closed-form time; no hit where it is out of reach by the same distance",
             run: sweep::<E>,
         },
         Case {
@@ -70,7 +70,7 @@ fn spins<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     Ok(findings)
 }
 
-/// Angle between arm and disc at which they touch, in a form that keeps the digits of a graze (6.4).
+/// Angle between arm and disc at contact, in a form that keeps the digits of a graze (6.4).
 pub fn touching_angle(arm: f64, distance: f64, contact_distance: f64) -> f64 {
     let depth = arm + contact_distance - distance;
     2.0 * (depth * (2.0 * contact_distance - depth) / (4.0 * arm * distance)).sqrt().asin()
@@ -94,17 +94,18 @@ fn alike<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         run.step(10.0, &mut watch)?;
         let psi = touching_angle(2.0, distance, 2.0);
         let time = watch.times.first().copied().unwrap_or(f64::NAN);
-        // A gap off by some roundings of the box moves the angle by that over the slope 2 sin ψ of the gap.
+        // A gap error of some roundings of the box shifts the angle by that error divided by the
+        // slope 2 sin ψ of the gap.
         let slack = 64.0 * 24.0 * f64::EPSILON / psi.sin();
         worst = worst.max((time - (0.25 * PI - psi) / 2.0).abs() / slack);
     }
     Ok(vec![
         Finding::new("contacts out of reach", out_of_reach.view().counters().collisions as f64, 0.0),
-        Finding::new("error of the first contact over what rounding allows", worst, 1.0),
+        Finding::new("error of the first contact, relative to the rounding bound", worst, 1.0),
     ])
 }
 
-/// A body that turns on the spot and a disc at rest.
+/// A body that rotates in place, and a disc at rest.
 fn turning(distance: f64, start: f64, spin: f64) -> RelativeMotion {
     RelativeMotion {
         orientation: [Orientation::from_turns(start), Orientation::default()],
@@ -128,9 +129,9 @@ fn sweep<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
                 };
                 let distance = 2.5 * (1.0 - depth);
                 let psi = touching_angle(1.0, distance, 1.5);
-                // Either end may come first; the one at −x is half a turn off.
+                // Either end may be first; the end at −x is half a turn behind.
                 let to_go = [0.5, 0.0].map(|behind: f64| (-start - behind).rem_euclid(1.0) * TAU - psi);
-                // Where an arm is inside at the start, what matters is whether it closes: not asked here.
+                // An arm that overlaps at the start is outside this test.
                 if to_go[0].min(to_go[1]) <= 0.0 {
                     continue;
                 }
@@ -149,7 +150,7 @@ fn sweep<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     Ok(vec![
         Finding::never("hits missed", missed),
         Finding::never("hits invented", invented),
-        Finding::new("error of the time over what rounding allows", worst, 1.0),
+        Finding::new("error of the time, relative to the rounding bound", worst, 1.0),
     ])
 }
 
@@ -159,12 +160,13 @@ fn two_dips<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let mut wrong = 0;
     for depth in [1e-4, 1e-6, 1e-8, 1e-10] {
         for shorter in [0.0, 0.5] {
-            // Of equal masses at 1 − s and −1, about the middle of which it turns.
+            // Equal masses at 1 − s and −1; the rod turns about their midpoint.
             let ends = [1.0 - shorter * depth, -1.0].map(|x| Atom::new(DVec2::new(x, 0.0), 0.25, 1.0));
             let [first, second] = ends;
             let rod = Molecule::new([first?, second?])?;
             let reach = rod.bounding_radius() + 0.5;
-            // The end at −1 is at −x at the start; at +x that of the other: each is first in its turn.
+            // At the start the end at −1 points to −x, or the other end does: each is first in one
+            // case.
             for (start, expected) in [(-0.25, 0), (0.25, 1)] {
                 let motion = turning(reach - 2.0 * depth, start, 1e4);
                 let answer = detector.first_contact(rod.outline(), disc.outline(), &motion, 1.0);
@@ -176,7 +178,7 @@ fn two_dips<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
             }
         }
     }
-    Ok(vec![Finding::never("other than the first dip", wrong)])
+    Ok(vec![Finding::never("reports of another than the first dip", wrong)])
 }
 
 fn propeller<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {

@@ -1,4 +1,4 @@
-//! Impulses and times that can be worked out on paper, and the mean free path of a Sinai billiard.
+//! Impulses and times with closed forms, and the mean free path of a Sinai billiard.
 
 use std::f64::consts::PI;
 
@@ -23,7 +23,7 @@ pub fn cases<E: Engine>() -> Vec<Case> {
         Case {
             id: "6.1",
             name: "the general impulse, in a gas of tees, locked crosses, dumbbells, discs and bumpers",
-            must: "each contact reverses the speed of approach times e, about the contact nothing turns",
+            must: "each contact multiplies the normal velocity by −e and conserves angular momentum about the contact",
             run: impulses::<E>,
         },
         Case {
@@ -41,7 +41,7 @@ pub fn cases<E: Engine>() -> Vec<Case> {
         Case {
             id: "6.4",
             name: "a turning arm that just touches: d = a + r₁ + r₂",
-            must: "no impulse worth the name: speed of approach below 1e-7 of the tip's",
+            must: "a negligible impulse: approach speed below 1e-7 of the tip speed",
             run: tangent::<E>,
         },
         Case {
@@ -70,7 +70,8 @@ fn impulses<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         scene.gas = vec![gas("disc", 0.02, 1.0, 60), gas("dumbbell", 0.015, 0.5, 12)];
         scene.elasticity.default = e;
         let name = format!("e = {e}");
-        // A gas that cools on and on would at last measure only the rounding of the books.
+        // A gas that cools without end would finally measure only the rounding of the energy
+        // ledger.
         let collisions = if e < 1.0 { 2000 } else { effort.collisions };
         findings.extend(survey::<E>(&scene, collisions)?.findings(&name));
     }
@@ -81,7 +82,7 @@ fn oblique<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let (mut worst, mut late) = (0.0f64, 0.0f64);
     for (mass, target) in [(1.0, 1.0), (1.0, 3.0), (7.0, 1.0), (1.0, 1e6)] {
         for e in [1.0, 0.5, 0.0] {
-            // Offset b = 3/5 σ and 0: the line of centres is along (4, 3)/5 and (1, 0).
+            // Impact parameter b = 3/5 σ and 0: the line of centres is along (4, 3)/5 and (1, 0).
             for normal in [DVec2::new(0.8, 0.6), DVec2::X] {
                 let mut scene = in_box(
                     [32.0, 32.0],
@@ -111,7 +112,7 @@ fn oblique<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
 }
 
 fn on_the_end<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
-    // Unit atoms at ±1/2 along x, of radius 1/2 each; a unit disc comes from below at the right one.
+    // Unit atoms of radius 1/2 at ±1/2 along x; a unit disc approaches the right one from below.
     let atom = |x: f64| AtomSpec { at: [x, 0.0], radius: 0.5, mass: 1.0 };
     let dumbbell =
         MoleculeSpec { atoms: vec![atom(-0.5), atom(0.5)], at: [8.0, 8.0], ..MoleculeSpec::default() };
@@ -135,7 +136,8 @@ fn tangent<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     };
     let answer = E::Detector::default().first_contact(dumbbell.outline(), disc.outline(), &motion, 10.0);
     let speed = match answer.outcome {
-        // The arm is at angle θ: it approaches with a ω sin of the angle between it and the line of contact.
+        // The approach speed of an arm at angle θ is a ω times the sine of the angle to the line of
+        // contact.
         Outcome::Contact(contact) => {
             let arm = Orientation::from_turns(-0.2).turned(1.0, contact.time).cos_sin();
             let line = (DVec2::new(2.5, 0.0) - arm * arm.x.signum()).normalize();
@@ -143,7 +145,7 @@ fn tangent<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         }
         _ => 0.0,
     };
-    Ok(vec![Finding::new("speed of approach over that of the tip", speed, 1e-7)])
+    Ok(vec![Finding::new("approach speed relative to the tip speed", speed, 1e-7)])
 }
 
 fn sinai<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
@@ -157,7 +159,7 @@ fn sinai<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     let predicted = (1.0 - PI * sum * sum) / (2.0 * sum);
     Ok(vec![
         Finding::new(
-            "mean free path off by (standard errors)",
+            "deviation of the mean free path (standard errors)",
             (path / predicted - 1.0).abs() * hits.sqrt(),
             5.0,
         ),

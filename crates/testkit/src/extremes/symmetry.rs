@@ -1,4 +1,5 @@
-//! Symmetries of the laws, to the bit where the code promises it, and until chaos has used up the digits elsewhere (6.6).
+//! Symmetries of the dynamics: to the bit where the code promises it, elsewhere until chaos has
+//! consumed the digits (6.6).
 
 use anyhow::Result;
 use carom::{
@@ -19,25 +20,25 @@ pub fn cases<E: Engine>() -> Vec<Case> {
         Case {
             id: "6.6 a",
             name: "velocities times 2^k, of an inelastic gas of molecules",
-            must: "times divided by it, the same path to the bit",
+            must: "times divided by it, the same trajectories to the bit",
             run: scaled::<E>,
         },
         Case {
             id: "6.6 b",
             name: "x and y exchanged, of discs and molecules that do not turn",
-            must: "the mirrored path to the bit",
+            must: "the mirrored trajectories to the bit",
             run: exchanged::<E>,
         },
         Case {
             id: "6.6 c",
             name: "bodies in the opposite order",
-            must: "the same path of each to the bit",
+            must: "the same trajectory of each to the bit",
             run: permuted::<E>,
         },
         Case {
             id: "6.6 d",
             name: "a run cut into 97 pieces",
-            must: "the same path to the bit",
+            must: "the same trajectories to the bit",
             run: in_pieces::<E>,
         },
         Case {
@@ -49,7 +50,7 @@ pub fn cases<E: Engine>() -> Vec<Case> {
     ]
 }
 
-/// Discs, free and locked molecules and bumpers that fill the box well.
+/// Discs, free and locked molecules, and bumpers at a high area fraction.
 fn reference_scene<E: Engine>(turning: bool) -> Result<Scene> {
     let rotation = if turning { Rotation::Free } else { Rotation::Locked };
     let mut scene =
@@ -94,7 +95,7 @@ fn scaled<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
             .collect();
         differ += usize::from(after::<E>(&scene, 2.0 / factor)? != expected);
     }
-    Ok(vec![Finding::never("powers of two at which the path differs", differ)])
+    Ok(vec![Finding::never("powers of two with different trajectories", differ)])
 }
 
 fn exchanged<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
@@ -102,7 +103,7 @@ fn exchanged<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let mut mirrored = base.clone();
     for molecule in &mut mirrored.molecule {
         let swap = |[x, y]: [f64; 2]| [y, x];
-        // The atoms where they are, turned: then no rotation has to be mirrored.
+        // The atoms are turned instead of the body, so that no rotation has to be mirrored.
         let turn = carom::Orientation::from_turns(molecule.orientation_turns.take().unwrap_or(0.0)).cos_sin();
         for atom in &mut molecule.atoms {
             atom.at = swap(turn.rotate(DVec2::from(atom.at)).to_array());
@@ -120,7 +121,7 @@ fn exchanged<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         .map(|&[x, y, u, v, turns, spin]| [y, x, v, u, turns, spin])
         .collect();
     let differ = after::<E>(&mirrored, 3.0)? != expected;
-    Ok(vec![Finding::never("paths that differ", usize::from(differ))])
+    Ok(vec![Finding::never("trajectories that differ", usize::from(differ))])
 }
 
 fn permuted<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
@@ -129,7 +130,7 @@ fn permuted<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     reversed.molecule.reverse();
     let mut found = after::<E>(&reversed, 3.0)?;
     found.reverse();
-    Ok(vec![Finding::never("paths that differ", usize::from(found != after::<E>(&base, 3.0)?))])
+    Ok(vec![Finding::never("trajectories that differ", usize::from(found != after::<E>(&base, 3.0)?))])
 }
 
 fn in_pieces<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
@@ -139,7 +140,7 @@ fn in_pieces<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         run.run_until(3.0 * f64::from(piece) / 97.0)?;
     }
     let differ = state::<E>(&run) != after::<E>(&base, 3.0)?;
-    Ok(vec![Finding::never("paths that differ", usize::from(differ))])
+    Ok(vec![Finding::never("trajectories that differ", usize::from(differ))])
 }
 
 fn to_rounding<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
@@ -173,7 +174,7 @@ fn to_rounding<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         molecule.atoms.iter_mut().for_each(|atom| atom.at[0] *= -1.0);
         molecule.orientation_turns = molecule.orientation_turns.map(|turns| -turns);
     })?;
-    // What is fixed would have to move along.
+    // Fixed bodies would have to move, so they are left out.
     let mut free = base.clone();
     free.molecule.retain(|molecule| !molecule.fixed);
     let mut boosted = free.clone();
@@ -183,10 +184,10 @@ fn to_rounding<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         .for_each(|molecule| molecule.velocity = [molecule.velocity[0] + 0.5, molecule.velocity[1] - 0.25]);
     let boost = usize::from(sequence(&boosted)? != sequence(&free)?);
     Ok(vec![
-        Finding::never("moved by half a box: another sequence", moved),
-        Finding::never("moved by three boxes: another sequence", shifted),
-        Finding::never("turned by 90°: another sequence", turned),
-        Finding::never("reflected: another sequence", reflected),
-        Finding::never("seen from a moving frame: another sequence", boost),
+        Finding::never("moved by half a box: different sequences", moved),
+        Finding::never("moved by three boxes: different sequences", shifted),
+        Finding::never("turned by 90°: different sequences", turned),
+        Finding::never("reflected: different sequences", reflected),
+        Finding::never("seen from a moving frame: different sequences", boost),
     ])
 }

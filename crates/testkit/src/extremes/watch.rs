@@ -1,4 +1,4 @@
-//! What is logged of every run: overlaps, energy, momentum, and whether each single collision makes sense.
+//! Measurements in every run: overlaps, energy, momentum, and the consistency of each collision.
 
 use anyhow::Result;
 use carom::{CollisionReport, EpochTime, Observer, Scene};
@@ -6,32 +6,34 @@ use glam::DVec2;
 
 use super::{Engine, Finding, engine::Run};
 
-/// Looks at each collision.
+/// Observer that checks each collision.
 #[derive(Debug, Clone)]
 pub struct Watch {
-    /// Time of each of the first collisions (time), for closed forms to be compared with.
+    /// Times of the first collisions (time), for comparison with closed forms.
     pub times: Vec<f64>,
-    /// Atoms of each of the first collisions.
+    /// Atoms of the first collisions.
     pub atoms: Vec<[Option<u32>; 2]>,
-    /// Bodies of each of the first collisions.
+    /// Bodies of the first collisions.
     pub bodies: Vec<[u64; 2]>,
     begun: EpochTime,
     last: Option<EpochTime>,
-    /// Smallest time from one collision to the next that is not 0.
+    /// Smallest nonzero interval between consecutive collisions (time).
     pub smallest_interval: f64,
-    /// Collisions at the very instant of the one before.
+    /// Number of collisions at the same time as the previous one.
     pub at_once: usize,
-    /// Collisions before the one before.
+    /// Number of collisions earlier than the previous one.
     pub backwards: usize,
-    /// Largest speed of approach after a collision, less what the elasticity asks for, over the speeds involved.
+    /// Largest deviation of the normal velocity after a collision from the value given by the
+    /// elasticity, relative to the speeds.
     pub response_error: f64,
-    /// Largest speed of parting before a collision, over the speeds involved.
+    /// Largest separation speed before a collision, relative to the speeds.
     pub parting: f64,
-    /// Largest change of the angular momentum of one body about the point of contact, over that of its spin.
+    /// Largest change of a body's angular momentum about the point of contact, relative to its spin
+    /// angular momentum.
     pub angular_error: f64,
 }
 
-/// Of so many collisions times and bodies are kept.
+/// Number of collisions whose times and bodies are stored.
 const KEPT: usize = 10_000;
 
 impl Default for Watch {
@@ -41,7 +43,7 @@ impl Default for Watch {
 }
 
 impl Watch {
-    /// Times count from here.
+    /// Starts the measurement; times count from `begun`.
     pub fn since(begun: EpochTime) -> Self {
         Self {
             times: Vec::new(),
@@ -80,7 +82,7 @@ impl Observer for Watch {
             let [one, two] = [a, b].map(|side| if before { side.before } else { side.after });
             report.normal.dot(one.velocity_of(a.arm) - two.velocity_of(b.arm))
         };
-        // What a rounding of places, arms and velocities is a share of.
+        // Scale of the rounding of positions, arms and velocities.
         let speed = |side: &carom::engine::Side<'_>| {
             let of = |m: &carom::Motion| m.velocity.length() + m.angular_velocity.abs() * side.arm.length();
             of(&side.before) + of(&side.after)
@@ -97,7 +99,7 @@ impl Observer for Watch {
             let size = arm.length() * impulse.length();
             if size > 0.0 && !side.body.is_locked() {
                 let error = (arm.perp_dot(impulse) - side.angular_momentum_change()).abs();
-                // The spin is rounded as a whole, however little of it changes.
+                // The rounding error is relative to the whole spin, not to its change.
                 let moment = 1.0 / side.body.inertia().inverse_moment;
                 let spin = moment * (side.before.angular_velocity.abs() + side.after.angular_velocity.abs());
                 self.angular_error = self.angular_error.max(error / (size + spin));
@@ -106,34 +108,35 @@ impl Observer for Watch {
     }
 }
 
-/// What a run has shown.
+/// Results of a run.
 #[derive(Debug, Clone)]
 pub struct Survey {
-    /// Each collision.
+    /// Measurements of the collisions.
     pub watch: Watch,
-    /// Collisions.
+    /// Number of collisions.
     pub collisions: u64,
     /// Largest number of overlapping pairs at a sample.
     pub overlapping: usize,
-    /// Largest relative difference of energy and booked energy.
+    /// Largest relative difference between the energy and the ledger.
     pub energy: f64,
-    /// Largest change of the total momentum over the sum of its magnitudes; 0 where something is fixed.
+    /// Largest change of total momentum relative to the sum of momentum magnitudes; 0 if a body is
+    /// fixed.
     pub momentum: f64,
 }
 
-/// Samples in a survey, roughly.
+/// Approximate number of samples in a survey.
 const SAMPLES: u64 = 64;
 
-/// Slices of time at most, should nothing ever collide.
+/// Largest number of time slices, in case no collision occurs.
 const MOST_SLICES: usize = 4096;
 
-/// A slice is cut short at so many times the collisions that it was meant for.
+/// A slice ends early after this multiple of its intended number of collisions.
 const MANY: f64 = 8.0;
 
-/// Runs on until there have been so many more collisions, and looks at the whole now and then.
+/// Runs until `collisions` more contacts have occurred and calls `look` between slices of time.
 ///
 /// # Errors
-/// The run cannot go on.
+/// The run fails.
 pub fn run_collisions<E: Engine, O: Observer>(
     run: &mut Run<E>,
     collisions: u64,
@@ -144,7 +147,7 @@ pub fn run_collisions<E: Engine, O: Observer>(
     let fastest = run.view().bodies().map(|body| body.motion.velocity.length()).fold(0.0, f64::max);
     let spin = run.view().bodies().map(|body| body.motion.angular_velocity.abs()).fold(0.0, f64::max);
     let side = run.view().bounds().sides().min_element();
-    // Where discs are packed to 1e-9 of their size, millions of contacts would pass in a first slice any longer.
+    // Discs packed to 1e-9 of their size would have millions of contacts in a longer first slice.
     let mut slice = 1e-14 * (side / fastest).min(1e3 / spin);
     for _ in 0..MOST_SLICES {
         let before = run.view().counters().collisions;
@@ -152,11 +155,13 @@ pub fn run_collisions<E: Engine, O: Observer>(
             break;
         }
         let until = run.time().after(slice);
-        // As many collisions to the next look as there shall be, without jumps.
+        // The intended number of collisions of a slice; its duration changes by at most a factor of
+        // 4.
         let wanted = (collisions / SAMPLES).max(1) as f64;
         let so_far = |run: &Run<E>| run.view().counters().collisions - before;
         while !run.observe_epoch(until, observer)? {
-            // A molecule of extreme spin heats a cold gas at once: millions of contacts would follow in the rest of a slice.
+            // A molecule of extreme spin heats a cold gas suddenly: the rest of the slice would
+            // have millions of contacts.
             if so_far(run) as f64 > MANY * wanted {
                 break;
             }
@@ -168,19 +173,19 @@ pub fn run_collisions<E: Engine, O: Observer>(
     Ok(())
 }
 
-/// Runs a scene for so many collisions.
+/// Builds a scene and runs it for `collisions` contacts.
 ///
 /// # Errors
-/// It cannot be built, or the run cannot go on.
+/// The scene cannot be built, or the run fails.
 pub fn survey<E: Engine>(scene: &Scene, collisions: u64) -> Result<Survey> {
     let mut run = E::simulate(scene)?;
     survey_of::<E>(&mut run, collisions)
 }
 
-/// Runs on for so many collisions.
+/// Continues a run for `collisions` contacts.
 ///
 /// # Errors
-/// The run cannot go on.
+/// The run fails.
 pub fn survey_of<E: Engine>(run: &mut Run<E>, collisions: u64) -> Result<Survey> {
     let mut watch = Watch::since(run.time());
     let (mut overlapping, mut energy, mut momentum) = (0, 0.0f64, 0.0f64);
@@ -202,7 +207,7 @@ pub fn survey_of<E: Engine>(run: &mut Run<E>, collisions: u64) -> Result<Survey>
 }
 
 impl Survey {
-    /// What must hold in any run.
+    /// Conditions that hold in every run.
     pub fn findings(&self, name: &str) -> Vec<Finding> {
         let named = |what: &str| if name.is_empty() { what.to_owned() } else { format!("{name}: {what}") };
         let watch = &self.watch;
@@ -210,8 +215,8 @@ impl Survey {
             Finding::never(named("overlapping pairs"), self.overlapping),
             Finding::new(named("energy drift, relative"), self.energy, 1e-12),
             Finding::new(named("drift of the momentum, relative"), self.momentum, 1e-12),
-            Finding::never(named("collisions before the one before"), watch.backwards),
-            Finding::new(named("speed of parting before a contact, relative"), watch.parting, 1e-6),
+            Finding::never(named("collisions out of time order"), watch.backwards),
+            Finding::new(named("separation speed before a contact, relative"), watch.parting, 1e-6),
             Finding::new(named("speed after a contact, relative error"), watch.response_error, 1e-13),
             Finding::new(
                 named("angular momentum about a contact, relative error"),
@@ -223,12 +228,12 @@ impl Survey {
     }
 }
 
-/// Velocity of the body inserted as number `index`.
+/// Velocity of the body that was added as number `index`.
 pub fn velocity<E: Engine>(run: &Run<E>, index: usize) -> DVec2 {
     run.view().bodies().nth(index).map_or(DVec2::NAN, |body| body.motion.velocity)
 }
 
-/// Place of the body inserted as number `index`, in the box.
+/// Position in the box of the body that was added as number `index`.
 pub fn place<E: Engine>(run: &Run<E>, index: usize) -> DVec2 {
     run.view().bodies().nth(index).map_or(DVec2::NAN, |body| body.motion.position)
 }

@@ -1,4 +1,4 @@
-//! Numbers of 200 bits, by `dashu_float`.
+//! Numbers of 200 bits, from `dashu_float`.
 
 use dashu_float::{FBig, round::mode::HalfEven};
 

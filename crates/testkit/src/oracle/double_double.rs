@@ -1,4 +1,5 @@
-//! Numbers of 106 bits, as the exact sum of two doubles (Dekker 1971; Hida, Li and Bailey 2001).
+//! Numbers of 106 bits as the unevaluated sum of two doubles (Dekker 1971; Hida, Li and Bailey
+//! 2001).
 
 use std::sync::LazyLock;
 
@@ -13,7 +14,7 @@ pub struct DoubleDouble {
 
 const TAU: DoubleDouble = DoubleDouble { hi: std::f64::consts::TAU, lo: 2.449_293_598_294_706_4e-16 };
 
-/// 1/n! for n = 0, 1, …, 29: enough for sine and cosine up to π/4 to 106 bits.
+/// 1/n! for n = 0, 1, …, 29: sufficient for sine and cosine up to π/4 to 106 bits.
 static INVERSE_FACTORIALS: LazyLock<Vec<DoubleDouble>> = LazyLock::new(|| {
     let mut factorial = DoubleDouble::new(1.0);
     (0..30u8)
@@ -24,14 +25,14 @@ static INVERSE_FACTORIALS: LazyLock<Vec<DoubleDouble>> = LazyLock::new(|| {
         .collect()
 });
 
-/// Knuth's exact sum.
+/// Exact sum after Knuth.
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let part = sum - a;
     (sum, (a - (sum - part)) + (b - part))
 }
 
-/// The exact product.
+/// Exact product.
 fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
     (product, a.mul_add(b, -product))
@@ -47,7 +48,7 @@ impl DoubleDouble {
         Self { hi: -self.hi, lo: -self.lo }
     }
 
-    /// Without whole numbers; exact.
+    /// Fractional part; exact.
     fn fraction(self) -> Self {
         let once = self.minus(&Self::new(self.hi.round()));
         once.minus(&Self::new(once.hi.round()))
@@ -101,7 +102,7 @@ impl Number for DoubleDouble {
         if self.hi <= 0.0 {
             return Self::new(0.0);
         }
-        // One step of Newton's from a double doubles its digits.
+        // One Newton step from a double doubles the number of digits.
         let guess = Self::new(self.hi.sqrt());
         let rest = self.minus(&guess.times(&guess));
         guess.plus(&Self::new(rest.hi / (2.0 * guess.hi)))

@@ -1,13 +1,13 @@
-//! The search: intervals of time are excluded, or halved, the earlier half first.
+//! The search: intervals of time are excluded or bisected, the earlier half first.
 
 use carom_detection::{Part, Touch, encounters::Encounter};
 
 use super::{Number, face::FacePair, flight::Pair, search_end::Found, sketch::Sketch};
 
-/// How far the oracle goes.
+/// Effort limit of the oracle.
 #[derive(Debug, Clone, Copy)]
 pub struct Oracle {
-    /// Most intervals that are looked at in one encounter.
+    /// Largest number of intervals examined in one encounter.
     pub most_intervals: u64,
 }
 
@@ -17,36 +17,51 @@ impl Default for Oracle {
     }
 }
 
-/// What the oracle knows of an encounter.
+/// Result of the oracle for an encounter.
 #[derive(Debug, Clone)]
 pub enum Reference<N> {
-    /// No two atoms overlap by more than is allowed for rounding, up to the horizon.
+    /// No overlap exceeds the rounding allowance up to the horizon.
     Free,
-    /// Two atoms do.
+    /// An overlap exceeds the rounding allowance.
     Deep(Deep<N>),
-    /// The oracle ran out of intervals.
+    /// The limit on intervals was reached.
     Unresolved,
 }
 
-/// The first overlap that is deeper than what is allowed for rounding.
+/// The first overlap that exceeds the rounding allowance.
 #[derive(Debug, Clone)]
 pub struct Deep<N> {
-    /// When it becomes so deep: the latest moment at which the contact may be reported.
+    /// Time at which the overlap reaches the allowance: the latest correct time for a report
+    /// (time).
     pub time: N,
-    /// When the same atoms touched before that.
+    /// Time at which these parts touched before (time).
     pub touch: N,
-    /// Which parts: an atom of A and one of B, or one of them and the other's face.
+    /// The parts: an atom of A and one of B, or an atom and a face.
     pub parts: Touch,
 }
 
+<<<<<<< HEAD
 /// More halvings than this are of no use: the interval is shorter than any rounding.
+=======
+/// Result of the search for one pair of parts.
+pub enum Found<N> {
+    /// No contact.
+    Nothing,
+    /// Time of the contact.
+    Zero(N),
+    /// The limit on intervals was reached.
+    OutOfBudget,
+}
+
+/// Shortest interval; further bisection is below rounding.
+>>>>>>> prose-d
 const SHORTEST: f64 = 1e-31;
 
-/// Most steps of the last approach to a zero; Newton's takes six.
+/// Largest number of steps of the final root search; Newton's method takes six.
 const MOST_STEPS: u32 = 200;
 
 impl Oracle {
-    /// The first deep contact of all pairs of atoms.
+    /// Searches the first deep contact of all pairs of atoms.
     pub fn first_contact<N: Number>(self, encounter: &Encounter) -> Reference<N> {
         let counts = [0, 1].map(|body| encounter.molecules[body].atoms().len());
         let mut budget = self.most_intervals;
@@ -90,7 +105,8 @@ impl Oracle {
     }
 }
 
-/// The window of time in which the atoms' circles are within reach at all, widely rounded; `None` if they never are.
+/// The time window in which the atoms' orbit circles are within reach, rounded outwards; `None` if
+/// they never are.
 fn window(pair: &Pair, end: f64) -> Option<(f64, f64)> {
     let reach = (pair.arms[0] + pair.arms[1] + pair.radii[0] + pair.radii[1]) * (1.0 + 1e-9);
     let [x, y] = pair.separation;
@@ -145,11 +161,11 @@ fn first_zero<N: Number>(pair: &Pair, end: f64, budget: &mut u64) -> Found<N> {
     Found::Nothing
 }
 
-/// What the full arithmetic tells of an interval before which F is positive.
+/// Result of the full arithmetic for an interval before which F is positive.
 enum Look<N> {
     Free,
     Halve,
-    /// F falls all the way, from above to below zero at the end given.
+    /// F decreases throughout, from positive to negative at the given end.
     Falls(N),
 }
 
@@ -170,7 +186,8 @@ fn look<N: Number>(pair: &Pair, begin: &N, middle: &N, width: f64) -> Look<N> {
     if pair.squared(&end).value.value() > 0.0 { Look::Free } else { Look::Falls(end) }
 }
 
-/// The zero of F between two times, before which it is positive: Newton's steps, halvings where they leave the bracket.
+/// The zero of F between two times, before which it is positive: Newton's method, with bisection
+/// where a step leaves the bracket.
 fn zero_between<N: Number>(pair: &Pair, mut above: N, mut below: N) -> N {
     let half = N::new(0.5);
     let mut time = above.plus(&below).times(&half);
@@ -195,7 +212,8 @@ fn zero_between<N: Number>(pair: &Pair, mut above: N, mut below: N) -> N {
     time
 }
 
-/// When the atoms of a pair that is in deep contact at `time` last began to touch before it; 0 if they always did.
+/// Last time before `time` at which the atoms of a pair in deep contact began to touch; 0 if they
+/// did from the start.
 fn touch_before<N: Number>(plain: &Pair, time: &N) -> N {
     let speed = plain.lipschitz;
     let mut back = 2.0 * plain.error_at(time.value()) / speed;

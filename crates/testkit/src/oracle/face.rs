@@ -1,9 +1,10 @@
-//! An atom and the face of a wall: how far the atom is from the face's line and beyond its ends, and when it is first near
-//! the one and between the others.
+//! First contact of an atom with the face of a wall, from the atom's distance across the face's
+//! line and its distance beyond the ends.
 //!
-//! Both distances are the sum of a motion on a line and one on a circle, seen along a fixed direction: their second
-//! derivatives are at most K. An interval in which either stays positive is excluded; all others are halved, the
-//! earlier half first, until nothing of them is left but the moment.
+//! Each distance is the sum of a linear and a circular motion projected on a fixed direction, so
+//! its second derivative is at most K in magnitude. An interval on which either distance stays
+//! positive is excluded; all others are bisected, the earlier half first, down to the shortest
+//! interval.
 
 use carom_detection::{FaceErrorBound, encounters::Encounter};
 use carom_geometry::{Circle, Face};
@@ -13,9 +14,9 @@ use super::{Number, flight::Pair, search_end::Found};
 /// An atom of one body and the face of the other.
 #[derive(Debug, Clone, Copy)]
 pub struct FacePair<'a> {
-    /// The atom, and the middle of the face as if it were another.
+    /// The atom, and the centre of the face as a second atom.
     pair: Pair,
-    /// From the middle of the face to its second end, in the frame of its body.
+    /// From the centre of the face to its second end, in its body frame (length).
     half: [f64; 2],
     face: &'a Face,
     /// Orientation of the face, in turns.
@@ -23,22 +24,23 @@ pub struct FacePair<'a> {
     bound: FaceErrorBound,
 }
 
-/// Distances at one moment, and their rates.
+/// Distances and their rates at one time.
 pub struct Sight<N> {
-    /// Across the face, less the radii and plus what is allowed.
+    /// Distance across the face, minus the radii, plus the allowance.
     pub across: [N; 2],
-    /// Along it, beyond the nearer end.
+    /// Distance along the face beyond the nearer end.
     pub beyond: [N; 2],
 }
 
-/// Bounds on rates and curvatures are rounded up by this.
+/// Factor by which bounds on rates and curvatures are rounded up.
 const ROUND_UP: f64 = 1.0 + 8.0 * f64::EPSILON;
 
-/// Intervals shorter than this share of the horizon are moments.
+/// Shorter intervals, as a share of the horizon, count as one time.
 const SHORTEST: f64 = 1e-26;
 
 impl<'a> FacePair<'a> {
-    /// The atom `index` of body `body` (0 for A, 1 for B), with no overlap allowed; `None` if the other is no wall.
+    /// The atom `index` of body `body` (0 for A, 1 for B), without an allowance for overlap; `None`
+    /// if the other body is no wall.
     pub fn new(encounter: &'a Encounter, body: usize, index: usize) -> Option<Self> {
         let wall = &encounter.molecules[1 - body];
         let (face, [_, end]) = (wall.face()?, wall.atoms()) else { return None };
@@ -53,7 +55,7 @@ impl<'a> FacePair<'a> {
         })
     }
 
-    /// The same where an overlap of 2 E is allowed, and one at the start on top of it.
+    /// Allows an overlap of 2 E in addition to the overlap at the start.
     pub fn allowing_for_rounding<N: Number>(mut self) -> Self {
         let now = self.sight(&N::new(0.0));
         let beside = now.beyond[0].value() <= 0.0;
@@ -87,7 +89,7 @@ impl<'a> FacePair<'a> {
         let length = x.times(&x).plus(&y.times(&y)).root();
         let along = |v: &[N; 2]| v[0].times(&half[0]).plus(&v[1].times(&half[1])).over(&length);
         let across = |v: &[N; 2]| v[1].times(&half[0]).minus(&v[0].times(&half[1])).over(&length);
-        // Which way from one to the other does not matter: the face looks the same from both sides.
+        // The sign of the separation is irrelevant: the face is symmetric.
         let upright = |value: N, rate: N| {
             let zero = N::new(0.0);
             if value.value() < 0.0 { [zero.minus(&value), zero.minus(&rate)] } else { [value, rate] }
@@ -101,7 +103,7 @@ impl<'a> FacePair<'a> {
         Sight { across: [gap, closing.plus(&growth)], beyond: [way.minus(&length), leaving] }
     }
 
-    /// The first moment up to `end` at which the atom is near the line and between the ends.
+    /// The first time up to `end` at which the atom is near the line and between the ends.
     pub fn first_contact<N: Number>(&self, end: f64, budget: &mut u64) -> Found<N> {
         debug_assert!(!self.face.is_solid_behind());
         let shortest = SHORTEST * end;
@@ -130,7 +132,8 @@ impl<'a> FacePair<'a> {
         Found::Nothing
     }
 
-    /// When an atom in deep contact at `time` last began to touch before it; 0 if it always did.
+    /// Last time before `time` at which an atom in deep contact began to touch; 0 if it did from
+    /// the start.
     pub fn touch_before<N: Number>(&self, time: &N) -> N {
         let mut back = 2.0 * self.error_at(time.value()) / self.pair.lipschitz;
         let (mut above, mut below) = (N::new(0.0), time.clone());

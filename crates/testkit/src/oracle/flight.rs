@@ -1,4 +1,4 @@
-//! Two atoms in flight, written out coordinate by coordinate.
+//! The relative motion of two atoms, coordinate by coordinate.
 
 use carom_detection::{ErrorBound, encounters::Encounter};
 
@@ -7,23 +7,23 @@ use super::Number;
 /// An atom of A and an atom of B.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair {
-    /// From the centre of A to that of B.
+    /// From the centre of A to that of B (length).
     pub separation: [f64; 2],
-    /// Velocity of B less that of A.
+    /// Velocity of B minus that of A.
     pub velocity: [f64; 2],
-    /// Places of the two atoms in their molecules.
+    /// Positions of the two atoms in their molecules (length).
     pub offsets: [[f64; 2]; 2],
-    /// Their lengths, rounded up.
+    /// Their magnitudes, rounded up.
     pub arms: [f64; 2],
     /// Orientations at time 0, in turns.
     pub turns: [f64; 2],
     /// Angular velocities (radians per time).
     pub spins: [f64; 2],
-    /// Sum of the radii.
+    /// Sum of the radii, and its rounding term.
     pub radii: [f64; 2],
-    /// E at time 0, and how fast it grows.
+    /// E at time 0, and its rate of growth.
     pub error: [f64; 2],
-    /// How much overlap is allowed at time 0, and how fast it grows.
+    /// Allowed overlap at time 0, and its rate of growth.
     pub allowed: [f64; 2],
     /// |V|, rounded up.
     pub speed: f64,
@@ -33,7 +33,7 @@ pub struct Pair {
     pub curvature: f64,
 }
 
-/// d and d' at one moment.
+/// d and d' at one time.
 pub struct Moment<N> {
     /// d
     pub d: [N; 2],
@@ -51,7 +51,7 @@ pub struct Squared<N> {
     pub rate: N,
 }
 
-/// How far from the truth lengths formed in doubles may be, relative; rounded up, as a bound must be.
+/// Relative rounding error of lengths in double precision; bounds are rounded up by it.
 const ROUND_UP: f64 = 1.0 + 8.0 * f64::EPSILON;
 
 fn length([x, y]: [f64; 2]) -> f64 {
@@ -59,7 +59,7 @@ fn length([x, y]: [f64; 2]) -> f64 {
 }
 
 impl Pair {
-    /// Atom `i` of A and atom `j` of B, with no overlap allowed.
+    /// Atom `i` of A and atom `j` of B, without an allowance for overlap.
     pub fn new(encounter: &Encounter, (i, j): (usize, usize)) -> Self {
         let motion = &encounter.motion;
         let atoms = [&encounter.molecules[0].atoms()[i], &encounter.molecules[1].atoms()[j]];
@@ -90,8 +90,8 @@ impl Pair {
         }
     }
 
-    /// An atom of body number `body`, and the middle of a wall: a point with half the wall's thickness. `error` is E at time
-    /// 0 and at the horizon.
+    /// An atom of body number `body`, and the centre of a wall as a point with half the wall's
+    /// thickness as radius. `error` is E at time 0 and at the horizon.
     pub fn to_middle(encounter: &Encounter, body: usize, index: usize, error: [f64; 2]) -> Self {
         let (atom, motion) = (&encounter.molecules[body].atoms()[index], &encounter.motion);
         let of_atom = |values: [f64; 2]| if body == 0 { values } else { [values[1], values[0]] };
@@ -117,7 +117,7 @@ impl Pair {
         }
     }
 
-    /// The same where an overlap of 2 E is allowed, and one at the start on top of it.
+    /// Allows an overlap of 2 E in addition to the overlap at the start.
     pub fn allowing_for_rounding<N: Number>(mut self) -> Self {
         let overlap = (-self.gap::<N>(&N::new(0.0)).value()).max(0.0) * ROUND_UP;
         self.allowed = [2.0 * self.error[0] * ROUND_UP + overlap, 2.0 * self.error[1] * ROUND_UP];
@@ -129,7 +129,7 @@ impl Pair {
         self.error[0] + self.error[1] * time
     }
 
-    /// d and d'.
+    /// Returns d and d'.
     pub fn moment<N: Number>(&self, time: &N) -> Moment<N> {
         let arm = |body: usize| -> [N; 2] {
             let [x, y] = self.offsets[body].map(N::new);
@@ -154,7 +154,7 @@ impl Pair {
         Moment { d: [place(0), place(1)], rate: [rate(0), rate(1)] }
     }
 
-    /// F and F'.
+    /// Returns F and F'.
     pub fn squared<N: Number>(&self, time: &N) -> Squared<N> {
         let Moment { d: [x, y], rate: [u, v] } = self.moment(time);
         let distance = x.times(&x).plus(&y.times(&y));
@@ -166,7 +166,7 @@ impl Pair {
         Squared { distance, value, rate: half_rate.plus(&half_rate) }
     }
 
-    /// g = |d| − s, whatever is allowed.
+    /// g = |d| − s, without the allowance.
     pub fn gap<N: Number>(&self, time: &N) -> N {
         let Moment { d: [x, y], .. } = self.moment(time);
         let distance = x.times(&x).plus(&y.times(&y)).root();

@@ -1,42 +1,42 @@
-//! What the answer of a detector is worth.
+//! Verdicts on the answers of detectors.
 
 use carom_detection::{Answer, Contact, ErrorBound, Outcome, Part, Touch, encounters::Encounter};
 use serde::{Deserialize, Serialize};
 
 use super::{Number, Reference, exclusion::Deep, face::FacePair, flight::Pair};
 
-/// How an answer compares with the reference.
+/// Comparison of an answer with the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Verdict {
-    /// The first contact, or none where there is none.
+    /// The first contact, or correctly none.
     Right,
-    /// A touch that is not deeper than 2 E was reported: allowed, as not to report it is.
+    /// A contact no deeper than 2 E was reported; both reporting and omitting it are correct.
     Graze,
-    /// There is a contact deeper than 2 E, and none was reported.
+    /// A contact deeper than 2 E was not reported.
     Missed,
-    /// Reported when the overlap was deeper than 2 E already.
+    /// It was reported after the overlap exceeded 2 E.
     Late,
     /// Reported while the atoms were more than 2 E apart, or parting; there is a contact later.
     Early,
     /// The same where there is none up to the horizon.
     False,
-    /// "Certified free until" some time, rightly.
+    /// "Certified free until" a time, correctly.
     FreeUntil,
-    /// The detector gave up.
+    /// The detector returned "unresolved".
     GaveUp,
 }
 
-/// A verdict, and how far off the time is.
+/// A verdict and the error of the time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Judgement {
     /// The verdict.
     pub verdict: Verdict,
-    /// |t − t*| in natural times, where there is a contact and one was reported.
+    /// |t − t*| in natural times, if a contact exists and was reported.
     pub deviation: Option<f64>,
 }
 
 impl<N: Number> Reference<N> {
-    /// Judges an answer; `None` where the oracle itself does not know.
+    /// Judges an answer; `None` if the oracle found no result.
     pub fn judge(&self, encounter: &Encounter, answer: &Answer) -> Option<Judgement> {
         let deep = match self {
             Self::Unresolved => return None,
@@ -71,7 +71,7 @@ impl<N: Number> Reference<N> {
     }
 }
 
-/// The gap's first two derivatives, in doubles: they need few digits.
+/// First derivative and curvature bound of the gap in double precision, which suffices here.
 struct Approach {
     rate: f64,
     curvature: f64,
@@ -87,7 +87,8 @@ fn approach<N: Number>(pair: &Pair, time: &N) -> Approach {
     Approach { rate, curvature: pair.curvature + turning }
 }
 
-/// Whether what is said to touch does, to within 2 E, and is not parting faster than the way out of a dip of that depth.
+/// Returns true if the reported parts touch to within 2 E and do not separate faster than they
+/// would leave an overlap of that depth.
 fn touches<N: Number>(encounter: &Encounter, time: &N, touch: Touch) -> bool {
     let [a, b] = &encounter.molecules;
     let within = |i: usize, j: usize| {
@@ -109,7 +110,8 @@ fn touches<N: Number>(encounter: &Encounter, time: &N, touch: Touch) -> bool {
     }
 }
 
-/// The same for a part of body number `body` and the face of the other one.
+/// Returns true if a part of body number `body` touches the other body's face to within 2 E and
+/// does not separate faster than it would leave an overlap of that depth.
 fn touches_face<N: Number>(encounter: &Encounter, time: &N, body: usize, part: Part) -> bool {
     let within = |index: usize| {
         FacePair::new(encounter, body, index).is_some_and(|pair| {
@@ -126,8 +128,8 @@ fn touches_face<N: Number>(encounter: &Encounter, time: &N, body: usize, part: P
     }
 }
 
-/// Whether a time not after the deep contact belongs to it, or to a graze before it: the zeros of g' h + g'' h²/2 = ±2 E
-/// lie within 4 E/max(|g'|, √(4 |g''| E)) of 0.
+/// Returns true if a time not later than the deep contact belongs to it or to a preceding graze:
+/// the zeros of g' h + g'' h²/2 = ±2 E lie within 4 E/max(|g'|, √(4 |g''| E)) of 0.
 fn is_of<N: Number>(encounter: &Encounter, deep: &Deep<N>, time: &N) -> bool {
     let face = |body: usize, part: Part| match part {
         Part::Atom(index) => FacePair::new(encounter, body, index as usize),
@@ -153,7 +155,7 @@ fn is_of<N: Number>(encounter: &Encounter, deep: &Deep<N>, time: &N) -> bool {
     deep.touch.minus(time).value() <= 2.0 * tolerance
 }
 
-/// The gap of the parts that are said to touch, at that time, in units of E; `None` for bounding circles.
+/// The gap of the reported parts at the reported time, in units of E; `None` for bounding circles.
 pub fn gap_over_bound<N: Number>(encounter: &Encounter, contact: &Contact) -> Option<f64> {
     let time = N::new(contact.time);
     let of_face = |body: usize, part: Part| match part {

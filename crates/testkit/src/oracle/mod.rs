@@ -1,21 +1,29 @@
-//! A judge of detectors: the first contact of two molecules to some 25 digits, by a search that shares nothing with
-//! any of them.
+//! Reference oracle: the first contact of two molecules to about 25 digits, by a search that shares
+//! no code with the detectors.
 //!
-//! **What is asked.** A detector that works in doubles cannot see a gap that is smaller than its rounding. So the
-//! oracle looks for the *deep* contact, the first moment at which two atoms overlap by more than 2 E, the printed
-//! bound of [`ErrorBound`](carom_detection::ErrorBound); whoever claims to be exact must have reported by then. A pair
-//! that begins in overlap may overlap by as much and 2 E more. [`judge`](Reference::judge) then tells what an answer
-//! is worth.
+//! **Definition.** A detector in double precision cannot resolve a gap smaller than its rounding
+//! error. The oracle therefore searches the *deep* contact: the first time at which two atoms
+//! overlap by more than 2 E, where E is the bound of [`ErrorBound`](carom_detection::ErrorBound).
+//! An exact detector must have reported a contact by then. A pair that overlaps at the start may
+//! overlap by that amount plus 2 E. [`judge`](Reference::judge) compares an answer with the
+//! reference.
 //!
-//! **How.** For S = s less what is allowed, F(t) = |d|² − S² of one atom pair is looked at in the middle m of an
-//! interval of half width h. From d'' = ω_A² r_A − ω_B² r_B follows F'' ≥ −M, so F ≥ F(m) − |F'(m)| h − M h²/2 there:
-//! if that is positive the interval is excluded. Where F' keeps its sign, there is a zero if the ends differ, and none
-//! if not. All other intervals are halved, the earlier half first. Nothing is sampled, so nothing is passed over; a
-//! search that does not end within its budget says so.
+//! **Method.** Interval exclusion for F(t) = |d|² − S² of one pair of atoms, with S = s minus the
+//! allowance.
+//! 1. **Bound.** From d'' = ω_A² r_A − ω_B² r_B follows F'' ≥ −M, so F ≥ F(m) − |F'(m)| h − M h²/2
+//!    on an interval with centre m and half width h.
+//! 2. **Exclusion.** An interval on which this bound is positive has no zero.
+//! 3. **Monotonicity.** Where F' keeps its sign, there is a zero if F differs in sign at the ends,
+//!    and none otherwise.
+//! 4. **Bisection.** All other intervals are bisected, the earlier half first.
 //!
-//! Of a wall the end points are atoms; its face is looked at in a module of its own, by the same exclusion.
+//! No step samples, so no contact is missed; a search that exceeds its limit is reported as
+//! unresolved.
 //!
-//! The arithmetic is [`DoubleDouble`], or for a check of that `dashu_float` at 200 bits.
+//! The end points of a wall are atoms; its face is searched in a separate module, by the same
+//! exclusion.
+//!
+//! The arithmetic is [`DoubleDouble`], or `dashu_float` at 200 bits to verify it.
 
 mod big;
 mod double_double;

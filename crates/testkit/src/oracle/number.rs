@@ -1,11 +1,11 @@
-//! What the oracle asks of an arithmetic.
+//! The arithmetic that the oracle needs.
 
 /// Numbers with at least a hundred bits.
 pub trait Number: Clone {
-    /// Whether intervals are first looked at in doubles, whose rounding is then allowed for.
+    /// True if intervals are first examined in double precision with a bound on rounding.
     const SKETCH_FIRST: bool;
 
-    /// The number that a double is.
+    /// The exact value of a double.
     fn new(value: f64) -> Self;
 
     /// The nearest double.
@@ -27,7 +27,7 @@ pub trait Number: Clone {
     #[must_use]
     fn over(&self, other: &Self) -> Self;
 
-    /// Square root of a number that is not negative.
+    /// Square root of a nonnegative number.
     #[must_use]
     fn root(&self) -> Self;
 

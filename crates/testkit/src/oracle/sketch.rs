@@ -1,25 +1,26 @@
-//! A first look at an interval in doubles, with generous room for their rounding.
+//! Examination of an interval in double precision, with a generous allowance for rounding.
 
 use super::flight::Pair;
 
-/// What doubles can tell of an interval.
+/// Result in double precision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sketch {
-    /// There is no zero in it.
+    /// The interval has no zero.
     Free,
-    /// It must be halved, whatever the arithmetic.
+    /// It must be bisected in any arithmetic.
     Halve,
-    /// More digits are needed.
+    /// Higher precision is needed.
     Unclear,
 }
 
-/// Roundings that are allowed for: ten times as many as there are.
+/// Allowance for rounding: ten times the number of operations.
 const ROUNDINGS: f64 = 400.0 * f64::EPSILON;
 
-/// How far a body must turn in an interval for the circle on which its atom runs to be of any use (radians).
+/// Least turn of a body in an interval for which the whole orbit of its atom is a useful bound
+/// (radians).
 const WIDE: f64 = 0.3;
 
-/// The atoms as doubles see them at a moment.
+/// State of the atoms at one time, in double precision.
 struct Rough {
     centres: [f64; 2],
     arms: [[f64; 2]; 2],
@@ -45,7 +46,7 @@ impl Pair {
         Rough { centres, arms, error: ROUNDINGS * (places + self.lipschitz * time) }
     }
 
-    /// What is to be seen of F from `middle` − `half` to `middle` + `half`.
+    /// Examines F from `middle` − `half` to `middle` + `half`.
     pub fn sketch(&self, middle: f64, half: f64) -> Sketch {
         let rough = self.rough(middle);
         let growth = self.allowed[1];
@@ -77,8 +78,8 @@ impl Pair {
         }
     }
 
-    /// Bounds on −F'' and on |F''| over an interval, where |d| is at most `distance` in its middle:
-    /// F'' = 2 |d'|² + 2 d·d'' − 2 S'².
+    /// Bounds on −F'' and on |F''| over an interval in whose middle |d| is at most `distance`: F''
+    /// = 2 |d'|² + 2 d·d'' − 2 S'².
     pub fn curvatures(&self, distance: f64, half: f64) -> (f64, f64) {
         let growth = self.allowed[1];
         let most = distance + self.lipschitz * half;
@@ -86,7 +87,8 @@ impl Pair {
         (sag * (1.0 + ROUNDINGS), (sag + 2.0 * self.lipschitz * self.lipschitz) * (1.0 + ROUNDINGS))
     }
 
-    /// Whether the atoms stay apart even if those of fast rotors were everywhere on their circles at once.
+    /// Returns true if the atoms stay apart even with the atoms of fast rotors anywhere on their
+    /// orbits.
     fn out_of_orbit(&self, rough: &Rough, half: f64, reach: f64) -> bool {
         let wide = [0, 1].map(|body| self.spins[body].abs() * half > WIDE);
         let choices = [[false, true], [true, false], [true, true]];
@@ -96,7 +98,8 @@ impl Pair {
         })
     }
 
-    /// The same for the choice of bodies whose atoms are smeared over their circles.
+    /// Returns true if the atoms stay apart with the atoms of the bodies in `smeared` anywhere on
+    /// their orbits.
     fn apart_when_smeared(&self, rough: &Rough, half: f64, reach: f64, smeared: [bool; 2]) -> bool {
         let sign = [-1.0, 1.0];
         let (mut point, mut rate) = (rough.centres, self.velocity);
@@ -118,7 +121,7 @@ impl Pair {
         let nearest =
             distance - rough.error - along * half - 0.5 * curvature * half * half * (1.0 + ROUNDINGS);
         let farthest = distance + rough.error + speed * half * (1.0 + ROUNDINGS);
-        // The radii of the circles that are smeared, as an annulus about the point.
+        // The set reached by the smeared atoms is an annulus about the point.
         let circles = [0, 1].map(|body| if smeared[body] { self.arms[body] } else { 0.0 });
         let (outer, inner) = (circles[0] + circles[1], (circles[0] - circles[1]).abs());
         let room = 1.0 + ROUNDINGS;
