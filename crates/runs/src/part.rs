@@ -16,13 +16,8 @@ use glam::DVec2;
 const MOST_BODIES: usize = 10_000;
 const MOST_ATOMS: usize = 40_000;
 
-<<<<<<< HEAD
-/// The least half side of a part, as a share of the shorter side of the box. Smaller: where many
-/// bodies cover one place, the part around it has no size.
-=======
 /// Least half side of a part, as a share of the shorter side of the box. Without it, the part has
 /// no size where many bodies cover one place.
->>>>>>> prose-d
 const LEAST_HALF: f64 = 1e-3;
 
 /// Of larger systems, this share of the two limits is shown; the rest is a margin from which bodies

@@ -40,21 +40,7 @@ pub struct Deep<N> {
     pub parts: Touch,
 }
 
-<<<<<<< HEAD
-/// More halvings than this are of no use: the interval is shorter than any rounding.
-=======
-/// Result of the search for one pair of parts.
-pub enum Found<N> {
-    /// No contact.
-    Nothing,
-    /// Time of the contact.
-    Zero(N),
-    /// The limit on intervals was reached.
-    OutOfBudget,
-}
-
 /// Shortest interval; further bisection is below rounding.
->>>>>>> prose-d
 const SHORTEST: f64 = 1e-31;
 
 /// Largest number of steps of the final root search; Newton's method takes six.

@@ -1,11 +1,11 @@
 //! How a search for the first zero of a gap can end.
 
-/// How the search for one pair of parts ended.
+/// Result of the search for one pair of parts.
 pub enum Found<N> {
     /// No contact.
     Nothing,
-    /// When it is.
+    /// Time of the contact.
     Zero(N),
-    /// Too many intervals.
+    /// The limit on intervals was reached.
     OutOfBudget,
 }
