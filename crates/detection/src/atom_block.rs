@@ -8,8 +8,8 @@ use crate::{
     ErrorBound,
     atom_pair::AtomPair,
     flight::{Flight, Placement},
-    gap_search::{GapFunction, PairOutcome},
-    search::Search,
+    gap_search::GapFunction,
+    search::{PairOutcome, Search},
     skimming::rounding_within,
     tolerance::{SHARED_STEPS, STEP_MARGIN},
 };

@@ -289,7 +289,7 @@ pub(crate) fn swing(spin: f64, elapsed: f64, arm: DVec2) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{gap_search::PairOutcome, search::Search};
+    use crate::search::{PairOutcome, Search};
     use carom_geometry::Atom;
     use carom_kinematics::RelativeMotion;
 

@@ -42,12 +42,9 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Detection, DiscLanes, ErrorBound, Outcome, QueryBody, Window,
-    atom_block::BlockSearch,
-    circle_descent::{Body, descend},
-    disc::disc_contact,
+    Answer, Detection, DiscLanes, Outcome, QueryBody, Window,
     flight::Flight,
-    gap_search::PairOutcome,
+    molecule_pair::{straight, turning},
     range::{OUT_OF_RANGE, Unit, faster, later, unit},
     search::Search,
     skim,
@@ -148,7 +145,7 @@ impl Exact {
         horizon: f64,
     ) -> Answer {
         if a.face().is_some() || b.face().is_some() {
-            return walls::first_contact(self, a, b, motion, horizon);
+            return walls::first_contact(self.most_steps, a, b, motion, horizon);
         }
         let Some(window) = skim(motion, a.bounding_radius + b.bounding_radius, horizon) else {
             return Answer { outcome: Outcome::Free, evaluations: 0 };
@@ -162,42 +159,6 @@ impl Exact {
             straight(a, b, &flight, &mut search);
         }
         search.answer()
-    }
-}
-
-/// Searches bodies that do not turn: each atom pair is a pair of discs.
-pub(crate) fn straight(a: Outline<'_>, b: Outline<'_>, flight: &Flight<'_>, search: &mut Search) {
-    let (motion, start) = (flight.motion, flight.at(0.0));
-    for (i, atom_a) in a.atoms.iter().enumerate() {
-        let arm_a = start.arm(0, atom_a.offset());
-        for (j, atom_b) in b.atoms.iter().enumerate() {
-            let arm_b = start.arm(1, atom_b.offset());
-            let d = motion.separation + (arm_b - arm_a);
-            let sigma = atom_a.radius() + atom_b.radius();
-            let circles = [atom_a.into(), atom_b.into()];
-            let error = ErrorBound::of_circles(motion, flight.speed, flight.spin, &circles).at(0.0);
-            let time = disc_contact(d, motion.velocity, sigma, (error, motion.velocity_error));
-            search.evaluations += 1;
-            if time <= search.limit() {
-                search.record(PairOutcome::Contact(time), [i as u32, j as u32]);
-            }
-        }
-    }
-}
-
-/// Searches bodies that turn: all atom pairs at once, or the trees of circles for many atoms.
-pub(crate) fn turning(
-    a: Outline<'_>,
-    b: Outline<'_>,
-    flight: &Flight<'_>,
-    window: Window,
-    search: &mut Search,
-) {
-    let blocks = BlockSearch::new(flight, [a.bounding_radius, b.bounding_radius]);
-    let bodies = [Body::new(&a), Body::new(&b)];
-    match bodies.map(Body::only_block) {
-        [Some(a), Some(b)] => blocks.search(a, b, window.begin, search),
-        _ => descend(&blocks, bodies, window.begin, search),
     }
 }
 

@@ -8,9 +8,9 @@ use crate::{
     FaceErrorBound,
     atom_pair::{centripetal, swing},
     flight::{Flight, Placement},
-    gap_search::{Gap, GapFunction, PairOutcome, contact_within},
+    gap_search::{Gap, GapFunction, contact_within},
     safe_step::{Curvature, safe_step},
-    search::Search,
+    search::{PairOutcome, Search},
     strip::Strip,
 };
 

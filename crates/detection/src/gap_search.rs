@@ -92,23 +92,9 @@ use carom_kinematics::HALF_ULP as U;
 
 use crate::{
     safe_step::{Curvature, safe_step, short_step},
-    search::Search,
+    search::{PairOutcome, Search},
     tolerance::{MOST_RECONTACT_STEPS, RESTING_DEPTH, SHORT_STEPS, SOON, STEP_MARGIN},
 };
-
-/// The result of the search for one pair of parts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum PairOutcome {
-    /// The parts touch at this time.
-    Contact(f64),
-    /// The parts do not touch before the limit.
-    Free,
-    /// The step limit is reached; the parts do not touch before this time.
-    OutOfBudget(f64),
-    /// The search is interrupted; the parts do not touch before this time, which is later than the
-    /// bound of another pair.
-    Paused(f64),
-}
 
 /// The gap between two parts at one time, its derivatives, and bounds on their rounding.
 pub(crate) struct Gap {

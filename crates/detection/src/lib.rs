@@ -71,6 +71,7 @@ mod gap_search;
 mod golden_secant;
 mod golden_section;
 mod lanes;
+mod molecule_pair;
 mod outcome;
 mod query_body;
 mod range;

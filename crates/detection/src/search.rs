@@ -1,6 +1,20 @@
 //! The intermediate result of a search over many atom pairs.
 
-use crate::{Answer, Contact, Outcome, Touch, gap_search::PairOutcome};
+use crate::{Answer, Contact, Outcome, Touch};
+
+/// The result of the search for one pair of parts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum PairOutcome {
+    /// The parts touch at this time.
+    Contact(f64),
+    /// The parts do not touch before the limit.
+    Free,
+    /// The step limit is reached; the parts do not touch before this time.
+    OutOfBudget(f64),
+    /// The search is interrupted; the parts do not touch before this time, which is later than the
+    /// bound of another pair.
+    Paused(f64),
+}
 
 /// The earliest contact and the earliest certified time so far, and the limits of the search.
 pub(crate) struct Search {

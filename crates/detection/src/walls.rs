@@ -4,14 +4,13 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Contact, Exact, Outcome, Part, Touch,
+    Answer, Contact, Outcome, Part, Touch,
     disc::disc_contact,
     error_bound::ErrorBound,
-    exact::{straight, turning},
     face_pair::FacePair,
     flight::{Flight, bounding_circle},
-    gap_search::PairOutcome,
-    search::Search,
+    molecule_pair::{straight, turning},
+    search::{PairOutcome, Search},
     strip::{a_face_turns, window_of_bodies},
 };
 
@@ -22,7 +21,7 @@ const NOTHING_IS_KNOWN: Answer = Answer { outcome: Outcome::Unresolved(0.0), eva
 ///
 /// The atoms of a wall are its end points, and are searched like any atoms.
 pub(crate) fn first_contact(
-    exact: Exact,
+    most_steps: u32,
     a: Outline<'_>,
     b: Outline<'_>,
     motion: &RelativeMotion,
@@ -34,7 +33,7 @@ pub(crate) fn first_contact(
     let Some(window) = window_of_bodies(a, b, motion, horizon) else {
         return Answer { outcome: Outcome::Free, evaluations: 0 };
     };
-    let mut search = Search::new(window.end, exact.most_steps);
+    let mut search = Search::new(window.end, most_steps);
     let flight = Flight::new(a, b, motion);
     match a.atoms.is_empty() || b.atoms.is_empty() {
         true => {}
@@ -90,6 +89,7 @@ pub(crate) fn contact_of_circle(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Exact;
     use crate::{BoundingCircles, Detection, FixedStep, GoldenSecant};
     use carom_geometry::{Atom, HalfPlane, Molecule, Shape};
     use carom_kinematics::Orientation;

@@ -5,9 +5,11 @@ use std::{fmt, sync::Arc};
 use carom_geometry::Molecule;
 use carom_kinematics::Inertia;
 use serde::{Deserialize, Serialize};
-use smallvec::SmallVec;
 
-use crate::TagNames;
+use crate::{
+    TagNames,
+    tags::{Tag, Tags},
+};
 
 /// Handle of a body. It stays valid until the body is removed, and is never reused, even if the
 /// batch that has added the body is refused.
@@ -26,17 +28,6 @@ impl Default for BodyKey {
         Self(u64::MAX)
     }
 }
-
-/// A tag, stored as a number: a name shared by a group of bodies.
-///
-/// It is valid in the system that has created it, as long as the system has, or has had, a body or
-/// rule with its name. A tag that is new in a batch becomes invalid if the batch is refused: the
-/// next new name gets its number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct Tag(pub(crate) u32);
-
-/// The tags of one body, in ascending order.
-pub type Tags = SmallVec<[Tag; 2]>;
 
 /// Whether a body can turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]

@@ -11,7 +11,7 @@ use crate::{
     Body, BodyKey, BodyName, EditError, ElasticitySpec, MoleculeSpec, Rotation, Scheduler, Simulation, Tag,
     WallSpec,
     batch::{energy_factor, energy_factors},
-    build::inertia,
+    body_builder::inertia,
     simulation::Epoch,
     unresolved::Unresolved,
 };

@@ -44,10 +44,12 @@
 
 mod batch;
 mod body;
+mod body_builder;
 mod build;
 mod cells;
 mod centre_of_mass;
 mod checkpoint;
+mod contact_event;
 mod counters;
 mod edit;
 mod elasticity_table;
@@ -57,12 +59,14 @@ mod grid;
 mod guard;
 mod heap_scheduler;
 mod invariants;
+mod least_speed;
 mod limits;
 mod observer;
 mod overlap;
 mod placement;
 mod report;
 mod resolution;
+mod rounding_bound;
 mod sampling;
 mod scene;
 pub mod scheduler;
@@ -79,7 +83,7 @@ mod world;
 mod wrapped;
 
 pub use batch::Batch;
-pub use body::{Body, BodyKey, BodyName, Rotation, Tag, Tags};
+pub use body::{Body, BodyKey, BodyName, Rotation};
 pub use cells::{CellScheduler, Instructions};
 pub use centre_of_mass::{CentreOfMassFrame, ThermalEnergy};
 pub use checkpoint::{Checkpoint, CheckpointError};
@@ -89,17 +93,18 @@ pub use error::{EditError, GridError, RunError, SceneError};
 pub use grid::CellsPerSide;
 pub use heap_scheduler::HeapScheduler;
 pub use invariants::Violation;
-pub use limits::LEAST_SPEED;
+pub use least_speed::LEAST_SPEED;
 pub use observer::Observer;
-pub use overlap::{OverlapCensus, rounding_bound};
+pub use overlap::OverlapCensus;
 pub use placement::RandomStream;
 pub use report::{CollisionReport, Side};
+pub use rounding_bound::rounding_bound;
 pub use scene::{
     AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, RunSpec, Scene,
     WallSpec,
 };
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;
-pub use tags::TagNames;
+pub use tags::{Tag, TagNames, Tags};
 pub use view::{BodyView, View};
 pub use world::World;

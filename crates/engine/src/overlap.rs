@@ -3,17 +3,7 @@
 use carom_geometry::gap_between;
 use glam::DVec2;
 
-use crate::{BodyView, View};
-
-/// Overlaps below this many roundings of the distances involved are not reported.
-///
-/// A contact is computed within sixteen roundings of the side from the exact contact (measured over
-/// more than 10⁸ collisions: `cargo xtask experiment extremes`); each new epoch and the view itself
-/// add a few more. The bound 2 E of `carom_detection::Exact` is larger: it assumes that each
-/// operation has its largest error, all of one sign. Smaller: rounding would be reported as
-/// overlap. Larger: harmless until real overlaps (10⁻⁹ of a diameter and more for a missed contact)
-/// come near it.
-const ROUNDINGS: f64 = 64.0;
+use crate::{BodyView, View, rounding_bound};
 
 /// The overlapping pairs at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -27,8 +17,15 @@ pub struct OverlapCensus {
     pub deepest_length: f64,
 }
 
+impl View<'_> {
+    /// Pairs of bodies that overlap by more than rounding.
+    pub fn overlaps(&self) -> OverlapCensus {
+        census(self)
+    }
+}
+
 /// Counts the overlapping pairs of a view with its own cell list.
-pub(crate) fn census(view: &View<'_>) -> OverlapCensus {
+fn census(view: &View<'_>) -> OverlapCensus {
     let bodies: Vec<BodyView<'_>> = view.bodies().collect();
     let sides = view.bounds().sides();
     let reach = view.world.largest_reach();
@@ -112,10 +109,4 @@ fn look(a: &BodyView<'_>, b: &BodyView<'_>, shift: DVec2, sides: DVec2, census: 
     if -gap > rounding_bound(sides, reach) {
         census.pairs += 1;
     }
-}
-
-/// The deepest overlap by rounding alone (length), in a box of these sides, between bodies whose
-/// bounding radii add up to `reach`.
-pub fn rounding_bound(sides: DVec2, reach: f64) -> f64 {
-    ROUNDINGS * f64::EPSILON * (sides.x.max(sides.y) + reach)
 }

@@ -18,7 +18,7 @@ use rand_pcg::Pcg64;
 
 use crate::{
     GasSpec, Rotation, Scene, SceneError, TagNames, Tags, World,
-    build::{geometry, inertia, insert, molecule, tags},
+    body_builder::{geometry, inertia, insert, molecule, tags},
     centre_of_mass::conserved_momentum,
     limits::refuse_slow,
     selection::Remaining,

@@ -5,10 +5,10 @@ use carom_kinematics::{EpochTime, Motion};
 use carom_response::{Impact, Response};
 
 use crate::{
-    BodyName, CellScheduler, Counters, ElasticityTable, Ledger, Observer, RunError, Scheduler,
+    BodyName, CellScheduler, Counters, ElasticityTable, LEAST_SPEED, Ledger, Observer, RunError, Scheduler,
     SchedulerCounters, TagNames, View, World,
     epoch_loop::{Ended, EpochLoop},
-    limits::{LEAST_SPEED, Limits, refuse_time_scales_too_far_apart, too_slow},
+    limits::{Limits, refuse_time_scales_too_far_apart, too_slow},
     scheduler::StoredMotions,
     simultaneous_contacts::SimultaneousContacts,
     unresolved::Unresolved,

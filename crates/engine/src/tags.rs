@@ -3,8 +3,18 @@
 use std::{collections::HashMap, sync::Arc};
 
 use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
 
-use crate::Tag;
+/// A tag, stored as a number: a name shared by a group of bodies.
+///
+/// It is valid in the system that has created it, as long as the system has, or has had, a body or
+/// rule with its name. A tag that is new in a batch becomes invalid if the batch is refused: the
+/// next new name gets its number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct Tag(pub(crate) u32);
+
+/// The tags of one body, in ascending order.
+pub type Tags = SmallVec<[Tag; 2]>;
 
 /// The names of all tags ever used in a system.
 ///

@@ -4,9 +4,7 @@ use carom_geometry::PeriodicBox;
 use carom_kinematics::{EpochTime, Motion, kinetic_energy, momentum};
 use glam::DVec2;
 
-use crate::{
-    Body, BodyKey, Counters, Ledger, OverlapCensus, Tag, TagNames, World, overlap, wall::StandingWall,
-};
+use crate::{Body, BodyKey, Counters, Ledger, Tag, TagNames, World, wall::StandingWall};
 
 /// All bodies at one time. A view, at any time and any number of times, changes no bit of the run.
 #[derive(Debug, Clone, Copy)]
@@ -94,11 +92,6 @@ impl<'a> View<'a> {
     /// Total momentum (mass × length / time).
     pub fn momentum(&self) -> DVec2 {
         self.bodies().map(|view| momentum(&view.motion, view.body.inertia())).sum()
-    }
-
-    /// Pairs of bodies that overlap by more than rounding.
-    pub fn overlaps(&self) -> OverlapCensus {
-        overlap::census(self)
     }
 }
 

@@ -9,8 +9,8 @@ use glam::DVec2;
 
 use crate::{
     Body, World,
-    overlap::rounding_bound,
-    scheduler::{ContactEvent, Parts},
+    contact_event::{ContactEvent, Parts},
+    rounding_bound::rounding_bound,
 };
 
 /// Share of a cell's length by which the reach of a wall is enlarged, so that no rounding leaves a

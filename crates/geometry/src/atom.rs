@@ -4,7 +4,7 @@ use glam::DVec2;
 use parry2d_f64::shape::Ball;
 use serde::{Deserialize, Serialize};
 
-use crate::{GeometryError, Outline, check_length, check_positive};
+use crate::{GeometryError, check_length, check_positive};
 
 /// A uniform disc of given mass, at an offset from the origin of its molecule's frame.
 ///
@@ -91,18 +91,6 @@ impl Atom {
     /// The shape for queries by parry.
     pub fn ball(&self) -> &Ball {
         &self.ball
-    }
-
-    /// The outline of this atom as a whole body, as detection needs it.
-    pub fn outline(&self) -> Outline<'_> {
-        Outline {
-            atoms: std::slice::from_ref(self),
-            bounding_radius: reach(self),
-            rectangle: None,
-            rows: &[],
-            tree: None,
-            face: None,
-        }
     }
 
     pub(crate) fn moved_by(self, shift: DVec2) -> Self {

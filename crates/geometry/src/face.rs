@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::{GeometryError, Outline, check_length, check_positive};
+use crate::{GeometryError, check_length, check_positive};
 
 /// A straight face through the origin of its body's frame.
 ///
@@ -112,7 +112,7 @@ impl Face {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfPlane {
-    face: Face,
+    pub(crate) face: Face,
 }
 
 impl HalfPlane {
@@ -124,18 +124,6 @@ impl HalfPlane {
     pub fn new(normal: DVec2) -> Result<Self, GeometryError> {
         let face = Face::of_wall(-normal.perp(), 0.0)?;
         Ok(Self { face: Face { half_length: f64::INFINITY, solid_behind: true, ..face } })
-    }
-
-    /// Its outline, as detection needs it: a face without atoms, with an infinite bounding radius.
-    pub fn outline(&self) -> Outline<'_> {
-        Outline {
-            atoms: &[],
-            bounding_radius: f64::INFINITY,
-            rectangle: None,
-            rows: &[],
-            tree: None,
-            face: Some(&self.face),
-        }
     }
 }
 

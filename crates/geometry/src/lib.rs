@@ -26,6 +26,7 @@ mod face;
 mod gap;
 mod limits;
 mod molecule;
+mod outline;
 mod periodic_box;
 mod shape;
 
@@ -38,6 +39,7 @@ pub use exposed_arc::ExposedArc;
 pub use face::{Face, HalfPlane, Nearest};
 pub use gap::gap_between;
 pub use limits::{LARGEST, SMALLEST, check_length, check_positive};
-pub use molecule::{Molecule, Outline};
+pub use molecule::Molecule;
+pub use outline::Outline;
 pub use periodic_box::PeriodicBox;
 pub use shape::Shape;

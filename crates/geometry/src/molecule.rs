@@ -8,7 +8,9 @@ use parry2d_f64::{
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
-use crate::{Atom, AtomRow, CircleTree, Face, GeometryError, Shape, atom::reach, covered_area::covered_area};
+use crate::{
+    Atom, AtomRow, CircleTree, Face, GeometryError, Outline, Shape, atom::reach, covered_area::covered_area,
+};
 
 /// A rigid union of discs with its mass, moment of inertia and bounding circle.
 ///
@@ -48,44 +50,6 @@ pub struct Molecule {
 impl PartialEq for Molecule {
     fn eq(&self, other: &Self) -> bool {
         self.atoms == other.atoms && self.face == other.face
-    }
-}
-
-/// The part of a shape that detection needs: its atoms and the circles that contain them.
-#[derive(Debug, Clone, Copy)]
-pub struct Outline<'a> {
-    /// The atoms, relative to the centre of mass.
-    pub atoms: &'a [Atom],
-    /// Radius of the smallest circle about the centre of mass that contains all atoms (length).
-    pub bounding_radius: f64,
-    pub(crate) rectangle: Option<&'a [DVec2; 2]>,
-    pub(crate) rows: &'a [AtomRow],
-    pub(crate) tree: Option<&'a CircleTree>,
-    pub(crate) face: Option<&'a Face>,
-}
-
-impl<'a> Outline<'a> {
-    /// The tree of circles over the atoms; `None` for molecules of at most
-    /// [`CircleTree::CROSSOVER`] atoms.
-    pub fn tree(&self) -> Option<&'a CircleTree> {
-        self.tree
-    }
-
-    /// Lower left and upper right corner of the axis-parallel rectangle that contains all atoms
-    /// (length), to rounding; `None` for a single disc and for bodies with a face.
-    pub fn rectangle(&self) -> Option<[DVec2; 2]> {
-        self.rectangle.copied()
-    }
-
-    /// The atoms in rows, for molecules of two to [`CircleTree::CROSSOVER`] atoms; empty for
-    /// others.
-    pub fn rows(&self) -> &'a [AtomRow] {
-        self.rows
-    }
-
-    /// The straight face of a wall or a half-plane. A body with a face must not turn.
-    pub fn face(&self) -> Option<&'a Face> {
-        self.face
     }
 }
 

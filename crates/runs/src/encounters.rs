@@ -126,7 +126,10 @@ impl Row<'_> {
     fn window_end(&self) -> Result<Option<f64>> {
         let Some(text) = self.given("window_end") else { return Ok(None) };
         let end: f64 = text.parse().with_context(|| format!("column `window_end`: '{text}'"))?;
-        ensure!(end.is_finite() && end >= 0.0, "column `window_end`: {end} is not a finite time of at least 0");
+        ensure!(
+            end.is_finite() && end >= 0.0,
+            "column `window_end`: {end} is not a finite time of at least 0"
+        );
         Ok(Some(end))
     }
 

@@ -39,7 +39,9 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
 
 /// The source before its unit tests, which may import anything.
 fn without_tests(source: &str) -> String {
-    source.split("#[cfg(test)]\nmod tests").next().unwrap_or(source).to_owned()
+    let tests = ["#[cfg(test)]\nmod tests", "#[cfg(test)]\npub(crate) mod tests"];
+    let end = tests.iter().filter_map(|start| source.find(start)).min();
+    source[..end.unwrap_or(source.len())].to_owned()
 }
 
 /// The module path of a file: `a/b.rs` and `a/b/mod.rs` are both `["a", "b"]`.

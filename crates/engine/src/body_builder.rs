@@ -1,0 +1,67 @@
+//! Bodies from entries of a scene: shape, inertia, tags, and their place in the world.
+
+use std::sync::Arc;
+
+use carom_geometry::{Atom, GeometryError, Molecule, Shape};
+use carom_kinematics::{Inertia, Motion};
+use glam::DVec2;
+
+use crate::{AtomSpec, Rotation, SceneError, TagNames, Tags, World, body::BodyKind};
+
+pub(crate) fn insert(
+    world: &mut World,
+    molecule: Arc<Molecule>,
+    inertia: Inertia,
+    tags: Tags,
+    motion: Motion,
+) -> crate::BodyKey {
+    world.insert(BodyKind { molecule, inertia, tags, elasticity_class: 0 }, motion)
+}
+
+pub(crate) fn inertia(molecule: &Molecule, rotation: Rotation) -> Inertia {
+    match rotation {
+        Rotation::Free => Inertia::free(molecule.mass(), molecule.moment_of_inertia()),
+        Rotation::Locked => Inertia::locked(molecule.mass()),
+    }
+}
+
+pub(crate) fn tags(names: &mut TagNames, wanted: &[String]) -> Tags {
+    let mut tags: Tags = wanted.iter().map(|name| names.intern(name)).collect();
+    tags.sort_unstable();
+    tags.dedup();
+    tags
+}
+
+/// Creates a molecule from the name of its shape or from its atoms.
+pub(crate) fn molecule(
+    entry: &str,
+    shape: Option<&str>,
+    atoms: &[AtomSpec],
+    atom_radius: Option<f64>,
+    atom_mass: Option<f64>,
+) -> Result<Molecule, SceneError> {
+    let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
+    match shape {
+        Some(_) if !atoms.is_empty() => Err(problem("give `shape` or `atoms`, not both")),
+        Some(name) => {
+            let shape: Shape = name.parse().map_err(geometry(entry))?;
+            let radius = atom_radius.ok_or_else(|| problem("a named shape needs `atom_radius`"))?;
+            let mass = atom_mass.ok_or_else(|| problem("a named shape needs `atom_mass`"))?;
+            Molecule::named(shape, radius, mass).map_err(geometry(entry))
+        }
+        None if atom_radius.is_some() || atom_mass.is_some() => {
+            Err(problem("`atom_radius` and `atom_mass` go with a named `shape`"))
+        }
+        None => {
+            let atom = |spec: &AtomSpec| Atom::new(DVec2::from(spec.at), spec.radius, spec.mass);
+            let atoms: Result<Vec<Atom>, GeometryError> = atoms.iter().map(atom).collect();
+            atoms.and_then(Molecule::new).map_err(geometry(entry))
+        }
+    }
+}
+
+/// Adds the name of the entry to an error of geometry.
+pub(crate) fn geometry(entry: &str) -> impl FnOnce(GeometryError) -> SceneError {
+    let entry = entry.to_owned();
+    move |reason| SceneError::Geometry { entry, reason }
+}

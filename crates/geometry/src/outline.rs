@@ -1,0 +1,71 @@
+//! The part of a shape that detection needs.
+
+use glam::DVec2;
+
+use crate::{Atom, AtomRow, CircleTree, Face, HalfPlane, atom::reach};
+
+/// The part of a shape that detection needs: its atoms and the circles that contain them.
+#[derive(Debug, Clone, Copy)]
+pub struct Outline<'a> {
+    /// The atoms, relative to the centre of mass.
+    pub atoms: &'a [Atom],
+    /// Radius of the smallest circle about the centre of mass that contains all atoms (length).
+    pub bounding_radius: f64,
+    pub(crate) rectangle: Option<&'a [DVec2; 2]>,
+    pub(crate) rows: &'a [AtomRow],
+    pub(crate) tree: Option<&'a CircleTree>,
+    pub(crate) face: Option<&'a Face>,
+}
+
+impl<'a> Outline<'a> {
+    /// The tree of circles over the atoms; `None` for molecules of at most
+    /// [`CircleTree::CROSSOVER`] atoms.
+    pub fn tree(&self) -> Option<&'a CircleTree> {
+        self.tree
+    }
+
+    /// Lower left and upper right corner of the axis-parallel rectangle that contains all atoms
+    /// (length), to rounding; `None` for a single disc and for bodies with a face.
+    pub fn rectangle(&self) -> Option<[DVec2; 2]> {
+        self.rectangle.copied()
+    }
+
+    /// The atoms in rows, for molecules of two to [`CircleTree::CROSSOVER`] atoms; empty for
+    /// others.
+    pub fn rows(&self) -> &'a [AtomRow] {
+        self.rows
+    }
+
+    /// The straight face of a wall or a half-plane. A body with a face must not turn.
+    pub fn face(&self) -> Option<&'a Face> {
+        self.face
+    }
+}
+
+impl Atom {
+    /// The outline of this atom as a whole body, as detection needs it.
+    pub fn outline(&self) -> Outline<'_> {
+        Outline {
+            atoms: std::slice::from_ref(self),
+            bounding_radius: reach(self),
+            rectangle: None,
+            rows: &[],
+            tree: None,
+            face: None,
+        }
+    }
+}
+
+impl HalfPlane {
+    /// Its outline, as detection needs it: a face without atoms, with an infinite bounding radius.
+    pub fn outline(&self) -> Outline<'_> {
+        Outline {
+            atoms: &[],
+            bounding_radius: f64::INFINITY,
+            rectangle: None,
+            rows: &[],
+            tree: None,
+            face: Some(&self.face),
+        }
+    }
+}
