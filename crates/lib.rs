@@ -1,9 +1,5 @@
 //! Exact event-driven simulation of two-dimensional gases of rigid molecules.
 //!
-//! A molecule is a rigid union of discs, its *atoms*. Between contacts it moves with constant
-//! velocity and angular velocity; contacts are instantaneous. The simulation advances from contact
-//! to contact, so there is no time step, no tunnelling, and energy is conserved to rounding.
-//!
 //! ```
 //! use carom::{DirectionHistogram, Observer, Scene, Simulation};
 //!
@@ -36,6 +32,10 @@
 //! assert_eq!(simulation.view().overlaps().pairs, 0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! A molecule is a rigid union of discs, its *atoms*. Between contacts it moves with constant
+//! velocity and angular velocity; contacts are instantaneous. The simulation advances from contact
+//! to contact, so there is no time step, no tunnelling, and energy is conserved to rounding.
 //!
 //! Each layer is a separate crate that can be used alone; this crate re-exports them as modules:
 //!

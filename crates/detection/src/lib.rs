@@ -1,16 +1,5 @@
 //! Computes the time of the first contact (time of impact) of two rigid bodies in free flight.
 //!
-//! The input is one [`RelativeMotion`] (two bodies at a common time 0, in one periodic image) and a
-//! horizon. The result is an [`Outcome`]. The crate changes no state. Every detector implements the
-//! trait [`Detection`]:
-//!
-//! | detector | method |
-//! | --- | --- |
-//! | [`Exact`] | certified: it misses no contact deeper than twice the rounding bound |
-//! | [`GoldenSecant`] | Montanari (2017), chapter 2: skim, crop, golden section, secant |
-//! | [`BoundingCircles`] | a coarser model: each body is its bounding circle |
-//! | [`FixedStep`] | overlap tests at regular times, as in a time-stepped code |
-//!
 //! ```
 //! use carom_detection::{Detection, Exact, Outcome};
 //! use carom_geometry::Molecule;
@@ -24,6 +13,17 @@
 //! assert_eq!(contact.time, 2.0);
 //! # Ok::<(), carom_geometry::GeometryError>(())
 //! ```
+//!
+//! The input is one [`RelativeMotion`] (two bodies at a common time 0, in one periodic image) and a
+//! horizon. The result is an [`Outcome`]. The crate changes no state. Every detector implements the
+//! trait [`Detection`]:
+//!
+//! | detector | method |
+//! | --- | --- |
+//! | [`Exact`] | certified: it misses no contact deeper than twice the rounding bound |
+//! | [`GoldenSecant`] | Montanari (2017), chapter 2: skim, crop, golden section, secant |
+//! | [`BoundingCircles`] | a coarser model: each body is its bounding circle |
+//! | [`FixedStep`] | overlap tests at regular times, as in a time-stepped code |
 //!
 //! A wall or a half-plane is a body with a straight face. It must not turn:
 //!
@@ -106,8 +106,8 @@ use glam::DVec2;
 /// Detection of the first contact of two moving bodies before a horizon.
 ///
 /// An implementation must be a pure function of its arguments. Exchanging A and B must exchange the
-/// parts of A and B in the answer and change nothing else. The only exception are atom pairs that
-/// touch at the same time, for which the caller must keep an order of its own.
+/// parts of A and B in the answer and change nothing else. The only exception is a tie
+/// between atom pairs that touch at the same time; the caller must order these itself.
 pub trait Detection {
     /// Returns the first contact of A and B after time 0 and no later than `horizon` (time).
     ///

@@ -1,10 +1,6 @@
 //! Shapes in the plane: rigid unions of discs, their bounding circles and excluded regions,
 //! straight walls, and the periodic box.
 //!
-//! A molecule is a rigid union of *atoms* (discs with a mass), in the frame of its centre of mass.
-//! The crate has no notion of time or motion. Angles are counter-clockwise; mass, length and time
-//! are in the user's units.
-//!
 //! ```
 //! use carom_geometry::{Molecule, Shape};
 //!
@@ -14,6 +10,10 @@
 //! assert!((tee.mass() - 10.0).abs() < 1e-15);
 //! # Ok::<(), carom_geometry::GeometryError>(())
 //! ```
+//!
+//! A molecule is a rigid union of *atoms* (discs with a mass), in the frame of its centre of mass.
+//! The crate has no notion of time or motion. Angles are counter-clockwise; mass, length and time
+//! are in the user's units.
 
 mod atom;
 mod atom_row;

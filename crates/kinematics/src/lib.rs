@@ -1,14 +1,6 @@
 //! Free flight: the position and orientation of a rigid body at time t, with constant velocity and
 //! angular velocity.
 //!
-//! Each body has its own *subjective time*, the time at which its motion last changed. Two bodies
-//! are compared at a common time and in one periodic image ([`RelativeMotion`], algorithm 1 of
-//! Montanari 2017).
-//!
-//! Positions are lengths, velocities length per time, angular velocities radians per time,
-//! counter-clockwise. Orientations are stored in turns, in which the reduction of a large angle is
-//! exact.
-//!
 //! ```
 //! use carom_kinematics::{Motion, Orientation};
 //! use glam::DVec2;
@@ -24,6 +16,14 @@
 //! assert_eq!(later.position, DVec2::new(0.5, 0.0));
 //! assert_eq!(later.orientation.turns(), 0.5);
 //! ```
+//!
+//! Each body has its own *subjective time*, the time at which its motion last changed. Two bodies
+//! are compared at a common time and in one periodic image ([`RelativeMotion`], algorithm 1 of
+//! Montanari 2017).
+//!
+//! Positions are lengths, velocities length per time, angular velocities radians per time,
+//! counter-clockwise. Orientations are stored in turns, in which the reduction of a large angle is
+//! exact.
 
 mod conserved;
 mod epoch_time;

@@ -1,6 +1,24 @@
 //! Observers measure a running simulation: one quantity per file, each an [`Observer`] that reads
 //! the state and never changes it.
 //!
+//! ```
+//! use carom_engine::{Observer, Scene, Simulation};
+//! use carom_observers::{CollisionRate, EnergyLedger};
+//!
+//! let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100")?;
+//! let mut simulation = Simulation::new(&scene)?;
+//! let mut observers = (EnergyLedger::default(), CollisionRate::default());
+//! observers.start(&simulation.view());
+//! for sample in 1..=10 {
+//!     simulation.observe_until(0.1 * f64::from(sample), &mut observers)?;
+//!     observers.sample(&simulation.view());
+//! }
+//! let (energy, rate) = observers;
+//! assert!(energy.drift() < 1e-13);
+//! assert_eq!(rate.series().len(), 10);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! | quantity | observer | receives |
 //! | --- | --- | --- |
 //! | directions of the impulses on a body, in its own frame | [`DirectionHistogram`] | contacts |
@@ -29,25 +47,7 @@
 //!
 //! An observer that receives samples only costs nothing between the samples. Two functions write a
 //! view of the system as text: [`write_extended_xyz`] and [`picture`]. A tuple of observers is an
-//! observer:
-//!
-//! ```
-//! use carom_engine::{Observer, Scene, Simulation};
-//! use carom_observers::{CollisionRate, EnergyLedger};
-//!
-//! let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100")?;
-//! let mut simulation = Simulation::new(&scene)?;
-//! let mut observers = (EnergyLedger::default(), CollisionRate::default());
-//! observers.start(&simulation.view());
-//! for sample in 1..=10 {
-//!     simulation.observe_until(0.1 * f64::from(sample), &mut observers)?;
-//!     observers.sample(&simulation.view());
-//! }
-//! let (energy, rate) = observers;
-//! assert!(energy.drift() < 1e-13);
-//! assert_eq!(rate.series().len(), 10);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+//! observer, as in the example.
 //!
 //! [`Observer`]: carom_engine::Observer
 
