@@ -89,23 +89,33 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.shrink();
         let scheduler = S::new(&options, &world)
             .map_err(|reason| reason.named(|body| entry_of(body, &entries, &gases)))?;
-        let ledger = Ledger { initial: world.energy(), ..Ledger::default() };
-        Ok(Self {
-            simultaneous: SimultaneousContacts::default(),
-            unresolved: Unresolved::default(),
+        Ok(Self::assemble(world, (detection, response), (scheduler, options), elasticity, names))
+    }
+
+    /// A simulation before its first epoch, with counters of 0.
+    pub(crate) fn assemble(
+        world: World,
+        (detection, response): (D, R),
+        (scheduler, scheduler_options): (S, S::Options),
+        elasticity: ElasticityTable,
+        names: TagNames,
+    ) -> Self {
+        Self {
+            ledger: Ledger { initial: world.energy(), ..Ledger::default() },
             world,
             detection,
             response,
             scheduler,
-            scheduler_options: options,
+            scheduler_options,
             elasticity,
             names,
             counters: Counters::default(),
-            ledger,
             work_before: SchedulerCounters::default(),
             offset: 0.0,
             epoch: Epoch::ToBegin,
-        })
+            simultaneous: SimultaneousContacts::default(),
+            unresolved: Unresolved::default(),
+        }
     }
 }
 

@@ -212,20 +212,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let scheduler = S::new(&options, &world)
             .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
         Ok(Self {
-            world,
-            detection,
-            response,
-            scheduler,
-            scheduler_options: options,
-            elasticity,
-            names,
             counters: checkpoint.counters,
             work_before: checkpoint.counters.scheduler,
             ledger: checkpoint.ledger,
-            offset: 0.0,
-            epoch: Epoch::ToBegin,
             simultaneous: checkpoint.simultaneous.clone(),
             unresolved: checkpoint.unresolved,
+            ..Self::assemble(world, (detection, response), (scheduler, options), elasticity, names)
         })
     }
 }
