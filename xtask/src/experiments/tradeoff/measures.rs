@@ -85,9 +85,9 @@ pub fn measure(setting: &Setting, state: &Checkpoint, tau: f64, plan: &Plan) -> 
     for block in 0..plan.blocks {
         let from = begin + f64::from(block) * BLOCK * tau;
         let before = velocities(&runner.view());
-        let mut ran = runner.measure(from + LAG * tau, &mut measures);
+        let mut ran = runner.observe(from + LAG * tau, &mut measures);
         let after = velocities(&runner.view());
-        ran = ran.and_then(|()| runner.measure(from + BLOCK * tau, &mut measures));
+        ran = ran.and_then(|()| runner.observe(from + BLOCK * tau, &mut measures));
         if let Err(error) = ran {
             physics.broke_off = Some(error.to_string());
             break;

@@ -52,7 +52,7 @@ impl Tally {
 pub fn stretch(setting: &Setting, state: &Checkpoint, duration: f64) -> Result<Log> {
     let mut runner = begin(setting, state)?;
     let mut log = Log { begin: state.time(), contacts: Vec::new() };
-    runner.log(state.time().to_f64() + duration, &mut log)?;
+    runner.observe(state.time().to_f64() + duration, &mut log)?;
     Ok(log)
 }
 

@@ -1,15 +1,14 @@
 //! A simulation of whatever detector and scheduler, behind one name.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use carom::{
-    Checkpoint, Detection, HeapScheduler, Impact, Response, RunError, Scheduler, Simulation, View,
+    Checkpoint, Detection, HeapScheduler, Impact, Observer, Response, RunError, Scheduler, Simulation, View,
     engine::{CellScheduler, Rotation},
 };
 
 use super::{
     epochs::Epochs,
     knobs::{Order, Setting},
-    observers::{Log, Measures},
 };
 use crate::experiments::{detectors::Detector, time_reversal::there_and_back};
 
@@ -22,16 +21,12 @@ pub trait Runner {
     /// # Errors
     /// The run breaks off.
     fn run(&mut self, until: f64) -> Result<(), RunError>;
-    /// The same, measured.
+    /// Runs on with an observer. It is called dynamically, so that the loop is compiled once for all
+    /// observers; only [`run`](Self::run) is timed.
     ///
     /// # Errors
     /// The run breaks off.
-    fn measure(&mut self, until: f64, measures: &mut Measures) -> Result<(), RunError>;
-    /// The same, each contact noted down.
-    ///
-    /// # Errors
-    /// The run breaks off.
-    fn log(&mut self, until: f64, log: &mut Log) -> Result<(), RunError>;
+    fn observe(&mut self, until: f64, observer: &mut dyn Observer) -> Result<(), RunError>;
     /// Forward for a duration, reversed, and back: collisions of each body on the way forward, and the largest distance from
     /// the start.
     ///
@@ -49,12 +44,8 @@ impl<D: Detection, R: Response, S: Scheduler> Runner for Simulation<D, R, S> {
         self.run_until(until)
     }
 
-    fn measure(&mut self, until: f64, measures: &mut Measures) -> Result<(), RunError> {
-        self.observe_until(until, measures)
-    }
-
-    fn log(&mut self, until: f64, log: &mut Log) -> Result<(), RunError> {
-        self.observe_until(until, log)
+    fn observe(&mut self, until: f64, observer: &mut dyn Observer) -> Result<(), RunError> {
+        self.observe_until(until, observer)
     }
 
     fn there_and_back(&mut self, duration: f64) -> Result<(f64, f64)> {
@@ -62,33 +53,42 @@ impl<D: Detection, R: Response, S: Scheduler> Runner for Simulation<D, R, S> {
     }
 }
 
-/// The setting, from a state on.
+/// The simulation of a setting, from a state on.
+///
+/// One knob is turned at a time: another detector than the exact one comes with the cell scheduler,
+/// so that other combinations need not be compiled.
 ///
 /// # Errors
-/// The bodies do not suit it.
+/// The bodies do not suit the setting, or it turns two knobs.
 pub fn begin(setting: &Setting, state: &Checkpoint) -> Result<Box<dyn Runner>> {
-    Ok(match setting.order {
-        Order::CellScheduler(instructions) => of::<CellScheduler>(setting, state, instructions)?,
-        Order::Epochs1 => of::<Epochs<1>>(setting, state, carom::Instructions::Widest)?,
-        Order::Epochs8 => of::<Epochs<8>>(setting, state, carom::Instructions::Widest)?,
-        Order::Epochs512 => of::<Epochs<512>>(setting, state, carom::Instructions::Widest)?,
-        Order::HeapScheduler(fineness) => of::<HeapScheduler>(setting, state, fineness)?,
-    })
+    let widest = carom::Instructions::Widest;
+    match (setting.detector, setting.order) {
+        (Detector::Exact(exact), Order::CellScheduler(instructions)) => {
+            of::<_, CellScheduler>(setting, state, exact, instructions)
+        }
+        (Detector::Exact(exact), Order::Epochs1) => of::<_, Epochs<1>>(setting, state, exact, widest),
+        (Detector::Exact(exact), Order::Epochs8) => of::<_, Epochs<8>>(setting, state, exact, widest),
+        (Detector::Exact(exact), Order::Epochs512) => of::<_, Epochs<512>>(setting, state, exact, widest),
+        (Detector::Exact(exact), Order::HeapScheduler(cells)) => {
+            of::<_, HeapScheduler>(setting, state, exact, cells)
+        }
+        (detector, Order::CellScheduler(instructions)) => {
+            of::<_, CellScheduler>(setting, state, detector, instructions)
+        }
+        (detector, _) => bail!("{} is compared with the cell scheduler only", detector.name()),
+    }
 }
 
-fn of<S: Scheduler + 'static>(
+fn of<D: Detection + 'static, S: Scheduler + 'static>(
     setting: &Setting,
     state: &Checkpoint,
+    detector: D,
     options: S::Options,
 ) -> Result<Box<dyn Runner>>
 where
     S::Options: 'static,
 {
-    // The exact detector by its own type, as everybody runs it.
-    if let Detector::Exact(exact) = setting.detector {
-        return finish(setting, Simulation::<_, Impact, S>::resume_with(state, exact, Impact, options)?);
-    }
-    finish(setting, Simulation::<_, Impact, S>::resume_with(state, setting.detector, Impact, options)?)
+    finish(setting, Simulation::<D, Impact, S>::resume_with(state, detector, Impact, options)?)
 }
 
 fn finish<D: Detection + 'static, S: Scheduler + 'static>(
