@@ -68,8 +68,17 @@ pub struct Case {
     pub run: fn(Effort) -> Result<Vec<Finding>>,
 }
 
-/// All cases for one engine.
-pub fn cases<E: Engine>() -> Vec<Case> {
+/// All cases with the exact engine, compiled here once.
+pub fn exact_cases() -> Vec<Case> {
+    cases::<Ours>()
+}
+
+/// All cases with the thesis's engine, compiled here once.
+pub fn thesis_cases() -> Vec<Case> {
+    cases::<engine::Theses>()
+}
+
+fn cases<E: Engine>() -> Vec<Case> {
     [
         pairs::cases::<E>(),
         gases::cases::<E>(),

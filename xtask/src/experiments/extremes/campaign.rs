@@ -11,7 +11,9 @@ use carom_runs::{
     say,
 };
 use carom_tables::{Check, Figure, Summary, Totals, Verdict};
-use carom_testkit::extremes::{Case, Effort, Engine, Finding, Ours, cases, engine::Theses};
+use carom_testkit::extremes::{
+    Case, Effort, Engine, Finding, Ours, engine::Theses, exact_cases, thesis_cases,
+};
 use rayon::prelude::*;
 
 use super::{
@@ -76,9 +78,9 @@ fn measure(plan: &Plan, number: &str) -> Result<Results> {
         let case = *case;
         attempt(plan.patience, move || (case.run)(Effort { collisions }))
     };
-    let scenes = cases::<Ours>()
+    let scenes = exact_cases()
         .into_par_iter()
-        .zip(cases::<Theses>())
+        .zip(thesis_cases())
         .filter(|(case, _)| case.id.starts_with(number))
         .map(|(ours, theses)| {
             let endings = [ask(&ours, plan.collisions), ask(&theses, plan.collisions.min(MOST_OF_THESIS))];
