@@ -142,7 +142,7 @@ fn check_line<S: Scheduler>(options: &S::Options) {
     const COUNT: usize = 16;
     let mut random = Pcg64::seed_from_u64(3);
     for _ in 0..10 {
-        // All velocities differ by at least 0.1, so that the last two discs have met early enough.
+        // All velocities differ by at least 0.1, so that the last two discs meet soon enough.
         let mut before: Vec<f64> = (0..COUNT).map(|i| 0.1 * i as f64 - 0.8).collect();
         before.shuffle(&mut random);
         let mut scene =
@@ -167,8 +167,8 @@ fn check_line<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_dumbbell<S: Scheduler>(options: &S::Options) {
-    // Motion along the x axis; the free path from one bumper to the other and back is 2 × (0.6 −
-    // 0.4 − 0.1).
+    // Motion along the x axis; the free path from one bumper to the other and back is
+    // 2 × (0.6 − 0.4 − 0.1).
     let dumbbell = MoleculeSpec { velocity: [0.3, 0.0], ..named("dumbbell", 0.1, 1.0, [0.5, 0.5]) };
     let mut scene = scene(vec![dumbbell]);
     scene.bumper = vec![bumper(0.05, [0.2, 0.5]), bumper(0.05, [0.8, 0.5])];

@@ -233,8 +233,8 @@ fn overlaps_are_refused_with_both_entries() {
 
 #[test]
 fn a_grid_too_fine_is_refused_and_the_error_gives_the_limit() {
-    // The tee of relative size 0.5 (Montanari 2017, chapter 3): contact distance 3.8 × 0.005 + 0.01
-    // = 0.029.
+    // The tee of relative size 0.5 (Montanari 2017, chapter 3): contact distance
+    // 3.8 × 0.005 + 0.01 = 0.029.
     let mut thesis = scene(vec![named("tee", 0.005, 2.0, [0.5, 0.5])]);
     thesis.gas = vec![gas("disc", 0.01, 100)];
     let built = |fineness| {
@@ -341,7 +341,7 @@ fn elasticity_rules_are_checked_and_the_most_specific_wins() {
         (&[(&["a"], 0.5), (&["b"], 0.5)], 0.5),
         // A disagreement resolved by the more specific rule.
         (&[(&["a"], 0.5), (&["b"], 0.25), (&["a", "b"], 0.125)], 0.125),
-        (&[(&["nobody"], 0.0)], 0.9),
+        (&[(&["absent"], 0.0)], 0.9),
     ];
     for (rules, expected) in cases {
         assert!((measured(rules) - expected).abs() < 1e-15, "{rules:?}: {}", measured(rules));

@@ -136,7 +136,8 @@ fn uneven_samples_are_counted_and_no_lag_reaches_across_a_gap() {
     assert_eq!(short.points().last().unwrap().lag, 1.0);
 }
 
-/// −d ln C/dτ at τ = 0 and C/C(0) at τ = 1, 2, with τ = Γt of the measured Γ; and D(t) / D_E from τ = 0.5 to 1.5.
+/// Returns −d ln C/dτ at τ = 0 and C/C(0) at τ = 1 and 2, where τ = Γt with the measured Γ, and the
+/// mean of D(t) / D_E from τ = 0.5 to 1.5.
 fn decay(count: usize, seed: u64) -> [f64; 4] {
     // Γ = 2 n σ χ √(π kT/m) with χ = 1.181 at area fraction 0.1.
     let spacing = 0.05 / 0.533;

@@ -1,4 +1,5 @@
-//! The velocity distribution: how an equal-speed start relaxes, and Maxwell's distribution at the end.
+//! The velocity distribution: relaxation from equal speeds, and Maxwell's distribution at
+//! equilibrium.
 
 use std::f64::consts::{LN_2, PI};
 

@@ -79,8 +79,8 @@ fn an_empty_box_has_no_drift() {
 #[test]
 fn a_disc_between_images_of_a_bumper_hits_at_even_times() {
     // From contact to contact it moves by 1 − 2 (0.05 + 0.05) at speed 1: one collision in each
-    // 0.8, ten in each 8. Each adds r·J = 0.1 × 2 to the virial: p A = 1/2 + (1/2) 0.2 / 0.8 =
-    // 0.625.
+    // 0.8, ten in each 8. Each adds r·J = 0.1 × 2 to the virial:
+    // p A = 1/2 + (1/2) 0.2 / 0.8 = 0.625.
     let mut scene =
         Scene { molecule: vec![disc(DVec2::new(0.2, 0.5), DVec2::X, 0.05, 1.0)], ..Scene::default() };
     scene.bumper.push(BumperSpec { tags: vec![], radius: 0.05, at: [0.7, 0.5] });
