@@ -1,7 +1,8 @@
 //! Time of one query, by kind of pair and detector: `cargo bench --bench detection`.
 //!
-//! Before the single times, two tables that do not depend on the machine: the golden-secant detector's time over the
-//! exact one's, and how the time grows with the number of atoms.
+//! Before the single times it prints two tables that do not depend on the machine: the time of the
+//! golden-secant detector relative to the exact one, and the growth of the time with the number of
+//! atoms.
 
 use std::{hint::black_box, time::Instant};
 
@@ -14,7 +15,7 @@ use carom_kinematics::{Orientation, RelativeMotion};
 use criterion::{BenchmarkId, Criterion, criterion_group};
 use glam::DVec2;
 
-/// Two shapes of atoms of radius 1, B flying past A with the impact parameter `across`.
+/// Two shapes of atoms of radius 1; B flies past A with the impact parameter `across`.
 struct Case {
     name: &'static str,
     shapes: [Shape; 2],
@@ -56,7 +57,8 @@ impl Case {
         self.turned(0.0)
     }
 
-    /// The same with both molecules turned at the start (turns, and three times as many).
+    /// The encounter with both molecules turned at the start (by `turns`, and by three times as
+    /// many).
     fn turned(&self, turns: f64) -> Encounter {
         let molecules = self.shapes.map(|shape| Molecule::named(shape, 1.0, 1.0).unwrap());
         let motion = RelativeMotion {
@@ -114,7 +116,8 @@ fn encounters(class: Class, size: u64, kind: Kind) -> Vec<Encounter> {
     asked.take(20).collect()
 }
 
-/// Seconds for one query of several, the best of many rounds: what else runs on the machine only adds.
+/// Seconds for one query, averaged over several; the minimum of many rounds, since other load on
+/// the machine only adds time.
 fn seconds(ask: Ask, encounters: &[Encounter], rounds: u32) -> f64 {
     let round = |_| {
         let begun = Instant::now();
@@ -126,9 +129,9 @@ fn seconds(ask: Ask, encounters: &[Encounter], rounds: u32) -> f64 {
     (0..rounds).map(round).fold(f64::INFINITY, f64::min)
 }
 
-/// The time of the golden-secant detector over that of the exact one, the two in turn, on pairs that differ in their
-/// orientations only.
-#[expect(clippy::print_stdout, reason = "a table for whoever runs the benchmark")]
+/// Prints the time of the golden-secant detector relative to that of the exact one, measured
+/// alternately, on pairs that differ only in their orientations.
+#[expect(clippy::print_stdout, reason = "prints a table")]
 fn ratios() {
     println!("time of golden-secant over exact");
     for case in CASES {
@@ -145,8 +148,8 @@ fn ratios() {
     }
 }
 
-/// How the time of the exact detector grows with the number of atoms of each molecule.
-#[expect(clippy::print_stdout, reason = "a table for whoever runs the benchmark")]
+/// Prints the growth of the time of the exact detector with the number of atoms of each molecule.
+#[expect(clippy::print_stdout, reason = "prints a table")]
 fn growth() {
     println!("ns for a query of N against N atoms, N = 2, 4, … 256, and the exponent log2(t(256)/t(2))/7");
     for (name, class) in [("rods", Class::Rods), ("blobs", Class::Blobs)] {
@@ -163,7 +166,7 @@ fn growth() {
 criterion_group!(benches, first_contact, many_atoms);
 
 fn main() {
-    // `cargo test --benches` only wants to know that it runs.
+    // `cargo test --benches` only checks that it runs.
     if std::env::args().any(|argument| argument == "--bench") {
         ratios();
         growth();

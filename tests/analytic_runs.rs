@@ -1,4 +1,5 @@
-//! Runs whose course is known: two discs, cradles, breaks, lines, billiards, very heavy and very light bodies.
+//! Runs with a known course: two discs, cradles, break shots, lines, billiards, very heavy and very
+//! light bodies.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -13,12 +14,12 @@ use support::{Encounters, bits, bumper, disc, named, scene, simulate, test_each_
 test_each_scheduler! {
     two_discs_head_on: check_head_on;
     two_discs_off_centre: check_oblique;
-    newtons_cradle_passes_the_blow_on_whatever_the_gaps: check_cradle;
+    newtons_cradle_transfers_the_velocity_for_any_gaps: check_cradle;
     a_break_shot_is_resolved_in_the_order_of_insertion: check_break_shot;
     discs_on_a_line_sort_their_velocities: check_line;
-    a_dumbbell_between_two_bumpers_never_begins_to_turn: check_dumbbell;
+    a_dumbbell_on_the_axis_of_two_bumpers_never_turns: check_dumbbell;
     a_billiard_keeps_its_speed: check_billiard;
-    heavy_and_light_keep_the_energy: check_masses;
+    heavy_and_light_bodies_conserve_the_energy: check_masses;
 }
 
 fn check_head_on<S: Scheduler>(options: &S::Options) {
@@ -64,12 +65,13 @@ fn check_oblique<S: Scheduler>(options: &S::Options) {
         simulation.observe_until(3.0, &mut list).unwrap();
         let tolerance = 1e-15 / cos.max(1e-4);
         assert!((list.list[0].time - (3.0 - cos)).abs() < 4.0 * tolerance, "b = {b}");
-        // The target leaves along the line of centres with v cos, the other at right angles with v b/σ.
+        // The target moves along the line of centres with v cos, the other disc at right angles
+        // with v b/σ.
         let target = cos * DVec2::new(cos, b);
         assert!((velocity(&simulation.view(), 1) - target).length() < 2.0 * tolerance);
         assert!((velocity(&simulation.view(), 0) - (DVec2::X - target)).length() < 2.0 * tolerance);
     }
-    // σ away they pass.
+    // With an impact parameter of σ they miss.
     let mut scene =
         scene(vec![disc(0.5, 1.0, [2.0, 5.0], [1.0, 0.0]), disc(0.5, 1.0, [5.0, 6.0 + 1e-12], [0.0; 2])]);
     scene.bounds.sides = [10.0, 10.0];
@@ -103,8 +105,9 @@ fn check_cradle<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_break_shot<S: Scheduler>(options: &S::Options) {
-    // The cue hits two discs that touch each other, both at one instant. Resolved one after the other, the
-    // one inserted first gets cos 30° of the speed, the second half of that.
+    // The cue disc hits two discs that touch each other, both at one instant. The contacts are
+    // resolved one after the other: the disc inserted first gets cos 30° of the speed, the second
+    // half of that.
     let r = 0.0625;
     let x = 0.5 + (3.0f64).sqrt() * r;
     let targets = [disc(r, 1.0, [x, 0.5 + r], [0.0; 2]), disc(r, 1.0, [x, 0.5 - r], [0.0; 2])];
@@ -139,14 +142,14 @@ fn check_line<S: Scheduler>(options: &S::Options) {
     const COUNT: usize = 16;
     let mut random = Pcg64::seed_from_u64(3);
     for _ in 0..10 {
-        // All different by 0.1 at least, so that the last two have met before long.
+        // All velocities differ by at least 0.1, so that the last two discs meet soon enough.
         let mut before: Vec<f64> = (0..COUNT).map(|i| 0.1 * i as f64 - 0.8).collect();
         before.shuffle(&mut random);
         let mut scene =
             scene((0..COUNT).map(|i| disc(0.4, 1.0, [5000.0 + i as f64, 5.0], [before[i], 0.0])).collect());
         scene.bounds.sides = [10_000.0, 10.0];
         let mut simulation = simulate::<S>(&scene, options);
-        // Nobody has gone half the box, so nobody has met anybody round the torus.
+        // No disc has moved by half the box, so none has met another through the periodic border.
         simulation.run_until(4000.0).unwrap();
         let inversions = (0..COUNT)
             .flat_map(|j| (0..j).map(move |i| (i, j)))
@@ -164,7 +167,8 @@ fn check_line<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_dumbbell<S: Scheduler>(options: &S::Options) {
-    // Along the x axis; the free path from one bumper to the other and back is 2 × (0.6 − 0.4 − 0.1).
+    // Motion along the x axis; the free path from one bumper to the other and back is
+    // 2 × (0.6 − 0.4 − 0.1).
     let dumbbell = MoleculeSpec { velocity: [0.3, 0.0], ..named("dumbbell", 0.1, 1.0, [0.5, 0.5]) };
     let mut scene = scene(vec![dumbbell]);
     scene.bumper = vec![bumper(0.05, [0.2, 0.5]), bumper(0.05, [0.8, 0.5])];
@@ -181,14 +185,14 @@ fn check_dumbbell<S: Scheduler>(options: &S::Options) {
     for (n, bounce) in bounces.list.iter().enumerate() {
         let (bumper, atom) = if n % 2 == 0 { (2, 1) } else { (1, 0) };
         assert_eq!((bounce.bodies, bounce.atoms), ([0, bumper], [Some(atom), Some(0)]));
-        // The gap at first is 0.05 on each side, and then 0.1.
+        // The first gap is 0.05 on each side, the later ones 0.1.
         let expected = (0.05 + 0.1 * n as f64) / 0.3;
         assert!((bounce.time / expected - 1.0).abs() < 1e-14, "bounce {n}: {} for {expected}", bounce.time);
     }
 }
 
 fn check_billiard<S: Scheduler>(options: &S::Options) {
-    // Sinai (1970): one disc, one scatterer on the torus.
+    // Sinai (1970): one disc and one scatterer on the torus.
     let mut scene = scene(vec![disc(0.05, 1.0, [0.1, 0.2], [0.6, 0.8])]);
     scene.bumper = vec![bumper(0.3, [0.5, 0.5])];
     let mut simulation = simulate::<S>(&scene, options);
@@ -198,7 +202,7 @@ fn check_billiard<S: Scheduler>(options: &S::Options) {
     let free_path = (1.0 - std::f64::consts::PI * 0.35 * 0.35) / 0.7;
     let hits = view.counters().collisions as f64;
     assert!(hits > 4e4 && (hits * free_path / 45_000.0 - 1.0).abs() < 0.02, "{hits} hits");
-    // A rounding of one sign at each hit would make this 1e-11; a random walk of them 5e-14.
+    // Roundings of one sign at each hit would give 1e-11; a random walk of them gives 5e-14.
     let drift = velocity(&view, 0).length_squared() - 1.0;
     assert!(drift.abs() < 1e-12, "{drift:e}");
     assert_eq!(view.overlaps().pairs, 0);

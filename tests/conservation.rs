@@ -1,5 +1,5 @@
-//! Momentum, energy and angular momentum are kept, contact by contact and over whole runs, for any masses,
-//! shapes and elasticity, locked or not.
+//! Conservation of momentum, energy and angular momentum at each contact and over whole runs, for
+//! any masses, shapes and elasticity, with free and locked bodies.
 
 #[path = "support/property.rs"]
 mod property;
@@ -16,7 +16,7 @@ use property::cases;
 use proptest::prelude::*;
 use support::{named, scene, simulate, test_each_scheduler};
 
-/// Asserts the laws of a smooth impact at each contact, by formulas of its own.
+/// Asserts the laws of a smooth impact at each contact, with formulas independent of the engine.
 struct Laws {
     bounds: PeriodicBox,
     elasticity: f64,
@@ -48,7 +48,7 @@ fn inverse_mass_at(body: &Body, motion: &Motion, point: DVec2, normal: DVec2) ->
 impl Observer for Laws {
     fn collision(&mut self, report: &CollisionReport<'_>) {
         self.contacts += 1;
-        // The second body's image that is touched.
+        // The image of the second body that is touched.
         let shift = self.bounds.shift(report.image);
         let moved = |motion: Motion| Motion { position: motion.position + shift, ..motion };
         let [a, b] = &report.sides;
@@ -79,7 +79,7 @@ impl Observer for Laws {
         // The guard against collapse raises the elasticity, to 1 at most.
         assert!(e == self.elasticity || (self.elasticity..=1.0).contains(&e));
         self.guarded += u64::from(e != self.elasticity);
-        // To rounding they approach: a contact is never one of parting surfaces.
+        // Surfaces approach at each contact, to rounding.
         assert!(u > -1e-12 * speeds, "u = {u}");
         assert!((approach(1) + e * u).abs() < 1e-12 * speeds, "parting at {} after {u}", -approach(1));
         let impulse = (1.0 + e) * u.max(0.0) / inverse;
@@ -104,7 +104,8 @@ impl Observer for Laws {
             assert!((a.momentum_change() + b.momentum_change()).length() < 1e-14 * scale);
         }
         for ((side, sign), [before, after]) in [(a, -1.0), (b, 1.0)].into_iter().zip(&motions) {
-            // Δv = J/m, and ΔL about the body's own centre is the moment of J at the point of contact.
+            // Δv = J/m, and the change of L about the body's own centre is the moment of J at the
+            // point of contact.
             let (inertia, arm) = (side.body.inertia(), point - before.position);
             let received = sign * report.impulse;
             let scale = before.velocity.length() + received.length() * inertia.inverse_mass;
@@ -118,7 +119,8 @@ impl Observer for Laws {
                 before.angular_velocity.abs() / inertia.inverse_moment + arm.length() * received.length();
             let difference = side.angular_momentum_change() - arm.perp_dot(received);
             assert!(difference.abs() <= 1e-13 * scale, "{difference} of {scale}");
-            // The impulse has no moment about the point at which it acts: each body alone keeps L about it.
+            // The impulse has no moment about the point of contact: each body alone conserves L
+            // about it.
             let about = |motion: &Motion| angular_momentum(motion, side.body.inertia(), point);
             let arm = (point - before.position).length();
             let scale = arm * (before.velocity.length() / side.body.inertia().inverse_mass + impulse)
@@ -136,7 +138,7 @@ fn molecules() -> impl Strategy<Value = MoleculeSpec> {
         Just(("tee", 3.8)),
         Just(("cross", 3.0)),
         Just(("rod:4", 4.0)),
-        // A big atom and a small one of quite another density.
+        // A large atom and a small one of a different density.
         Just(("", 2.0)),
     ];
     let numbers =
@@ -206,7 +208,7 @@ proptest! {
     #![proptest_config(cases(96))]
 
     #[test]
-    fn each_contact_and_each_run_keep_what_they_must(mut scene in systems(), e in elasticities()) {
+    fn each_contact_and_each_run_satisfy_the_conservation_laws(mut scene in systems(), e in elasticities()) {
         scene.elasticity.default = e;
         check_system::<carom_engine::HeapScheduler>(&scene, e, &carom_engine::CellsPerSide::Automatic);
         check_system::<carom_engine::CellScheduler>(&scene, e, &carom_engine::Instructions::Widest);
@@ -214,11 +216,12 @@ proptest! {
 }
 
 test_each_scheduler! {
-    a_cluster_in_the_open_keeps_its_angular_momentum: check_cluster;
-    an_inelastic_gas_loses_what_the_books_say_and_keeps_its_momentum: check_inelastic_gas;
+    a_cluster_far_from_the_border_conserves_its_angular_momentum: check_cluster;
+    an_inelastic_gas_agrees_with_the_ledger_and_conserves_its_momentum: check_inelastic_gas;
 }
 
-/// Nine molecules fly at each other in the middle of a box so large that none comes to its border.
+/// Nine molecules move towards each other in the middle of a box so large that none reaches its
+/// border.
 fn check_cluster<S: Scheduler>(options: &S::Options) {
     let mut list = Vec::new();
     for site in 0..9 {
@@ -249,7 +252,7 @@ fn check_cluster<S: Scheduler>(options: &S::Options) {
 
 fn check_inelastic_gas<S: Scheduler>(options: &S::Options) {
     let mut scene = Scene { gas: vec![support::gas("disc", 0.02, 150)], ..Scene::default() };
-    // It drifts: a momentum other than 0 must be kept as well.
+    // The gas drifts: a total momentum other than 0 must also be conserved.
     scene.gas[0].zero_momentum = Some(false);
     scene.elasticity.default = 0.9;
     let mut simulation = simulate::<S>(&scene, options);
@@ -265,7 +268,8 @@ fn check_inelastic_gas<S: Scheduler>(options: &S::Options) {
         assert!((view.ledger().lost - laws.lost).abs() < 1e-10 * laws.lost);
         assert!((view.momentum() - momentum).length() < 1e-11 * momentum.length());
     }
-    // Haff (1983): T falls as exp(−(1 − e²) τ/2) with τ collisions per disc, in the beginning at least.
+    // Haff (1983): T decreases as exp(−(1 − e²) τ/2) with τ collisions per disc, at least at the
+    // beginning.
     let collisions = 2.0 * simulation.view().counters().collisions as f64 / 150.0;
     let expected = (-0.5 * (1.0 - 0.81) * collisions).exp();
     let measured = energy / simulation.view().ledger().initial;

@@ -1,4 +1,5 @@
-//! Contacts planted beforehand, and brute force where nothing is planted: `Exact` finds the first, and only it.
+//! Contacts constructed at a known time, and random pairs against brute force: `Exact` finds the
+//! first contact and no other.
 
 mod support;
 
@@ -19,7 +20,7 @@ fn molecules() -> impl Strategy<Value = Molecule> {
     })
 }
 
-/// A vector of log-uniform length, any direction.
+/// A vector of log-uniform length in any direction.
 fn vectors(decades: std::ops::Range<f64>) -> impl Strategy<Value = DVec2> {
     (decades, 0.0..std::f64::consts::TAU)
         .prop_map(|(decade, angle)| 10f64.powf(decade) * DVec2::from_angle(angle))
@@ -38,7 +39,8 @@ fn motions() -> impl Strategy<Value = Motion> {
     })
 }
 
-/// Slides B in along a line towards the centre of A, until the first atoms touch: their distance, and which.
+/// Moves B along a line towards the centre of A until the first atoms touch: the distance and the
+/// atoms.
 fn slide_in(a: &Molecule, b: &Molecule, rotations: [DVec2; 2], from: DVec2) -> (f64, (u32, u32)) {
     let mut farthest = (f64::NEG_INFINITY, (0, 0));
     for (i, atom_a) in a.atoms().iter().enumerate() {
@@ -60,7 +62,8 @@ fn ask(pair: &Pair<'_>, horizon: f64) -> Answer {
     Exact::default().first_contact(pair.a.outline(), pair.b.outline(), &pair.motion, horizon)
 }
 
-/// Checks a reported contact by itself: the atoms touch to 2 E and close, and nothing touched before.
+/// Checks a reported contact on its own: the atoms touch to 2 E and close, and no atoms touch
+/// before.
 fn assert_genuine(pair: &Pair<'_>, contact: Contact) {
     let Touch::Atoms(i, j) = contact.touch else { panic!("{contact:?} names no atoms") };
     let at = pair.approach((i, j), contact.time);
@@ -73,7 +76,7 @@ proptest! {
     #![proptest_config(cases(2000))]
 
     #[test]
-    fn a_planted_contact_is_found(
+    fn a_constructed_contact_is_found(
         a in molecules(), b in molecules(), mut motion_a in motions(), mut motion_b in motions(),
         from in vectors(0.0..1e-9), lead in 0.001..3.0f64,
     ) {
@@ -86,7 +89,7 @@ proptest! {
             b: &b,
             motion: RelativeMotion::between(a_motion, b_motion, DVec2::ZERO, time),
         };
-        // If they part, the mirrored motion closes.
+        // If they separate, the mirrored motion closes.
         if touching(&motion_a, &motion_b, 0.0).approach(atoms, 0.0).rate > 0.0 {
             for motion in [&mut motion_a, &mut motion_b] {
                 motion.velocity = -motion.velocity;
@@ -94,7 +97,7 @@ proptest! {
             }
         }
         let contact = touching(&motion_a, &motion_b, 0.0);
-        // Back by `lead`, or less where they would overlap there.
+        // Back in time by `lead`, or by less if they would overlap there.
         let mut planted = lead * contact.natural_time();
         let mut pair = touching(&motion_a, &motion_b, -planted);
         for _ in 0..30 {
@@ -104,7 +107,7 @@ proptest! {
             planted *= 0.5;
             pair = touching(&motion_a, &motion_b, -planted);
         }
-        // A graze not deeper than the rounding bound may be taken for a miss.
+        // A graze no deeper than the rounding bound may be reported as a miss.
         let at = contact.approach(atoms, 0.0);
         prop_assume!(pair.smallest_gap(0.0) > 0.0);
         prop_assume!(at.rate * at.rate > 16.0 * at.curvature.abs() * pair.error(atoms, planted));
@@ -116,8 +119,8 @@ proptest! {
         if found.time >= planted - tolerance {
             prop_assert_eq!(found.touch, Touch::Atoms(atoms.0, atoms.1));
         } else {
-            // They had touched before; then that contact must stand on its own, and can only do so if they
-            // overlap at some time before the planted contact.
+            // An earlier contact was found; it must be genuine, and this is possible only if they
+            // overlap at some time before the constructed contact.
             prop_assert!(found.time >= 0.0);
             let overlaps = (1..1000).any(|part| {
                 let time = found.time + (planted - found.time) * f64::from(part) / 1000.0;
@@ -131,7 +134,7 @@ proptest! {
     }
 
     #[test]
-    fn answers_to_random_pairs_stand_up_to_brute_force(
+    fn answers_for_random_pairs_agree_with_brute_force(
         a in molecules(), b in molecules(), motion_a in motions(), mut motion_b in motions(),
         place in vectors(0.0..1.5),
     ) {
@@ -151,7 +154,7 @@ proptest! {
     }
 }
 
-/// Any magnitude that the library takes, with the special ones often.
+/// Any magnitude within the limits of the library, with a high share of special values.
 fn magnitudes() -> impl Strategy<Value = f64> {
     prop_oneof![
         4 => (-60.0..60.0f64).prop_map(|decade| 10f64.powf(decade)),
@@ -194,12 +197,12 @@ proptest! {
     }
 
     #[test]
-    fn any_bits_are_answered_and_bad_numbers_are_named(
+    fn any_bits_give_an_answer_and_numbers_out_of_range_are_reported(
         a in extreme_molecules(), b in extreme_molecules(), wall in 0..4u8,
         bits in prop::array::uniform12(any::<u64>()), good in prop::array::uniform12(magnitudes()),
         bad in prop::collection::vec(0..12usize, 0..3), horizon in any::<u64>().prop_map(f64::from_bits),
     ) {
-        // Most numbers are good, so that each bad one is met alone.
+        // Most numbers are valid, so that in most cases one invalid number is tested alone.
         let number = |index: usize| if bad.contains(&index) { f64::from_bits(bits[index]) } else { good[index] };
         let motion = RelativeMotion {
             separation: DVec2::new(number(0), number(1)),
@@ -215,7 +218,8 @@ proptest! {
     }
 }
 
-/// Asks all detectors: answers are numbers, and numbers that are not finite are named.
+/// Checks the answers of all detectors: they contain no NaN, and input that is not finite is
+/// reported as out of range.
 fn check_answers(
     a: &Molecule,
     b: &Molecule,
@@ -232,7 +236,7 @@ fn check_answers(
     let fixed_step = FixedStep { most_steps: 100, ..FixedStep::default() };
     let detectors: [&dyn Detection; 4] = [&exact, &golden_secant, &BoundingCircles, &fixed_step];
     let pairs = (a.atoms().len() * b.atoms().len()) as u32;
-    // Per atom pair: two golden sections and a secant in each of ten segments is the most.
+    // Bound per atom pair: two golden-section searches and a secant search in each of ten segments.
     let most_evaluations = pairs * 10 * 800;
     for (index, detector) in detectors.into_iter().enumerate() {
         let answer = detector.first_contact(a.outline(), b.outline(), motion, horizon);

@@ -1,5 +1,5 @@
-//! What is promised to the bit: watched or not, however often looked at, in whatever pieces run, in whatever
-//! unit of time, in whatever order the bodies stand.
+//! Guarantees to the bit: a run does not depend on observers, views, pieces of time, the unit of
+//! time, or the order of bodies.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -19,19 +19,20 @@ use support::{
     test_each_scheduler,
 };
 
-/// Long enough for some thirty collisions of each body: a last bit that differs has become the first by then.
+/// Long enough for about thirty collisions of each body, after which a difference in the last bit
+/// has grown to the first.
 const UNTIL: f64 = 3.0;
 
 test_each_scheduler! {
-    looking_at_a_run_and_cutting_it_into_pieces_changes_no_bit: check_pieces;
+    views_and_runs_in_pieces_change_no_bit: check_pieces;
     velocities_times_a_power_of_two_give_the_same_paths: check_scaling;
-    bodies_in_another_order_move_the_same: check_permutation;
+    the_order_of_bodies_does_not_change_their_motions: check_permutation;
     velocities_times_a_power_of_two_give_the_same_paths_between_walls_and_at_any_restitution: check_scaling_between_walls;
-    with_x_and_y_exchanged_what_does_not_turn_moves_the_same: check_exchange;
+    exchanging_x_and_y_exchanges_the_motions_of_bodies_that_do_not_turn: check_exchange;
 }
 
 test_each_instruction_set! {
-    looking_on_the_way_changes_no_bit_in_any_kind_of_scene: check_looking;
+    views_during_a_run_change_no_bit_in_any_kind_of_scene: check_looking;
     the_trajectory_is_pinned: check_pinned;
 }
 
@@ -57,7 +58,7 @@ fn check_pieces<S: Scheduler>(options: &S::Options) {
     assert_eq!(bits(&pieces.view()), expected);
     assert_eq!(pieces.view().counters(), whole.view().counters());
 
-    // Stopped at each single contact, and looked at there and a little later.
+    // With a stop and a view at each contact and a little later.
     let mut steps = simulate::<S>(&scene, options);
     let mut watched = Encounters::since(EpochTime::ZERO);
     while steps.step(UNTIL, &mut watched).unwrap() {
@@ -67,7 +68,7 @@ fn check_pieces<S: Scheduler>(options: &S::Options) {
     }
     assert_eq!(bits(&steps.view()), expected);
 
-    // Watched: one report for each collision.
+    // With an observer: one report for each collision.
     let mut watched = simulate::<S>(&scene, options);
     let mut seen = (Encounters::since(EpochTime::ZERO), Silent);
     watched.observe_until(UNTIL, &mut seen).unwrap();
@@ -75,7 +76,7 @@ fn check_pieces<S: Scheduler>(options: &S::Options) {
     assert_eq!(seen.0.list.len() as u64, collisions);
 }
 
-/// Wants no reports itself.
+/// An observer that wants no reports.
 struct Silent;
 
 impl Observer for Silent {
@@ -93,14 +94,15 @@ fn check_scaling<S: Scheduler>(options: &S::Options) {
     }
 }
 
-/// A gas so dilute that discs keep contacts behind crossings.
+/// A gas so dilute that discs store contacts later than their next crossing.
 fn dilute(seed: u64) -> Scene {
     let mut scene = Scene { gas: vec![gas("disc", 0.008, 120)], ..Scene::default() };
     scene.bounds.seed = seed;
     scene
 }
 
-/// Runs a scene of single bodies, and again with velocities times powers of two; gives the first run.
+/// Runs a scene of single bodies, and again with velocities times powers of two; returns the first
+/// run.
 fn check_scaling_of<S: Scheduler>(
     base: &Scene,
     options: &S::Options,
@@ -135,10 +137,11 @@ fn check_scaling_of<S: Scheduler>(
 
 fn check_permutation<S: Scheduler>(options: &S::Options) {
     let molecules = vec![gas("dumbbell", 0.02, 60), gas("disc", 0.02, 20)];
-    // A gas so dilute that discs keep contacts behind crossings; discs of which one sort is too large for a cell.
+    // A gas so dilute that discs store contacts later than their next crossing; discs of two sizes,
+    // one too large for a cell.
     let dilute = vec![gas("disc", 0.008, 120)];
     let unlike = vec![gas("disc", 0.015, 60), gas("disc", 0.1, 3)];
-    // Long molecules among discs, several of which cover a cell.
+    // Long molecules among discs; each molecule covers several cells.
     let rods = vec![gas("rod:8", 0.008, 20), gas("disc", 0.02, 100)];
     let gases = [molecules, dilute, unlike, rods].map(|gas| Scene { gas, ..Scene::default() });
     for start in [reference_scene(3)].into_iter().chain(gases) {
@@ -167,7 +170,7 @@ fn check_permutation_of<S: Scheduler>(start: &Scene, options: &S::Options) {
     }
 }
 
-/// Bodies between walls at e < 1, where the guard against collapse measures times.
+/// Bodies between walls at e < 1, where the guard against inelastic collapse measures times.
 fn check_scaling_between_walls<S: Scheduler>(options: &S::Options) {
     for (e, contact_time) in [(0.5, 1e-4), (0.0, 1e-2), (0.95, 0.0)] {
         let mut base = walled::<S>(options, Rotation::Free);
@@ -278,7 +281,7 @@ fn check_looking(instructions: Instructions) {
 }
 
 #[test]
-fn the_seed_and_the_replica_choose_the_run() {
+fn the_seed_and_the_replica_determine_the_run() {
     let run = |seed, replica| {
         let mut scene = reference_scene(seed);
         scene.bounds.replica = replica;
@@ -311,11 +314,11 @@ fn fingerprint_after<S: Scheduler>(scene: &Scene, collisions: u64, options: &S::
 
 /// Every bit of every motion after 3000 collisions of a fixed scene, and of a dilute gas.
 ///
-/// What may change it: the generator of random numbers or the use made of it (placement,
-/// velocities), the order of operations in prediction or response, the rule by which epochs end,
-/// another scheduler. What may not: the processor, the level of optimisation, observers, output. A
-/// change meant to be of the second kind that fails here is not. To renew it after one of the first
-/// kind, run these tests and copy the numbers they print.
+/// These may change the bits: the generator of random numbers and its use (placement, velocities),
+/// the order of operations in prediction or response, the rule by which epochs end, another
+/// scheduler. These may not: the processor, the level of optimisation, observers, output. If a
+/// change of the second kind fails here, it is an error. After a change of the first kind, run
+/// these tests and copy the numbers that they print.
 fn check_pinned(instructions: Instructions) {
     let found = [
         fingerprint_after::<CellScheduler>(&reference_scene(42), 3000, &instructions),
@@ -330,5 +333,6 @@ fn the_trajectory_of_the_thesis_scheduler_is_pinned() {
     assert_eq!(found, PINNED[0], "found {found:#018x?}");
 }
 
-/// With the thesis's scheduler, and with the fast one; the dilute gas with this.
+/// Fingerprints with `HeapScheduler` and with `CellScheduler`; the third is the dilute gas with the
+/// latter.
 const PINNED: [u64; 3] = [0xc57d_9500_1952_43ae, 0xe7ed_c253_211b_6309, 0x43cf_21bd_d020_406b];

@@ -1,4 +1,4 @@
-//! Edits at a sample hold from that instant on: each has a consequence that is known beforehand.
+//! Edits take effect at the time of the sample: each has a known consequence.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -10,14 +10,14 @@ use glam::DVec2;
 use support::{disc, head_on, named, reference_scene, rule, scene, simulate, test_each_scheduler, velocity};
 
 test_each_scheduler! {
-    a_contact_already_predicted_obeys_the_elasticity_set_since: check_elasticity;
-    a_tag_brings_its_rule_with_it_and_takes_it_away: check_tags;
-    a_disc_put_in_the_way_is_met_and_one_taken_out_is_not: check_coming_and_going;
-    a_batch_does_what_its_edits_do_one_by_one_and_starts_one_epoch: check_batches;
+    a_predicted_contact_uses_an_elasticity_set_after_its_prediction: check_elasticity;
+    a_rule_applies_while_a_body_carries_its_tag: check_tags;
+    an_added_disc_is_hit_and_a_removed_one_is_not: check_coming_and_going;
+    a_batch_is_equivalent_to_single_edits_and_starts_one_epoch: check_batches;
     energy_is_reset_to_the_last_bits: check_energy_resets;
-    a_disc_made_faster_meets_its_partner_sooner: check_faster;
-    a_reversed_run_goes_back_through_its_contacts: check_reversal;
-    a_locked_molecule_turns_no_more_and_a_freed_one_does: check_locking;
+    a_disc_with_more_energy_meets_its_partner_earlier: check_faster;
+    a_reversed_run_repeats_its_contacts_in_reverse: check_reversal;
+    a_locked_molecule_does_not_turn_and_a_freed_one_does: check_locking;
     no_edit_sets_a_counter_back: check_counters;
     a_thermostat_and_an_exchange_of_bodies_are_one_transaction: check_thermostat_with_exchange;
 }
@@ -28,7 +28,8 @@ fn check_elasticity<S: Scheduler>(options: &S::Options) {
         simulation.run_until(at).unwrap();
         simulation.set_elasticity(&ElasticitySpec { default: e, ..ElasticitySpec::default() }).unwrap();
         simulation.run_until(2.5).unwrap();
-        // At e = 0 discs part by more than velocities are rounded, so that they do not sink into each other.
+        // At e = 0 discs separate at a speed above the rounding of velocities, so that they do not
+        // sink into each other.
         for (index, expected) in [(0, -e), (1, e)] {
             let off = (velocity(&simulation.view(), index) - DVec2::new(expected, 0.0)).length();
             assert!(off <= if e == 0.0 { 1e-15 } else { 0.0 }, "e = {e}: off by {off:e}");
@@ -42,11 +43,11 @@ fn check_tags<S: Scheduler>(options: &S::Options) {
         pair: vec![rule(&["sticky"], 0.5), rule(&["left", "sticky"], 0.0), rule(&["left", "right"], 0.25)],
         ..ElasticitySpec::default()
     };
-    // What the second disc is called when they meet, and with what part of the speed they part.
+    // The tags of the second disc at the contact, and the ratio of the speeds after and before it.
     for (names, untagged, e) in [
         (vec![], None, 1.0),
         (vec!["right"], None, 0.25),
-        // The pair of tags goes before the single tag.
+        // The rule for the pair of tags overrides that for the single tag.
         (vec!["sticky"], None, 0.0),
         (vec!["sticky"], Some("sticky"), 1.0),
         (vec!["right"], Some("sticky"), 0.25),
@@ -68,7 +69,7 @@ fn check_tags<S: Scheduler>(options: &S::Options) {
         assert!(off <= if e == 0.0 { 1e-15 } else { 0.0 }, "{names:?}: off by {off:e}");
     }
 
-    // The single tag where the pair does not apply.
+    // The rule for the single tag applies where that for the pair does not.
     let mut simulation = head_on::<S>(options);
     let keys: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
     simulation.set_elasticity(&rules).unwrap();
@@ -79,19 +80,19 @@ fn check_tags<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_coming_and_going<S: Scheduler>(options: &S::Options) {
-    // Put in the way of the left disc at time 1: their surfaces are 0.5 apart.
+    // Added in the path of the left disc at time 1: the gap of their surfaces is 0.5.
     let mut simulation = head_on::<S>(options);
     simulation.run_until(1.0).unwrap();
     let wall = MoleculeSpec { fixed: true, ..disc(0.5, 1.0, [10.0, 5.0], [0.0; 2]) };
     let wall = simulation.add(&wall).unwrap();
     simulation.run_until(1.5).unwrap();
-    // Both discs touch it at exactly this time, and that is included.
+    // Both discs touch it at exactly this time, which belongs to the run.
     assert_eq!(simulation.view().counters().collisions, 2);
     assert_eq!(velocity(&simulation.view(), 0), DVec2::NEG_X);
     assert_eq!(velocity(&simulation.view(), 1), DVec2::X);
 
-    // Taken out again: what it was is not found any more, and the discs meet through the
-    // border at time 10.
+    // After its removal the wall is not found any more, and the discs meet through the border at
+    // time 10.
     simulation.remove(wall).unwrap();
     assert_eq!(simulation.remove(wall), Err(EditError::NoSuchBody(wall)));
     assert!(simulation.view().body(wall).is_none());
@@ -101,7 +102,8 @@ fn check_coming_and_going<S: Scheduler>(options: &S::Options) {
     assert_eq!(simulation.view().counters().collisions, 3);
     assert_eq!(simulation.view().ledger().put_in, 0.0);
 
-    // The partner of a predicted contact taken out, and another put in its slot far away: no ghost is met.
+    // The partner of a predicted contact is removed, and another body is added far away in its
+    // slot: the predicted contact must not happen.
     let mut simulation = head_on::<S>(options);
     simulation.run_until(1.0).unwrap();
     let partner = simulation.view().bodies().nth(1).unwrap().body.key();
@@ -138,7 +140,8 @@ fn check_batches<S: Scheduler>(options: &S::Options) {
             )
         })
         .collect();
-    // The newcomers stand where a body was that leaves in the same batch; some have no room, and stay away.
+    // The new bodies are placed where a body was that the same batch removes; some do not fit and
+    // are not added.
     let added = at_once
         .edit(|batch| {
             batch.remove(keys[0])?;
@@ -181,8 +184,9 @@ fn check_batches<S: Scheduler>(options: &S::Options) {
 }
 
 #[test]
-fn many_edits_in_a_batch_keep_like_bodies_alike() {
-    // A thousand discs come into an empty box, each where none of the others is, and half of them go again.
+fn equal_bodies_share_their_description_after_many_edits_in_a_batch() {
+    // A thousand discs are added to an empty box, at different positions, and half of them are
+    // removed.
     let mut simulation =
         simulate::<carom_engine::CellScheduler>(&scene(Vec::new()), &carom_engine::Instructions::Widest);
     let sides = simulation.view().bounds().sides();
@@ -231,7 +235,7 @@ fn check_energy_resets<S: Scheduler>(options: &S::Options) {
             let view = simulation.view();
             let after = view.body(key).unwrap();
             assert!((after.energy() - energy).abs() <= 4.0 * f64::EPSILON * energy);
-            // Direction, and the shares of translation and rotation.
+            // Directions and the shares of translation and rotation remain.
             assert!(
                 before.velocity.perp_dot(after.motion.velocity).abs()
                     <= 1e-15 * before.velocity.length() * after.motion.velocity.length()
@@ -251,14 +255,14 @@ fn check_faster<S: Scheduler>(options: &S::Options) {
     let mut simulation = head_on::<S>(options);
     simulation.run_until(1.0).unwrap();
     let left = simulation.view().bodies().next().unwrap().body.key();
-    // From speed 1 to 7: the gap of 2 closes at 8.
+    // The speed changes from 1 to 7: the gap of 2 closes at relative speed 8.
     simulation.reset_energy(left, 24.5).unwrap();
     assert!(simulation.step(10.0, &mut ()).unwrap());
     assert!((simulation.time().to_f64() - 1.25).abs() < 1e-15);
     assert!((velocity(&simulation.view(), 1) - DVec2::new(7.0, 0.0)).length() < 1e-14);
     assert!((simulation.view().ledger().put_in - 24.0).abs() < 1e-14);
 
-    // All of a tag at once, or none if one of them cannot be.
+    // All bodies of a tag change together, or none if one of them is refused.
     let mut simulation = head_on::<S>(options);
     let keys: Vec<_> = simulation.view().bodies().map(|view| view.body.key()).collect();
     let tag = simulation.tag(keys[1], "left").unwrap();
@@ -271,7 +275,7 @@ fn check_faster<S: Scheduler>(options: &S::Options) {
     );
     assert_eq!(simulation.view().energy(), 4.0);
 
-    // What is fixed has no energy and is left out; all others are reset.
+    // Fixed bodies have no energy and are skipped; all others are reset.
     simulation.remove(idle).unwrap();
     let fixed = MoleculeSpec { fixed: true, ..disc(0.1, 1.0, [1.0, 1.0], [0.0; 2]) };
     let fixed = simulation.add(&fixed).unwrap();
@@ -284,7 +288,7 @@ fn check_faster<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_reversal<S: Scheduler>(options: &S::Options) {
-    // They meet at 2, and again on the way back.
+    // They meet at time 2, and again on the way back.
     let mut simulation = head_on::<S>(options);
     simulation.run_until(2.5).unwrap();
     simulation.reverse();
@@ -296,7 +300,7 @@ fn check_reversal<S: Scheduler>(options: &S::Options) {
     assert!((x[0] - 7.5).abs() < 1e-14 && (x[1] - 12.5).abs() < 1e-14, "{x:?}");
     assert_eq!(view.ledger().put_in, 0.0);
 
-    // Spins too: whatever has collided in a reference_scene of molecules is undone.
+    // Angular velocities too: all collisions in a reference scene of molecules are reversed.
     let mut simulation = simulate::<S>(&reference_scene(7), options);
     let places = |simulation: &Simulation<Exact, Impact, S>| -> Vec<DVec2> {
         simulation.view().bodies().map(|body| body.motion.position).collect()
@@ -316,7 +320,7 @@ fn check_reversal<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_locking<S: Scheduler>(options: &S::Options) {
-    // A dumbbell that turns on the spot; its arm comes to point at a resting disc after a quarter turn.
+    // A dumbbell turns without translation; its arm points at a resting disc after a quarter turn.
     let spinning = MoleculeSpec {
         orientation_turns: Some(0.25),
         angular_velocity: 1.0,
@@ -341,8 +345,8 @@ fn check_locking<S: Scheduler>(options: &S::Options) {
     assert_eq!(locked.view().counters().collisions, 0);
     assert_eq!(locked.view().body(key).unwrap().motion.orientation.turns(), turns);
 
-    // Struck at one end from below: locked it must not turn, freed it must. Masses 2 and 1, speed 1 each
-    // time.
+    // Hit at one end from below: locked it does not turn, free it does. The masses are 2 and 1, the
+    // speed 1 each time.
     for (rotation, impulse, spin) in
         [(Rotation::Locked, 4.0 / 3.0, 0.0), (Rotation::Free, 12.0 / 11.0, 8.0 / 11.0)]
     {
@@ -388,7 +392,7 @@ fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
     let moving = disc(0.1, 1.0, [1.0, 1.0], [0.0, 1.0]);
     let fixed = MoleculeSpec { fixed: true, ..disc(0.1, 1.0, [3.0, 1.0], [0.0; 2]) };
     let idle = disc(0.1, 1.0, [1.0, 1.0], [0.0; 2]);
-    // One body has no energy to scale: nothing is changed, neither bodies nor energies.
+    // One body has no energy to scale: the edit changes neither bodies nor energies.
     let before = (support::bits(&simulation.view()), *simulation.view().ledger());
     let mut newcomer = None;
     let refused = simulation.edit(|batch| {
@@ -399,7 +403,7 @@ fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
     });
     assert!(matches!(refused, Err(EditError::NoEnergy(name)) if Some(name.key) == newcomer));
     assert_eq!((support::bits(&simulation.view()), *simulation.view().ledger()), before);
-    // One that is refused in a batch changes none of the others.
+    // A reset that is refused within a batch changes none of the other bodies.
     simulation
         .edit(|batch| {
             let idle = batch.add(&idle)?;
@@ -412,7 +416,7 @@ fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
     let epochs = simulation.view().counters().epochs;
     let (newcomer, other) = simulation
         .edit(|batch| {
-            // What has been taken out has no energy to reset.
+            // A removed body has no energy to reset.
             batch.remove(keys[1])?;
             let (newcomer, fixed) = (batch.add(&moving)?, batch.add(&fixed)?);
             batch.tag(fixed, "left")?;
@@ -423,7 +427,7 @@ fn check_thermostat_with_exchange<S: Scheduler>(options: &S::Options) {
         .unwrap();
     let energies: Vec<_> = simulation.view().bodies().map(|view| (view.body.key(), view.energy())).collect();
     assert_eq!(energies, [(keys[0], 0.5), (newcomer, 2.0), (other, 0.0)]);
-    // From 1 to 2.5.
+    // The energy changes from 1 to 2.5.
     assert!((simulation.view().ledger().put_in - 1.5).abs() < 1e-14);
     assert!(simulation.step(1e3, &mut ()).unwrap());
     assert!(simulation.view().counters().epochs > epochs);

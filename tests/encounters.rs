@@ -1,4 +1,4 @@
-//! Each detector against 450 encounters whose first contact is known (`tests/data/README.md`).
+//! Each detector against 450 encounters with a known first contact (`tests/data/README.md`).
 
 mod support;
 
@@ -26,7 +26,7 @@ fn ask(detector: &dyn Detection, pair: &Pair<'_>, horizon: f64) -> Answer {
     detector.first_contact(pair.a.outline(), pair.b.outline(), &pair.motion, horizon)
 }
 
-/// How an answer compares with the known one.
+/// The result of comparing an answer with the known one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Verdict {
     Right,
@@ -38,7 +38,7 @@ enum Verdict {
     Unresolved,
 }
 
-/// Times count as right within the tolerance of the pair at the known contact.
+/// Times are right within the tolerance of the pair at the known contact.
 fn verdict(encounter: &Encounter, outcome: Outcome) -> Verdict {
     match (encounter.expected.unwrap(), outcome) {
         (_, Outcome::FreeUntil(_) | Outcome::Unresolved(_) | Outcome::OutOfRange) => Verdict::Unresolved,
@@ -60,7 +60,7 @@ fn verdict(encounter: &Encounter, outcome: Outcome) -> Verdict {
     }
 }
 
-/// How many verdicts of each kind there are by class; `--nocapture` shows them.
+/// Counts the verdicts of each kind by class; `--nocapture` prints them.
 fn tally(name: &str, detector: &dyn Detection) -> BTreeMap<(String, Verdict), usize> {
     let mut counts = BTreeMap::new();
     for encounter in &all() {
@@ -74,7 +74,7 @@ fn tally(name: &str, detector: &dyn Detection) -> BTreeMap<(String, Verdict), us
 }
 
 #[test]
-fn exact_misses_none_and_is_never_late_early_or_false() {
+fn exact_finds_each_known_contact_and_no_other() {
     let mut deviations = Vec::new();
     for encounter in &all() {
         let pair = pair(encounter);
@@ -95,8 +95,9 @@ fn exact_misses_none_and_is_never_late_early_or_false() {
 }
 
 #[test]
-fn golden_secant_is_right_on_these_too() {
-    // Nothing certifies it, but 45 grazes of depth 1e-9 and more are wide enough for its golden section.
+fn golden_secant_finds_each_known_contact() {
+    // It has no certificate, but 45 grazes of depth 1e-9 and more are wide enough for its
+    // golden-section search.
     let counts = tally("golden-secant", &GoldenSecant::default());
     assert_eq!(counts.len(), 10);
     assert!(counts.iter().all(|((_, verdict), count)| *verdict == Verdict::Right && *count == 45));
@@ -109,7 +110,7 @@ fn fixed_steps_miss_grazes_and_bounding_circles_are_early() {
     assert_eq!(fixed[&("generic".to_owned(), Verdict::Right)], 45);
     assert!(fixed.keys().all(|(_, verdict)| matches!(verdict, Verdict::Right | Verdict::Missed)));
     let circles = tally("circles", &BoundingCircles);
-    // All 41 contacts of `generic` come early, and 4 pairs whose circles meet never touch.
+    // All 41 contacts of `generic` are early, and 4 pairs whose circles meet never touch.
     assert_eq!(circles[&("generic".to_owned(), Verdict::Early)], 41);
     assert_eq!(circles[&("generic".to_owned(), Verdict::False)], 4);
 }

@@ -1,8 +1,9 @@
-//! The extreme scenes of `cargo xtask experiment extremes`, in short: numerical extremes, and cases solved on paper.
+//! The extreme scenes of `cargo xtask experiment extremes`, in short runs: numerical extremes, and
+//! cases with analytic solutions.
 
 use carom_testkit::extremes::{Case, Effort, exact_cases};
 
-/// Enough for each list, cell and epoch to come up many times.
+/// Long enough for all lists, cells and epochs to be used many times.
 const EFFORT: Effort = Effort { collisions: 4000 };
 
 fn check(case: &Case) -> Vec<String> {

@@ -1,5 +1,5 @@
-//! The grid misses nothing: with any fineness, and with the fast scheduler, the same collisions as with all
-//! pairs.
+//! The grid misses no contact: for any number of cells per side, and with `CellScheduler`, the
+//! collisions are those of all pairs.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -9,20 +9,21 @@ use carom_engine::{
 };
 use support::{Encounters, bumper, frozen, gas, named, reference_scene, scene, scenes, simulate};
 
-/// Collisions per body in one slice, and how many slices.
+/// Collisions per body in one slice, and the number of slices.
 ///
-/// A difference of rounding grows about tenfold with each collision of a body, a hundredfold and more in a dilute gas, so
-/// that two exact runs part after some fifteen, or few. Both start each slice from the same state, which makes
-/// every collision of the run comparable.
+/// A difference by rounding grows about tenfold with each collision of a body, a hundredfold and
+/// more in a dilute gas, so that two exact runs separate after about fifteen collisions, or fewer.
+/// Both runs start each slice from the same state, which makes all collisions of the run
+/// comparable.
 const DENSE: [usize; 2] = [4, 5];
 const DILUTE: [usize; 2] = [1, 8];
 
-/// Compares the first collisions of each body with those that all pairs in all images give.
+/// Compares the first collisions of each body with those from all pairs in all images.
 fn compare<S: Scheduler>(name: &str, start: &Scene, [per_body, slices]: [usize; 2], options: &S::Options) {
     let mut start = start.clone();
     for slice in 0..slices {
         let mut under_test = simulate::<S>(&start, options);
-        // From the same floats: a gas is placed once.
+        // Both start from the same floating-point numbers: a gas is placed once.
         let wall = start.wall.clone();
         start = Scene { wall: wall.clone(), ..frozen(&under_test.view()) };
         under_test = simulate::<S>(&start, options);
@@ -37,7 +38,7 @@ fn compare<S: Scheduler>(name: &str, start: &Scene, [per_body, slices]: [usize; 
         let unit = expected.list.last().expect("there are contacts").time;
         for body in 0..bodies as u64 {
             let pairs: Vec<_> = found.of(body).zip(expected.of(body)).collect();
-            // The two lists end at slightly different times: one may hold a contact more.
+            // The two lists end at slightly different times: one may contain one contact more.
             assert!(found.of(body).count().abs_diff(expected.of(body).count()) <= 1);
             for (found, expected) in pairs {
                 assert_eq!(found.bodies, expected.bodies, "{name}, slice {slice}: {found:?}, {expected:?}");
@@ -57,13 +58,13 @@ fn compare<S: Scheduler>(name: &str, start: &Scene, [per_body, slices]: [usize; 
 fn compare_with_each(name: &str, start: &Scene, finenesses: &[u32]) {
     for &fineness in finenesses {
         compare::<HeapScheduler>(
-            &format!("{name}, fineness {fineness}"),
+            &format!("{name}, {fineness} cells per side"),
             start,
             DENSE,
             &CellsPerSide::Given(fineness),
         );
     }
-    compare::<HeapScheduler>(&format!("{name}, fineness by itself"), start, DENSE, &CellsPerSide::Automatic);
+    compare::<HeapScheduler>(&format!("{name}, automatic cells per side"), start, DENSE, &CellsPerSide::Automatic);
     compare::<CellScheduler>(&format!("{name}, fast"), start, DENSE, &Instructions::Widest);
 }
 
@@ -74,11 +75,12 @@ fn discs() {
 }
 
 #[test]
-fn few_discs_as_large_as_the_grid_allows() {
-    // Sum of radii 0.2: five cells a side are as long as the reach, to the bit.
+fn a_few_discs_as_large_as_the_grid_allows_miss_no_contact() {
+    // The sum of radii is 0.2: five cells per side are as wide as the contact distance, to the bit.
     let start = Scene { gas: vec![gas("disc", 0.1, 14)], ..Scene::default() };
     compare_with_each("large discs", &start, &[1, 2, 3, 4, 5]);
-    // Reach 0.48: two cells a side at most, and partners touch through more than one image.
+    // Contact distance 0.48: at most two cells per side, and pairs touch through more than one
+    // image.
     let start = Scene { gas: vec![gas("disc", 0.24, 3), gas("disc", 0.03, 6)], ..Scene::default() };
     compare_with_each("very large discs", &start, &[1, 2]);
 }
@@ -101,9 +103,9 @@ fn dumbbells_and_tees() {
 }
 
 #[test]
-fn bumpers_fixed_molecules_and_locked_ones() {
+fn bumpers_and_fixed_and_locked_molecules_miss_no_contact() {
     compare_with_each("reference_scene", &reference_scene(8), &[1, 2, 3, 4, 5]);
-    // Bumpers at the corner and on the borders, where all images of them are met.
+    // Bumpers at the corner and on the borders, where all images of them are hit.
     let mut start = scene(vec![MoleculeSpec {
         rotation: Rotation::Locked,
         velocity: [0.7, 0.4],
@@ -115,7 +117,7 @@ fn bumpers_fixed_molecules_and_locked_ones() {
 }
 
 #[test]
-fn a_long_molecule_and_a_narrow_box() {
+fn a_long_molecule_in_a_narrow_box_misses_no_contact() {
     let mut start =
         scene(vec![MoleculeSpec { angular_velocity: 2.0, ..named("rod:12", 0.01, 1.0, [0.5, 0.25]) }]);
     start.bounds.sides = [1.0, 0.4];
@@ -124,10 +126,10 @@ fn a_long_molecule_and_a_narrow_box() {
 }
 
 #[test]
-fn every_kind_of_scene() {
+fn all_kinds_of_scenes_miss_no_contact() {
     for (name, start) in scenes() {
         compare::<HeapScheduler>(
-            &format!("{name}, fineness by itself"),
+            &format!("{name}, automatic cells per side"),
             &start,
             DILUTE,
             &CellsPerSide::Automatic,

@@ -1,4 +1,4 @@
-//! Contacts through chosen periodic images, and bodies on the borders of the box and of the cells.
+//! Contacts through given periodic images, and bodies on the borders of the box and of the cells.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -10,7 +10,7 @@ use glam::DVec2;
 use support::{Encounters, disc, scene, simulate, test_each_scheduler};
 
 #[test]
-fn a_disc_wider_than_half_the_box_is_met_through_both_images() {
+fn a_disc_wider_than_half_the_box_is_hit_through_both_images() {
     for fineness in [CellsPerSide::Given(1), CellsPerSide::Given(2), CellsPerSide::Automatic] {
         check_wide::<HeapScheduler>(&fineness);
     }
@@ -18,8 +18,8 @@ fn a_disc_wider_than_half_the_box_is_met_through_both_images() {
 }
 
 fn check_wide<S: Scheduler>(options: &S::Options) {
-    // A disc of radius 0.3 and its own image leave a gap of 0.4 on the x axis; one of radius 0.1 goes to and
-    // fro between them, along x or along y.
+    // A disc of radius 0.3 and its own image leave a gap of 0.4 on the x axis; a disc of radius 0.1
+    // moves back and forth between them, along x or along y.
     for axis in 0..2 {
         let along = |x: f64| if axis == 0 { [x, 0.25] } else { [0.25, x] };
         let motion = |v: f64| if axis == 0 { [v, 0.0] } else { [0.0, v] };
@@ -28,17 +28,18 @@ fn check_wide<S: Scheduler>(options: &S::Options) {
         let mut simulation = simulate::<S>(&scene(vec![wide, narrow]), options);
         let mut bounces = Encounters::since(EpochTime::ZERO);
         simulation.observe_until(4.05, &mut bounces).unwrap();
-        // 0.1 to the first bounce, 0.2 from one to the next.
+        // 0.1 to the first bounce, 0.2 between bounces.
         assert_eq!(bounces.list.len(), 20, "{bounces:?}");
         for (n, bounce) in bounces.list.iter().enumerate() {
             assert!((bounce.time - (0.1 + 0.2 * n as f64)).abs() < 1e-14);
-            // The narrow disc stays in the box: the image next to the wide one's is its own, one box back.
+            // The narrow disc stays in the box: the image next to the wide disc's image is its own,
+            // one box back.
             let mut image = [0, 0];
             image[axis] = if n % 2 == 0 { -1 } else { 0 };
             assert_eq!(bounce.image, image, "bounce {n}");
         }
 
-        // Both free: relative to the wide one it is the same, at the reduced mass.
+        // Both free: the relative motion is the same, at the reduced mass.
         let wide = disc(0.3, 3.0, along(0.25), motion(-0.25));
         let narrow = disc(0.1, 1.0, along(0.75), motion(0.75));
         let mut simulation = simulate::<S>(&scene(vec![wide, narrow]), options);
@@ -54,18 +55,19 @@ fn check_wide<S: Scheduler>(options: &S::Options) {
 
 test_each_scheduler! {
     the_nearest_image_is_not_always_the_one_that_is_hit: check_images;
-    places_on_the_borders_of_cells_are_places_like_any_other: check_borders;
+    the_borders_of_cells_do_not_affect_the_motion: check_borders;
 }
 
 #[test]
-fn every_number_of_cells_finds_the_image_that_is_hit() {
+fn the_image_that_is_hit_is_found_with_any_number_of_cells() {
     for fineness in 1..=4 {
         check_images::<HeapScheduler>(&CellsPerSide::Given(fineness));
     }
 }
 
 fn check_images<S: Scheduler>(options: &S::Options) {
-    // The target stands 0.3 to the left of the other, which flies right: it goes 0.7 less σ.
+    // The target is at rest 0.3 to the left of the other disc, which moves right: its path is 0.7
+    // less σ.
     let mut simulation = simulate::<S>(
         &scene(vec![disc(0.1, 1.0, [0.5, 0.5], [1.0, 0.0]), disc(0.1, 1.0, [0.2, 0.5], [0.0; 2])]),
         options,
@@ -83,7 +85,8 @@ fn check_images<S: Scheduler>(options: &S::Options) {
     simulation.observe_until(0.6, &mut list).unwrap();
     assert_eq!(list.list.len(), 1);
     assert!((list.list[0].time - (0.5f64.sqrt() - 0.2)).abs() < 1e-15);
-    // Straight through two boxes before anything is met: the target is 2.5 boxes up and 1 to the right.
+    // A path through two boxes before the first contact: the target is 2.5 boxes up and 1 to the
+    // right.
     let target = DVec2::new(1.0, 2.5);
     let way = target.normalize();
     let mut simulation = simulate::<S>(
@@ -95,7 +98,7 @@ fn check_images<S: Scheduler>(options: &S::Options) {
 }
 
 #[test]
-fn every_number_of_cells_has_borders_like_any_other_place() {
+fn the_borders_of_any_number_of_cells_do_not_affect_the_motion() {
     for fineness in 1..=5 {
         check_borders::<HeapScheduler>(&CellsPerSide::Given(fineness));
     }
@@ -104,7 +107,8 @@ fn every_number_of_cells_has_borders_like_any_other_place() {
 fn check_borders<S: Scheduler>(options: &S::Options) {
     let last = 1.0f64.next_down();
     for x in [0.0, -0.0, 0.25, 1.0 / 3.0, 0.5, 0.2, 0.75, last, 1.0, -1e-17, -0.25, 7.5] {
-        // Along the border of cells, in both directions of both axes; the other component is 0 or −0.
+        // Along the border of cells, in both directions of both axes; the other component is 0 or
+        // −0.
         for zero in [0.0, -0.0] {
             for (a, b) in [
                 ([x, 0.25], [zero, 1.0]),
@@ -128,7 +132,7 @@ fn check_borders<S: Scheduler>(options: &S::Options) {
             }
         }
     }
-    // Through the corners of cells, along the diagonal, for ever.
+    // Through the corners of cells, along the diagonal, forever.
     let mut simulation = simulate::<S>(&scene(vec![disc(0.05, 1.0, [0.0, 0.0], [1.0, 1.0])]), options);
     simulation.run_until(100.0).unwrap();
     let body = simulation.view().bodies().next().unwrap();

@@ -1,4 +1,5 @@
-//! Contacts that lose energy: the guard against inelastic collapse lets every run go on, and leaves a cooling gas alone.
+//! Contacts that lose energy: the guard against inelastic collapse lets all runs continue, and does
+//! not affect a cooling gas.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -10,7 +11,7 @@ use support::{
     bits, bumper, disc, frozen, gas, reference_scene, scene, simulate, test_each_scheduler, velocity,
 };
 
-/// Sums what the contacts lose, and notes their elasticity.
+/// Sums the energy lost in contacts, and records their elasticities.
 #[derive(Default)]
 struct Losses {
     total: f64,
@@ -32,19 +33,20 @@ impl Observer for Losses {
 }
 
 test_each_scheduler! {
-    a_disc_that_rattles_in_a_narrow_gap_keeps_its_speed: check_rattle;
-    a_body_that_is_hit_all_the_time_makes_no_hit_elastic: check_crowd;
+    a_disc_in_a_gap_below_the_contact_time_keeps_its_speed: check_rattle;
+    the_guard_ignores_hits_on_a_body_that_is_hit_continually: check_crowd;
     a_column_that_falls_on_a_bumper_collapses_only_without_the_guard: check_column;
-    a_gas_cools_by_the_law_of_haff_as_if_there_were_no_guard: check_cooling;
+    a_guarded_gas_cools_by_the_law_of_haff: check_cooling;
     molecules_that_turn_never_sink_into_each_other: check_molecules;
-    nothing_is_noted_where_no_contact_loses_energy: check_elastic;
-    a_guarded_run_depends_on_no_sample_and_on_no_unit_of_time: check_bits;
-    the_guard_stays_with_its_bodies_through_edits: check_edits;
-    a_wall_however_short_is_guarded_as_well_as_a_long_one: check_short_walls;
+    no_contact_times_are_kept_where_no_contact_loses_energy: check_elastic;
+    a_guarded_run_does_not_depend_on_samples_or_the_unit_of_time: check_bits;
+    contact_times_of_the_guard_follow_their_bodies_through_edits: check_edits;
+    contacts_with_a_wall_of_any_length_are_guarded: check_short_walls;
 }
 
 fn check_rattle<S: Scheduler>(options: &S::Options) {
-    // Between two bumpers it moves by the gap from contact to contact, and t_c is 10⁻⁴ diameters: 10⁻⁵.
+    // Between two bumpers the disc moves by the gap from contact to contact, and t_c is 10⁻⁴
+    // diameters: 10⁻⁵.
     for (gap, guarded) in [(0.9e-5, true), (1.1e-5, false)] {
         let mut narrow = scene(vec![disc(0.05, 1.0, [0.5, 0.5], [1.0, 0.0])]);
         narrow.bumper = vec![bumper(0.1, [0.35 - 0.5 * gap, 0.5]), bumper(0.1, [0.65 + 0.5 * gap, 0.5])];
@@ -55,13 +57,13 @@ fn check_rattle<S: Scheduler>(options: &S::Options) {
             assert!(simulation.step(1.0, &mut losses).unwrap());
         }
         let (view, e) = (simulation.view(), if guarded { 1.0 } else { 0.5 });
-        // The first contact has none before it.
+        // The first contact has no contact before it.
         let expected: Vec<f64> = [0.5].into_iter().chain([e; 9]).collect();
         assert_eq!(losses.elasticities, expected);
         let speed = if guarded { 0.5 } else { 0.5f64.powi(10) };
         assert_eq!(velocity(&view, 0).x.abs(), speed);
         assert_eq!(view.counters().guarded_collisions, if guarded { 9 } else { 0 });
-        // ½ (1 − e²) u² for each that was spared.
+        // ½ (1 − e²) u² for each guarded contact.
         let spared = if guarded { 9.0 * 0.5 * 0.75 * 0.25 } else { 0.0 };
         assert!((view.ledger().spared - spared).abs() < 1e-15);
         assert!((view.energy() - view.ledger().booked()).abs() < 1e-15);
@@ -69,7 +71,8 @@ fn check_rattle<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_crowd<S: Scheduler>(options: &S::Options) {
-    // Discs from all sides at a large one, 10⁻⁹ apart in time: each has had no contact before.
+    // Discs hit a large one from all sides, 10⁻⁹ apart in time; each of them has had no contact
+    // before.
     for fixed in [true, false] {
         let mut list = vec![MoleculeSpec { fixed, ..disc(0.2, 1e6, [0.5, 0.5], [0.0; 2]) }];
         for n in 0..8 {
@@ -87,7 +90,7 @@ fn check_crowd<S: Scheduler>(options: &S::Options) {
     }
 }
 
-/// A column of discs that falls on a bumper at speed 1, from various heights above each other.
+/// A column of discs at various heights above each other that falls on a bumper at speed 1.
 fn column(count: usize, e: f64, contact_time: f64) -> Scene {
     const RADIUS: f64 = 0.01;
     let height = |n: usize| 0.1 + 0.025 * (n + 1) as f64 + 0.001 * ((n * 7) % 5) as f64;
@@ -112,14 +115,15 @@ fn check_column<S: Scheduler>(options: &S::Options) {
         let counters = view.counters();
         assert!((100..10_000).contains(&counters.collisions), "{count} discs, e = {e}: {counters:?}");
         assert!((1..counters.collisions).contains(&counters.guarded_collisions));
-        // Nearly all of the energy is lost, in spite of the guard.
+        // Nearly all of the energy is lost, even with the guard.
         assert!(view.energy() < 0.03 * view.ledger().initial, "{count} discs, e = {e}: {}", view.energy());
     }
 }
 
 fn check_cooling<S: Scheduler>(options: &S::Options) {
-    // Haff (1983): E = E(0)/(1 + t/τ)². In two dimensions 1/τ = (1 − e²) ω/4 with ω = 2 n σ χ √(π kT/m) collisions of each
-    // disc per time, χ = (1 − 7φ/16)/(1 − φ)². So few discs stay mixed: eddies need a larger box.
+    // Haff (1983): E = E(0)/(1 + t/τ)². In two dimensions 1/τ = (1 − e²) ω/4 with the rate ω = 2 n
+    // σ χ √(π kT/m) of collisions of a disc and χ = (1 − 7φ/16)/(1 − φ)². So few discs stay mixed:
+    // vortices need a larger box.
     const COUNT: usize = 200;
     const AREA: f64 = 0.1;
     const E: f64 = 0.9;
@@ -134,12 +138,12 @@ fn check_cooling<S: Scheduler>(options: &S::Options) {
         cooling.elasticity.default = E;
         let mut simulation = simulate::<S>(&cooling, options);
         let tau = |energy: f64| {
-            // Their common momentum, which is 0, takes two degrees of freedom.
+            // The total momentum, which is 0, removes two degrees of freedom.
             let temperature = energy / (COUNT - 1) as f64;
             let collisions = 2.0 * COUNT as f64 * 2.0 * radius * chi * (PI * temperature).sqrt();
             4.0 / ((1.0 - E * E) * collisions)
         };
-        // All have the same energy at first.
+        // All discs start with the same energy.
         let begun = tau(simulation.view().energy());
         simulation.run_until(begun).unwrap();
         let initial = simulation.view().energy();
@@ -153,8 +157,8 @@ fn check_cooling<S: Scheduler>(options: &S::Options) {
         assert!(view.counters().guarded_collisions <= 2, "{:?}", view.counters());
         assert!(view.ledger().spared < 1e-3 * view.ledger().lost);
     }
-    // One run scatters by 5%; and discs that have met move a little more alike than the law supposes, so that they cool
-    // more slowly, by some 3% in the rate.
+    // A single run scatters by 5%. Velocities of discs that have met are slightly more correlated
+    // than the law assumes, so that the gas cools more slowly, by about 3% in the rate.
     assert!(logarithm.iter().all(|error| error.abs() < 0.1), "{logarithm:?}");
 }
 
@@ -178,7 +182,7 @@ fn check_molecules<S: Scheduler>(options: &S::Options) {
             assert!((energy - ledger.booked()).abs() < 1e-12 * ledger.initial);
             assert!((losses.total - ledger.lost).abs() < 1e-12 * ledger.initial);
             assert!(energy < 0.1 * ledger.initial, "{shape}, e = {e}");
-            // No creeping: without the guard there would be millions of contacts at the lower two.
+            // Without the guard there would be millions of contacts at the lower two elasticities.
             let collisions = view.counters().collisions;
             assert!(collisions < 2000 * count as u64, "{shape}, e = {e}: {collisions}");
             assert!(ledger.spared < 0.02 * ledger.lost, "{shape}, e = {e}: {ledger:?}");
@@ -235,7 +239,7 @@ fn check_bits<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_edits<S: Scheduler>(options: &S::Options) {
-    // A disc rattles in a gap of 0.9 t_c; another, inserted before it, goes; one comes.
+    // A disc rattles in a gap of 0.9 t_c; a disc inserted before it is removed; another is added.
     let mut narrow =
         scene(vec![disc(0.01, 1.0, [0.1, 0.1], [0.0; 2]), disc(0.05, 1.0, [0.5, 0.5], [1.0, 0.0])]);
     narrow.bumper = vec![bumper(0.1, [0.35 - 0.45e-5, 0.5]), bumper(0.1, [0.65 + 0.45e-5, 0.5])];
@@ -252,7 +256,8 @@ fn check_edits<S: Scheduler>(options: &S::Options) {
     assert_eq!(step(&mut simulation), 1.0);
     simulation.add(&disc(0.01, 1.0, [0.9, 0.9], [0.0; 2])).unwrap();
     assert_eq!(step(&mut simulation), 1.0);
-    // Where nothing loses energy nothing is noted: the first contact after that has none before it.
+    // Where no contact loses energy, no times are kept: the first contact after that has no contact
+    // before it.
     let mut spec = narrow.elasticity.clone();
     spec.default = 1.0;
     simulation.set_elasticity(&spec).unwrap();
@@ -262,7 +267,7 @@ fn check_edits<S: Scheduler>(options: &S::Options) {
     assert_eq!([step(&mut simulation), step(&mut simulation)], [0.5, 1.0]);
 }
 
-/// Counts contacts with something fixed that lose no energy.
+/// Counts contacts with a fixed body that lose no energy.
 #[derive(Default)]
 struct RaisedAtFixed(u32);
 
@@ -274,8 +279,8 @@ impl Observer for RaisedAtFixed {
 }
 
 fn check_short_walls<S: Scheduler>(options: &S::Options) {
-    // A light disc between a wall and a heavy disc that presses on: without a guard its contacts
-    // have no end.
+    // A light disc between a wall and a heavy disc that presses on it: without a guard there are
+    // contacts without end.
     let vice = |length: f64, contact_time: f64| {
         let mut vice =
             scene(vec![disc(0.05, 1e-2, [0.3, 0.0], [0.0; 2]), disc(0.1, 1e2, [0.6, 0.0], [-1.0, 0.0])]);
@@ -287,7 +292,7 @@ fn check_short_walls<S: Scheduler>(options: &S::Options) {
         (simulation.observe_until(1.0, &mut with_wall), with_wall.0)
     };
     for length in [0.5, 1e-3, 1e-20, 1e-50] {
-        // From the tip of a short one it may slip aside.
+        // From the end of a short wall the disc may slip aside.
         let (ended, _) = vice(length, 0.0);
         assert!(matches!(ended, Err(RunError::Stalled { .. })) || length < 1e-10, "{length:e}: {ended:?}");
         let (ended, guarded) = vice(length, 1e-4);

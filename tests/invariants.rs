@@ -1,4 +1,5 @@
-//! After each single event: no overlap, no contact overlooked, the books in order, all by brute force.
+//! Brute-force checks after each event: no overlap, no missed contact, and the energy agrees with
+//! the ledger.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -13,7 +14,7 @@ fn walk<S: Scheduler + Clone>(name: &str, scene: &Scene, options: &S::Options, e
         if let Err(violation) = simulation.check_invariants(1.0) {
             panic!("{name}, event {event}: {violation}");
         }
-        assert!(simulation.step(1e3, &mut ()).unwrap(), "{name}: no more contacts");
+        assert!(simulation.step(1e3, &mut ()).unwrap(), "{name}: there are no more contacts");
     }
 }
 
@@ -21,7 +22,7 @@ fn walk_with_each(name: &str, mut scene: Scene) {
     for (seed, fineness) in [1, 2, 3, 5].into_iter().enumerate() {
         scene.bounds.seed = seed as u64;
         walk::<HeapScheduler>(
-            &format!("{name}, fineness {fineness}"),
+            &format!("{name}, {fineness} cells per side"),
             &scene,
             &CellsPerSide::Given(fineness),
             60,
@@ -43,8 +44,8 @@ fn discs() {
 fn mixtures() {
     let gases = vec![gas("disc", 0.1, 3), gas("disc", 0.03, 10)];
     walk_with_each("mixture", Scene { gas: gases, ..Scene::default() });
-    // Cells so small that some are wholly inside a large disc. The large ones are light, so fast that they often leave their
-    // shells and meet each other, the bumper, and the tee.
+    // Cells so small that some lie wholly inside a large disc. The large discs are light and so
+    // fast that they often leave their shells and hit each other, the bumper and the tee.
     let mut start = scene(vec![named("tee", 0.02, 1.0, [0.5, 0.5])]);
     start.bumper = vec![bumper(0.1, [0.0, 0.0])];
     start.gas = vec![gas("disc", 0.13, 4), gas("disc", 0.008, 300)];
@@ -70,7 +71,7 @@ fn bumpers() {
 }
 
 #[test]
-fn every_kind_of_scene() {
+fn all_kinds_of_scenes_keep_the_invariants() {
     for (name, scene) in scenes() {
         let mut cells = simulate::<CellScheduler>(&scene, &Instructions::Widest);
         for _ in 0..60 {
@@ -83,7 +84,7 @@ fn every_kind_of_scene() {
 }
 
 #[test]
-fn edits_leave_nothing_overlooked() {
+fn the_invariants_hold_after_edits() {
     let mut start = scene(vec![]);
     start.gas = vec![gas("dumbbell", 0.03, 4), gas("disc", 0.05, 8)];
     let mut simulation = simulate::<HeapScheduler>(&start, &CellsPerSide::Given(3));

@@ -1,4 +1,5 @@
-//! What the observers measure: planted contacts whose answer is known, sums by hand, and kinetic theory.
+//! The results of the observers: constructed contacts with a known answer, sums by hand, and
+//! kinetic theory.
 
 #[path = "observers/boundary.rs"]
 mod boundary;
@@ -76,7 +77,8 @@ fn key(simulation: &Simulation, index: usize) -> BodyKey {
     simulation.view().bodies().nth(index).unwrap().body.key()
 }
 
-/// A gas of discs of radius ½ and mass 1 on a square of that area fraction, of kT = 1 and total momentum 0.
+/// A gas of discs of radius ½ and mass 1 in a square box at this area fraction, with kT = 1 and
+/// total momentum 0.
 fn hard_discs(count: usize, area_fraction: f64, seed: u64) -> Scene {
     let side = (count as f64 * 0.25 * PI / area_fraction).sqrt();
     let mut scene = Scene::default();
@@ -86,7 +88,7 @@ fn hard_discs(count: usize, area_fraction: f64, seed: u64) -> Scene {
     scene
 }
 
-/// Starts, and samples `samples` times at even intervals until `until`.
+/// Starts the observer, and samples `samples` times at equal intervals until `until`.
 fn observe<O: Observer>(simulation: &mut Simulation, observer: &mut O, until: f64, samples: u32) {
     observer.start(&simulation.view());
     let from = simulation.time().to_f64();
@@ -97,7 +99,7 @@ fn observe<O: Observer>(simulation: &mut Simulation, observer: &mut O, until: f6
     }
 }
 
-/// Keeps what a closure makes of each collision: the filters and sums written by hand.
+/// Stores the result of a closure for each collision, for filters and sums written by hand.
 struct ByHand<T, F>(Vec<T>, F);
 
 impl<T, F: FnMut(&CollisionReport<'_>) -> Option<T>> Observer for ByHand<T, F> {
@@ -106,9 +108,10 @@ impl<T, F: FnMut(&CollisionReport<'_>) -> Option<T>> Observer for ByHand<T, F> {
     }
 }
 
-/// What it does not want is not reported to it, unless somebody else wants it: that must make no difference.
+/// Collisions that an observer does not want are reported to it only if another observer wants
+/// them; this must not change its results.
 #[test]
-fn observers_of_one_body_see_the_same_whoever_else_watches() {
+fn results_for_one_body_do_not_depend_on_other_observers() {
     let mut scene = Scene { molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)], ..Scene::default() };
     scene.gas.push(gas("gas", 100));
     let mut alone = Simulation::new(&scene).unwrap();
@@ -130,7 +133,7 @@ fn observers_of_one_body_see_the_same_whoever_else_watches() {
     observe(&mut alone, &mut one, 3.0, 7);
     observe(&mut in_company, &mut (&mut other, &mut all), 3.0, 7);
     assert_eq!(format!("{one:?}"), format!("{other:?}"));
-    // The company has seen all collisions, the tee's among them.
+    // The other observer has received all collisions, including the tee's.
     assert_eq!(all.0.len() as u64, in_company.view().counters().collisions);
     assert_eq!(
         one.0.counts().iter().sum::<u64>(),
@@ -140,7 +143,7 @@ fn observers_of_one_body_see_the_same_whoever_else_watches() {
 }
 
 #[test]
-fn watching_changes_no_bit() {
+fn observers_change_no_bit() {
     let mut scene = Scene { molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)], ..Scene::default() };
     scene.gas.push(gas("gas", 100));
     let mut alone = Simulation::new(&scene).unwrap();

@@ -1,5 +1,5 @@
-//! The exact detector against an oracle in double-double arithmetic on encounters of all classes, and that oracle
-//! against another at 200 bits.
+//! The exact detector against an oracle in double-double arithmetic on encounters of all classes,
+//! and this oracle against another with 200 bits.
 
 use carom_detection::{
     Answer, Contact, Exact, Outcome, Touch,
@@ -14,11 +14,11 @@ fn is_of_walls(class: Class) -> bool {
 }
 
 #[test]
-fn exact_keeps_its_promise_on_all_classes_of_molecules() {
+fn exact_satisfies_its_guarantee_on_all_classes_of_molecules() {
     let oracle = Oracle { most_intervals: 300_000 };
     let (mut judged, mut unresolved, mut deviations) = (0, 0, Vec::new());
     for class in Class::ALL.into_iter().filter(|class| !is_of_walls(*class)) {
-        // Many atoms take the oracle long.
+        // The oracle is slow for many atoms.
         let count = if matches!(class, Class::Rods | Class::Blobs) { 21 } else { 100 };
         for index in 0..count {
             let encounter = Encounter::draw(class, SEED, index);
@@ -42,9 +42,10 @@ fn exact_keeps_its_promise_on_all_classes_of_molecules() {
     assert!(deviations[deviations.len() / 2] < 1e-15, "median |Δt| {:e}", deviations[deviations.len() / 2]);
 }
 
-/// Molecules against walls: their faces and their ends, tangentially, at any spin, and back at once.
+/// Molecules against walls: faces and end points, tangential motion, any angular velocity, and
+/// contacts in quick succession.
 #[test]
-fn exact_keeps_its_promise_at_walls() {
+fn exact_satisfies_its_guarantee_at_walls() {
     let oracle = Oracle { most_intervals: 300_000 };
     let [mut judged, mut unresolved, mut faces, mut ends] = [0; 4];
     for class in Class::ALL.into_iter().filter(|class| is_of_walls(*class)) {
@@ -100,7 +101,7 @@ fn the_oracle_agrees_with_another_at_200_bits() {
                 (Reference::Deep(one), Reference::Deep(other)) => {
                     contacts += 1;
                     assert_eq!(one.parts, other.parts, "{class} {index}");
-                    // Angles in double-double are off by 1e-31 radians per radian.
+                    // Angles in double-double arithmetic have an error of 1e-31 radians per radian.
                     let scale = encounter.natural_time().max(other.time.value());
                     for (one, other) in [(&one.time, &other.time), (&one.touch, &other.touch)] {
                         let off = Big::new(one.value()).minus(other).value()
@@ -118,7 +119,7 @@ fn the_oracle_agrees_with_another_at_200_bits() {
     assert!(contacts > 15, "{contacts} contacts compared");
 }
 
-/// The same relative motion at half the spin and velocity lasts twice as long.
+/// The same relative motion at half the velocity and angular velocity takes twice as long.
 #[test]
 fn the_oracle_scales_with_time() {
     let oracle = Oracle::default();
@@ -143,7 +144,7 @@ fn the_oracle_scales_with_time() {
 }
 
 #[test]
-fn wrong_answers_are_told_from_right_ones() {
+fn the_oracle_distinguishes_wrong_answers_from_right_ones() {
     let oracle = Oracle::default();
     let mut seen = [0; 2];
     for index in 0..60 {
@@ -152,7 +153,7 @@ fn wrong_answers_are_told_from_right_ones() {
         let reference = oracle.first_contact::<DoubleDouble>(&encounter);
         let verdict = |outcome| {
             let answer = Answer { outcome, evaluations: 0 };
-            reference.judge(&encounter, &answer).expect("the oracle knows").verdict
+            reference.judge(&encounter, &answer).expect("the oracle has an answer").verdict
         };
         let Some(contact) = answer.outcome.contact() else {
             let touch = Touch::Atoms(0, 0);
@@ -173,7 +174,7 @@ fn wrong_answers_are_told_from_right_ones() {
         {
             assert_eq!(verdict(Outcome::Contact(Contact { time, ..contact })), expected, "{index}");
         }
-        // The right time, but other atoms: they are apart.
+        // The right time, but other atoms, which do not touch.
         let atoms = encounter.molecules[1].atoms().len() as u32;
         if let (Touch::Atoms(i, j), true) = (contact.touch, atoms > 1) {
             let touch = Touch::Atoms(i, (j + 1) % atoms);

@@ -1,4 +1,4 @@
-//! No pair ever overlaps by more than rounding: a hundred thousand collisions of the tee in its gas.
+//! No pair overlaps by more than rounding: a hundred thousand collisions of the tee in its gas.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -18,8 +18,8 @@ impl Observer for OfTheFirst {
     }
 }
 
-/// The gas of Montanari (2017), chapter 3: discs of radius 0.01 that cover half the box, in it a tee of atoms
-/// of radius 0.005 and mass 2, and a bumper.
+/// The gas of Montanari (2017), chapter 3: discs of radius 0.01 that cover half the box, with a tee
+/// of atoms of radius 0.005 and mass 2, and a bumper.
 fn thesis_scene(side: f64) -> Scene {
     let mut scene = scene(vec![named("tee", 0.005, 2.0, [0.5 * side, 0.5 * side])]);
     scene.bounds.sides = [side, side];
@@ -29,7 +29,7 @@ fn thesis_scene(side: f64) -> Scene {
     scene
 }
 
-/// Runs until the tee has had so many collisions, and counts the overlaps a hundred times on the way.
+/// Runs until the tee has had `collisions` collisions, and checks the overlaps a hundred times.
 fn run_the_tee<S: Scheduler>(scene: &Scene, collisions: u64, options: &S::Options) {
     let mut simulation = simulate::<S>(scene, options);
     let mut tee = OfTheFirst::default();
@@ -45,7 +45,8 @@ fn run_the_tee<S: Scheduler>(scene: &Scene, collisions: u64, options: &S::Option
         assert_eq!(census.pairs, 0, "after {} collisions of the tee: {census:?}", tee.0);
         deepest = deepest.max(census.deepest_length);
     }
-    // Rounding of places in the box; a missed contact makes overlaps a hundred million times as deep.
+    // Rounding of positions in the box; a missed contact gives overlaps a hundred million times as
+    // deep.
     assert!(deepest < 4e-15 * scene.bounds.sides[0].max(0.25), "{deepest:e}");
     let view = simulation.view();
     assert!((view.energy() / view.ledger().initial - 1.0).abs() < 1e-11);
@@ -53,20 +54,20 @@ fn run_the_tee<S: Scheduler>(scene: &Scene, collisions: u64, options: &S::Option
 }
 
 #[test]
-fn the_tee_in_its_gas() {
-    // A quarter of the thesis's box a side, at the same densities: the tee has a larger share of the
-    // collisions.
+fn no_body_overlaps_the_tee_in_its_gas() {
+    // A quarter of the side of the thesis's box, at the same densities: the tee has a larger share
+    // of the collisions.
     run_the_tee::<CellScheduler>(&thesis_scene(0.25), 100_000, &Instructions::Widest);
 }
 
 #[test]
-fn the_tee_in_its_gas_with_the_thesis_scheduler() {
+fn no_body_overlaps_the_tee_in_its_gas_with_the_heap_scheduler() {
     run_the_tee::<HeapScheduler>(&thesis_scene(0.25), 5_000, &CellsPerSide::Automatic);
 }
 
 #[test]
-fn the_whole_scene_of_the_thesis() {
-    // A hundred thousand collisions of everything there is, of which some hundred are the tee's.
+fn no_bodies_overlap_in_the_scene_of_the_thesis() {
+    // A hundred thousand collisions of all bodies, of which some hundred are the tee's.
     let mut simulation = simulate::<CellScheduler>(&thesis_scene(1.0), &Instructions::Widest);
     assert_eq!(simulation.view().len(), 1592 + 2);
     let mut time = 0.0;
@@ -78,9 +79,9 @@ fn the_whole_scene_of_the_thesis() {
     }
 }
 
-/// Memory was once asked ahead for the cell of a body that lives in none.
+/// Regression test: prefetching used the cell of a body that is listed in no single cell.
 #[test]
-fn a_molecule_among_so_many_discs_that_memory_is_asked_ahead() {
+fn a_molecule_among_so_many_discs_that_cells_are_prefetched_overlaps_none() {
     let mut scene = scene(vec![named("tee", 0.005, 2.0, [0.5, 0.5])]);
     scene.gas = vec![gas("disc", 0.0017, 33_000)];
     let mut simulation = simulate::<CellScheduler>(&scene, &Instructions::Widest);

@@ -1,4 +1,4 @@
-//! A detector of one's own decides about every pair: discs in a gas, large discs and bumpers included.
+//! A user-defined detector decides about all pairs: discs in a gas, large discs and bumpers.
 
 use carom_detection::{Answer, DISC_LANES, Detection, DiscLanes, Exact, Outcome};
 use carom_engine::{
@@ -9,7 +9,7 @@ use carom_geometry::Outline;
 use carom_kinematics::{Motion, RelativeMotion};
 use carom_response::Impact;
 
-/// Lets every pair of bodies pass through each other unless both are small.
+/// A detector that lets bodies pass through each other unless both are small.
 #[derive(Debug, Clone, Copy)]
 struct SmallOnly {
     /// Sum of the bounding radii (length).
@@ -35,7 +35,7 @@ impl Detection for SmallOnly {
     }
 }
 
-/// How many contacts are of two small bodies, and how many are not.
+/// Number of contacts of two small bodies, and of all others.
 #[derive(Default)]
 struct Counts {
     small: u32,
@@ -74,7 +74,7 @@ fn counts(detector: impl Detection) -> Counts {
 }
 
 #[test]
-fn what_the_detector_does_not_see_does_not_happen() {
+fn pairs_without_a_contact_by_the_detector_do_not_collide() {
     let exact = counts(Exact::default());
     assert!(exact.small > 100 && exact.others > 100, "{} and {}", exact.small, exact.others);
     let blind = counts(SmallOnly { largest: 0.05 });
@@ -82,7 +82,7 @@ fn what_the_detector_does_not_see_does_not_happen() {
     assert_eq!(blind.others, 0);
 }
 
-/// The places and velocities of a gas of like discs after a thousand contacts.
+/// Positions and velocities of a gas of equal discs after a thousand contacts.
 fn paths(detector: impl Detection, scene: &Scene) -> Vec<[f64; 4]> {
     let mut simulation: Simulation<_, Impact, CellScheduler> =
         Simulation::with(scene, detector, Impact, Instructions::default())
@@ -96,11 +96,12 @@ fn paths(detector: impl Detection, scene: &Scene) -> Vec<[f64; 4]> {
     view.bodies().map(|body| numbers(body.motion)).collect()
 }
 
-/// Whoever does not say that it decides about discs in closed form is asked about each, and if it decides likewise, all goes
-/// the same way to the bit: in a dense gas, and in dilute ones, where who is not asked is sorted out in single precision; there
-/// also if discs are so small that its rounding counts, and if light ones get faster than anybody was at the start.
+/// A detector that does not declare a closed form for discs is called for each pair of discs. If it
+/// gives the same answers, the run is the same to the bit: in a dense gas; in dilute gases, where
+/// the single-precision filter excludes pairs; with discs so small that the filter's rounding
+/// matters; and with light discs that become faster than any body at the start.
 #[test]
-fn a_detector_that_is_asked_and_one_that_is_not_agree_about_discs() {
+fn discs_move_equally_with_a_called_detector_and_in_closed_form() {
     let light = GasSpec { mass: Some(1e-3), energy: 1e-9, ..disc(0.005, 60) };
     let gases = [
         (vec![disc(0.03, 100)], [1.0, 1.0]),

@@ -1,5 +1,5 @@
-//! An observer of one's own: on the stack, in a box, in a list, and as part of a tuple, it sees the
-//! same run.
+//! A user-defined observer: on the stack, in a box, in a list, and as part of a tuple, it observes
+//! the same run.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -9,7 +9,7 @@ use std::{cell::Cell, rc::Rc};
 use carom_engine::{Body, CellScheduler, CollisionReport, Instructions, Observer, RunError, Tag, View};
 use support::{bits, reference_scene, scene, simulate};
 
-/// What an observer has seen.
+/// The data that an observer has received.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Seen {
     starts: u32,
@@ -17,11 +17,11 @@ struct Seen {
     /// Sum of the magnitudes of all impulses.
     impulse: f64,
     samples: u32,
-    /// Of the last sample (time).
+    /// Time of the last sample.
     last: f64,
 }
 
-/// Counts what it sees, and can be read while others own it.
+/// Counts its calls; its counts can be read while another value owns it.
 #[derive(Clone, Default)]
 struct Count(Rc<Cell<Seen>>);
 
@@ -68,7 +68,7 @@ impl Observer for OfTag {
     }
 }
 
-/// Runs the scene of all kinds of bodies with samples; returns its last state.
+/// Runs the scene with all kinds of bodies with samples; returns its last state.
 fn run(observer: &mut dyn Observer) -> Vec<[u64; 6]> {
     let mut simulation = simulate::<CellScheduler>(&reference_scene(5), &Instructions::default());
     simulation.sample_every(0.25, 2.1, observer).unwrap();
@@ -77,10 +77,10 @@ fn run(observer: &mut dyn Observer) -> Vec<[u64; 6]> {
 }
 
 #[test]
-fn however_it_is_held_it_sees_the_same_run() {
+fn an_observer_sees_the_same_run_in_each_container() {
     let expected = Count::default();
     let unwatched = run(&mut ());
-    assert_eq!(run(&mut expected.clone()), unwatched, "watching changes no bit");
+    assert_eq!(run(&mut expected.clone()), unwatched, "observers change no bit");
     let seen = expected.0.get();
     assert!(seen.collisions > 500 && seen.impulse > 0.0, "{seen:?}");
     assert_eq!((seen.starts, seen.samples, seen.last), (1, 8, 2.0));
@@ -120,7 +120,7 @@ fn reports_are_made_only_for_bodies_that_are_watched() {
 }
 
 #[test]
-fn an_interval_that_is_no_positive_time_is_refused() {
+fn an_interval_that_is_not_positive_and_finite_is_refused() {
     let mut simulation = simulate::<CellScheduler>(&reference_scene(5), &Instructions::default());
     for interval in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-300] {
         let refused = simulation.sample_every::<dyn Observer>(interval, 1.0, &mut ());
@@ -130,13 +130,13 @@ fn an_interval_that_is_no_positive_time_is_refused() {
         simulation.sample_every::<dyn Observer>(0.1, f64::NAN, &mut ()),
         Err(RunError::Time(_))
     ));
-    // Longer than the run: no sample, but the run.
+    // An interval longer than the run: no sample is taken, but the run takes place.
     let count = Count::default();
     simulation.sample_every::<dyn Observer>(10.0, 0.5, &mut count.clone()).unwrap();
     assert_eq!((count.0.get().samples, simulation.time().to_f64()), (0, 0.5));
 }
 
-/// Notes the time of each sample, as a float.
+/// Records the time of each sample, as a float.
 #[derive(Default)]
 struct Times(Vec<f64>);
 
@@ -146,7 +146,7 @@ impl Observer for Times {
     }
 }
 
-/// The times of samples of an empty box from `start` (time) on.
+/// Times of the samples of an empty box, starting at `start` (time).
 fn times(start: f64, interval: f64, until: f64) -> Vec<f64> {
     let mut simulation = simulate::<CellScheduler>(&scene(Vec::new()), &Instructions::default());
     simulation.run_until(start).unwrap();
@@ -165,7 +165,7 @@ fn rounding_loses_no_sample_at_the_end() {
         assert!(times.iter().all(|&time| time <= until), "{times:?}");
         assert!(times.is_sorted_by(|one, next| (next - one - 0.1).abs() < 1e-13), "{times:?}");
     }
-    // Of an old system the end is rounded by more than four roundings of the duration.
+    // The end of the run of an old system is rounded by more than four roundings of the duration.
     for start in [1e6, 1e6 + 0.1, 3e9 + 0.7] {
         let times = times(start, 0.1, start + 0.3);
         assert_eq!((times.len(), times[2]), (3, start + 0.3), "{start}");
@@ -178,7 +178,7 @@ fn an_interval_shorter_than_the_rounding_of_time_takes_no_spurious_sample() {
         assert!(times(1.0, interval, 1.0).is_empty(), "{interval}");
         assert!(times(1.0, interval, 0.5).is_empty(), "{interval}");
     }
-    // Ten intervals fit into the distance from 1 to the next float, and are not taken twice.
+    // Ten intervals fit between 1 and the next float, and are not taken twice.
     let next = 1.0 + f64::EPSILON;
     assert_eq!(times(1.0, 0.1 * f64::EPSILON, next).len(), 10);
 }

@@ -1,4 +1,5 @@
-//! A response written outside: the ledger records what its contacts lose, and nothing replaces its impulse.
+//! A user-defined response: the ledger records the energy that its contacts lose, and its impulse
+//! is never replaced.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -14,8 +15,8 @@ use carom_response::{ContactFrame, Elasticity, Impact, Response, approach_speed}
 use glam::DVec2;
 use support::{bits, bumper, disc, gas, named, scene};
 
-/// Elastic for slow contacts; the elasticity of the scene at ten times the reference speed and beyond.
-/// The example of the README.
+/// Elastic for slow contacts; the elasticity of the scene at ten times the reference speed and
+/// above. The example of the README.
 #[derive(Debug, Clone)]
 struct SpeedDependent {
     reference: f64,
@@ -25,14 +26,14 @@ impl Response for SpeedDependent {
     fn impulse(&self, frame: &ContactFrame, bodies: [(&Motion, &Inertia); 2], e: Elasticity) -> DVec2 {
         let approach = approach_speed(frame, [bodies[0].0, bodies[1].0]);
         let share = (0.1 * approach / self.reference).clamp(0.0, 1.0);
-        // 1 where e is 1: so the engine's guard against inelastic collapse works.
+        // 1 where e is 1, so that the engine's guard against inelastic collapse works.
         let coefficient = 1.0 - share * (1.0 - e.coefficient());
         let elasticity = Elasticity::new(coefficient).expect("between e and 1");
         Impact.impulse(frame, bodies, elasticity)
     }
 }
 
-/// Loses all relative motion along the normal, whatever elasticity is asked for.
+/// Removes all relative motion along the normal, at any elasticity.
 #[derive(Debug, Clone)]
 struct Sticky;
 
@@ -42,7 +43,7 @@ impl Response for Sticky {
     }
 }
 
-/// Sums the energy that contacts change, from the reports.
+/// Sums the changes of energy at contacts, from the reports.
 #[derive(Debug, Default)]
 struct Change(f64);
 
@@ -70,7 +71,7 @@ fn the_ledger_records_what_a_response_loses() {
     let response = SpeedDependent { reference: 1.0 };
     check_ledger::<HeapScheduler, _>(&mixture(), &response);
     check_ledger::<CellScheduler, _>(&mixture(), &response);
-    // Discs alone take a shorter way through the engine.
+    // A gas of discs uses a faster path of the engine.
     let mut discs = Scene { gas: vec![gas("disc", 0.02, 100)], ..Scene::default() };
     discs.elasticity.default = 0.5;
     check_ledger::<CellScheduler, _>(&discs, &response);
@@ -91,7 +92,7 @@ fn check_ledger<S: Scheduler + Clone, R: Response + Clone>(scene: &Scene, respon
 }
 
 #[test]
-fn a_fixed_body_is_met_by_the_impulse_of_the_response() {
+fn a_contact_with_a_fixed_body_has_the_impulse_of_the_response() {
     // At nine times the reference speed: e = 0.55.
     let mut billiard = scene(vec![disc(0.05, 2.0, [0.3, 0.5], [9.0, 0.0])]);
     billiard.bumper = vec![bumper(0.1, [0.7, 0.5])];
@@ -109,7 +110,7 @@ fn check_bumper<S: Scheduler>(billiard: &Scene) {
     assert!((simulation.view().ledger().lost - 0.5 * 2.0 * 81.0 * (1.0 - 0.55 * 0.55)).abs() < 1e-12);
 }
 
-/// Takes a share of the loss that the table gives: 1 − share (1 − e) for e.
+/// Loses a share of the energy that the table gives: 1 − share (1 − e) instead of e.
 #[derive(Debug, Clone)]
 struct Milder {
     share: f64,
@@ -122,7 +123,7 @@ impl Response for Milder {
     }
 }
 
-/// Has the elasticity 3/4, whatever elasticity is asked for.
+/// Has the elasticity 3/4 for any argument.
 #[derive(Debug, Clone)]
 struct ThreeQuarters;
 
@@ -133,9 +134,9 @@ impl Response for ThreeQuarters {
 }
 
 #[test]
-fn energy_is_spared_only_if_the_response_honours_the_guard() {
+fn saved_energy_is_counted_only_if_the_response_uses_the_raised_elasticity() {
     for once in [check_rattle::<HeapScheduler, _>, check_rattle::<CellScheduler, _>] {
-        // The first contact has none before it. Each later one would lose ½ (1 − 9/16) u².
+        // The first contact has no contact before it. Each later one would lose ½ (1 − 9/16) u².
         once(Milder { share: 0.5 }, 0.75, 9, 9.0 * 0.5 * (7.0 / 16.0) * (9.0 / 16.0));
     }
     for once in [check_rattle::<HeapScheduler, _>, check_rattle::<CellScheduler, _>] {
@@ -143,8 +144,9 @@ fn energy_is_spared_only_if_the_response_honours_the_guard() {
     }
 }
 
-/// A disc of mass 1 and speed 1 between two bumpers, so near that each contact but the first of ten
-/// is guarded: its speed at the end, how many contacts the guard has changed, and the energy spared.
+/// A disc of mass 1 and speed 1 between two bumpers at so small a distance that all ten contacts
+/// but the first are guarded: checks its speed at the end, the number of contacts that the guard
+/// has changed, and the energy saved.
 fn check_rattle<S: Scheduler, R: Response>(response: R, speed: f64, guarded: u64, spared: f64) {
     let mut narrow = scene(vec![disc(0.05, 1.0, [0.5, 0.5], [1.0, 0.0])]);
     narrow.bumper = vec![bumper(0.1, [0.35 - 4.5e-6, 0.5]), bumper(0.1, [0.65 + 4.5e-6, 0.5])];
@@ -161,8 +163,8 @@ fn check_rattle<S: Scheduler, R: Response>(response: R, speed: f64, guarded: u64
     assert!((ledger.lost - 0.5 * (1.0 - speed * speed)).abs() < 1e-15, "{ledger:?}");
 }
 
-/// Elasticities uniformly distributed from e to 1, by a hash of the velocities. These are rounded to
-/// single precision, so that two schedulers whose last digits differ have the same contacts.
+/// Elasticities uniformly distributed from e to 1, by a hash of the velocities. These are rounded
+/// to single precision, so that two schedulers whose last digits differ give the same contacts.
 #[derive(Debug, Clone)]
 struct RandomRestitution {
     seed: u64,
@@ -194,7 +196,7 @@ fn the_ledger_records_what_random_restitution_loses() {
     check_ledger::<CellScheduler, _>(&scene, &response);
 }
 
-/// The share of energy along the normal that each contact keeps, with its bodies.
+/// The share of energy along the normal that remains after each contact, with its bodies.
 #[derive(Debug, Default)]
 struct Restitutions(Vec<([u64; 2], f64)>);
 
@@ -256,8 +258,9 @@ fn check_resume<S: Scheduler>() {
 }
 
 #[test]
-fn a_response_that_ignores_the_guard_loses_what_it_says() {
-    // A dumbbell that turns comes to lie against a disc: contacts without end, as the guard's elasticity is ignored.
+fn a_response_that_ignores_the_guard_loses_its_own_energy() {
+    // A dumbbell that turns comes to rest against a disc: contacts without end, since the response
+    // ignores the guard's elasticity.
     let mut lying =
         scene(vec![named("dumbbell", 0.05, 1.0, [0.4, 0.5]), disc(0.05, 1.0, [0.55, 0.6], [-0.5, -0.4])]);
     lying.molecule[0].angular_velocity = 3.0;
@@ -271,7 +274,7 @@ fn a_response_that_ignores_the_guard_loses_what_it_says() {
 }
 
 #[test]
-fn a_collapse_of_a_response_that_ignores_the_guard_ends_the_run_by_name() {
+fn a_collapse_with_a_response_that_ignores_the_guard_ends_with_an_error() {
     for once in [check_collapse::<HeapScheduler>, check_collapse::<CellScheduler>] {
         for default in [0.5, 1.0] {
             once(default);
@@ -280,8 +283,9 @@ fn a_collapse_of_a_response_that_ignores_the_guard_ends_the_run_by_name() {
 }
 
 fn check_collapse<S: Scheduler>(default: f64) {
-    // A light disc is held between a bumper and a heavy one that comes on. It takes the velocity of
-    // the one and loses it at the other, 10¹⁸ times before the heavy disc has lost its momentum.
+    // A light disc is held between a bumper and a heavy disc that approaches. It takes the velocity
+    // of the heavy disc and loses it at the bumper, 10¹⁸ times before the heavy disc has lost its
+    // momentum.
     let mut vice =
         scene(vec![disc(0.05, 1e-9, [0.2, 0.5], [0.0; 2]), disc(0.1, 1e9, [0.5, 0.5], [-1.0, 0.0])]);
     vice.bumper = vec![bumper(0.1, [0.0, 0.5])];
@@ -289,7 +293,7 @@ fn check_collapse<S: Scheduler>(default: f64) {
     let mut simulation = simulate::<_, S>(&vice, Sticky);
     let ended = simulation.run_until(20.0);
     let Err(RunError::Stalled { time, contacts, .. }) = ended else { panic!("{default}: {ended:?}") };
-    // The gaps between the three close at 0.5 − 0.2 − 0.1 at speed 1.
+    // The two gaps between the three bodies, 0.5 − 0.2 − 0.1 together, close at speed 1.
     assert!((time.to_f64() - 0.2).abs() < 1e-9 && contacts > 100, "{default}: {time}, {contacts}");
     assert_eq!(simulation.view().overlaps().pairs, 0);
 }

@@ -1,4 +1,5 @@
-//! A scheduler of one's own, which compares all pairs in all images, and the shipped ones against it.
+//! A user-defined scheduler, which compares all pairs in all images, and the shipped schedulers
+//! against it.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -14,7 +15,7 @@ use carom_response::{ContactFrame, Impact, approach_speed};
 use glam::DVec2;
 use support::{frozen, reference_scene, scenes, simulate, test_each_scheduler};
 
-/// Asks every pair in every image for its next contact, each time anew. It keeps nothing but the
+/// Computes the next contact of each pair in each image anew for each event. It stores only the
 /// motions, whose positions it never wraps.
 struct AllPairs {
     motions: Vec<Motion>,
@@ -61,7 +62,7 @@ impl EventQueue for AllPairs {
         let pairs: Vec<_> = pairs.filter(|pair| !pair.iter().all(|&body| all[body].is_fixed())).collect();
         loop {
             // In this time no two bodies approach each other by more than half a side, so that they
-            // meet in the nearest image or in one that is within the reach of both around it.
+            // meet in the nearest image or in an image next to it within reach.
             let mut until = (self.now + 0.25 * sides.min_element() / fastest).min(stop);
             let mut soonest: Option<ContactEvent> = None;
             for &pair in &pairs {
@@ -114,18 +115,19 @@ impl EventQueue for AllPairs {
     }
 }
 
-/// One contact, as it can be compared between schedulers that wrap positions at different times.
+/// A contact in a form that can be compared between schedulers that wrap positions at different
+/// times.
 #[derive(Debug, Clone, Copy)]
 struct Contact {
     time: f64,
     bodies: [u64; 2],
     atoms: [Option<u32>; 2],
-    /// From the centre of the first body to that of the second, of the image that is touched.
+    /// From the centre of the first body to that of the touched image of the second.
     separation: DVec2,
     approach: f64,
 }
 
-/// Keeps the last contact.
+/// Stores the last contact.
 #[derive(Default)]
 struct Last {
     sides: DVec2,
@@ -147,14 +149,14 @@ impl Observer for Last {
     }
 }
 
-/// The next contact of a run.
+/// Returns the next contact of a run.
 fn next<S: Scheduler>(simulation: &mut Simulation<Exact, Impact, S>, sides: DVec2) -> Contact {
     let mut last = Last { sides, contact: None };
     assert!(simulation.step(1e3, &mut last).unwrap(), "there is a contact");
     last.contact.expect("it was reported")
 }
 
-/// How far bodies of two runs are from each other at most (length).
+/// The largest distance between equal bodies of two runs (length).
 fn deviation<S: Scheduler, T: Scheduler>(
     one: &Simulation<Exact, Impact, S>,
     other: &Simulation<Exact, Impact, T>,
@@ -168,23 +170,23 @@ fn deviation<S: Scheduler, T: Scheduler>(
     apart.fold(0.0, f64::max)
 }
 
-/// Contacts compared from one common state on, if rounding permits.
+/// Number of contacts compared from each common state on, if rounding permits.
 const CONTACTS: usize = 8;
 
-/// Common states of each scene.
+/// Number of common states of each scene.
 const RUNS: usize = 4;
 
-/// Relative change of velocities by which the instability of a run is measured.
+/// Relative change of velocities with which the instability of a run is measured.
 const PERTURBATION: f64 = 1e-9;
 
-/// Two runs may be apart by this many times the bound on the rounding of a contact times the measured
-/// instability. They are by 0.24 at most.
+/// Allowed distance of two runs, in units of the bound on the rounding of a contact times the
+/// measured instability. The largest seen is 0.24.
 const ALLOWED: f64 = 2.0;
 
-/// Runs are compared while rounding takes them no farther apart than this share of the shorter side.
+/// Runs are compared while rounding separates them by at most this share of the shorter side.
 const RESOLVED: f64 = 1e-9;
 
-/// The scene with all velocities changed by [`PERTURBATION`], those along x and y in opposite ways.
+/// The scene with all velocities changed by [`PERTURBATION`], with opposite signs along x and y.
 fn perturbed(mut scene: Scene) -> Scene {
     for molecule in &mut scene.molecule {
         molecule.velocity[0] *= 1.0 + PERTURBATION;
@@ -196,12 +198,12 @@ fn perturbed(mut scene: Scene) -> Scene {
 
 /// Compares runs of several contacts with those of all pairs, each from a common state.
 ///
-/// How fast two runs part that differ by roundings is measured by a third, of all pairs as well, in
-/// which all velocities are a little different.
+/// The rate at which runs separate that differ by rounding is measured with a third run, also of
+/// all pairs, whose velocities are slightly changed.
 fn compare<S: Scheduler>(options: &S::Options) {
     let (mut compared, mut possible) = (0, 0);
     for (name, mut scene) in scenes() {
-        // As many pairs as all images of can be asked in a short time.
+        // A number of bodies for which all pairs in all images can be computed in a short time.
         scene.gas.iter_mut().for_each(|gas| gas.count = gas.count.map(|count| count.div_ceil(3)));
         let sides = DVec2::from(scene.bounds.sides);
         for run in 0..RUNS {
@@ -211,7 +213,7 @@ fn compare<S: Scheduler>(options: &S::Options) {
             let mut twin = simulate::<AllPairs>(&perturbed(scene.clone()), &());
             let mut simulation = simulate::<S>(&scene, options);
             let reach = simulation.view().bodies().map(|body| body.body.molecule().bounding_radius());
-            // Either finds the gap closed to within the bound on the rounding of a contact.
+            // Each finds the gap closed to within the bound on the rounding of a contact.
             let gap = rounding_bound(sides, reach.fold(0.0, f64::max));
             possible += CONTACTS;
             for n in 0..CONTACTS {
@@ -233,7 +235,7 @@ fn compare<S: Scheduler>(options: &S::Options) {
                 let late = (found.time - expected.time).abs() * expected.approach;
                 let off = (found.separation - expected.separation).length();
                 let apart = deviation(&all_pairs, &simulation, sides);
-                // The first contact has no others before it that would make a rounding grow.
+                // Before the first contact there are no others that amplify a rounding.
                 assert!(late < if n == 0 { ALLOWED * gap } else { allowed }, "{what}");
                 assert!(off < allowed && apart < allowed, "{what}: {off:e} and {apart:e} of {allowed:e}");
             }
@@ -248,7 +250,7 @@ test_each_scheduler! {
 }
 
 #[test]
-fn a_scheduler_from_outside_runs_a_scene_through_many_epochs() {
+fn a_user_defined_scheduler_runs_a_scene_through_many_epochs() {
     let mut scene = reference_scene(7);
     scene.gas.iter_mut().for_each(|gas| gas.count = gas.count.map(|count| count.div_ceil(4)));
     let mut simulation = simulate::<AllPairs>(&scene, &());
@@ -260,11 +262,11 @@ fn a_scheduler_from_outside_runs_a_scene_through_many_epochs() {
     assert!((view.energy() - energy).abs() < 1e-13 * energy);
     let sides = DVec2::from(scene.bounds.sides);
     assert!(view.bodies().all(|body| body.motion.position.cmplt(sides).all()));
-    assert!(view.bodies().any(|body| body.winding != [0, 0]), "somebody has left the box");
+    assert!(view.bodies().any(|body| body.winding != [0, 0]), "a body has left the box");
 }
 
 #[test]
-fn the_order_of_ties_is_that_of_the_bodies() {
+fn ties_are_in_the_order_of_the_bodies() {
     let at = |time, bodies| ContactEvent { time, bodies, image: [0; 2], parts: Parts::Discs };
     assert!(at(1.0, [7, 8]).in_order(&at(2.0, [0, 1])).is_lt());
     assert!(at(1.0, [0, 8]).in_order(&at(1.0, [1, 2])).is_lt());

@@ -1,5 +1,5 @@
-//! A shape of one's own is data: any list of atoms, by code or in a scene file. Only a named family
-//! of shapes is code.
+//! A user-defined shape is data: any list of atoms, in code or in a scene file. Only a named family
+//! of shapes needs code.
 
 use carom::{Atom, Molecule, Scene, Shape, Simulation};
 use glam::DVec2;
@@ -23,7 +23,8 @@ fn a_list_of_atoms_is_a_molecule_with_the_mass_and_moment_of_its_discs() {
     let hook = Molecule::new(atoms()).unwrap();
     let mass: f64 = HOOK.iter().map(|&(_, _, mass)| mass).sum();
     let centre: DVec2 = HOOK.iter().map(|&(at, _, mass)| mass * DVec2::from(at)).sum::<DVec2>() / mass;
-    // Each disc turns about its own centre (m r²/2), which is off the common one (Steiner).
+    // Each disc turns about its own centre (m r²/2), which is displaced from the common centre
+    // (Steiner).
     let moment: f64 = HOOK
         .iter()
         .map(|&(at, radius, mass)| {
@@ -35,7 +36,7 @@ fn a_list_of_atoms_is_a_molecule_with_the_mass_and_moment_of_its_discs() {
 }
 
 #[test]
-fn a_scene_of_molecules_from_a_list_of_atoms_keeps_all_that_is_conserved() {
+fn a_scene_of_molecules_from_a_list_of_atoms_conserves_energy_and_momentum() {
     let atom = |(at, radius, mass)| format!("{{ at = {at:?}, radius = {radius}, mass = {mass} }}");
     let atoms = HOOK.map(atom).join(",\n");
     let scene = Scene::from_toml(&format!(

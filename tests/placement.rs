@@ -1,4 +1,5 @@
-//! A gas can be placed densely, in mixtures and around what stands, and starts with the energy asked for.
+//! A gas can be placed densely, in mixtures and around other bodies, and starts with the requested
+//! energy.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -10,7 +11,7 @@ use carom_response::Impact;
 use glam::DVec2;
 use support::{bumper, gas, named, simulate};
 
-/// Builds a scene and asserts that nothing touches.
+/// Builds a scene and asserts that no bodies touch.
 fn filled(scene: &Scene) -> Simulation<Exact, Impact, HeapScheduler> {
     let simulation = simulate::<HeapScheduler>(scene, &CellsPerSide::Automatic);
     let census = simulation.view().overlaps();
@@ -51,8 +52,8 @@ fn dense_gases_can_be_placed() {
 }
 
 #[test]
-fn fused_atoms_cover_the_area_fraction_asked_for() {
-    // Two discs of radius r at distance r/5: together they cover 1.13 of one, not 2.
+fn overlapping_atoms_cover_the_requested_area_fraction() {
+    // Two discs of radius r at distance r/5 together cover 1.13 of one disc, not 2.
     let r = 0.01;
     let atoms = [0.0, 0.2 * r].map(|x| AtomSpec { at: [x, 0.0], radius: r, mass: 1.0 });
     let fused =
@@ -66,8 +67,8 @@ fn fused_atoms_cover_the_area_fraction_asked_for() {
 }
 
 #[test]
-fn mixtures_can_be_placed_around_what_stands() {
-    // Ten to one in size, half of the covered area each.
+fn mixtures_can_be_placed_around_other_bodies() {
+    // A size ratio of ten, with half of the covered area each.
     let scene =
         Scene { gas: vec![by_area("disc", 0.05, 0.2), by_area("disc", 0.005, 0.2)], ..Scene::default() };
     let simulation = filled(&scene);
@@ -83,7 +84,7 @@ fn mixtures_can_be_placed_around_what_stands() {
 }
 
 #[test]
-fn a_gas_starts_with_the_energy_asked_for_shared_over_its_degrees_of_freedom() {
+fn a_gas_starts_with_its_energy_shared_over_its_degrees_of_freedom() {
     let mut scene = Scene { gas: vec![gas("dumbbell", 0.01, 200)], ..Scene::default() };
     scene.gas[0].energy = 2.5;
     let simulation = filled(&scene);
@@ -119,15 +120,15 @@ fn a_gas_starts_without_momentum_where_momentum_is_conserved() {
     let at = |x: Option<f64>, y: Option<f64>| WallSpec { x, y, ..WallSpec::default() };
     let open = at(None, None);
     let finite = WallSpec { from: Some([0.2, 0.5]), to: Some([0.8, 0.5]), ..open };
-    // By default; 199 has a triple.
+    // The default; 199 contains a triple.
     for count in [2, 3, 4, 199, 200] {
         assert!(drift(&of(count, None)) < 1e-14, "{count}");
         for wall in [at(Some(0.0), None), at(None, Some(0.0))] {
             assert!(drift(&Scene { wall: vec![wall], ..of(count, None) }) < 1e-14, "{count}");
         }
     }
-    // Directions are independent where something fixed takes momentum up, or if asked for: the mean
-    // of 200 unit vectors is of length 1/√200 or so.
+    // Directions are independent where a fixed body absorbs momentum, or if requested: the mean of
+    // 200 unit vectors has a length of about 1/√200.
     let independent = [
         of(200, Some(false)),
         Scene { bumper: vec![bumper(0.1, [0.5, 0.5])], ..of(200, None) },
@@ -139,11 +140,12 @@ fn a_gas_starts_without_momentum_where_momentum_is_conserved() {
     }
     let asked = Scene { bumper: vec![bumper(0.1, [0.5, 0.5])], ..of(200, Some(true)) };
     assert!(drift(&asked) < 1e-14);
-    // One alone must move if it has energy, and cannot do so without momentum.
+    // A single molecule with energy must move, and so has momentum.
     assert!((drift(&of(1, None)) - 1.0).abs() < 1e-15);
     let refused = Simulation::new(&of(1, Some(true))).unwrap_err().to_string();
     assert!(refused.contains("zero_momentum"), "{refused}");
-    // So the momentum of two gases of one molecule each is not 0, and that of two gases of two is.
+    // So the momentum of two gases of one molecule each is not 0, and that of two gases of two
+    // molecules is.
     let momentum = |count: usize| {
         let scene = of(count, None);
         filled(&Scene { gas: [scene.gas[0].clone(), scene.gas[0].clone()].into(), ..scene })
@@ -155,7 +157,7 @@ fn a_gas_starts_without_momentum_where_momentum_is_conserved() {
 }
 
 #[test]
-fn velocities_that_are_given_stay_what_they_are() {
+fn given_velocities_are_not_changed() {
     let mut scene = support::scene(vec![named("tee", 0.02, 1.0, [0.5, 0.5])]);
     scene.molecule[0].velocity = [0.3, -0.7];
     scene.gas = vec![gas("disc", 0.01, 50)];

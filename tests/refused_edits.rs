@@ -1,4 +1,4 @@
-//! Edits that cannot be made are refused by name and change no bit of what follows.
+//! Invalid edits return an error that names their cause and change no bit of the run.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -11,7 +11,7 @@ use glam::DVec2;
 use support::{bits, disc, head_on, reference_scene, rule, simulate, test_each_scheduler, velocity};
 
 #[test]
-fn a_fixed_body_takes_no_rotation_mode() {
+fn the_rotation_of_a_fixed_body_cannot_be_changed() {
     let mut simulation = simulate::<HeapScheduler>(&reference_scene(0), &CellsPerSide::Automatic);
     let fixed = simulation.view().bodies().find(|view| view.body.is_fixed()).unwrap().body.key();
     let refused = simulation.set_rotation(fixed, Rotation::Free).unwrap_err();
@@ -20,10 +20,10 @@ fn a_fixed_body_takes_no_rotation_mode() {
 }
 
 #[test]
-fn another_grid_changes_the_course_of_nothing() {
+fn another_grid_does_not_change_the_motion() {
     let mut simulation = head_on::<HeapScheduler>(&CellsPerSide::Given(2));
     simulation.run_until(1.0).unwrap();
-    // Reach 1 in a box of 20 × 10.
+    // Contact distance 1 in a box of 20 × 10.
     let refused = simulation.set_scheduler_options(&CellsPerSide::Given(11));
     let reason = GridError::TooFine { fineness: 11, largest: 10, reach: 1.0, bodies: [0, 1] };
     let entry = "body 0 (tag left) and body 1".to_owned();
@@ -35,7 +35,7 @@ fn another_grid_changes_the_course_of_nothing() {
     }
     assert!(simulation.step(10.0, &mut ()).unwrap());
     assert!((simulation.time().to_f64() - 2.0).abs() < 1e-15);
-    // A body too large for the grid chosen is refused, and the grid is not changed behind the user's back.
+    // A body too large for the chosen grid is refused; the grid is not changed silently.
     simulation.set_scheduler_options(&CellsPerSide::Given(10)).unwrap();
     let large = disc(1.0, 1.0, [2.0, 2.0], [0.0; 2]);
     assert!(matches!(
@@ -83,7 +83,7 @@ fn check_refusals<S: Scheduler>(options: &S::Options) {
     for energy in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(matches!(simulation.reset_energy(keys[0], energy), Err(EditError::Energy(_))));
     }
-    // Two rules for one tag each that disagree.
+    // Two rules for one tag each, with different coefficients.
     let ambiguous = simulation.tag(tagged, "b");
     assert!(
         matches!(ambiguous, Err(EditError::Scene(SceneError::AmbiguousElasticity { .. }))),
@@ -104,7 +104,7 @@ fn check_refusals<S: Scheduler>(options: &S::Options) {
     let rules = vec![rule(&["a"], 0.1), rule(&["a"], 0.2)];
     let disagreeing = ElasticitySpec { pair: rules, ..ElasticitySpec::default() };
     assert!(simulation.set_elasticity(&disagreeing).is_err());
-    // And edits that change nothing.
+    // Edits without effect.
     simulation.untag(tagged, "never given").unwrap();
     simulation.tag(tagged, "a").unwrap();
     simulation.set_elasticity(&scene.elasticity).unwrap();
@@ -130,7 +130,8 @@ fn check_refused_batches<S: Scheduler>(options: &S::Options) {
     let tagged = simulation.view().tagged(tag).last().unwrap().body.key();
     let tiny = disc(1e-6, 1.0, place.to_array(), [0.0; 2]);
     let on_top = disc(0.01, 1.0, moving[1].motion.position.to_array(), [0.0; 2]);
-    // Each batch makes all kinds of edits before the one that is refused, in the batch or when it ends.
+    // Each batch makes all kinds of edits before the invalid one, which is refused in the batch or
+    // at its end.
     let mut refused = |last: &dyn Fn(&mut Batch) -> Result<(), EditError>| {
         let batch = |batch: &mut Batch| {
             batch.remove(first)?;
@@ -155,7 +156,8 @@ fn check_refused_batches<S: Scheduler>(options: &S::Options) {
     assert!(matches!(overlap, EditError::Scene(SceneError::Overlap { .. })), "{overlap}");
     let twice = refused(&|batch| batch.add(&tiny).map(|_| ()));
     assert!(matches!(twice, EditError::Scene(SceneError::Overlap { .. })), "{twice}");
-    // Refused as a whole: two rules for one tag each that disagree, and a body that reaches too far.
+    // Refused as a whole: two rules for one tag each with different coefficients, and a body with
+    // too large a reach.
     let ambiguous = refused(&|batch| {
         batch.tag(tagged, "a")?;
         batch.tag(tagged, "b").map(|_| ())
@@ -171,7 +173,7 @@ fn check_refused_batches<S: Scheduler>(options: &S::Options) {
         matches!(&too_large, Err(EditError::Scene(SceneError::Grid { entry, .. })) if entry.contains("body")),
         "{too_large:?}"
     );
-    // A refused edit that the batch itself goes on from leaves no trace either, not even an epoch.
+    // A refused edit that the batch handles leaves no trace either, not even an epoch.
     simulation
         .edit(|batch| {
             assert!(batch.add(&on_top).is_err());
@@ -185,10 +187,10 @@ fn check_refused_batches<S: Scheduler>(options: &S::Options) {
 }
 
 #[test]
-fn energy_beyond_all_speeds_is_refused() {
+fn an_energy_whose_speed_is_out_of_range_is_refused() {
     let mut simulation = head_on::<CellScheduler>(&carom_engine::Instructions::Widest);
     let key = simulation.view().bodies().next().unwrap().body.key();
-    // Its speed would be beyond what detection can compute with.
+    // Its speed would exceed the range of detection.
     assert!(matches!(simulation.reset_energy(key, 1e200), Err(EditError::Energy(_))));
     simulation.run_until(1.0).unwrap();
     assert_eq!(velocity(&simulation.view(), 0), DVec2::X);

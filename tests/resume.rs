@@ -1,4 +1,5 @@
-//! Written down at the end of an epoch and resumed from what was written, a run is to the bit the one that went on.
+//! A run that is stored at the end of an epoch and resumed is equal, to the bit, to the run that
+//! continued.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -18,13 +19,14 @@ use support::{bits, disc, gas, named, reference_scene, rule, scene, simulate, te
 
 type Run<S> = Simulation<Exact, Impact, S>;
 
-/// Between two samples (time).
+/// Time between two samples.
 const SAMPLE_INTERVAL: f64 = 0.125;
 
-/// Long enough for some eighty collisions of each body: a last bit that differs has become the first by then.
+/// Long enough for about eighty collisions of each body, after which a difference in the last bit
+/// has grown to the first.
 const SAMPLES: u32 = 64;
 
-/// Everything that observers can be, about the first body and the whole.
+/// All kinds of observers, of the first body and of the whole system.
 type Watched = (
     (EnergyLedger, CollisionRate, OverlapCheck, Pressure),
     (DirectionHistogram, RunningAverage, ProjectionHistogram, ContactDensity),
@@ -51,12 +53,12 @@ fn watched<S: Scheduler>(simulation: &Run<S>) -> Watched {
     )
 }
 
-/// What is done between two samples, and at one of them.
+/// A way to run from one sample to the next.
 trait Going<S: Scheduler> {
     fn to(&mut self, time: f64, simulation: &mut Run<S>, watched: &mut Watched);
 }
 
-/// Goes on without a break.
+/// Runs without interruption.
 struct Straight;
 
 impl<S: Scheduler> Going<S> for Straight {
@@ -65,7 +67,8 @@ impl<S: Scheduler> Going<S> for Straight {
     }
 }
 
-/// At one epoch's end in `every`, at random, writes everything down, throws it away, and reads it again.
+/// At random ends of epochs, one in `every`, stores the simulation and the observers, drops them,
+/// and reads them again.
 struct Interrupted<'a, S: Scheduler> {
     random: Pcg64,
     every: u32,
@@ -83,7 +86,7 @@ impl<S: Scheduler> Interrupted<'_, S> {
         *simulation = Simulation::resume_with(&read, Exact::default(), Impact, options).unwrap();
         *watched = observers;
         let again = (simulation.checkpoint().unwrap(), &*watched);
-        assert_eq!(postcard::to_stdvec(&again).unwrap(), written, "what was read is what was written");
+        assert_eq!(postcard::to_stdvec(&again).unwrap(), written, "reading and writing gives the same bytes");
         self.resumed += 1;
     }
 }
@@ -101,7 +104,8 @@ impl<S: Scheduler> Going<S> for Interrupted<'_, S> {
 
 type Edit<S> = fn(u32, &mut Run<S>, &[BodyKey]);
 
-/// Runs from sample to sample with edits at them; gives every bit of the end, and of one more epoch's end.
+/// Runs from sample to sample with edits at the samples; returns all bits at the end, and at the
+/// end of one more epoch.
 fn run<S: Scheduler>(scene: &Scene, options: &S::Options, edit: Edit<S>, going: &mut impl Going<S>) -> End {
     let mut simulation = simulate::<S>(scene, options);
     let keys: Vec<BodyKey> = simulation.view().bodies().map(|view| view.body.key()).collect();
@@ -125,11 +129,12 @@ struct End {
     bits: Vec<[u64; 6]>,
     collisions: u64,
     counters: String,
-    /// Simulation and observers, written down.
+    /// Stored simulation and observers.
     state: Vec<u8>,
 }
 
-/// Resumed at random ends of epochs, and at each, a run must end as if it had never stopped.
+/// A run that is resumed at random ends of epochs, and at each of them, must end as an
+/// uninterrupted one.
 fn check<S: Scheduler>(scene: &Scene, options: &S::Options, edit: Edit<S>) {
     let expected = run(scene, options, edit, &mut Straight);
     assert!(expected.collisions > 500, "{}", expected.collisions);
@@ -140,7 +145,7 @@ fn check<S: Scheduler>(scene: &Scene, options: &S::Options, edit: Edit<S>) {
         assert!(going.resumed > 0, "{} epochs", going.epochs);
         assert_eq!(found.counters, expected.counters);
         assert_eq!(found.bits, expected.bits);
-        assert!(found.state == expected.state, "bodies, books or observers differ");
+        assert!(found.state == expected.state, "bodies, ledger or observers differ");
     }
 }
 
@@ -149,7 +154,7 @@ fn no_edit<S: Scheduler>(_: u32, _: &mut Run<S>, _: &[BodyKey]) {}
 test_each_scheduler! {
     discs_resume_to_the_bit: check_discs;
     molecules_that_turn_or_are_locked_or_fixed_resume_to_the_bit: check_menagerie;
-    /// Rings have enough atoms for a tree of circles.
+    /// Rings have enough atoms for a tree of bounding circles.
     lossy_contacts_by_tags_resume_to_the_bit: check_lossy;
     edits_at_samples_resume_to_the_bit: check_edits;
 }
@@ -186,7 +191,7 @@ fn check_edits<S: Scheduler>(options: &S::Options) {
         6 => simulation.reset_energy(keys[0], 3.0).unwrap(),
         8 => simulation.set_rotation(keys[0], Rotation::Locked).unwrap(),
         10 => {
-            // Somewhere there is room; where does not depend on when the run was interrupted.
+            // The position of the free place does not depend on the interruptions.
             let place = |step: u32| [f64::from(step % 32) / 32.0, f64::from(step / 32) / 32.0];
             let added = (0..1024).find_map(|step| {
                 let one = disc(0.015, 1.0, place(step), [1.0, -0.5]);
@@ -204,7 +209,7 @@ fn check_edits<S: Scheduler>(options: &S::Options) {
 }
 
 #[test]
-fn a_checkpoint_is_there_at_the_end_of_an_epoch_only() {
+fn a_checkpoint_exists_only_at_the_end_of_an_epoch() {
     let dilute = Scene {
         gas: vec![GasSpec { tags: vec!["gas".to_owned()], ..gas("disc", 0.01, 50) }],
         ..scene(vec![])
@@ -221,7 +226,7 @@ fn a_checkpoint_is_there_at_the_end_of_an_epoch_only() {
     for never in [f64::NAN, f64::INFINITY] {
         assert!(simulation.observe_epoch(EpochTime::from(never), &mut ()).is_err());
     }
-    // A tag is found again, and its bodies.
+    // A tag and its bodies are found again.
     let resumed = Simulation::resume(&simulation.checkpoint().unwrap()).unwrap();
     let tag = resumed.find_tag("gas").unwrap();
     assert_eq!(resumed.view().tagged(tag).count(), 50);

@@ -1,4 +1,4 @@
-//! Runs in which very much happens at once end at their time, or with a named error.
+//! Runs with very many events in a short time end at their target time, or with a named error.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -9,19 +9,19 @@ use glam::DVec2;
 use support::{Encounters, bits, bumper, disc, gas, named, scene, simulate, test_each_scheduler, velocity};
 
 test_each_scheduler! {
-    superelastic_contacts_end_in_a_blow_up: check_blow_up;
+    superelastic_contacts_end_with_a_blow_up_error: check_blow_up;
     a_contact_that_is_refused_is_counted_and_booked_nowhere: check_refused_contact;
-    an_inelastic_collapse_without_a_guard_ends_at_rest_or_with_its_name: check_collapse;
-    a_chain_of_touching_discs_passes_a_blow_on_at_one_instant: check_chain;
-    what_happens_everywhere_at_once_happens_in_order: check_lattice;
-    a_run_that_has_stalled_stays_where_it_is: check_stall;
-    a_wedge_of_endless_contacts_stalls_by_name: check_wedge;
-    a_body_too_fast_for_another_to_be_seen_moving_has_its_name: check_outpaced;
+    an_inelastic_collapse_without_a_guard_ends_at_rest_or_with_an_error: check_collapse;
+    a_chain_of_touching_discs_transfers_a_velocity_at_one_instant: check_chain;
+    simultaneous_contacts_happen_in_the_order_of_insertion: check_lattice;
+    a_stalled_run_does_not_change_any_more: check_stall;
+    a_wedge_with_contacts_without_end_gives_a_stall_error: check_wedge;
+    a_body_too_fast_for_another_to_move_measurably_is_named: check_outpaced;
 }
 
 fn check_blow_up<S: Scheduler>(options: &S::Options) {
-    // Each hit doubles the speed: after 60/lg 2 = 200 of them it is beyond 1e60, at a time that the geometric
-    // series of the flights gives: 0.15 + 0.3 (1/2 + 1/4 + …).
+    // Each hit doubles the speed: after 60/lg 2 = 200 hits it exceeds 1e60, at a time given by the
+    // geometric series of the flights: 0.15 + 0.3 (1/2 + 1/4 + …).
     let mut between = scene(vec![disc(0.1, 1.0, [0.5, 0.5], [1.0, 0.0])]);
     between.bumper = vec![bumper(0.25, [0.0, 0.5])];
     between.elasticity.default = 2.0;
@@ -31,7 +31,7 @@ fn check_blow_up<S: Scheduler>(options: &S::Options) {
     let RunError::BlowUp { time, speed, .. } = ended else { panic!("{ended}") };
     assert!((time.to_f64() - 0.45).abs() < 1e-12 && speed > 1e60);
     assert!((199..=201).contains(&simulation.view().counters().collisions));
-    // There is no way on, and trying changes nothing.
+    // The run cannot continue, and a further call changes nothing.
     let stopped = simulation.view().bodies().next().unwrap().motion;
     let (at, collisions) = (simulation.time(), simulation.view().counters().collisions);
     assert!(matches!(simulation.run_until(10.0), Err(RunError::BlowUp { .. })));
@@ -42,11 +42,11 @@ fn check_blow_up<S: Scheduler>(options: &S::Options) {
     assert_eq!(simulation.view().counters().collisions, collisions);
     assert!((simulation.view().energy() / simulation.view().ledger().booked() - 1.0).abs() < 1e-12);
 
-    // A gas of molecules just above elastic.
+    // A gas of molecules with an elasticity just above 1.
     let mut gas = Scene { gas: vec![gas("disc", 0.05, 20), gas("dumbbell", 0.03, 10)], ..Scene::default() };
     gas.elasticity.default = 1.2;
     let mut simulation = simulate::<S>(&gas, options);
-    // At such speeds the clock may stand still before a speed is out of range.
+    // At such speeds the clock may stop advancing before a speed is out of range.
     let ended = simulation.run_until(1e3);
     assert!(matches!(ended, Err(RunError::BlowUp { .. } | RunError::TimeStandsStill { .. })));
     let energy = simulation.view().energy();
@@ -55,8 +55,8 @@ fn check_blow_up<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_refused_contact<S: Scheduler>(options: &S::Options) {
-    // What a heavy disc hits flies off at twice its speed, beyond 1e60, since the guard makes the
-    // contact elastic.
+    // A disc hit by the heavy disc leaves with twice its speed, above 1e60, since the guard makes
+    // the contact elastic.
     let mut scene = scene(vec![
         disc(0.05, 1e9, [0.25, 0.5], [0.9e60, 0.0]),
         MoleculeSpec { orientation_turns: Some(0.25), ..named("dumbbell", 0.05, 1.0, [0.6, 0.53]) },
@@ -73,8 +73,8 @@ fn check_refused_contact<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_collapse<S: Scheduler>(options: &S::Options) {
-    // Three discs in a row that are pressed together: below e = 7 − 4√3 = 0.0718 they collide infinitely
-    // often in a finite time (McNamara and Young 1992).
+    // Three discs in a row that are pressed together: below e = 7 − 4√3 = 0.0718 they collide
+    // infinitely often in a finite time (McNamara and Young 1992).
     for e in [0.0, 0.01, 0.05, 0.07, 0.1, 0.5] {
         for squeeze in [false, true] {
             let mut row = scene(vec![
@@ -121,8 +121,8 @@ fn check_chain<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_lattice<S: Scheduler>(options: &S::Options) {
-    // 64 discs on a square lattice, all of whose first events are at time 0: on the borders of cells, moving
-    // out.
+    // 64 discs on a square lattice whose first events are all at time 0: they start on the borders
+    // of cells and move outwards.
     const SIDE: usize = 8;
     let lattice = |velocity: fn(usize, usize) -> [f64; 2]| {
         let place = |k: usize| [(k % SIDE) as f64 / SIDE as f64, (k / SIDE) as f64 / SIDE as f64];
@@ -133,12 +133,13 @@ fn check_lattice<S: Scheduler>(options: &S::Options) {
     assert_eq!(together.view().counters().collisions, 0);
     assert_eq!(velocity(&together.view(), 17), DVec2::splat(-1.0));
 
-    // Neighbours in a row move at each other: 32 pairs collide at one instant, turn round, and so on.
+    // Neighbours in a row move towards each other: 32 pairs collide at one instant, and so on after
+    // each reversal.
     let mirrored = lattice(|column, _| if column % 2 == 0 { [1.0, 0.0] } else { [-1.0, 0.0] });
     let mut simulation = simulate::<S>(&mirrored, options);
     let mut list = Encounters::since(EpochTime::ZERO);
     simulation.observe_until(0.5, &mut list).unwrap();
-    // Each has 0.0625 of free path on either side: collisions at 1/32, 3/32, … 15/32.
+    // Each has a free path of 0.0625 on either side: collisions at 1/32, 3/32, … 15/32.
     assert_eq!(list.list.len(), 8 * SIDE * SIDE / 2);
     for (n, encounter) in list.list.iter().enumerate() {
         let round = n / (SIDE * SIDE / 2);
@@ -146,11 +147,11 @@ fn check_lattice<S: Scheduler>(options: &S::Options) {
     }
     assert_eq!(simulation.view().energy(), 32.0);
     assert_eq!(simulation.view().momentum(), DVec2::ZERO);
-    // Of events at one instant, to the last bit, those of the body inserted first come first.
+    // Events at the same instant, to the last bit, are in order of insertion of the first body.
     let ties: Vec<_> = list.list.windows(2).filter(|pair| pair[0].time == pair[1].time).collect();
     assert!(ties.len() > SIDE * SIDE && ties.iter().all(|pair| pair[0].bodies < pair[1].bodies));
 
-    // Four discs meet in one point, from four sides.
+    // Four discs meet at one point, from four sides.
     let four = [[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]];
     let run = || {
         let discs = four.map(|[x, y]| disc(0.0625, 1.0, [0.5 + 0.25 * x, 0.5 + 0.25 * y], [-x, -y]));
@@ -166,8 +167,9 @@ fn check_lattice<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_stall<S: Scheduler>(options: &S::Options) {
-    // A disc is held between a bumper and a heavy one that comes on: the faster it goes to and fro, the less
-    // room it has, and elastic contacts would turn the heavy one round. With e = 0.05 its momentum wins.
+    // A disc is held between a bumper and a heavy disc that approaches. The faster it moves back
+    // and forth, the smaller the gap, and elastic contacts would reverse the heavy disc. The momentum
+    // of the heavy disc wins with e = 0.05.
     let mut vice =
         scene(vec![disc(0.05, 1e-9, [0.2, 0.5], [0.0; 2]), disc(0.1, 1e9, [0.5, 0.5], [-1.0, 0.0])]);
     vice.bumper = vec![bumper(0.1, [0.0, 0.5])];
@@ -178,7 +180,7 @@ fn check_stall<S: Scheduler>(options: &S::Options) {
     let ended = simulation.run_until(10.0).unwrap_err();
     assert!(ended.to_string().contains("body 0 (tags small, held) has had"), "{ended}");
     let RunError::Stalled { time, contacts, .. } = ended else { panic!("{ended}") };
-    // The gap between bumper and heavy disc shuts: 0.5 − 0.2 − 0.1 at speed 1.
+    // The gap between bumper and heavy disc, 0.5 − 0.2 − 0.1, closes at speed 1.
     assert!((time.to_f64() - 0.2).abs() < 1e-9 && contacts > 100, "{time}");
     for _ in 0..2 {
         assert!(matches!(simulation.run_until(10.0), Err(RunError::Stalled { .. })));
@@ -188,8 +190,8 @@ fn check_stall<S: Scheduler>(options: &S::Options) {
 }
 
 #[test]
-fn bodies_too_small_for_the_rounding_of_places_are_refused() {
-    // Discs of radius r in the unit square touch at 2r: 1e-13 of the side is the least.
+fn bodies_too_small_for_the_rounding_of_positions_are_refused() {
+    // Discs of radius r in the unit square touch at 2r: the least is 1e-13 of the side.
     let pair = |radius: f64| {
         scene(vec![
             disc(radius, 1.0, [0.25, 0.5], [1.0, 0.0]),
@@ -201,14 +203,14 @@ fn bodies_too_small_for_the_rounding_of_places_are_refused() {
     let message = refusal(&pair(4e-14)).expect("it is refused");
     assert!(message.contains("molecule[0] and molecule[1]") && message.contains("8e-14"), "{message}");
     assert_eq!(refusal(&pair(6e-14)), None);
-    // A point among large discs is no such case.
+    // A point among large discs is accepted.
     let mut point = pair(0.05);
     point.molecule[0] = disc(1e-40, 1.0, [0.25, 0.5], [1.0, 0.0]);
     assert_eq!(refusal(&point), None);
 }
 
 #[test]
-fn a_guard_below_the_rounding_of_places_is_refused() {
+fn a_guard_below_the_rounding_of_positions_is_refused() {
     let refusal = |contact_time: f64| {
         let mut scene = Scene::default();
         scene.elasticity.contact_time = contact_time;
@@ -221,8 +223,8 @@ fn a_guard_below_the_rounding_of_places_is_refused() {
 }
 
 fn check_wedge<S: Scheduler>(options: &S::Options) {
-    // Between two bumpers a gap too narrow by 1e-9: on the axis it meets both at one instant, as at the tip of a wedge of
-    // 5e-5 radians, with π/5e-5 contacts without any time.
+    // Two bumpers with a gap too narrow by 1e-9: on the axis the disc touches both at one instant,
+    // as at the tip of a wedge of 5e-5 radians, with π/5e-5 contacts in no time.
     let mut funnel = scene(vec![disc(0.0625, 1.0, [0.25, 0.5], [1.0, 0.0])]);
     let away = 0.125 + 0.0625 * (1.0 - 1e-9);
     funnel.bumper = vec![bumper(0.125, [0.625, 0.5 - away]), bumper(0.125, [0.625, 0.5 + away])];
@@ -232,7 +234,8 @@ fn check_wedge<S: Scheduler>(options: &S::Options) {
 
 fn check_outpaced<S: Scheduler>(options: &S::Options) {
     let with_slow = |fast| scene(vec![fast, disc(0.02, 1.0, [0.7, 0.1], [1.0, 0.25])]);
-    // 64 turns, in which an epoch ends, or a few crossings of the box, in which the slow disc moves by some 1e-14 of the side.
+    // An epoch ends after 64 turns, or a few crossings of the box, in which the slow disc moves by
+    // about 1e-14 of the side.
     let rotor = |spin: f64| MoleculeSpec { angular_velocity: spin, ..named("rod:6", 0.02, 10.0, [0.3, 0.5]) };
     let flier = |speed: f64| disc(0.02, 1.0, [0.3, 0.5], [speed, 0.0]);
     let ended = |scene: &Scene, until: f64| simulate::<S>(scene, options).run_until(until);
@@ -244,14 +247,14 @@ fn check_outpaced<S: Scheduler>(options: &S::Options) {
             panic!("{error}")
         };
         assert!(spin == scene.molecule[0].angular_velocity && speed == scene.molecule[0].velocity[0]);
-        // It is told before any place is off by more than 1e-10.
+        // The error is returned before any position has an error above 1e-10.
         assert!(time.to_f64() > 0.0 && time.to_f64() < 1e-8 && way < 1e-13, "{time} {way}");
         assert!(error.to_string().contains("body 0") && error.to_string().contains("body 1"), "{error}");
-        // There is no way on, and trying changes nothing.
+        // The run cannot continue, and a further call changes nothing.
         assert_eq!(simulation.run_until(0.2), Err(error));
         assert_eq!(simulation.view().overlaps().pairs, 0);
     }
-    // In the middle of a run as well, and no sooner than if it had begun there.
+    // Also within a run, and no earlier than if the run had begun there.
     let mut simulation = simulate::<S>(&with_slow(flier(1.0)), options);
     simulation.run_until(0.05).unwrap();
     let key = simulation.view().bodies().next().unwrap().body.key();
@@ -261,7 +264,7 @@ fn check_outpaced<S: Scheduler>(options: &S::Options) {
         matches!(error, RunError::TimeScalesTooFarApart { time, .. } if time.to_f64() > 0.05 + 1e-10),
         "{error}"
     );
-    // The same at any speed, to the bit.
+    // Equal at any speed, to the bit.
     let times = [0, 40].map(|power: i32| {
         let factor = 2f64.powi(power);
         let mut scene = with_slow(rotor(4e16 * factor));
@@ -270,7 +273,7 @@ fn check_outpaced<S: Scheduler>(options: &S::Options) {
         time.to_f64() * factor
     });
     assert!(times[1] == times[0], "{times:?}");
-    // Nobody is refused who is only fast, turns among bodies at rest, or need not move so far.
+    // Accepted: a body that is only fast, turns among bodies at rest, or need not move so far.
     assert_eq!(ended(&with_slow(flier(1e3)), 100.0), Ok(()));
     let mut resting = with_slow(rotor(1.0));
     resting.molecule[1].velocity = [0.0; 2];

@@ -1,4 +1,5 @@
-//! What a scene may say and what is refused, each time with the entry that is wrong.
+//! Valid scenes are accepted, and invalid ones are refused with an error that names the wrong
+//! entry.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -17,7 +18,8 @@ fn refusal(scene: &Scene) -> SceneError {
         .expect_err("the scene is wrong")
 }
 
-/// Asserts that a molecule is refused, as the second of the scene, with these words.
+/// Asserts that a molecule is refused, as the second of the scene, with a message that contains
+/// `words`.
 fn refuse_molecule(molecule: MoleculeSpec, words: &str) {
     let scene = scene(vec![disc(0.01, 1.0, [0.9, 0.9], [0.0; 2]), molecule]);
     let message = refusal(&scene).to_string();
@@ -30,7 +32,7 @@ fn refuse_gas(gas: GasSpec, words: &str) {
 }
 
 #[test]
-fn text_with_unknown_or_missing_keys_is_refused_with_the_place() {
+fn text_with_unknown_or_missing_keys_is_refused_with_its_line() {
     for (text, words) in [
         ("[box]\nsize = [1.0, 1.0]", "size"),
         ("[[molecule]]\nshape = \"disc\"\nradius = 0.1", "radius"),
@@ -54,7 +56,7 @@ fn text_with_unknown_or_missing_keys_is_refused_with_the_place() {
 }
 
 #[test]
-fn a_scene_survives_being_written_and_read() {
+fn a_scene_is_unchanged_by_writing_and_reading() {
     let mut scene = support::reference_scene(9);
     scene.molecule[0].tags = vec!["a".to_owned()];
     scene.elasticity.pair = vec![ElasticityRule { between: vec!["a".to_owned()], coefficient: 0.1 + 0.2 }];
@@ -111,7 +113,7 @@ fn impossible_molecules_are_refused_by_name() {
     );
     refuse_molecule(
         MoleculeSpec { angular_velocity: 1.0, ..disc(0.01, 1.0, [0.5, 0.5], [0.0; 2]) },
-        "the spin of a single disc never changes",
+        "a single disc must have angular velocity 0",
     );
     refuse_molecule(
         MoleculeSpec { angular_velocity: 1.0, rotation: Rotation::Locked, ..good() },
@@ -144,8 +146,8 @@ fn impossible_gases_are_refused_by_name() {
     for bad in [1.0, -0.1, f64::NAN, f64::INFINITY] {
         refuse_gas(GasSpec { count: None, area_fraction: Some(bad), ..good() }, "`area_fraction` must be");
     }
-    refuse_gas(GasSpec { radius: Some(0.01), ..good() }, "`radius` and `atom_radius` are the same");
-    refuse_gas(GasSpec { mass: Some(1.0), ..good() }, "`mass` and `atom_mass` are the same");
+    refuse_gas(GasSpec { radius: Some(0.01), ..good() }, "give either `radius` or `atom_radius`, not both");
+    refuse_gas(GasSpec { mass: Some(1.0), ..good() }, "give either `mass` or `atom_mass`, not both");
     refuse_gas(GasSpec { atom_radius: None, ..good() }, "needs `atom_radius`");
     refuse_gas(GasSpec { energy: -1.0, ..good() }, "must not be negative");
     refuse_gas(GasSpec { energy: f64::NAN, ..good() }, "must be finite");
@@ -155,7 +157,7 @@ fn impossible_gases_are_refused_by_name() {
         GasSpec { atoms: vec![AtomSpec { at: [0.0; 2], radius: 0.01, mass: 1.0 }], ..good() },
         "`shape` or `atoms`, not both",
     );
-    // More than fit, whether by a little or by far.
+    // More molecules than fit, by a little or by far.
     for count in [3000, 2_000_000] {
         let error = refusal(&Scene { gas: vec![gas("disc", 0.01, count)], ..Scene::default() });
         assert!(
@@ -163,11 +165,12 @@ fn impossible_gases_are_refused_by_name() {
             "{error}"
         );
     }
-    // Numbers at the edge of what is accepted end in words, not in a hang.
-    refuse_gas(GasSpec { count: None, area_fraction: Some(0.5), ..gas("disc", 1e-60, 0) }, "more than 2^27");
-    refuse_gas(gas("disc", 1e-9, usize::MAX), "more than 2^27");
+    // Numbers at the edge of the accepted range give an error, not an endless loop.
+    refuse_gas(GasSpec { count: None, area_fraction: Some(0.5), ..gas("disc", 1e-60, 0) }, "at most 2^27");
+    refuse_gas(gas("disc", 1e-9, usize::MAX), "at most 2^27");
     refuse_gas(gas("disc", 1e59, 1), "only 0 of 1");
-    // A share of the box that is less than half a molecule; with more than half, there is one.
+    // A share of the box that is less than half a molecule; with more than half, there is one
+    // molecule.
     let by_area =
         |fraction, radius| GasSpec { count: None, area_fraction: Some(fraction), ..gas("disc", radius, 0) };
     refuse_gas(by_area(0.5, 1e59), "rounds to 0 molecules");
@@ -202,7 +205,7 @@ fn overlaps_are_refused_with_both_entries() {
     assert_eq!((first.as_str(), second.as_str()), ("molecule[0]", "bumper[0]"));
     assert!((depth - 0.01).abs() < 1e-15);
 
-    // An overlap of 1e-9 is no rounding; one of 1e-16 is, and so is touching.
+    // An overlap of 1e-9 is not due to rounding; an overlap of 1e-16 is, and so is a contact.
     for (overlapping, by) in [(true, 1e-9), (true, 1e-12), (false, 1e-16), (false, 0.0), (false, -1e-12)] {
         let pair =
             scene(vec![disc(0.1, 1.0, [0.4, 0.5], [1.0, 0.0]), disc(0.1, 1.0, [0.6 - by, 0.5], [0.0, 0.0])]);
@@ -211,13 +214,14 @@ fn overlaps_are_refused_with_both_entries() {
         } else {
             let mut simulation = simulate::<HeapScheduler>(&pair, &CellsPerSide::Automatic);
             simulation.run_until(1e-6).unwrap();
-            // Whatever the last bit: the pair closes, so it collides, once.
+            // For any last bit the pair closes, so it collides once.
             assert_eq!(simulation.view().counters().collisions, 1);
             assert!((velocity(&simulation.view(), 1).x - 1.0).abs() < 1e-15);
         }
     }
 
-    // Molecules whose bounding circles overlap but whose atoms do not are welcome; fixed bodies may overlap.
+    // Molecules are accepted if their bounding circles overlap but their atoms do not; fixed bodies
+    // may overlap.
     let mut tees =
         scene(vec![named("rod:5", 0.02, 1.0, [0.5, 0.5]), named("rod:5", 0.02, 1.0, [0.5, 0.541])]);
     tees.bumper = vec![bumper(0.1, [0.1, 0.1]), bumper(0.1, [0.15, 0.1])];
@@ -228,9 +232,9 @@ fn overlaps_are_refused_with_both_entries() {
 }
 
 #[test]
-fn a_grid_too_fine_is_refused_with_the_finest_that_is_safe() {
-    // The tee of relative size 0.5 (Montanari 2017, chapter 3): 3.8 × 0.005 + 0.01 = 0.029 from centre to
-    // centre.
+fn a_grid_too_fine_is_refused_and_the_error_gives_the_limit() {
+    // The tee of relative size 0.5 (Montanari 2017, chapter 3): contact distance
+    // 3.8 × 0.005 + 0.01 = 0.029.
     let mut thesis = scene(vec![named("tee", 0.005, 2.0, [0.5, 0.5])]);
     thesis.gas = vec![gas("disc", 0.01, 100)];
     let built = |fineness| {
@@ -262,26 +266,26 @@ fn a_grid_too_fine_is_refused_with_the_finest_that_is_safe() {
 }
 
 #[test]
-fn a_box_in_which_a_molecule_could_meet_itself_is_refused() {
+fn a_box_in_which_a_molecule_could_touch_its_own_image_is_refused() {
     let who = |scene: &Scene| match refusal(scene) {
         SceneError::Grid { entry, reason: GridError::BoxTooSmall { .. } } => entry,
         error => panic!("{error}"),
     };
-    // A rod of bounding radius 0.5 and one a little shorter.
+    // A rod of bounding radius 0.5, and a slightly shorter one.
     assert_eq!(who(&scene(vec![named("rod:5", 0.1, 1.0, [0.5, 0.5])])), "molecule[0]");
     simulate::<HeapScheduler>(&scene(vec![named("rod:5", 0.099, 1.0, [0.5, 0.5])]), &CellsPerSide::Given(1));
-    // The shorter side decides.
+    // The shorter side is the limit.
     let mut narrow = scene(vec![named("rod:5", 0.05, 1.0, [0.5, 0.25])]);
     narrow.bounds.sides = [1.0, 0.5];
     assert_eq!(who(&narrow), "molecule[0]");
-    // Two bodies that reach across the whole box.
+    // Two bodies whose contact distance exceeds the box.
     let mut wall = scene(vec![disc(0.3, 1.0, [5.0, 0.5], [1.0, 0.0])]);
     wall.bounds.sides = [10.0, 1.0];
     wall.bumper = vec![bumper(0.6, [0.0, 0.5])];
     simulate::<HeapScheduler>(&wall, &CellsPerSide::Given(1));
     wall.bumper[0].radius = 0.8;
     assert_eq!(who(&wall), "molecule[0] and bumper[0]");
-    // A fixed disc may cover the box; nobody is there to meet it.
+    // A fixed disc may cover the box if no other body exists.
     let mut covered = scene(vec![]);
     covered.bumper = vec![bumper(0.9, [0.5, 0.5])];
     simulate::<HeapScheduler>(&covered, &CellsPerSide::Automatic).run_until(1.0).unwrap();
@@ -296,7 +300,7 @@ fn a_box_in_which_a_molecule_could_meet_itself_is_refused() {
     assert_eq!(who(&gases), "gas[1] and bumper[0]");
 }
 
-/// Tags, and the coefficient between them.
+/// Tags, and the coefficient of the pair.
 type Rule<'a> = (&'a [&'a str], f64);
 
 #[test]
@@ -330,14 +334,14 @@ fn elasticity_rules_are_checked_and_the_most_specific_wins() {
         (&[(&["a"], 0.5)], 0.5),
         (&[(&["a"], 0.5), (&["a", "b"], 0.25)], 0.25),
         (&[(&["b", "a"], 0.25), (&["b"], 0.5)], 0.25),
-        // A pair of a tag with itself, or with a third, is not this contact.
+        // A rule for a tag with itself, or with a third tag, does not apply to this contact.
         (&[(&["a", "a"], 0.25), (&["a", "d"], 0.0)], 0.9),
         (&[(&["a", "c"], 0.25)], 0.9),
-        // Two rules of one rank that agree.
+        // Two rules of one rank with equal coefficients.
         (&[(&["a"], 0.5), (&["b"], 0.5)], 0.5),
-        // A disagreement that the more specific rule settles.
+        // A disagreement resolved by the more specific rule.
         (&[(&["a"], 0.5), (&["b"], 0.25), (&["a", "b"], 0.125)], 0.125),
-        (&[(&["nobody"], 0.0)], 0.9),
+        (&[(&["absent"], 0.0)], 0.9),
     ];
     for (rules, expected) in cases {
         assert!((measured(rules) - expected).abs() < 1e-15, "{rules:?}: {}", measured(rules));
@@ -368,7 +372,7 @@ fn elasticity_rules_are_checked_and_the_most_specific_wins() {
 }
 
 #[test]
-fn boxes_and_walls_without_measure_are_refused_in_no_time() {
+fn boxes_and_walls_out_of_range_are_refused_quickly() {
     let begun = std::time::Instant::now();
     for sides in [[1.0, 1e20], [1.0, 1e60], [2.6e26, 1.0], [1e60, 1e-3]] {
         let mut boundless = Scene { gas: vec![gas("disc", 1e-4, 30)], ..Scene::default() };
@@ -376,7 +380,7 @@ fn boxes_and_walls_without_measure_are_refused_in_no_time() {
         let message = refusal(&boundless).to_string();
         assert!(message.starts_with("gas[0]: the box is too large: atoms touch at 2e-4"), "{message}");
     }
-    // Not only by its gas.
+    // Single molecules are checked as well as gases.
     let mut boundless = scene(vec![disc(0.03, 1.0, [0.5, 0.5], [0.0; 2])]);
     boundless.bounds.sides = [1.0, 1e20];
     boundless.gas = vec![gas("disc", 0.3, 1)];
@@ -401,11 +405,11 @@ fn boxes_and_walls_without_measure_are_refused_in_no_time() {
         message.contains("16 times as long as the box, but is 1e0 along y, where the side is 1e-6"),
         "{message}"
     );
-    // As a line along the box it is as good as any.
+    // A line along the box is accepted.
     walled.wall = vec![wall([0.0, 0.0], [10.0, 1e-6], 0.0)];
     assert!(Simulation::new(&walled).is_ok());
 
-    // Molecules beyond all measure, which nothing could hold.
+    // Molecules far too large for the box.
     let mut large = scene(vec![named("tee", 1e40, 1.0, [0.5, 0.5])]);
     assert!(refusal(&large).to_string().starts_with("molecule[0]: the box is too small"));
     large.molecule.push(disc(0.1, 1.0, [0.5, 0.5], [0.0; 2]));
@@ -426,7 +430,7 @@ fn a_gas_can_be_placed_in_the_narrowest_box_that_is_accepted() {
         simulation.run_until(1.0).unwrap();
         assert_eq!(simulation.view().overlaps().pairs, 0);
     }
-    // A wall along it leaves no room, and that is found out.
+    // A wall along the box leaves no space, which is detected.
     let mut narrow = Scene { gas: vec![gas("disc", 0.3, 30)], ..Scene::default() };
     narrow.bounds.sides = [1.0, 1e6];
     narrow.wall = vec![WallSpec { x: Some(0.5), radius: 0.3, ..WallSpec::default() }];

@@ -1,4 +1,4 @@
-//! The fast scheduler in every kind of scene: crowded cells, long runs.
+//! `CellScheduler` in all kinds of scenes: crowded cells, long runs.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -8,16 +8,16 @@ use carom_kinematics::EpochTime;
 use support::{Encounters, disc, named, scene, scenes, simulate, test_each_instruction_set};
 
 test_each_instruction_set! {
-    /// Discs of one diameter in a box a hundred wide, all in one heap: their lists grow long, and
-    /// nothing is lost.
-    crowded_cells_have_long_lists_and_miss_nothing: check_heap_of_discs;
-    cells_crowded_with_molecules_do_so_too: check_heap_of_molecules;
-    a_long_run_has_no_overlap_and_keeps_its_energy: check_long_run_of_cells;
+    /// Discs in one heap, in a box a hundred diameters wide: the lists of the cells grow long, and
+    /// no contact is missed.
+    crowded_cells_with_long_lists_miss_no_contact: check_heap_of_discs;
+    cells_crowded_with_molecules_miss_no_contact: check_heap_of_molecules;
+    a_long_run_has_no_overlap_and_conserves_its_energy: check_long_run_of_cells;
 }
 
-/// A quarter as long as the runs of the other scheduler, which is several times as fast.
+/// A quarter of the length of the runs with `CellScheduler`, which is several times as fast.
 #[test]
-fn a_long_run_of_the_thesis_scheduler_has_no_overlap_and_keeps_its_energy() {
+fn a_long_run_of_the_heap_scheduler_has_no_overlap_and_conserves_its_energy() {
     check_long_run::<HeapScheduler>(&CellsPerSide::Automatic, 10);
 }
 

@@ -1,4 +1,5 @@
-//! No two bodies sink into each other: pairs and clusters that begin in contact, at any elasticity, for a long time.
+//! No two bodies sink into each other: pairs and clusters that start in contact, at any elasticity,
+//! for a long time.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -15,16 +16,16 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use support::{disc, named, scene, simulate};
 
-/// Deepest overlap that is allowed, in roundings (ε) of the side of the box.
+/// Deepest allowed overlap, in roundings (ε) of the side of the box.
 const DEEPEST: f64 = 16.0;
 
-/// A run stops after so many contacts, so that pairs that rattle at elasticity 1 end in time.
+/// A run stops after this many contacts, so that pairs that rattle at elasticity 1 end.
 const MOST_CONTACTS: u64 = 20_000;
 
-/// How a run went.
+/// Result of a run.
 #[derive(Debug, Clone, Copy, Default)]
 struct Depth {
-    /// Deepest overlap at any look and at any contact, in roundings of the side.
+    /// Deepest overlap at any check and at any contact, in roundings of the side.
     deepest: f64,
     contacts: u64,
 }
@@ -42,19 +43,20 @@ impl Observer for Depth {
     }
 }
 
-/// Runs a scene in the unit box to `until`, and looks at it at times that grow by a factor.
+/// Runs a scene in the unit box to `until`, and checks overlaps at times that grow by a factor.
 fn depth<S: Scheduler>(scene: &Scene, options: &S::Options, until: f64, most: u64) -> Depth {
     let mut simulation = simulate::<S>(scene, options);
     let mut result = Depth::default();
     let mut time = 1e-9;
     let mut is_over = false;
     while !is_over && result.contacts < most {
-        // An epoch has some contacts a body, so that runs of many contacts end soon after `most`.
+        // An epoch has a few contacts per body, so that runs with many contacts end soon after
+        // `most`.
         let run = simulation.observe_epoch(EpochTime::from(time), &mut result);
         match run {
             Ok(false) => continue,
             Ok(true) => is_over = time >= until,
-            // A guard that is off lets a collapse end by this name.
+            // Without a guard a collapse ends with this error.
             Err(RunError::Stalled { .. }) if scene.elasticity.contact_time == 0.0 => break,
             Err(error) => panic!("{error}\n{}", scene.to_toml()),
         }
@@ -84,7 +86,7 @@ impl Draw {
         DVec2::from_angle(self.between(0.0, TAU))
     }
 
-    /// A body of a random kind somewhere in the middle of the box.
+    /// A body of a random kind near the middle of the box.
     fn body(&mut self) -> MoleculeSpec {
         let shape = self.one_of(&["disc", "disc", "dumbbell", "tee", "rod:4", "cross", "rod:9"]);
         let radius = 0.01 * 10f64.powf(self.between(-1.0, 0.0));
@@ -100,12 +102,13 @@ impl Draw {
         body
     }
 
-    /// A gap to begin at: none, or one between 10⁻¹⁷ and 10⁻⁹.
+    /// The initial gap: none, or one between 10⁻¹⁷ and 10⁻⁹.
     fn gap(&mut self) -> f64 {
         if self.0.random::<f64>() < 0.3 { 0.0 } else { 10f64.powf(self.between(-17.0, -9.0)) }
     }
 
-    /// Puts a body beside another, `gap` away from it in a random direction, and has it close slowly or fast.
+    /// Places a body next to another, `gap` away from it in a random direction, with a slow or fast
+    /// closing velocity.
     fn put_beside(&mut self, first: &MoleculeSpec, body: &mut MoleculeSpec) {
         let gap = self.gap();
         let towards = self.direction();
@@ -124,7 +127,8 @@ impl Draw {
         body.velocity = velocity.to_array();
     }
 
-    /// A pair, or a small cluster, which drifts together or rests, and may begin in contact with a wall.
+    /// A pair or a small cluster that drifts together or rests, and may start in contact with a
+    /// wall.
     fn cluster(&mut self, elasticity: f64) -> Scene {
         let drift = self.one_of(&[0.0, 1.0, 3.0]) * self.direction();
         let mut first = self.body();
@@ -187,8 +191,8 @@ macro_rules! test_both_schedulers {
 }
 
 test_both_schedulers! {
-    discs_that_stay_together_after_an_inelastic_contact_do_not_sink: check_discs_together;
-    dumbbells_that_chatter_do_not_sink: check_chatter;
+    discs_that_rest_on_each_other_after_an_inelastic_contact_do_not_sink: check_discs_together;
+    dumbbells_with_very_frequent_contacts_do_not_sink: check_chatter;
     pairs_and_clusters_do_not_sink_at_any_elasticity: check_clusters;
     pairs_and_clusters_do_not_sink_without_a_guard: check_unguarded_clusters;
 }
@@ -201,7 +205,8 @@ fn check_discs_together<S: Scheduler>(options: &S::Options) {
     assert!(result.deepest <= DEEPEST, "{result:?}");
 }
 
-/// Two free dumbbells that begin a few roundings apart and meet some 10⁸ times per unit of time at first.
+/// Two free dumbbells that start a few roundings apart and at first touch about 10⁸ times per unit
+/// of time.
 fn check_chatter<S: Scheduler>(options: &S::Options) {
     let dumbbell = |radius, at, turns: f64, velocity, spin| MoleculeSpec {
         orientation: Some(turns * TAU),
@@ -242,7 +247,8 @@ fn check_unguarded_clusters<S: Scheduler>(options: &S::Options) {
     }
 }
 
-/// Runs random clusters, as many and as long as the environment says: `CASES=10000 UNTIL=1e6` takes hours.
+/// Runs random clusters; environment variables set their number and duration: `CASES=10000
+/// UNTIL=1e6` takes hours.
 fn check<S: Scheduler>(options: &S::Options, elasticity: f64, contact_time: Option<f64>) {
     let setting =
         |name: &str, default: f64| std::env::var(name).map_or(default, |text| text.parse().unwrap());

@@ -1,5 +1,5 @@
-//! The slowest and the fastest bodies: superelastic contacts displace nothing, and what is too slow
-//! to be computed with is refused by name, in a scene, by an edit, and in the course of a run.
+//! The slowest and the fastest bodies: superelastic contacts displace no body, and bodies too slow
+//! to compute with are refused in a scene, by an edit, and during a run.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -11,9 +11,9 @@ use carom_engine::{
 use support::{Encounters, bumper, disc, gas, named, reference_scene, scene, simulate, test_each_scheduler};
 
 test_each_scheduler! {
-    a_superelastic_contact_leaves_bodies_where_they_were: check_superelastic;
-    velocities_times_a_power_of_two_give_the_same_trajectory_or_a_name: check_powers;
-    a_system_that_has_become_too_slow_ends_by_name_and_keeps_its_books: check_cooling;
+    a_superelastic_contact_does_not_displace_bodies: check_superelastic;
+    velocities_times_a_power_of_two_give_the_same_trajectory_or_an_error: check_powers;
+    a_system_that_has_become_too_slow_ends_with_an_error_and_a_correct_ledger: check_cooling;
 }
 
 fn check_superelastic<S: Scheduler + Clone>(options: &S::Options) {
@@ -40,14 +40,14 @@ fn check_superelastic<S: Scheduler + Clone>(options: &S::Options) {
             );
             let mut d = fast.position - bumper.position;
             d -= d.round();
-            // Sixteen roundings of the side are promised for any contact.
+            // The guaranteed bound for any contact is sixteen roundings of the side.
             assert!(
                 (d.length() - 0.1).abs() < 16.0 * f64::EPSILON,
                 "e = {elasticity}: {:e}",
                 d.length() - 0.1
             );
             simulation.check_invariants(1e-3 / elasticity).unwrap();
-            // And so it goes on.
+            // The run continues.
             for _ in 0..4 {
                 let Ok(true) = simulation.step(10.0, &mut ()) else { break };
                 let deepest = simulation.view().overlaps().deepest_length;
@@ -57,7 +57,8 @@ fn check_superelastic<S: Scheduler + Clone>(options: &S::Options) {
     }
 }
 
-/// Two discs that meet at time 2 at speed 1, at a speed of `factor`.
+/// Two discs that at `factor` 1 meet at time 2, each at speed 1; all velocities are multiplied by
+/// `factor`.
 fn pair(factor: f64) -> Scene {
     scene(vec![
         disc(0.125, 1.0, [0.25, 0.5], [0.0625 * factor, 0.0]),
@@ -66,14 +67,14 @@ fn pair(factor: f64) -> Scene {
 }
 
 #[test]
-fn slow_discs_are_refused_by_name() {
+fn slow_discs_are_refused_with_an_error_that_names_them() {
     let refused = |scene: &Scene| Simulation::new(scene).expect_err("it is too slow");
     let error = refused(&pair(2f64.powi(-540)));
     let SceneError::TooSlow { entry, quantity: "the speed", speed } = &error else { panic!("{error}") };
     assert!(entry == "molecule[0]" && *speed == 0.0625 * 2f64.powi(-540));
     let message = error.to_string();
     assert!(message.starts_with("molecule[0]: the speed must be 0 or at least 1e-70, but is "), "{message}");
-    // Even where the square is a denormal number, or the speed itself.
+    // Also where the square of the speed, or the speed itself, is a denormal number.
     for speed in [0.99 * LEAST_SPEED, 1e-160, 5e-324] {
         refused(&scene(vec![disc(0.1, 1.0, [0.5, 0.5], [0.0, -speed])]));
     }
@@ -90,7 +91,7 @@ fn slow_discs_are_refused_by_name() {
     of_gas.gas[0].energy = 1e-141;
     let error = refused(&of_gas);
     assert!(matches!(&error, SceneError::TooSlow { entry, .. } if entry == "gas[0]"), "{error}");
-    // Nor may energies and masses make speeds too large.
+    // Energies and masses must not give speeds that are too large either.
     (of_gas.gas[0].energy, of_gas.gas[0].atom_mass) = (1e60, Some(1e-60));
     let message = refused(&of_gas).to_string();
     assert!(message.contains("gas[0]: the angular velocity that `energy` gives must be finite"), "{message}");
@@ -174,7 +175,7 @@ fn edits_that_make_bodies_too_slow_are_refused_by_name() {
 }
 
 fn check_cooling<S: Scheduler>(options: &S::Options) {
-    // A disc to and fro between two walls: each contact takes all but a millionth of its speed.
+    // A disc between two walls: each contact takes all but a millionth of its speed.
     let mut cooling = scene(vec![disc(0.125, 1.0, [0.5, 0.5], [1e-50, 0.0])]);
     cooling.wall = vec![WallSpec { x: Some(0.0), ..WallSpec::default() }];
     cooling.elasticity.default = 1e-6;
@@ -182,22 +183,21 @@ fn check_cooling<S: Scheduler>(options: &S::Options) {
     let mut contacts = Encounters::since(simulation.time());
     let ended = simulation.observe_until(1e200, &mut contacts).unwrap_err();
     let RunError::TooSlow { body, speed, .. } = &ended else { panic!("{ended}") };
-    // Of a speed v (1 + e) − v the rounding is 1e-10 of what is left: 1e-50, 1e-56, 1e-62, 1e-68,
+    // The rounding of a speed v (1 + e) − v is 1e-10 of the result: 1e-50, 1e-56, 1e-62, 1e-68,
     // 1e-74.
     assert!(body.id == 0 && (speed / 1e-74 - 1.0).abs() < 1e-9 && contacts.list.len() == 4, "{ended}");
     assert!(ended.to_string().contains("body 0, of speed 9.99"), "{ended}");
     let view = simulation.view();
     assert!((view.energy() - view.ledger().booked()).abs() < 1e-12 * view.ledger().initial);
     assert_eq!(view.overlaps().pairs, 0);
-    // There is no way on, and trying changes nothing; but the body can be helped.
+    // The run cannot continue, and a further call changes nothing; an edit of the body helps.
     assert_eq!(simulation.run_until(1e200), Err(ended));
     let key = simulation.view().bodies().next().unwrap().body.key();
     simulation.reset_energy(key, 0.5e-60).unwrap();
     let now = simulation.time().to_f64();
     simulation.run_until(now + 1e28).unwrap();
 
-    // Slow bodies among faster ones are nothing to end for: how they move is lost in the rounding
-    // of places.
+    // Slow bodies among faster ones end no run: their motion is lost in the rounding of positions.
     let light = disc(0.05, 1e-60, [0.25, 0.5], [1.0, 0.0]);
     let heavy = disc(0.05, 1e60, [0.75, 0.5], [0.0; 2]);
     let mut simulation = simulate::<S>(&scene(vec![light, heavy]), options);

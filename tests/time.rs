@@ -1,4 +1,5 @@
-//! Time: runs end when they should, at any age, and where nothing happens only time goes on.
+//! Time: runs end at their target at any age of the system, and without events only the time
+//! changes.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -12,11 +13,11 @@ use support::{
 };
 
 test_each_scheduler! {
-    where_nothing_can_happen_only_time_goes_on: check_nothing;
-    a_time_that_has_passed_changes_nothing_and_one_that_never_comes_is_refused: check_times;
+    without_events_only_the_time_changes: check_nothing;
+    a_past_time_changes_nothing_and_an_infinite_one_is_refused: check_times;
     events_at_exactly_the_end_belong_to_the_run: check_last_instant;
-    at_any_age_the_same_trajectory: check_age;
-    a_million_epochs_lose_no_time: check_long_run;
+    the_trajectory_does_not_depend_on_the_age_of_the_system: check_age;
+    a_million_epochs_do_not_accumulate_rounding_of_time: check_long_run;
 }
 
 fn check_nothing<S: Scheduler>(options: &S::Options) {
@@ -86,7 +87,7 @@ fn check_last_instant<S: Scheduler>(options: &S::Options) {
 fn check_age<S: Scheduler>(options: &S::Options) {
     let bodies = frozen(&simulate::<S>(&reference_scene(13), options).view()).molecule;
     let run = |start: f64| {
-        // An empty box grows old at once; then everything comes in.
+        // An empty box reaches the age in one step; then all bodies are added.
         let mut simulation = simulate::<S>(&Scene::default(), options);
         simulation.run_until(start).unwrap();
         for body in &bodies {
@@ -115,7 +116,7 @@ fn check_age<S: Scheduler>(options: &S::Options) {
 }
 
 fn check_long_run<S: Scheduler>(options: &S::Options) {
-    // To and fro between two bumpers: 0.3 of free path at 0.7.
+    // Back and forth between two bumpers: a free path of 0.3 at speed 0.7.
     let mut scene = scene(vec![disc(0.1, 1.0, [0.5, 0.5], [0.7, 0.0])]);
     scene.bumper = vec![bumper(0.25, [0.0, 0.5])];
     let mut simulation = simulate::<S>(&scene, options);
@@ -125,7 +126,8 @@ fn check_long_run<S: Scheduler>(options: &S::Options) {
         assert!(simulation.step(1e9, &mut ()).unwrap());
         hits += 1;
         if let Some(last) = last {
-            // The roundings of places of order 1. A time kept in one float would be off by 7e-12 in the end.
+            // Roundings of positions of order 1. A time in one float would have an error of 7e-12
+            // at the end.
             let error = simulation.time().since(last) - 0.3 / 0.7;
             assert!(error.abs() < 4e-15, "hit {hits}: {error:e}");
         }

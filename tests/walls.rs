@@ -1,4 +1,5 @@
-//! Walls: planted times of bounces, nobody gets through, what they take up is booked, and what cannot stand is refused.
+//! Walls: bounces at known times, no body passes through, the ledger records the energy lost, and
+//! invalid walls are refused.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -30,17 +31,18 @@ fn with_walls(wall: Vec<WallSpec>, scene: Scene) -> Scene {
 }
 
 test_each_scheduler! {
-    a_disc_between_two_walls_bounces_at_the_planted_times: check_bounces;
-    end_points_and_parts_across_the_border_are_met_at_the_planted_times: check_ends;
+    a_disc_between_two_walls_bounces_at_the_known_times: check_bounces;
+    end_points_and_parts_across_the_border_are_hit_at_the_known_times: check_ends;
     an_oblique_wall_reflects_to_rounding_for_ten_thousand_bounces: check_oblique;
-    a_closed_box_keeps_its_energy_and_everybody_in: check_closed_box;
+    a_closed_box_conserves_its_energy_and_lets_no_body_out: check_closed_box;
     velocities_times_two_give_the_same_paths: check_scaling;
-    a_wall_comes_and_goes_at_a_sample: check_coming_and_going;
+    a_wall_can_be_added_and_removed: check_coming_and_going;
 }
 
 fn check_bounces<S: Scheduler>(options: &S::Options) {
-    // Powers of two: every time and place is a float, so that all are met to the bit. The second pair of walls is the
-    // first, given in other images: a segment with a thickness, and a line.
+    // Powers of two: each time and position is a float, so that all agree to the bit. The second
+    // pair of walls is equivalent to the first, in other images: a segment with a thickness, and a
+    // line.
     let thick = WallSpec { radius: 0.0625, ..segment([-2.1875, -2.0], [-2.1875, -1.0]) };
     for walls in [vec![line_x(0.25), line_x(0.75)], vec![line_x(5.25), thick]] {
         let start = scene(vec![disc(0.125, 1.0, [0.5, 0.5], [0.5, 0.0])]);
@@ -53,7 +55,7 @@ fn check_bounces<S: Scheduler>(options: &S::Options) {
         }
         assert_eq!(velocity(&simulation.view(), 0).abs(), DVec2::new(0.5, 0.0));
     }
-    // Any numbers: the error grows with time only as rounding does.
+    // Arbitrary numbers: the error grows with time only as rounding does.
     let mut odd = with_walls(vec![line_x(0.1), line_x(0.9)], scene_of_odd_numbers());
     for (sides, bounces_wanted) in [([1.0, 1.0], 10_000u32), ([3.0, 0.7], 2_000)] {
         odd.bounds.sides = sides;
@@ -90,14 +92,14 @@ fn check_ends<S: Scheduler>(options: &S::Options) {
     // On the face, on either side of the border: 0.325 down at speed 1/2, and straight back.
     for x in [0.95, 0.0, 0.1, 0.25] {
         let (met, after) = first(fall(x));
-        let met = met.expect("it is in the way");
+        let met = met.expect("the wall is hit");
         assert!((met.time - 0.65).abs() < 1e-15 && met.atoms == [Some(0), None], "{x}: {met:?}");
         assert_eq!(after, DVec2::new(0.0, 0.5), "{x}");
     }
-    // Past the end by 0.03: 0.04 above it at contact, and turned by twice the angle of (3, 4)/5.
+    // 0.03 past the end: 0.04 above it at contact, and deflected by twice the angle of (3, 4)/5.
     for (x, end, sideways) in [(0.28, 1, 1.0), (0.87, 0, -1.0)] {
         let (met, after) = first(fall(x));
-        let met = met.expect("it meets the end");
+        let met = met.expect("the end is hit");
         assert!(
             (met.time - 2.0 * (0.375 - 0.04)).abs() < 1e-14 && met.atoms == [Some(0), Some(end)],
             "{met:?}"
@@ -105,18 +107,18 @@ fn check_ends<S: Scheduler>(options: &S::Options) {
         let expected = 0.5 * DVec2::new(sideways * 0.96, 0.28);
         assert!((after - expected).length() < 1e-14, "{after} against {expected}");
     }
-    // Past the end by more than its radius.
+    // Past the end by more than the radius.
     for x in [0.301, 0.849] {
         assert_eq!(first(fall(x)).0, None, "{x}");
     }
-    // Onto the end along the wall.
+    // Onto the end, along the wall.
     let (met, after) = first(disc(0.05, 1.0, [0.5, 0.5], [-1.0, 0.0]));
-    assert!((met.expect("it is in the way").time - 0.2).abs() < 1e-15);
+    assert!((met.expect("the wall is hit").time - 0.2).abs() < 1e-15);
     assert_eq!(after, DVec2::X);
 }
 
 fn check_oblique<S: Scheduler>(options: &S::Options) {
-    // Two parallel walls tilted by 3 : 4, a disc between them.
+    // Two parallel walls tilted by 3 : 4, with a disc between them.
     let walls = vec![segment([-0.2, -0.1], [1.4, 1.1]), segment([0.1, -0.3], [1.7, 0.9])];
     let mut simulation =
         simulate::<S>(&with_walls(walls, scene(vec![disc(0.02, 1.0, [0.55, 0.25], [0.3, -0.4])])), options);
@@ -125,14 +127,14 @@ fn check_oblique<S: Scheduler>(options: &S::Options) {
     while bounces.list.len() < 10_000 {
         simulation.step(1e9, &mut bounces).unwrap();
         let velocity = velocity(&simulation.view(), 0);
-        // v = (0.3, −0.4): wholly across the walls. Each bounce may round by 1e-16.
+        // v = (0.3, −0.4) is perpendicular to the walls. Each bounce may round by 1e-16.
         assert!((velocity.dot(normal).abs() - 0.5).abs() < 1e-12, "{velocity}");
         assert!(velocity.dot(along).abs() < 1e-12, "{velocity}");
     }
     assert!((simulation.view().energy() - 0.125).abs() < 1e-13);
 }
 
-/// Half a thousand discs and some molecules in a closed box with a flap in it.
+/// Five hundred discs and some molecules in a closed box with a flap in it.
 fn closed_box(seed: u64) -> Scene {
     let flap = WallSpec { radius: 0.005, ..segment([0.3, 0.2], [0.6, 0.5]) };
     let mut scene =
@@ -178,7 +180,7 @@ fn check_scaling<S: Scheduler>(options: &S::Options) {
 }
 
 #[test]
-fn looking_and_cutting_into_pieces_changes_no_bit() {
+fn views_and_runs_in_pieces_change_no_bit() {
     let mut whole = simulate::<carom_engine::CellScheduler>(&closed_box(5), &Instructions::default());
     let mut pieces = simulate::<carom_engine::CellScheduler>(&closed_box(5), &Instructions::default());
     whole.run_until(1.0).unwrap();
@@ -189,7 +191,8 @@ fn looking_and_cutting_into_pieces_changes_no_bit() {
     assert_eq!(bits(&whole.view()), bits(&pieces.view()));
 }
 
-/// ∫ Σ m v_x² dt, Σ x J_x over all contacts (on both bodies), and Σ |J| on walls in each of some spans of time.
+/// ∫ Σ m v_x² dt, Σ x J_x over all contacts (on both bodies), and Σ |J| on walls in each of several
+/// intervals.
 #[derive(Default)]
 struct Virial {
     time: f64,
@@ -226,11 +229,11 @@ impl Observer for Virial {
     }
 }
 
-/// The virial theorem holds for each single run, to rounding: the change of Σ m x v_x is ∫ Σ m v_x² dt + Σ x J_x, with the
-/// impulses of the walls. And on a dilute gas the walls take up the pressure of one: n kT (1 + B₂ n), B₂ = 2 π r², on the
-/// area that the centres have.
+/// The virial theorem holds for each single run, to rounding: the change of Σ m x v_x is ∫ Σ m v_x²
+/// dt + Σ x J_x, with the impulses of the walls. The walls of a dilute gas receive its pressure, n
+/// kT (1 + B₂ n) with B₂ = 2 π r², where n is the density in the area accessible to the centres.
 #[test]
-fn walls_take_up_the_pressure_of_the_gas() {
+fn walls_receive_the_pressure_of_the_gas() {
     let (radius, count, until) = (0.004, 80, 400.0);
     let mut scene = with_walls(vec![line_x(0.0), line_y(0.0)], scene(vec![]));
     scene.gas = vec![gas("disc", radius, count)];
@@ -253,14 +256,14 @@ fn walls_take_up_the_pressure_of_the_gas() {
     assert!((after - before - theorem).abs() < 1e-9 * virial.integral, "{} not {theorem}", after - before);
 
     let spans = (until / virial.span) as usize;
-    // Four sides, as far as centres come.
+    // Four sides, of the length accessible to the centres.
     let length = 4.0 * (1.0 - 2.0 * radius);
     let pressures: Vec<f64> =
         virial.on_walls[..spans].iter().map(|impulse| impulse / (virial.span * length)).collect();
     let mean = pressures.iter().sum::<f64>() / spans as f64;
     let spread = pressures.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (spans - 1) as f64;
     let error = (spread / spans as f64).sqrt();
-    // Energy 1 each, two degrees of freedom: kT = 1.
+    // Energy 1 for each disc and two degrees of freedom: kT = 1.
     let density = count as f64 / (1.0 - 2.0 * radius).powi(2);
     let expected = density * (1.0 + 2.0 * std::f64::consts::PI * radius * radius * density);
     assert!(error < 0.005 * mean, "{error} of {mean}");
@@ -268,7 +271,7 @@ fn walls_take_up_the_pressure_of_the_gas() {
 }
 
 #[test]
-fn an_inelastic_wall_takes_what_the_books_say() {
+fn the_loss_at_an_inelastic_wall_agrees_with_the_ledger() {
     let mut scene =
         with_walls(vec![WallSpec { tags: vec!["soft".to_owned()], ..line_x(0.0) }], scene(vec![]));
     scene.molecule = vec![disc(0.1, 2.0, [0.5, 0.5], [1.0, 0.5])];
@@ -281,7 +284,7 @@ fn an_inelastic_wall_takes_what_the_books_say() {
 }
 
 #[test]
-fn other_detectors_keep_molecules_inside_as_well() {
+fn other_detectors_also_keep_molecules_inside() {
     let mut scene =
         with_walls(vec![line_x(0.0), line_y(0.0), segment([0.4, 0.5], [0.6, 0.5])], scene(vec![]));
     scene.molecule = vec![MoleculeSpec {
@@ -308,7 +311,7 @@ fn other_detectors_keep_molecules_inside_as_well() {
         let tee = view.bodies().next().unwrap();
         let (place, radius) = (tee.motion.position, tee.body.molecule().bounding_radius());
         assert!(place.min_element() > radius - 1e-12 && place.max_element() < 1.0 - radius + 1e-12);
-        assert_eq!(tee.motion.angular_velocity, 5.0, "a circle cannot be made to spin");
+        assert_eq!(tee.motion.angular_velocity, 5.0, "a contact cannot turn a circle");
     }
 }
 
@@ -329,7 +332,7 @@ fn check_coming_and_going<S: Scheduler>(options: &S::Options) {
     simulation.remove(wall).unwrap();
     simulation.run_until(10.0).unwrap();
     assert_eq!(simulation.view().counters().collisions, 1);
-    // A molecule is not put down across a wall either.
+    // A molecule cannot be added across a wall either.
     simulation.add_wall(&line_y(0.0)).unwrap();
     let across = MoleculeSpec { orientation_turns: Some(0.25), ..named("rod:4", 0.01, 1.0, [0.3, 0.99]) };
     let refused = simulation.add(&across).unwrap_err();
@@ -337,7 +340,7 @@ fn check_coming_and_going<S: Scheduler>(options: &S::Options) {
 }
 
 #[test]
-fn a_scene_with_walls_survives_being_written_and_read() {
+fn a_scene_with_walls_is_unchanged_by_writing_and_reading() {
     let thick = WallSpec { radius: 0.005, tags: vec!["flap".to_owned()], ..segment([0.3, 0.2], [0.6, 0.5]) };
     let scene = with_walls(vec![line_x(0.0), thick], scene(vec![]));
     assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
@@ -345,7 +348,7 @@ fn a_scene_with_walls_survives_being_written_and_read() {
 }
 
 #[test]
-fn walls_that_cannot_stand_are_refused_by_name() {
+fn invalid_walls_are_refused_with_their_entry() {
     let words = |wall: WallSpec, others: Scene| {
         let scene = with_walls(vec![line_y(0.5), wall], others);
         Simulation::new(&scene).map(|_| ()).unwrap_err().to_string()
@@ -355,8 +358,8 @@ fn walls_that_cannot_stand_are_refused_by_name() {
         (segment([0.1, 0.2], [0.1, 0.2]), "wall[1]: the length of a wall"),
         (segment([0.1, 0.2], [f64::NAN, 0.2]), "wall[1]: a place of a wall"),
         (line_x(f64::INFINITY), "wall[1]: a place of a wall"),
-        (segment([0.0, 0.0], [17.0, 0.0]), "wall[1]: the wall is more than 16 times"),
-        (line_x(1e12), "wall[1]: the wall lies more than 2^31 boxes away"),
+        (segment([0.0, 0.0], [17.0, 0.0]), "wall[1]: the wall must be at most 16 times"),
+        (line_x(1e12), "wall[1]: the wall must be at most 2^31 boxes away"),
         (WallSpec { radius: -0.1, ..line_x(0.0) }, "wall[1]: the radius of a wall"),
         (WallSpec { radius: f64::NAN, ..line_x(0.0) }, "wall[1]: the radius of a wall"),
         (WallSpec::default(), "wall[1]: give a wall"),
@@ -368,7 +371,8 @@ fn walls_that_cannot_stand_are_refused_by_name() {
         let message = words(wall.clone(), nothing());
         assert!(message.starts_with(start), "{wall:?}: {message}");
     }
-    // Across a molecule, in the middle and at its very edge, also through the border; a fixed one may be built over.
+    // Across a molecule, in the middle and at its very edge, also through the border; a wall across
+    // a fixed molecule is accepted.
     let across = |molecule: MoleculeSpec| words(segment([0.9, 0.1], [1.2, 0.1]), scene(vec![molecule]));
     for at in [[0.95, 0.1], [0.05, 0.12], [0.1, 0.071], [0.0, 0.129]] {
         let message = across(disc(0.03, 1.0, at, [0.0; 2]));

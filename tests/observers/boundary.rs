@@ -1,4 +1,4 @@
-//! The density at contact along a body: exact for an ideal gas of one disc, and of a dilute gas.
+//! The density at contact along a body: exact for an ideal gas of one disc, and for a dilute gas.
 
 use std::f64::consts::PI;
 
@@ -19,10 +19,11 @@ fn chi_squared(points: &[ContactPoint], expected: f64) -> (f64, f64) {
 }
 
 #[test]
-fn one_disc_fills_the_boundary_of_a_fixed_molecule_evenly() {
-    // One disc of speed v on a torus with a fixed body is an ideal gas of n = 1 / (L² − A_excl) and kT = ½ m v² (the
-    // billiard is ergodic; Σ|J| per time and arc is n v/π × 2 m v π/4). Of the T of atoms a = 0.005 and discs r = 0.01:
-    // P = 0.16448117 and A_excl = 0.00180353, from plane geometry.
+fn one_disc_hits_the_boundary_of_a_fixed_molecule_uniformly() {
+    // One disc of speed v on a torus with a fixed body is an ideal gas of n = 1 / (L² − A_excl) and
+    // kT = ½ m v² (the billiard is ergodic; Σ|J| per time and arc is n v/π × 2 m v π/4). For the T
+    // with atoms a = 0.005 and discs r = 0.01: P = 0.16448117 and A_excl = 0.00180353, from plane
+    // geometry.
     let side = 0.13;
     let still = MoleculeSpec { fixed: true, atom_radius: Some(0.005), ..tee(DVec2::new(0.06, 0.07), 0.7) };
     let flight = disc(DVec2::new(0.013, 0.011), DVec2::new(0.6, 0.8), 0.01, 3.0);
@@ -39,14 +40,15 @@ fn one_disc_fills_the_boundary_of_a_fixed_molecule_evenly() {
     let pressure = 0.5 * 3.0 / (side * side - 0.001_803_53);
     let points = contacts.points();
     let hits: u64 = points.iter().map(|point| point.contacts).sum();
-    // v P / π (L² − A_excl) per time (Santaló's mean free path), Poisson within a factor.
+    // v P / π (L² − A_excl) per time (Santaló's mean free path), Poisson to within a factor.
     let expected = time * contacts.perimeter() / (PI * (side * side - 0.001_803_53));
     assert!((hits as f64 / expected - 1.0).abs() < 0.006, "{hits} of {expected}");
     assert_eq!((contacts.others(), contacts.duration(), contacts.body()), (0, time, body.key()));
     assert!((contacts.mean().unwrap() / pressure - 1.0).abs() < 0.006, "{:?} {pressure}", contacts.mean());
     let (chi, bins) = chi_squared(&points, pressure);
     assert!(bins > 100.0 && (chi - bins).abs() < 4.0 * (2.0 * bins).sqrt(), "{chi} of {bins} bins");
-    // Every piece of the boundary is on some point, and the stem (atom 3) shows its two slivers of 2.6° only.
+    // Each piece of the boundary belongs to a point, and the stem (atom 3) has two pieces of only
+    // 2.6°.
     let arcs =
         |atom| points.iter().filter(move |point| point.atom == atom).map(|point| point.arc).sum::<f64>();
     assert!((arcs(3) - 0.015 * 5.193_5f64.to_radians()).abs() < 1e-7, "{}", arcs(3));
@@ -60,8 +62,8 @@ fn one_disc_fills_the_boundary_of_a_fixed_molecule_evenly() {
 
 #[test]
 fn a_dilute_gas_at_a_fixed_disc_has_the_density_of_the_gas() {
-    // A fixed disc like the others is one of N + 1: ρ_c = χ N/A, χ = 1 + 1.564 η at low density (third virial coefficient
-    // 4/3 − √3/π of B₂²: Z − 1 = 2 η χ).
+    // A fixed disc equal to the others is one of N + 1: ρ_c = χ N/A, χ = 1 + 1.564 η at low density
+    // (third virial coefficient 4/3 − √3/π of B₂²: Z − 1 = 2 η χ).
     let (count, eta) = (20, 0.005);
     let mut scene = hard_discs(count, eta, 11);
     scene.gas[0].zero_momentum = Some(false);
@@ -85,7 +87,7 @@ fn a_dilute_gas_at_a_fixed_disc_has_the_density_of_the_gas() {
 }
 
 #[test]
-fn what_is_not_a_disc_of_the_gas_is_counted_apart() {
+fn bodies_other_than_the_discs_of_the_gas_are_counted_separately() {
     let mut scene = Scene::default();
     scene.gas.push(gas("gas", 60));
     scene.gas.push(GasSpec { radius: Some(0.03), ..gas("large", 10) });
@@ -105,7 +107,7 @@ fn what_is_not_a_disc_of_the_gas_is_counted_apart() {
     assert_eq!((contacts(&none), none.others()), (0, contacts(&small) + contacts(&large)));
     assert_eq!(none.points()[0].standard_error, 0.0);
     assert!(ContactDensity::new(&fixed, -0.02, 1).is_err());
-    // Once it is gone its time stands still.
+    // After its removal the observation time stops.
     let mut small = small;
     simulation.remove(fixed.key()).unwrap();
     observe(&mut simulation, &mut small, 6.0, 1);

@@ -1,4 +1,5 @@
-//! What drives a body in its own frame: a spin in empty space, sums that are changes of momentum and spin, blocks of time.
+//! Momentum and displacement of a body in its own frame: rotation in empty space, sums against
+//! changes of momentum, blocks of time.
 
 use carom::{
     DirectionHistogram, Observer, Scene, Simulation,
@@ -13,9 +14,10 @@ fn close(found: f64, expected: f64) {
     assert!((found - expected).abs() < 1e-10 * expected.abs().max(1.0), "{found} is not {expected}");
 }
 
-/// In its own frame a body that spins goes round: with v along x and θ = θ₀ + ωt the way is (sin θ, cos θ) v / ω.
+/// In its own frame a rotating body moves on a circle: with v along x and θ = θ₀ + ωt the
+/// displacement is (sin θ, cos θ) v / ω.
 #[test]
-fn the_way_of_a_spinning_tee_alone() {
+fn a_rotating_tee_in_empty_space_has_the_known_displacement() {
     let (speed, spin, start, until) = (0.7, 2.3, 0.4, 3.1);
     for samples in [1, 7, 64] {
         let planted = MoleculeSpec {
@@ -54,10 +56,10 @@ fn turned_back(v: DVec2, theta: f64) -> DVec2 {
 }
 
 #[test]
-fn sums_over_a_locked_tee_are_its_momentum_and_its_way() {
+fn sums_over_a_locked_tee_are_its_momentum_and_its_displacement() {
     let mut simulation = tee_in_a_gas(Rotation::Locked);
     let watched = key(&simulation, 0);
-    // The tee was put in first, so that the point of contact is given next to it.
+    // The tee was inserted first, so the point of contact is given in the image next to it.
     let torques = ByHand(Vec::new(), |report: &carom::CollisionReport<'_>| {
         let (side, impulse) = report.side_of(watched)?;
         Some((report.point - side.before.position).perp_dot(impulse))
@@ -84,7 +86,7 @@ fn sums_over_a_locked_tee_are_its_momentum_and_its_way() {
 }
 
 #[test]
-fn torques_on_a_free_tee_are_its_spin() {
+fn torques_on_a_free_tee_sum_to_its_angular_momentum() {
     let mut simulation = tee_in_a_gas(Rotation::Free);
     let watched = key(&simulation, 0);
     let spin = |simulation: &Simulation| simulation.view().body(watched).unwrap().motion.angular_velocity;
@@ -97,7 +99,7 @@ fn torques_on_a_free_tee_are_its_spin() {
     assert!(drift.turn() != 0.0);
 }
 
-/// What is seen block by block is what is seen at once.
+/// The sum over blocks is the result of a single run.
 #[test]
 fn blocks_add_up() {
     let mut simulation = tee_in_a_gas(Rotation::Free);

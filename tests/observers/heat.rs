@@ -9,7 +9,7 @@ use carom::{
 use crate::{ByHand, gas, observe};
 
 #[test]
-fn heat_from_hot_to_cold_is_booked_to_the_last_digit() {
+fn heat_from_hot_to_cold_agrees_with_sums_by_hand_to_rounding() {
     let elasticity = ElasticitySpec { default: 0.95, ..ElasticitySpec::default() };
     let mut scene = Scene { elasticity, ..Scene::default() };
     scene.gas.extend([gas("hot", 60), gas("cold", 60), gas("between", 80)]);
@@ -20,7 +20,7 @@ fn heat_from_hot_to_cold_is_booked_to_the_last_digit() {
     let loss = ByHand(Vec::new(), |report: &CollisionReport<'_>| {
         let [a, b] = &report.sides;
         let approach = (a.before.velocity - b.before.velocity).dot(report.normal);
-        // 0.95, or 1 for the one or two that the guard against collapse spares.
+        // 0.95, or 1 for the one or two contacts that the guard against collapse makes elastic.
         let e = report.elasticity.coefficient();
         Some(0.5 * (1.0 - e * e) * 0.5 * approach * approach)
     });
@@ -33,7 +33,7 @@ fn heat_from_hot_to_cold_is_booked_to_the_last_digit() {
     assert_eq!((observers.0.mean_power(), observers.0.imbalance()), (None, 0.0));
     let (mut heated, mut cooled) = (0.0, 0.0);
     for _ in 0..20 {
-        // A sample after each reset books it apart, in an interval of no length.
+        // A sample after each reset records it separately, in an interval of length 0.
         let until = simulation.time().to_f64() + 0.1;
         observe(&mut simulation, &mut observers, until, 1);
         heated += 60.0 * 4.0 - energy_of(&simulation, hot);
@@ -46,7 +46,7 @@ fn heat_from_hot_to_cold_is_booked_to_the_last_digit() {
     let (ledger, ByHand(losses, _)) = observers;
     let lost: f64 = losses.iter().sum();
     assert!(losses.len() > 1000 && lost > 1.0, "{} contacts took {lost}", losses.len());
-    // The largest amount that passes through the books sets what a digit is.
+    // The largest amount in the ledger determines the last digit.
     let near = |found: f64, expected: f64| (found - expected).abs() < 1e-12 * (heated + lost);
     let put_in =
         |step: usize| ledger.series().iter().skip(step).step_by(3).map(|point| point.put_in).sum::<f64>();
@@ -65,7 +65,7 @@ fn heat_from_hot_to_cold_is_booked_to_the_last_digit() {
 }
 
 #[test]
-fn books_begin_at_the_first_sample() {
+fn the_ledger_begins_at_the_first_sample() {
     let mut scene = Scene::default();
     scene.gas.push(gas("gas", 50));
     let mut simulation = Simulation::new(&scene).unwrap();
@@ -76,7 +76,7 @@ fn books_begin_at_the_first_sample() {
     ledger.sample(&simulation.view());
     observe(&mut simulation, &mut ledger, 1.0, 4);
     simulation.reset_energy_of_tag(gas, 1.0).unwrap();
-    // Seen at the next sample only: the interval that begins now.
+    // Recorded only at the next sample, in the interval that begins now.
     observe(&mut simulation, &mut ledger, 2.0, 4);
     let put_in: Vec<f64> = ledger.series().iter().map(|point| point.put_in).collect();
     let near = |found: f64, expected: f64| (found - expected).abs() < 1e-11;

@@ -1,4 +1,4 @@
-//! What is written down event by event: the flights of all bodies, and every impulse on one.
+//! Event logs: the flights of all bodies, and all impulses on one body.
 
 use carom::{
     BodyKey, CollisionReport, Observer, Scene, Simulation,
@@ -15,14 +15,14 @@ fn simulation() -> Simulation {
     Simulation::new(&Scene::from_toml(SCENE).unwrap()).unwrap()
 }
 
-/// Where a flight has brought its body, and at which angle.
+/// Position and angle of a body on a flight.
 fn at(flight: &Flight, time: f64) -> (DVec2, f64) {
     let passed = time - flight.time;
     (flight.position + passed * flight.velocity, flight.angle + passed * flight.angular_velocity)
 }
 
 #[test]
-fn the_last_flight_of_each_body_tells_where_it_is_at_any_time() {
+fn the_last_flight_of_each_body_gives_its_position_at_any_time() {
     let mut simulation = simulation();
     simulation.run_until(0.3).unwrap();
     let mut log = FlightLog::new(usize::MAX);
@@ -58,12 +58,12 @@ fn a_full_log_is_the_beginning_of_a_longer_one() {
     let (short, long) = (record(500), record(10_000));
     assert!(short.is_full() && !long.is_full());
     assert!(short.flights().len() >= 499 && short.flights() == &long.flights()[..short.flights().len()]);
-    // Not even one of each body has room.
+    // There is not even space for one flight of each body.
     assert_eq!(record(3).flights(), &long.flights()[..3]);
     assert!(record(0).flights().is_empty());
 }
 
-/// Change of momentum of one body, by its mass and velocities.
+/// Change of momentum of one body, from its mass and velocities.
 struct Momentum(BodyKey, DVec2, u64);
 
 impl Observer for Momentum {
@@ -76,7 +76,7 @@ impl Observer for Momentum {
 }
 
 #[test]
-fn impulses_add_up_to_the_change_of_momentum_and_come_out_once() {
+fn impulses_sum_to_the_change_of_momentum_and_are_returned_once() {
     let mut simulation = simulation();
     let tee = simulation.view().bodies().next().unwrap().body.key();
     let mut observers =

@@ -1,4 +1,4 @@
-//! What is measured on one body: directions, projections, running averages.
+//! Observables of one body: directions, projections, running averages.
 
 use std::f64::consts::PI;
 
@@ -17,8 +17,8 @@ fn turned_back(v: DVec2, theta: f64) -> DVec2 {
     DVec2::new(v.x * cos + v.y * sin, v.y * cos - v.x * sin)
 }
 
-/// A tee that spins and flies across the border is hit at a known time and orientation on its atom `atom`, from the
-/// direction `phi` in its own frame: the impulse on it points along `phi` + π.
+/// A tee that turns and flies across the border is hit at a known time and orientation on its atom
+/// `atom`, from the direction `phi` in its own frame: the impulse on it points along `phi` + π.
 fn planted_hit(atom: usize, phi: f64, tee_first: bool) {
     const CONTACT: f64 = 0.25;
     let (theta, spin, drift) = (2.345, 1.3, DVec2::new(0.5, 0.3));
@@ -28,7 +28,7 @@ fn planted_hit(atom: usize, phi: f64, tee_first: bool) {
     let arm = DVec2::from_angle(theta).rotate(shape.atoms()[atom].offset());
     let tee_there = DVec2::new(0.99, 0.02);
     let disc_there = tee_there + arm + (0.01 + radius) * normal;
-    // Fast enough not to meet another atom before, and not along the normal.
+    // Fast enough not to hit another atom before, and not along the normal.
     let fall = -2.0 * normal + 0.4 * normal.perp();
 
     let planted_tee = MoleculeSpec {
@@ -77,8 +77,9 @@ fn planted_hit(atom: usize, phi: f64, tee_first: bool) {
 }
 
 #[test]
-fn direction_of_a_planted_hit_is_that_in_the_frame_of_the_turned_molecule() {
-    // Normals that these atoms expose: atom 2 from −73° to 109°, atom 0 from 71° to 253°, atom 4 from 161° to 379°.
+fn the_direction_of_a_known_hit_is_relative_to_the_turned_molecule() {
+    // Normals that these atoms expose: atom 2 from −73° to 109°, atom 0 from 71° to 253°, atom 4
+    // from 161° to 379°.
     for tee_first in [true, false] {
         for (atom, phi) in [(2, 0.301), (2, -0.7), (0, 2.5), (0, 3.3), (4, 4.567), (4, 5.5), (1, 1.6)] {
             planted_hit(atom, phi, tee_first);
@@ -87,8 +88,8 @@ fn direction_of_a_planted_hit_is_that_in_the_frame_of_the_turned_molecule() {
 }
 
 #[test]
-fn contacts_beyond_a_histogram_are_counted_and_not_put_into_its_end_bins() {
-    // Head on against a fixed disc: the impulse on the moving one is −2 m v = −2 along x.
+fn contacts_out_of_the_range_of_a_histogram_are_not_in_its_end_bins() {
+    // Head-on against a fixed disc: the impulse on the moving disc is −2 m v = −2 along x.
     for (half_width, inside) in [(1.9, false), (2.1, true)] {
         let mut scene =
             Scene { molecule: vec![disc(DVec2::new(0.3, 0.5), DVec2::X, 0.05, 1.0)], ..Scene::default() };
@@ -104,7 +105,7 @@ fn contacts_beyond_a_histogram_are_counted_and_not_put_into_its_end_bins() {
 }
 
 #[test]
-fn fixed_bodies_are_hit_too() {
+fn hits_on_fixed_bodies_are_counted() {
     let mut scene =
         Scene { molecule: vec![disc(DVec2::new(0.3, 0.5), DVec2::X, 0.05, 1.0)], ..Scene::default() };
     scene.bumper.push(BumperSpec { tags: vec![], radius: 0.05, at: [0.5, 0.5] });
@@ -171,12 +172,12 @@ fn mean_force_on_a_locked_molecule_is_its_change_of_momentum() {
     let hits = along_x.hits() as f64;
     assert!((along_x.mean().unwrap() * hits - gained.x).abs() < 1e-11);
     assert!((along_y.mean().unwrap() * hits - gained.y).abs() < 1e-11);
-    // No bins were asked for: one holds everything.
+    // No bins were requested: a single bin counts all.
     assert_eq!(directions.counts(), [along_x.hits()]);
 }
 
 #[test]
-fn a_body_that_was_removed_is_watched_no_more() {
+fn a_removed_body_is_not_observed_any_more() {
     let mut scene = Scene::default();
     scene.gas.push(gas("gas", 50));
     let mut simulation = Simulation::new(&scene).unwrap();

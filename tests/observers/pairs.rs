@@ -10,7 +10,7 @@ use crate::{gas, hard_discs, observe, tee};
 use glam::DVec2;
 
 #[test]
-fn counts_are_those_of_all_pairs_whatever_the_cells() {
+fn counts_are_those_of_all_pairs_for_any_number_of_cells() {
     let mut scene = Scene { molecule: vec![tee(DVec2::new(0.5, 0.35), 0.7)], ..Scene::default() };
     scene.bounds.sides = [1.0, 0.7];
     scene.molecule[0].tags = vec!["hot".into(), "cold".into()];
@@ -22,7 +22,7 @@ fn counts_are_those_of_all_pairs_whatever_the_cells() {
     simulation.run_until(1.0).unwrap();
     let view = simulation.view();
     let [width, height] = [1.0, 0.7];
-    // From one cell a side for each of few bodies to thirty: two, three and more.
+    // From one cell per side for each of the few bodies up to thirty: two, three and more.
     for cutoff in [0.349, 0.3, 0.23, 0.1, 0.03] {
         for groups in [
             [Group::All, Group::All],
@@ -65,25 +65,27 @@ fn counts_are_those_of_all_pairs_whatever_the_cells() {
 }
 
 #[test]
-fn pairs_of_hard_discs_are_those_of_the_liquid() {
-    // At area fraction 0.3, Z = 2.0633 (Padé approximant of the virial series of Clisby & McCoy, J. Stat. Phys. 122 (2006)
-    // 15), so that χ = (Z − 1) / 2η = 1.772.
+fn the_pair_distribution_of_hard_discs_is_that_of_the_liquid() {
+    // At area fraction 0.3, Z = 2.0633 (Padé approximant of the virial series of Clisby & McCoy, J.
+    // Stat. Phys. 122 (2006) 15), so that χ = (Z − 1) / 2η = 1.772.
     let mut simulation = Simulation::new(&hard_discs(400, 0.3, 3)).unwrap();
     simulation.run_until(20.0).unwrap();
     let bounds = *simulation.view().bounds();
     let mut pairs = PairDistribution::new([Group::All; 2], &bounds, 8.0, 400).unwrap();
-    // Γ = 2.4: a collision per disc between samples, and about 17 pairs a sample in the bin at contact.
+    // Γ = 2.4: about one collision per disc between samples, and about 17 pairs per sample in the
+    // bin at contact.
     observe(&mut simulation, &mut pairs, 20.0 + 1500.0 * 0.42, 1500);
     let points = pairs.points();
     assert!(points[..50].iter().all(|point| (point.pairs, point.g) == (0, 0.0)));
-    // ln g in a straight line through the bins from σ to 1.1 σ, least squares: the standard error is some 0.7 %.
+    // ln g as a straight line through the bins from σ to 1.1 σ, by least squares: the standard
+    // error is about 0.7 %.
     let near: Vec<(f64, f64)> =
         points[50..55].iter().map(|point| (point.distance - 1.05, point.g.ln())).collect();
     let mean = near.iter().map(|(_, y)| y).sum::<f64>() / 5.0;
     let slope = near.iter().map(|(x, y)| x * y).sum::<f64>() / near.iter().map(|(x, _)| x * x).sum::<f64>();
     let contact = (mean - 0.05 * slope).exp();
     assert!((contact / 1.772 - 1.0).abs() < 0.03, "{contact}");
-    // Room behind the first shell (1.8 σ to 2 σ), a second shell, and no order far away.
+    // A minimum behind the first shell (1.8 σ to 2 σ), a second shell, and no order far away.
     let mean = |from: usize, to: usize| {
         let bins = &points[from..to];
         bins.iter().map(|point| point.g * point.distance).sum::<f64>()

@@ -10,8 +10,8 @@ use glam::DVec2;
 
 use crate::{disc, hard_discs, observe};
 
-/// β p A of a run, its standard error, and β times the momentum flux times A, from intervals between
-/// samples, after some time to forget the start.
+/// β p A of a run, its standard error, and β times the momentum flux times A, from intervals
+/// between samples, after a time in which the start is forgotten.
 fn reduced_pressure(scene: &Scene, settle: f64, until: f64, samples: u32) -> (Estimate, f64) {
     let mut simulation = Simulation::new(scene).unwrap();
     simulation.run_until(settle).unwrap();
@@ -26,16 +26,16 @@ fn reduced_pressure(scene: &Scene, settle: f64, until: f64, samples: u32) -> (Es
     (estimate, flux / series.len() as f64 * moving)
 }
 
-/// Two discs of diameter σ have Q ∝ A (A − πσ²), so that β p A = ∂ ln Q / ∂ ln A = 2 + πσ²/(A − πσ²).
-/// Their relative motion is that of a point in Sinai's billiard, which is ergodic.
+/// Two discs of diameter σ have Q ∝ A (A − πσ²), so that
+/// β p A = ∂ ln Q / ∂ ln A = 2 + πσ²/(A − πσ²). Their relative motion is that of a point in Sinai's billiard, which is ergodic.
 #[test]
-fn two_discs_have_their_exact_pressure_whether_they_drift_or_not() {
+fn two_discs_have_their_exact_pressure_with_and_without_drift() {
     for (sides, radius, drift) in [
         ([1.0, 1.0], 0.2, DVec2::ZERO),
         ([1.0, 1.0], 0.2, DVec2::new(3.0, 1.7)),
         ([1.2, 0.9], 0.13, DVec2::new(-0.4, 0.9)),
     ] {
-        // Of unlike masses: pressure is that of the places alone.
+        // Different masses: the pressure depends on positions alone.
         let velocity = DVec2::new(0.6, 0.8);
         let molecule = vec![
             disc(DVec2::new(0.2, 0.2), drift + velocity, radius, 1.0),
@@ -49,15 +49,15 @@ fn two_discs_have_their_exact_pressure_whether_they_drift_or_not() {
         assert!(found.standard_error < 0.005, "{found:?}");
         let deviation = (found.mean - expected) / found.standard_error;
         assert!(deviation.abs() < 3.0, "{found:?}, exact {expected}");
-        // Of the four degrees of freedom two are left for the momentum flux.
+        // Two of the four degrees of freedom remain for the momentum flux.
         assert!((found.mean - flux - 1.0).abs() < 1e-9, "{found:?}, {flux}");
     }
 }
 
-/// Single walls break one component of momentum: a disc alone has kT = 2 E / f with f = 1, and only
-/// the wall's share of the virial is its own.
+/// Single walls break the conservation of one component of momentum: a single disc has kT = 2 E / f
+/// with f = 1, and only contacts with the wall contribute to its virial.
 #[test]
-fn a_disc_alone_has_no_temperature_and_between_walls_that_of_its_motion_across() {
+fn a_single_disc_has_a_temperature_only_across_walls() {
     let lone = disc(DVec2::new(0.2, 0.2), DVec2::new(0.5, 7.0), 0.1, 2.0);
     let mut scene = Scene { molecule: vec![lone], ..Scene::default() };
     let mut pressure = Pressure::default();
@@ -70,9 +70,9 @@ fn a_disc_alone_has_no_temperature_and_between_walls_that_of_its_motion_across()
     assert!((simulation.view().temperature().unwrap() - 0.5).abs() < 1e-15);
 }
 
-/// β p d² of 72 discs in a square box at area fraction 0.650, by event-chain Monte Carlo: 6.901074(71)
-/// (Li, Nishikawa, Höllmer, Carillo, Maggs & Krauth, J. Chem. Phys. 157 (2022) 234111, data repository
-/// HistoricDisks). An ideal term of N − 1 would be lower by d²/A = 0.0115.
+/// β p d² of 72 discs in a square box at area fraction 0.650, by event-chain Monte Carlo:
+/// 6.901074(71) (Li, Nishikawa, Höllmer, Carillo, Maggs & Krauth, J. Chem. Phys. 157 (2022) 234111,
+/// data repository HistoricDisks). An ideal term of N − 1 would be lower by d²/A = 0.0115.
 #[test]
 fn the_pressure_of_72_discs_is_the_published_one() {
     let (count, fraction) = (72, 0.65);
@@ -82,7 +82,7 @@ fn the_pressure_of_72_discs_is_the_published_one() {
     let (pressure, error) = (found.mean / area, found.standard_error / area);
     let published = 6.901_074;
     let deviation = (pressure - published) / error.hypot(0.000_071);
-    // The two ideal terms are more than five errors apart.
+    // The two ideal terms differ by more than five standard errors.
     assert!(error < 0.0115 / 5.0, "{error}");
     assert!(deviation.abs() < 3.0, "{pressure} ± {error}: {deviation} errors off");
     assert!((flux / area - published) / error < -3.0, "{}", flux / area);

@@ -11,7 +11,7 @@ use glam::DVec2;
 
 use crate::{ByHand, gas, observe, tee};
 
-/// What a subscriber and a filter by hand keep of a collision: when, and who.
+/// The record of a collision: its time and its bodies.
 type Seen = (EpochTime, [BodyKey; 2]);
 
 /// A filter by hand.
@@ -29,7 +29,7 @@ fn list() -> (Rc<RefCell<Vec<Seen>>>, impl FnMut(&CollisionReport<'_>) + 'static
 }
 
 #[test]
-fn subscribers_see_exactly_what_filters_by_hand_see() {
+fn subscribers_receive_exactly_the_collisions_of_filters_by_hand() {
     let mut scene = Scene { molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)], ..Scene::default() };
     scene.molecule[0].tags = vec!["tee".into(), "hot".into()];
     scene.bumper.push(BumperSpec { tags: vec!["post".into()], radius: 0.03, at: [0.1, 0.1] });
@@ -90,7 +90,7 @@ fn subscribers_see_exactly_what_filters_by_hand_see() {
     assert_eq!(energies.borrow().len(), 4);
     assert!(energies.borrow().iter().all(|&energy| energy > 0.0 && energy < 100.0));
 
-    // One of them ends; the others go on, and the key is of no more use.
+    // One subscription ends; the others continue, and its key is no longer valid.
     let (ended, ended_list, _) = &lists[1];
     let before = ended_list.borrow().len();
     assert!(observers.0.unsubscribe(*ended) && observers.0.unsubscribe(samples));

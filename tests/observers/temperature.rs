@@ -1,4 +1,4 @@
-//! Temperature relative to the centre of mass: planted velocities, and equipartition for groups.
+//! Temperature relative to the centre of mass: given velocities, and equipartition for groups.
 
 use carom::{
     Observer, Scene, Simulation,
@@ -18,7 +18,7 @@ fn bumper() -> BumperSpec {
 }
 
 #[test]
-fn a_wall_across_the_box_breaks_one_component_of_momentum_and_all_else_that_is_fixed_both() {
+fn a_wall_across_the_box_breaks_one_component_of_momentum_and_other_fixed_bodies_both() {
     let conserved = |wall: Vec<WallSpec>, bumper: Vec<BumperSpec>| {
         let simulation = Simulation::new(&Scene { wall, bumper, ..Scene::default() }).unwrap();
         simulation.view().centre_of_mass_frame().conserves_momentum()
@@ -35,7 +35,7 @@ fn a_wall_across_the_box_breaks_one_component_of_momentum_and_all_else_that_is_f
 }
 
 #[test]
-fn a_drift_that_never_ends_is_no_heat() {
+fn a_drift_of_the_whole_system_is_not_thermal() {
     let drift = DVec2::new(30.0, -20.0);
     let molecules = |drift: DVec2| {
         vec![
@@ -56,20 +56,21 @@ fn a_drift_that_never_ends_is_no_heat() {
         let mean_square = velocities.series()[0].mean_square;
         assert!((mean_square - (1.0 + 0.41 + 0.04) / 3.0).abs() < 1e-12, "{mean_square}");
     }
-    // Upright walls turn the drift along x into heat, and f = 5.
+    // Walls perpendicular to x turn the drift along x into heat, and f = 5.
     let heated = view(drift, vec![wall(Some(0.5), None)]);
     let expected = 2.0 * (0.99 + 0.5 * 7.0 * 900.0) / 5.0;
     assert!((kt(&heated) / expected - 1.0).abs() < 1e-12);
-    // Nothing moves, and one body alone.
+    // A system in which no body moves, and a single body.
     assert_eq!(Simulation::new(&Scene::default()).unwrap().view().temperature(), None);
     let alone = Scene { molecule: molecules(drift)[..1].to_vec(), ..Scene::default() };
     assert_eq!(Simulation::new(&alone).unwrap().view().temperature(), None);
 }
 
-/// A heavy disc of half of all mass, among light ones, has the kT of all. Without its share of the
-/// centre of mass it would seem colder by a factor of 2 where nothing is fixed, of 4/3 beside a wall.
+/// A heavy disc with half of the total mass, among light ones, has the kT of all. Without the
+/// correction for its share of the centre of mass it would seem colder, by a factor of 2 without
+/// fixed bodies and of 4/3 beside a wall.
 #[test]
-fn groups_of_unlike_mass_have_one_temperature_with_whatever_is_fixed() {
+fn groups_of_different_mass_have_one_temperature_with_any_fixed_bodies() {
     for (walls, bumpers) in
         [(vec![], vec![]), (vec![wall(Some(0.0), None)], vec![]), (vec![], vec![bumper()])]
     {
@@ -122,7 +123,7 @@ fn hidden_atoms_add_no_degree_of_freedom() {
         simulation.view().bodies().map(|body| body.motion.angular_velocity.abs()).fold(0.0, f64::max);
     assert!(fastest < 1e-10, "{fastest}");
     assert!((simulation.view().temperature().unwrap() / kt - 1.0).abs() < 1e-12);
-    // A spin that is given is kept, and is no heat.
+    // A given angular velocity is conserved, and is not thermal.
     let of_gas = scene.gas.remove(0);
     scene.molecule = [0.2, 0.7]
         .map(|x| MoleculeSpec {

@@ -1,4 +1,4 @@
-//! What is written of a sample_interval: extended XYZ and a picture, read back.
+//! Output formats: extended XYZ and a picture of a sample, read back.
 
 use carom::{
     Scene, Simulation,
@@ -18,7 +18,7 @@ struct Frame {
     rows: Vec<Vec<f64>>,
 }
 
-/// Reads frames back, taking the columns from `Properties`.
+/// Reads frames back, with the columns given by `Properties`.
 fn parse_frames(text: &str) -> Vec<Frame> {
     let mut lines = text.lines();
     let mut frames = Vec::new();
@@ -78,13 +78,13 @@ fn extended_xyz_reads_back_to_the_bit() {
         assert_eq!(frame.rows.len(), 5 + 1 + 30);
         let (fixed, moving): (Vec<_>, Vec<_>) = frame.species.iter().partition(|species| *species == "X");
         assert_eq!((fixed.len(), moving.iter().all(|species| *species == "H")), (1, true));
-        // z and its velocity.
+        // The coordinate z and its velocity.
         assert!(frame.rows.iter().all(|row| row[2] == 0.0 && row[5] == 0.0));
         // Kinds: tee, bumper, gas.
         let kinds: Vec<f64> = frame.rows.iter().map(|row| row[12]).collect();
         assert_eq!((kinds[0], kinds[4], kinds[5], kinds[6], kinds[35]), (0.0, 0.0, 1.0, 2.0, 2.0));
     }
-    // The last frame against the view it was made of: discs to the bit, atoms of the tee to rounding.
+    // The last frame against its view: discs to the bit, atoms of the tee to rounding.
     let last = &frames[2];
     let view = simulation.view();
     let bodies: Vec<_> = view.bodies().collect();
@@ -107,7 +107,8 @@ fn extended_xyz_reads_back_to_the_bit() {
 
 #[test]
 fn velocities_in_extended_xyz_are_those_of_the_atoms() {
-    // A tee that turns alone: the difference quotient of the places of its atoms over a short time.
+    // A tee that turns without other bodies: the difference quotient of the positions of its atoms
+    // over a short time.
     let spinning =
         MoleculeSpec { velocity: [0.3, -0.2], angular_velocity: 2.0, ..tee(DVec2::new(0.5, 0.5), 0.7) };
     let mut simulation = Simulation::new(&Scene { molecule: vec![spinning], ..Scene::default() }).unwrap();
@@ -141,7 +142,7 @@ fn walled() -> Scene {
 }
 
 #[test]
-fn walls_stand_in_the_comment_line_of_extended_xyz() {
+fn walls_are_in_the_comment_line_of_extended_xyz() {
     let simulation = Simulation::new(&walled()).unwrap();
     let mut text = Vec::new();
     write_extended_xyz(&simulation.view(), &mut text).unwrap();
@@ -154,11 +155,11 @@ fn walls_stand_in_the_comment_line_of_extended_xyz() {
 }
 
 #[test]
-fn walls_are_lines_of_the_picture_also_across_the_border() {
+fn walls_are_lines_of_the_picture_and_continue_across_the_border() {
     let simulation = Simulation::new(&walled()).unwrap();
     let svg = picture(&simulation.view(), 1000);
     assert!(svg.matches("<circle").count() >= 5 && !svg.contains("r=\"0.000\""), "{svg}");
-    // The segment where it stands and one box up, 20 pixels thick, y downwards.
+    // The segment in place and one box up, 20 pixels thick, y downwards.
     for [y1, y2] in [[1250.0, 750.0], [250.0, -250.0]] {
         let line = format!(
             "<line x1=\"250.000\" y1=\"{y1:.3}\" x2=\"500.000\" y2=\"{y2:.3}\" stroke=\"#4d4d4d\" stroke-width=\"20.000\""
@@ -170,7 +171,8 @@ fn walls_are_lines_of_the_picture_also_across_the_border() {
     assert!(svg.contains("&lt;flap&gt;"));
 }
 
-/// Centres and radii of the circles of an SVG of one box of `size` pixels, in box lengths, y upwards.
+/// Centres and radii of the circles of an SVG of one box of `size` pixels, in box lengths, y
+/// upwards.
 fn circles(svg: &str, size: f64) -> Vec<(DVec2, f64)> {
     let number = |tag: &str, name: &str| -> f64 {
         let from = tag.find(&format!(" {name}=\"")).unwrap() + name.len() + 3;
@@ -184,7 +186,7 @@ fn circles(svg: &str, size: f64) -> Vec<(DVec2, f64)> {
 }
 
 #[test]
-fn picture_shows_each_atom_once_and_again_across_borders() {
+fn picture_shows_each_atom_and_its_images_across_borders() {
     let molecule = vec![
         disc(DVec2::new(0.5, 0.5), DVec2::ZERO, 0.05, 1.0),
         disc(DVec2::new(0.98, 0.5), DVec2::ZERO, 0.05, 1.0),
@@ -216,7 +218,7 @@ fn picture_shows_each_atom_once_and_again_across_borders() {
 }
 
 #[test]
-fn picture_of_a_dense_gas_is_that_of_all_images_that_reach_the_box() {
+fn picture_of_a_dense_gas_shows_all_images_that_reach_the_box() {
     let mut scene = Scene { molecule: vec![tee(DVec2::new(0.99, 0.995), 0.4)], ..Scene::default() };
     scene.molecule[0].tags = vec!["<tee> & co".into()];
     scene.gas.extend([gas("hot", 150), gas("cold", 150)]);
@@ -234,7 +236,8 @@ fn picture_of_a_dense_gas_is_that_of_all_images_that_reach_the_box() {
     let svg = picture(&view, 2000);
     assert!(expected > 305 + 20, "{expected}");
     assert_eq!(circles(&svg, 2000.0).len(), expected);
-    // Three kinds, two of them the same but for their tag: as many colours. A tag's name cannot break the document.
+    // Three kinds of bodies, two of which differ only in their tag, have different colours. A tag's
+    // name cannot break the document.
     let colours: Vec<&str> = svg.split("<g fill=\"").skip(1).map(|rest| &rest[..7]).collect();
     assert_eq!(colours.len(), 3);
     assert!(colours[0] != colours[1] && colours[1] != colours[2] && colours[2] != colours[0]);

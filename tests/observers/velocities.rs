@@ -1,4 +1,5 @@
-//! The velocity distribution: how an equal-speed start relaxes, and Maxwell's distribution at the end.
+//! The velocity distribution: relaxation from equal speeds, and Maxwell's distribution at
+//! equilibrium.
 
 use std::f64::consts::{LN_2, PI};
 
@@ -11,7 +12,7 @@ use glam::DVec2;
 
 use crate::{disc, hard_discs, observe};
 
-/// What `of` is at `tau`, between the two points around it.
+/// The value of `of` at `tau`, interpolated between the two nearest points.
 fn interpolated(points: &[(f64, VelocityPoint)], tau: f64, of: impl Fn(&VelocityPoint) -> f64) -> f64 {
     let after = points.iter().position(|(at, _)| *at >= tau).unwrap();
     let [(t0, before), (t1, after)] = [&points[after - 1], &points[after]];
@@ -19,10 +20,11 @@ fn interpolated(points: &[(f64, VelocityPoint)], tau: f64, of: impl Fn(&Velocity
 }
 
 #[test]
-fn equal_speeds_relax_as_the_boltzmann_equation_says() {
-    // ⟨v⁴⟩/⟨v²⟩² and H_x − H_eq (bins of 0.05 √(kT/m)) after τ collisions per disc: direct simulation Monte Carlo of the
-    // Boltzmann equation with 10⁶ discs, ± 0.002. Here of 60 000 discs: standard error of the kurtosis below
-    // √(4/60 000) = 0.008, that of an equilibrium sample; H from two components, some 0.003.
+fn equal_speeds_relax_according_to_the_boltzmann_equation() {
+    // ⟨v⁴⟩/⟨v²⟩² and H_x − H_eq (bins of 0.05 √(kT/m)) after τ collisions per disc: direct
+    // simulation Monte Carlo of the Boltzmann equation with 10⁶ discs, ± 0.002. Here with 60 000
+    // discs: the standard error of the kurtosis is below √(4/60 000) = 0.008, that of an
+    // equilibrium sample; that of H from two components is about 0.003.
     let count = 60_000;
     let scene = hard_discs(count, 0.02, 7);
     let mut simulation = Simulation::new(&scene).unwrap();
@@ -46,12 +48,12 @@ fn equal_speeds_relax_as_the_boltzmann_equation_says() {
         let found = interpolated(&points, tau, excess);
         assert!((found - h).abs() < 0.008, "H − H_eq at {tau}: {found}, expected {h}");
     }
-    // H falls all the way.
+    // H decreases at all times.
     assert!(points.windows(2).all(|pair| excess(&pair[1].1) < excess(&pair[0].1) + 0.003));
 }
 
-/// χ² of a histogram against the probability of lying below each edge, and its degrees of freedom. Bins where fewer than
-/// 20 are expected, and what is beyond, are taken together.
+/// χ² of a histogram against the probability of lying below each edge, and its degrees of freedom.
+/// Bins with an expectation below 20, and values out of range, are combined.
 fn chi_squared(histogram: &Histogram, below: impl Fn(f64) -> f64) -> (f64, f64) {
     let total = histogram.total() as f64;
     let (mut rest_found, mut rest_expected) = (total, total);
@@ -64,7 +66,7 @@ fn chi_squared(histogram: &Histogram, below: impl Fn(f64) -> f64) -> (f64, f64) 
             bins += 1.0;
         }
     }
-    // With less than one expected in the rest it says nothing.
+    // With an expectation below 1, the rest is not significant.
     if rest_expected >= 1.0 {
         sum += (rest_found - rest_expected).powi(2) / rest_expected;
     }
@@ -99,20 +101,21 @@ fn velocities_at_equilibrium_are_gaussian_and_speeds_rayleigh() {
         ("y", chi_squared(y, gaussian)),
         ("speed", chi_squared(speeds, rayleigh)),
     ] {
-        // Four standard deviations √(2 ν) of χ²; too good would be as wrong.
+        // Four standard deviations √(2 ν) of χ²; too small a χ² would be wrong as well.
         assert!(
             freedom > 20.0 && (chi - freedom).abs() < 4.0 * (2.0 * freedom).sqrt(),
             "{name}: {chi} {freedom}"
         );
     }
-    // A colder Maxwellian is told from it.
+    // A colder Maxwell distribution is excluded.
     assert!(chi_squared(speeds, |v| 1.0 - (-0.53 * v * v / temperature).exp()).0 > 200.0);
     // The median of a Rayleigh distribution is √(2 ln 2 kT/m).
     let below = |v: f64| speeds.counts().iter().take((v / speeds.width()) as usize).sum::<u64>() as f64;
     let median = (2.0 * LN_2 * temperature).sqrt();
     let share = below(median) / 150_000.0;
     assert!(rayleigh((median / speeds.width()).floor() * speeds.width()) - share < 0.006, "{share}");
-    // 2N′/(N′ + 1) with N′ = N − 1 at total momentum 0; and H of a Gaussian, its bins too high by 80 / 2N.
+    // 2N′/(N′ + 1) with N′ = N − 1 at total momentum 0; and H of a Gaussian, with a bias of its
+    // bins of 80 / 2N.
     let (kurtosis, error) = velocities.kurtosis().unwrap();
     assert!(error < 0.01 && (kurtosis - 1.998).abs() < 4.0 * error, "{kurtosis} ± {error}");
     // ⟨ln f⟩ of N = 1000 Gaussian numbers scatters by √(1/2N) = 0.022.
@@ -122,7 +125,7 @@ fn velocities_at_equilibrium_are_gaussian_and_speeds_rayleigh() {
 }
 
 #[test]
-fn only_what_moves_and_carries_the_tag_is_counted() {
+fn only_moving_bodies_with_the_tag_are_counted() {
     let molecule = vec![
         disc(DVec2::new(0.2, 0.2), DVec2::new(3.0, -4.0), 0.01, 1.0),
         disc(DVec2::new(0.8, 0.8), DVec2::ZERO, 0.01, 1.0),
@@ -152,10 +155,10 @@ fn only_what_moves_and_carries_the_tag_is_counted() {
     );
     // Two bins of p = ½ and w = 1/16: H = ln 8.
     assert!((point.h.unwrap() - 8f64.ln()).abs().max_element() < 1e-13, "{point:?}");
-    // −4 is just inside, 5 beyond; H is that of what is inside.
+    // −4 is just inside, 5 outside; H is computed from the values inside.
     let [x, y] = narrow.components().unwrap();
     assert_eq!((x.beyond(), y.beyond(), narrow.speeds().unwrap().beyond()), (0, 0, 1));
-    // Nothing of that tag moves: no range, no point, no kurtosis.
+    // No body with that tag moves: no range, no point, no kurtosis.
     assert!(resting.series().is_empty() && resting.components().is_none() && resting.kurtosis().is_none());
     assert!(VelocityDistribution::new(Group::All, f64::NAN, 10).is_err());
 }

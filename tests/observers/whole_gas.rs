@@ -1,4 +1,4 @@
-//! What is measured on the whole gas: energy, collision rate, pressure, overlaps.
+//! Observables of the whole gas: energy, collision rate, pressure, overlaps.
 
 use std::f64::consts::PI;
 
@@ -16,7 +16,7 @@ use glam::DVec2;
 use crate::{ByHand, disc, gas, observe, tee};
 
 #[test]
-fn energy_and_momentum_of_an_elastic_gas_stay_what_they_were() {
+fn energy_and_momentum_of_an_elastic_gas_are_conserved() {
     let mut scene = Scene { molecule: vec![tee(DVec2::new(0.5, 0.5), 0.7)], ..Scene::default() };
     scene.gas.push(gas("gas", 200));
     let mut simulation = Simulation::new(&scene).unwrap();
@@ -35,7 +35,7 @@ fn energy_and_momentum_of_an_elastic_gas_stay_what_they_were() {
 }
 
 #[test]
-fn what_inelastic_contacts_take_and_resets_give_is_booked() {
+fn losses_at_contacts_and_resets_agree_with_the_ledger() {
     let elasticity = ElasticitySpec { default: 0.9, ..ElasticitySpec::default() };
     let mut scene = Scene { elasticity, ..Scene::default() };
     scene.gas.push(gas("gas", 200));
@@ -44,7 +44,7 @@ fn what_inelastic_contacts_take_and_resets_give_is_booked() {
     let by_hand = ByHand(Vec::new(), |report: &CollisionReport<'_>| {
         let [a, b] = &report.sides;
         let approach = (a.before.velocity - b.before.velocity).dot(report.normal);
-        // 0.9, unless the guard against collapse has raised it.
+        // 0.9, or a higher value if the guard against collapse has raised it.
         let e = report.elasticity.coefficient();
         Some(0.5 * (1.0 - e * e) * 0.5 * approach * approach)
     });
@@ -65,7 +65,7 @@ fn what_inelastic_contacts_take_and_resets_give_is_booked() {
 }
 
 #[test]
-fn drift_of_nothing_is_nothing() {
+fn an_empty_box_has_no_drift() {
     let simulation = Simulation::new(&Scene::default()).unwrap();
     let mut observers = (EnergyLedger::default(), CollisionRate::default(), Pressure::default());
     assert_eq!(observers.0.drift(), 0.0);
@@ -78,8 +78,9 @@ fn drift_of_nothing_is_nothing() {
 
 #[test]
 fn a_disc_between_images_of_a_bumper_hits_at_even_times() {
-    // From contact to contact it goes 1 − 2 (0.05 + 0.05) at speed 1: one collision each 0.8, ten each 8. Each adds
-    // r·J = 0.1 × 2 to the virial: p A = 1/2 + (1/2) 0.2 / 0.8 = 0.625.
+    // From contact to contact it moves by 1 − 2 (0.05 + 0.05) at speed 1: one collision in each
+    // 0.8, ten in each 8. Each adds r·J = 0.1 × 2 to the virial:
+    // p A = 1/2 + (1/2) 0.2 / 0.8 = 0.625.
     let mut scene =
         Scene { molecule: vec![disc(DVec2::new(0.2, 0.5), DVec2::X, 0.05, 1.0)], ..Scene::default() };
     scene.bumper.push(BumperSpec { tags: vec![], radius: 0.05, at: [0.7, 0.5] });
@@ -98,10 +99,11 @@ fn a_disc_between_images_of_a_bumper_hits_at_even_times() {
 
 #[test]
 fn collision_rate_and_pressure_of_hard_discs_are_those_of_kinetic_theory() {
-    // At area fraction 0.1 the virial series gives χ = 1.181 (Clisby & McCoy, J. Stat. Phys. 122 (2006) 15: Z =
-    // 1.2361 = 1 + 2 η χ), and N discs at fixed N have (1 − 0.91/N) of it (Lebowitz & Percus, Phys. Rev. 124 (1961)
-    // 1673). kT = E/(N − 1) at total momentum 0. The pressure has N kT from the motion and N − 1 times 2 η χ kT from the
-    // contacts, as each disc has N − 1 others; see the tests of two and of 72 discs.
+    // At area fraction 0.1 the virial series gives χ = 1.181 (Clisby & McCoy, J. Stat. Phys. 122
+    // (2006) 15: Z = 1.2361 = 1 + 2 η χ), and a system of fixed N has (1 − 0.91/N) of it (Lebowitz
+    // & Percus, Phys. Rev. 124 (1961) 1673). kT = E/(N − 1) at total momentum 0. The pressure has N
+    // kT from the motion and N − 1 times 2 η χ kT from the contacts, as each disc has N − 1 others;
+    // see the tests of two and of 72 discs.
     let (count, radius, eta) = (400, 0.5, 0.1);
     let side = (f64::from(count) * PI * radius * radius / eta).sqrt();
     let mut scene = Scene::default();
@@ -115,10 +117,11 @@ fn collision_rate_and_pressure_of_hard_discs_are_those_of_kinetic_theory() {
         ..GasSpec::default()
     });
     let mut simulation = Simulation::new(&scene).unwrap();
-    // Some fifty collisions each forget the lattice and the equal speeds.
+    // About fifty collisions per disc, after which the lattice and the equal speeds are forgotten.
     simulation.run_until(100.0).unwrap();
     let mut observers = (CollisionRate::default(), Pressure::default());
-    // Half a million collisions: standard errors of some 0.13 % for the rate and 0.04 % for the pressure.
+    // Half a million collisions: standard errors of about 0.13 % for the rate and 0.04 % for the
+    // pressure.
     observe(&mut simulation, &mut observers, 4900.0, 60);
     let (rate, error) = observers.0.mean().unwrap();
 
@@ -158,7 +161,7 @@ fn virial_of_dumbbells(area_fraction: f64) -> (f64, f64) {
     simulation.run_until(2.0 / area_fraction).unwrap();
     let mut pressure = Pressure::default();
     observe(&mut simulation, &mut pressure, 302.0 / area_fraction, 50);
-    // Two of the 3N degrees of freedom are gone from translation: N − 1 times kT.
+    // Total momentum 0 removes two of the 3N degrees of freedom, from translation: N − 1 times kT.
     let n = f64::from(count);
     let translation = simulation.view().energy() * (2.0 * n - 2.0) / (3.0 * n - 2.0);
     let points = pressure.series();
@@ -172,8 +175,9 @@ fn virial_of_dumbbells(area_fraction: f64) -> (f64, f64) {
 
 #[test]
 fn pressure_of_dumbbells_has_their_second_virial_coefficient() {
-    // Half the area that a tangent dumbbell excludes to another, over all orientations, is 2.42064 times its own (plane
-    // geometry): (Z − 1)/η goes there in a straight line as η goes to 0.
+    // Half the area that a tangent dumbbell excludes for another, averaged over all orientations,
+    // is 2.42064 times its own area (plane geometry): (Z − 1)/η approaches this value linearly as η
+    // goes to 0.
     let [thin, thick] = [0.02, 0.04].map(virial_of_dumbbells);
     let limit = 2.0 * thin.0 - thick.0;
     let error = (4.0 * thin.1 * thin.1 + thick.1 * thick.1).sqrt();
@@ -181,7 +185,7 @@ fn pressure_of_dumbbells_has_their_second_virial_coefficient() {
     assert!(thick.0 > thin.0, "{thick:?} is not above {thin:?}");
 }
 
-/// A detector that never sees a contact.
+/// A detector that never finds a contact.
 #[derive(Clone)]
 struct Blind;
 
@@ -192,7 +196,7 @@ impl Detection for Blind {
 }
 
 #[test]
-fn overlaps_that_a_blind_detector_lets_happen_are_seen() {
+fn overlaps_left_by_a_detector_without_contacts_are_found() {
     let molecule = vec![
         disc(DVec2::new(0.3, 0.5), DVec2::X, 0.05, 1.0),
         disc(DVec2::new(0.5, 0.5), DVec2::ZERO, 0.05, 1.0),
@@ -208,7 +212,8 @@ fn overlaps_that_a_blind_detector_lets_happen_are_seen() {
         overlaps.sample(&blind.view());
         assert_eq!(blind.view().overlaps().pairs, pairs, "at {time}");
     }
-    // At 0.15 the first pair is 0.05 apart, of diameter 0.1; the second 0.01 apart across the border, reach 0.06.
+    // At 0.15 the first pair is at distance 0.05, with diameter 0.1; the second at distance 0.01
+    // across the border, with contact distance 0.06.
     assert_eq!((overlaps.checks(), overlaps.worst_pairs()), (3, 2));
     assert!((overlaps.deepest() - 0.05 / 0.04).abs() < 1e-12, "{}", overlaps.deepest());
     assert!((overlaps.deepest_length() - 0.05).abs() < 1e-14, "{}", overlaps.deepest_length());

@@ -1,4 +1,5 @@
-//! Scenes in a few words, and runs as bits and lists of encounters, for the tests of the engine.
+//! Short constructors of scenes, and runs as bits and lists of encounters, for the tests of the
+//! engine.
 
 #![allow(dead_code, unused_macros, unused_imports, reason = "each test program uses its part")]
 
@@ -14,7 +15,7 @@ use glam::DVec2;
 pub use carom_testkit::extremes::bodies::{bumper, disc, frozen, named};
 
 /// Defines tests of a check, one for each scheduler and instruction set, in a module with the name
-/// of what is checked: `name::thesis`, `name::cells_avx512`, `name::cells_avx2`,
+/// of the property: `name::thesis`, `name::cells_avx512`, `name::cells_avx2`,
 /// `name::cells_portable`.
 ///
 /// The check is a function with the scheduler as its type parameter and its options as argument.
@@ -33,8 +34,9 @@ macro_rules! test_each_scheduler {
 }
 pub(crate) use test_each_scheduler;
 
-/// Defines tests of a check, one for each instruction set of [`CellScheduler`](carom_engine::CellScheduler), in a
-/// module with the name of what is checked. The check is a function of the instructions.
+/// Defines tests of a check, one for each instruction set of
+/// [`CellScheduler`](carom_engine::CellScheduler), in a module with the name of the property. The
+/// check is a function of the instructions.
 macro_rules! test_each_instruction_set {
     ($($(#[$attribute:meta])* $name:ident: $check:ident;)+) => {$(
         $(#[$attribute])*
@@ -67,7 +69,7 @@ macro_rules! test_of_instructions {
 }
 pub(crate) use test_of_instructions;
 
-/// Runs the check `name` with instructions that the processor has; otherwise reports that it is
+/// Runs the check `name` if the processor has these instructions; otherwise reports that it is
 /// skipped.
 pub fn if_available(name: &str, instructions: Instructions, check: impl FnOnce(&Instructions)) {
     let present = instructions.on_this_processor();
@@ -78,7 +80,7 @@ pub fn if_available(name: &str, instructions: Instructions, check: impl FnOnce(&
     }
 }
 
-/// A gas of so many molecules of a named shape, of total mass 1 and energy 1 each.
+/// A gas of `count` molecules of a named shape, each of total mass 1 and energy 1.
 pub fn gas(shape: &str, atom_radius: f64, count: usize) -> GasSpec {
     let atoms = shape.parse::<carom_geometry::Shape>().unwrap().atoms(1.0, 1.0).unwrap().len();
     GasSpec {
@@ -96,8 +98,8 @@ pub fn scene(molecule: Vec<MoleculeSpec>) -> Scene {
     Scene { molecule, ..Scene::default() }
 }
 
-/// The scene with everything in it that the engine treats in a way of its own: discs of two sizes, molecules
-/// free and locked, fixed discs, a fixed molecule.
+/// A scene with all kinds of bodies that the engine treats differently: discs of two sizes,
+/// molecules free and locked, fixed discs, a fixed molecule.
 pub fn reference_scene(seed: u64) -> Scene {
     let mut scene = scene(vec![
         MoleculeSpec {
@@ -114,7 +116,8 @@ pub fn reference_scene(seed: u64) -> Scene {
     scene
 }
 
-/// Small scenes that between them use every kind of body, and every kind of list that a scheduler keeps.
+/// Small scenes that together use all kinds of bodies, and all kinds of lists that a scheduler
+/// keeps.
 pub fn scenes() -> Vec<(&'static str, Scene)> {
     let with = |molecule: Vec<MoleculeSpec>, bumper: Vec<BumperSpec>, gas: Vec<GasSpec>| {
         let mut scene = Scene { molecule, bumper, gas, ..Scene::default() };
@@ -122,7 +125,7 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         scene
     };
     let of_discs = |radius, count| with(vec![], vec![], vec![gas("disc", radius, count)]);
-    // Soon they are faster than anybody was at the start.
+    // Light discs that soon become faster than any body at the start.
     let light = GasSpec { atom_mass: Some(1e-3), energy: 1e-9, ..gas("disc", 0.004, 60) };
     let mut kicked = with(vec![], vec![], vec![gas("disc", 0.004, 60), light]);
     kicked.bounds.sides = [1.5, 0.5];
@@ -195,12 +198,12 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-/// The scene run by a given scheduler.
+/// A simulation of the scene with a given scheduler.
 pub fn simulate<S: Scheduler>(scene: &Scene, options: &S::Options) -> Simulation<Exact, Impact, S> {
     Simulation::with(scene, Exact::default(), Impact, options.clone()).expect("the scene can be built")
 }
 
-/// Two unit discs on the x axis that meet head on at time 2, each with speed 1.
+/// Two unit discs on the x axis that meet head-on at time 2, each with speed 1.
 pub fn head_on<S: Scheduler>(options: &S::Options) -> Simulation<Exact, Impact, S> {
     let mut scene =
         scene(vec![disc(0.5, 1.0, [7.5, 5.0], [1.0, 0.0]), disc(0.5, 1.0, [12.5, 5.0], [-1.0, 0.0])]);
@@ -214,7 +217,7 @@ pub fn rule(between: &[&str], coefficient: f64) -> ElasticityRule {
     ElasticityRule { between: between.iter().map(|&tag| tag.to_owned()).collect(), coefficient }
 }
 
-/// Every number of every body's motion, as bits.
+/// All numbers of all motions, as bits.
 pub fn bits(view: &View<'_>) -> Vec<[u64; 6]> {
     view.bodies()
         .map(|body| {
@@ -237,17 +240,17 @@ pub fn velocity(view: &View<'_>, index: usize) -> DVec2 {
     view.bodies().nth(index).expect("the body is there").motion.velocity
 }
 
-/// One collision, to be compared with that of another run.
+/// One collision, for comparison with one of another run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Encounter {
-    /// Since the list was begun (time).
+    /// Time since the start of the list.
     pub time: f64,
     pub bodies: [u64; 2],
     pub atoms: [Option<u32>; 2],
     pub image: [i64; 2],
 }
 
-/// Writes down all collisions.
+/// Records all collisions.
 #[derive(Debug, Clone)]
 pub struct Encounters {
     begun: EpochTime,

@@ -1,4 +1,4 @@
-//! What a contact is, by the plain formulas and apart from any detector: the gap and its rates.
+//! Gaps and contacts by the plain formulas, independent of any detector.
 
 #![allow(dead_code, reason = "each test program uses its part")]
 
@@ -9,7 +9,7 @@ use carom_geometry::{Molecule, gap_between};
 use carom_kinematics::RelativeMotion;
 use glam::DVec2;
 
-/// The gap of one atom pair at one moment, with its first two derivatives.
+/// The gap of one atom pair at one time, with its first two derivatives.
 #[derive(Debug, Clone, Copy)]
 pub struct Approach {
     /// g = |d| − s (length).
@@ -20,7 +20,7 @@ pub struct Approach {
     pub curvature: f64,
 }
 
-/// Two molecules in flight.
+/// Two moving molecules.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair<'a> {
     pub a: &'a Molecule,
@@ -42,7 +42,7 @@ impl Pair<'_> {
         gap_between(self.a, turn_a, self.b, turn_b, self.motion.separation + self.motion.velocity * time)
     }
 
-    /// How the atoms `i` of A and `j` of B approach each other.
+    /// The gap of atom `i` of A and atom `j` of B, and its derivatives.
     pub fn approach(&self, (i, j): (u32, u32), time: f64) -> Approach {
         let (atom_a, atom_b) = (&self.a.atoms()[i as usize], &self.b.atoms()[j as usize]);
         let [spin_a, spin_b] = self.motion.angular_velocity;
@@ -76,22 +76,23 @@ impl Pair<'_> {
         largest
     }
 
-    /// By how much a time of contact moves if the gap is off by ε = 2 E, the promise of `Exact`.
+    /// The error of a time of contact if the gap has an error of ε = 2 E, the guarantee of `Exact`.
     ///
-    /// The zeros of g' h + g'' h²/2 = ±ε lie within 2ε/|g'| of 0 while g'² ≥ 2 |g''| ε. Below that it is a
-    /// graze whose overlap is not deeper than ε, and the time moves within √(2ε/|g''|) of the bottom of the
-    /// dip: 2ε/√(2 |g''| ε).
+    /// The zeros of g' h + g'' h²/2 = ±ε lie within 2ε/|g'| of 0 if g'² ≥ 2 |g''| ε. Otherwise the
+    /// contact is a graze with an overlap no deeper than ε, and the error of the time is at most
+    /// √(2ε/|g''|) from the minimum of the gap: 2ε/√(2 |g''| ε).
     pub fn time_tolerance(&self, atoms: (u32, u32), time: f64) -> f64 {
         let at = self.approach(atoms, time);
         let error = 2.0 * self.error(atoms, time);
         2.0 * error / at.rate.abs().max((2.0 * at.curvature.abs() * error).sqrt())
     }
 
-    /// Panics if any two atoms overlap by more than `Exact` promises before `until`, by a walk that uses only
-    /// that no gap closes faster than `L = |V| + |ω_A| R_A + |ω_B| R_B`.
+    /// Panics if any two atoms overlap before `until` by more than the bound of `Exact`. It steps
+    /// through time, and uses only that no gap closes faster than `L = |V| + |ω_A| R_A + |ω_B|
+    /// R_B`.
     ///
-    /// Nothing touches within g/L of a moment with gap g. Where that is less than 1e-4 natural times the walk
-    /// takes these instead, so what it cannot see is an overlap that is over within 1e-4 natural times.
+    /// No atoms touch within g/L of a time with gap g. Steps below 1e-4 natural times are replaced
+    /// by these, so an overlap that lasts less than 1e-4 natural times is not detected.
     pub fn assert_nothing_before(&self, until: f64) {
         let [spin_a, spin_b] = self.motion.angular_velocity.map(f64::abs);
         let (reach_a, reach_b) = (self.a.bounding_radius(), self.b.bounding_radius());
@@ -100,7 +101,7 @@ impl Pair<'_> {
         let mut time = 0.0;
         while time < until {
             let gap = self.smallest_gap(time);
-            // 2 E is promised, and this gap is itself off by up to E.
+            // The bound is 2 E, and this gap has an error of up to E itself.
             let allowed = 3.0 * self.largest_error(time);
             assert!(gap >= -allowed, "gap {gap:e} at {time}, before {until}; allowed {allowed:e}");
             time += least_step.max(gap / speed);

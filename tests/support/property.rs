@@ -1,8 +1,8 @@
-//! How the property tests of these programs draw cases and keep those that fail.
+//! Configuration of the property tests: number of cases, and storage of failures.
 
 use proptest::{prelude::ProptestConfig, test_runner::FileFailurePersistence};
 
-/// So many cases. A case that fails is written beside the test program, `NAME.failures`.
+/// Runs `cases` cases. A failing case is written to `NAME.failures` next to the test program.
 pub fn cases(cases: u32) -> ProptestConfig {
     let beside = FileFailurePersistence::WithSource("failures");
     ProptestConfig { cases, failure_persistence: Some(Box::new(beside)), ..ProptestConfig::default() }

@@ -160,7 +160,7 @@ pub(crate) fn add_molecule(
     let sides = world.bounds().sides();
     if (DVec2::from(spec.at) / sides).abs().max_element() > FARTHEST {
         return Err(problem(
-            "`at` must be less than 2^31 boxes away: farther out, rounding loses the position in the box",
+            "`at` must be at most 2^31 boxes away: farther out, rounding loses the position in the box",
         ));
     }
     check_length("angular_velocity", spec.angular_velocity).map_err(geometry(entry))?;
@@ -244,7 +244,7 @@ pub(crate) fn add_wall(
     };
     if (centre / sides).abs().max_element() > FARTHEST {
         return Err(problem(
-            "the wall must be less than 2^31 boxes away: farther out, rounding loses the position in the box",
+            "the wall must be at most 2^31 boxes away: farther out, rounding loses the position in the box",
         ));
     }
     let molecule = Arc::new(wall.map_err(geometry(entry))?);

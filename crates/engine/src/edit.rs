@@ -56,7 +56,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// [`Self::edit`].
     ///
     /// # Errors
-    /// [`EditError::NoSuchBody`], or [`EditError::Scene`] if rules of elasticity would then disagree.
+    /// [`EditError::NoSuchBody`], or [`EditError::Scene`] if rules of elasticity would then
+    /// disagree.
     pub fn untag(&mut self, key: BodyKey, name: &str) -> Result<(), EditError> {
         self.edit(|batch| batch.untag(key, name))
     }
@@ -70,9 +71,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.edit(|batch| batch.set_elasticity(spec))
     }
 
-    /// Scales velocity and angular velocity of a body so that its kinetic energy is `energy` (mass
-    /// × length² / time²). Directions and the shares of translation and rotation remain (Montanari
-    /// 2017, section 2.1.1).
+    /// Scales velocity and angular velocity of a body so that its kinetic energy is `energy`
+    /// (mass × length² / time²). Directions and the shares of translation and rotation remain
+    /// (Montanari 2017, section 2.1.1).
     ///
     /// # Errors
     /// [`EditError::NoEnergy`] if the body is at rest and has no direction, [`EditError::Energy`]

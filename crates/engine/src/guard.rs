@@ -37,8 +37,8 @@
 //!    before.
 //! 3. **Share of guarded contacts.** In a gas of discs with mean time τ between the contacts of a
 //!    disc, the share is 0.2 t_c/τ: three discs are almost at one place, and two of them meet
-//!    again. Measured at area fractions from 0.1 to 0.65: 5·10⁻⁶ to 2·10⁻⁴ of all contacts for c =
-//!    10⁻⁴.
+//!    again. Measured for c = 10⁻⁴ at area fractions from 0.1 to 0.65: 5·10⁻⁶ to 2·10⁻⁴ of all
+//!    contacts.
 
 use carom_kinematics::Motion;
 use carom_response::{ContactFrame, Elasticity, approach_speed};

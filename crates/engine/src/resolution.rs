@@ -224,8 +224,8 @@ impl<R: Response> Rules<'_, R> {
     }
 }
 
-/// The velocity of the touching point of the second body relative to that of the first (length /
-/// time).
+/// The velocity of the touching point of the second body relative to that of the first
+/// (length / time).
 fn surface_velocity(frame: &ContactFrame, motions: &[Motion; 2]) -> DVec2 {
     motions[1].velocity_of(frame.arms[1]) - motions[0].velocity_of(frame.arms[0])
 }

@@ -10,9 +10,9 @@ use crate::Body;
 /// that turns for a moment ends a run. Larger: a collapse takes longer to be reported.
 const MOST_UNRESOLVED: u32 = 100_000;
 
-/// They count as a collapse if they happen within this share of a natural time of the pair, (R_A +
-/// R_B)/w with the relative speed w. Bodies that rest on each other and turn have about 10¹² of
-/// them in a natural time.
+/// They count as a collapse if they happen within this share of a natural time of the pair,
+/// (R_A + R_B)/w with the relative speed w. Bodies that rest on each other and turn have about 10¹²
+/// of them in a natural time.
 const COLLAPSE: f64 = 1e-4;
 
 /// Number of contacts that rounding alone has separated, and the start of the count.

@@ -24,8 +24,8 @@ pub struct BodyView<'a> {
     pub body: &'a Body,
     /// Its motion at the time of the view, with the position in the box.
     pub motion: Motion,
-    /// Number of boxes that the body has crossed along each axis since it was added: `position +
-    /// winding × sides` has no jumps.
+    /// Number of boxes that the body has crossed along each axis since it was added:
+    /// `position + winding × sides` has no jumps.
     pub winding: [i64; 2],
 }
 

@@ -22,8 +22,8 @@ impl ContactFrame {
     /// Unit vector from A to B at the point of contact.
     ///
     /// This uses the square root of the standard library, which compiles to an instruction of the
-    /// same generation as the surrounding ones. glam always uses an SSE instruction, which costs
-    /// code compiled for AVX hundreds of cycles per transition.
+    /// same generation as the surrounding ones. glam's own uses an older instruction (SSE) in any
+    /// case, for which code compiled for AVX waits hundreds of cycles.
     #[inline(always)]
     pub fn normal(&self) -> DVec2 {
         let d = self.line_of_centres;
