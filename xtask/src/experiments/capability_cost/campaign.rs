@@ -1,4 +1,4 @@
-//! The experiment from end to end: instructions, times, memory, and what is written of them.
+//! Execution of the experiment: instructions, times, memory, and output files.
 
 use anyhow::Result;
 use carom_runs::{
@@ -21,48 +21,50 @@ use super::{
     subject::{Subject, WARM_UP},
 };
 
-/// The most that a capability may cost where it is absent, and where it is idle (share of the instructions).
+/// Largest allowed cost of a capability that is absent, and of one that is idle (share of the
+/// instructions).
 const ABSENT: f64 = 0.02;
 const IDLE: f64 = 0.05;
 
-/// What was found about one variant.
+/// Results for one variant.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// Which.
+    /// The variant.
     pub variant: Variant,
-    /// Instructions of a collision.
+    /// Instructions for each collision.
     pub instructions: Option<f64>,
-    /// Processor time of a collision, median over the rounds (nanoseconds).
+    /// Processor time for each collision, median over the rounds (nanoseconds).
     pub nanoseconds: f64,
-    /// Processor time of a collision over that of the plain gas in the same round, median over the rounds.
+    /// Processor time for each collision relative to the plain gas in the same round, median over
+    /// the rounds.
     pub time_ratio: f64,
     /// Memory for each body (bytes).
     pub bytes_per_body: f64,
 }
 
-/// All there is to report.
+/// All results.
 #[derive(Debug)]
 pub struct Results {
     /// The variants, the plain gas first.
     pub found: Vec<Found>,
-    /// Where the instructions of the plain gas come from.
+    /// Instructions of the plain gas by source.
     pub plain: Option<Profile>,
-    /// What each layer needs.
+    /// Dependencies of each layer.
     pub needs: Vec<Needs>,
 }
 
 impl Results {
-    /// What was found about a variant.
+    /// Results for a variant.
     pub fn of(&self, variant: Variant) -> Option<&Found> {
         self.found.iter().find(|found| found.variant == variant)
     }
 
-    /// Instructions of a collision over those of the plain gas, less 1.
+    /// Instructions for each collision relative to the plain gas, minus 1.
     pub fn excess(&self, variant: Variant) -> Option<f64> {
         Some(self.of(variant)?.instructions? / self.found.first()?.instructions? - 1.0)
     }
 
-    /// Share of the instructions of the plain gas that stand in the capability's own sources.
+    /// Share of the instructions of the plain gas that come from the capability's own sources.
     pub fn absent(&self, capability: Capability) -> Option<f64> {
         let plain = self.plain.as_ref()?;
         let own = callgrind::of_sources(plain, capability.sources());
@@ -98,10 +100,10 @@ impl Results {
     }
 }
 
-/// Runs one variant and prints how many collisions there were: what callgrind looks at.
+/// Runs one variant and prints its number of collisions; callgrind observes this process.
 ///
 /// # Errors
-/// No such variant, or it breaks off.
+/// There is no such variant, or the run fails.
 pub fn work(variant: &str, intervals: u32) -> Result<Verdict> {
     let mut subject = Subject::new(variant.parse()?)?;
     subject.run(intervals)?;
@@ -112,7 +114,7 @@ pub fn work(variant: &str, intervals: u32) -> Result<Verdict> {
 /// Runs the experiment and writes its folder.
 ///
 /// # Errors
-/// A folder that is not empty or cannot be written, a run that breaks off.
+/// The folder is not empty or cannot be written, or a run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
     let experiment = Experiment::begin(
@@ -155,11 +157,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let note = if installed {
         String::new()
     } else {
-        "The program valgrind is not installed: no instructions were counted, and nothing is checked."
+        "The program valgrind is not installed: instructions are not counted, and nothing is checked."
             .to_owned()
     };
     let summary = Summary {
-        title: "What a capability costs where it is absent, idle, and used".to_owned(),
+        title: "Cost of a capability that is absent, idle, or used".to_owned(),
         note,
         totals,
         checks: results.checks(),
@@ -176,7 +178,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
     Ok(summary.verdict())
 }
 
-/// The counts at the two ends: what lies between them is running alone, without the building of the scene.
+/// The counts of a short and a long run: their difference is the run alone, without the
+/// construction of the scene.
 fn ends(variant: Variant, plan: Plan, folder: &Folder) -> Result<[Counted; 2]> {
     let count = |intervals| callgrind::count(variant, intervals, folder.path());
     Ok([count(WARM_UP)?, count(WARM_UP + plan.counted)?])
@@ -187,7 +190,7 @@ fn difference(short: &Profile, long: &Profile) -> Profile {
     long.iter().map(|(key, cost)| (key.clone(), cost.saturating_sub(less(key)))).collect()
 }
 
-/// Times all variants, one after the other in each round.
+/// Times all variants in turn in each round.
 fn time(variants: &[Variant], plan: Plan) -> Result<(Vec<Found>, Totals)> {
     let mut subjects = variants.iter().map(|&variant| Subject::new(variant)).collect::<Result<Vec<_>>>()?;
     for subject in &mut subjects {

@@ -1,4 +1,4 @@
-//! The experiment from end to end: states of the exact run, times, replays, physics, and what is written of them.
+//! Execution of the experiment: states of the exact run, times, replays, physics, and output files.
 
 use anyhow::{Context, Result};
 use carom::{Checkpoint, Simulation, kinematics::EpochTime};
@@ -24,61 +24,62 @@ use super::{
     scenes::{self, Named},
 };
 
-/// Time until the lattice of the start is forgotten, at least between the states from which contacts are replayed, and the most
-/// of a replay: in mean times between two collisions of a body.
+/// Equilibration time, least interval between replayed states, and longest replay, in mean times
+/// between two collisions of a body.
 const WARM_UP: f64 = 50.0;
 const APART: f64 = 5.0;
 const STRETCH: f64 = 2.0;
 
-/// A replay ends where chaos has multiplied roundings by e to this. More: in a dilute gas, where they grow by some hundred in each
-/// collision, two exact runs differ by more than the tolerance. Less: fewer contacts are judged.
+/// A replay ends when chaos has amplified rounding errors by e to this power. More: in a dilute
+/// gas, where each collision amplifies them about a hundredfold, two exact runs differ by more than
+/// the tolerance. Less: fewer contacts are judged.
 const GROWTH: f64 = 3.0;
 
-/// A contact that is off by more than this is wrong (mean times between two collisions of a body). Rounding grows by some
-/// orders of magnitude within a replay, and stays below.
+/// A contact with a larger time error is wrong (mean times between two collisions of a body).
+/// Rounding errors grow by some orders of magnitude within a replay and stay below it.
 pub const TOLERANCE: f64 = 1e-7;
 
-/// What was found about one setting.
+/// Results for one setting.
 #[derive(Debug)]
 pub struct Found {
     /// Which.
     pub setting: Setting,
     /// Processor time of a collision over that of the exact run in the same round, median; `None` if it breaks off.
     pub time: Option<f64>,
-    /// Wrong contacts.
+    /// Counts of wrong contacts.
     pub tally: Tally,
-    /// Effective error by reversal; `None` where the model is another, or the run breaks off.
+    /// Effective error by reversal; `None` for another model or if the run fails.
     pub effective: Option<EffectiveError>,
-    /// What the physicist came for.
+    /// Physical results.
     pub physics: Physics,
 }
 
-/// What was found in one scene.
+/// Results in one scene.
 #[derive(Debug)]
 pub struct SceneResult {
     /// The scene.
     pub named: Named,
-    /// Nanoseconds of a collision of the exact run.
+    /// Time for each collision of the exact run (nanoseconds).
     pub nanoseconds: f64,
-    /// By how many e-foldings roundings grow in one collision of each body.
+    /// E-foldings of rounding errors for each collision of a body.
     pub rate: f64,
     /// Length of a replay, in mean times between two collisions of a body.
     pub stretch: f64,
-    /// The settings, the exact run first.
+    /// The settings; the exact run is the first.
     pub found: Vec<Found>,
-    /// Its charts, as file name and SVG.
+    /// Charts of the scene: file name and SVG.
     pub charts: Vec<(String, String)>,
 }
 
 /// Runs the experiment and writes its folder.
 ///
 /// # Errors
-/// A folder that is not empty or cannot be written, an exact run that breaks off.
+/// The folder is not empty or cannot be written, or an exact run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
     let mut scenes = scenes::all(options.seed);
     scenes.retain(|named| named.name.starts_with(&options.scene));
-    anyhow::ensure!(!scenes.is_empty(), "no scene has a name that begins with '{}'", options.scene);
+    anyhow::ensure!(!scenes.is_empty(), "no scene has a name beginning with '{}'", options.scene);
     let scenes_of: Vec<&carom::Scene> = scenes.iter().map(|named| &named.scene).collect();
     let experiment = Experiment::begin(
         &options.destination,
@@ -108,7 +109,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     drop(progress);
     let mut compared = Vec::new();
     if options.rapier {
-        say("rapier, in closed boxes");
+        say("rapier in closed boxes");
         for result in &results {
             let one = rapier::compare(&result.named, &plan)?;
             for line in rapier::lines(&one) {
@@ -118,10 +119,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
         }
         folder.write_table("rapier.csv", &rapier::HEADER, compared.iter().flat_map(rapier::rows))?;
     } else {
-        say("rapier is not asked for: --rapier compiles and runs it as well");
+        say("rapier is not run; the option --rapier compiles and runs it");
     }
     let summary = Summary {
-        title: "What accuracy costs in whole simulations".to_owned(),
+        title: "Cost of accuracy in whole simulations".to_owned(),
         note: options.note(),
         totals,
         checks: checks(&results),
@@ -135,10 +136,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
     Ok(summary.verdict())
 }
 
-/// The exact run as far as a state that can be gone on from by any setting.
+/// Continues the exact run to a state from which every setting can start.
 fn state_at(simulation: &mut Simulation, time: f64) -> Result<Checkpoint> {
     while !simulation.observe_epoch(EpochTime::from(time), &mut ())? {}
-    // On to the end of the epoch: it comes after a bounded number of contacts.
+    // The end of the epoch follows after a bounded number of contacts.
     loop {
         if let Some(state) = simulation.checkpoint() {
             return Ok(state);
@@ -147,7 +148,7 @@ fn state_at(simulation: &mut Simulation, time: f64) -> Result<Checkpoint> {
     }
 }
 
-/// Mean time between two collisions of a body, from one call to another.
+/// Mean time between two collisions of a body, from `from` to `to`.
 fn tau(simulation: &mut Simulation, from: f64, to: f64) -> Result<f64> {
     simulation.run_until(from)?;
     let before = simulation.view().counters().collisions;
@@ -158,12 +159,14 @@ fn tau(simulation: &mut Simulation, from: f64, to: f64) -> Result<f64> {
     Ok((to - from) * moving as f64 / (2.0 * collisions as f64))
 }
 
-/// Runs until the start is forgotten; what time it is then, and the mean time between two collisions of a body.
+/// Equilibrates the gas; returns the time reached and the mean time between two collisions of a
+/// body.
 ///
 /// # Errors
-/// The run breaks off.
+/// The run fails.
 pub fn settle(simulation: &mut Simulation) -> Result<(f64, f64)> {
-    // Γ is unknown yet: a first guess from a short run, then the warm-up, then the real one.
+    // Γ is unknown at first: an estimate from a short run, then equilibration, then the final
+    // value.
     let mut length = 1e-3;
     while simulation.view().counters().collisions < 4 * simulation.view().len() as u64 {
         length *= 2.0;
@@ -182,12 +185,12 @@ fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals)
     let mut state = |index| state_at(&mut simulation, first + f64::from(index) * APART * tau);
     let mut states = (0..plan.states).map(&mut state).collect::<Result<Vec<_>>>()?;
     let rate = reversal::returns(&settings[0], &states, tau, plan)?.rate();
-    anyhow::ensure!(rate > 0.0, "{}: no chaos is seen in the exact run", named.name);
+    anyhow::ensure!(rate > 0.0, "{}: the distance does not grow in the exact run", named.name);
     let stretch = STRETCH.min(GROWTH / rate);
-    // As many contacts in all where replays are short.
+    // The total number of contacts is constant: shorter replays start from more states.
     let more = (f64::from(plan.states) * STRETCH / stretch).ceil() as u32;
     states.extend((plan.states..more).map(&mut state).collect::<Result<Vec<_>>>()?);
-    let start = states.first().context("a plan without states")?;
+    let start = states.first().context("the plan has no states")?;
     let (times, nanoseconds) = time(&settings, start, tau, plan, totals)?;
     progress.advance(1.0, totals.collisions);
     let bodies = simulation.view().len() as f64;
@@ -200,7 +203,7 @@ fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals)
         .zip(times)
         .map(|(setting, time)| {
             let tally = replays(&setting, &states, &exact, [stretch, tau], plan)?;
-            // What takes too long for even a few blocks has its times and replays only.
+            // Settings too slow for a few blocks have times and replays only.
             let block = time.unwrap_or(0.0) * 1e-9 * nanoseconds * measures::BLOCK * bodies / 2.0;
             let affordable = block < 2.0 * plan.most_seconds;
             let physics =
@@ -219,8 +222,8 @@ fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals)
     Ok(SceneResult { named, nanoseconds, rate, stretch, found, charts: Vec::new() })
 }
 
-/// Replays a setting from all states, or as many as fit into its time. A stretch that breaks off counts for nothing; that it
-/// does shows in the physics.
+/// Replays a setting from all states, or from as many as fit into its time limit. A replay that
+/// fails is not counted; the failure is reported with the physics.
 fn replays(
     setting: &Setting,
     states: &[Checkpoint],
@@ -246,13 +249,13 @@ fn replays(
     Ok(tally)
 }
 
-/// One setting as it is timed.
+/// One setting during the timing.
 struct Timed {
     runner: Box<dyn Runner>,
     now: f64,
-    /// Simulated time in a turn.
+    /// Simulated time of a turn.
     length: f64,
-    /// Simulated time between samples; a whole turn without.
+    /// Simulated time between samples; the whole turn if `None`.
     interval: Option<f64>,
     ratios: Vec<f64>,
     broke_off: bool,
@@ -275,7 +278,7 @@ impl Timed {
     }
 }
 
-/// Times all settings, one after the other in each round.
+/// Times all settings in turn in each round.
 fn time(
     settings: &[Setting],
     state: &Checkpoint,
@@ -297,7 +300,7 @@ fn time(
         })
         .collect::<Result<Vec<_>>>()?;
     for one in &mut timed {
-        // A turn of one mean time between collisions tells how long the next may be.
+        // A first turn of one mean collision time determines the length of the next.
         let (seconds, _) = one.turn();
         one.length = tau * (plan.turn / seconds.max(1e-9)).clamp(1.0, 1e4).round();
         if seconds < plan.most_seconds {
@@ -308,7 +311,7 @@ fn time(
     for _ in 0..plan.rounds {
         let mut base = f64::NAN;
         for (index, one) in timed.iter_mut().enumerate() {
-            // What takes too long is timed once.
+            // Slow settings are timed once.
             let slow = one.ratios.len() * usize::from(one.length <= tau) >= 2;
             if one.broke_off || slow && index > 0 {
                 continue;
@@ -333,7 +336,8 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-/// The exact detector misses nothing, whatever knob of speed is turned; nor does it let anything overlap.
+/// Checks that the exact detector misses no contact and lets no bodies overlap, with every setting
+/// that affects speed only.
 fn checks(results: &[SceneResult]) -> Vec<Check> {
     let check = |result: &SceneResult| {
         let safe = result.found.iter().filter(|found| found.setting.is_exact());
@@ -377,7 +381,7 @@ mod tests {
     use carom::CellsPerSide;
 
     #[test]
-    fn a_grid_too_fine_is_seen_to_miss_contacts_and_the_exact_one_none() {
+    fn too_fine_a_grid_misses_contacts_and_the_exact_one_misses_none() {
         let scene = carom::Scene::from_toml(
             "[box]\nseed = 1\n[[gas]]\nradius = 0.05\nmass = 1.0\nenergy = 1.0\ncount = 50",
         )
@@ -395,11 +399,11 @@ mod tests {
             let setting = Setting { order, ..knobs::exact() };
             let tally = replays(&setting, &states, &exact, [STRETCH, tau], &plan).unwrap();
             let physics = measures::measure(&setting, &states[0], tau, &plan).unwrap();
-            // Whoever has had a wrong contact is judged no more.
+            // Bodies with a wrong contact are excluded afterwards.
             assert!(tally.judged > 100, "{tally:?}");
             (tally.missed, tally.off + tally.invented, physics.overlapping)
         };
-        // Ten cells a side are just safe.
+        // Ten cells a side are the finest safe grid.
         assert_eq!(wrong(Order::HeapScheduler(CellsPerSide::Unchecked(10))), (0, 0, 0));
         assert_eq!(wrong(Order::Epochs8), (0, 0, 0));
         let (missed, other, overlapping) = wrong(Order::HeapScheduler(CellsPerSide::Unchecked(20)));

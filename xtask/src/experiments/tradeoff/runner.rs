@@ -1,4 +1,4 @@
-//! A simulation of whatever detector and scheduler, behind one name.
+//! Simulations with any detector and scheduler as one trait object.
 
 use anyhow::Result;
 use carom::{
@@ -14,30 +14,30 @@ use super::{
 };
 use crate::experiments::{detectors::Detector, time_reversal::there_and_back};
 
-/// A simulation of any kind.
+/// A simulation with any detector and scheduler.
 pub trait Runner {
-    /// All bodies now.
+    /// The present state of all bodies.
     fn view(&self) -> View<'_>;
-    /// Runs on.
+    /// Runs to a time.
     ///
     /// # Errors
-    /// The run breaks off.
+    /// The run fails.
     fn run(&mut self, until: f64) -> Result<(), RunError>;
-    /// The same, measured.
+    /// Runs to a time with physical measurements.
     ///
     /// # Errors
-    /// The run breaks off.
+    /// The run fails.
     fn measure(&mut self, until: f64, measures: &mut Measures) -> Result<(), RunError>;
-    /// The same, each contact noted down.
+    /// Runs to a time and records each contact.
     ///
     /// # Errors
-    /// The run breaks off.
+    /// The run fails.
     fn log(&mut self, until: f64, log: &mut Log) -> Result<(), RunError>;
-    /// Forward for a duration, reversed, and back: collisions of each body on the way forward, and the largest distance from
-    /// the start.
+    /// Runs forward for a duration, reverses all velocities, and runs back. Returns the collisions
+    /// of each body on the way forward and the largest distance from the initial state.
     ///
     /// # Errors
-    /// The run breaks off.
+    /// The run fails.
     fn there_and_back(&mut self, duration: f64) -> Result<(f64, f64)>;
 }
 
@@ -63,10 +63,10 @@ impl<D: Detection, R: Response, S: Scheduler> Runner for Simulation<D, R, S> {
     }
 }
 
-/// The setting, from a state on.
+/// Starts a setting from a state.
 ///
 /// # Errors
-/// The bodies do not suit it.
+/// The setting does not support the bodies.
 pub fn begin(setting: &Setting, state: &Checkpoint) -> Result<Box<dyn Runner>> {
     Ok(match setting.order {
         Order::CellScheduler(instructions) => of::<CellScheduler>(setting, state, instructions)?,
@@ -85,7 +85,7 @@ fn of<S: Scheduler + 'static>(
 where
     S::Options: 'static,
 {
-    // The exact detector by its own type, as everybody runs it.
+    // The exact detector has its own type here, as in normal runs.
     if let Detector::Exact(exact) = setting.detector {
         return finish(setting, Simulation::<_, Impact, S>::resume_with(state, exact, Impact, options)?);
     }
