@@ -1,4 +1,4 @@
-//! The commands of `cargo xtask`, as the command line gives them.
+//! The command line of `cargo xtask`.
 
 use anyhow::Result;
 use carom_runs::{detect, run};
@@ -11,50 +11,51 @@ use crate::{
     fuzz, tidy,
 };
 
-/// Runners on top of carom. Exit codes: 0 done, 1 a check failed, 2 bad input, 130 or 143 interrupted by a
-/// signal.
+/// Commands for experiments and checks with carom. Exit codes: 0 success, 1 a check failed, 2
+/// invalid input, 130 or 143 interrupted by a signal.
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 pub struct Cli {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
 }
 
-/// What there is to do.
+/// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Run an experiment, and write a page about it
+    /// Run an experiment and write a page about it
     #[command(subcommand)]
     Experiment(Experiment),
-    /// Run any scene, with what its [run] asks for
+    /// Run any scene with the options of its [run] table
     Run(run::Options),
     /// Find the first contacts of pairs of molecules
     Detect(detect::Options),
     /// Time whole simulations
     #[command(subcommand)]
     Bench(bench::Bench),
-    /// Attack detection, scenes and files with random input
+    /// Test detection, scenes and files with random input
     #[command(subcommand)]
     Fuzz(fuzz::Fuzz),
-    /// Run the cases that come on the standard input: a part of `fuzz`
+    /// Run cases from standard input: a part of `fuzz`
     #[command(hide = true, name = fuzz::worker::COMMAND)]
     FuzzWorker {
-        /// Which fuzzer
+        /// Name of the fuzzer
         name: String,
     },
-    /// Answer pairs on the standard input with parry: a part of the experiment `encounters`
+    /// Search pairs from standard input with parry: a part of the experiment `encounters`
     #[command(hide = true, name = encounters::parry::COMMAND)]
     ParryWorker,
-    /// Run one variant to be counted: a part of the experiment `capability-cost`
+    /// Run one variant under callgrind: a part of the experiment `capability-cost`
     #[command(hide = true, name = capability_cost::COMMAND)]
     CapabilityWorker {
-        /// Which variant
+        /// Name of the variant
         variant: String,
-        /// For how many sample intervals
+        /// Number of sample intervals
         intervals: u32,
     },
-    /// Check what the compiler does not: layers, first lines, the commands in the README
+    /// Check conventions that the compiler does not check: layers, first lines, the commands in the
+    /// README
     Tidy,
     /// Run everything that must hold before a change lands; what `.ci/run` calls
     Ci,
@@ -63,29 +64,32 @@ pub enum Command {
 /// The experiments.
 #[derive(Debug, Subcommand)]
 pub enum Experiment {
-    /// A T-shaped molecule in a dense gas, and from where it is kicked (Montanari 2017, chapter 3)
+    /// A T-shaped molecule in a dense gas, and the directions of the impulses on it (Montanari
+    /// 2017, chapter 3)
     Brownian(brownian::Options),
-    /// One disc around one fixed molecule: mean free path and directions of hits against integral geometry
+    /// A disc around a fixed molecule: mean free path and directions of hits compared with integral
+    /// geometry
     Billiard(billiard::Options),
-    /// A thin gas of 50 to 2000 discs, with and without a grid (Montanari 2017, test 1: table 2.1 and figure 2.3)
+    /// A dilute gas of 50 to 2000 discs, with and without a grid (Montanari 2017, test 1: table 2.1
+    /// and figure 2.3)
     Spheres(thesis_tests::Options),
     /// Two rods of 1 to 256 atoms each (Montanari 2017, test 2: figure 2.4)
     Pair(thesis_tests::Options),
-    /// All detectors on all kinds of encounters: what accuracy costs, and inaccuracy misses
+    /// All detectors on all kinds of encounters: cost of accuracy and errors of inaccuracy
     Encounters(encounters::Options),
-    /// Scenes at the edge of what floats can do: what must hold there, and where it stops to hold
+    /// Extreme scenes: guarantees that must hold, and their limits
     Extremes(extremes::Options),
-    /// What each capability costs where it is absent, idle, and used
+    /// Cost of each capability when it is absent, idle, or used
     CapabilityCost(capability_cost::Options),
-    /// Whole simulations with each knob turned: what accuracy costs, and what inaccuracy buys
+    /// Whole simulations with different settings: accuracy and speed
     Tradeoff(tradeoff::Options),
 }
 
 impl Cli {
-    /// Does it.
+    /// Runs the command.
     ///
     /// # Errors
-    /// Input that makes no sense, or a run that cannot go on.
+    /// Invalid input, or a run that fails.
     pub fn run(&self) -> Result<Verdict> {
         match &self.command {
             Command::Experiment(Experiment::Brownian(options)) => brownian::run(options),

@@ -62,7 +62,9 @@ pub enum SceneError {
         depth: f64,
     },
     /// A gas does not fit into the box.
-    #[error("{entry}: only {placed} of {wanted} molecules can be placed without overlap; reduce their number")]
+    #[error(
+        "{entry}: only {placed} of {wanted} molecules can be placed without overlap; reduce their number"
+    )]
     Full {
         /// The entry.
         entry: String,

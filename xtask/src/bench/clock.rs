@@ -1,22 +1,24 @@
-//! The clock rate of this core as it is now, so that times can be compared where it changes from one second to the next.
+//! The present clock rate of this core, so that times can be compared while it changes.
 
 use std::hint::black_box;
 
 use cpu_time::ThreadTime;
 
-/// Multiplications that are timed in one go: a quarter of a millisecond.
+/// Number of multiplications in one measurement: a quarter of a millisecond.
 const MULTIPLICATIONS: u32 = 250_000;
 
-/// Of so many goes the fastest counts: what comes in between makes one longer, never shorter.
+/// Number of measurements; the fastest counts, because interruptions only lengthen a measurement.
 const GOES: usize = 4;
 
-/// Cycles of a multiplication of 64-bit integers that needs the result of the one before: three on the x86-64 cores that
-/// servers and workstations have. Where there are others, the unit is a third of that.
+/// Latency of a 64-bit integer multiplication (cycles): three on current x86-64 cores. On other
+/// cores the result is in units of a third of their latency.
 const CYCLES: f64 = 3.0;
 
-/// Cycles in a nanosecond, from the time of a chain of multiplications; none if the clock of this system is too coarse.
+/// Clock rate in cycles per nanosecond, from the time of a chain of dependent multiplications;
+/// `None` if the system clock is too coarse.
 ///
-/// This tells how fast the core ticks, not whether it works for somebody else half of the time: a chain that waits for itself
+/// It measures the rate of the core, not its availability: a latency-bound chain is hardly affected
+/// by another thread on the same core.
 /// hardly feels that.
 pub fn gigahertz() -> Option<f64> {
     let go = |_| {

@@ -1,4 +1,4 @@
-//! The scenes that are timed: dense and dilute, like and unlike, discs and molecules.
+//! The timed scenes: dense and dilute, of equal and unequal discs, and molecules.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use carom::engine::{AtomSpec, BumperSpec, GasSpec, MoleculeSpec, Scene};
 
 type Build = Box<dyn Fn() -> Scene>;
 
-/// Every scene by its name.
+/// All scenes by name.
 pub fn all() -> Vec<(&'static str, Build)> {
     let mut scenes: Vec<(&'static str, Build)> =
         vec![("thesis-gas", Box::new(|| gas_only(fraction(0.01, 0.5))))];
@@ -54,8 +54,9 @@ fn filling(count: usize, area_fraction: f64) -> GasSpec {
     discs((area_fraction / (PI * count as f64)).sqrt(), 1.0, count)
 }
 
-/// Area fraction of small discs in what the large ones leave free, both given as shares of the box: a gas as dense is the
-/// mixture without the large ones.
+/// Area fraction of small discs in the area that the large ones leave free; both arguments are area
+/// fractions of the box. A gas of this area fraction corresponds to the mixture without the large
+/// discs.
 fn among(discs: f64, large: f64) -> f64 {
     discs / (1.0 - large)
 }
@@ -91,13 +92,15 @@ fn molecules(shape: &str, atom_radius: f64, atom_mass: f64, count: usize) -> Gas
     }
 }
 
-/// Small discs, and large ones that together cover as much, at area fraction 0.4; masses go with the areas.
+/// Small discs, and large discs of the same total area, at area fraction 0.4; masses are
+/// proportional to areas.
 fn mixture(small: usize, large: usize, ratio: f64) -> Scene {
     let radius = (0.2 / (PI * small as f64)).sqrt();
     with_gas(vec![], vec![discs(radius, 1.0, small), discs(ratio * radius, ratio * ratio, large)])
 }
 
-/// The Brownian experiment: a tee of atoms half the size, in the thesis's gas, with its bumper.
+/// The Brownian experiment: a tee with atoms of half the gas radius, in the gas of the thesis, with
+/// its bumper.
 fn tee() -> Scene {
     let bumper = BumperSpec { radius: 0.0025, at: [0.1, 0.1], tags: vec![] };
     let scene = with_gas(vec![single("tee", 0.005, 2.0)], vec![fraction(0.01, 0.5)]);

@@ -1,4 +1,4 @@
-//! The detectors behind one type, so that an experiment runs the same simulation with each.
+//! All detectors as one type, so that an experiment runs the same simulation with each.
 
 use carom::{geometry::Outline, kinematics::RelativeMotion};
 use carom_detection::{
@@ -9,13 +9,13 @@ use carom_detection::{
 /// A detector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Detector {
-    /// The certified one.
+    /// The certified detector.
     Exact(Exact),
-    /// The thesis's.
+    /// The detector of the thesis.
     GoldenSecant(GoldenSecant),
-    /// The step-wise one.
+    /// The detector with fixed steps.
     FixedStep(FixedStep),
-    /// The coarser model.
+    /// The coarser model of bounding circles.
     BoundingCircles,
 }
 
@@ -30,7 +30,7 @@ impl Detector {
         }
     }
 
-    /// Its answer.
+    /// Result for one encounter.
     pub fn ask(&self, encounter: &Encounter) -> Answer {
         match self {
             Self::Exact(detector) => encounter.ask(detector),
@@ -40,7 +40,8 @@ impl Detector {
         }
     }
 
-    /// The most gaps that it may compute for an encounter; what costs too much is not asked.
+    /// Upper bound on the number of gap evaluations for an encounter; too expensive encounters are
+    /// skipped.
     pub fn most_evaluations(&self, encounter: &Encounter) -> f64 {
         let [a, b] = encounter.molecules.each_ref().map(|molecule| molecule.atoms().len());
         let has_wall = encounter.molecules.iter().any(|molecule| molecule.face().is_some());
@@ -53,7 +54,8 @@ impl Detector {
                 let [a, b] = encounter.motion.angular_velocity.map(f64::abs);
                 let quarters = duration * a.max(b) / std::f64::consts::FRAC_PI_2;
                 let segments = (quarters / detector.crop_factor).ceil().max(1.0);
-                // A golden section and a secant to a tolerance take some five rounds a decade.
+                // A golden section and a secant search take about five rounds for each decade of
+                // tolerance.
                 segments.min(f64::from(detector.most_segments)) * (8.0 - 5.0 * detector.tolerance.log10())
             }
             Self::FixedStep(detector) => {

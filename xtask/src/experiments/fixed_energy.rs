@@ -1,9 +1,10 @@
-//! Mean speeds of few bodies, which share one energy instead of each having a heat bath.
+//! Mean speeds in a system of few bodies at fixed total energy.
 
-/// The mean magnitude of a velocity component where the energy of f degrees of freedom is given, relative to that at a given
-/// temperature 2E/f: √(f/2) Γ(f/2) / Γ((f + 1)/2), as the velocities are spread evenly over a sphere of f dimensions.
+/// Mean magnitude of a velocity component at a fixed energy E of f degrees of freedom, relative to
+/// the canonical value at temperature 2E/f: √(f/2) Γ(f/2) / Γ((f + 1)/2), because the velocities
+/// are uniform on a sphere in f dimensions.
 ///
-/// It is 1 + 1/(4f) and smaller terms.
+/// The expansion is 1 + 1/(4f) + smaller terms.
 pub fn mean_speed(freedom: f64) -> f64 {
     (0.5 * freedom).sqrt() * (libm::lgamma(0.5 * freedom) - libm::lgamma(0.5 * (freedom + 1.0))).exp()
 }
@@ -13,8 +14,8 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// One dimension: |v| is always what Maxwell's is on root mean square, √(π/2) of its mean; two: a component of a unit
-    /// vector has the mean 2/π.
+    /// One dimension: |v| is constant and equals the root mean square, √(π/2) times the Maxwellian
+    /// mean. Two dimensions: a component of a unit vector has the mean magnitude 2/π.
     #[test]
     fn mean_speeds_at_fixed_energy() {
         assert!((mean_speed(1.0) - (0.5 * PI).sqrt()).abs() < 1e-14);

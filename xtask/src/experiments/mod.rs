@@ -1,4 +1,4 @@
-//! The experiments: each has a question, a folder of files, and a page that answers it.
+//! The experiments: each answers a question with a folder of files and a page.
 
 pub mod billiard;
 pub mod brownian;

@@ -1,4 +1,5 @@
-//! The scene of each case: a molecule in the middle of the unit square, a bumper, and a gas that fills half of it.
+//! The scene of each case: a molecule in the middle of the unit square, a bumper, and a gas of area
+//! fraction one half.
 
 use carom::{
     Scene,
@@ -15,17 +16,17 @@ pub const GAS_MASS: f64 = 1.0;
 /// Energy of each gas disc at the start.
 pub const GAS_ENERGY: f64 = 1.0;
 
-/// Share of the box that the gas discs cover.
+/// Area fraction of the gas discs.
 pub const AREA_FRACTION: f64 = 0.5;
 
-/// Radius of the fixed disc that stops the wind (length).
+/// Radius of the fixed disc that breaks the conservation of momentum (length).
 pub const BUMPER_RADIUS: f64 = 0.0025;
 
 /// Mass of each of the tee's five atoms.
 const ATOM_MASS: f64 = 2.0;
 
-/// The scene of one run. It stops the wind that a gas of non-zero momentum would be with a small fixed disc
-/// (Montanari 2017, section 3.1.1).
+/// The scene of one run. A gas of nonzero momentum would flow as a wind; a small fixed disc stops
+/// it (Montanari 2017, section 3.1.1).
 pub fn scene(case: Case, size: Size, seed: u64, replica: u64, run: RunSpec) -> Scene {
     Scene {
         bounds: BoxSpec { seed, replica, ..BoxSpec::default() },
@@ -48,7 +49,7 @@ fn molecule(case: Case, size: Size) -> MoleculeSpec {
     let radius = size.ratio() * GAS_RADIUS;
     let at = [0.5, 0.5];
     if case == Case::Control {
-        // Five discs of radius a cover as much as one of √5 a.
+        // Five discs of radius a have the area of one disc of radius √5 a.
         let atom = AtomSpec { at: [0.0; 2], radius: 5f64.sqrt() * radius, mass: 5.0 * ATOM_MASS };
         return MoleculeSpec {
             tags: vec!["disc".to_owned()],
@@ -69,17 +70,17 @@ fn molecule(case: Case, size: Size) -> MoleculeSpec {
     }
 }
 
-/// What is put into the gas.
+/// The molecule in the gas.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Case {
-    /// The tee, free to turn.
+    /// A tee that rotates freely.
     Standard,
     /// A disc of the same area and mass.
     Control,
-    /// The tee, locked upright.
+    /// A tee with its orientation locked at 0.
     #[value(name = "locked-0")]
     Locked0,
-    /// The tee, locked upside down.
+    /// A tee with its orientation locked at half a turn.
     LockedPi,
 }
 
@@ -95,29 +96,29 @@ pub enum Size {
 }
 
 impl Case {
-    /// The case as it is written.
+    /// Name of the case on the command line.
     pub fn name(self) -> String {
         value_name(&self)
     }
 
-    /// The molecule in words.
+    /// Description of the molecule.
     pub fn words(self) -> &'static str {
         match self {
-            Self::Standard => "a tee of five discs, free to turn",
+            Self::Standard => "a tee of five discs, rotating freely",
             Self::Control => "a disc of the same area and mass as the tee",
             Self::Locked0 => "a tee of five discs, its orientation locked at 0",
             Self::LockedPi => "a tee of five discs, its orientation locked at half a turn",
         }
     }
 
-    /// Whether the molecule can turn, so that its frame does.
+    /// Returns true if the molecule can rotate.
     pub fn turns(self) -> bool {
         self == Self::Standard
     }
 }
 
 impl Size {
-    /// The size as it is written.
+    /// Name of the size on the command line.
     pub fn name(self) -> String {
         value_name(&self)
     }
@@ -131,7 +132,7 @@ impl Size {
     }
 }
 
-/// A choice as it is written on the command line.
+/// Name of a choice on the command line.
 pub fn value_name<T: ValueEnum>(choice: &T) -> String {
     choice.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }

@@ -1,19 +1,22 @@
-//! Loschmidt's reversal: a run goes forward, all velocities are reversed, and it goes back; how far from its start does it end?
+//! Loschmidt's reversal: a run goes forward, all velocities are reversed, and it goes back; the
+//! distance from the initial state measures its accuracy.
 //!
-//! Errors made on the way forward are undone on the way back, except that chaos multiplies them: the distance is
-//! d₀ exp(κ n) after n collisions of each body, and d₀ is the effective error of the whole engine.
+//! Exact dynamics would return to the initial state. Chaos amplifies the errors: the distance is d₀
+//! exp(κ n) after n collisions of each body, and d₀ is the effective error of the whole engine.
 
 use anyhow::Result;
 use carom::{Detection, Response, Scheduler, Simulation};
 use glam::DVec2;
 
-/// Distances beyond this are no longer small against the paths (box sides), and those of no collision no longer law.
+/// Larger distances are not small compared with the free paths and do not follow the law (box
+/// sides).
 pub const LARGEST: f64 = 1e-3;
 
-/// Runs forward for a duration (time), and back. The distance of the body that ends farthest from where it was (length), and
-/// the collisions of each moving body on the way forward.
+/// Runs forward for a duration (time) and back. Returns the distance of the body that ends farthest
+/// from its initial position (length), and the collisions of each moving body on the way forward.
 ///
 /// # Errors
+/// The run fails.
 /// A run that cannot go on.
 pub fn there_and_back<D: Detection, R: Response, S: Scheduler>(
     simulation: &mut Simulation<D, R, S>,
@@ -28,7 +31,7 @@ pub fn there_and_back<D: Detection, R: Response, S: Scheduler>(
     let (begin, turn) = (simulation.time(), simulation.time().after(duration));
     simulation.observe_until_instant(turn, &mut ())?;
     let collisions = simulation.view().counters().collisions - before;
-    // What was run indeed, which may differ from what was asked for by a rounding.
+    // The actual duration, which may differ from the requested one by rounding.
     let ran = simulation.time().since(begin);
     simulation.reverse();
     let home = simulation.time().after(ran);
@@ -42,7 +45,7 @@ pub fn there_and_back<D: Detection, R: Response, S: Scheduler>(
     Ok((2.0 * collisions as f64 / start.len().max(1) as f64, farthest))
 }
 
-/// Intercept and slope of the straight line of least squares.
+/// Intercept and slope of the least-squares line.
 pub fn line(points: &[(f64, f64)]) -> (f64, f64) {
     let n = points.len() as f64;
     let (x, y) = points.iter().fold((0.0, 0.0), |sum, point| (sum.0 + point.0 / n, sum.1 + point.1 / n));
@@ -59,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_is_found_again() {
+    fn a_planted_line_is_recovered() {
         let (intercept, slope) = line(&[(0.0, 1.0), (1.0, 3.0), (4.0, 9.0)]);
         assert!((intercept - 1.0).abs() < 1e-15 && (slope - 2.0).abs() < 1e-15);
     }

@@ -19,7 +19,7 @@ pub struct Pair {
     pub turns: [f64; 2],
     /// Angular velocities (radians per time).
     pub spins: [f64; 2],
-    /// Sum of the radii, and its rounding term.
+    /// Radii of the two atoms (length).
     pub radii: [f64; 2],
     /// E at time 0, and its rate of growth.
     pub error: [f64; 2],

@@ -16,9 +16,10 @@ pub enum Verdict {
     Missed,
     /// It was reported after the overlap exceeded 2 E.
     Late,
-    /// Reported while the atoms were more than 2 E apart, or parting; there is a contact later.
+    /// A contact was reported while the atoms were more than 2 E apart or separating; one follows
+    /// later.
     Early,
-    /// The same where there is none up to the horizon.
+    /// A contact was reported, but there is none up to the horizon.
     False,
     /// "Certified free until" a time, correctly.
     FreeUntil,

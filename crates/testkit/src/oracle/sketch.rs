@@ -13,10 +13,10 @@ pub enum Sketch {
     Unclear,
 }
 
-/// Allowance for rounding: ten times the number of operations.
+/// Relative allowance for rounding: ten times the actual number of roundings.
 const ROUNDINGS: f64 = 400.0 * f64::EPSILON;
 
-/// Least turn of a body in an interval for which the whole orbit of its atom is a useful bound
+/// Least turn of a body in half an interval for which the whole orbit of its atom is a useful bound
 /// (radians).
 const WIDE: f64 = 0.3;
 

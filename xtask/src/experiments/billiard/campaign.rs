@@ -1,4 +1,4 @@
-//! The experiment from end to end: the flights, what they say against the prediction, and what is written.
+//! Execution of the experiment: flights, comparison with the prediction, and output files.
 
 use anyhow::Result;
 use carom_runs::{
@@ -12,7 +12,7 @@ use super::{Options, flights::fly, report, results::Comparison};
 /// Runs the experiment and writes its folder.
 ///
 /// # Errors
-/// Choices that make no sense, a folder that is not empty, a run that cannot go on.
+/// An option is invalid, the folder is not empty, or a run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let setup = options.setup()?;
     let command = options.command(&setup);

@@ -1,5 +1,5 @@
-//! The flights: discs fly on their own, each hit is counted by direction and by atom, and all are put together in a
-//! fixed order.
+//! Flights of independent discs: hits are counted by direction and by atom and summed in a fixed
+//! order.
 
 use anyhow::{Context, Result};
 use carom::{DirectionHistogram, EnergyLedger, Observer as _, OverlapCheck, Simulation};
@@ -11,38 +11,39 @@ use serde::{Deserialize, Serialize};
 
 use super::Setup;
 
-/// Sectors of the histogram of directions: one a degree.
+/// Sectors of the histogram of directions: one for each degree.
 pub const SECTORS: usize = 360;
 
-/// Blocks of each flight, all equally long; between them hits are as good as independent.
+/// Number of equal blocks of each flight; hits of different blocks are practically independent.
 pub const BLOCKS: usize = 16;
 
-/// The hits of all discs together.
+/// Hits of all discs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Hits {
-    /// By direction of the impulse on the molecule.
+    /// Number by direction of the impulse on the molecule.
     pub directions: Vec<u64>,
-    /// By atom.
+    /// Number by atom.
     pub atoms: Vec<u64>,
-    /// By block, one flight after the other.
+    /// Number by block, in the order of the flights.
     pub blocks: Vec<u64>,
-    /// Path flown in one block (length).
+    /// Path length of a disc in one block (length).
     pub path: f64,
     /// Totals.
     pub totals: Totals,
 }
 
 impl Hits {
-    /// How many.
+    /// Total number of hits.
     pub fn total(&self) -> u64 {
         self.directions.iter().sum()
     }
 
-    /// Mean path between two hits (length), with its standard error.
+    /// Mean free path between hits (length), with its standard error.
     ///
-    /// Hits per path do not change along a flight, so that the ratio of means is without bias to first order. The error
-    /// comes from the scatter of the blocks: single paths have no variance where there are straight corridors without
-    /// end, along which the distribution falls as the cube.
+    /// The rate of hits is constant along a flight, so the ratio of means is unbiased to first
+    /// order. The error is from the scatter of the blocks: single free paths have infinite variance
+    /// where straight corridors of infinite length exist, because their distribution falls as the
+    /// inverse cube.
     pub fn mean_free_path(&self) -> (f64, f64) {
         let count = self.blocks.len() as f64;
         let mean = self.blocks.iter().sum::<u64>() as f64 / count;
@@ -60,10 +61,10 @@ impl Hits {
     }
 }
 
-/// Lets all discs fly, on the threads of the present pool; each flight is a piece.
+/// Runs all discs on the threads of the current pool; each flight is a work item.
 ///
 /// # Errors
-/// A scene that cannot be built, a run that cannot go on, or a piece that cannot be kept.
+/// A scene cannot be built, a run fails, or a result cannot be stored.
 pub fn fly(setup: &Setup, pieces: &Pieces) -> Result<Hits> {
     let progress = Progress::new(setup.duration() * setup.flights() as f64);
     let one = |replica| {
@@ -73,16 +74,16 @@ pub fn fly(setup: &Setup, pieces: &Pieces) -> Result<Hits> {
         }
         pieces.finish(&name, || flight(setup, replica, &progress).with_context(|| name.clone()))
     };
-    // In the order of the replicas, whichever ends first.
+    // In the order of the replicas, independent of the threads.
     let flights: Vec<Hits> = (0..setup.flights()).into_par_iter().map(one).collect::<Result<_>>()?;
     let totals: Vec<Totals> = flights.iter().map(|flight| flight.totals).collect();
-    let all = flights.into_iter().reduce(Hits::add).context("no flight")?;
+    let all = flights.into_iter().reduce(Hits::add).context("there are no flights")?;
     Ok(Hits { totals: Totals::of(&totals), ..all })
 }
 
 fn flight(setup: &Setup, replica: u64, progress: &Progress) -> Result<Hits> {
     let mut simulation = Simulation::new(&setup.scene(replica)?)?;
-    let target = simulation.view().bodies().next().context("a scene without bodies")?.body.key();
+    let target = simulation.view().bodies().next().context("the scene has no bodies")?.body.key();
     let mut directions = DirectionHistogram::new(target, SECTORS);
     let (mut energy, mut overlaps) = (EnergyLedger::default(), OverlapCheck::default());
     directions.start(&simulation.view());

@@ -1,5 +1,6 @@
-//! `cargo xtask experiment billiard`: one disc flies around one fixed molecule, and integral geometry says exactly how
-//! far, and from where it hits (Santaló 1976, "Integral geometry and geometric probability").
+//! `cargo xtask experiment billiard`: a disc moves around a fixed molecule; its mean free path and
+//! its directions of impact are compared with integral geometry (Santaló 1976, "Integral geometry
+//! and geometric probability").
 
 mod campaign;
 mod flights;

@@ -1,4 +1,4 @@
-//! What can be chosen about the experiment, and the set-up that follows from it.
+//! Options of the experiment, and the resulting setup.
 
 use anyhow::{Context, Result, ensure};
 use carom::{
@@ -11,7 +11,7 @@ use clap::Args;
 use glam::DVec2;
 use rand::RngExt as _;
 
-/// Choices of `cargo xtask experiment billiard`.
+/// Options of `cargo xtask experiment billiard`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
     /// The fixed molecule: disc, dumbbell, rod:N, cross, tee, ring:N
@@ -20,34 +20,35 @@ pub struct Options {
     /// Radius of its atoms (length)
     #[arg(long, default_value_t = 0.005)]
     pub atom_radius: f64,
-    /// Radius of the disc that flies (length)
+    /// Radius of the moving disc (length)
     #[arg(long, default_value_t = 0.01)]
     pub gas_radius: f64,
-    /// Side of the periodic box (length); four times the reach of the two if not given
+    /// Side of the periodic box (length); default: four times the sum of the two bounding radii
     #[arg(long)]
     pub side: Option<f64>,
-    /// A short run to look at, well under two minutes: 4·10⁶ hits (the default)
+    /// A short test run, well under two minutes: 4·10⁶ hits (the default)
     #[arg(long, conflicts_with = "paper")]
     pub quick: bool,
-    /// The run to quote from: 10⁸ hits
+    /// The run for publication: 10⁸ hits
     #[arg(long)]
     pub paper: bool,
-    /// About so many hits instead; more of them, in whole quarters of a million, extend a run with --resume
+    /// Approximate number of hits instead; with --resume a larger number, in multiples of a quarter
+    /// of a million, extends a run
     #[arg(long, value_parser = clap::value_parser!(u64).range(10_000..=1_000_000_000_000))]
     pub hits: Option<u64>,
     /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Discs that fly at once, each in a box of its own; as many as there are processors if not given. The results do not
-    /// depend on it
+    /// Number of discs that fly in parallel, each in its own box; default: one for each processor.
+    /// The results do not depend on it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
-    /// Where to write, over what, and whether to go on
+    /// Output folder and whether to resume there
     #[command(flatten)]
     pub resumption: Resumption,
 }
 
-/// The molecule, the disc, the box, and how long.
+/// Molecule, disc, box, and number of hits.
 #[derive(Debug, Clone)]
 pub struct Setup {
     /// The fixed molecule's shape.
@@ -56,46 +57,46 @@ pub struct Setup {
     pub atom_radius: f64,
     /// The fixed molecule.
     pub molecule: Molecule,
-    /// Radius of the disc (length).
+    /// Radius of the moving disc (length).
     pub gas_radius: f64,
-    /// Where the disc's centre cannot be.
+    /// The region that the disc's centre cannot enter.
     pub region: ExcludedRegion,
     /// Side of the box (length).
     pub side: f64,
-    /// Hits that are expected of all discs together.
+    /// Expected number of hits of all discs.
     pub hits: f64,
     /// Seed of all random numbers.
     pub seed: u64,
 }
 
-/// Hits of one flight, about. Fewer: the discs have no time to forget where they began. More: rounding adds up, by chance,
-/// to more than the drift of the energy that is allowed.
+/// Approximate number of hits of one flight. Fewer: the initial condition is not forgotten. More:
+/// accumulated rounding exceeds the allowed energy drift.
 const HITS_OF_FLIGHT: f64 = 250_000.0;
 
-/// Tries to find a place for the disc outside the molecule; more than half of the box is always free.
+/// Largest number of random positions tried for the disc; more than half of the box is always free.
 const MOST_TRIES: usize = 1000;
 
 impl Setup {
-    /// The mean path between two hits that integral geometry predicts (length).
+    /// Mean free path between hits predicted by integral geometry (length).
     pub fn mean_free_path(&self) -> f64 {
         self.region.mean_free_path(self.side * self.side)
     }
 
-    /// Discs that fly independently: what comes out must not depend on the machine.
+    /// Number of independent flights; it does not depend on the machine.
     pub fn flights(&self) -> u64 {
         (self.hits / HITS_OF_FLIGHT).ceil().max(2.0) as u64
     }
 
-    /// How long each disc flies at speed 1 (time).
+    /// Duration of a flight at speed 1 (time).
     pub fn duration(&self) -> f64 {
         self.hits * self.mean_free_path() / self.flights() as f64
     }
 
-    /// The scene of one replica: the molecule in the middle, and a disc of speed 1 from a random place in a random
-    /// direction.
+    /// The scene of one replica: the molecule at the centre, and a disc of speed 1 at a random
+    /// position with a random direction.
     ///
     /// # Errors
-    /// No place was found.
+    /// No free position was found.
     pub fn scene(&self, replica: u64) -> Result<Scene> {
         let mut places = RandomStream::Placement.generator(self.seed, replica);
         let mut place = || self.side * DVec2::new(places.random::<f64>(), places.random::<f64>());
@@ -116,7 +117,7 @@ impl Setup {
         let disc = MoleculeSpec {
             tags: vec!["disc".to_owned()],
             atoms: vec![AtomSpec { at: [0.0; 2], radius: self.gas_radius, mass: 1.0 }],
-            at: at.context("no place for the disc was found")?.into(),
+            at: at.context("no free position for the disc was found")?.into(),
             velocity: DVec2::from_angle(angle).into(),
             ..MoleculeSpec::default()
         };
@@ -131,10 +132,10 @@ impl Setup {
 }
 
 impl Options {
-    /// The molecule, the disc, the box, and how long.
+    /// Molecule, disc, box, and number of hits from these options.
     ///
     /// # Errors
-    /// Lengths that make no sense, or a box so small that the molecule's images stand in the way.
+    /// A length is invalid, or the box is too small for the periodic images of the molecule.
     pub fn setup(&self) -> Result<Setup> {
         ensure!(
             self.gas_radius.is_finite() && self.gas_radius > 0.0,
@@ -148,8 +149,8 @@ impl Options {
         let side = self.side.unwrap_or(4.0 * reach);
         ensure!(
             side.is_finite() && side > 2.2 * reach,
-            "--side {side}: it must be finite and more than 2.2 times {reach}, the reach of molecule and disc together, \
-             or the molecule's images stand too close"
+            "--side {side}: it must be finite and more than 2.2 times {reach}, the sum of the radii of \
+             molecule and disc, so that the molecule's images stay apart"
         );
         let ready = if self.paper { 1e8 } else { 4e6 };
         let hits = self.hits.map_or(ready, |hits| hits as f64);
@@ -157,21 +158,22 @@ impl Options {
         Ok(Setup { shape, atom_radius, molecule, gas_radius, region, side, hits, seed: self.seed })
     }
 
-    /// What is to be known of the run before anything else.
+    /// Note that is printed and shown first.
     pub fn note(&self) -> String {
         if self.paper {
             String::new()
         } else {
-            "This is a short run, to look at. The run to quote from, of 10⁸ hits, is --paper.".to_owned()
+            "This is a short run. The run for publication, of 10⁸ hits, is --paper.".to_owned()
         }
     }
 
-    /// Folder to write to if no other is asked for.
+    /// Default output folder.
     pub fn usual_folder(&self) -> String {
         format!("out/billiard-{}", self.shape).replace(':', "-")
     }
 
-    /// What a flight depends on, but for its number: so many of them more extend a run.
+    /// Description of the run without the number of flights, which may grow when the run is
+    /// resumed.
     pub fn what(&self, setup: &Setup) -> String {
         format!("{}\nflights of {} each", self.flight(setup), setup.duration())
     }
@@ -183,7 +185,7 @@ impl Options {
         )
     }
 
-    /// The command with every choice written out that the results depend on.
+    /// The command with every option that affects the results.
     pub fn command(&self, setup: &Setup) -> String {
         format!("{} --hits {}", self.flight(setup), setup.hits)
     }

@@ -1,4 +1,4 @@
-//! The tables, the charts and the page of the experiment.
+//! Tables, charts and page of the experiment.
 
 use anyhow::Result;
 use carom_report::{
@@ -16,10 +16,10 @@ use super::{
     results::Comparison,
 };
 
-/// Writes all but the summary.
+/// Writes all files except the summary.
 ///
 /// # Errors
-/// A file that cannot be written, or a figure that is not finite.
+/// A file cannot be written, or a value is not finite.
 pub fn write(
     folder: &Folder,
     setup: &Setup,
@@ -60,13 +60,13 @@ pub fn write(
     )
 }
 
-/// The share of a sector in which one atom is exposed, upside down.
+/// Inverse of the share of hits in a sector to which one atom is exposed.
 fn unit(setup: &Setup) -> f64 {
     let level = (setup.atom_radius + setup.gas_radius) * (360.0 / SECTORS as f64).to_radians();
     setup.region.perimeter() / level
 }
 
-/// The histogram in units of one atom's share: its levels are whole numbers.
+/// Histogram in units of the share of one atom: its levels are integers.
 fn chart(setup: &Setup, hits: &Hits, comparison: &Comparison) -> Result<String> {
     let (unit, total) = (unit(setup), hits.total() as f64);
     let measured: Vec<f64> = hits.directions.iter().map(|&count| unit * count as f64 / total).collect();
@@ -93,14 +93,14 @@ fn chart(setup: &Setup, hits: &Hits, comparison: &Comparison) -> Result<String> 
     .svg()
 }
 
-/// The same, round the clock.
+/// Polar chart of the hits by direction.
 fn polar(setup: &Setup, hits: &Hits, comparison: &Comparison) -> Result<String> {
     let (unit, total) = (unit(setup), hits.total() as f64);
     let measured = hits.directions.iter().map(|&count| unit * count as f64 / total).collect();
     let predicted = comparison.directions.iter().map(|share| unit * share).collect();
     Polar {
-        title: "Hits by direction, round the clock".to_owned(),
-        label: "distance: hits, in units of one exposed atom".to_owned(),
+        title: "Hits by direction, polar chart".to_owned(),
+        label: "radius: hits, in units of one exposed atom".to_owned(),
         curves: vec![
             ("measured".to_owned(), colour::BLUE, measured),
             ("exposed atoms N(φ)".to_owned(), colour::VERMILLION, predicted),
@@ -110,7 +110,7 @@ fn polar(setup: &Setup, hits: &Hits, comparison: &Comparison) -> Result<String> 
     .svg()
 }
 
-/// How far each sector is from its prediction, in standard errors.
+/// Deviation of each sector from its prediction, in standard errors.
 fn deviations(hits: &Hits, comparison: &Comparison) -> Result<String> {
     let total = hits.total() as f64;
     let sectors = hits.directions.iter().zip(&comparison.directions);
@@ -118,7 +118,7 @@ fn deviations(hits: &Hits, comparison: &Comparison) -> Result<String> {
         .filter(|(_, share)| **share > 0.0)
         .map(|(&count, share)| (count as f64 - total * share) / (total * share).sqrt())
         .collect();
-    // The density of the deviations against that of Gauss, in quarters of a standard error.
+    // Density of the deviations compared with a Gaussian, in bins of a quarter of a standard error.
     let (most, bins) = (5.0, 40);
     let width = 2.0 * most / f64::from(bins);
     let mut found = vec![0.0; bins as usize];
@@ -132,11 +132,11 @@ fn deviations(hits: &Hits, comparison: &Comparison) -> Result<String> {
     let layer = |name: &str, colour, shape| Layer { name: name.to_owned(), colour, shape };
     Chart {
         title: "Deviations from the prediction".to_owned(),
-        x: Axis { label: "measured less predicted [standard errors]".to_owned(), range: (-most, most) },
+        x: Axis { label: "measured minus predicted [standard errors]".to_owned(), range: (-most, most) },
         y: Axis { label: "share of sectors per standard error".to_owned(), range: (0.0, 1.4 * top) },
         layers: vec![
             layer("sectors", colour::BLUE, Shape::Line(staircase(-most, most, &found))),
-            layer("chance alone (Gauss)", colour::VERMILLION, Shape::Line(curve)),
+            layer("Gaussian distribution", colour::VERMILLION, Shape::Line(curve)),
         ],
     }
     .svg()
@@ -151,13 +151,14 @@ fn page(
 ) -> Page {
     let mut page = Page::new(
         &summary.title,
-        "One disc flies around one fixed molecule in a periodic box. How far it flies from hit to hit on average, from \
-         which directions it hits, and which atom, follows from the boundary of the region that its centre cannot enter.",
+        "A disc moves around a fixed molecule in a periodic box. Its mean free path, and the distributions \
+         of directions and atoms that it hits, follow from the boundary of the region that its centre cannot \
+         enter.",
     );
     if !summary.note.is_empty() {
         page.note(&summary.note);
     }
-    page.heading("What was run");
+    page.heading("Runs");
     page.facts(&[
         (
             "molecule",
@@ -176,14 +177,14 @@ fn page(
     page.totals(&summary.totals);
     page.subheading("Checks");
     page.checks(&summary.checks);
-    page.heading("What was found");
+    page.heading("Results");
     page.figures(&summary.figures);
     page.pictures(
         Layout::Full,
         &[(
             chart,
-            "Directions of the impulse, opposite to the normal. Each atom that a direction exposes adds one level; there are \
-             no others. One bin a degree.",
+            "Directions of the impulse, opposite to the normal. Each atom exposed to a direction adds one \
+             level; there are no others. One bin for each degree.",
         )],
     );
     page.pictures(
@@ -191,27 +192,27 @@ fn page(
         &[
             (
                 molecule,
-                "The molecule, and the boundary of the region that the disc's centre cannot enter, arc by arc. An atom with a \
-                 broken line is never touched.",
+                "The molecule, and the boundary of the region that the disc's centre cannot enter. An atom \
+                 with a dashed outline cannot be touched.",
             ),
-            (polar, "0° is x′, 90° is y′. A hit points to where the molecule is pushed."),
+            (polar, "0° is x′, 90° is y′. The direction is that of the impulse on the molecule."),
         ],
     );
     page.pictures(
         Layout::Full,
         &[(
             deviations,
-            "How far the sectors are from their predictions. If only chance is left, they follow the curve; what lies beyond \
-             the axis is counted in the last bars.",
+            "Deviations of the sectors from their predictions. Statistical errors alone follow the curve; \
+             values beyond the axis are counted in the last bars.",
         )],
     );
     page.paragraph(
-        "The error of the mean free path comes from the scatter of blocks: the box has straight corridors without end, along \
-         which single paths have no finite variance. At the start the disc is at a random free place, with a random \
-         direction: that is the stationary state already.",
+        "The error of the mean free path is from the scatter of blocks: the box has straight corridors of \
+         infinite length, along which single free paths have infinite variance. The disc starts at a random \
+         free position with a random direction, which is the stationary state.",
     );
-    page.heading("How to run it again");
-    page.paragraph("The same seed gives the same figures to the last bit, whatever the number of threads.");
+    page.heading("Reproduction");
+    page.paragraph("The same seed gives the same figures to the last bit for any number of threads.");
     page.code(command);
     page.links(["directions.csv", "atoms.csv", "blocks.csv", "summary.json", "manifest.json", "config.toml"]);
     page

@@ -8,16 +8,17 @@ use super::{
     flights::{Hits, SECTORS},
 };
 
-/// Most standard errors between a mean and its prediction: by chance once in 16 000 runs.
+/// Largest allowed deviation of a mean from its prediction (standard errors): chance exceeds it
+/// once in 16 000 runs.
 const MOST_ERRORS: f64 = 4.0;
 
-/// Most that −log₁₀ p of a χ² may be: by chance exceeded once in 10 000 runs.
+/// Largest allowed −log₁₀ p of a χ²: chance exceeds it once in 10 000 runs.
 const MOST_LOG_P: f64 = 4.0;
 
-/// Shares of single atoms are figures of their own up to so many atoms; all stand in atoms.csv.
+/// Largest number of atoms with figures of their own; all atoms are in atoms.csv.
 const MOST_ATOMS: usize = 16;
 
-/// The hits against what is predicted.
+/// Hits compared with the prediction.
 #[derive(Debug, Clone)]
 pub struct Comparison {
     /// Predicted share of each sector of directions.
@@ -26,9 +27,9 @@ pub struct Comparison {
     pub atoms: Vec<f64>,
     /// χ² of the directions.
     pub of_directions: ChiSquare,
-    /// χ² of the atoms that can be reached.
+    /// χ² of the reachable atoms.
     pub of_atoms: ChiSquare,
-    /// Hits on atoms that cannot be.
+    /// Hits on unreachable atoms.
     pub unreachable: u64,
 }
 
@@ -71,10 +72,10 @@ impl Comparison {
                 .predicted(setup.mean_free_path(), "π (L² − A) / P (Santaló 1976)"),
             Figure::new("mean free path over prediction, less 1", path / setup.mean_free_path() - 1.0, "1")
                 .error(error / setup.mean_free_path())
-                .predicted(0.0, "the same"),
+                .predicted(0.0, "integral geometry"),
             Figure::new("χ² of directions per degree of freedom", of.value / of.freedom.max(1) as f64, "1")
                 .error((2.0 / of.freedom.max(1) as f64).sqrt())
-                .predicted(1.0, "hits that are independent of each other"),
+                .predicted(1.0, "independent hits"),
             Figure::new("p-value of χ² of directions", of.p_value(), "1"),
             Figure::new("p-value of χ² of atoms", self.of_atoms.p_value(), "1"),
             Figure::new("perimeter of the excluded region", setup.region.perimeter(), "length"),

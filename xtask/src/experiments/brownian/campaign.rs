@@ -1,4 +1,4 @@
-//! All runs that were asked for, side by side, and what is written of them.
+//! Execution of all requested runs in parallel, and their output.
 
 use anyhow::{Context, Result, ensure};
 use carom::Scene;
@@ -35,16 +35,16 @@ struct Job {
     scene: Scene,
 }
 
-/// `summary.json`: what every experiment has, and the verdicts.
+/// `summary.json`: the common summary and the verdicts.
 #[derive(Debug, Serialize)]
 struct Whole {
     #[serde(flatten)]
     summary: Summary,
-    /// One for each case and size.
+    /// One verdict for each case and size.
     verdicts: Vec<Judged>,
 }
 
-/// What the runs of one case and size say of equilibrium.
+/// Verdict on equilibrium for the runs of one case and size.
 #[derive(Debug, Serialize)]
 struct Judged {
     case: String,
@@ -59,7 +59,7 @@ impl Judged {
     }
 }
 
-/// A job with what there is of it already.
+/// A job and its stored results.
 struct Run<'a> {
     job: &'a Job,
     task: &'a Task<'a>,
@@ -67,7 +67,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Whether it has come to its end, and all is written.
+    /// Returns true if the run has ended and all its files are written.
     fn is_complete(&self) -> bool {
         let ended = self.found.as_ref().is_some_and(|found| found.has_ended(self.task.until));
         ended && Manifest::is_complete(self.task.folder)
@@ -110,7 +110,7 @@ fn title(case: Case, size: Size) -> String {
 /// Runs the experiment and writes its folder.
 ///
 /// # Errors
-/// Choices that make no sense, a folder that is not empty, a run that cannot go on.
+/// An option is invalid, the folder is not empty, or a run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan()?;
     let signals = Signals::watch()?;
@@ -126,7 +126,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
     };
     let tasks: Vec<Task<'_>> =
         jobs.iter().zip(&folders).map(|(job, folder)| job.task(&plan, options, folder, &signals)).collect();
-    // All of them before anything is written: a folder of another campaign stays as it is.
+    // All checkpoints are read before anything is written: a folder of another campaign stays
+    // unchanged.
     let found = tasks.iter().map(Task::find).collect::<Result<Vec<_>>>()?;
     let runs: Vec<Run<'_>> =
         jobs.iter().zip(&tasks).zip(found).map(|((job, task), found)| Run { job, task, found }).collect();
@@ -150,18 +151,19 @@ pub fn run(options: &Options) -> Result<Verdict> {
     Ok(summary.verdict())
 }
 
-/// One run stands in the folder itself, several in folders inside it: refuses to make one out of the other.
+/// Refuses to resume one run as a campaign of several, or the reverse: a single run is in the
+/// folder itself, several are in subfolders.
 fn refuse_other_layout(jobs: &[Job], folder: &Folder) -> Result<()> {
     let path = folder.path();
     match jobs {
         [job] => ensure!(
             !path.join(job.name()).join(CHECKPOINT).exists(),
-            "{} holds a campaign of several runs: it cannot be gone on with as one run",
+            "{} holds a campaign of several runs: it cannot be resumed as one run",
             path.display()
         ),
         _ => ensure!(
             !path.join(CHECKPOINT).exists(),
-            "{} holds one run: it cannot be gone on with as a campaign of several",
+            "{} holds one run: it cannot be resumed as a campaign of several",
             path.display()
         ),
     }
@@ -184,7 +186,7 @@ fn jobs(options: &Options, plan: &Plan) -> Vec<Job> {
     jobs
 }
 
-/// One run, written to its folder; the manifest and the summary are left to the caller.
+/// Executes one run in its folder; the caller writes manifest and summary.
 fn one(
     Run { job, task, found }: Run<'_>,
     plan: &Plan,
@@ -194,7 +196,7 @@ fn one(
     let folder = task.folder;
     let command = options.command(plan);
     let head = format!(
-        "# Written by `{command}`, replica {}.\n# The scene in full; measuring began at t = {}.\n\n",
+        "# Written by `{command}`, replica {}.\n# The full scene; the measurement starts at t = {}.\n\n",
         job.replica, plan.from
     );
     folder.write("config.toml", head + &job.scene.to_toml())?;
@@ -202,7 +204,7 @@ fn one(
         .with_context(|| format!("run {}", job.name()))?;
     folder.write_table("atoms.csv", &["atom", "kicks"], measured.kicks.by_atom.iter().enumerate())?;
     let runs = std::slice::from_ref(&measured);
-    let group = Group::new(job.case, runs, plan.from).context("a run without kicks to sum")?;
+    let group = Group::new(job.case, runs, plan.from).context("the run has no kicks")?;
     let (charts, more) = (Charts::draw(&group)?, Distributions::draw(&group)?);
     write_group(folder, "", &group, &charts, &more)?;
     let judged = Judged::new(&group, job.size);
@@ -222,11 +224,11 @@ fn one(
         page.note(&summary.note);
     }
     report::question(&mut page, options.area_fraction);
-    page.heading("What was run");
+    page.heading("Runs");
     report::setting(&mut page, &group, job.size, plan);
     totals(&mut page, &summary);
     system::of_one_run(&mut page, &group, &charts, folder, plan)?;
-    page.heading("What was found");
+    page.heading("Results");
     judged.verdict.show(&mut page);
     page.subheading("Figures");
     page.figures(&summary.figures);
@@ -242,7 +244,7 @@ fn one(
     Ok((measured, Whole { summary, verdicts }))
 }
 
-/// All runs, each in a folder of its own, and a page about all.
+/// Executes all runs, each in its own folder, and writes a common page.
 fn several(
     jobs: &[Job],
     runs: Vec<Run<'_>>,
@@ -273,7 +275,7 @@ fn several(
         manifest.complete(inner, whole.summary.totals.cpu_seconds())?;
         Ok(measured)
     };
-    // In the order of the jobs, whichever ends first: what is written does not depend on the threads.
+    // In the order of the jobs, so that the output does not depend on the threads.
     let measured: Vec<Measurement> =
         pool.install(|| runs.into_par_iter().map(run_one).collect::<Result<_>>())?;
 
@@ -292,7 +294,7 @@ fn several(
     let per_group = usize::try_from(options.replicas)?;
     for (jobs, runs) in jobs.chunks(per_group).zip(measured.chunks(per_group)) {
         let (case, size) = (jobs[0].case, jobs[0].size);
-        let group = Group::new(case, runs, plan.from).context("a run without kicks to sum")?;
+        let group = Group::new(case, runs, plan.from).context("the run has no kicks")?;
         let name = format!("{}-{}", case.name(), size.name());
         let (charts, more) = (Charts::draw(&group)?, Distributions::draw(&group)?);
         write_group(folder, &format!("{name}-"), &group, &charts, &more)?;
@@ -321,13 +323,10 @@ fn several(
         page.note(&summary.note);
     }
     report::question(&mut page, options.area_fraction);
-    page.heading("What was run");
+    page.heading("Runs");
     totals(&mut page, &summary);
-    page.heading("The system");
-    page.paragraph(&format!(
-        "Run {}; each run has a page of its own, with its own moving view.",
-        jobs[0].name()
-    ));
+    page.heading("System");
+    page.paragraph(&format!("Run {}; each run has its own page and animation.", jobs[0].name()));
     let first = folder.inner(&jobs[0].name())?;
     system::moving(&mut page, &first, plan)?;
     system::before_and_after(&mut page, &first, plan)?;
@@ -338,7 +337,7 @@ fn several(
     Ok(Whole { summary, verdicts })
 }
 
-/// The charts of a group and the numbers in them.
+/// Writes the charts of a group and their data.
 fn write_group(
     folder: &Folder,
     prefix: &str,
@@ -355,7 +354,7 @@ fn write_group(
     folder.write_table(&name("contact-density"), &CONTACT_HEADER, contact_rows(group))
 }
 
-/// What the whole took, and whether it can be trusted.
+/// Totals and checks of the whole campaign.
 fn totals(page: &mut Page, summary: &Summary) {
     page.totals(&summary.totals);
     if !summary.runs.is_empty() {
@@ -366,12 +365,12 @@ fn totals(page: &mut Page, summary: &Summary) {
 }
 
 fn again(page: &mut Page, command: &str) {
-    page.heading("How to run it again");
-    page.paragraph("The same seed gives the same figures to the last bit, whatever the number of threads.");
+    page.heading("Reproduction");
+    page.paragraph("The same seed gives the same figures to the last bit for any number of threads.");
     page.code(command);
 }
 
-/// `config.toml` of a campaign: its choices; each run's folder holds its scene.
+/// `config.toml` of a campaign: its options; each run's folder holds its scene.
 fn campaign_config(options: &Options, plan: &Plan) -> Result<String> {
     #[derive(Serialize)]
     struct Config {

@@ -1,7 +1,9 @@
-//! What a thin gas must show: the exposed arcs, in the shares of kicks by direction and by atom.
+//! Checks in a dilute gas: the shares of kicks by direction and by atom follow from the exposed
+//! arcs.
 //!
-//! In an ideal gas at equilibrium the impulse on each piece of the boundary is the same, for a molecule of any mass, free
-//! or locked; the number of kicks goes with μ^(−1/2) of the contact's reduced mass μ (kinetic theory of gases).
+//! In an ideal gas at equilibrium the impulse per length of the boundary is constant for a molecule
+//! of any mass, free or locked; the number of kicks is proportional to μ^(−1/2) of the contact's
+//! reduced mass μ (kinetic theory of gases).
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,39 +19,40 @@ use crate::experiments::{
     thesis_scene::{BUMPER_RADIUS, GAS_MASS, GAS_RADIUS},
 };
 
-/// Share of the box below which a gas is taken for ideal: the first correction, by what two gas discs keep free of each
-/// other near the molecule, is of this order.
+/// Area fraction below which a gas counts as ideal: the first correction, from the mutual exclusion
+/// of gas discs near the molecule, is of this order.
 pub const DILUTE: f64 = 0.01;
 
-/// Directions are taken together, ten degrees at a time.
+/// Number of groups of directions, ten degrees each.
 const GROUPS: usize = 36;
 
-/// Fewer kicks than this in a group of directions on average, and χ² is not that of Gaussian errors.
+/// Least mean number of kicks in a group of directions for which χ² has Gaussian errors.
 const LEAST: u64 = 20;
 
-/// Most that −log₁₀ p of a χ² may be: by chance exceeded once in 10 000 runs.
+/// Largest allowed −log₁₀ p of a χ²: chance exceeds it once in 10 000 runs.
 const MOST_LOG_P: f64 = 4.0;
 
-/// Whether the gas covers so little of the box that it is as good as ideal.
+/// Returns true if the area fraction of the gas is small enough for the ideal-gas predictions.
 pub fn is_dilute(group: &Group<'_>) -> bool {
     group.density() * PI * GAS_RADIUS * GAS_RADIUS < DILUTE
 }
 
-/// What a few discs around the molecule must show, in a box of area 1.
+/// Predictions for a few discs around the molecule, in a box of area 1.
 #[derive(Debug, Clone, Copy)]
 pub struct FewDiscs {
-    /// Density of gas centres at the molecule's rim, relative to the mean.
+    /// Density of gas centres at the molecule's boundary, relative to the mean.
     pub rim: f64,
     /// Kicks of the molecule (1 / time).
     pub kicks: f64,
-    /// Collisions per body that moves (1 / time).
+    /// Collisions per moving body (1 / time).
     pub collisions: f64,
 }
 
 impl FewDiscs {
-    /// An ideal gas, n √(kT / 2π) ∮ μ^(−1/2) ds and n kT P, with three corrections of a percent: the centres have the room that
-    /// the molecule and the bumper leave; the discs crowd at the rim as at that of a disc of the same perimeter; and all
-    /// share one energy, so that the mean of a speed is not that of Maxwell (see [`crate::experiments::fixed_energy`]).
+    /// Ideal-gas values n √(kT / 2π) ∮ μ^(−1/2) ds and n kT P, with three corrections of the order
+    /// of a percent: the centres have the area that molecule and bumper leave; the density at the
+    /// boundary is enhanced as at a disc of the same perimeter; and all bodies share one energy, so
+    /// that the mean speed is not Maxwell's (see [`crate::experiments::fixed_energy`]).
     pub fn of(group: &Group<'_>) -> Self {
         let (discs, temperature) = (group.density(), group.temperature());
         let region = &group.prediction.boundary;
@@ -58,14 +61,15 @@ impl FewDiscs {
         let rim = contact_density_of_disc(region.perimeter() / TAU - GAS_RADIUS, discs) / room;
         let slowed = mean_speed(2.0 * discs + if group.case.turns() { 3.0 } else { 2.0 });
         let kicks = rim * slowed * group.prediction.ideal_rate(discs, temperature);
-        // A disc meets all but itself; the bumper gives nobody else a collision.
+        // A disc meets all others; contacts with the bumper count for one moving body only.
         let among_gas = (discs - 1.0) * collision_rate(discs, temperature) * slowed;
         let on_bumper = discs / room * slowed * (temperature / (TAU * GAS_MASS)).sqrt() * TAU * bumper;
         Self { rim, kicks, collisions: (among_gas + on_bumper + 2.0 * kicks) / (discs + 1.0) }
     }
 }
 
-/// Directions by number and by impulse, and atoms, against the exposed arcs; none in a dense gas or after few kicks.
+/// Checks of directions, by number and by impulse, and of atoms against the exposed arcs; none in a
+/// dense gas or with few kicks.
 pub fn checks(group: &Group<'_>) -> Vec<Check> {
     if is_dilute(group) { against_arcs(&group.kicks, &group.prediction) } else { Vec::new() }
 }
@@ -90,7 +94,7 @@ fn against_arcs(kicks: &Kicks, prediction: &Prediction) -> Vec<Check> {
     let by_atom = ChiSquare::of(&kicks.by_atom, &prediction.atom_shares());
     [("kicks by direction", by_count), ("impulse by direction", by_impulse), ("kicks by atom", by_atom)]
         .into_iter()
-        // A single atom has all kicks, whatever happens.
+        // A single atom receives all kicks in any case.
         .filter(|(_, chi)| chi.freedom > 0)
         .map(|(what, chi)| {
             let name = format!("{what} against exposed arcs, −log10 p of χ²");
@@ -108,7 +112,7 @@ mod tests {
     use super::*;
     use crate::experiments::thesis_scene::Case;
 
-    /// A million kicks, shared out just as the exposed arcs say.
+    /// A million kicks, distributed as the exposed arcs predict.
     fn ideal(prediction: &Prediction) -> Kicks {
         let out_of = |total: f64, shares: Vec<f64>| shares.into_iter().map(move |share| total * share);
         Kicks {
@@ -123,18 +127,19 @@ mod tests {
     }
 
     #[test]
-    fn kicks_as_from_the_arcs_pass_and_others_do_not() {
+    fn kicks_distributed_as_the_arcs_pass_and_others_fail() {
         for case in [Case::Standard, Case::Locked0] {
             let prediction = Prediction::of_case(case);
             let kicks = ideal(&prediction);
             assert_eq!(passed(&kicks, &prediction), [true; 3]);
-            // Turned by ten degrees; and a wing takes the kicks of the stem's end.
+            // Rotated by ten degrees; and a wing receives the kicks of the stem's end.
             let mut turned = kicks.clone();
             turned.counts.rotate_right(SECTORS / GROUPS);
             turned.impulse.rotate_right(SECTORS / GROUPS);
             turned.by_atom.swap(0, 4);
             assert_eq!(passed(&turned, &prediction), [false; 3]);
-            // A hundredth more on one wing than on the other: 1800 kicks where chance makes 600.
+            // One percent more on one wing than on the other: 1800 kicks, where the standard
+            // deviation is 600.
             let mut crooked = kicks.clone();
             (crooked.by_atom[0], crooked.by_atom[2]) =
                 (kicks.by_atom[0] / 100 * 101, kicks.by_atom[2] / 100 * 99);

@@ -1,4 +1,5 @@
-//! More pictures of the experiment: Δp along the axes, the gas at the rim, the mean velocity as it settles.
+//! Further charts of the experiment: Δp along the axes, gas density at the boundary, and mean
+//! velocity over time.
 
 use anyhow::Result;
 use carom::{
@@ -22,36 +23,36 @@ use crate::experiments::thesis_scene::{Case, GAS_MASS};
 /// The charts, as SVG.
 #[derive(Debug, Clone)]
 pub struct Distributions {
-    /// How hard the molecule is kicked along x′.
+    /// Distribution of Δp along x′.
     pub along_x: String,
-    /// The same along y′.
+    /// Distribution of Δp along y′.
     pub along_y: String,
-    /// The gas along the boundary of the excluded region.
+    /// Gas density along the boundary of the excluded region.
     pub contacts: String,
     /// The running average of the velocity.
     pub velocity: String,
-    /// What the bands of the contact density are.
+    /// Source of the error bands of the contact density.
     errors_of_contacts: Errors,
-    /// What the band of the mean velocity is.
+    /// Source of the error band of the mean velocity.
     errors_of_velocity: Errors,
 }
 
-/// Where the width of a band comes from.
+/// Source of an error band.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Errors {
-    /// From the scatter of blocks of time.
+    /// Scatter of blocks of time.
     Blocks,
-    /// From the assumption that contacts, or samples, are independent of each other.
+    /// Assumption of independent contacts or samples.
     Independence,
 }
 
 impl Errors {
-    /// The second where there are too few blocks for the first.
+    /// [`Errors::Independence`] if there are too few blocks.
     fn of(from_blocks: Option<f64>) -> Self {
         if from_blocks.is_some() { Self::Blocks } else { Self::Independence }
     }
 
-    /// How a standard error of these `events` is found, to end a sentence.
+    /// Source of the standard error of `events`, as the end of a sentence.
     fn source(self, events: &str) -> String {
         match self {
             Self::Blocks => "from the scatter of blocks of time".to_owned(),
@@ -80,10 +81,10 @@ pub const CONTACT_HEADER: [&str; 6] =
     ["atom", "normal_degrees", "arc", "contacts", "density", "density_standard_error"];
 
 impl Distributions {
-    /// Draws them.
+    /// Draws the charts.
     ///
     /// # Errors
-    /// A figure that is not finite.
+    /// A value is not finite.
     pub fn draw(group: &Group<'_>) -> Result<Self> {
         Ok(Self {
             along_x: projection(group, 0, "x′")?,
@@ -95,7 +96,7 @@ impl Distributions {
         })
     }
 
-    /// Files that the charts are written to, with what is in each.
+    /// File names and contents of the charts.
     pub fn files(&self) -> [(&'static str, &str); 4] {
         [
             ("kicks-along-x.svg", &self.along_x),
@@ -105,26 +106,27 @@ impl Distributions {
         ]
     }
 
-    /// Puts them on a page, with captions.
+    /// Adds the charts to a page, with captions.
     pub fn show(&self, page: &mut Page, case: Case) {
         let kicks = if case == Case::Control {
-            "How hard the disc is kicked along x′. The line is exact at any density: a Rayleigh law of magnitudes in even \
-             directions is a Gaussian of variance 4μkT along each axis."
+            "Distribution of Δp of the disc along x′. The line is exact at any density: a Rayleigh \
+             distribution of magnitudes in isotropic directions is a Gaussian of variance 4μkT along each \
+             axis."
         } else {
-            "How hard the tee is kicked along x′. No Gaussian: directions are uneven, and contacts far from the centre meet \
-             less inertia where the tee can turn."
+            "Distribution of Δp of the tee along x′. It is not Gaussian: the directions are not isotropic, \
+             and if the tee can rotate, contacts far from its centre have a smaller reduced mass."
         };
-        page.pictures(Layout::Full, &[(&self.along_x, kicks), (&self.along_y, "The same along y′.")]);
+        page.pictures(Layout::Full, &[(&self.along_x, kicks), (&self.along_y, "Δp along y′.")]);
         let gas = format!(
-            "Σ|J| / (t ds) over nkT is the density of gas centres at contact, in units of the mean density, along the \
-             boundary that they cannot cross. Each line belongs to the atom that is touched; an atom without a line \
-             cannot be reached. In a dilute gas all would be at 1: the gas crowds into the corners, at the lines' ends. \
-             The bands are standard errors {}.",
+            "Σ|J| / (t ds) divided by nkT is the density of gas centres at contact, in units of the mean \
+             density, along the boundary that they cannot cross. Each line belongs to the touched atom; an \
+             atom without a line cannot be reached. In a dilute gas all values would be 1; here the density \
+             is larger in the corners, at the ends of the lines. The bands are standard errors {}.",
             self.errors_of_contacts.source("contacts")
         );
         let velocity = format!(
-            "The mean velocity of the molecule along its own axes, over the samples so far. At equilibrium it fades \
-             to 0; the band is one standard error, {}.",
+            "Mean velocity of the molecule along its body axes, over the samples so far. At equilibrium it \
+             tends to 0; the band is one standard error, {}.",
             self.errors_of_velocity.source("samples")
         );
         page.pictures(Layout::Full, &[(&self.contacts, &gas), (&self.velocity, &velocity)]);
@@ -138,12 +140,13 @@ fn density(group: &Group<'_>, axis: usize, bin: usize) -> (f64, f64) {
     };
     let pooled = Pooled::of(group.runs, |run| &run.projections[axis], pair);
     let width = 2.0 * PROJECTION.1 / PROJECTION.0 as f64;
-    // Where there are too few blocks: what the error is if kicks are independent of each other.
+    // With too few blocks: the error for independent kicks.
     let independent = pooled.sum().sqrt() / pooled.weight().max(1.0);
     (pooled.mean() / width, pooled.standard_error().unwrap_or(independent) / width)
 }
 
-/// The Gaussian of the components of the impulses on a disc: variance 4μkT, exact at equilibrium at any density.
+/// Gaussian distribution of the impulse components on a disc: variance 4μkT, exact at equilibrium
+/// at any density.
 fn gaussian(group: &Group<'_>, component: f64) -> f64 {
     let mass = group.runs[0].molecule.mass();
     let variance = 4.0 * group.temperature() * mass * GAS_MASS / (mass + GAS_MASS);
@@ -187,7 +190,7 @@ fn projection(group: &Group<'_>, axis: usize, name: &str) -> Result<String> {
         layers.push(Layer { name, colour: colour::VERMILLION, shape: Shape::Line(curve) });
     }
     Chart {
-        title: format!("Kicks along {name}"),
+        title: format!("Impulses along {name}"),
         x: Axis { label: format!("Δp along {name} [mass·length/time]"), range: (-largest, largest) },
         y: Axis {
             label: "probability density [time/(mass·length)]".to_owned(), range: (0.0, 1.2 * highest)
@@ -197,7 +200,7 @@ fn projection(group: &Group<'_>, axis: usize, name: &str) -> Result<String> {
     .svg()
 }
 
-/// Impulse per length of the boundary on one bin, against time.
+/// Impulse per length of the boundary in one bin, as a rate in time.
 fn pooled_contacts(group: &Group<'_>, point: &ContactPoint) -> Pooled {
     let pair = |block: &Block<ContactDensity>| {
         (block.observed.impulse(point.atom, point.bin) / point.arc, block.duration)
@@ -205,13 +208,13 @@ fn pooled_contacts(group: &Group<'_>, point: &ContactPoint) -> Pooled {
     Pooled::of(group.runs, |run| &run.contacts, pair)
 }
 
-/// A bin without a contact has no error from blocks, however many there are.
+/// A bin without contacts has no error from blocks, whatever their number.
 fn errors_of_contacts(group: &Group<'_>) -> Errors {
     let points = group.runs[0].contacts.total().observed.points();
     Errors::of(points.iter().find_map(|point| pooled_contacts(group, point).standard_error()))
 }
 
-/// The gas along the boundary: means over time and runs, in units of the mean density.
+/// Gas density along the boundary: means over time and runs, in units of the mean density.
 fn contact_points(group: &Group<'_>) -> Vec<ContactPoint> {
     let ideal = group.ideal_pressure();
     let totals: Vec<Vec<ContactPoint>> =
@@ -219,7 +222,7 @@ fn contact_points(group: &Group<'_>) -> Vec<ContactPoint> {
     let point = |(index, first): (usize, &ContactPoint)| {
         let pooled = pooled_contacts(group, first);
         let points = || totals.iter().filter_map(|points| points.get(index));
-        // Where there are too few blocks: what the error is if contacts are independent of each other.
+        // With too few blocks: the error for independent contacts.
         let squares: f64 = points().map(|point| point.standard_error.powi(2)).sum();
         let independent = squares.sqrt() / totals.len() as f64;
         ContactPoint {
@@ -232,7 +235,7 @@ fn contact_points(group: &Group<'_>) -> Vec<ContactPoint> {
     totals[0].iter().enumerate().map(point).collect()
 }
 
-/// The table of the gas along the boundary.
+/// Table of the gas density along the boundary.
 pub fn contact_rows(group: &Group<'_>) -> Vec<(usize, f64, f64, u64, f64, f64)> {
     let row = |point: ContactPoint| {
         let angle = point.angle.to_degrees();
@@ -264,9 +267,9 @@ fn contacts(group: &Group<'_>) -> Result<String> {
         }
     }
     Chart {
-        title: "The gas along the boundary of the excluded region".to_owned(),
+        title: "Gas density along the boundary of the excluded region".to_owned(),
         x: Axis {
-            label: "direction of the normal in the molecule's frame [degrees from x′]".to_owned(),
+            label: "direction of the normal in the body frame [degrees from x′]".to_owned(),
             range: (0.0, 360.0),
         },
         y: Axis { label: "density at contact [mean density]".to_owned(), range: (0.0, 1.25 * highest) },
@@ -275,11 +278,11 @@ fn contacts(group: &Group<'_>) -> Result<String> {
     .svg()
 }
 
-/// Runs of neighbouring bins.
+/// Groups of adjacent bins.
 fn pieces(points: Vec<ContactPoint>) -> Vec<Vec<ContactPoint>> {
     let mut pieces: Vec<Vec<ContactPoint>> = Vec::new();
     for point in points {
-        // Bins are three degrees wide; four are a gap.
+        // Bins are three degrees wide; four missing bins are a gap.
         match pieces.last_mut() {
             Some(piece) if piece.last().is_some_and(|last| point.angle - last.angle < 4f64.to_radians()) => {
                 piece.push(point);
@@ -293,8 +296,9 @@ fn pieces(points: Vec<ContactPoint>) -> Vec<Vec<ContactPoint>> {
 fn velocity(group: &Group<'_>) -> Result<String> {
     let run = &group.runs[0];
     let duration = run.duration;
-    // The blocks hold all that makes the velocity fluctuate, that of the gas as a whole included. With
-    // too few of them: one sample after another, as the molecule forgets its velocity within some hundredths.
+    // The scatter of blocks includes all causes of velocity fluctuations, that of the gas as a
+    // whole too. With too few blocks: samples are independent, because velocity correlations decay
+    // within some hundredths.
     let thermal = (group.temperature() / run.molecule.mass()).sqrt();
     let few = thermal / (run.averages.len() as f64).sqrt();
     let of_one_run = group.error_of_one_run(Drift::path).unwrap_or(few);
@@ -309,8 +313,11 @@ fn velocity(group: &Group<'_>) -> Result<String> {
     }
     let range = 4.0 * error_at(0.1 * duration);
     Chart {
-        title: "Mean velocity of the molecule, as it settles".to_owned(),
-        x: Axis { label: "time since measuring began [time]".to_owned(), range: (0.0, duration) },
+        title: "Running mean of the molecule's velocity".to_owned(),
+        x: Axis {
+            label: "time since the start of the measurement [time]".to_owned(),
+            range: (0.0, duration),
+        },
         y: Axis { label: "mean velocity [length/time]".to_owned(), range: (-range, range) },
         layers,
     }
@@ -333,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_break_where_the_boundary_does() {
+    fn lines_break_at_gaps_of_the_boundary() {
         let point = |degrees: f64| ContactPoint {
             atom: 0,
             angle: degrees.to_radians(),

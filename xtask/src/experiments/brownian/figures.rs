@@ -1,4 +1,4 @@
-//! The figures of the experiment, each with its error and with what it should be.
+//! Figures of the experiment, with errors and predictions.
 
 use carom::{
     DirectionHistogram,
@@ -17,17 +17,18 @@ use super::{
     prediction::{collision_rate, contact_density_of_disc},
 };
 
-const ENSKOG: &str = "Enskog with the contact value of hard discs (virial series of Clisby and McCoy 2006; Henderson 1975), \
-                      good to 0.3 %: the room that the molecule takes is neglected";
-const FEW_DISCS: &str = "ideal gas, n √(kT / 2π) ∮ μ^(−1/2) ds and n kT P, in the room that is left to so few discs, at \
-                         fixed energy; good to 0.3 %";
+const ENSKOG: &str = "Enskog with the contact value of hard discs (virial series of Clisby and McCoy 2006; \
+                      Henderson 1975), accurate to 0.3 %; the area of the molecule is neglected";
+const FEW_DISCS: &str = "ideal gas, n √(kT / 2π) ∮ μ^(−1/2) ds and n kT P, with the free area of so few \
+                         discs, at fixed energy; accurate to 0.3 %";
 
-/// What is exactly so at equilibrium and is found so many standard errors off is no chance but a fault: with 30 blocks chance
-/// alone goes so far once in 600 000 findings (Student's t). Smaller: sound runs would fail. Larger: faults would pass.
+/// A value that is exact at equilibrium and deviates by more standard errors is a fault, not
+/// chance: with 30 blocks, chance exceeds this once in 600 000 findings (Student's t). Smaller:
+/// correct runs would fail. Larger: faults would pass.
 pub const BROKEN: f64 = 6.0;
 
 impl Group<'_> {
-    /// No atom is hit that the gas cannot reach, energy is shared evenly, and a thin gas shows the exposed arcs.
+    /// Checks: no kicks on unreachable atoms, equipartition, and the exposed arcs in a dilute gas.
     pub fn checks(&self) -> Vec<Check> {
         let hits = |atom: &usize| self.kicks.by_atom[*atom];
         let unreachable: u64 = self.prediction.boundary.unreachable().iter().map(hits).sum();
@@ -59,7 +60,7 @@ impl Group<'_> {
     fn temperature_figure(&self) -> Figure {
         let booked = self.runs.iter().map(|run| run.booked_temperature).sum::<f64>() / self.runs.len() as f64;
         Figure::new("temperature kT", self.temperature(), "mass·length²/time²")
-            .predicted(booked, "energy put in, over all degrees of freedom")
+            .predicted(booked, "initial energy divided by all degrees of freedom")
     }
 
     fn rate_figure(&self) -> Option<Figure> {
@@ -101,12 +102,13 @@ impl Group<'_> {
         }
         let radius = self.runs[0].molecule.bounding_radius();
         let value = contact_density_of_disc(radius, density);
-        let source = "Jenkins and Mancini (1987), for hard discs of two sizes; an approximation, good to 1 %";
+        let source = "Jenkins and Mancini (1987), for hard discs of two sizes; approximate, accurate to 1 %";
         let rate_value = value * self.prediction.ideal_rate(density, temperature);
         vec![rate.predicted(rate_value, source), contact.predicted(value, source)]
     }
 
-    /// Twice the mean energy in each of the molecule's degrees of freedom: kT, whatever its mass and the density.
+    /// Twice the mean energy in each degree of freedom of the molecule: kT for any mass and
+    /// density.
     fn equipartition_figures(&self) -> Vec<Figure> {
         let molecule = &self.runs[0].molecule;
         let mean = |energy: &dyn Fn(&Drift) -> f64| {
@@ -120,7 +122,7 @@ impl Group<'_> {
         if self.case.turns() {
             energies.push(("turning", mean(&|drift| molecule.moment_of_inertia() * drift.spin_squares())));
         }
-        let source = "equipartition: kT is twice the energy over the degrees of freedom of the whole";
+        let source = "equipartition: kT is twice the total energy divided by the degrees of freedom";
         let figure = |(name, energy): (&str, Pooled)| {
             Figure::new(format!("kT of the molecule {name}"), energy.mean(), "mass·length²/time²")
                 .error(energy.standard_error())
@@ -129,8 +131,8 @@ impl Group<'_> {
         energies.into_iter().map(figure).collect()
     }
 
-    /// Standard error of a ratio of two sums over the kicks, from the scatter of the blocks; where there are too few of
-    /// them, what it is if kicks are independent of each other.
+    /// Standard error of a ratio of two sums over the kicks, from the scatter of the blocks; with
+    /// too few blocks, the value for independent kicks.
     pub fn kick_error(
         &self,
         pair: impl Fn(&Block<DirectionHistogram>) -> (f64, f64),
@@ -139,8 +141,8 @@ impl Group<'_> {
         Pooled::of(self.runs, |run| &run.directions, pair).standard_error().unwrap_or(independent)
     }
 
-    /// Standard error of the mean per time of one run, along the axis where it is larger, from the
-    /// scatter of the blocks of all runs; `None` with too few.
+    /// Standard error of the time average in one run, along the axis with the larger error, from
+    /// the scatter of the blocks of all runs; `None` with too few blocks.
     pub fn error_of_one_run(&self, sum: impl Fn(&Drift) -> DVec2) -> Option<f64> {
         let along = |axis: usize| {
             let pair = |block: &Block<Drift>| (sum(&block.observed)[axis], block.duration);
@@ -150,10 +152,12 @@ impl Group<'_> {
         Some(of_all * (self.runs.len() as f64).sqrt())
     }
 
-    /// Standard errors of the mean force along x′ and y′ after measuring for `duration`, in one run or in all together.
+    /// Standard errors of the mean force along x′ and y′ over `duration`, in one run or in all
+    /// together.
     ///
-    /// Where the frame does not turn, the kicks add up to P(t) − P(0), of variance 2MkT for each run; where it does,
-    /// they diffuse, and the blocks show how fast; with too few blocks, the sums between samples.
+    /// In a frame that does not rotate, the kicks sum to P(t) − P(0), of variance 2MkT for each
+    /// run. In a rotating frame they diffuse, and the blocks give the diffusion constant; with too
+    /// few blocks, the sums between samples do.
     pub fn force_errors(&self, duration: f64) -> Option<DVec2> {
         if !self.case.turns() {
             let runs = (duration / self.runs[0].duration).max(1.0);
@@ -172,9 +176,10 @@ impl Group<'_> {
         Some(DVec2::new((diffusion.x / duration).sqrt(), (diffusion.y / duration).sqrt()))
     }
 
-    /// χ² per degree of freedom of the tee's symmetry, which holds at any density: each direction θ against its mirror image
-    /// 180° − θ, by the scatter of the blocks, since kicks in one direction come in bunches. The disc is judged by its harmonics:
-    /// see [`verdict`](super::verdict).
+    /// χ² per degree of freedom of the tee's mirror symmetry, which holds at any density: each
+    /// direction θ against its mirror image 180° − θ, with errors from the scatter of the blocks,
+    /// because kicks in one direction are correlated. The disc is tested by its harmonics, see
+    /// [`verdict`](super::verdict).
     fn symmetry_figure(&self) -> Option<Figure> {
         if self.case == Case::Control {
             return None;
@@ -195,14 +200,15 @@ impl Group<'_> {
         let deviations: Vec<f64> = mirrored(SECTORS).filter_map(deviation).collect();
         let freedom = deviations.len().max(1) as f64;
         let squares: f64 = deviations.iter().map(|deviation| deviation * deviation).sum();
-        // With errors from b blocks these are Student's t, whose square is (b − 1)/(b − 3) on average.
+        // With errors from b blocks the deviations follow Student's t, whose mean square is (b −
+        // 1)/(b − 3).
         let blocks = self.runs.iter().map(|run| run.directions.complete().len()).sum::<usize>() as f64;
         let judged = blocks >= FEWEST_BLOCKS as f64;
         let expected = if judged { (blocks - 1.0) / (blocks - 3.0) } else { 1.0 };
         Some(
             Figure::new("mirror symmetry of the kicks, χ² per degree of freedom", squares / freedom, "1")
                 .error(expected * (2.0 / freedom).sqrt())
-                .predicted(expected, "the tee is its own mirror image; Student's t for errors from blocks"),
+                .predicted(expected, "mirror symmetry of the tee; Student's t for errors from blocks"),
         )
     }
 
@@ -226,7 +232,7 @@ impl Group<'_> {
                 } else if dilute::is_dilute(self) {
                     "exposed arcs, with weight μ^(−1/2)"
                 } else {
-                    "dilute gas: exposed arcs; here the gas is dense and crowds into the corners"
+                    "dilute gas: exposed arcs; in this dense gas the density is larger in the corners"
                 };
                 Figure::new(format!("share of kicks on atom {name}"), share, "1")
                     .error(self.kick_error(
@@ -242,13 +248,13 @@ impl Group<'_> {
     }
 }
 
-/// Each sector of directions θ that differs from its mirror image 180° − θ, with that, once.
+/// Each sector of directions θ that differs from its mirror image 180° − θ, with that image, once.
 fn mirrored(sectors: usize) -> impl Iterator<Item = (usize, usize)> {
     let partner = move |sector: usize| (sectors / 2 + sectors - 1 - sector) % sectors;
     (0..sectors).map(move |sector| (sector, partner(sector))).filter(|(one, other)| one < other)
 }
 
-/// The averages of a run as time since measuring began, and force.
+/// The running averages of a run: time since the start of the measurement, and force.
 pub fn force_series(averages: &[RunningPoint], from: f64) -> Vec<(f64, DVec2)> {
     averages.iter().map(|point| (point.time - from, point.momentum)).collect()
 }
@@ -259,7 +265,8 @@ mod tests {
 
     #[test]
     fn each_direction_has_its_mirror_image() {
-        // Sectors of one degree: that from 10° to 11° mirrors that from 169° to 170°, that below 270° that above.
+        // One-degree sectors: 10° to 11° is the mirror image of 169° to 170°, and the sector below
+        // 270° of that above.
         let pairs: Vec<_> = mirrored(360).collect();
         assert!(pairs.contains(&(10, 169)) && pairs.contains(&(269, 270)) && pairs.contains(&(180, 359)));
         let mut all: Vec<_> = pairs.into_iter().flat_map(|(one, other)| [one, other]).collect();
@@ -270,7 +277,7 @@ mod tests {
     #[test]
     fn errors_of_sums_of_impulses() {
         assert_eq!(impulse_error(1.0, 0), 0.0);
-        // For one impulse of a Rayleigh law: the root mean square is √(4/π) of the mean.
+        // One Rayleigh-distributed impulse: the root mean square is √(4/π) times the mean.
         assert!((impulse_error(2.0, 1) - 2.0 * std::f64::consts::FRAC_2_SQRT_PI).abs() < 1e-15);
     }
 }

@@ -7,40 +7,40 @@ use super::{
     prediction::Prediction,
 };
 
-/// Runs of one case and size, and what theory says of them.
+/// Runs of one case and size, with their predictions.
 #[derive(Debug)]
 pub struct Group<'a> {
     /// The case.
     pub case: Case,
-    /// The runs, at least one, differing in their random numbers only.
+    /// The runs, at least one; they differ in their random numbers only.
     pub runs: &'a [Measurement],
-    /// When measuring began (time).
+    /// Start of the measurement (time).
     pub from: f64,
-    /// What theory says.
+    /// Predictions of kinetic theory.
     pub prediction: Prediction,
-    /// Kicks of all runs together.
+    /// Sum of the kicks of all runs.
     pub kicks: Kicks,
 }
 
-/// Standard deviation of a sum of impulses of Rayleigh-distributed magnitude, relative to the sum: ⟨J²⟩/⟨J⟩² = 4/π.
+/// Standard error of a sum of `count` Rayleigh-distributed impulse magnitudes, as ⟨J²⟩/⟨J⟩² = 4/π.
 pub fn impulse_error(sum: f64, count: u64) -> f64 {
     if count == 0 { 0.0 } else { sum * (4.0 / (std::f64::consts::PI * count as f64)).sqrt() }
 }
 
 impl<'a> Group<'a> {
-    /// Puts runs of one case and size together; `None` if there are none.
+    /// Groups runs of one case and size; `None` if there are none.
     pub fn new(case: Case, runs: &'a [Measurement], from: f64) -> Option<Self> {
         let kicks = Kicks::sum(runs.iter().map(|run| &run.kicks))?;
         let prediction = Prediction::new(case, &runs.first()?.molecule);
         Some(Self { case, runs, from, prediction, kicks })
     }
 
-    /// How long was measured, all runs together (time).
+    /// Duration of the measurement, summed over all runs (time).
     pub fn duration(&self) -> f64 {
         self.runs.iter().map(|run| run.duration).sum()
     }
 
-    /// Temperature, the same in all runs to rounding (mass × length² / time²).
+    /// Temperature, equal in all runs up to rounding (mass × length² / time²).
     pub fn temperature(&self) -> f64 {
         self.runs.iter().map(|run| run.temperature).sum::<f64>() / self.runs.len() as f64
     }

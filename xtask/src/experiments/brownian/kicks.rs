@@ -1,11 +1,12 @@
-//! Contacts of the molecule with the gas alone: those with the fixed bumper are left out.
+//! Filter for contacts of the molecule with the gas: contacts with the fixed bumper are excluded.
 
 use carom::{CollisionReport, Observer, View, engine::Body};
 use serde::{Deserialize, Serialize};
 
-/// Passes on only collisions between bodies that move.
+/// Forwards collisions between moving bodies only.
 ///
-/// The bumper is smaller than a gas disc, so it reaches corners of the molecule that the gas cannot; predictions
+/// The bumper is smaller than a gas disc and reaches corners of the molecule that the gas cannot
+/// reach; predictions apply to the gas.
 /// are about the gas.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct FromGas<O>(pub O);
@@ -46,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn contacts_with_fixed_bodies_are_left_out() {
+    fn contacts_with_fixed_bodies_are_excluded() {
         let scene = Scene::from_toml(
             "[[bumper]]\nradius = 0.2\nat = [0.5, 0.5]\n\
              [[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 30\n",
@@ -58,7 +59,7 @@ mod tests {
         let fixed = simulation.view().counters().fixed_collisions;
         assert!(fixed > 0);
         assert_eq!(kicks.0.0, all.0 - fixed);
-        // It wants reports only if what it passes them on to does.
+        // It requests reports only if the inner observer does.
         let view = simulation.view();
         let bodies: Vec<_> = view.bodies().map(|body| body.body).collect();
         let disc = |fixed: bool| bodies.iter().filter(move |body| body.is_fixed() == fixed);

@@ -1,4 +1,4 @@
-//! One run of the experiment: the gas settles, then every kick of the molecule is counted.
+//! One run of the experiment: equilibration, then the measurement of every kick of the molecule.
 
 use anyhow::{Context, Result};
 use carom::{
@@ -22,63 +22,63 @@ use crate::experiments::thesis_scene::GAS_RADIUS;
 /// Sectors of the histogram of directions: one a degree.
 pub const SECTORS: usize = 360;
 
-/// Bins of the distribution of Δp along an axis, and the largest Δp in them (mass × length / time): six standard deviations
-/// of the control.
+/// Bins of the distribution of Δp along an axis, and its largest Δp (mass × length / time): six
+/// standard deviations of the control.
 pub const PROJECTION: (usize, f64) = (96, 12.0);
 
-/// Bins of the contact density round each atom: one for three degrees.
+/// Bins of the contact density around each atom: one for three degrees.
 const CONTACT_BINS: usize = 120;
 
-/// What one run has shown.
+/// Results of one run.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Measurement {
     /// The molecule.
     pub molecule: Molecule,
-    /// Kicks from the gas.
+    /// Kicks by the gas.
     pub kicks: Kicks,
-    /// Directions of the kicks from the gas, block by block of time.
+    /// Directions of the kicks by the gas, by block of time.
     pub directions: Blocks<DirectionHistogram>,
-    /// Components of the kicks from the gas along x′ and y′, block by block.
+    /// Components of the kicks by the gas along x′ and y′, by block.
     pub projections: [Blocks<ProjectionHistogram>; 2],
-    /// Density of the gas at contact, times kT, along the boundary of the excluded region,
-    /// block by block.
+    /// Density of the gas at contact, times kT, along the boundary of the excluded region, by
+    /// block.
     pub contacts: Blocks<ContactDensity>,
-    /// What drives the molecule, bumper included, block by block.
+    /// Impulse and displacement of the molecule, including kicks by the bumper, by block.
     pub drift: Blocks<Drift>,
-    /// Running averages of what pushes the molecule, bumper included.
+    /// Running averages of the force on the molecule, including the bumper.
     pub averages: Vec<RunningPoint>,
     /// Energy over the whole run.
     pub energy: Vec<LedgerPoint>,
-    /// Collisions per body while measuring.
+    /// Collisions per body during the measurement.
     pub rates: Vec<RatePoint>,
-    /// Mean of these with its standard error.
+    /// Their mean and its standard error.
     pub rate: Option<(f64, f64)>,
-    /// kT of all bodies (mass × length² / time²). The bumper breaks the conservation of momentum, so
-    /// that it is twice the whole energy over the degrees of freedom.
+    /// kT of all bodies (mass × length² / time²): twice the total energy divided by the degrees of
+    /// freedom, because the bumper breaks the conservation of momentum.
     pub temperature: f64,
-    /// What it should be: the energy that was put in, over the same degrees of freedom.
+    /// Predicted kT: the initial energy with the same degrees of freedom.
     pub booked_temperature: f64,
     /// Gas discs per area of the box.
     pub density: f64,
-    /// How long was measured (time).
+    /// Duration of the measurement (time).
     pub duration: f64,
     /// Totals of the whole run.
     pub totals: Totals,
 }
 
-/// Kicks of the molecule, by direction in its own frame and by atom.
+/// Kicks of the molecule, by direction in its body frame and by atom.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Kicks {
-    /// How many, by direction of the impulse.
+    /// Number of kicks, by direction of the impulse.
     pub counts: Vec<u64>,
-    /// Sum of their magnitudes, by direction (mass × length / time).
+    /// Sum of impulse magnitudes, by direction (mass × length / time).
     pub impulse: Vec<f64>,
-    /// How many on each atom.
+    /// Number of kicks on each atom.
     pub by_atom: Vec<u64>,
 }
 
 impl Kicks {
-    /// Kicks of several runs together.
+    /// Sum of the kicks of several runs.
     pub fn sum<'a>(kicks: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
         kicks.into_iter().cloned().reduce(|mut sum, next| {
             sum.counts.iter_mut().zip(next.counts).for_each(|(total, part)| *total += part);
@@ -88,23 +88,25 @@ impl Kicks {
         })
     }
 
-    /// How many.
+    /// Total number of kicks.
     pub fn hits(&self) -> u64 {
         self.counts.iter().sum()
     }
 
-    /// Sum of their magnitudes (mass × length / time).
+    /// Total impulse magnitude (mass × length / time).
     pub fn total_impulse(&self) -> f64 {
         self.impulse.iter().sum()
     }
 }
 
-/// What watches a run: its books all the time, the molecule and the collisions while measuring.
+/// Observers of a run: ledger and overlap check throughout, molecule and collisions during the
+/// measurement.
 type Watched = (EnergyLedger, OverlapCheck, Option<Measuring>, Option<FromGas<ImpulseLog>>);
 
 type Measuring = (FromGas<Kicked>, RunningAverage, Blocks<Drift>, CollisionRate);
 
-/// The kicks of the gas: by direction, along x′ and y′, and along the boundary of the excluded region.
+/// Observers of the kicks by the gas: by direction, along x′ and y′, and along the boundary of the
+/// excluded region.
 type Kicked = (
     Blocks<DirectionHistogram>,
     Blocks<ProjectionHistogram>,
@@ -112,12 +114,12 @@ type Kicked = (
     Blocks<ContactDensity>,
 );
 
-/// Runs a scene by the plan, from its beginning or from a checkpoint, and writes series, snapshots, an animation of how measuring
-/// begins, and the first `impulses` kicks.
+/// Runs a scene by the plan, from the beginning or from a checkpoint. Writes series, snapshots, an
+/// animation from the start of the measurement, and the first `impulses` kicks.
 ///
 /// # Errors
-/// A scene that cannot be built, a run that cannot go on, a file that cannot be written, or the program has been asked to
-/// end.
+/// The scene cannot be built, the run fails, a file cannot be written, or a signal has been
+/// received.
 pub fn measure(
     task: &Task<'_>,
     found: Option<Found>,
@@ -132,7 +134,7 @@ pub fn measure(
             return Ok(measured);
         }
         Start::From(going) => {
-            // Needed at the end: that it is gone must not come out then.
+            // The files are needed at the end; a missing one is an error now rather than then.
             snapshots::check(task.folder, going.observers.2.is_some())?;
             progress.skip(going.simulation.time().to_f64());
             *going
@@ -149,7 +151,7 @@ pub fn measure(
             going
         }
     };
-    let first = going.simulation.view().bodies().next().context("a scene without bodies")?;
+    let first = going.simulation.view().bodies().next().context("the scene has no bodies")?;
     let (body, key, molecule) = (first.body.clone(), first.body.key(), first.body.molecule().clone());
     let settled = plan.settling().count();
     let times = plan.settling().chain(plan.measuring()).enumerate().skip(going.samples());
@@ -182,7 +184,7 @@ pub fn measure(
     Ok(measured)
 }
 
-/// Writes what the last sample has brought.
+/// Writes the data of the last sample.
 fn write_on(going: &mut Resumable<Watched>) -> Result<()> {
     let Resumable { observers: (energy, _, measuring, impulses), files, .. } = going;
     let new = impulses.as_mut().map_or_else(Vec::new, |FromGas(log)| log.take());
@@ -200,14 +202,14 @@ impl Measurement {
     fn of(going: &Resumable<Watched>, key: BodyKey, molecule: Molecule, plan: &Plan) -> Result<Self> {
         let (energy, overlaps, measuring, _) = &going.observers;
         let (FromGas((directions, along_x, along_y, contacts)), average, drift, rate) =
-            measuring.as_ref().context("nothing was measured")?;
+            measuring.as_ref().context("the run has no measurement")?;
         let histogram = directions.total().observed;
         let view = going.simulation.view();
         let collisions = view.counters().collisions;
         let thermal = view.centre_of_mass_frame().thermal(view.bodies());
         let mut by_atom = histogram.atom_counts().to_vec();
         by_atom.resize(molecule.atoms().len(), 0);
-        // All bodies but the molecule and what is fixed are gas.
+        // All bodies except the molecule and fixed bodies are gas.
         let gas = view.bodies().filter(|view| !view.body.is_fixed() && view.body.key() != key).count();
         Ok(Self {
             kicks: Kicks {
@@ -222,7 +224,7 @@ impl Measurement {
             averages: average.series().to_vec(),
             rates: rate.series().to_vec(),
             rate: rate.mean(),
-            temperature: thermal.temperature().context("nothing has a thermal motion")?,
+            temperature: thermal.temperature().context("no body has thermal motion")?,
             booked_temperature: 2.0 * view.ledger().booked() / thermal.degrees_of_freedom,
             density: gas as f64 / view.bounds().area(),
             duration: plan.until - plan.from,
@@ -240,7 +242,7 @@ impl Measurement {
     }
 }
 
-/// Sums of the kicks between one sample and the next, in the molecule's frame (mass × length / time).
+/// Sums of the kicks between consecutive samples, in the body frame (mass × length / time).
 pub fn increments(averages: &[RunningPoint], from: f64) -> Vec<DVec2> {
     let mut before = DVec2::ZERO;
     let next = |point: &RunningPoint| {

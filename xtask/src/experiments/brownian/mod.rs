@@ -1,5 +1,5 @@
-//! `cargo xtask experiment brownian`: a small tee-shaped molecule in a dense gas of discs, and how it is kicked
-//! (Montanari 2017, chapter 3).
+//! `cargo xtask experiment brownian`: a small tee-shaped molecule in a dense gas of discs, and the
+//! impulses on it (Montanari 2017, chapter 3).
 
 mod campaign;
 mod dilute;

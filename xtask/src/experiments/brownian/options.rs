@@ -1,4 +1,4 @@
-//! What can be chosen about the experiment, and the plan that follows from it.
+//! Options of the experiment, and the resulting plan.
 
 use std::{path::PathBuf, str::FromStr};
 
@@ -10,20 +10,23 @@ use clap::{Args, ValueEnum};
 use super::dilute::DILUTE;
 use crate::experiments::thesis_scene::{AREA_FRACTION, Case, Size, value_name};
 
-/// Choices of `cargo xtask experiment brownian`.
+/// Options of `cargo xtask experiment brownian`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// standard (the tee turns freely), control (a disc of equal area and mass), locked-0, locked-pi (the tee's
-    /// orientation is locked at 0 or half a turn), or all; with --paper all if not given, otherwise standard
+    /// standard (a tee that rotates freely), control (a disc of equal area and mass), locked-0,
+    /// locked-pi (a tee with its orientation locked at 0 or half a turn), or all; default: all with
+    /// --paper, otherwise standard
     #[arg(long)]
     pub case: Option<OneOrAll<Case>>,
-    /// Radius of the tee's atoms relative to the gas discs: 0.5, 0.25, or all; with --paper all if not given, otherwise 0.5
+    /// Radius of the tee's atoms relative to the gas discs: 0.5, 0.25, or all; default: all with
+    /// --paper, otherwise 0.5
     #[arg(long)]
     pub size: Option<OneOrAll<Size>>,
-    /// A short run to look at, under two minutes for one case and size: to t = 200, measured from 5 (the default)
+    /// A short test run, under two minutes for one case and size: to t = 200, measured from t = 5
+    /// (the default)
     #[arg(long, conflicts_with = "paper")]
     pub quick: bool,
-    /// The runs of the thesis, all eight of them: to t = 5000, measured from 100
+    /// All eight runs of the thesis: to t = 5000, measured from t = 100
     #[arg(long)]
     pub paper: bool,
     /// Seed of all random numbers
@@ -32,38 +35,39 @@ pub struct Options {
     /// Runs of each case and size that differ in their random numbers only
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub replicas: u64,
-    /// Runs at once; as many as there are processors if not given. The results do not depend on it
+    /// Number of parallel runs; default: one for each processor. The results do not depend on it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
-    /// When to begin measuring (time)
+    /// Start of the measurement (time)
     #[arg(long)]
     pub from: Option<f64>,
-    /// When to end (time)
+    /// End of the run (time)
     #[arg(long)]
     pub until: Option<f64>,
-    /// Share of the box that the gas covers. Where it is small, as 0.005, the shares of kicks by direction and by atom
-    /// follow from the exposed arcs, and are checked; below 0.01 runs are longer: to t = 20000, and 500000 with --paper
+    /// Area fraction of the gas. At small values such as 0.005 the shares of kicks by direction and
+    /// by atom follow from the exposed arcs and are checked; below 0.01 runs are longer: to t =
+    /// 20000, and 500000 with --paper
     #[arg(long, default_value_t = AREA_FRACTION)]
     pub area_fraction: f64,
-    /// Rows of impulses.csv at most, in each run: every single kick, first those first (0.2 kB each)
+    /// Largest number of rows of impulses.csv in each run; the first kicks are kept (0.2 kB each)
     #[arg(long, value_name = "ROWS", default_value_t = 1_000_000)]
     pub impulses: u64,
-    /// Folders that are there already, and checkpoints
+    /// Output folder and checkpoints
     #[command(flatten)]
     pub choices: Choices,
 }
 
-/// One of some choices, or all of them.
+/// One of several choices, or all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OneOrAll<T> {
-    /// This one.
+    /// One choice.
     One(T),
-    /// All.
+    /// All choices.
     All,
 }
 
 impl<T: ValueEnum> OneOrAll<T> {
-    /// What is chosen, in order.
+    /// The selected choices, in order.
     pub fn list(&self) -> Vec<T> {
         match self {
             Self::One(choice) => vec![choice.clone()],
@@ -71,7 +75,7 @@ impl<T: ValueEnum> OneOrAll<T> {
         }
     }
 
-    /// The choice as it is written.
+    /// Name of the choice on the command line.
     pub fn name(&self) -> String {
         match self {
             Self::One(choice) => value_name(choice),
@@ -88,56 +92,56 @@ impl<T: ValueEnum> FromStr for OneOrAll<T> {
             return Ok(Self::All);
         }
         let known = || T::value_variants().iter().map(value_name).collect::<Vec<_>>().join(", ");
-        T::from_str(text, false).map(Self::One).map_err(|_| format!("known are {}, all", known()))
+        T::from_str(text, false).map(Self::One).map_err(|_| format!("expected one of {}, all", known()))
     }
 }
 
-/// When what happens in a run, in the scene's unit of time.
+/// Times of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
-    /// Measuring begins.
+    /// Start of the measurement (time).
     pub from: f64,
-    /// The run ends.
+    /// End of the run (time).
     pub until: f64,
-    /// Between two samples.
+    /// Interval between samples (time).
     pub sample_interval: f64,
 }
 
 impl Plan {
-    /// The `[run]` of a scene that ends and is sampled by this plan.
+    /// The `[run]` table for this plan.
     pub fn run(&self) -> RunSpec {
         RunSpec { until: self.until, sample_interval: self.sample_interval, ..RunSpec::default() }
     }
 
-    /// The samples while the gas settles.
+    /// Sampling times during equilibration.
     pub fn settling(&self) -> impl Iterator<Item = f64> + use<> {
         sampling_times(0.0, self.from, self.sample_interval)
     }
 
-    /// The samples while measuring.
+    /// Sampling times during the measurement.
     pub fn measuring(&self) -> impl Iterator<Item = f64> + use<> {
         sampling_times(self.from, self.until, self.sample_interval)
     }
 }
 
 impl Options {
-    /// What is put into the gas.
+    /// Selected molecules.
     pub fn case(&self) -> OneOrAll<Case> {
         self.case.unwrap_or(if self.paper { OneOrAll::All } else { OneOrAll::One(Case::Standard) })
     }
 
-    /// How large it is.
+    /// Selected sizes.
     pub fn size(&self) -> OneOrAll<Size> {
         self.size.unwrap_or(if self.paper { OneOrAll::All } else { OneOrAll::One(Size::Half) })
     }
 
-    /// When what happens.
+    /// Times of a run with these options.
     ///
     /// # Errors
-    /// Times that are not finite, or measuring would not begin after 0 and before the end.
+    /// A time is not finite, or the measurement would not start after 0 and before the end.
     pub fn plan(&self) -> Result<Plan> {
         let ready = if self.area_fraction < DILUTE {
-            // Kicks are rare, and cost little.
+            // Kicks are rare and cheap.
             let until = if self.paper { 500_000.0 } else { 20_000.0 };
             Plan { from: 100.0, until, sample_interval: 0.001 * until }
         } else if self.paper {
@@ -149,7 +153,7 @@ impl Options {
             Plan { from: self.from.unwrap_or(ready.from), until: self.until.unwrap_or(ready.until), ..ready };
         ensure!(
             self.area_fraction > 0.0 && self.area_fraction <= 0.7,
-            "--area-fraction {}: it must be above 0 and at most 0.7, where discs begin to freeze",
+            "--area-fraction {}: it must be above 0 and at most 0.7, near the freezing density",
             self.area_fraction
         );
         ensure!(
@@ -159,30 +163,30 @@ impl Options {
         );
         ensure!(
             plan.from >= 0.0 && plan.from < plan.until,
-            "measuring would begin at {} and end at {}: choose --from and --until so that it lasts",
+            "the measurement would start at {} and end at {}: choose --from smaller than --until",
             plan.from,
             plan.until
         );
         Ok(plan)
     }
 
-    /// What is to be known of the plan before anything else.
+    /// Note that is printed and shown first.
     pub fn note(&self) -> String {
         if self.paper {
             String::new()
         } else {
-            "This is a short run, to look at: the statistics are poor. The runs of the thesis are --paper."
+            "This is a short run with large statistical errors. The runs of the thesis are --paper."
                 .to_owned()
         }
     }
 
-    /// Folder to write to.
+    /// Output folder.
     pub fn folder(&self) -> PathBuf {
         let named = format!("out/brownian-{}-{}", self.case().name(), self.size().name());
         self.choices.resumption.folder(&named)
     }
 
-    /// The command with every choice written out that the results depend on.
+    /// The command with every option that affects the results.
     pub fn command(&self, plan: &Plan) -> String {
         format!(
             "cargo xtask experiment brownian --case {} --size {} {} --seed {} --replicas {} \
@@ -205,7 +209,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_read_as_they_are_written() {
+    fn names_are_parsed_as_they_are_printed() {
         for text in ["standard", "control", "locked-0", "locked-pi", "all"] {
             assert_eq!(text.parse::<OneOrAll<Case>>().unwrap().name(), text);
         }

@@ -1,16 +1,17 @@
-//! Blocks of time of all replicas together: a ratio of two sums, and its error from the scatter of the blocks.
+//! Ratios of two sums over blocks of time of all replicas, with errors from the scatter of the
+//! blocks.
 
 use carom::observers::{Additive, Block, Blocks, Estimate};
 
 use super::measurement::Measurement;
 
-/// With fewer blocks than this their scatter is no standard error to go by.
+/// With fewer blocks their scatter gives no reliable standard error.
 pub const FEWEST_BLOCKS: usize = 30;
 
-/// Blocks joined to see whether their length matters.
+/// Number of blocks joined to test whether their length matters.
 const JOINED: usize = 4;
 
-/// What was summed, and its weight, such as the time that it took.
+/// A sum and its weight, such as the duration.
 pub type Pair = (f64, f64);
 
 /// A sum and its weight: over everything, and over the complete blocks of each run.
@@ -25,7 +26,7 @@ fn sum(pairs: impl IntoIterator<Item = Pair>) -> Pair {
 }
 
 impl Pooled {
-    /// From the blocks of one observer of each run.
+    /// Collects the blocks of one observer of each run.
     pub fn of<O: Additive>(
         runs: &[Measurement],
         blocks: impl Fn(&Measurement) -> &Blocks<O>,
@@ -37,33 +38,33 @@ impl Pooled {
         }
     }
 
-    /// From the blocks of each run; there is nothing outside them.
+    /// Collects the blocks of each run, without data outside them.
     #[cfg(test)]
     pub fn planted(runs: Vec<Vec<Pair>>) -> Self {
         Self { whole: sum(runs.iter().flatten().copied()), runs }
     }
 
-    /// The sum over everything.
+    /// Sum over all data.
     pub fn sum(&self) -> f64 {
         self.whole.0
     }
 
-    /// The weight of everything.
+    /// Weight of all data.
     pub fn weight(&self) -> f64 {
         self.whole.1
     }
 
-    /// The ratio; 0 if there is nothing.
+    /// The ratio; 0 without data.
     pub fn mean(&self) -> f64 {
         if self.weight() > 0.0 { self.sum() / self.weight() } else { 0.0 }
     }
 
-    /// Its standard error; `None` with too few blocks.
+    /// Standard error of the ratio; `None` with too few blocks.
     pub fn standard_error(&self) -> Option<f64> {
         self.error(1)
     }
 
-    /// The same from blocks four times as long: about as large if blocks are long enough.
+    /// Standard error from blocks four times as long; about the same if the blocks are long enough.
     pub fn standard_error_of_longer_blocks(&self) -> Option<f64> {
         self.error(JOINED)
     }
@@ -79,7 +80,7 @@ impl Pooled {
             .collect();
         let weight = sum(blocks.iter().copied()).1;
         let estimate = Estimate::of_ratio(blocks)?;
-        // What is in no complete block makes the mean better than the blocks alone.
+        // Data outside complete blocks improve the mean relative to the blocks alone.
         (estimate.standard_error > 0.0).then(|| estimate.standard_error * (weight / self.weight()).sqrt())
     }
 }

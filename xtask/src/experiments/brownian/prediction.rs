@@ -1,4 +1,4 @@
-//! What theory says of the kicks: which directions, how often, how hard.
+//! Predictions of kinetic theory for the kicks: directions, rates and magnitudes.
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,15 +14,16 @@ use crate::experiments::thesis_scene::{AREA_FRACTION, Case, GAS_MASS, GAS_RADIUS
 /// of Clisby and `McCoy`, J. Stat. Phys. 122 (2006) 15.
 const CONTACT_VALUE: f64 = 3.106;
 
-/// Contact value of hard discs: (1 − 7η/16)/(1 − η)² (Henderson 1975), with a correction in proportion to η⁴ that makes it
-/// exact at area fraction η = 0.5; the Padé values at 0.4 and 0.6 are then met within 0.1 %.
+/// Contact value of hard discs: (1 − 7η/16)/(1 − η)² (Henderson 1975), with a correction
+/// proportional to η⁴ that makes it exact at area fraction η = 0.5; it then agrees with the Padé
+/// values at 0.4 and 0.6 within 0.1 %.
 fn contact_value(fraction: f64) -> f64 {
     let henderson = |fraction: f64| (1.0 - 7.0 / 16.0 * fraction) / (1.0 - fraction).powi(2);
     let excess = CONTACT_VALUE / henderson(AREA_FRACTION) - 1.0;
     henderson(fraction) * (1.0 + excess * (fraction / AREA_FRACTION).powi(4))
 }
 
-/// Share of the area that so many gas discs per area cover.
+/// Area fraction of gas discs of this number density.
 fn area_fraction(density: f64) -> f64 {
     density * PI * GAS_RADIUS * GAS_RADIUS
 }
@@ -30,7 +31,7 @@ fn area_fraction(density: f64) -> f64 {
 /// Predictions for a molecule in the gas.
 #[derive(Debug, Clone)]
 pub struct Prediction {
-    /// From where the gas can touch it.
+    /// Boundary of the region excluded to gas centres.
     pub boundary: ExcludedRegion,
     inverse_mass: f64,
     inverse_moment: f64,
@@ -43,25 +44,26 @@ impl Prediction {
     /// Never: none of the cases is a wall.
     pub fn new(case: Case, molecule: &Molecule) -> Self {
         Self {
-            boundary: ExcludedRegion::of(molecule, GAS_RADIUS).expect("it is made of discs"),
+            boundary: ExcludedRegion::of(molecule, GAS_RADIUS).expect("the molecule is not a wall"),
             inverse_mass: 1.0 / molecule.mass(),
             inverse_moment: if case.turns() { 1.0 / molecule.moment_of_inertia() } else { 0.0 },
         }
     }
 
-    /// Share of the impulse by direction, in a dilute gas: N(φ) of the opposite direction, normalised.
+    /// Share of the impulse in each sector of directions, in a dilute gas: N(φ) of the opposite
+    /// direction, normalised.
     pub fn impulse_shares(&self, sectors: usize) -> Vec<f64> {
         self.boundary.direction_shares(sectors)
     }
 
-    /// Share of the contacts by direction, in a dilute gas.
+    /// Share of the contacts in each sector of directions, in a dilute gas.
     pub fn count_shares(&self, sectors: usize) -> Vec<f64> {
         let whole = self.boundary.integral(|arc, normal| self.frequency(arc, normal));
         let parts = self.boundary.by_impulse_direction(sectors, |arc, normal| self.frequency(arc, normal));
         parts.iter().map(|part| part / whole).collect()
     }
 
-    /// Share of the contacts by atom, in a dilute gas.
+    /// Share of the contacts on each atom, in a dilute gas.
     pub fn atom_shares(&self) -> Vec<f64> {
         let parts = self.boundary.by_atom(|arc, normal| self.frequency(arc, normal));
         let whole: f64 = parts.iter().sum();
@@ -74,21 +76,22 @@ impl Prediction {
         density * (temperature / TAU).sqrt() * integral
     }
 
-    /// Impulse per time in an ideal gas, magnitudes added: n kT P.
+    /// Sum of impulse magnitudes per time in an ideal gas: n kT P.
     pub fn ideal_impulse(&self, density: f64, temperature: f64) -> f64 {
         density * temperature * self.boundary.perimeter()
     }
 
-    /// μ^(−1/2), to which the number of contacts on a piece of the boundary is proportional.
+    /// μ^(−1/2); the number of contacts on a piece of the boundary is proportional to it.
     fn frequency(&self, arc: &ExposedArc, normal: f64) -> f64 {
-        // The point of contact lies along the normal from the atom's centre, so both have one lever.
+        // The point of contact lies on the line along the normal through the atom's centre, so both
+        // have the same lever arm.
         let lever = arc.centre.perp_dot(DVec2::from_angle(normal));
         (1.0 / GAS_MASS + self.inverse_mass + lever * lever * self.inverse_moment).sqrt()
     }
 }
 
-/// Collisions per disc and time in the gas: Γ = 2 n σ χ √(π kT / m) (Enskog; Chapman and Cowling 1970, chapter 16, in
-/// two dimensions).
+/// Collisions per disc and time in the gas: Γ = 2 n σ χ √(π kT / m) (Enskog; Chapman and Cowling
+/// 1970, chapter 16, in two dimensions).
 pub fn collision_rate(density: f64, temperature: f64) -> f64 {
     2.0 * density
         * (2.0 * GAS_RADIUS)
@@ -96,8 +99,9 @@ pub fn collision_rate(density: f64, temperature: f64) -> f64 {
         * (PI * temperature / GAS_MASS).sqrt()
 }
 
-/// Density of gas centres at the rim of a single disc of radius R, relative to the mean:
-/// χ = 1/(1 − η) + (9/16) (2Rr/(R + r)) (η/r)/(1 − η)² (Jenkins and Mancini, J. Appl. Mech. 54 (1987) 27).
+/// Density of gas centres at the boundary of a single disc of radius R, relative to the mean: χ =
+/// 1/(1 − η) + (9/16) (2Rr/(R + r)) (η/r)/(1 − η)² (Jenkins and Mancini, J. Appl. Mech. 54 (1987)
+/// 27).
 pub fn contact_density_of_disc(radius: f64, density: f64) -> f64 {
     let fraction = area_fraction(density);
     let free = 1.0 - fraction;
@@ -114,7 +118,7 @@ mod tests {
     use carom::Simulation;
 
     impl Prediction {
-        /// For the molecule of a case, with atoms of half the gas's radius.
+        /// Predictions for a case with atoms of half the gas radius.
         pub fn of_case(case: Case) -> Self {
             let simulation = Simulation::new(&scene(case, Size::Half, 1, 0, RunSpec::default())).unwrap();
             Self::new(case, simulation.view().bodies().next().unwrap().body.molecule())
@@ -141,13 +145,13 @@ mod tests {
     }
 
     #[test]
-    fn the_disc_is_hit_from_all_sides_alike() {
+    fn the_disc_is_hit_isotropically() {
         for share in Prediction::of_case(Case::Control).count_shares(360) {
             assert!((share * 360.0 - 1.0).abs() < 1e-12);
         }
     }
 
-    /// For equal discs the formula is Henderson's χ = (1 − 7η/16)/(1 − η)², here 3.125.
+    /// For equal discs the formula reduces to Henderson's χ = (1 − 7η/16)/(1 − η)², here 3.125.
     #[test]
     fn contact_density_of_a_gas_disc() {
         let half = AREA_FRACTION / (PI * GAS_RADIUS * GAS_RADIUS);

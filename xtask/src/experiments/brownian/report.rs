@@ -1,4 +1,4 @@
-//! The pictures and the page of the experiment.
+//! Charts and page of the experiment.
 
 use anyhow::Result;
 use carom::{DirectionHistogram, observers::Block};
@@ -21,27 +21,29 @@ use crate::experiments::thesis_scene::{Case, GAS_RADIUS, Size};
 /// The charts of a group, as SVG.
 #[derive(Debug, Clone)]
 pub struct Charts {
-    /// How many kicks in which direction.
+    /// Number of kicks by direction.
     pub counts: String,
-    /// How much impulse in which direction.
+    /// Impulse by direction.
     pub impulse: String,
-    /// Impulse by direction, round the clock.
+    /// Impulse by direction, as a polar chart.
     pub polar: String,
-    /// Kicks by direction, round the clock.
+    /// Number of kicks by direction, as a polar chart.
     pub polar_counts: String,
-    /// The running average of the force.
+    /// Running average of the force.
     pub force: String,
-    /// The molecule and where gas discs can touch it.
+    /// The molecule and the boundary of the region excluded to gas centres.
     pub molecule: String,
 }
 
-/// Sectors of the polar chart: wider ones than of the histograms, since noise confuses more when it goes round.
+/// Sectors of the polar chart; wider than those of the histograms, because noise is less readable
+/// in polar form.
 const POLAR_SECTORS: usize = 120;
 
 /// One row of the table of directions.
 pub type DirectionRow = (f64, f64, u64, f64, f64, f64, f64, f64);
 
-/// Header of the table of directions; directions are those of the impulse on the molecule, in its frame.
+/// Header of the table of directions, which are those of the impulse on the molecule in its body
+/// frame.
 pub const DIRECTION_HEADER: [&str; 8] = [
     "from_degrees",
     "to_degrees",
@@ -53,7 +55,7 @@ pub const DIRECTION_HEADER: [&str; 8] = [
     "impulse_dilute_prediction",
 ];
 
-/// The table of directions.
+/// Table of directions.
 pub fn direction_rows(group: &Group<'_>) -> Vec<DirectionRow> {
     let kicks = &group.kicks;
     let (hits, total) = (kicks.hits() as f64, kicks.total_impulse());
@@ -81,10 +83,10 @@ pub fn direction_rows(group: &Group<'_>) -> Vec<DirectionRow> {
 }
 
 impl Charts {
-    /// Draws them.
+    /// Draws the charts.
     ///
     /// # Errors
-    /// A figure that is not finite.
+    /// A value is not finite.
     pub fn draw(group: &Group<'_>) -> Result<Self> {
         let rows = direction_rows(group);
         let per_time =
@@ -124,7 +126,7 @@ impl Charts {
         })
     }
 
-    /// Files that the charts are written to, with what is in each.
+    /// File names and contents of the charts.
     pub fn files(&self) -> [(&'static str, &str); 6] {
         [
             ("kicks-by-direction.svg", &self.counts),
@@ -137,7 +139,7 @@ impl Charts {
     }
 }
 
-/// Means over groups of neighbours.
+/// Means over groups of adjacent values.
 fn means(values: &[f64], groups: usize) -> Vec<f64> {
     values.chunks(values.len() / groups).map(|group| group.iter().sum::<f64>() / group.len() as f64).collect()
 }
@@ -146,7 +148,7 @@ fn prediction_name(case: Case) -> &'static str {
     if case == Case::Control { "isotropic" } else { "dilute gas: exposed atoms N(φ)" }
 }
 
-/// A histogram of directions, measured and predicted, round the clock, with its error band.
+/// Polar histogram of directions, measured and predicted, with error band.
 fn polar(
     group: &Group<'_>,
     (what, unit): (&str, &str),
@@ -163,8 +165,8 @@ fn polar(
         group.kick_error(pair, independent) / joined as f64
     };
     Polar {
-        title: format!("{what} by direction, round the clock"),
-        label: format!("distance: {} per time and degree {unit}, means over 3°", what.to_lowercase()),
+        title: format!("{what} by direction, polar chart"),
+        label: format!("radius: {} per time and degree {unit}, means over 3°", what.to_lowercase()),
         curves: vec![
             ("measured".to_owned(), colour::BLUE, means(values, POLAR_SECTORS)),
             (prediction_name(group.case).to_owned(), colour::VERMILLION, means(predicted, POLAR_SECTORS)),
@@ -174,7 +176,7 @@ fn polar(
     .svg()
 }
 
-/// A histogram of directions with its error band and prediction.
+/// Histogram of directions with error band and prediction.
 fn directions(
     title: &str,
     label: &str,
@@ -191,7 +193,7 @@ fn directions(
     Chart {
         title: title.to_owned(),
         x: Axis {
-            label: "direction of the impulse in the molecule's frame [degrees from x′]".to_owned(),
+            label: "direction of the impulse in the body frame [degrees from x′]".to_owned(),
             range: (0.0, 360.0),
         },
         y: Axis { label: label.to_owned(), range: (0.0, if highest > 0.0 { 1.2 * highest } else { 1.0 }) },
@@ -216,11 +218,12 @@ fn line(name: &str, colour: plotters::style::RGBColor, points: Vec<(f64, f64)>) 
     Layer { name: name.to_owned(), colour, shape: Shape::Line(points) }
 }
 
-/// The running average of the force along x′ and y′, each run a line, with the error that one run should have.
+/// Running average of the force along x′ and y′, one line for each run, with the expected error of
+/// one run.
 fn force(group: &Group<'_>) -> Result<String> {
     let duration = group.runs[0].duration;
     let error_at = |time: f64| group.force_errors(time).map_or(0.0, DVec2::max_element);
-    // Early on the average is all noise; what matters is how it settles.
+    // The initial average is mostly noise; the convergence matters.
     let scale = 3.0 * error_at(0.1 * duration);
     let largest = group
         .runs
@@ -240,15 +243,18 @@ fn force(group: &Group<'_>) -> Result<String> {
         }
     }
     Chart {
-        title: "Mean force on the molecule, as it settles".to_owned(),
-        x: Axis { label: "time since measuring began [time]".to_owned(), range: (0.0, duration) },
+        title: "Running mean of the force on the molecule".to_owned(),
+        x: Axis {
+            label: "time since the start of the measurement [time]".to_owned(),
+            range: (0.0, duration),
+        },
         y: Axis { label: "Σ Δp / t [mass·length/time²]".to_owned(), range: (-range, range) },
         layers,
     }
     .svg()
 }
 
-/// How far from 0 chance alone takes a running average of one run, over the time since it began.
+/// Standard error of the running average of one run, as a function of time since its start.
 pub fn band_of_one_run(duration: f64, error_at: impl Fn(f64) -> f64) -> Layer {
     let band = (1..=200).map(|step| {
         let time = duration * f64::from(step) / 200.0;
@@ -261,30 +267,31 @@ pub fn band_of_one_run(duration: f64, error_at: impl Fn(f64) -> f64) -> Layer {
     }
 }
 
-/// What is in the tables, in words.
+/// Description of the data files.
 pub fn data(page: &mut Page, hits: u64, most: u64) {
-    page.heading("The data");
+    page.heading("Data");
     let rows = if hits > most { format!("the first {most} of {hits}") } else { format!("all {hits}") };
     page.paragraph(&format!(
-        "impulses.csv has {rows} kicks by the gas, a row each: time, atom touched, number of the disc, the unit vector \
-         along which the molecule was pushed, and the impulse, in the frame of the box and in the molecule's. start.extxyz \
-         and end.extxyz are read by OVITO and ASE; for a trajectory, give config.toml to cargo xtask run with --set \
-         run.snapshots=extxyz."
+        "impulses.csv lists {rows} kicks by the gas, one row each: time, touched atom, number of the disc, \
+         unit vector of the impulse, and the impulse in the frame of the box and in the body frame. \
+         start.extxyz and end.extxyz can be read by OVITO and ASE; for a trajectory, pass config.toml to \
+         cargo xtask run with --set run.snapshots=extxyz."
     ));
 }
 
-/// What was asked, in words.
+/// Description of the question.
 pub fn question(page: &mut Page, area_fraction: f64) {
-    page.heading("What was asked");
+    page.heading("Question");
     page.paragraph(&format!(
-        "A molecule that gas discs cannot touch from every side: is it pushed evenly? A T of five discs is set into a \
-         gas that covers the share {area_fraction} of a periodic unit square. Every kick that it receives is sorted by direction in its own \
-         frame: x′ along the bar of the T, y′ from the stem to the bar. The control is a disc of the same area and \
-         mass. After Montanari (2017), chapter 3."
+        "Does a molecule that gas discs cannot touch from every side receive a net force along its body \
+         axes? A T of five discs is placed in a gas of area fraction {area_fraction} in a periodic unit \
+         square. Every impulse on it is recorded by its direction in the body frame: x′ along the bar of the \
+         T, y′ from the stem to the bar. The control is a disc of the same area and mass. After Montanari \
+         (2017), chapter 3."
     ));
 }
 
-/// What was run, in words and numbers.
+/// Description of the runs.
 pub fn setting(page: &mut Page, group: &Group<'_>, size: Size, plan: &Plan) {
     let first = &group.runs[0];
     page.facts(&[
@@ -293,31 +300,24 @@ pub fn setting(page: &mut Page, group: &Group<'_>, size: Size, plan: &Plan) {
         ("gas", format!("{:.0} discs of radius 0.01, mass 1, energy 1 each at the start", first.density)),
         (
             "measured",
-            format!("from t = {} to {}, sample every {}", plan.from, plan.until, plan.sample_interval),
+            format!("from t = {} to {}, sampled every {}", plan.from, plan.until, plan.sample_interval),
         ),
         ("runs", group.runs.len().to_string()),
         ("kicks by the gas", group.kicks.hits().to_string()),
     ]);
 }
 
-/// The charts of a group, with captions.
+/// Charts of a group, with captions.
 pub fn charts(page: &mut Page, group: &Group<'_>, charts: &Charts) {
-    let step = "The orange-red line is exact for a dilute gas: each direction counts as often as there are atoms that \
-                a gas disc can touch from the opposite side. In a dense gas the steps stay at their angles, but levels \
-                tilt: discs crowd into the corners.";
-    let even = "A disc is kicked from all sides alike, at any density.";
+    let step = "The orange-red line is exact for a dilute gas: the weight of each direction is the number of \
+                atoms that a gas disc can touch from the opposite side. In a dense gas the steps remain at the same \
+                angles, but the levels tilt, because the density is larger in the corners.";
+    let even = "The kicks on a disc are isotropic at any density.";
     let caption = if group.case == Case::Control { even } else { step };
-    page.pictures(
-        Layout::Full,
-        &[(&charts.impulse, caption), (&charts.counts, "The same by number of kicks.")],
-    );
-    let polar =
-        "0° is x′, 90° is y′. A kick points to where the molecule is pushed, away from where it is touched.";
-    page.pictures(
-        Layout::Beside,
-        &[(&charts.polar, polar), (&charts.polar_counts, "The same by number of kicks.")],
-    );
-    let force = "The thesis's running average. At equilibrium it must fade to 0, along both axes and at any density; the \
-                 band says how far from 0 chance alone takes one run.";
+    page.pictures(Layout::Full, &[(&charts.impulse, caption), (&charts.counts, "Number of kicks.")]);
+    let polar = "0° is x′, 90° is y′. The direction is that of the impulse on the molecule, away from the point of contact.";
+    page.pictures(Layout::Beside, &[(&charts.polar, polar), (&charts.polar_counts, "Number of kicks.")]);
+    let force = "Running average as in the thesis. At equilibrium it tends to 0 along both axes at any \
+                 density; the band is one standard error of one run.";
     page.pictures(Layout::Full, &[(&charts.force, force)]);
 }

@@ -1,4 +1,5 @@
-//! The molecule in its gas, to look at: as it is placed, in motion, at the end (Montanari 2017, figures 3.1 to 3.4).
+//! Pictures of the molecule in its gas: initial state, animation, and final state (Montanari 2017,
+//! figures 3.1 to 3.4).
 
 use anyhow::Result;
 use carom_report::page::{Layout, Page};
@@ -6,10 +7,10 @@ use carom_runs::{animation, output::Folder};
 
 use super::{Plan, group::Group, report::Charts, snapshots::CLOSE_UP};
 
-/// The molecule, the system before and after, and in motion.
+/// Adds the molecule, the initial and final state, and the animation to the page.
 ///
 /// # Errors
-/// A picture is gone.
+/// A picture is missing.
 pub fn of_one_run(
     page: &mut Page,
     group: &Group<'_>,
@@ -17,44 +18,45 @@ pub fn of_one_run(
     folder: &Folder,
     plan: &Plan,
 ) -> Result<()> {
-    page.heading("The system");
+    page.heading("System");
     of_molecule(page, group, charts, folder)?;
     moving(page, folder, plan)?;
     before_and_after(page, folder, plan)
 }
 
-/// The whole system as it is placed, and at the end.
+/// Adds pictures of the initial and the final state.
 ///
 /// # Errors
-/// A picture is gone.
+/// A picture is missing.
 pub fn before_and_after(page: &mut Page, folder: &Folder, plan: &Plan) -> Result<()> {
     let [start, end] = [folder.read("start.svg")?, folder.read("end.svg")?];
-    let (first, last) = ("At the start: a lattice, shaken.", format!("At t = {}.", plan.until));
+    let (first, last) = ("Initial state: a perturbed lattice.", format!("At t = {}.", plan.until));
     page.pictures(Layout::Beside, &[(&start, first), (&end, &last)]);
     Ok(())
 }
 
-/// The molecule in its frame, and as it is placed.
+/// Adds the molecule in its body frame and a close-up of the initial state.
 ///
 /// # Errors
-/// A picture is gone.
+/// A picture is missing.
 pub fn of_molecule(page: &mut Page, group: &Group<'_>, charts: &Charts, folder: &Folder) -> Result<()> {
-    let frame = "The molecule in its frame (x′, y′). The centre of a gas disc (dashed) can come as near as the line, no \
-                 nearer; each arc belongs to the atom that is touched there. An atom drawn with a broken line can never be touched.";
-    let placed = format!("{}, as it is placed among the gas.", capitalised(group.case.words()));
+    let frame = "The molecule in its body frame (x′, y′). The line bounds the region that the centre of a \
+                 gas disc (dashed) cannot enter; each arc belongs to the touched atom. An atom with a dashed outline \
+                 cannot be touched.";
+    let placed = format!("{} in the gas, initial state.", capitalised(group.case.words()));
     let close_up = folder.read(CLOSE_UP)?;
     page.pictures(Layout::Beside, &[(&charts.molecule, frame), (&close_up, &placed)]);
     Ok(())
 }
 
-/// The moving view of a run.
+/// Adds the animation of a run.
 ///
 /// # Errors
-/// It is gone.
+/// It is missing.
 pub fn moving(page: &mut Page, folder: &Folder, plan: &Plan) -> Result<()> {
     let caption = format!(
-        "The gas and the molecule as measuring begins, at t = {}: between two contacts every body is drawn exactly where \
-         the run had it. The same flights, with all digits, are in flights.csv of the run.",
+        "The gas and the molecule from the start of the measurement at t = {}: between contacts every body \
+         is drawn at its exact position. All digits of the flights are in flights.csv of the run.",
         plan.from
     );
     page.animation(&folder.read(animation::ANIMATION)?, &caption);

@@ -1,13 +1,19 @@
-//! The verdict: is the molecule driven along its own axes, or turned? What equilibrium says is exactly zero, against its error.
+//! Tests of equilibrium: quantities that are exactly zero at equilibrium, in units of their
+//! standard errors. They show whether the molecule drifts along its body axes or rotates
+//! systematically.
 //!
-//! A bias counts as found if it is more than [`THRESHOLD`] standard errors from zero. The smallest bias that would have been
-//! found nineteen times out of twenty follows from the error, and how it shrinks from what is summed: sums that diffuse give
-//! means good to 1/√(time × replicas). The impulses on a molecule whose frame does not turn add up to the change of its
-//! momentum, of variance 2MkT whatever the time, so that their mean is good to 1/(time × √replicas); but it tends to zero whatever
-//! drives the molecule, once that moves steadily, so it checks the books and can show no bias: the velocity does. The same
-//! holds for the torque on one that turns, with 2IkT, and its angular velocity.
+//! A bias is reported if it exceeds [`THRESHOLD`] standard errors. The smallest bias that is
+//! detected with probability 0.95 follows from the standard error, which decreases in one of two
+//! ways:
 //!
-//! What is farther off than [`BROKEN`] is a fault of the program, and fails the run.
+//! 1. **Diffusing sums.** The error of the mean is proportional to 1/√(time × replicas).
+//! 2. **Bounded sums.** In a frame that does not rotate, the impulses sum to the change of
+//!    momentum, of variance 2MkT at any time, so the error of the mean is proportional to 1/(time ×
+//!    √replicas). The mean vanishes under any steady driving force too, once the molecule moves
+//!    steadily. It therefore tests the momentum balance only; the velocity shows a bias. The same
+//!    holds for the torque on a rotating molecule, with variance 2IkT, and its angular velocity.
+//!
+//! A deviation above [`BROKEN`] is a fault of the program and fails the run.
 
 use carom::{
     DirectionHistogram,
@@ -24,71 +30,73 @@ use super::{
 };
 use crate::experiments::thesis_scene::Case;
 
-/// Standard errors from zero beyond which a bias counts as found. With 30 blocks or more chance alone goes further once in
-/// 2500 findings (Student's t). Smaller: a campaign of some forty findings would cry wolf. Larger: it would see less.
+/// Number of standard errors above which a bias is reported. With at least 30 blocks, chance
+/// exceeds it once in 2500 findings (Student's t). Smaller: a campaign of about forty findings
+/// would give false alarms. Larger: it would be less sensitive.
 const THRESHOLD: f64 = 4.0;
 
-/// A bias so many standard errors above the threshold is found with probability 0.95 (one-sided normal quantile).
+/// A bias this many standard errors above the threshold is detected with probability 0.95
+/// (one-sided normal quantile).
 const SAFELY: f64 = 1.645;
 
-/// Harmonics of the directions that the isotropy of the control is judged by.
+/// Number of harmonics in the isotropy test of the control.
 const HARMONICS: usize = 6;
 
-/// Why the mean vanishes.
-const FORCE: &str = "equilibrium: the free energy does not depend on where the molecule is";
-const TORQUE: &str = "equilibrium: the free energy does not depend on how the molecule is turned";
+/// Reason why the mean vanishes.
+const FORCE: &str = "equilibrium: the free energy does not depend on the molecule's position";
+const TORQUE: &str = "equilibrium: the free energy does not depend on the molecule's orientation";
 const VELOCITY: &str = "equilibrium: velocity and orientation are independent";
-const MIRROR: &str = "the tee is its own mirror image";
+const MIRROR: &str = "mirror symmetry of the tee";
 
-/// How the error of a mean shrinks.
+/// Scaling of the error of a mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shrinking {
-    /// As 1/√(time × replicas): the sum diffuses.
+    /// 1/√(time × replicas): the sum diffuses.
     InverseRoot,
-    /// As 1/(time × √replicas): the sum is a difference between the end and the beginning.
+    /// 1/(time × √replicas): the sum is a difference between final and initial values.
     Inverse,
 }
 
-/// Something that must be zero, and whether it is.
+/// A quantity that is zero at equilibrium, and its test.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// What it is.
+    /// Name of the quantity.
     pub name: String,
     /// Its unit, in the scene's units of mass, length and time.
     pub unit: &'static str,
-    /// Its mean over all runs.
+    /// Mean over all runs.
     pub value: f64,
-    /// Standard error; none where there are too few blocks.
+    /// Standard error; `None` with too few blocks.
     pub standard_error: Option<f64>,
-    /// The same from blocks four times as long: about as large if blocks are long enough.
+    /// Standard error from blocks four times as long; about the same if the blocks are long enough.
     pub standard_error_of_longer_blocks: Option<f64>,
-    /// Mean over standard error.
+    /// Mean divided by its standard error.
     pub deviation: Option<f64>,
-    /// Whether there is a bias.
+    /// True if a bias is detected.
     pub bias_found: Option<bool>,
-    /// The smallest bias that would have been found with probability 0.95; none where the mean can show no bias.
+    /// Smallest bias that is detected with probability 0.95; `None` if the mean cannot show a bias.
     pub smallest_bias: Option<f64>,
-    /// How the error, and with it the smallest bias, shrinks.
+    /// Scaling of the error and the smallest bias.
     pub shrinking: Shrinking,
-    /// Why it must be zero.
+    /// Reason why it is zero.
     pub source: &'static str,
 }
 
-/// What a group of runs says of equilibrium.
+/// Tests of equilibrium for a group of runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
-    /// Runs judged.
+    /// Number of runs.
     pub replicas: usize,
-    /// How long was measured, all runs together (time).
+    /// Duration of the measurement, summed over all runs (time).
     pub duration: f64,
-    /// Blocks of time, all runs together.
+    /// Number of blocks of time in all runs.
     pub blocks: usize,
-    /// How long each lasts (time).
+    /// Duration of a block (time).
     pub block_duration: f64,
-    /// What must be zero.
+    /// Quantities that are zero at equilibrium.
     pub findings: Vec<Finding>,
-    /// Whether the control is kicked evenly from all sides.
+    /// Isotropy test of the kicks of the control.
     pub isotropy: Option<Isotropy>,
 }
 
@@ -108,14 +116,14 @@ impl Finding {
         }
     }
 
-    /// Judged by the scatter of blocks.
+    /// Test by the scatter of blocks.
     fn by_blocks(self, pooled: &Pooled) -> Self {
         let longer = pooled.standard_error_of_longer_blocks();
         let judged = self.judged(pooled.mean(), pooled.standard_error());
         Self { standard_error_of_longer_blocks: longer, ..judged }
     }
 
-    /// Judged by the variance that the whole sum has whatever the time and whatever drives the molecule.
+    /// Test by the variance of the whole sum, which is independent of time and driving force.
     fn bounded(self, pooled: &Pooled, variance: f64) -> Self {
         let judged = self.judged(pooled.mean(), Some(variance.sqrt() / pooled.weight()));
         Self { shrinking: Shrinking::Inverse, smallest_bias: None, ..judged }
@@ -133,14 +141,14 @@ impl Finding {
         }
     }
 
-    /// The smallest bias of a campaign with so many times the time, or the replicas.
+    /// Smallest detectable bias with `times` as much time or replicas.
     pub fn smallest_bias_after(&self, times: f64) -> Option<f64> {
         self.smallest_bias.map(|bias| bias / times.sqrt())
     }
 }
 
 impl Verdict {
-    /// Judges the runs of one case and size.
+    /// Tests the runs of one case and size.
     pub fn of(group: &Group<'_>) -> Self {
         let blocks = || group.runs.iter().flat_map(|run| run.drift.complete());
         let (count, together) = (blocks().count(), blocks().map(|block| block.duration).sum::<f64>());
@@ -157,7 +165,7 @@ impl Verdict {
         }
     }
 
-    /// Nothing is so far from equilibrium that it can only be a fault.
+    /// Checks that no deviation is above [`BROKEN`].
     pub fn checks(&self) -> Vec<Check> {
         let of_finding = |finding: &Finding| {
             let name = format!("{}, standard errors from zero", finding.name);
@@ -169,14 +177,15 @@ impl Verdict {
         self.findings.iter().filter_map(of_finding).chain(isotropy).collect()
     }
 
-    /// Writes it on a page.
+    /// Adds the results to a page.
     pub fn show(&self, page: &mut Page) {
-        page.subheading("What must be zero");
+        page.subheading("Quantities that are zero at equilibrium");
         page.paragraph(&format!(
-            "{} blocks of {} units of time, from {} runs. A bias counts as found if it is more than {THRESHOLD} standard \
-             errors from zero; one as large as the smallest would have been found nineteen times out of twenty. The impulses on \
-             a molecule whose frame does not turn, and the torque on one that turns, add up to the change of its momentum: their \
-             mean checks the books, and whether the molecule is driven is told by its velocity.",
+            "{} blocks of {} units of time, from {} runs. A bias is reported if it exceeds {THRESHOLD} \
+             standard errors; a bias equal to the smallest detectable one is found with probability 0.95. The \
+             impulses on a molecule whose frame does not rotate, and the torque on a rotating one, sum to the \
+             change of momentum: their means test the momentum balance only, and the velocity shows whether \
+             the molecule is driven.",
             self.blocks,
             with_error(self.block_duration, None),
             self.replicas,
@@ -187,7 +196,7 @@ impl Verdict {
             let word = match (finding.bias_found, finding.shrinking) {
                 (Some(true), _) => "a bias",
                 (Some(false), Shrinking::InverseRoot) => "no bias",
-                (Some(false), Shrinking::Inverse) => "the books are right",
+                (Some(false), Shrinking::Inverse) => "balanced",
                 (None, _) => "too few blocks",
             };
             let law = match finding.shrinking {
@@ -209,22 +218,22 @@ impl Verdict {
             "measured",
             "in standard errors",
             "found",
-            "smallest bias to be found",
-            "the error shrinks as",
-            "smallest bias in 10 times the time, or replicas",
+            "smallest detectable bias",
+            "error scales as",
+            "smallest bias with 10 times the time or replicas",
         ];
         page.table(&header, &self.findings.iter().map(row).collect::<Vec<_>>());
         if let Some(isotropy) = self.isotropy {
             page.paragraph(&format!(
-                "Is the disc kicked evenly from all sides? The first {} harmonics of the directions, with the covariance of {} \
-                 blocks: Fisher's F = {:.2}, which chance exceeds with probability {:.2}.",
+                "Isotropy of the kicks on the disc: the first {} harmonics of the directions, with the \
+                 covariance of {} blocks: Fisher's F = {:.2}, exceeded by chance with probability {:.2}.",
                 isotropy.harmonics, isotropy.blocks, isotropy.ratio, isotropy.probability
             ));
         }
     }
 }
 
-/// A sum over the molecule's way, per time.
+/// A sum over the molecule's motion, as a rate in time.
 fn per_time(group: &Group<'_>, sum: impl Fn(&Drift) -> f64) -> Pooled {
     Pooled::of(group.runs, |run| &run.drift, |block: &Block<Drift>| (sum(&block.observed), block.duration))
 }
@@ -243,7 +252,7 @@ fn forces(group: &Group<'_>) -> Vec<Finding> {
         judged(force("force along x′"), mass, per_time(group, |drift| drift.impulse().x)),
         judged(force("force along y′"), mass, per_time(group, |drift| drift.impulse().y)),
     ];
-    // Nothing turns a disc.
+    // A disc receives no torque.
     if group.case != Case::Control {
         let finding = Finding::new("torque", "mass·length²/time²", TORQUE);
         let moment = turns.then(|| molecule.moment_of_inertia());
@@ -252,7 +261,7 @@ fn forces(group: &Group<'_>) -> Vec<Finding> {
     findings
 }
 
-/// Mean velocity along the molecule's axes and mean angular velocity.
+/// Mean velocity along the body axes, and mean angular velocity.
 fn velocities(group: &Group<'_>) -> Vec<Finding> {
     let along = |name| Finding::new(name, "length/time", VELOCITY);
     let mut findings = vec![
@@ -266,7 +275,7 @@ fn velocities(group: &Group<'_>) -> Vec<Finding> {
     findings
 }
 
-/// The wings of the tee are hit alike: difference of their shares of the kicks.
+/// Mirror symmetry of the tee: difference of the shares of kicks on its wings.
 fn mirror(group: &Group<'_>) -> Option<Finding> {
     let (left, right) = (0, 2);
     if group.case == Case::Control || group.kicks.hits() == 0 {
@@ -292,12 +301,14 @@ mod tests {
     use rand::{RngExt as _, SeedableRng as _};
     use rand_pcg::Pcg64;
 
-    /// Sum of twelve uniform numbers less 6: variance 1, near enough to normal up to four standard deviations.
+    /// Sum of twelve uniform numbers minus 6: variance 1, close to normal up to four standard
+    /// deviations.
     fn normal(random: &mut Pcg64) -> f64 {
         (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0
     }
 
-    /// Sums over 40 blocks of 8 units of time in each of three runs: a bias, and a diffusion of 1 per time.
+    /// Sums over 40 blocks of 8 units of time in each of three runs: a bias, and diffusion of 1 per
+    /// time.
     fn planted(bias: f64, random: &mut Pcg64) -> Finding {
         let block = |random: &mut Pcg64| (bias * 8.0 + 8f64.sqrt() * normal(random), 8.0);
         let runs = (0..3).map(|_| (0..40).map(|_| block(random)).collect()).collect();
@@ -311,24 +322,25 @@ mod tests {
     #[test]
     fn a_planted_bias_is_found_and_none_is_not() {
         let mut random = Pcg64::seed_from_u64(1);
-        // Error of the mean: 1/√960. The smallest bias is said to be found in 95 % of all cases: 380 ± 4 of 400.
+        // The error of the mean is 1/√960. The smallest bias is detected in 95 % of all cases: 380
+        // ± 4 of 400.
         let smallest = (THRESHOLD + SAFELY) / 960f64.sqrt();
         for sign in [1.0, -1.0] {
             let count = (0..400).filter(|_| found(&planted(sign * smallest, &mut random))).count();
             assert!((360..398).contains(&count), "{count}");
         }
-        // Half of what the threshold takes is found hardly ever, 2 σ below it; nothing at all is not found.
+        // Half of the threshold lies 2 σ below it and is rarely detected; zero is not detected.
         assert_eq!((0..400).filter(|_| found(&planted(0.0, &mut random))).count(), 0);
         let half = 0.5 * THRESHOLD / 960f64.sqrt();
         assert!((0..400).filter(|_| found(&planted(half, &mut random))).count() < 30);
     }
 
     #[test]
-    fn errors_are_those_that_were_planted() {
+    fn errors_agree_with_the_planted_scatter() {
         let mut random = Pcg64::seed_from_u64(2);
         let findings: Vec<Finding> = (0..400).map(|_| planted(0.0, &mut random)).collect();
         let squares = findings.iter().map(|finding| finding.deviation.unwrap().powi(2)).sum::<f64>() / 400.0;
-        // ⟨t²⟩ = 119/117, known to √(2/400).
+        // ⟨t²⟩ = 119/117, with a standard error of √(2/400).
         assert!((squares - 1.0).abs() < 0.28, "{squares}");
         let ratio = |finding: &Finding| {
             finding.standard_error_of_longer_blocks.unwrap() / finding.standard_error.unwrap()
@@ -337,9 +349,10 @@ mod tests {
         assert!((mean - 1.0).abs() < 0.03, "{mean}");
     }
 
-    /// Blocks that remember each other give themselves away when joined: a walk of ±1 steps that turns back rarely.
+    /// Correlated blocks show a larger error when joined: a random walk of ±1 steps that seldom
+    /// changes direction.
     #[test]
-    fn blocks_that_are_too_short_show_in_longer_ones() {
+    fn correlated_blocks_have_a_larger_error_when_joined() {
         let mut random = Pcg64::seed_from_u64(3);
         let mut value = 1.0;
         let run = (0..4000)
@@ -364,12 +377,12 @@ mod tests {
         assert_eq!(judge(3.0).bias_found, Some(false));
         assert_eq!(judge(-5.0 * 20f64.sqrt()).bias_found, Some(true));
         assert!((judge(0.0).standard_error.unwrap() - 0.2f64.sqrt() / 10.0).abs() < 1e-15);
-        // A steady drift has no steady force.
+        // A steady drift needs no steady force.
         assert_eq!(judge(0.0).smallest_bias, None);
     }
 
     #[test]
-    fn what_is_far_from_equilibrium_fails_the_run() {
+    fn a_large_deviation_from_equilibrium_fails_the_run() {
         let mut random = Pcg64::seed_from_u64(5);
         let verdict = |findings, isotropy| Verdict {
             replicas: 3,
@@ -391,14 +404,15 @@ mod tests {
     }
 
     #[test]
-    fn few_blocks_are_not_judged() {
+    fn few_blocks_give_no_verdict() {
         let run = (0..29).map(|block| (f64::from(block), 1.0)).collect();
         let finding = Finding::new("planted", "1", FORCE).by_blocks(&Pooled::planted(vec![run]));
         assert_eq!((finding.standard_error, finding.bias_found), (None, None));
         assert_eq!(finding.value, 14.0);
     }
 
-    /// 50 blocks of 20 000 kicks each; directions prefer +x by a share of `excess`, and blocks are uneven in number.
+    /// 50 blocks of 20 000 kicks each; the share `excess` of directions prefers +x, and block sizes
+    /// vary.
     fn directions(excess: f64, random: &mut Pcg64) -> Isotropy {
         let blocks: Vec<Vec<u64>> = (0..50)
             .map(|_| {
@@ -415,12 +429,13 @@ mod tests {
     }
 
     #[test]
-    fn a_planted_preference_of_a_direction_is_found_and_none_is_not() {
+    fn a_planted_anisotropy_is_detected_and_isotropy_is_not_rejected() {
         let mut random = Pcg64::seed_from_u64(4);
-        // Evenly spread probabilities: a tenth is below 0.1.
+        // p-values are uniform: a tenth is below 0.1.
         let low = (0..100).filter(|_| directions(0.0, &mut random).probability < 0.1).count();
         assert!((2..=20).contains(&low), "{low}");
-        // A share ε of a million kicks is √(10⁶/2) ε standard errors of the harmonic: 10 for 0.014.
+        // A share ε of a million kicks gives √(10⁶/2) ε standard errors of the harmonic: 10 for
+        // 0.014.
         assert!(directions(0.014, &mut random).probability < 1e-4);
     }
 }

@@ -1,4 +1,4 @@
-//! Instructions of a run, counted by callgrind: noise-free, and told apart by the source that they come from.
+//! Instruction counts of a run from callgrind, by source file; they have no noise.
 
 use std::{collections::BTreeMap, fs, path::Path, process::Command};
 
@@ -6,30 +6,30 @@ use anyhow::{Context, Result, ensure};
 
 use super::{COMMAND, capability::Variant};
 
-/// What was executed: instructions by the pair of sources that each came from, the function's and the line's own, which
-/// differ where the compiler has put one function into another.
+/// Instruction counts by two source files: that of the function and that of the line, which differ
+/// if the compiler has inlined one function into another.
 pub type Profile = BTreeMap<[String; 2], u64>;
 
 /// One run under callgrind.
 #[derive(Debug)]
 pub struct Counted {
-    /// Instructions by source.
+    /// Instructions by source file.
     pub profile: Profile,
-    /// Collisions.
+    /// Number of collisions.
     pub collisions: u64,
 }
 
-/// Whether the program `valgrind` is there.
+/// Returns true if the program `valgrind` is installed.
 pub fn is_installed() -> bool {
     Command::new("valgrind").arg("--version").output().is_ok_and(|output| output.status.success())
 }
 
-/// Runs this very program under callgrind.
+/// Runs this program under callgrind.
 ///
 /// # Errors
-/// It cannot be started, breaks off, or what it leaves cannot be read.
+/// It cannot be started, it fails, or its output cannot be read.
 pub fn count(variant: Variant, intervals: u32, folder: &Path) -> Result<Counted> {
-    let program = std::env::current_exe().context("where this program is")?;
+    let program = std::env::current_exe().context("cannot find this program")?;
     let file = folder.join(format!("callgrind.{}.{intervals}", variant.to_string().replace(' ', "-")));
     let output = Command::new("valgrind")
         .arg("--tool=callgrind")
@@ -43,15 +43,18 @@ pub fn count(variant: Variant, intervals: u32, folder: &Path) -> Result<Counted>
         .context("cannot start valgrind")?;
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     ensure!(output.status.success(), "'{variant}' under callgrind: {said}");
-    let collisions =
-        String::from_utf8_lossy(&output.stdout).trim().parse().context("what the worker counted")?;
+    let collisions = String::from_utf8_lossy(&output.stdout)
+        .trim()
+        .parse()
+        .context("the worker did not print a number of collisions")?;
     let text = fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
     fs::remove_file(&file).ok();
     Ok(Counted { profile: parse(&text), collisions })
 }
 
-/// Reads callgrind's output (Valgrind manual, "Callgrind Format Specification"): `fl`, `fi` and `fe` name sources, each by
-/// a number after its first mention; the line after `calls` is the cost of what was called, which stands elsewhere.
+/// Parses callgrind's output (Valgrind manual, "Callgrind Format Specification"): `fl`, `fi` and
+/// `fe` name sources, by number after the first mention; the line after `calls` is the inclusive
+/// cost of the callee, which is counted elsewhere.
 pub fn parse(text: &str) -> Profile {
     let mut names: BTreeMap<&str, &str> = BTreeMap::new();
     let mut profile: BTreeMap<[&str; 2], u64> = BTreeMap::new();
@@ -72,7 +75,7 @@ pub fn parse(text: &str) -> Profile {
                     own = function;
                 }
                 "fi" | "fe" => own = name(),
-                // The source of what is called: it may be named here first.
+                // Source of the callee; its name may be defined here.
                 "cfi" | "cfl" => {
                     name();
                 }
@@ -89,12 +92,12 @@ pub fn parse(text: &str) -> Profile {
     profile.into_iter().map(|(key, cost)| (key.map(str::to_owned), cost)).collect()
 }
 
-/// All instructions.
+/// Total number of instructions.
 pub fn total(profile: &Profile) -> u64 {
     profile.values().sum()
 }
 
-/// Instructions of which the function or the line itself stands in one of these sources.
+/// Number of instructions whose function or line is in one of these sources.
 pub fn of_sources(profile: &Profile, sources: &[&str]) -> u64 {
     let is_one = |path: &String| sources.iter().any(|source| path.ends_with(source));
     profile.iter().filter(|(paths, _)| paths.iter().any(is_one)).map(|(_, cost)| cost).sum()
@@ -109,11 +112,11 @@ mod tests {
                           fl=(3)\nfn=(2)\n90 4000\nfi=(4) /rust/core/f64.rs\n1 70\nsummary: 4200\ntotals: 4200\n";
 
     #[test]
-    fn each_instruction_counts_once_and_for_its_own_source() {
+    fn each_instruction_counts_once_for_its_own_source() {
         let profile = parse(OUTPUT);
         assert_eq!(total(&profile), 100 + 20 + 5 + 3 + 2 + 4000 + 70);
         assert_eq!(of_sources(&profile, &["engine/src/wall.rs"]), 5);
-        // With what the compiler has put into it.
+        // Including inlined code.
         assert_eq!(of_sources(&profile, &["detection/src/exact.rs"]), 4070);
         assert_eq!(of_sources(&profile, &[]), 0);
     }

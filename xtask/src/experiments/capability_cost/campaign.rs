@@ -1,4 +1,4 @@
-//! The experiment from end to end: instructions, times, memory, and what is written of them.
+//! Execution of the experiment: instructions, times, memory, and output files.
 
 use anyhow::Result;
 use carom_runs::{
@@ -22,10 +22,10 @@ use super::{
     subject::{Subject, WARM_UP},
 };
 
-/// Runs one variant and prints how many collisions there were: what callgrind looks at.
+/// Runs one variant and prints its number of collisions; callgrind observes this process.
 ///
 /// # Errors
-/// No such variant, or it breaks off.
+/// There is no such variant, or the run fails.
 pub fn work(variant: &str, intervals: u32) -> Result<Verdict> {
     let mut subject = Subject::new(variant.parse()?)?;
     subject.run(intervals)?;
@@ -36,7 +36,7 @@ pub fn work(variant: &str, intervals: u32) -> Result<Verdict> {
 /// Runs the experiment and writes its folder.
 ///
 /// # Errors
-/// A folder that is not empty or cannot be written, a run that breaks off.
+/// The folder is not empty or cannot be written, or a run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
     let experiment = Experiment::begin(
@@ -79,11 +79,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let note = if installed {
         String::new()
     } else {
-        "The program valgrind is not installed: no instructions were counted, and nothing is checked."
+        "The program valgrind is not installed: instructions are not counted, and nothing is checked."
             .to_owned()
     };
     let summary = Summary {
-        title: "What a capability costs where it is absent, idle, and used".to_owned(),
+        title: "Cost of a capability that is absent, idle, or used".to_owned(),
         note,
         totals,
         checks: results.checks(),
@@ -100,7 +100,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
     Ok(summary.verdict())
 }
 
-/// The counts at the two ends: what lies between them is running alone, without the building of the scene.
+/// The counts of a short and a long run: their difference is the run alone, without the
+/// construction of the scene.
 fn ends(variant: Variant, plan: Plan, folder: &Folder) -> Result<[Counted; 2]> {
     let count = |intervals| callgrind::count(variant, intervals, folder.path());
     Ok([count(WARM_UP)?, count(WARM_UP + plan.counted)?])
@@ -111,7 +112,7 @@ fn difference(short: &Profile, long: &Profile) -> Profile {
     long.iter().map(|(key, cost)| (key.clone(), cost.saturating_sub(less(key)))).collect()
 }
 
-/// Times all variants, one after the other in each round.
+/// Times all variants in turn in each round.
 fn time(variants: &[Variant], plan: Plan) -> Result<(Vec<Found>, Totals)> {
     let mut subjects = variants.iter().map(|&variant| Subject::new(variant)).collect::<Result<Vec<_>>>()?;
     for subject in &mut subjects {

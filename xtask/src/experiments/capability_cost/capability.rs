@@ -1,13 +1,13 @@
-//! The capabilities, and what absent, idle and used mean for each.
+//! The capabilities, and the definition of absent, idle and used for each.
 
 use std::{fmt, str::FromStr};
 
 use anyhow::{Error, bail};
 
-/// What a scene may ask for beyond equal elastic discs that nobody watches.
+/// An extension of a scene beyond equal elastic discs without observers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Capability {
-    /// Molecules that turn.
+    /// Molecules that rotate.
     Turning,
     /// Molecules of locked rotation.
     Locked,
@@ -19,7 +19,7 @@ pub enum Capability {
     Tags,
     /// Rules of elasticity.
     ElasticityTable,
-    /// Closures told of collisions.
+    /// Callbacks for collisions.
     Subscriptions,
     /// Snapshots at samples.
     Snapshots,
@@ -29,26 +29,26 @@ pub enum Capability {
     SizeMixture,
 }
 
-/// How much of a capability there is.
+/// Degree of use of a capability.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
-    /// Asked for, with nothing or next to nothing for it to do.
+    /// Requested, with no or almost no work to do.
     Idle,
-    /// At work.
+    /// Used.
     Used,
 }
 
-/// What is run.
+/// A scene to run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variant {
-    /// The gas of equal discs, by its seed: a second one shows what chance does to the figures.
+    /// The gas of equal discs with a seed; a second seed shows the statistical error.
     Plain(u64),
     /// The gas with a capability.
     With(Capability, Level),
 }
 
 impl Capability {
-    /// All of them.
+    /// All capabilities.
     pub const ALL: [Self; 10] = [
         Self::Turning,
         Self::Locked,
@@ -62,7 +62,7 @@ impl Capability {
         Self::SizeMixture,
     ];
 
-    /// Its name.
+    /// Name of the capability.
     pub fn name(self) -> &'static str {
         match self {
             Self::Turning => "turning molecules",
@@ -78,34 +78,34 @@ impl Capability {
         }
     }
 
-    /// What is in the scene at this level.
+    /// Description of the scene at this level.
     pub fn about(self, level: Level) -> &'static str {
         match (self, level) {
             (Self::Turning, Level::Idle) => "one dumbbell among the discs",
             (Self::Turning, Level::Used) => "200 dumbbells among the discs",
-            (Self::Locked, Level::Idle) => "the discs are locked: they do not turn anyway",
+            (Self::Locked, Level::Idle) => "the discs are locked, although they never rotate",
             (Self::Locked, Level::Used) => "200 dumbbells of locked rotation among the discs",
             (Self::Bumpers, Level::Idle) => "one bumper as large as a disc",
             (Self::Bumpers, Level::Used) => "200 bumpers as large as the discs",
             (Self::Walls, Level::Idle) => "one wall of a disc's length",
             (Self::Walls, Level::Used) => "two walls across the box, which close it",
-            (Self::Tags, Level::Idle) => "three tags on each disc, for which nobody asks",
-            (Self::Tags, Level::Used) => "the same, and a subscription that filters by two of them",
+            (Self::Tags, Level::Idle) => "three tags on each disc that nothing uses",
+            (Self::Tags, Level::Used) => "three tags, and a subscription that filters by two of them",
             (Self::ElasticityTable, Level::Idle) => "a rule for a tag that no disc carries",
             (Self::ElasticityTable, Level::Used) => "a rule for all discs, e = 0.999, with its guard",
-            (Self::Subscriptions, Level::Idle) => "a list of subscriptions that is empty",
+            (Self::Subscriptions, Level::Idle) => "an empty list of subscriptions",
             (Self::Subscriptions, Level::Used) => "one subscription to every collision",
             (Self::Snapshots, Level::Idle) => "samples, about three collisions of each disc apart",
-            (Self::Snapshots, Level::Used) => "the same, with a snapshot at each",
-            (Self::Thermostat, Level::Idle) => "at each such sample, a reset of a tag that nobody carries",
-            (Self::Thermostat, Level::Used) => "at each such sample, all energies are reset",
+            (Self::Snapshots, Level::Used) => "samples with a snapshot at each",
+            (Self::Thermostat, Level::Idle) => "at each sample, an energy reset of a tag without bodies",
+            (Self::Thermostat, Level::Used) => "at each sample, an energy reset of all discs",
             (Self::SizeMixture, Level::Idle) => "one disc three times as wide",
             (Self::SizeMixture, Level::Used) => "200 discs three times as wide",
         }
     }
 
-    /// The sources that nothing but this capability needs. Others, such as bumpers, which are discs of inverse mass 0, have
-    /// none.
+    /// Sources that only this capability needs. Some have none, such as bumpers, which are discs of
+    /// inverse mass 0.
     pub fn sources(self) -> &'static [&'static str] {
         match self {
             Self::Turning => &[
@@ -154,7 +154,7 @@ impl fmt::Display for Level {
 }
 
 impl Variant {
-    /// All, the plain gas first and a plain gas of another seed second.
+    /// All variants: the plain gas first, the plain gas with another seed second.
     pub fn all() -> Vec<Self> {
         let levels = |capability| [Level::Idle, Level::Used].map(|level| Self::With(capability, level));
         [Self::Plain(1), Self::Plain(2)]
@@ -190,8 +190,8 @@ mod tests {
     use std::path::Path;
 
     #[test]
-    fn every_source_that_counts_for_a_capability_is_there() {
-        // One that has been renamed would count for nothing, and the capability would seem free.
+    fn every_source_of_a_capability_exists() {
+        // A renamed source would count nothing, and the capability would seem free.
         let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates");
         for capability in Capability::ALL {
             for source in capability.sources() {

@@ -1,4 +1,4 @@
-//! What each layer draws in if it is taken alone.
+//! Dependencies of each layer when it is used alone.
 
 use std::{collections::BTreeSet, process::Command};
 
@@ -13,20 +13,20 @@ const LAYERS: [&str; 7] = [
     "carom",
 ];
 
-/// Packages that a layer needs.
+/// Number of packages that a layer needs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Needs {
     /// The layer.
     pub layer: &'static str,
     /// Layers of carom below it.
     pub own: usize,
-    /// Packages of others.
+    /// Packages outside carom.
     pub foreign: usize,
-    /// Of these, macros and what they need: nothing of them is in the program.
+    /// Of these, macros and their dependencies: they are not part of the program.
     pub when_compiling: usize,
 }
 
-/// What each layer needs; nothing where cargo cannot tell.
+/// Dependencies of each layer; empty if cargo cannot list them.
 pub fn needs() -> Vec<Needs> {
     LAYERS.into_iter().filter_map(of).collect()
 }
@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn a_layer_needs_those_below_it() {
         let needs = needs();
-        // Nothing is known where cargo is not at hand; then there is nothing to look at.
+        // Without cargo the list is empty and there is nothing to check.
         let own = |layer| needs.iter().find(|needs| needs.layer == layer).map(|needs| needs.own);
         assert!(matches!(own("carom-geometry"), None | Some(0)));
         assert!(matches!(own("carom-engine"), None | Some(4)));

@@ -1,4 +1,5 @@
-//! `cargo xtask experiment capability-cost`: what each capability costs where it is absent, idle, and used.
+//! `cargo xtask experiment capability-cost`: the cost of each capability that is absent, idle, or
+//! used.
 
 mod callgrind;
 mod campaign;
@@ -12,5 +13,5 @@ mod subject;
 pub use campaign::{run, work};
 pub use options::Options;
 
-/// The name of the command that runs one variant to be counted.
+/// Name of the command that runs one variant under callgrind.
 pub const COMMAND: &str = "capability-worker";

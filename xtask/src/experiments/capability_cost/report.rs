@@ -1,4 +1,4 @@
-//! The table and the page of the experiment.
+//! Table and page of the experiment.
 
 use carom_report::page::Page;
 use carom_tables::Summary;
@@ -22,7 +22,7 @@ pub const HEADER: [&str; 7] = [
 fn about(variant: Variant) -> &'static str {
     match variant {
         Variant::Plain(1) => "4000 equal elastic discs, area fraction 0.5",
-        Variant::Plain(_) => "the same from another seed: what chance does",
+        Variant::Plain(_) => "the plain gas with another seed: statistical error",
         Variant::With(capability, level) => capability.about(level),
     }
 }
@@ -31,7 +31,7 @@ fn percent(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), |value| format!("{:+.2} %", 100.0 * value))
 }
 
-/// The rows of the table.
+/// Rows of the table.
 pub fn rows(results: &Results) -> Vec<Vec<String>> {
     let row = |found: &Found| {
         vec![
@@ -59,13 +59,13 @@ pub fn lines(results: &Results) -> Vec<String> {
     std::iter::once(header).chain(rows(results)).map(line).collect()
 }
 
-/// What each capability costs in one sentence.
+/// A sentence on the cost of each capability.
 fn sentences(results: &Results) -> Vec<String> {
     let sentence = |capability: Capability| {
         let idle = results.excess(Variant::With(capability, Level::Idle))?;
         let used = results.excess(Variant::With(capability, Level::Used))?;
         let absent = match results.absent(capability).filter(|_| !capability.sources().is_empty()) {
-            Some(share) => format!("{:.2} % of the instructions where it is absent", 100.0 * share),
+            Some(share) => format!("{:.2} % of the instructions when absent", 100.0 * share),
             None => "no source of its own".to_owned(),
         };
         Some(format!(
@@ -84,8 +84,8 @@ fn sentences(results: &Results) -> Vec<String> {
 pub fn page(results: &Results, summary: &Summary, command: &str) -> Page {
     let mut page = Page::new(
         &summary.title,
-        "A gas of equal discs is run with one capability after the other: what does a scene pay for what is not in it, \
-         for what is in it and does nothing, and for what is at work?",
+        "A gas of equal discs is run with one capability at a time: what is the cost of a capability that is \
+         absent from the scene, of one that is present but idle, and of one that is used?",
     );
     if !summary.note.is_empty() {
         page.note(&summary.note);
@@ -96,30 +96,29 @@ pub fn page(results: &Results, summary: &Summary, command: &str) -> Page {
     for sentence in sentences(results) {
         page.paragraph(&sentence);
     }
-    page.heading("What the words mean");
+    page.heading("Definitions");
     page.paragraph(
-        "Absent: the plain gas. To compare a program with itself would show nothing, and there is no build without the \
-         capability to compare with. So each instruction of the plain gas is traced to the source line that it comes from, \
-         lines that the compiler has moved into other functions included, and those count that come from sources which only \
-         this capability needs. Locked rotation and bumpers have no such source: they are values of the inverse mass and the \
-         inverse moment of inertia that every body has. A test that stands in a source shared by all is not seen in this way: \
-         it is seen as idle if it costs more there.",
+        "Absent: the plain gas. No build without the capability exists for comparison. Therefore each \
+         instruction of the plain gas is attributed to its source line, including inlined code, and those \
+         from sources that only this capability needs are counted. Locked rotation and bumpers have no such \
+         source: they are values of the inverse mass and the inverse moment of inertia that every body has. A \
+         branch in a shared source is not counted here; its cost appears under idle if it is larger there.",
     );
     page.paragraph(
-        "Idle: the capability is asked for, and there is nothing or next to nothing for it to do; the table says how. Used: it \
-         is at work, as the table says; how much that costs depends on how much of it there is.",
+        "Idle: the capability is requested, with no or almost no work to do; see the table. Used: it is \
+         active as the table describes; the cost depends on its amount.",
     );
     page.paragraph(
-        "Instructions: this program under callgrind, to two ends of the run; the difference, over the collisions in \
-         between, is free of noise and of the building of the scene. Callgrind knows no AVX-512, so the code for AVX2 is \
-         counted on processors that have more. Where a capability changes the trajectory, chance does as well: the second plain \
-         gas shows by how much. Time: processor time of one thread, all variants in turn, median over rounds of the ratio to the \
-         plain gas in the same round.",
+        "Instructions: this program under callgrind, for a short and a long run; the difference divided by \
+         the collisions in between is free of noise and of the construction of the scene. Callgrind does not \
+         support AVX-512, so on processors with it the code for AVX2 is counted. A capability that changes \
+         the trajectory adds statistical error; the second plain gas shows its size. Time: processor time of \
+         one thread, all variants in turn, median over rounds of the ratio to the plain gas in the same \
+         round.",
     );
     if !results.needs.is_empty() {
-        page.heading("What each layer draws in, taken alone");
-        let header =
-            ["layer", "layers of carom below", "packages of others", "of these, only when compiling"];
+        page.heading("Dependencies of each layer when used alone");
+        let header = ["layer", "layers of carom below", "other packages", "of these, at compile time only"];
         let row = |needs: &super::dependencies::Needs| {
             let counts = [needs.own, needs.foreign, needs.when_compiling].map(|count| count.to_string());
             std::iter::once(needs.layer.to_owned()).chain(counts).collect::<Vec<_>>()

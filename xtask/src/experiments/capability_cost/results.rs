@@ -12,44 +12,45 @@ use super::{
 const ABSENT: f64 = 0.02;
 const IDLE: f64 = 0.05;
 
-/// What was found about one variant.
+/// Results for one variant.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// Which.
+    /// The variant.
     pub variant: Variant,
-    /// Instructions of a collision.
+    /// Instructions for each collision.
     pub instructions: Option<f64>,
-    /// Processor time of a collision, median over the rounds (nanoseconds).
+    /// Processor time for each collision, median over the rounds (nanoseconds).
     pub nanoseconds: f64,
-    /// Processor time of a collision over that of the plain gas in the same round, median over the rounds.
+    /// Processor time for each collision relative to the plain gas in the same round, median over
+    /// the rounds.
     pub time_ratio: f64,
     /// Memory for each body (bytes).
     pub bytes_per_body: f64,
 }
 
-/// All there is to report.
+/// All results.
 #[derive(Debug)]
 pub struct Results {
     /// The variants, the plain gas first.
     pub found: Vec<Found>,
-    /// Where the instructions of the plain gas come from.
+    /// Instructions of the plain gas by source.
     pub plain: Option<Profile>,
-    /// What each layer needs.
+    /// Dependencies of each layer.
     pub needs: Vec<Needs>,
 }
 
 impl Results {
-    /// What was found about a variant.
+    /// Results for a variant.
     pub fn of(&self, variant: Variant) -> Option<&Found> {
         self.found.iter().find(|found| found.variant == variant)
     }
 
-    /// Instructions of a collision over those of the plain gas, less 1.
+    /// Instructions for each collision relative to the plain gas, minus 1.
     pub fn excess(&self, variant: Variant) -> Option<f64> {
         Some(self.of(variant)?.instructions? / self.found.first()?.instructions? - 1.0)
     }
 
-    /// Share of the instructions of the plain gas that stand in the capability's own sources.
+    /// Share of the instructions of the plain gas that come from the capability's own sources.
     pub fn absent(&self, capability: Capability) -> Option<f64> {
         let plain = self.plain.as_ref()?;
         let own = callgrind::of_sources(plain, capability.sources());

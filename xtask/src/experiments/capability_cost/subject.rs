@@ -1,4 +1,4 @@
-//! One variant as it runs: the gas, what is added to it, and what is done at its samples.
+//! One variant as a run: the gas, the additional bodies, and the work at samples.
 
 use std::{cell::Cell, f64::consts::PI, io, rc::Rc};
 
@@ -13,29 +13,29 @@ use carom::{
 
 use super::capability::{Capability, Level, Variant};
 
-/// Discs, and how many bodies are of another kind where a capability is used.
+/// Number of discs, and of additional bodies where a capability is used.
 const DISCS: usize = 4000;
 const OTHERS: usize = 200;
 
-/// Share of the box that the discs cover.
+/// Area fraction of the discs.
 const AREA_FRACTION: f64 = 0.5;
 
 /// Time between samples: about three collisions of each disc.
 pub const INTERVAL: f64 = 0.005;
 
-/// Intervals until the gas has forgotten the lattice that it was placed on.
+/// Number of intervals until the initial lattice is lost.
 pub const WARM_UP: u32 = 2;
 
-/// A variant in the middle of its run.
+/// A variant during its run.
 pub struct Subject {
     simulation: Simulation,
     work: Work,
     intervals: u32,
 }
 
-/// What is done besides running.
+/// Work in addition to running.
 enum Work {
-    /// Nothing; the run does not even stand by.
+    /// None; the run is not sampled.
     None,
     Told(Subscriptions),
     Sample,
@@ -44,7 +44,7 @@ enum Work {
 }
 
 impl Subject {
-    /// The variant at its start.
+    /// The initial state of a variant.
     ///
     /// # Errors
     /// The scene cannot be built.
@@ -59,7 +59,7 @@ impl Subject {
                 Work::Told(subscriptions)
             }
             Variant::With(Capability::Tags, Level::Used) => {
-                let tag = |name| simulation.find_tag(name).context("the discs carry this tag");
+                let tag = |name| simulation.find_tag(name).context("the scene has no body with this tag");
                 let filter = TagFilter::Pair(tag("one")?, tag("three")?);
                 let mut subscriptions = Subscriptions::default();
                 count(&mut subscriptions, filter);
@@ -68,10 +68,10 @@ impl Subject {
             Variant::With(Capability::Snapshots, Level::Idle) => Work::Sample,
             Variant::With(Capability::Snapshots, Level::Used) => Work::Snapshots,
             Variant::With(Capability::Thermostat, Level::Used) => {
-                Work::Thermostat(simulation.find_tag("gas").context("the discs carry this tag")?)
+                Work::Thermostat(simulation.find_tag("gas").context("the scene has no body with this tag")?)
             }
             Variant::With(Capability::Thermostat, Level::Idle) => {
-                let key = simulation.view().bodies().next().context("an empty scene")?.body.key();
+                let key = simulation.view().bodies().next().context("the scene is empty")?.body.key();
                 let tag = simulation.tag(key, "nobody")?;
                 simulation.untag(key, "nobody")?;
                 Work::Thermostat(tag)
@@ -81,10 +81,10 @@ impl Subject {
         Ok(Self { simulation, work, intervals: 0 })
     }
 
-    /// Runs on for so many intervals.
+    /// Runs for a number of intervals.
     ///
     /// # Errors
-    /// The run breaks off.
+    /// The run fails.
     pub fn run(&mut self, intervals: u32) -> Result<()> {
         let begin = self.intervals;
         self.intervals += intervals;
@@ -119,7 +119,7 @@ impl Subject {
     }
 }
 
-/// Subscribes a closure that counts.
+/// Subscribes a counting closure.
 fn count(subscriptions: &mut Subscriptions, filter: TagFilter) {
     let seen = Rc::new(Cell::new(0u64));
     subscriptions.subscribe_collisions(filter, move |_| seen.set(seen.get() + 1));
@@ -153,7 +153,7 @@ pub fn scene(variant: Variant) -> Scene {
     let others = if used { OTHERS } else { 1 };
     let dumbbells = |count: usize, rotation: Rotation| GasSpec {
         shape: Some("dumbbell".to_owned()),
-        // As much area as a disc.
+        // The area of a disc.
         atom_radius: Some(radius / 2f64.sqrt()),
         atom_mass: Some(0.5),
         rotation,
@@ -193,7 +193,7 @@ pub fn scene(variant: Variant) -> Scene {
             scene.elasticity = ElasticitySpec { pair: vec![rule], ..ElasticitySpec::default() };
         }
         Capability::SizeMixture if used => {
-            // Nine discs' area each; the whole stays half covered.
+            // Each large disc has the area of nine; the total area fraction stays one half.
             scene.gas = vec![discs(OTHERS, 3.0 * radius, 9.0), discs(DISCS - 9 * OTHERS, radius, 1.0)];
         }
         Capability::SizeMixture => {
@@ -211,7 +211,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_variant_runs_and_is_what_it_says() {
+    fn every_variant_runs_and_matches_its_description() {
         for variant in Variant::all() {
             let mut subject = Subject::new(variant).unwrap();
             subject.run(1).unwrap();
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_watches_changes_no_collision() {
+    fn capabilities_that_only_observe_change_no_collision() {
         let collisions = |variant| {
             let mut subject = Subject::new(variant).unwrap();
             subject.run(2).unwrap();

@@ -1,4 +1,4 @@
-//! The experiment from end to end: cases, answers, times, and what is written of them.
+//! Execution of the experiment: cases, answers, times, and output files.
 
 use std::fmt::Write as _;
 
@@ -29,10 +29,10 @@ use super::{
 };
 use crate::experiments::detectors::Detector;
 
-/// Cases that break the promise of the exact detector and are printed in full.
+/// Largest number of violations that are printed in full.
 const MOST_PRINTED: usize = 20;
 
-/// The answers of all detectors about one class.
+/// Answers of all detectors for one class.
 #[derive(Debug, Serialize, Deserialize)]
 struct Answers {
     unresolved: usize,
@@ -42,7 +42,7 @@ struct Answers {
 /// Runs the experiment and writes its folder.
 ///
 /// # Errors
-/// A folder that is not empty or cannot be written, a run to record from that breaks off.
+/// The folder is not empty or cannot be written, or a recorded run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
     let experiment = Experiment::begin_in_pieces(
@@ -66,7 +66,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     ));
     let settings = settings();
     let answers = pool.install(|| ask(&groups, &settings, &plan, pieces))?;
-    say("answers are judged; now times");
+    say("answers judged; measuring times");
     let parries = ask_parry(&groups, &plan, pieces)?;
     let class = |((group, answers), parry): ((&Group, Answers), ParryResult)| -> Result<ClassResult> {
         let Answers { unresolved, tallies } = answers;
@@ -93,7 +93,7 @@ fn settings_of(options: &Options, plan: &Plan) -> String {
     )
 }
 
-/// All detectors about all cases: for each group, the answers at each setting.
+/// Runs all detectors on all cases; for each group, the answers at each setting.
 fn ask(groups: &[Group], settings: &[Setting], plan: &Plan, pieces: &Pieces) -> Result<Vec<Answers>> {
     let of_group = |group: &Group| {
         pieces.finish(&format!("answers about {}", group.name), || {
@@ -106,7 +106,7 @@ fn ask(groups: &[Group], settings: &[Setting], plan: &Plan, pieces: &Pieces) -> 
     groups.par_iter().map(of_group).collect()
 }
 
-/// parry about the first cases of all groups in turn, until too many calls have not returned.
+/// Runs parry on the first cases of all groups in turn, until too many calls have not returned.
 fn ask_parry(groups: &[Group], plan: &Plan, pieces: &Pieces) -> Result<Vec<ParryResult>> {
     let mut worker = None;
     let mut rounds: Vec<Vec<ParryResult>> = Vec::new();
@@ -127,7 +127,7 @@ fn ask_parry(groups: &[Group], plan: &Plan, pieces: &Pieces) -> Result<Vec<Parry
     Ok((0..groups.len()).map(of_group).collect())
 }
 
-/// parry about one case, if there is one and not too many calls have not returned.
+/// Runs parry on one case, unless too many calls have not returned.
 fn ask_parry_once(
     worker: &mut Worker,
     group: &Group,
@@ -178,7 +178,7 @@ fn write(folder: &Folder, results: &Results, groups: &[Group], options: &Options
         say(&broken);
     }
     let summary = Summary {
-        title: "Encounters: what accuracy costs in the search for one contact".to_owned(),
+        title: "Encounters: the cost of accuracy in the search for one contact".to_owned(),
         note: options.note(),
         totals: results.totals,
         checks: checks(results),
@@ -200,7 +200,7 @@ fn write(folder: &Folder, results: &Results, groups: &[Group], options: &Options
     Ok(summary)
 }
 
-/// What [`carom_detection::Exact`] promises, over all classes and budgets.
+/// Checks of the guarantees of [`carom_detection::Exact`] over all classes.
 fn checks(results: &Results) -> Vec<Check> {
     use carom_testkit::oracle::Verdict::{Early, False, Late, Missed};
     let exact = results.settings.iter().map(|setting| matches!(setting.detector, Detector::Exact(_)));
@@ -219,7 +219,7 @@ fn checks(results: &Results) -> Vec<Check> {
         .collect()
 }
 
-/// The cases in which [`carom_detection::Exact`] breaks its promise, in full.
+/// Full description of the cases that violate the guarantees of [`carom_detection::Exact`].
 fn violations(results: &Results, groups: &[Group]) -> String {
     let mut text = String::new();
     let mut printed = 0;

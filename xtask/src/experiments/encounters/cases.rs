@@ -1,4 +1,4 @@
-//! The cases: encounters of all classes, drawn or recorded, and what the oracle knows of each.
+//! The cases: generated and recorded encounters of all classes, with the oracle's reference.
 
 use std::sync::OnceLock;
 
@@ -19,23 +19,23 @@ pub struct Case {
     /// The pair.
     pub encounter: Encounter,
     oracle: Oracle,
-    /// Once it has been asked for: it takes long, and a run that is gone on with needs few.
+    /// Computed on first use: it is slow, and a resumed run needs few.
     reference: OnceLock<Reference<DoubleDouble>>,
 }
 
 impl Case {
-    /// What the oracle knows of its first contact.
+    /// Reference of the oracle for the first contact.
     pub fn reference(&self) -> &Reference<DoubleDouble> {
         self.reference.get_or_init(|| self.oracle.first_contact(&self.encounter))
     }
 }
 
-/// The cases of one kind.
+/// The cases of one class.
 #[derive(Debug)]
 pub struct Group {
     /// Name of the class.
     pub name: String,
-    /// What is in it.
+    /// Description of the class.
     pub about: String,
     /// The cases.
     pub cases: Vec<Case>,
@@ -47,23 +47,23 @@ impl Group {
         Self { name, about, cases: encounters.into_iter().map(case).collect() }
     }
 
-    /// Asks the oracle about all cases, on the threads of the present pool.
+    /// Computes the references of all cases on the threads of the current pool.
     pub fn solve(&self) {
         self.cases.par_iter().for_each(|case| {
             case.reference();
         });
     }
 
-    /// Cases about which the oracle itself does not know.
+    /// Number of cases without a reference from the oracle.
     pub fn unresolved(&self) -> usize {
         self.cases.iter().filter(|case| matches!(case.reference(), Reference::Unresolved)).count()
     }
 }
 
-/// All groups, and the totals of the runs that pairs were recorded from.
+/// All groups, and the totals of the runs in which pairs were recorded.
 ///
 /// # Errors
-/// A run that pairs are recorded from breaks off.
+/// A run in which pairs are recorded fails.
 pub fn groups(seed: u64, plan: &Plan) -> Result<(Vec<Group>, Totals)> {
     let oracle = Oracle { most_intervals: plan.most_intervals };
     let draw = |class: Class| {
@@ -79,13 +79,13 @@ pub fn groups(seed: u64, plan: &Plan) -> Result<(Vec<Group>, Totals)> {
     Ok((groups, totals))
 }
 
-/// A class in a few words.
+/// Short description of a class.
 fn about(class: Class) -> String {
     match class {
         Class::DiscT1 => "two small discs, far apart".to_owned(),
         Class::Generic => "1 to 5 atoms each, thermal".to_owned(),
-        Class::ZeroOmega => "neither turns".to_owned(),
-        Class::OneOmega => "one turns".to_owned(),
+        Class::ZeroOmega => "neither rotates".to_owned(),
+        Class::OneOmega => "one rotates".to_owned(),
         Class::LargeOmega => "spins × 1e2 to 1e4".to_owned(),
         Class::ExtremeRatio => "sizes to 1 : 1e6, to 1e6 turns".to_owned(),
         Class::Far => "to 1e6 sizes apart, 1e9 from the origin".to_owned(),
@@ -102,11 +102,11 @@ fn about(class: Class) -> String {
         Class::Slow => "temperature 1e-12".to_owned(),
         Class::Linear16 => "rods of 16".to_owned(),
         Class::MatchedSpins => "equal spins, constant gap 1e-9 to 1e-2".to_owned(),
-        Class::Concentric => "one turns inside the other, likewise".to_owned(),
+        Class::Concentric => "one rotates inside the other, gap as above".to_owned(),
         Class::Rods => "rods of 2 to 256".to_owned(),
         Class::Blobs => "round, 2 to 256 atoms".to_owned(),
         Class::Wall => "comes at a wall or its end".to_owned(),
-        Class::WallLargeOmega => "the same, spins × 1e2 to 1e4".to_owned(),
+        Class::WallLargeOmega => "wall, spins × 1e2 to 1e4".to_owned(),
         Class::WallGraze(exponent) => format!("dips into a wall by ±1e-{exponent} sizes"),
         Class::WallRecontact(exponent) => format!("leaves a wall, back after 1e-{exponent}"),
         other => other.to_string(),

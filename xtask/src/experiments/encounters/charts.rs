@@ -1,4 +1,4 @@
-//! The charts: time against wrong answers, and against the error of the times of contact.
+//! Charts of time against wrong answers, and against the error of contact times.
 
 use anyhow::Result;
 use carom_report::scatter::{Mark, Point, Scatter};
@@ -18,17 +18,17 @@ pub struct Charts {
     pub error: String,
 }
 
-/// Below this all errors are drawn in one place: it is less than a rounding (natural times).
+/// Smaller errors are drawn at this value: they are below rounding (natural times).
 const SMALLEST: f64 = 1e-17;
 
 impl Charts {
-    /// Draws them.
+    /// Draws the charts.
     ///
     /// # Errors
-    /// A figure that is not finite.
+    /// A value is not finite.
     pub fn draw(results: &Results) -> Result<Self> {
         let overall = overall(results);
-        let x_label = "time of a query over that of Exact, geometric mean over the classes";
+        let x_label = "time of a query relative to Exact, geometric mean over the classes";
         let families: Vec<String> = FAMILIES.map(str::to_owned).to_vec();
         let point = |of: &Overall, y: f64, mark| {
             let undecided = of.tally.count(Verdict::FreeUntil) as f64 / of.tally.judged().max(1) as f64;
@@ -69,7 +69,7 @@ impl Charts {
         })
     }
 
-    /// Files that the charts are written to, with what is in each.
+    /// File names and contents of the charts.
     pub fn files(&self) -> [(&'static str, &str); 2] {
         [("time-and-wrong-answers.svg", &self.wrong), ("time-and-error.svg", &self.error)]
     }

@@ -1,4 +1,5 @@
-//! `cargo xtask experiment encounters`: what accuracy costs, and inaccuracy misses, in the search for a single contact.
+//! `cargo xtask experiment encounters`: cost of accuracy and errors of inaccurate detectors in the
+//! search for one contact.
 
 mod campaign;
 mod cases;

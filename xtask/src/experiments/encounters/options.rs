@@ -1,47 +1,49 @@
-//! What can be chosen about the experiment, and how much work follows from it.
+//! Options of the experiment, and the resulting amount of work.
 
 use carom_runs::output::Resumption;
 use clap::Args;
 
-/// Choices of `cargo xtask experiment encounters`.
+/// Options of `cargo xtask experiment encounters`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A short run to look at, under two minutes: 150 cases of each class (the default)
+    /// A short test run, under two minutes: 150 cases of each class (the default)
     #[arg(long, conflicts_with = "paper")]
     pub quick: bool,
-    /// The run to quote from: 3600 cases of each class; more than 100 000 are asked of the golden-section search, too
+    /// The run for publication: 3600 cases of each class, more than 100 000 for the golden-section
+    /// search
     #[arg(long)]
     pub paper: bool,
     /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Threads that search at once; as many as there are processors if not given. Only times of the clock depend on it
+    /// Threads that search in parallel; default: one for each processor. Only wall times depend on
+    /// it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
-    /// Where to write, over what, and whether to go on
+    /// Output folder and whether to resume there
     #[command(flatten)]
     pub resumption: Resumption,
 }
 
-/// How much is done.
+/// Amount of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plan {
-    /// Cases of each class.
+    /// Number of cases of each class.
     pub cases: u64,
-    /// Most intervals that the oracle looks at in one case.
+    /// Largest number of intervals that the oracle examines in one case.
     pub most_intervals: u64,
-    /// A detector is asked about the cases of a class in order until it has computed so many gaps.
+    /// A detector searches the cases of a class in order until it has evaluated this many gaps.
     pub most_evaluations: u64,
-    /// Rounds of time measurements, of which the median counts.
+    /// Rounds of time measurements; the median is reported.
     pub rounds: usize,
-    /// Cases of each class that parry is asked about.
+    /// Number of cases of each class that parry searches.
     pub parry_cases: usize,
-    /// After so many calls of parry that do not return, no more are made.
+    /// Number of calls of parry without return after which no more are made.
     pub most_hung: usize,
 }
 
 impl Options {
-    /// How much is done.
+    /// Amount of work.
     pub fn plan(&self) -> Plan {
         if self.paper {
             Plan {
@@ -64,17 +66,17 @@ impl Options {
         }
     }
 
-    /// What is to be known of the plan before anything else.
+    /// Note that is printed and shown first.
     pub fn note(&self) -> String {
         if self.paper {
             String::new()
         } else {
-            "This is a short run, to look at: rates below some 1e-3 cannot be seen. The full run is --paper."
+            "This is a short run: rates below about 1e-3 are not resolved. The full run is --paper."
                 .to_owned()
         }
     }
 
-    /// The command with every choice written out that the results depend on.
+    /// The command with every option that affects the results.
     pub fn command(&self) -> String {
         let size = if self.paper { "--paper" } else { "--quick" };
         format!("cargo xtask experiment encounters {size} --seed {}", self.seed)

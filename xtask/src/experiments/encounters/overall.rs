@@ -1,4 +1,4 @@
-//! Each detector and setting over all classes together.
+//! Results of each detector and setting over all classes.
 
 use carom_tables::Figure;
 
@@ -15,17 +15,17 @@ pub const FAMILIES: [&str; 5] = ["Exact", "GoldenSecant", "FixedStep", "Bounding
 /// A detector at one setting, over all classes.
 #[derive(Debug)]
 pub struct Overall {
-    /// Which of [`FAMILIES`].
+    /// Index in [`FAMILIES`].
     pub family: usize,
-    /// The setting in words.
+    /// Description of the setting.
     pub setting: String,
     /// All its answers.
     pub tally: Tally,
     /// Mean over the classes of the share of wrong answers.
     pub wrong: f64,
-    /// Time over that of Exact, geometric mean over the classes.
+    /// Time relative to Exact, geometric mean over the classes.
     pub ratio: Option<f64>,
-    /// Cases that it was asked about.
+    /// Number of cases searched.
     pub asked: usize,
 }
 

@@ -1,6 +1,7 @@
-//! parry's `cast_shapes_nonlinear` on the same pairs, in a process of its own because some of its calls do not return.
+//! Runs parry's `cast_shapes_nonlinear` on the same pairs in a separate process, because some of
+//! its calls do not return.
 //!
-//! A pair goes to the process as one line of numbers, bit by bit, and its answer comes back as one.
+//! Each pair is sent as one line of numbers, bit by bit; each answer returns as one line.
 
 use std::{
     io::{BufRead as _, BufReader, Write as _, stdin, stdout},
@@ -24,31 +25,31 @@ use parry2d_f64::{
 
 use super::timing::median;
 
-/// A call that takes longer does not return, as far as we are concerned: a hundred thousand times as long as the exact
-/// detector takes.
+/// A longer call counts as one that does not return: the limit is a hundred thousand times the time
+/// of the exact detector.
 const LIMIT: Duration = Duration::from_millis(100);
 
-/// Calls that take less are made again, to be timed with warm caches (seconds).
+/// Shorter calls are repeated and timed with warm caches (seconds).
 const SHORT: f64 = 1e-3;
 
-/// The name of the command that starts the other process.
+/// Name of the command that starts the process.
 pub const COMMAND: &str = "parry-worker";
 
-/// How a call ended.
+/// Result of a call.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cast {
     /// It returned.
     Returned {
-        /// What it said.
+        /// Its answer.
         answer: Answer,
-        /// Processor time over that of the exact detector in the same process.
+        /// Processor time relative to the exact detector in the same process.
         ratio: f64,
     },
-    /// It did not, within the limit.
+    /// It did not return within [`LIMIT`].
     Hung,
 }
 
-/// The other process.
+/// The process that runs parry.
 pub struct Worker {
     child: Child,
     questions: ChildStdin,
@@ -56,12 +57,12 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Starts the process: this very program, with another command.
+    /// Starts this program again, with the command [`COMMAND`].
     ///
     /// # Errors
-    /// It cannot be started.
+    /// The process cannot be started.
     pub fn start() -> Result<Self> {
-        let program = std::env::current_exe().context("where this program is")?;
+        let program = std::env::current_exe().context("cannot find this program")?;
         let mut child = Command::new(program)
             .arg(COMMAND)
             .stdin(Stdio::piped())
@@ -70,7 +71,7 @@ impl Worker {
             .spawn()
             .context("cannot start a process for parry")?;
         let (Some(questions), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
-            bail!("a process without pipes")
+            bail!("the process of parry has no pipes")
         };
         let (sender, answers) = channel();
         thread::spawn(move || {
@@ -83,7 +84,7 @@ impl Worker {
         Ok(Self { child, questions, answers })
     }
 
-    /// Asks about one pair. A process that does not answer is ended and replaced.
+    /// Searches one pair. A process that does not answer is killed and replaced.
     ///
     /// # Errors
     /// The process cannot be reached or replaced.
@@ -91,7 +92,7 @@ impl Worker {
         writeln!(self.questions, "{}", to_line(encounter)).context("cannot reach the process of parry")?;
         match self.answers.recv_timeout(LIMIT) {
             Ok(line) => parse_answer(&line),
-            // A call that panics ends its process; that is no answer either.
+            // A call that panics ends its process and counts as not returning.
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
                 *self = Self::start()?;
                 Ok(Cast::Hung)
@@ -102,23 +103,23 @@ impl Worker {
 
 impl Drop for Worker {
     fn drop(&mut self) {
-        // It may have ended already.
+        // The process may have ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// The other process: answers pairs until there are no more.
+/// Main loop of the process: searches pairs from standard input until it ends.
 ///
 /// # Errors
-/// A line that is no pair.
+/// A line is not a pair.
 pub fn work() -> Result<()> {
     for line in stdin().lines() {
         let encounter = from_line(&line?)?;
         let exact = exact_seconds(&encounter);
         let (outcome, mut seconds) = cast(&encounter);
         if seconds < SHORT {
-            // As warm as the exact detector is by now.
+            // The exact detector has warm caches here, so this call is repeated too.
             let mut again = [(); 3].map(|()| cast(&encounter).1);
             seconds = median(&mut again).unwrap_or(seconds);
         }
@@ -135,8 +136,10 @@ pub fn work() -> Result<()> {
 }
 
 fn parse_answer(line: &str) -> Result<Cast> {
-    let (word, ratio) = line.split_once(' ').context("an answer has two words")?;
-    let number = |text| u64::from_str_radix(text, 16).map(f64::from_bits).context("an answer is a number");
+    let (word, ratio) = line.split_once(' ').context("the answer of parry does not have two words")?;
+    let number = |text| {
+        u64::from_str_radix(text, 16).map(f64::from_bits).context("the answer of parry is not a number")
+    };
     let outcome = match word {
         "free" => Outcome::Free,
         "unsupported" => Outcome::Unresolved(0.0),
@@ -145,7 +148,7 @@ fn parse_answer(line: &str) -> Result<Cast> {
     Ok(Cast::Returned { answer: Answer { outcome, evaluations: 0 }, ratio: number(ratio)? })
 }
 
-/// parry's answer and its processor time (seconds).
+/// Answer and processor time of parry (seconds).
 fn cast(encounter: &Encounter) -> (Outcome, f64) {
     let motion = &encounter.motion;
     let body = |index: usize, place: DVec2, velocity: DVec2| {
@@ -183,7 +186,7 @@ fn parry_shape(molecule: &Molecule) -> Box<dyn Shape> {
     }
 }
 
-/// Processor time of the exact detector for one query (seconds): the median of a few batches.
+/// Processor time of one query of the exact detector (seconds): the median of a few batches.
 fn exact_seconds(encounter: &Encounter) -> f64 {
     let mut times: Vec<f64> = (0..5)
         .map(|_| {
@@ -197,7 +200,7 @@ fn exact_seconds(encounter: &Encounter) -> f64 {
     median(&mut times).unwrap_or(f64::NAN)
 }
 
-/// A pair as the bits of all its numbers.
+/// Encodes a pair as the bits of all its numbers.
 fn to_line(encounter: &Encounter) -> String {
     let motion = &encounter.motion;
     let mut numbers = vec![
@@ -212,7 +215,7 @@ fn to_line(encounter: &Encounter) -> String {
         encounter.horizon,
     ];
     for molecule in &encounter.molecules {
-        // A wall stands as a molecule of no atoms, with its span and thickness.
+        // A wall is encoded as a molecule without atoms, with its span and thickness.
         if let (Some(face), [_, end]) = (molecule.face(), molecule.atoms()) {
             numbers.extend([0.0, 2.0 * end.offset().x, 2.0 * end.offset().y, face.radius()]);
             continue;
@@ -227,10 +230,12 @@ fn to_line(encounter: &Encounter) -> String {
 }
 
 fn from_line(line: &str) -> Result<Encounter> {
-    let mut numbers = line
-        .split(' ')
-        .map(|word| u64::from_str_radix(word, 16).map(f64::from_bits).context("a pair is a line of numbers"));
-    let mut next = || numbers.next().context("a pair has more numbers")?;
+    let mut numbers = line.split(' ').map(|word| {
+        u64::from_str_radix(word, 16)
+            .map(f64::from_bits)
+            .context("the line of a pair holds a word that is not a number")
+    });
+    let mut next = || numbers.next().context("the line of a pair is too short")?;
     let separation = DVec2::new(next()?, next()?);
     let velocity = DVec2::new(next()?, next()?);
     let orientation = [Orientation::from_turns(next()?), Orientation::from_turns(next()?)];
@@ -260,7 +265,7 @@ mod tests {
     use carom_detection::encounters::Class;
 
     #[test]
-    fn a_pair_survives_the_way_to_the_other_process() {
+    fn a_pair_is_decoded_as_it_was_encoded() {
         for class in [Class::Generic, Class::Recontact(6), Class::Rods, Class::Wall] {
             for index in 0..8 {
                 let sent = Encounter::draw(class, 1, index);
@@ -269,7 +274,7 @@ mod tests {
                 assert_eq!(received.horizon, sent.horizon);
                 for (one, other) in sent.molecules.iter().zip(&received.molecules) {
                     assert_eq!(one.atoms().len(), other.atoms().len());
-                    // The centre of mass is formed again, with its rounding.
+                    // The centre of mass is computed again, with rounding.
                     let off = one.atoms()[0].offset() - other.atoms()[0].offset();
                     assert!(off.length() <= 1e-15 * one.bounding_radius());
                 }
@@ -283,7 +288,7 @@ mod tests {
         let disc = || Molecule::disc(0.5, 1.0).unwrap();
         let motion = RelativeMotion::exactly(DVec2::new(3.0, 0.0), DVec2::new(-1.0, 0.0));
         let (outcome, seconds) = cast(&Encounter { molecules: [disc(), disc()], motion, horizon: 10.0 });
-        let time = outcome.contact().expect("they meet").time;
+        let time = outcome.contact().expect("a contact").time;
         assert!((time - 2.0).abs() < 1e-2, "{time}");
         assert!(seconds >= 0.0);
     }

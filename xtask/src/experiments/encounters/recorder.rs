@@ -1,4 +1,4 @@
-//! Pairs as they come up in real runs: a detector that notes down what it is asked.
+//! Records pairs from real runs with a detector that stores some of its queries.
 
 use std::{
     cell::RefCell,
@@ -21,18 +21,18 @@ use glam::DVec2;
 
 use crate::experiments::thesis_scene::{self, Case, Size};
 
-/// Every so many questions one is noted down: not a divisor of anything, so that all kinds come up.
+/// One query in this many is recorded; a prime number, so that all kinds of queries occur.
 const STRIDE: u64 = 37;
 
-/// How long a run goes on before anything is noted, and in what steps afterwards (time). A mean free time is some
+/// Duration of a run before recording, and of the steps afterwards (time). A mean free time is some
 /// hundredths.
 const WARM_UP: f64 = 0.5;
 const STEP: f64 = 0.05;
 
-/// Most steps until enough pairs are noted.
+/// Largest number of steps until enough pairs are recorded.
 const MOST_STEPS: u32 = 4000;
 
-/// Dumbbells side by side in a row at the start.
+/// Dumbbells in a row at the start.
 const COLUMNS: u32 = 12;
 
 /// Pairs from one run.
@@ -40,15 +40,15 @@ const COLUMNS: u32 = 12;
 pub struct Recording {
     /// Name of the class.
     pub name: &'static str,
-    /// What was run.
+    /// Description of the run.
     pub about: &'static str,
-    /// The pairs, of which at least one can turn.
+    /// The pairs; at least one body of each can turn.
     pub encounters: Vec<Encounter>,
-    /// What the run took.
+    /// Totals of the run.
     pub totals: Totals,
 }
 
-/// [`Exact`], which notes down pairs of bodies of which one has several atoms.
+/// The detector [`Exact`]; it records pairs in which a body has several atoms.
 #[derive(Debug, Clone)]
 struct Recorder {
     notes: Rc<RefCell<Notes>>,
@@ -87,10 +87,10 @@ impl Notes {
     }
 }
 
-/// So many pairs from each of three runs: a tee in its gas, and dumbbells at two densities.
+/// Records `count` pairs from each of three runs: a tee in its gas, and dumbbells at two densities.
 ///
 /// # Errors
-/// A scene cannot be built, or a run breaks off.
+/// A scene cannot be built, or a run fails.
 pub fn recordings(seed: u64, count: usize) -> Result<Vec<Recording>> {
     let run = RunSpec { until: 2.0, sample_interval: 0.5, ..RunSpec::default() };
     let tee = thesis_scene::scene(Case::Standard, Size::Half, seed, 0, run);
@@ -101,17 +101,18 @@ pub fn recordings(seed: u64, count: usize) -> Result<Vec<Recording>> {
     ])
 }
 
-/// 288 dumbbells of mass 1, in rows at first, each with the energy of about 1 in a direction of its own; they have
-/// forgotten the rows when the recording begins.
+/// 288 dumbbells of mass 1, initially in rows, each with an energy of about 1 in its own direction;
+/// the initial order is lost when the recording begins.
 ///
-/// A box of 12 × 24 of them has room up to the area fraction π/4; no random placement comes near that.
+/// A box of 12 × 24 of them has room up to the area fraction π/4, far above that of a random
+/// placement.
 fn dumbbells(seed: u64, area_fraction: f64) -> Scene {
     let count = COLUMNS * 2 * COLUMNS;
     let radius = (area_fraction / (2.0 * PI * f64::from(count))).sqrt();
     let dumbbell = |index: u32| {
         let (column, row) = (index % COLUMNS, index / COLUMNS);
         let width = 1.0 / f64::from(COLUMNS);
-        // Directions that follow each other by the golden section of a turn are spread evenly.
+        // Multiples of the golden section of a turn give evenly spread directions.
         let turn = 0.618_033_988_749_894_9 * (f64::from(index) + 0.1 * seed as f64);
         let velocity = (4f64 / 3.0).sqrt() * DVec2::from_angle(TAU * turn.fract());
         let sign = if index.is_multiple_of(2) { 1.0 } else { -1.0 };

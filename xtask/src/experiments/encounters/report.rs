@@ -1,4 +1,4 @@
-//! The tables and the page of the experiment.
+//! Tables and page of the experiment.
 
 use carom_report::page::{Layout, Page};
 use carom_tables::Summary;
@@ -29,7 +29,7 @@ fn ratio(value: Option<f64>) -> String {
     }
 }
 
-/// A count, and what it may be at most where there is none.
+/// A count, or its upper bound if it is zero.
 fn count(tally: &Tally, verdict: Verdict) -> String {
     match tally.count(verdict) {
         0 if tally.judged() == 0 => "–".to_owned(),
@@ -74,7 +74,7 @@ fn class_rows(results: &Results, setting: usize) -> Vec<Vec<String>> {
     rows.chain([class_cells("all", &all)]).collect()
 }
 
-/// The table of the exact detector and all settings in a line each, for the terminal.
+/// The table of the exact detector and all settings, one line each, for the terminal.
 pub fn lines(results: &Results) -> Vec<String> {
     let mut rows = vec![CLASS_HEADER.map(str::to_owned).to_vec()];
     rows.extend(class_rows(results, 0));
@@ -139,7 +139,7 @@ fn overall_cells(of: &Overall) -> Vec<String> {
     cells
 }
 
-/// Time over Exact, by class, of one setting of each detector.
+/// Time relative to Exact, by class, for one setting of each detector.
 fn time_rows(results: &Results) -> Vec<Vec<String>> {
     let step = |step: f64| {
         results
@@ -166,55 +166,58 @@ fn time_rows(results: &Results) -> Vec<Vec<String>> {
 pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str) -> Page {
     let mut page = Page::new(
         &summary.title,
-        "Two molecules fly and turn: when do they first touch? Every detector is asked about the same pairs, easy ones \
-         and of each kind that is known to be hard, and an oracle with 30 digits says what the answer is worth.",
+        "Two molecules move and rotate: when is their first contact? Every detector searches the same pairs, \
+         easy ones and all known hard ones, and an oracle with 30 digits judges each answer.",
     );
     if !summary.note.is_empty() {
         page.note(&summary.note);
     }
     page.checks(&summary.checks);
-    page.heading("What accuracy costs");
+    page.heading("Cost of accuracy");
     page.pictures(
         Layout::Full,
         &[
             (
                 &charts.wrong,
-                "One point for each detector and setting; left is fast, low is right. An answer is wrong if the contact is \
-                 missed, false, given up, or late or early by more than a millionth of a natural time. Rings with lines downwards: \
-                 none in n cases, drawn at the upper 95 % bound 3/n. Undecided: certified free until some time, where \
-                 one has to ask again.",
+                "One point for each detector and setting; fast settings are left, correct ones are low. An \
+                 answer is wrong if the contact is missed, false, unresolved, or late or early by more than a \
+                 millionth of a natural time. Rings with downward lines: no event in n cases, drawn at the \
+                 upper 95 % bound 3/n. Undecided: certified free until some time, from which the search has \
+                 to continue.",
             ),
             (
                 &charts.error,
-                "Error of the times of contact: a dot at the median, a line up to 99.9 %. The upper ends are set by grazes \
-                 and fast rotors, whose time of contact no double can tell better.",
+                "Error of the contact times: a dot at the median, a line up to 99.9 %. The upper ends are \
+                 set by grazes and fast rotors, whose contact times double precision does not determine \
+                 better.",
             ),
         ],
     );
     page.table(&OVERALL_HEADER, &overall(results).iter().map(overall_cells).collect::<Vec<_>>());
     page.paragraph(&format!(
-        "Time is processor time of one thread, in turn with Exact on the same pairs, the median over rounds; then the \
-         geometric mean over the classes. Slow detectors are asked about as many pairs of a class, in order, as fit into \
-         a fixed number of evaluations: the column of cases tells. A tolerance is a parameter of this experiment only. \
-         Late or early by more than {FAR_OFF:e} natural times is wrong at any tolerance."
+        "Time is the processor time of one thread, measured in turn with Exact on the same pairs: the median \
+         over rounds, then the geometric mean over the classes. Slow detectors search as many pairs of a \
+         class, in order, as fit into a fixed number of evaluations; see the column of cases. A tolerance is \
+         a parameter of this experiment only. An error above {FAR_OFF:e} natural times is wrong at any \
+         tolerance."
     ));
-    page.heading("Exact, class by class");
+    page.heading("Exact by class");
     page.paragraph(
-        "A contact must be reported before the overlap is deeper than 2 E, the printed bound on rounding, and not while the \
-         atoms are farther apart than that. Touches that are not deeper may be reported or not: graze within 2E. Times \
-         in natural times of the pair.",
+        "A contact must be reported before the overlap exceeds 2 E, where E is the bound on rounding, and \
+         not while the atoms are farther apart than 2 E. Contacts that are not deeper may be reported or \
+         omitted: graze within 2E. Times are in natural times of the pair.",
     );
     page.table(&CLASS_HEADER, &class_rows(results, 0));
-    page.heading("GoldenSecant, class by class");
+    page.heading("GoldenSecant by class");
     page.paragraph(
-        "Montanari (2017), chapter 2, repaired: crop ½, tolerance of five epsilon, the earliest of all atom pairs, one new \
-         evaluation in each round of the golden section.",
+        "Montanari (2017), chapter 2, with corrections: crop ½, tolerance of five epsilon, the earliest of \
+         all atom pairs, one new evaluation in each round of the golden section.",
     );
     page.table(&CLASS_HEADER, &class_rows(results, BASELINE));
-    page.heading("Time over that of Exact, class by class");
+    page.heading("Time relative to Exact by class");
     let header = [
         "class",
-        "what is in it",
+        "description",
         "Exact [ns]",
         "GoldenSecant",
         "FixedStep 1e-2",
@@ -225,21 +228,21 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
         "parry did not return",
     ];
     page.table(&header, &time_rows(results));
-    page.heading("parry, class by class");
+    page.heading("parry by class");
     page.paragraph(
-        "cast_shapes_nonlinear of parry2d-f64 on the same molecules as compounds of discs, warm calls. One that does not \
-         return within a tenth of a second counts as given up. It stops where it deems the distance small enough, so \
-         many of its contacts are early or late by the strict rule; what counts as wrong above is a \
-         millionth of a natural time.",
+        "cast_shapes_nonlinear of parry2d-f64 on the same molecules as compounds of discs, warm calls. A \
+         call that does not return within a tenth of a second counts as unresolved. It stops at a small \
+         tolerance in distance, so many of its contacts are early or late by the strict rule; above, an error \
+         of a millionth of a natural time counts as wrong.",
     );
     let rows = results.classes.iter().map(|class| class_cells(&class.name, &class.parry.tally));
     page.table(&CLASS_HEADER, &rows.collect::<Vec<_>>());
-    page.heading("How the oracle works");
+    page.heading("Method of the oracle");
     let unresolved: usize = results.classes.iter().map(|class| class.unresolved).sum();
     page.paragraph(&format!(
-        "It excludes intervals of time by a bound on the second derivative of the squared distance, in double-double \
-         arithmetic, and halves what it cannot exclude; it shares no code with any detector. In {unresolved} cases it did \
-         not end within its budget; these are counted nowhere else.",
+        "It excludes intervals of time by a bound on the second derivative of the squared distance, in \
+         double-double arithmetic, and bisects the others; it shares no code with any detector. In \
+         {unresolved} cases it did not finish within its limit; these are excluded from all other counts.",
     ));
     page.heading("Again");
     page.code(command);

@@ -5,14 +5,14 @@ use serde::{Deserialize, Serialize};
 
 use super::{settings::Setting, tally::Tally, timing::Timing};
 
-/// What came out for one class.
+/// Results for one class.
 #[derive(Debug)]
 pub struct ClassResult {
     /// Its name.
     pub name: String,
-    /// What is in it.
+    /// Description.
     pub about: String,
-    /// Cases about which the oracle does not know.
+    /// Cases without a reference from the oracle.
     pub unresolved: usize,
     /// The answers at each setting.
     pub tallies: Vec<Tally>,
@@ -22,16 +22,16 @@ pub struct ClassResult {
     pub parry: ParryResult,
 }
 
-/// What parry answered.
+/// Results of parry.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct ParryResult {
-    /// Its answers; a call that does not return counts as given up.
+    /// Its answers; a call that does not return counts as unresolved.
     pub tally: Tally,
-    /// Its time over that of the exact detector, for each call that returned.
+    /// Time relative to the exact detector for each call that returned.
     pub ratios: Vec<f64>,
-    /// Calls.
+    /// Number of calls.
     pub asked: usize,
-    /// Calls that did not return.
+    /// Number of calls that did not return.
     pub hung: usize,
 }
 
@@ -46,13 +46,13 @@ impl ParryResult {
     }
 }
 
-/// All there is to report.
+/// All results.
 #[derive(Debug)]
 pub struct Results {
     /// The settings.
     pub settings: Vec<Setting>,
     /// The classes.
     pub classes: Vec<ClassResult>,
-    /// Totals of the runs that pairs were recorded from.
+    /// Totals of the runs in which pairs were recorded.
     pub totals: Totals,
 }

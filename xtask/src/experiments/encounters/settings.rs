@@ -1,4 +1,4 @@
-//! The detectors that are compared, each at several settings.
+//! The compared detectors, each at several settings.
 
 use carom_detection::{
     Exact, FixedStep, GoldenSecant,
@@ -10,13 +10,13 @@ use crate::experiments::detectors::Detector;
 /// A detector at one setting.
 #[derive(Debug, Clone)]
 pub struct Setting {
-    /// Which detector.
+    /// The detector.
     pub detector: Detector,
-    /// The setting in words.
+    /// Description of the setting.
     pub name: String,
 }
 
-/// The settings; the first is the one that all others are compared with.
+/// The settings; the first is the reference of all others.
 pub fn settings() -> Vec<Setting> {
     let mut settings =
         vec![Setting { detector: Detector::Exact(Exact::default()), name: format!("{MOST_STEPS} steps") }];
@@ -34,7 +34,7 @@ pub fn settings() -> Vec<Setting> {
         settings.push(Setting { detector, name: format!("crop ½, tol 1e-{exponent}") });
     }
     for exponent in [2, 3, 4, 5] {
-        // Windows of a hundred natural times can be walked through at any step.
+        // Enough steps for windows of a hundred natural times at any step size.
         let most_steps = MOST_FIXED_STEPS.max(100 * 10u32.pow(exponent as u32));
         let detector = Detector::FixedStep(FixedStep { step: 10f64.powi(-exponent), most_steps });
         settings.push(Setting { detector, name: format!("step 1e-{exponent}") });
@@ -43,7 +43,7 @@ pub fn settings() -> Vec<Setting> {
     settings
 }
 
-/// Where the pinned baseline stands among the settings: crop ½, tolerance 5 eps, earliest pair, one new evaluation per
+/// Index of the baseline: crop ½, tolerance 5 eps, earliest pair, one new evaluation per
 /// golden-section step.
 pub const BASELINE: usize = 4;
 
@@ -53,7 +53,7 @@ mod tests {
     use carom_detection::encounters::Encounter;
 
     #[test]
-    fn the_baseline_is_the_thesis_as_repaired() {
+    fn the_baseline_is_the_corrected_search_of_the_thesis() {
         let settings = settings();
         assert_eq!(settings[0].detector, Detector::Exact(Exact::default()));
         assert_eq!(settings[BASELINE].detector, Detector::GoldenSecant(GoldenSecant::default()));

@@ -1,4 +1,4 @@
-//! How often each detector is right, and how far off it is.
+//! Error rates and time errors of each detector.
 
 use std::collections::BTreeMap;
 
@@ -8,26 +8,27 @@ use serde::{Deserialize, Serialize};
 use super::{cases::Case, options::Plan};
 use crate::experiments::detectors::Detector;
 
-/// A late or early answer that is off by more than this (natural times) is wrong, whatever tolerance was asked for. One
-/// that is late or early within the printed bound of rounding is right: fast rotors and grazes do not bear more.
+/// A late or early answer with a larger error (natural times) is wrong at any tolerance. An error
+/// within the bound on rounding is correct: the times of grazes and fast rotors are not better
+/// determined.
 pub const FAR_OFF: f64 = 1e-6;
 
 /// The answers of one detector to the cases of one class.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Tally {
-    /// The indices of the cases that it was asked about, with what each took.
+    /// Indices of the searched cases, and the evaluations of each.
     pub asked: Vec<(usize, u32)>,
     /// Judged cases in which there is a contact deeper than 2 E.
     pub contacts: u64,
-    /// How often which verdict.
+    /// Number of cases with each verdict.
     pub verdicts: BTreeMap<Verdict, u64>,
     /// |t − t*| in natural times, sorted.
     pub deviations: Vec<f64>,
-    /// Late and early answers that are off by more than [`FAR_OFF`].
+    /// Number of late and early answers with an error above [`FAR_OFF`].
     far_off: u64,
-    /// Evaluations, in all.
+    /// Total number of evaluations.
     pub evaluations: u64,
-    /// The cases that break a promise, by index.
+    /// Cases that violate a guarantee, by index.
     pub violations: Vec<(usize, Judgement)>,
 }
 
@@ -58,7 +59,7 @@ pub struct Row {
 }
 
 impl Tally {
-    /// Asks a detector about the cases in order, until it has computed as many gaps as the plan allows.
+    /// Runs a detector on the cases in order until the plan's limit on evaluations is reached.
     pub fn of(detector: Detector, cases: &[Case], plan: &Plan) -> Self {
         let mut tally = Self::default();
         for (index, case) in cases.iter().enumerate() {
@@ -77,7 +78,7 @@ impl Tally {
         tally
     }
 
-    /// Counts one judgement; none where the oracle does not know.
+    /// Adds a verdict; `None` if the oracle has no reference.
     pub fn add(&mut self, index: usize, case: &Case, judgement: Option<Judgement>) {
         let Some(judgement) = judgement else { return };
         self.contacts += u64::from(matches!(case.reference(), Reference::Deep(_)));
@@ -91,7 +92,7 @@ impl Tally {
         }
     }
 
-    /// All of several classes.
+    /// Sum over several classes.
     pub fn sum<'a>(tallies: impl IntoIterator<Item = &'a Self>) -> Self {
         let mut sum = Self::default();
         for tally in tallies {
@@ -109,12 +110,12 @@ impl Tally {
         sum
     }
 
-    /// How often this verdict.
+    /// Number of cases with this verdict.
     pub fn count(&self, verdict: Verdict) -> u64 {
         self.verdicts.get(&verdict).copied().unwrap_or(0)
     }
 
-    /// Cases that the oracle could judge.
+    /// Number of cases with a reference.
     pub fn judged(&self) -> u64 {
         self.verdicts.values().sum()
     }
@@ -125,24 +126,24 @@ impl Tally {
         (plain.iter().sum::<u64>() + self.far_off) as f64 / self.judged().max(1) as f64
     }
 
-    /// Upper end of the 95 % interval of a share of which none of the judged cases is: 3/n (Hanley and
-    /// Lippman-Hand 1983).
+    /// Upper end of the 95 % confidence interval of a rate without an observed event: 3/n (Hanley
+    /// and Lippman-Hand 1983).
     pub fn upper_bound_of_none(&self) -> f64 {
         3.0 / self.judged().max(1) as f64
     }
 
-    /// That share of all deviations is not larger than this.
+    /// Quantile of the time errors (natural times).
     pub fn quantile(&self, share: f64) -> Option<f64> {
         let last = self.deviations.len().checked_sub(1)?;
         Some(self.deviations[((last as f64) * share).ceil() as usize])
     }
 
-    /// Evaluations a query.
+    /// Mean number of evaluations of a query.
     pub fn evaluations_per_query(&self) -> f64 {
         self.evaluations as f64 / self.asked.len().max(1) as f64
     }
 
-    /// The row of the table.
+    /// Row of the table of answers.
     pub fn row(&self, class: &str, detector: &'static str, setting: &str) -> Row {
         Row {
             class: class.to_owned(),

@@ -1,4 +1,4 @@
-//! How long a query takes, as a ratio to the exact detector on the same cases.
+//! Time of a query relative to the exact detector on the same cases.
 
 use std::{hint::black_box, time::Duration};
 
@@ -9,28 +9,29 @@ use serde::{Deserialize, Serialize};
 use super::{cases::Case, tally::Tally};
 use crate::experiments::detectors::Detector;
 
-/// Most cases that are timed together, and about how many evaluations that may be: a batch of milliseconds.
+/// Largest number of cases timed together, and their approximate evaluations: a batch of
+/// milliseconds.
 const BATCH: usize = 64;
 const BATCH_EVALUATIONS: u64 = 100_000;
 
-/// A single query of more evaluations is not timed.
+/// Queries with more evaluations are not timed.
 const MOST_EVALUATIONS: u32 = 10_000_000;
 
-/// Shorter batches are repeated, as the clock ticks in some tenths of microseconds.
+/// Shorter batches are repeated: the clock resolution is some tenths of a microsecond.
 const SHORTEST: Duration = Duration::from_micros(100);
 
-/// Times of one detector on cases of one class.
+/// Times of one detector on the cases of one class.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Timing {
-    /// How many cases.
+    /// Number of cases.
     pub cases: usize,
-    /// Median over rounds of its time over that of [`carom_detection::Exact`] in the same round.
+    /// Time relative to [`carom_detection::Exact`] in the same round, median over rounds.
     pub ratio: f64,
-    /// Median of Exact's time of one query (seconds).
+    /// Median time of a query of Exact (seconds).
     pub exact: f64,
 }
 
-/// The cases that one detector is timed on: the first that it was asked about, as many as a batch holds.
+/// The cases for the timing of one detector: the first that it searched, up to the size of a batch.
 fn batch<'a>(tally: &Tally, cases: &'a [Case]) -> Vec<&'a Encounter> {
     let mut evaluations = 0;
     let taken = tally.asked.iter().filter(|(_, cost)| *cost <= MOST_EVALUATIONS).take_while(|(_, cost)| {
@@ -41,7 +42,7 @@ fn batch<'a>(tally: &Tally, cases: &'a [Case]) -> Vec<&'a Encounter> {
     taken.take(BATCH).map(|(index, _)| &cases[*index].encounter).collect()
 }
 
-/// Times detectors, one after the other and again round after round.
+/// Times detectors in turn, in several rounds.
 pub fn time(detectors: &[(Detector, &Tally)], cases: &[Case], rounds: usize) -> Vec<Option<Timing>> {
     let exact = detectors[0].0;
     let batches: Vec<Vec<&Encounter>> = detectors.iter().map(|(_, tally)| batch(tally, cases)).collect();
@@ -80,7 +81,7 @@ fn repeats(detector: Detector, batch: &[&Encounter]) -> u32 {
     (SHORTEST.as_secs_f64() / once.as_secs_f64()).ceil() as u32
 }
 
-/// Processor time of this thread.
+/// Processor time of this thread for `repeats` passes over the batch.
 fn ask_all(detector: Detector, batch: &[&Encounter], repeats: u32) -> Duration {
     let begun = ThreadTime::now();
     for _ in 0..repeats {
@@ -91,13 +92,13 @@ fn ask_all(detector: Detector, batch: &[&Encounter], repeats: u32) -> Duration {
     begun.elapsed()
 }
 
-/// The median of values that are sorted for it; `None` of none.
+/// Median; sorts the values; `None` if there are none.
 pub fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
 }
 
-/// Mean of the logarithms, as a number; `None` of none.
+/// Geometric mean; `None` if there are no values.
 pub fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (count, sum) =
         values.into_iter().fold((0u32, 0.0), |(count, sum), value: f64| (count + 1, sum + value.ln()));

@@ -1,4 +1,4 @@
-//! The experiment from end to end: scenes, edges, reversal, drift, and what is written of them.
+//! Execution of the experiment: scenes, limits, reversal, drift, and output files.
 
 use std::fmt::Write as _;
 
@@ -28,13 +28,14 @@ use super::{
     trial::{Ending, attempt},
 };
 
-/// The thesis's engine is not asked for more: it is there for comparison, and slower.
+/// Largest number of collisions for the engine of the thesis, which is slower and only for
+/// comparison.
 const MOST_OF_THESIS: u64 = 20_000;
 
 /// Runs the experiment and writes its folder.
 ///
 /// # Errors
-/// A folder that is not empty or cannot be written, a run that breaks off where none may.
+/// The folder is not empty or cannot be written, or a run fails that must not.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
     let drifting = scenes_of_drift();
@@ -71,7 +72,7 @@ fn settings(plan: &Plan) -> String {
     )
 }
 
-/// Everything; or the scenes alone whose number begins with `number`, if there is one.
+/// Runs everything, or only the scenes whose number begins with `number` if it is not empty.
 fn measure(plan: &Plan, number: &str) -> Result<Results> {
     say("scenes");
     let ask = |case: &Case, collisions: u64| {
@@ -100,8 +101,8 @@ fn measure(plan: &Plan, number: &str) -> Result<Results> {
         .zip(plan.drift)
         .map(|((name, scene), collisions)| drift::<Ours>(name, scene, collisions, &progress))
         .collect();
-    // Last, as trials that hang go on in the background.
-    say("edges");
+    // The limits are last, because trials that hang continue in the background.
+    say("limits of the parameters");
     let find = |edge: &Edge| edge.find(plan.edge_collisions, plan.halvings, plan.edge_patience);
     let edges = edges::<Ours>()
         .into_par_iter()
@@ -163,7 +164,7 @@ fn write(folder: &Folder, results: &Results, options: &Options) -> Result<Summar
     }
     let totals: Vec<Totals> = results.drifts.iter().map(|drift| drift.totals).collect();
     let summary = Summary {
-        title: "Extremes: where the numbers break".to_owned(),
+        title: "Extremes: limits of the guarantees".to_owned(),
         note: options.note(),
         totals: Totals::of(&totals),
         checks: checks(results, &totals),
@@ -179,8 +180,8 @@ fn write(folder: &Folder, results: &Results, options: &Options) -> Result<Summar
     Ok(summary)
 }
 
-/// The exact engine's effective error, in eps × side, at the most. Smaller: the fit over a few starts might fail by chance.
-/// Larger: a root found only to 1e-13 would pass.
+/// Largest effective error of the exact engine, in units of ε × side. Smaller: the fit over a few
+/// starts might fail by chance. Larger: a root found only to 1e-13 would pass.
 const LARGEST_EFFECTIVE_ERROR: f64 = 32.0;
 
 fn checks(results: &Results, totals: &[Totals]) -> Vec<Check> {
@@ -189,7 +190,7 @@ fn checks(results: &Results, totals: &[Totals]) -> Vec<Check> {
         Check::at_most(&format!("{} {}: broken", case.id, case.name), failed(endings), 0.0)
     });
     let edges = results.edges.iter().map(|(edge, [found, _])| {
-        // NaN, where it never held, is beyond any bound.
+        // NaN, if the bounds never hold, exceeds every limit of a check.
         Check::at_most(
             &format!("goal over edge of the {}", edge.parameter),
             edge.goal / found.holds_up_to,
@@ -236,7 +237,7 @@ fn figures(results: &Results) -> Vec<Figure> {
     edges.chain(reversals).chain(drifts).collect()
 }
 
-/// What does not hold with the exact engine, in full.
+/// All violations of the exact engine.
 fn violations(results: &Results) -> String {
     let mut text = String::new();
     for (case, [ours, _]) in results.scenes.iter().filter(|(_, endings)| !endings[0].holds()) {

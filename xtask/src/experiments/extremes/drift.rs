@@ -1,4 +1,4 @@
-//! How the energy drifts over very many collisions: as a random walk of roundings, or by a bias in each.
+//! Energy drift over very many collisions: a random walk of rounding errors, or a bias.
 
 use anyhow::Result;
 use carom::Scene;
@@ -14,42 +14,42 @@ use carom_testkit::extremes::{
 use super::gaps::Gaps;
 use crate::experiments::time_reversal::line;
 
-/// Drift of one scene.
+/// Drift in one scene.
 #[derive(Debug, Clone)]
 pub struct Drift {
     /// The scene.
     pub name: &'static str,
-    /// Collisions, and the energy over that at the start less 1.
+    /// Number of collisions, and relative change of the energy since the start.
     pub points: Vec<(f64, f64)>,
-    /// Root mean square of the change over so many collisions.
+    /// Number of collisions, and root mean square change of the energy over them.
     pub changes: Vec<(f64, f64)>,
-    /// p in change ∝ collisions^p: 1/2 for a random walk, 1 for a drift.
+    /// Exponent p of change ∝ collisions^p: 1/2 for a random walk, 1 for a bias.
     pub exponent: f64,
     /// Totals of the run.
     pub totals: Totals,
-    /// How exactly the discs touched in each collision.
+    /// Gaps between the discs at their contacts.
     pub gaps: Gaps,
 }
 
-/// The scenes, by name.
+/// The scenes by name.
 pub fn scenes() -> [(&'static str, Scene); 3] {
     let mut sinai = in_box([1.0, 1.0], vec![disc(0.1, 1.0, [0.05, 0.15], [0.6, 0.8])]);
     sinai.bumper = vec![bumper(0.2, [0.5, 0.5])];
     let mut thesis = in_box([1.0, 1.0], Vec::new());
     thesis.gas = vec![gas("disc", 0.01, 1.0, 1592)];
-    // Hardly anything to meet: epochs are as long as they get in a gas.
+    // Few collisions, so that epochs are as long as they get in a gas.
     let mut few = in_box([1.0, 0.75], Vec::new());
     few.gas = vec![gas("disc", 0.001, 1.0, 50)];
     [("Sinai billiard", sinai), ("gas of the thesis, 1592 discs at 0.5", thesis), ("50 small discs", few)]
 }
 
-/// Samples of the energy.
+/// Number of energy samples.
 const SAMPLES: u64 = 2048;
 
-/// Runs a scene for so many collisions.
+/// Runs a scene for a number of collisions.
 ///
 /// # Errors
-/// It cannot be built or run.
+/// The scene cannot be built, or the run fails.
 pub fn drift<E: Engine>(
     name: &'static str,
     scene: &Scene,
@@ -92,7 +92,7 @@ pub fn drift<E: Engine>(
     Ok(Drift { name, points, changes, exponent: line(&logs).1, totals, gaps })
 }
 
-/// Root mean square of the change over 1, 2, 4, … samples, up to an eighth of all.
+/// Root mean square change over 1, 2, 4, … samples, up to an eighth of all.
 fn changes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     (0..usize::BITS)
         .map(|power| 1usize << power)
@@ -108,20 +108,20 @@ fn changes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 impl Drift {
-    /// The law in words.
+    /// Description of the law.
     pub fn law(&self) -> &'static str {
-        // Short stretches show the walk even where a bias wins in the long run.
+        // Short intervals show the random walk even if a bias dominates in the long run.
         let (Some(&(n, end)), Some(&(lag, step))) = (self.points.last(), self.changes.first()) else {
             return "unknown";
         };
         if end.abs() > 5.0 * step * (n / lag).sqrt() {
-            return "linear: a bias beside the walk";
+            return "linear: a bias in addition to the walk";
         }
         match self.exponent {
-            p if p < 0.25 => "hardly any",
+            p if p < 0.25 => "hardly any drift",
             p if p < 0.75 => "random walk",
             p if p < 1.25 => "linear",
-            _ => "none of the two",
+            _ => "neither",
         }
     }
 }
@@ -131,8 +131,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_walk_and_a_drift_are_told_apart() {
-        // Signs of a walk from the bits of a linear congruential generator (Knuth's MMIX).
+    fn a_random_walk_and_a_bias_are_distinguished() {
+        // Steps of a walk from the bits of a linear congruential generator (Knuth's MMIX).
         let mut state = 1u64;
         let mut place = 0.0;
         let walk: Vec<(f64, f64)> = (0..4096)

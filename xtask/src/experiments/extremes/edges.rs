@@ -1,4 +1,5 @@
-//! Where what must hold stops to hold: one parameter driven up by decades, and the edge then found by bisection.
+//! Limits of the guarantees: one parameter grows by decades until a bound fails, and bisection
+//! locates the limit.
 
 use std::time::Duration;
 
@@ -19,48 +20,48 @@ use glam::DVec2;
 
 use super::trial::{Ending, attempt};
 
-/// A parameter, and what must hold up to its goal.
+/// A parameter, and the goal up to which all bounds must hold.
 pub struct Edge {
-    /// The parameter.
+    /// Name of the parameter.
     pub parameter: &'static str,
-    /// The scene.
+    /// Description of the scene.
     pub scene: &'static str,
-    /// Up to here all must hold.
+    /// All bounds must hold up to this value.
     pub goal: f64,
-    /// Decades: where the search begins and ends.
+    /// Range of the search (decades).
     decades: (f64, f64),
     trial: fn(f64, u64) -> Result<Vec<Finding>>,
 }
 
-/// Where the edge lies.
+/// Location of the limit.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// The largest value at which all held; NaN if it never did.
+    /// The largest value at which all bounds hold; NaN if there is none.
     pub holds_up_to: f64,
-    /// The next value, and how it ended there; none if all held to the end of the search.
+    /// The next value and its result; `None` if all bounds hold up to the end of the search.
     pub beyond: Option<(f64, Ending)>,
-    /// All values that were tried beyond the edge, and how each ended.
+    /// All values tried beyond the limit, with their results.
     pub rest: Vec<(f64, Ending)>,
 }
 
 impl Found {
-    /// A value beyond the edge at which nothing is told of what is wrong.
+    /// Returns a value beyond the limit with an unreported failure: a panic or a hang.
     pub fn silent(&self) -> Option<&(f64, Ending)> {
         self.rest.iter().find(|(_, ending)| !ending.is_told())
     }
 
-    /// How each ended, outwards from the edge.
+    /// Results beyond the limit, from near to far.
     pub fn kinds(&self) -> String {
         let kind = |(value, ending): &(f64, Ending)| format!("{value:.1e} {}", ending.kind());
         self.rest.iter().map(kind).collect::<Vec<_>>().join(", ")
     }
 }
 
-/// Steps of the first search (decades).
+/// Step of the first search (decades).
 const STEP: f64 = 2.0;
 
 impl Edge {
-    /// Looks for the edge, and at what happens farther out.
+    /// Searches the limit, and examines the values beyond it.
     pub fn find(&self, collisions: u64, halvings: u32, patience: Duration) -> Found {
         let ask = |decade: f64| {
             let (trial, value) = (self.trial, 10f64.powf(decade));
@@ -72,11 +73,11 @@ impl Edge {
             let beyond = (10f64.powf(low), first);
             return Found { holds_up_to: f64::NAN, beyond: Some(beyond.clone()), rest: vec![beyond] };
         }
-        // The goal itself is asked for, not only what lies about it.
+        // The goal itself is tested, not only its neighbours.
         if self.goal.log10() > low && ask(self.goal.log10()).holds() {
             low = self.goal.log10();
         }
-        // From the last value back to the edge.
+        // From the last value back to the limit.
         let mut failed = Vec::new();
         while failed.is_empty() && low < end {
             let next = (low + STEP).min(end);
@@ -105,18 +106,24 @@ pub fn edges<E: Engine>() -> Vec<Edge> {
     let edge = |parameter, scene, goal, decades, trial| Edge { parameter, scene, goal, decades, trial };
     vec![
         edge("mass ratio", "a heavy disc among 30 light ones", 1e12, (2.0, 62.0), heavy::<E>),
-        edge("speed ratio", "a light disc among 30, as much faster", 1e6, (1.0, 32.0), fast::<E>),
+        edge("speed ratio", "a light and fast disc among 30", 1e6, (1.0, 32.0), fast::<E>),
         edge("size ratio", "two small discs meet obliquely beside a large one", 1e6, (1.0, 18.0), small::<E>),
-        edge("turns per natural time", "a rod in a gas, hit at its rim", 1e8, (1.0, 60.0), spinning::<E>),
+        edge(
+            "turns per natural time",
+            "a rotating rod hit by a gas disc at its rim",
+            1e8,
+            (1.0, 60.0),
+            spinning::<E>,
+        ),
         edge("σ over depth of a graze", "two discs at 30 σ", 1e14, (3.0, 18.0), grazing::<E>),
         edge(
             "reach over depth of a sweep",
-            "a turning dumbbell and a disc",
+            "a rotating dumbbell and a disc",
             1e13,
             (3.0, 18.0),
             sweeping::<E>,
         ),
-        edge("age in natural times", "36 discs put into an old box", 1e12, (1.0, 40.0), old::<E>),
+        edge("age in natural times", "36 discs added to a box at a late time", 1e12, (1.0, 40.0), old::<E>),
         edge("1/(A/A₀ − 1)", "288 discs on the triangular lattice", 1e5, (2.0, 18.0), dense::<E>),
         edge(
             "1/contact time of the guard",
@@ -136,11 +143,10 @@ pub fn edges<E: Engine>() -> Vec<Edge> {
     ]
 }
 
-/// What must hold in any run, and that it comes to as many collisions as were asked for.
+/// Conditions that hold in any run, and that it reaches the requested number of collisions.
 fn surveyed<E: Engine>(scene: &Scene, collisions: u64) -> Result<Vec<Finding>> {
     let survey = survey::<E>(scene, collisions)?;
-    let missing =
-        Finding::never("collisions that never came", collisions.saturating_sub(survey.collisions) as usize);
+    let missing = Finding::never("missing collisions", collisions.saturating_sub(survey.collisions) as usize);
     Ok(survey.findings("").into_iter().chain([missing]).collect())
 }
 
@@ -153,7 +159,7 @@ fn fast<E: Engine>(ratio: f64, collisions: u64) -> Result<Vec<Finding>> {
     surveyed::<E>(&mixture(30, 0.03, 1.0, 0.05, 1.0 / (ratio * ratio)), collisions)
 }
 
-/// A disc that comes on obliquely, b = 3/5 σ: how far the velocities after it are from those of the closed form.
+/// An oblique collision with b = 3/5 σ: deviation of the final velocities from the closed form.
 fn oblique<E: Engine>(radius: f64, side: f64, others: Vec<MoleculeSpec>) -> Result<Vec<Finding>> {
     let sigma = 2.0 * radius;
     let at = [0.75 * side, 0.75 * side];
@@ -168,7 +174,7 @@ fn oblique<E: Engine>(radius: f64, side: f64, others: Vec<MoleculeSpec>) -> Resu
     let error = (velocity::<E>(&run, 1) - 0.8 * normal).length();
     let overlaps = run.view().overlaps();
     Ok(vec![
-        Finding::never("not hit", usize::from(!hit)),
+        Finding::never("missed hits", usize::from(!hit)),
         Finding::never("overlapping pairs", overlaps.pairs),
         Finding::new("deepest overlap in diameters", overlaps.deepest_length / sigma, 1e-3),
         Finding::new("error of the velocity", error, 1e-3),
@@ -186,7 +192,8 @@ fn large_box<E: Engine>(ratio: f64, _: u64) -> Result<Vec<Finding>> {
 fn spinning<E: Engine>(turns: f64, _: u64) -> Result<Vec<Finding>> {
     let (radius, speed) = (0.02, 1.0);
     let spin = std::f64::consts::TAU * turns * speed / (2.0 * radius);
-    // The rim of a rod of 6 is 6 radii out; the first disc reaches it in a thousand turns.
+    // The end of a rod of 6 atoms is 6 radii from its centre; the first disc reaches it after a
+    // thousand turns.
     let gap = 1e3 * std::f64::consts::TAU / spin * speed;
     let rod = MoleculeSpec { angular_velocity: spin, ..named("rod:6", radius, 10.0, [0.5, 0.5]) };
     let mut list = vec![rod, disc(radius, 1.0, [0.5 + 7.0 * radius + gap.min(0.2), 0.5], [-speed, 0.0])];
@@ -229,9 +236,9 @@ fn old<E: Engine>(age: f64, _: u64) -> Result<Vec<Finding>> {
         Ok((view.counters().collisions, velocities, view.overlaps().pairs))
     };
     let (young, aged) = (path(0.0)?, path(age)?);
-    ensure!(young.0 > 0, "nothing has happened");
+    ensure!(young.0 > 0, "no collisions occurred");
     Ok(vec![
-        Finding::never("another path than at time 0", usize::from(young != aged)),
+        Finding::never("trajectories that differ from those at time 0", usize::from(young != aged)),
         Finding::never("overlapping pairs", aged.2),
     ])
 }
@@ -241,9 +248,9 @@ fn dense<E: Engine>(inverse: f64, collisions: u64) -> Result<Vec<Finding>> {
     Ok(vec![
         Finding::never("overlapping pairs", seen.overlapping),
         Finding::new("deepest overlap (σ)", seen.deepest, 1e-13),
-        Finding::new("pressure off the free-volume law by", seen.pressure, 0.05),
+        Finding::new("relative deviation from the free-volume pressure", seen.pressure, 0.05),
         Finding::new("energy drift, relative", seen.energy, 1e-12),
-        Finding::never("collisions before the one before", seen.backwards),
+        Finding::never("collisions out of time order", seen.backwards),
     ])
 }
 
@@ -255,7 +262,7 @@ fn inelastic<E: Engine>(inverse: f64, collisions: u64) -> Result<Vec<Finding>> {
     let survey = survey::<E>(&scene, collisions.max(10_000))?;
     Ok(vec![
         Finding::never("overlapping pairs", survey.overlapping),
-        Finding::never("collisions before the one before", survey.watch.backwards),
+        Finding::never("collisions out of time order", survey.watch.backwards),
     ])
 }
 

@@ -1,24 +1,24 @@
-//! How far apart two discs are when they are said to touch: what rounding leaves of exactness.
+//! Gaps between two discs at their reported contacts, a measure of the rounding error.
 
 use carom::{CollisionReport, Observer, PeriodicBox};
 
-/// The gap at a contact may be as large as so many roundings of a side of the box, either way. With more, an overlap would be
-/// deeper than what the engine promises.
+/// Largest allowed gap or overlap at a contact, in units of ε × side of the box. A larger overlap
+/// would violate the guarantee of the engine.
 pub const MOST_ROUNDINGS: f64 = 16.0;
 
-/// Keeps the extreme gaps of all contacts of discs.
+/// Observer of the extreme gaps of all contacts between discs.
 #[derive(Debug, Clone)]
 pub struct Gaps {
     bounds: PeriodicBox,
-    /// Deepest overlap at a contact, and largest distance left, in ε times the longer side of the box.
+    /// Deepest overlap and largest gap at a contact, in units of ε × longer side of the box.
     pub deepest: f64,
     pub farthest: f64,
-    /// Contacts looked at.
+    /// Number of contacts examined.
     pub contacts: u64,
 }
 
 impl Gaps {
-    /// Of contacts in a box.
+    /// An observer for contacts in a box.
     pub fn new(bounds: &PeriodicBox) -> Self {
         Self { bounds: *bounds, deepest: 0.0, farthest: 0.0, contacts: 0 }
     }
@@ -44,7 +44,7 @@ mod tests {
     use carom_testkit::extremes::{bodies::disc, engine::in_box};
 
     #[test]
-    fn two_discs_meet_within_a_rounding_and_across_the_border_too() {
+    fn two_discs_meet_within_rounding_also_across_the_border() {
         let molecules =
             vec![disc(0.1, 1.0, [0.1, 0.5], [-1.0, 0.3]), disc(0.1, 1.0, [0.8, 0.55], [0.0, 0.3])];
         let scene: Scene = in_box([1.0, 1.0], molecules);

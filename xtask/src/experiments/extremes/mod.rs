@@ -1,4 +1,4 @@
-//! `cargo xtask experiment extremes`: where the numbers break, and what happens there.
+//! `cargo xtask experiment extremes`: limits of the guarantees, and the behaviour beyond them.
 
 mod campaign;
 mod drift;

@@ -1,4 +1,4 @@
-//! The page of the experiment: what must hold, what was seen, and where it stops.
+//! The page of the experiment: guarantees, results, and limits.
 
 use anyhow::Result;
 use carom_report::{
@@ -18,10 +18,10 @@ fn number(value: f64) -> String {
     if value.is_nan() { "never".to_owned() } else { format!("{value:.1e}") }
 }
 
-/// "Exact up to …, then …"
+/// "up to …, then …"
 fn sentence(found: &Found) -> String {
     match &found.beyond {
-        None => format!("up to {} and no end seen", number(found.holds_up_to)),
+        None => format!("up to {}, the end of the search", number(found.holds_up_to)),
         Some((at, ending)) => {
             format!("up to {}, then (at {}) {}", number(found.holds_up_to), number(*at), ending.seen())
         }
@@ -30,8 +30,8 @@ fn sentence(found: &Found) -> String {
 
 /// The page.
 pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, String)], command: &str) -> Page {
-    let lead = "Scenes that a sceptic would try first, each with what must hold in it; parameters driven up until \
-                something breaks; and how exact a whole run is.";
+    let lead = "Extreme scenes, each with the bounds that must hold; parameters increased until a bound \
+                fails; and the accuracy of a whole run.";
     let mut page = Page::new(&summary.title, lead);
     if !summary.note.is_empty() {
         page.note(&summary.note);
@@ -39,7 +39,7 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
     page.code(command);
     page.heading("Scenes");
     page.paragraph(&format!(
-        "What the two engines make of them: {} is the default; {} is Montanari's (2017), for comparison.",
+        "Results of the two engines: {} is the default; {} is that of Montanari (2017), for comparison.",
         Ours::NAME,
         Theses::NAME
     ));
@@ -51,7 +51,7 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
             vec![scene, case.must.to_owned(), verdict(ours), ours.seen(), verdict(theses)]
         })
         .collect();
-    page.table(&["scene", "must hold", Ours::NAME, "nearest to its bound", Theses::NAME], &rows);
+    page.table(&["scene", "requirement", Ours::NAME, "nearest to its bound", Theses::NAME], &rows);
     page.heading("Edges");
     let rows: Vec<Vec<String>> = results
         .edges
@@ -61,15 +61,17 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
             vec![name, number(edge.goal), sentence(ours), ours.kinds(), sentence(theses)]
         })
         .collect();
-    page.table(&["parameter and scene", "goal", Ours::NAME, "farther out", Theses::NAME], &rows);
+    page.table(&["parameter and scene", "goal", Ours::NAME, "beyond", Theses::NAME], &rows);
     page.paragraph(
-        "Beyond an edge a run either ends with a named error, or it goes on and a bound that is measured here is exceeded; \
-         farther out it is tried again, up to the end of the search. A panic or a run without end would break a check.",
+        "Beyond a limit a run ends with a named error, or it continues and exceeds a bound that is measured \
+         here; larger values are tried up to the end of the search. A panic or a run without end would fail a \
+         check.",
     );
     page.heading("Reversal");
     page.paragraph(
-        "64 discs run forward, all velocities are reversed, and run back. The distance from the start grows by the \
-         Lyapunov law; extrapolated to no collision, it is the effective error of the engine.",
+        "64 discs run forward, all velocities are reversed, and the discs run back. The distance from the \
+         initial state grows exponentially at the Lyapunov rate; extrapolated to zero collisions, it is the \
+         effective error of the engine.",
     );
     let rows: Vec<Vec<String>> = results
         .reversals
@@ -81,7 +83,7 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
         })
         .collect();
     page.table(
-        &["engine and density", "effective error (eps × side)", "e-foldings per collision of each"],
+        &["engine and density", "effective error (eps × side)", "e-foldings per collision of a disc"],
         &rows,
     );
     tell_of_drifts(&mut page, &results.drifts);
@@ -106,7 +108,7 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
 }
 
 fn tell_of_drifts(page: &mut Page, drifts: &[Drift]) {
-    page.heading("Drift of the energy");
+    page.heading("Energy drift");
     let rows: Vec<Vec<String>> = drifts
         .iter()
         .map(|drift| {
@@ -164,10 +166,10 @@ fn chart(title: &str, [x, y]: [&str; 2], curves: Vec<(String, Vec<(f64, f64)>)>)
     Chart { title: title.to_owned(), x, y, layers }.svg()
 }
 
-/// The charts, with the names of their files; none where only scenes were run.
+/// Charts and their file names; none if only scenes were run.
 ///
 /// # Errors
-/// A figure that is not finite.
+/// A value is not finite.
 pub fn charts(results: &Results) -> Result<Vec<(&'static str, String)>> {
     if results.drifts.is_empty() {
         return Ok(Vec::new());
@@ -191,16 +193,19 @@ pub fn charts(results: &Results) -> Result<Vec<(&'static str, String)>> {
         (
             "reversal.svg",
             chart(
-                "Forward and back",
-                ["collisions of each disc on the way forward", "lg of the distance from the start (sides)"],
+                "Time reversal",
+                [
+                    "collisions of each disc on the way forward",
+                    "lg of the distance from the initial state (sides)",
+                ],
                 reversal,
             )?,
         ),
         (
             "drift.svg",
             chart(
-                "Change of the energy",
-                ["lg collisions", "lg of the change, root mean square, relative"],
+                "Change of energy",
+                ["lg collisions", "lg of the relative root mean square change"],
                 drift,
             )?,
         ),

@@ -9,13 +9,13 @@ use super::{
     trial::Ending,
 };
 
-/// All there is to report.
+/// All results.
 pub struct Results {
-    /// Each scene with how it ended with the exact engine and with the thesis's.
+    /// Each scene with its results for the exact engine and for that of the thesis.
     pub scenes: Vec<(Case, [Ending; 2])>,
-    /// Each edge, likewise.
+    /// Each limit for both engines.
     pub edges: Vec<(Edge, [Found; 2])>,
-    /// Reversal at each density, of both engines.
+    /// Reversal at each density for both engines.
     pub reversals: [Vec<Reversal>; 2],
     /// Drift of the exact engine.
     pub drifts: Vec<Drift>,

@@ -1,4 +1,5 @@
-//! How exact a whole run is: forward, all velocities reversed, and back; how far from the start does it end?
+//! Accuracy of a whole run by time reversal: forward, all velocities reversed, and back; the
+//! distance from the initial state is measured.
 
 use anyhow::Result;
 use carom_testkit::extremes::{
@@ -10,39 +11,39 @@ use rayon::prelude::*;
 
 use crate::experiments::time_reversal::{LARGEST, line, there_and_back};
 
-/// Discs.
+/// Number of discs.
 const COUNT: usize = 64;
 
 /// Result at one density.
 #[derive(Debug, Clone)]
 pub struct Reversal {
-    /// Which engine.
+    /// Name of the engine.
     pub engine: &'static str,
-    /// Share of the box covered by discs.
+    /// Area fraction of the discs.
     pub fraction: f64,
-    /// Collisions of each disc on the way forward, and the distance from the start after the way back (box sides):
-    /// geometric mean over the starts of the largest of any disc.
+    /// Collisions of each disc on the way forward, and the distance from the initial state after
+    /// the way back (box sides): the largest of any disc, geometric mean over the starts.
     pub points: Vec<(f64, f64)>,
-    /// d₀ over eps × side.
+    /// Effective error d₀ in units of ε × side.
     pub effective_error: f64,
-    /// κ: e-foldings in one collision of each.
+    /// Growth rate κ: e-foldings for each collision of a disc.
     pub rate: f64,
 }
 
-/// The densities, each with how many e-foldings there are in one collision of each: λ₁/Γ, measured by the two-trajectory
-/// method for 64 discs.
+/// The densities, each with its e-foldings for each collision of a disc: λ₁/Γ, measured by the
+/// two-trajectory method for 64 discs.
 pub const DENSITIES: [(f64, f64); 5] = [(0.02, 6.40), (0.1, 2.68), (0.3, 1.16), (0.5, 0.647), (0.6, 0.469)];
 
 /// Measures at all densities.
 ///
 /// # Errors
-/// A run that cannot go on.
+/// A run fails.
 pub fn reversals<E: Engine>(starts: usize) -> Result<Vec<Reversal>> {
     DENSITIES.par_iter().map(|&(fraction, rate)| reversal::<E>(fraction, rate, starts)).collect()
 }
 
 fn reversal<E: Engine>(fraction: f64, expected: f64, starts: usize) -> Result<Reversal> {
-    // Up to where 1e-15 has grown to some 1e-5.
+    // Up to the time at which 1e-15 has grown to about 1e-5.
     let longest = 23.0 / expected;
     let mut points = Vec::new();
     for step in 1..=8 {
@@ -83,7 +84,8 @@ mod tests {
     #[test]
     fn the_distance_grows_by_the_lyapunov_law_from_a_few_roundings() {
         let found = reversal::<Ours>(0.3, 1.16, 3).unwrap();
-        // As measured by two trajectories, within what three starts of up to 20 collisions each can show.
+        // Agreement with the two-trajectory method within the error of three starts of up to 20
+        // collisions each.
         assert!((found.rate / 1.16 - 1.0).abs() < 0.3, "{found:?}");
         assert!((0.01..100.0).contains(&found.effective_error), "{found:?}");
     }

@@ -1,4 +1,4 @@
-//! One scene put to the test, so that neither a panic nor a hang stops the others.
+//! Isolated trial of one scene: neither a panic nor a hang stops the others.
 
 use std::{
     fs,
@@ -12,26 +12,26 @@ use std::{
 use anyhow::Result;
 use carom_testkit::extremes::Finding;
 
-/// How a trial has ended.
+/// Result of a trial.
 #[derive(Debug, Clone)]
 pub enum Ending {
-    /// With findings.
+    /// Findings.
     Findings(Vec<Finding>),
-    /// With a named error.
+    /// A named error.
     Error(String),
-    /// With a panic.
+    /// A panic.
     Panic,
-    /// Not within the processor time allowed.
+    /// No end within the allowed processor time.
     Hang,
 }
 
 impl Ending {
-    /// Whether all that must hold does.
+    /// Returns true if all bounds hold.
     pub fn holds(&self) -> bool {
         matches!(self, Self::Findings(findings) if findings.iter().all(Finding::holds))
     }
 
-    /// What was seen, in words: the first that fails, or the finding nearest to its bound.
+    /// Summary: the first violation, or the finding nearest to its bound.
     pub fn seen(&self) -> String {
         match self {
             Self::Findings(findings) => {
@@ -42,19 +42,20 @@ impl Ending {
             }
             Self::Error(error) => format!("error: {error}"),
             Self::Panic => "a panic".to_owned(),
-            Self::Hang => "no end in the processor time allowed".to_owned(),
+            Self::Hang => "no end in the allowed processor time".to_owned(),
         }
     }
 
-    /// Whether it is told of: by what was measured, or by an error with a name. A panic or a hang is not.
+    /// Returns true if a failure would be reported, by a measurement or a named error; false for a
+    /// panic or a hang.
     pub fn is_told(&self) -> bool {
         matches!(self, Self::Findings(_) | Self::Error(_))
     }
 
-    /// How it ended, in two words.
+    /// Kind of result.
     pub fn kind(&self) -> &'static str {
         match self {
-            Self::Findings(_) if self.holds() => "all holds",
+            Self::Findings(_) if self.holds() => "all bounds hold",
             Self::Findings(_) => "bound exceeded",
             Self::Error(_) => "named error",
             Self::Panic => "panic",
@@ -63,21 +64,22 @@ impl Ending {
     }
 }
 
-/// How near to its bound a finding is.
+/// Ratio of a finding to its bound.
 fn share(finding: &Finding) -> f64 {
     if finding.allowed == 0.0 { 0.0 } else { finding.found / finding.allowed }
 }
 
-/// Between two looks at the clock of a trial.
+/// Interval between two checks of the clock of a trial.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// A trial that sleeps, or whose clock cannot be read, is given up after so many times its patience on the wall clock.
-/// Smaller: a machine with other work to do makes trials seem to hang. Larger: one that has stopped is waited for in vain.
+/// A trial that sleeps, or whose clock is not available, ends after this multiple of its allowed
+/// time on the wall clock. Smaller: on a busy machine trials seem to hang. Larger: a stopped trial
+/// delays the experiment.
 const ON_THE_WALL: u32 = 30;
 
-/// Runs a trial on a thread of its own, and waits for it until it has used up `patience` of processor time.
+/// Runs a trial on its own thread and waits until it has used `patience` of processor time.
 ///
-/// A trial that hangs is left behind: its thread ends with the program.
+/// A trial that hangs is abandoned: its thread ends with the program.
 pub fn attempt(patience: Duration, trial: impl FnOnce() -> Result<Vec<Finding>> + Send + 'static) -> Ending {
     let (tell_clock, hear_clock) = channel();
     let (sender, receiver) = channel();
@@ -85,7 +87,7 @@ pub fn attempt(patience: Duration, trial: impl FnOnce() -> Result<Vec<Finding>> 
     thread::spawn(move || {
         let _ = tell_clock.send(Clock::of_this_thread());
         let ended = catch_unwind(std::panic::AssertUnwindSafe(trial));
-        // Whoever has lost patience hears no more.
+        // The receiver is gone if the trial was abandoned.
         let _ = sender.send(ended.map(|result| result.map_err(|error| format!("{error:#}"))));
     });
     let clock = hear_clock.recv().ok().flatten();
@@ -104,8 +106,8 @@ pub fn attempt(patience: Duration, trial: impl FnOnce() -> Result<Vec<Finding>> 
     }
 }
 
-/// Clock of the processor time of a thread that another thread may read: Linux has one in a file (proc(5), `schedstat`).
-/// Elsewhere there is none, and the wall clock decides.
+/// Processor-time clock of a thread for other threads: on Linux a file (proc(5), `schedstat`).
+/// Other systems have none; there the wall clock decides.
 struct Clock(PathBuf);
 
 impl Clock {
@@ -127,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_trial_ends_by_what_it_does() {
+    fn a_trial_reports_how_it_ends() {
         let long = Duration::from_mins(1);
         assert!(attempt(long, || Ok(vec![Finding::never("wrong", 0)])).holds());
         assert!(!attempt(long, || Ok(vec![Finding::never("wrong", 1)])).holds());
@@ -138,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hang_is_caught_by_the_time_it_uses_and_a_sleep_in_the_end_by_the_wall_clock() {
+    fn a_hang_ends_by_processor_time_and_a_sleep_by_wall_time() {
         use std::sync::atomic::{AtomicBool, Ordering};
         static ENOUGH: AtomicBool = AtomicBool::new(false);
         let patience = Duration::from_millis(20);
@@ -158,8 +160,8 @@ mod tests {
     }
 
     #[test]
-    fn time_spent_waiting_is_no_hang() {
-        // Five times its patience on the wall clock, with next to no work.
+    fn time_spent_waiting_is_not_a_hang() {
+        // Five times its allowed time on the wall clock, with almost no work.
         let patience = Duration::from_millis(40);
         let wait = || {
             thread::sleep(Duration::from_millis(200));

@@ -1,4 +1,4 @@
-//! The fits of the thesis's figures 2.3 and 2.4, to its own times and to those measured here.
+//! The fits of the thesis's figures 2.3 and 2.4, to the published times and to those measured here.
 
 use std::array;
 
@@ -24,7 +24,7 @@ pub struct Fit {
     pub errors: Option<[f64; 2]>,
 }
 
-/// Steps of the search for the least squares: each gains digits, and it starts near them.
+/// Largest number of iterations of the least-squares search, which starts close to the solution.
 const MOST_STEPS: usize = 100;
 
 impl Form {
@@ -36,7 +36,7 @@ impl Form {
         }
     }
 
-    /// Value at x, and derivatives by the parameters.
+    /// Value at x, and derivatives with respect to the parameters.
     fn at(self, [a, b]: [f64; 2], x: f64) -> (f64, [f64; 2]) {
         match self {
             Self::Quadratic => (b * x * x + a * x, [x, x * x]),
@@ -47,8 +47,8 @@ impl Form {
         }
     }
 
-    /// Least squares of the values themselves, as in the thesis: the largest count most. `None` if
-    /// the points do not determine the parameters.
+    /// Least squares of the values themselves, as in the thesis, so that large values have the
+    /// largest weight. `None` if the points do not determine the parameters.
     pub fn through(self, points: &[(f64, f64)]) -> Option<Fit> {
         let mut parameters = self.start(points)?;
         let (mut squares, mut step) = (self.squares(parameters, points), 1.0);
@@ -72,7 +72,7 @@ impl Form {
         parameters.iter().all(|p| p.is_finite()).then_some(Fit { form: self, parameters, errors })
     }
 
-    /// Parameters to begin with: through the points with the two largest x.
+    /// Initial parameters: the curve through the two points with the largest x.
     fn start(self, points: &[(f64, f64)]) -> Option<[f64; 2]> {
         let mut points = points.to_vec();
         points.sort_by(|one, other| other.0.total_cmp(&one.0));
@@ -116,7 +116,7 @@ impl Fit {
         self.form.at(self.parameters, x).0
     }
 
-    /// The parameters as figures of a summary, beside those of the thesis, if it has them.
+    /// The parameters as figures of a summary, with the published values if there are any.
     pub fn figures(&self, of: &str, thesis: Option<([f64; 2], &str)>) -> Vec<Figure> {
         let one = |n: usize| {
             let (symbol, unit) = self.form.names()[n];
@@ -151,8 +151,8 @@ mod tests {
         }
     }
 
-    /// Of y = p₁ x + p₂ x² through (1, 1), (2, 3), (3, 7): JᵀJ = [14 36; 36 98], Jᵀy = [28, 76], hence
-    /// p₁ = 8/76, p₂ = 56/76, and 0.1053 is left of the squares.
+    /// For y = p₁ x + p₂ x² and the points (1, 1), (2, 3), (3, 7): JᵀJ = [14 36; 36 98], Jᵀy = [28,
+    /// 76], hence p₁ = 8/76, p₂ = 56/76, and the residual sum of squares is 0.1053.
     #[test]
     fn errors_are_those_of_least_squares() {
         let fit = Form::Quadratic.through(&[(1.0, 1.0), (2.0, 3.0), (3.0, 7.0)]).unwrap();
@@ -165,7 +165,7 @@ mod tests {
         assert!((e2 - (variance * 14.0 / 76.0).sqrt()).abs() < 1e-12);
     }
 
-    /// Table 2.1 with a grid. The figure's caption prints k₁ as 223·10⁻⁶, which would make 2000 discs
+    /// Table 2.1 with a grid. The figure's caption prints k₁ as 223·10⁻⁶, by which 2000 discs would
     /// take 5.6 s instead of 314 s: the exponent is misprinted, and the table gives 223·10⁻⁵.
     #[test]
     fn the_table_of_the_thesis_gives_its_parameters() {

@@ -1,4 +1,5 @@
-//! The two performance tests of Montanari (2017), section 2.3, run again: `experiment spheres` and `experiment pair`.
+//! The two performance tests of Montanari (2017), section 2.3, repeated: `experiment spheres` and
+//! `experiment pair`.
 
 mod fits;
 mod options;

@@ -1,4 +1,5 @@
-//! Test 2: two rods of ever more atoms that meet again and again (Montanari 2017, section 2.3.2, figure 2.4).
+//! Test 2: two rods with an increasing number of atoms that collide repeatedly (Montanari 2017,
+//! section 2.3.2, figure 2.4).
 
 use std::{cell::Cell, collections::BTreeMap};
 
@@ -30,19 +31,19 @@ const GOLDEN: &str = "GoldenSecant";
 const EXACT: &str = "Exact";
 const DETECTORS: [&str; 2] = [GOLDEN, EXACT];
 
-/// From so many atoms on the growth is fitted: below, what does not depend on the atoms counts more.
+/// Smallest number of atoms in the fits: below, costs that do not depend on the atoms dominate.
 const FIT_FROM: usize = 16;
 
-/// A search looks at all N² pairs of atoms, as the thesis says, but most queries need none: the
-/// bounding circles do not meet. The exponent of the time per query is therefore 2 plus that of the
-/// share of the queries whose bounding circles meet, which is measured ([`searched_share`]).
+/// A search examines all N² pairs of atoms, as in the thesis, but most queries need none because
+/// the bounding circles do not meet. The exponent of the time per query is therefore 2 plus that of
+/// the share of the queries whose bounding circles meet, which is measured ([`searched_share`]).
 const GROWTH: &str =
     "2, for N² pairs of atoms, plus the exponent of the share of the queries whose bounding circles meet";
 
-/// Queries from which the share is measured, at least.
+/// Least number of queries from which the share is measured.
 const LEAST_QUERIES: u64 = 50_000;
 
-/// So long at most, should rods be so short that they hardly meet (time).
+/// Largest duration of that measurement, for rods so short that they seldom meet (time).
 const MOST_TIME: f64 = 1e4 * THESIS_TIME;
 
 /// Header of the table.
@@ -58,15 +59,15 @@ const HEADER: [&str; 9] = [
     "time units run",
 ];
 
-/// Figure 2.4: p₂ N² + p₁ N with p₁ = −0.1 ± 0.2 and p₂ = 0.013 ± 0.001, taken as seconds, as in the first test (the
-/// thesis does not say); `None` where that is not positive.
+/// Figure 2.4: p₂ N² + p₁ N with p₁ = −0.1 ± 0.2 and p₂ = 0.013 ± 0.001, taken as seconds, as in
+/// the first test (the thesis does not give the unit); `None` where it is not positive.
 fn figure_2_4(atoms: usize) -> Option<f64> {
     let n = atoms as f64;
     let seconds = 0.013 * n * n - 0.1 * n;
     (seconds > 0.0).then_some(seconds)
 }
 
-/// Two rods of mass 1 and energy 1, crosswise and a little aside, on their way towards each other.
+/// Two crossed rods of mass 1 and energy 1 with a small lateral offset, moving towards each other.
 fn scene(atoms: usize, seed: u64) -> Scene {
     let rod = |at, turns, velocity| MoleculeSpec {
         shape: Some(format!("rod:{atoms}")),
@@ -78,7 +79,8 @@ fn scene(atoms: usize, seed: u64) -> Scene {
         ..MoleculeSpec::default()
     };
     let speed = 2f64.sqrt();
-    // The second stands across the first, one radius above it, half a radius aside: neither head-on nor even.
+    // The second rod is perpendicular to the first, one radius above it and half a radius aside, so
+    // that the collision is not symmetric.
     let height = 2.0 * RADIUS + 0.5 * RADIUS + RADIUS * (atoms as f64 - 1.0);
     Scene {
         bounds: BoxSpec { seed, ..BoxSpec::default() },
@@ -90,14 +92,14 @@ fn scene(atoms: usize, seed: u64) -> Scene {
 /// Runs the test and writes its folder.
 ///
 /// # Errors
-/// A folder that is not empty, a run that cannot go on.
+/// The folder is not empty, or a run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let test = Test {
         name: "pair",
         title: "Test 2: two colliding rods",
-        lead: "Two rods of ever more atoms of radius 0.001, each of mass 1 and energy 1, for 100 time units: the second \
-               performance test of Montanari (2017), section 2.3.2, with the thesis's search for the first contact, \
-               repaired, and with the certified one. Without a grid, as in the thesis.",
+        lead: "Two rods with an increasing number of atoms of radius 0.001, each of mass 1 and energy 1, for \
+               100 time units: the second performance test of Montanari (2017), section 2.3.2, with the corrected \
+               contact search of the thesis and with the certified one. Without a grid, as in the thesis.",
         size: "atoms of each rod",
     };
     test.run(options, |budget, pieces| {
@@ -142,7 +144,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     })
 }
 
-/// Rods of so many atoms with one detector.
+/// Rods of a number of atoms with one detector.
 fn case(detector: &str, atoms: usize, seed: u64, budget: f64, pieces: &Pieces) -> Result<Timing> {
     let (scene, no_grid, signals) = (scene(atoms, seed), CellsPerSide::Given(1), pieces.signals());
     pieces.finish(&format!("{detector}, {atoms}"), || {
@@ -155,7 +157,7 @@ fn case(detector: &str, atoms: usize, seed: u64, budget: f64, pieces: &Pieces) -
     })
 }
 
-/// Counts the queries to a detector, and those that are not decided by the bounding circles alone.
+/// Counts the queries of a detector, and those that the bounding circles alone do not decide.
 #[derive(Default)]
 struct Counting {
     queries: Cell<u64>,
@@ -172,8 +174,8 @@ impl Detection for &Counting {
 }
 
 /// The share of the queries in which the bounding circles meet before the horizon, so that atoms
-/// are searched. It depends on the motion alone: all detectors cut the flight to the time in which
-/// the circles overlap.
+/// are searched. It depends on the motion alone: all detectors restrict the search to the time in
+/// which the circles overlap.
 fn searched_share(scene: &Scene) -> Result<f64> {
     let counting = Counting::default();
     let mut simulation: Simulation<&Counting, Impact, HeapScheduler> =
@@ -208,7 +210,7 @@ fn golden_fit(timings: &[Timing]) -> Option<Fit> {
     Form::Quadratic.through(&points)
 }
 
-/// Exponent of the share of the queries that are searched against the atoms, from [`FIT_FROM`] on.
+/// Exponent of the share of the queries in which atoms are searched, from [`FIT_FROM`] on.
 fn growth_of_share(shares: &BTreeMap<usize, f64>) -> Option<PowerLaw> {
     let points: Vec<(f64, f64)> =
         shares.range(FIT_FROM..).map(|(&atoms, &share)| (atoms as f64, share)).collect();
@@ -265,11 +267,12 @@ mod tests {
         }
     }
     #[test]
-    fn the_longer_the_rods_the_more_queries_are_searched() {
+    fn longer_rods_need_more_searches() {
         let shares: BTreeMap<usize, f64> =
             [16, 64, 256].map(|atoms| (atoms, searched_share(&scene(atoms, 1)).unwrap())).into();
         assert!(shares.values().all(|share| (0.001..0.5).contains(share)), "{shares:?}");
-        // A target as long as the rods: nearly one power of the length, less where it comes near 1.
+        // The cross section is proportional to the length of the rods: an exponent near 1, less
+        // where the share approaches 1.
         let growth = growth_of_share(&shares).unwrap().exponent;
         assert!((0.8..1.2).contains(&growth), "{growth} of {shares:?}");
     }

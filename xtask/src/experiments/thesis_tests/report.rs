@@ -1,4 +1,5 @@
-//! What both tests write: a table beside the thesis's own numbers, a chart on two logarithmic axes, a page.
+//! Output of both tests: a table with the published numbers, charts on logarithmic axes, and a
+//! page.
 
 use anyhow::Result;
 use carom_report::{
@@ -17,28 +18,28 @@ use super::{
     timing::{Measured, Timing},
 };
 
-/// Pieces of a fitted curve in a chart.
+/// Number of segments of a fitted curve in a chart.
 const CURVE: u32 = 100;
 
-/// What a test is about.
+/// Description of a test.
 #[derive(Debug, Clone, Copy)]
 pub struct Test {
     /// Name of the command.
     pub name: &'static str,
     /// Heading.
     pub title: &'static str,
-    /// What was asked.
+    /// Question of the test.
     pub lead: &'static str,
-    /// What grows.
+    /// Label of the system size.
     pub size: &'static str,
 }
 
-/// What came out.
+/// Results.
 #[derive(Debug)]
 pub struct Results {
     /// The cases.
     pub timings: Vec<Timing>,
-    /// The charts, the first of which is the most telling.
+    /// The charts; the most important one is the first.
     pub charts: Vec<Costs>,
     /// Exponents and counts.
     pub figures: Vec<Figure>,
@@ -48,22 +49,22 @@ pub struct Results {
     pub rows: Vec<Vec<String>>,
 }
 
-/// What something costs against its size.
+/// Cost as a function of size.
 #[derive(Debug)]
 pub struct Costs {
     /// Name of the file.
     pub file: &'static str,
-    /// What it costs, with its unit.
+    /// Name of the cost, with unit.
     pub what: &'static str,
-    /// Which engine, how many, what it costs.
+    /// Engine, size and cost of each point.
     pub points: Vec<(String, usize, f64)>,
-    /// The same from the thesis.
+    /// Engine, size and cost of the published points.
     pub published: Vec<(String, usize, f64)>,
     /// Fitted curves, by name.
     pub fits: Vec<(String, Fit)>,
 }
 
-/// A measured figure in units of `unit`, a dash where there is none.
+/// A measured value in units of `unit`; a dash if there is none.
 pub fn cell(measured: Option<Measured>, unit: f64) -> String {
     measured.map_or_else(
         || "–".to_owned(),
@@ -71,16 +72,16 @@ pub fn cell(measured: Option<Measured>, unit: f64) -> String {
     )
 }
 
-/// A figure to three digits.
+/// A value to three digits.
 pub fn number(value: f64) -> String {
     if value != 0.0 && !(1e-2..1e5).contains(&value) { format!("{value:.2e}") } else { format!("{value:.2}") }
 }
 
 impl Test {
-    /// Measures with the budget of each case (seconds), and writes the folder.
+    /// Measures with the time limit of each case (seconds) and writes the folder.
     ///
     /// # Errors
-    /// A folder that is not empty or cannot be written, a run that cannot go on.
+    /// The folder is not empty or cannot be written, or a run fails.
     pub fn run(
         &self,
         options: &Options,
@@ -166,7 +167,7 @@ impl Test {
             let (least, most) =
                 sizes.fold((f64::INFINITY, 0.0), |(a, b): (f64, f64), x| (a.min(x), b.max(x)));
             let along = (0..=CURVE).map(|n| least * (most / least).powf(f64::from(n) / f64::from(CURVE)));
-            // A quadratic fit may be negative at small sizes, which have no place on a logarithmic axis.
+            // A quadratic fit may be negative at small sizes, which a logarithmic axis cannot show.
             let smallest = costs.points.iter().map(|point| point.2).fold(f64::INFINITY, f64::min);
             let curve = along.map(|x| (x, fit.value(x))).filter(|&(_, y)| y >= smallest);
             points.extend(curve.map(|(x, y)| Point { family, label: String::new(), x, y, mark: Mark::Line }));
@@ -189,24 +190,25 @@ impl Test {
             page.note(&summary.note);
         }
         page.checks(&summary.checks);
-        page.heading("What it takes");
+        page.heading("Times");
         page.table(&results.header, &results.rows);
         for chart in charts {
-            let caption = "Both axes are logarithmic: a power of the size is a straight line. Dots: measured here; rings: the \
-                           thesis's own; lines without either: the thesis's form of fit, least squares of the seconds.";
+            let caption = "Both axes are logarithmic: a power law is a straight line. Dots: measured here; \
+                           rings: published in the thesis; lines without symbols: fits of the thesis's functions, least \
+                           squares of the seconds.";
             page.pictures(Layout::Full, &[(chart, caption)]);
         }
         let broken = results.timings.iter().filter(|timing| !timing.is_whole()).count();
         page.paragraph(&format!(
-            "Processor time of the thread, without building the scene, with standard errors from the scatter of equally long \
-             stretches of the run. {broken} of {} cases were broken off when their time was over; their figures for 100 time \
-             units are reckoned from what was done, where that were ten collisions at least. The thesis's numbers are of an \
-             Intel Core i5-7200U.",
+            "Processor time of the thread, without the construction of the scene, with standard errors from \
+             the scatter of equally long intervals of the run. {broken} of {} cases ended early at their time \
+             limit; their figures for 100 time units are extrapolated if there were at least ten collisions. \
+             The published numbers were measured on an Intel Core i5-7200U.",
             results.timings.len()
         ));
-        page.heading("How it grows");
+        page.heading("Growth with size");
         page.figures(&summary.figures);
-        page.heading("How to run it again");
+        page.heading("Reproduction");
         page.code(command);
         page.links(["times.csv", "summary.json", "manifest.json", "config.toml"]);
         page

@@ -1,4 +1,5 @@
-//! Test 1: a thin gas of equal discs, with and without a grid (Montanari 2017, section 2.3.1, table 2.1, figure 2.3).
+//! Test 1: a dilute gas of equal discs, with and without a grid (Montanari 2017, section 2.3.1,
+//! table 2.1, figure 2.3).
 
 use std::f64::consts::PI;
 
@@ -18,7 +19,8 @@ use super::{
 };
 use crate::experiments::fixed_energy::mean_speed;
 
-/// Table 2.1: discs, seconds without grid (more than two hours for 2000), seconds with grid; Intel Core i5-7200U.
+/// Table 2.1: number of discs, seconds without grid (more than two hours for 2000), seconds with
+/// grid; Intel Core i5-7200U.
 const TABLE_2_1: [(usize, Option<f64>, f64); 5] = [
     (50, Some(2.015), 0.343),
     (100, Some(8.921), 1.0),
@@ -51,8 +53,8 @@ fn temperature(count: usize, seed: u64) -> Result<f64> {
     simulation.view().temperature().context("fewer than two discs")
 }
 
-/// Collisions of all discs in the thesis's time, by Enskog: t N (N − 1) σ χ √(π kT / m) with χ = (1 − 7η/16)/(1 − η)²
-/// (Henderson 1975); few discs share one energy.
+/// Collisions of all discs in the duration of the thesis, by Enskog theory: t N (N − 1) σ χ √(π kT
+/// / m) with χ = (1 − 7η/16)/(1 − η)² (Henderson 1975), corrected for few discs at fixed energy.
 fn collisions(count: usize, temperature: f64) -> f64 {
     let n = count as f64;
     let fraction = n * PI * RADIUS * RADIUS;
@@ -64,14 +66,14 @@ fn collisions(count: usize, temperature: f64) -> f64 {
 /// Runs the test and writes its folder.
 ///
 /// # Errors
-/// A folder that is not empty, a run that cannot go on.
+/// The folder is not empty, or a run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let test = Test {
         name: "spheres",
         title: "Test 1: many colliding discs",
-        lead: "A thin gas of discs of radius 0.001 and energy 1, for 100 time units: the first performance test of \
-               Montanari (2017), section 2.3.1, with the thesis's scheme of events, repaired, and with the one that carom \
-               uses.",
+        lead: "A dilute gas of discs of radius 0.001 and energy 1, for 100 time units: the first performance \
+               test of Montanari (2017), section 2.3.1, with the corrected event scheduler of the thesis and with \
+               that of carom.",
         size: "discs",
     };
     test.run(options, |budget, pieces| {
@@ -121,10 +123,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
     })
 }
 
-/// One number of discs on one engine.
+/// One number of discs with one engine.
 fn case(engine: &str, count: usize, seed: u64, budget: f64, pieces: &Pieces) -> Result<Timing> {
     let (scene, exact, signals) = (scene(count, seed), Exact::default(), pieces.signals());
-    // The thesis takes the integer closest to √N.
+    // The thesis uses the integer closest to √N.
     let fine = (count as f64).sqrt().round() as u32;
     pieces.finish(&format!("{engine}, {count}"), || match engine {
         NO_GRID => {
@@ -149,7 +151,8 @@ fn published() -> Vec<(String, usize, f64)> {
     without.chain(with).collect()
 }
 
-/// The thesis's fits to the times for 100 time units: p₂ N² + p₁ N without a grid, exp(k₀ + k₁ N) with one.
+/// Fits of the thesis's functions to the times for 100 time units: p₂ N² + p₁ N without a grid,
+/// exp(k₀ + k₁ N) with one.
 fn fits(timings: &[Timing]) -> impl Iterator<Item = (&'static str, Fit)> {
     [(NO_GRID, Form::Quadratic), (GRID, Form::Exponential)].into_iter().filter_map(|(engine, form)| {
         let of = timings.iter().filter(|timing| timing.engine == engine);
@@ -159,8 +162,8 @@ fn fits(timings: &[Timing]) -> impl Iterator<Item = (&'static str, Fit)> {
     })
 }
 
-/// The fits that the caption of figure 2.3 gives. It prints k₁ as 223·10⁻⁶, by which 2000 discs would
-/// take 5.6 s; table 2.1 has 314 s, which is 223·10⁻⁵.
+/// The fits in the caption of figure 2.3. It prints k₁ as 223·10⁻⁶, by which 2000 discs would take
+/// 5.6 s; table 2.1 has 314 s, which corresponds to 223·10⁻⁵.
 const FIGURE_2_3: [[f64; 2]; 2] = [[-0.80, 315e-5], [1.27, 223e-5]];
 
 fn row(timing: &Timing, seed: u64) -> Result<Vec<String>> {
@@ -204,7 +207,7 @@ fn figures(timings: &[Timing], seed: u64) -> Result<Vec<Figure>> {
     let with: Vec<_> = table().map(|(count, _, with)| (count, with)).collect();
     let of_table = [(Form::Quadratic, without, FIGURE_2_3[0]), (Form::Exponential, with, FIGURE_2_3[1])];
     for (form, points, caption) in of_table {
-        let source = Some((caption, "caption of figure 2.3, of more points"));
+        let source = Some((caption, "caption of figure 2.3, from more points"));
         figures.extend(form.through(&points).into_iter().flat_map(|fit| fit.figures("table 2.1", source)));
     }
     let collided = ENGINES.into_iter().flat_map(of).filter(|timing| timing.totals.collisions > 0);
@@ -219,7 +222,7 @@ fn figures(timings: &[Timing], seed: u64) -> Result<Vec<Figure>> {
     Ok(figures)
 }
 
-/// The exponent of a power of the number of discs.
+/// Exponent of the number of discs.
 fn exponent(name: &str, points: impl Iterator<Item = (f64, f64)>) -> Option<Figure> {
     let law = PowerLaw::through(&points.collect::<Vec<_>>())?;
     Some(Figure::new(name, law.exponent, "1").error(law.error))
@@ -229,9 +232,10 @@ fn exponent(name: &str, points: impl Iterator<Item = (f64, f64)>) -> Option<Figu
 mod tests {
     use super::*;
 
-    /// A thousand discs, kT = m = 1: each is hit 2 n σ √π times per time, and there are half as many collisions.
+    /// A thousand discs, kT = m = 1: each is hit 2 n σ √π times per time, and the number of
+    /// collisions is half of that.
     #[test]
-    fn collisions_of_a_thin_gas() {
+    fn collisions_of_a_dilute_gas() {
         let dilute = THESIS_TIME * 0.5 * 1000.0 * (2.0 * 1000.0 * 0.002 * PI.sqrt());
         let found = collisions(1000, 1.0);
         assert!((found / dilute - 1.0).abs() < 0.006 && found > dilute);

@@ -1,4 +1,4 @@
-//! One simulation against the clock, stretch by stretch, in processor time of its thread.
+//! Timing of one simulation in intervals, in processor time of its thread.
 
 use anyhow::Result;
 use carom::{Detection, EnergyLedger, Impact, Observer as _, OverlapCheck, Scene, Scheduler, Simulation};
@@ -7,51 +7,54 @@ use carom_tables::Totals;
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
-/// How long the thesis lets its scenes run (time).
+/// Duration of the runs in the thesis (time).
 pub const THESIS_TIME: f64 = 100.0;
 
-/// So many stretches are joined two by two, and those that follow are twice as long. Fewer: a coarser error. More: bringing
-/// all bodies to one time at the end of each counts.
+/// Above this number, intervals are joined in pairs and later ones are twice as long. Fewer: a less
+/// precise error. More: synchronising all bodies at the end of each interval affects the time.
 const MOST_STRETCHES: usize = 64;
 
-/// The first stretch, as a share of the thesis's time: no detector is so slow that this is too much.
+/// First interval as a share of the thesis's duration; short enough for every detector.
 const FIRST_STRETCH: f64 = 1e-6;
 
-/// A case of which the thesis's time is over goes on until its times are known to this share, if its budget allows.
+/// A case that has reached the thesis's duration continues until its times are known to this
+/// relative error, if its time limit allows.
 const GOOD_ENOUGH: f64 = 0.01;
 
-/// With fewer stretches their scatter gives no error that could be trusted.
+/// With fewer intervals their scatter gives no reliable error.
 const LEAST_STRETCHES: usize = 8;
 
-/// With fewer collisions, what is rare and costs much may be missing: time for the thesis's time is not reckoned from them.
+/// With fewer collisions, rare and expensive events may be missing, so the time for the thesis's
+/// duration is not extrapolated.
 const LEAST_COLLISIONS: u64 = 10;
 
 /// A value with its standard error.
 pub type Measured = (f64, Option<f64>);
 
-/// One case: how many of something, on which engine, and what it took.
+/// One case: size, engine, and time spent.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Timing {
     /// Name of the engine or the detector.
     pub engine: String,
-    /// How many discs, or atoms of each rod.
+    /// Number of discs, or of atoms of each rod.
     pub size: usize,
-    /// All that was done, without building the scene.
+    /// The whole run, without the construction of the scene.
     pub whole: Stretch,
-    /// Equally long stretches of it.
+    /// Equally long intervals of it.
     pub stretches: Vec<Stretch>,
     /// Totals.
     pub totals: Totals,
 }
 
-/// A stretch of a run.
+/// An interval of a run.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Stretch {
     /// Simulated time.
     pub time: f64,
     /// Processor time (seconds).
     pub seconds: f64,
-    /// Questions to the detector. Those inside the loop over small discs of [`carom::CellScheduler`] are not counted.
+    /// Queries to the detector. Those inside the loop over small discs of [`carom::CellScheduler`]
+    /// are not counted.
     pub queries: u64,
     /// Contacts.
     pub collisions: u64,
@@ -69,31 +72,32 @@ impl Stretch {
 }
 
 impl Timing {
-    /// Processor time for as long as the thesis lets it run (seconds); `None` if that cannot be told from what was done.
+    /// Processor time for the thesis's duration (seconds); `None` if it cannot be extrapolated.
     pub fn for_thesis_time(&self) -> Option<Measured> {
         let is_known = self.is_whole() || self.totals.collisions >= LEAST_COLLISIONS;
         let (value, error) = self.per(|stretch| stretch.time).filter(|_| is_known)?;
         Some((value * THESIS_TIME, error.map(|error| error * THESIS_TIME)))
     }
 
-    /// Processor time of one collision (seconds); `None` if there was none.
+    /// Processor time for each collision (seconds); `None` if there was none.
     pub fn per_collision(&self) -> Option<Measured> {
         self.per(|stretch| stretch.collisions as f64)
     }
 
-    /// Processor time of one query (seconds), with all that goes with it; `None` if there was none.
+    /// Processor time for each query (seconds), including all other work; `None` if there was none.
     pub fn per_query(&self) -> Option<Measured> {
         self.per(|stretch| stretch.queries as f64)
     }
 
-    /// Whether it came to the end of the thesis's time.
+    /// Returns true if the run reached the thesis's duration.
     pub fn is_whole(&self) -> bool {
         self.totals.simulated_time >= THESIS_TIME
     }
 
-    /// Processor time for each of something: the ratio of sums, with its error from the scatter of equally long stretches,
-    /// Σ (sᵢ − r nᵢ)² / (k (k − 1)) of k stretches over the square of the mean of n. Not their median: a contact costs much
-    /// more than what is passed over, and where contacts are rare a median would leave them out.
+    /// Processor time for each unit of `of`: the ratio of sums, with its error from the scatter of
+    /// k equal intervals: the variance Σ (sᵢ − r nᵢ)² / (k (k − 1)) divided by the square of the
+    /// mean of n. It is not the median: contacts are expensive, and where they are rare a median
+    /// would omit them.
     fn per(&self, of: impl Fn(&Stretch) -> f64) -> Option<Measured> {
         let whole = of(&self.whole);
         if whole == 0.0 {
@@ -115,11 +119,11 @@ impl Timing {
     }
 }
 
-/// Runs a scene to the end of the thesis's time and on until its times are known well enough, or for as long as `budget`
-/// (seconds) lasts.
+/// Runs a scene to the thesis's duration and on until its times are known well enough, for at most
+/// `budget` (seconds).
 ///
 /// # Errors
-/// A scene that cannot be built, a run that cannot go on, or the program has been asked to end.
+/// The scene cannot be built, the run fails, or a signal has been received.
 pub fn time<D: Detection, S: Scheduler>(
     engine: &str,
     size: usize,
@@ -198,7 +202,7 @@ mod tests {
             stretches,
             totals: Totals { simulated_time: THESIS_TIME, ..Totals::default() },
         };
-        // Eight values 1 or 3 about 2: √(8 / (8 · 7)), of a mean of 4 queries.
+        // Eight values 1 or 3 about a mean of 2: √(8 / (8 · 7)), for a mean of 4 queries.
         let (value, error) = timing.per_query().unwrap();
         assert!(value == 0.5 && (error.unwrap() - (1.0f64 / 7.0).sqrt() / 4.0).abs() < 1e-15);
         assert_eq!(timing.for_thesis_time().unwrap().0, 200.0);

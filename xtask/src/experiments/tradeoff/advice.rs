@@ -1,4 +1,5 @@
-//! What the numbers advise: for each family of settings its fastest one, and what it buys at which price.
+//! Advice from the results: for each family of settings its fastest one, with the time saved and
+//! the errors.
 
 use super::{
     knobs::{FAMILIES, MODEL},
@@ -6,13 +7,13 @@ use super::{
     results::{Found, SceneResult},
 };
 
-/// Times closer than this are called equal: medians of short runs do not tell more.
+/// Times within this relative difference count as equal, the resolution of medians of short runs.
 const EQUAL: f64 = 0.03;
 
-/// Effective errors by less than this factor apart are called equal: a few starts do not tell more.
+/// Effective errors within this factor count as equal, the resolution of a few starts.
 const COARSER: f64 = 30.0;
 
-/// The sentences for one scene.
+/// Sentences for one scene.
 pub fn sentences(result: &SceneResult) -> Vec<String> {
     let exact = &result.found[0];
     let mut sentences = vec![free_of_error(result)];
@@ -22,7 +23,7 @@ pub fn sentences(result: &SceneResult) -> Vec<String> {
         let fastest = own.filter_map(|found| Some((found.time?, found))).min_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((time, found)) = fastest {
             sentences.push(format!(
-                "{name}: the fastest setting that promises less, {}, {}{}",
+                "{name}: the fastest setting without the exact guarantee, {}, {}{}",
                 found.setting.name,
                 speed(time),
                 price(found, exact)
@@ -32,7 +33,7 @@ pub fn sentences(result: &SceneResult) -> Vec<String> {
     sentences
 }
 
-/// Which setting is the fastest of those in which no contact was wrong.
+/// Sentence on the fastest setting without wrong contacts.
 fn free_of_error(result: &SceneResult) -> String {
     let exact = &result.found[0];
     let right = result.found.iter().filter(|found| {
@@ -44,15 +45,15 @@ fn free_of_error(result: &SceneResult) -> String {
     let fastest = right.filter_map(|found| Some((found.time?, found))).min_by(|a, b| a.0.total_cmp(&b.0));
     match fastest {
         Some((time, found)) if time < 1.0 - EQUAL => format!(
-            "Of the settings without a wrong contact (fewer than {:.0} in a million, 95 %), {} is the fastest: {:.2} times \
-             the time of the default.",
+            "Of the settings without a wrong contact (fewer than {:.0} in a million, 95 %), {} is the \
+             fastest: {:.2} times the time of the default.",
             exact.tally.upper_bound_of_none(),
             found.setting.title(),
             time
         ),
         _ => format!(
-            "No setting without a wrong contact (fewer than {:.0} in a million, 95 %) is faster than the default by more than \
-             {:.0} %: here exactness is free.",
+            "No setting without a wrong contact (fewer than {:.0} in a million, 95 %) is faster than the \
+             default by more than {:.0} %: exactness has no cost here.",
             exact.tally.upper_bound_of_none(),
             100.0 * EQUAL
         ),
@@ -98,20 +99,24 @@ fn price(found: &Found, exact: &Found) -> String {
     for (name, mean) in physics {
         if let Some(mean) = seen(mean) {
             prices.push(format!(
-                "{name} is off by {:+.2} % (± {:.2} %)",
+                "{name} deviates by {:+.2} % (± {:.2} %)",
                 100.0 * mean.value,
                 100.0 * mean.error
             ));
         }
     }
     if let Some(mean) = seen(found.physics.share_difference(&exact.physics)) {
-        prices.push(format!("a share of hits is off by {:.3} (± {:.3})", mean.value, mean.error));
+        prices.push(format!("a share of hits deviates by {:.3} (± {:.3})", mean.value, mean.error));
     }
     if let Some(error) = &found.physics.broke_off {
-        prices.push(format!("the run breaks off ({error})"));
+        prices.push(format!("the run fails ({error})"));
     }
     if found.physics.blocks == 0 {
-        prices.push("the physics was not measured, as it takes too long".to_owned());
+        prices.push("the physics was not measured because it takes too long".to_owned());
     }
-    if prices.is_empty() { ", and no price is seen.".to_owned() } else { format!("; {}.", prices.join("; ")) }
+    if prices.is_empty() {
+        ", without a measurable error.".to_owned()
+    } else {
+        format!("; {}.", prices.join("; "))
+    }
 }

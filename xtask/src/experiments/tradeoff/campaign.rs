@@ -1,4 +1,4 @@
-//! The experiment from end to end: states of the exact run, times, replays, physics, and what is written of them.
+//! Execution of the experiment: states of the exact run, times, replays, physics, and output files.
 
 use anyhow::{Context, Result};
 use carom::{Checkpoint, Simulation, kinematics::EpochTime};
@@ -32,19 +32,20 @@ use super::{
 const APART: f64 = 5.0;
 const STRETCH: f64 = 2.0;
 
-/// A replay ends where chaos has multiplied roundings by e to this. More: in a dilute gas, where they grow by some hundred in each
-/// collision, two exact runs differ by more than the tolerance. Less: fewer contacts are judged.
+/// A replay ends when chaos has amplified rounding errors by e to this power. More: in a dilute
+/// gas, where each collision amplifies them about a hundredfold, two exact runs differ by more than
+/// the tolerance. Less: fewer contacts are judged.
 const GROWTH: f64 = 3.0;
 
 /// Runs the experiment and writes its folder.
 ///
 /// # Errors
-/// A folder that is not empty or cannot be written, an exact run that breaks off.
+/// The folder is not empty or cannot be written, or an exact run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
     let mut scenes = scenes::all(options.seed);
     scenes.retain(|named| named.name.starts_with(&options.scene));
-    anyhow::ensure!(!scenes.is_empty(), "no scene has a name that begins with '{}'", options.scene);
+    anyhow::ensure!(!scenes.is_empty(), "no scene has a name beginning with '{}'", options.scene);
     let scenes_of: Vec<&carom::Scene> = scenes.iter().map(|named| &named.scene).collect();
     let experiment = Experiment::begin(
         &options.destination,
@@ -74,7 +75,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     drop(progress);
     let mut compared = Vec::new();
     if options.rapier {
-        say("rapier, in closed boxes");
+        say("rapier in closed boxes");
         for result in &results {
             let one = rapier::compare(&result.named, &plan)?;
             for line in rapier::lines(&one) {
@@ -84,10 +85,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
         }
         folder.write_table("rapier.csv", &rapier::HEADER, compared.iter().flat_map(rapier::rows))?;
     } else {
-        say("rapier is not asked for: --rapier compiles and runs it as well");
+        say("rapier is not run; the option --rapier compiles and runs it");
     }
     let summary = Summary {
-        title: "What accuracy costs in whole simulations".to_owned(),
+        title: "Cost of accuracy in whole simulations".to_owned(),
         note: options.note(),
         totals,
         checks: checks(&results),
@@ -101,10 +102,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
     Ok(summary.verdict())
 }
 
-/// The exact run as far as a state that can be gone on from by any setting.
+/// Continues the exact run to a state from which every setting can start.
 fn state_at(simulation: &mut Simulation, time: f64) -> Result<Checkpoint> {
     while !simulation.observe_epoch(EpochTime::from(time), &mut ())? {}
-    // On to the end of the epoch: it comes after a bounded number of contacts.
+    // The end of the epoch follows after a bounded number of contacts.
     loop {
         if let Some(state) = simulation.checkpoint() {
             return Ok(state);
@@ -120,12 +121,12 @@ fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals)
     let mut state = |index| state_at(&mut simulation, first + f64::from(index) * APART * tau);
     let mut states = (0..plan.states).map(&mut state).collect::<Result<Vec<_>>>()?;
     let rate = reversal::returns(&settings[0], &states, tau, plan)?.rate();
-    anyhow::ensure!(rate > 0.0, "{}: no chaos is seen in the exact run", named.name);
+    anyhow::ensure!(rate > 0.0, "{}: the distance does not grow in the exact run", named.name);
     let stretch = STRETCH.min(GROWTH / rate);
-    // As many contacts in all where replays are short.
+    // The total number of contacts is constant: shorter replays start from more states.
     let more = (f64::from(plan.states) * STRETCH / stretch).ceil() as u32;
     states.extend((plan.states..more).map(&mut state).collect::<Result<Vec<_>>>()?);
-    let start = states.first().context("a plan without states")?;
+    let start = states.first().context("the plan has no states")?;
     let (times, nanoseconds) = time(&settings, start, tau, plan, totals)?;
     progress.advance(1.0, totals.collisions);
     let bodies = simulation.view().len() as f64;
@@ -138,7 +139,7 @@ fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals)
         .zip(times)
         .map(|(setting, time)| {
             let tally = replays(&setting, &states, &exact, [stretch, tau], plan)?;
-            // What takes too long for even a few blocks has its times and replays only.
+            // Settings too slow for a few blocks have times and replays only.
             let block = time.unwrap_or(0.0) * 1e-9 * nanoseconds * measures::BLOCK * bodies / 2.0;
             let affordable = block < 2.0 * plan.most_seconds;
             let physics =
@@ -157,8 +158,8 @@ fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals)
     Ok(SceneResult { named, nanoseconds, rate, stretch, found, charts: Vec::new() })
 }
 
-/// Replays a setting from all states, or as many as fit into its time. A stretch that breaks off counts for nothing; that it
-/// does shows in the physics.
+/// Replays a setting from all states, or from as many as fit into its time limit. A replay that
+/// fails is not counted; the failure is reported with the physics.
 fn replays(
     setting: &Setting,
     states: &[Checkpoint],
@@ -184,13 +185,13 @@ fn replays(
     Ok(tally)
 }
 
-/// One setting as it is timed.
+/// One setting during the timing.
 struct Timed {
     runner: Box<dyn Runner>,
     now: f64,
-    /// Simulated time in a turn.
+    /// Simulated time of a turn.
     length: f64,
-    /// Simulated time between samples; a whole turn without.
+    /// Simulated time between samples; the whole turn if `None`.
     interval: Option<f64>,
     ratios: Vec<f64>,
     broke_off: bool,
@@ -213,7 +214,7 @@ impl Timed {
     }
 }
 
-/// Times all settings, one after the other in each round.
+/// Times all settings in turn in each round.
 fn time(
     settings: &[Setting],
     state: &Checkpoint,
@@ -235,7 +236,7 @@ fn time(
         })
         .collect::<Result<Vec<_>>>()?;
     for one in &mut timed {
-        // A turn of one mean time between collisions tells how long the next may be.
+        // A first turn of one mean collision time determines the length of the next.
         let (seconds, _) = one.turn();
         one.length = tau * (plan.turn / seconds.max(1e-9)).clamp(1.0, 1e4).round();
         if seconds < plan.most_seconds {
@@ -246,7 +247,7 @@ fn time(
     for _ in 0..plan.rounds {
         let mut base = f64::NAN;
         for (index, one) in timed.iter_mut().enumerate() {
-            // What takes too long is timed once.
+            // Slow settings are timed once.
             let slow = one.ratios.len() * usize::from(one.length <= tau) >= 2;
             if one.broke_off || slow && index > 0 {
                 continue;
@@ -271,7 +272,8 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-/// The exact detector misses nothing, whatever knob of speed is turned; nor does it let anything overlap.
+/// Checks that the exact detector misses no contact and lets no bodies overlap, with every setting
+/// that affects speed only.
 fn checks(results: &[SceneResult]) -> Vec<Check> {
     let check = |result: &SceneResult| {
         let safe = result.found.iter().filter(|found| found.setting.is_exact());
@@ -315,7 +317,7 @@ mod tests {
     use carom::CellsPerSide;
 
     #[test]
-    fn a_grid_too_fine_is_seen_to_miss_contacts_and_the_exact_one_none() {
+    fn too_fine_a_grid_misses_contacts_and_the_exact_one_misses_none() {
         let scene = carom::Scene::from_toml(
             "[box]\nseed = 1\n[[gas]]\nradius = 0.05\nmass = 1.0\nenergy = 1.0\ncount = 50",
         )
@@ -333,11 +335,11 @@ mod tests {
             let setting = Setting { order, ..knobs::exact() };
             let tally = replays(&setting, &states, &exact, [STRETCH, tau], &plan).unwrap();
             let physics = measures::measure(&setting, &states[0], tau, &plan).unwrap();
-            // Whoever has had a wrong contact is judged no more.
+            // Bodies with a wrong contact are excluded afterwards.
             assert!(tally.judged > 100, "{tally:?}");
             (tally.missed, tally.off + tally.invented, physics.overlapping)
         };
-        // Ten cells a side are just safe.
+        // Ten cells a side are the finest safe grid.
         assert_eq!(wrong(Order::HeapScheduler(CellsPerSide::Unchecked(10))), (0, 0, 0));
         assert_eq!(wrong(Order::Epochs8), (0, 0, 0));
         let (missed, other, overlapping) = wrong(Order::HeapScheduler(CellsPerSide::Unchecked(20)));

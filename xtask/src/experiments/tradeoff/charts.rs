@@ -1,4 +1,5 @@
-//! The charts of a scene: time of a collision against each price, with the settings that nothing beats on both.
+//! Charts of a scene: time for each collision against each error, with the settings that no other
+//! dominates on both.
 
 use anyhow::Result;
 use carom_report::scatter::{Mark, Point, Scatter, pareto};
@@ -9,10 +10,10 @@ use super::{
     results::{Found, SceneResult},
 };
 
-/// Shallower overlaps are drawn in one place: they are roundings (diameters).
+/// Shallower overlaps are drawn at this value: they are rounding errors (diameters).
 const SHALLOWEST: f64 = 1e-16;
 
-/// A price: what it is, its file, and what it is for a setting.
+/// A chart of one error: label, file name, and value for a setting.
 type Price = (&'static str, &'static str, fn(&Found, &Found) -> Option<(f64, Mark)>);
 
 const PRICES: [Price; 5] = [
@@ -41,7 +42,7 @@ const PRICES: [Price; 5] = [
     }),
 ];
 
-/// A difference below two standard errors is only known to be below them.
+/// A difference below two standard errors is drawn as an upper bound.
 fn beyond_error(mean: super::measures::Mean) -> Option<(f64, Mark)> {
     let (value, bound) = (mean.value.abs(), 2.0 * mean.error);
     let sound = |x: f64| x.is_finite() && x > 0.0;
@@ -52,10 +53,10 @@ fn beyond_error(mean: super::measures::Mean) -> Option<(f64, Mark)> {
     }
 }
 
-/// Draws them: names of files and SVG.
+/// Draws the charts: file names and SVG.
 ///
 /// # Errors
-/// A figure that is not finite.
+/// A value is not finite.
 pub fn draw(result: &SceneResult) -> Result<Vec<(String, String)>> {
     let exact = &result.found[0];
     let chart = |(y_label, file, price): &Price| {
@@ -70,7 +71,7 @@ pub fn draw(result: &SceneResult) -> Result<Vec<(String, String)>> {
             .collect();
         let scatter = Scatter {
             title: format!("{}: time and {y_label}", result.named.name),
-            x_label: "processor time of a collision over that of the exact run".to_owned(),
+            x_label: "processor time for each collision relative to the exact run".to_owned(),
             y_label: (*y_label).to_owned(),
             families: FAMILIES.map(str::to_owned).to_vec(),
             front: pareto(&points),

@@ -1,4 +1,4 @@
-//! The fast scheduler with epochs of another length: everything is predicted anew more often, or less.
+//! The fast scheduler with longer or shorter epochs, at whose start all events are predicted anew.
 
 use carom::{
     CellScheduler, Detection, Instructions, Scheduler,
@@ -8,7 +8,7 @@ use carom::{
     },
 };
 
-/// [`CellScheduler`], with so many contacts of each moving body in an epoch.
+/// [`CellScheduler`] with a given number of contacts of each moving body in an epoch.
 #[derive(Debug, Clone)]
 pub struct Epochs<const CONTACTS: u64>(CellScheduler);
 

@@ -1,4 +1,4 @@
-//! The settings: the exact run first, then one knob after the other turned away from it.
+//! The settings: the exact run first, then variations of one parameter at a time.
 
 use carom::{
     CellsPerSide, Instructions, View,
@@ -7,50 +7,50 @@ use carom::{
 
 use crate::experiments::detectors::Detector;
 
-/// Who keeps the order of events.
+/// Scheduler of the events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Order {
     /// The fast scheduler.
     CellScheduler(Instructions),
-    /// The same with epochs of 1, 8 or 512 contacts of each body, not 64.
+    /// The fast scheduler with epochs of 1 contact of each body instead of 64.
     Epochs1,
-    /// See there.
+    /// The fast scheduler with epochs of 8 contacts of each body.
     Epochs8,
-    /// See there.
+    /// The fast scheduler with epochs of 512 contacts of each body.
     Epochs512,
-    /// The thesis's.
+    /// The scheduler of the thesis.
     HeapScheduler(CellsPerSide),
 }
 
-/// One setting of all knobs.
+/// One setting of all parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// Which of [`FAMILIES`].
+    /// Index in [`FAMILIES`].
     pub family: usize,
-    /// In words.
+    /// Description.
     pub name: String,
-    /// How contacts are found.
+    /// The detector.
     pub detector: Detector,
-    /// Who keeps the order of events.
+    /// The scheduler.
     pub order: Order,
-    /// Whether nothing turns.
+    /// True if all rotation is locked.
     pub locked: bool,
-    /// Samples come after so much of the mean time between two collisions of a body; without it there are none.
+    /// Time between samples in mean times between two collisions of a body; `None` for no samples.
     pub sample_interval: Option<f64>,
 }
 
-/// What is turned.
+/// Groups of settings.
 pub const FAMILIES: [&str; 5] = ["Exact", "GoldenSecant", "FixedStep", "coarser model", "order of events"];
 
 /// Indices of [`FAMILIES`].
 const EXACT: usize = 0;
 const GOLDEN: usize = 1;
 const STEP: usize = 2;
-/// The model itself is another: what is missed there is not an error of the search.
+/// Settings of another model: their missed contacts are not errors of the search.
 pub const MODEL: usize = 3;
 const ORDER: usize = 4;
 
-/// The exact run, the first of all settings.
+/// The exact run, the reference of all settings.
 pub fn exact() -> Setting {
     Setting {
         family: EXACT,
@@ -62,7 +62,7 @@ pub fn exact() -> Setting {
     }
 }
 
-/// The settings that make sense for the bodies of a view.
+/// The settings that apply to the bodies of a view.
 pub fn settings(view: &View<'_>, finest_step: i32) -> Vec<Setting> {
     let default = exact();
     let mut settings = vec![default.clone()];
@@ -80,7 +80,7 @@ pub fn settings(view: &View<'_>, finest_step: i32) -> Vec<Setting> {
     }
     let golden = GoldenSecant::default();
     for (crop_factor, name) in [(0.5, "crop ½"), (1.0, "crop 1"), (2.0, "crop 2"), (4.0, "crop 4")] {
-        // Discs do not turn: there is nothing to crop.
+        // Discs need no crop of the time window.
         if turns || crop_factor == golden.crop_factor {
             add(
                 GOLDEN,
@@ -125,7 +125,8 @@ pub fn settings(view: &View<'_>, finest_step: i32) -> Vec<Setting> {
     settings
 }
 
-/// The most cells a side of which none is shorter than two bodies reach.
+/// The largest number of cells a side that is safe: no cell is shorter than the sum of the largest
+/// bounding radius of a moving body and that of any other body.
 fn finest_safe(view: &View<'_>) -> u32 {
     let radius = |fixed: bool| {
         let radii = view.bodies().filter(move |view| fixed || !view.body.is_fixed());
@@ -136,17 +137,17 @@ fn finest_safe(view: &View<'_>) -> u32 {
     let (moving, all) = (radius(false), radius(true));
     let reach = moving.first().copied().unwrap_or(0.0) + all.get(1).or(all.first()).copied().unwrap_or(0.0);
     let side = view.bounds().sides().min_element();
-    // A quotient that is whole but for a rounding is whole.
+    // A quotient that is an integer up to rounding counts as an integer.
     ((side / reach * (1.0 + 8.0 * f64::EPSILON)) as u32).clamp(1, 2000)
 }
 
 impl Setting {
-    /// The setting with what it belongs to, in words.
+    /// Description of the setting with its family.
     pub fn title(&self) -> String {
         format!("{}, {}", FAMILIES[self.family], self.name)
     }
 
-    /// Whether no contact may be wrong: the certified detector, and no grid beyond what is safe.
+    /// Returns true if no contact may be wrong: the certified detector and a safe grid.
     pub fn is_exact(&self) -> bool {
         let unsafe_grid = matches!(self.order, Order::HeapScheduler(CellsPerSide::Unchecked(_)));
         matches!(self.detector, Detector::Exact(_)) && !unsafe_grid && !self.locked

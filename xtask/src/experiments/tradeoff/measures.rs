@@ -1,4 +1,5 @@
-//! What the physicist came for: pressure, collision rate, shares of hits, and the slope of the velocity autocorrelation.
+//! Physical results: pressure, collision rate, shares of hits, and the slope of the velocity
+//! autocorrelation.
 
 use anyhow::Result;
 use carom::{Checkpoint, Observer, View};
@@ -12,7 +13,8 @@ use super::{
     runner::begin,
 };
 
-/// Mean times between two collisions of a body in a block, and in the lag of the autocorrelation.
+/// Duration of a block, and lag of the autocorrelation, in mean times between two collisions of a
+/// body.
 pub const BLOCK: f64 = 10.0;
 const LAG: f64 = 0.1;
 
@@ -25,12 +27,12 @@ pub struct Mean {
     pub error: f64,
 }
 
-/// What came out.
+/// Results.
 #[derive(Debug, Clone, Default)]
 pub struct Physics {
     /// Pressure (mass / time²).
     pub pressure: Option<Mean>,
-    /// Collisions of a body in a time.
+    /// Collisions of a body per time.
     pub rate: Option<Mean>,
     /// −ln(C(δ)/C(0))/δ of the velocity autocorrelation C (1 / time).
     pub slope: Option<Mean>,
@@ -40,14 +42,15 @@ pub struct Physics {
     pub overlapping: usize,
     /// Deepest overlap at the end of a block, in units of the smaller diameter.
     pub deepest: f64,
-    /// Blocks that were run.
+    /// Number of blocks.
     pub blocks: u32,
-    /// Why it broke off, if it did.
+    /// Error of a failed run.
     pub broke_off: Option<String>,
 }
 
 impl Physics {
-    /// The share of the hits that differs most from that of another run: the difference, and its standard error.
+    /// The share of hits that differs most from that of another run: the difference and its
+    /// standard error.
     pub fn share_difference(&self, exact: &Self) -> Option<Mean> {
         let totals = [self, exact].map(|physics| physics.hits.iter().sum::<u64>() as f64);
         if totals.contains(&0.0) {
@@ -69,11 +72,11 @@ pub fn relative(found: Option<Mean>, exact: Option<Mean>) -> Option<Mean> {
     Some(Mean { value: (found.value - exact.value) / scale, error: found.error.hypot(exact.error) / scale })
 }
 
-/// Runs a setting in blocks from a state on; `tau` is the mean time between two collisions of a body. A run that breaks off
-/// keeps what it has.
+/// Runs a setting in blocks from a state; `tau` is the mean time between two collisions of a body.
+/// A run that fails keeps its results so far.
 ///
 /// # Errors
-/// It cannot begin.
+/// The run cannot start.
 pub fn measure(setting: &Setting, state: &Checkpoint, tau: f64, plan: &Plan) -> Result<Physics> {
     let mut runner = begin(setting, state)?;
     let mut measures = Measures::default();

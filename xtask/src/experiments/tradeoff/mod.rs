@@ -1,4 +1,5 @@
-//! `cargo xtask experiment tradeoff`: whole simulations with each knob turned, what that buys, and what it costs.
+//! `cargo xtask experiment tradeoff`: accuracy and speed of whole simulations under different
+//! settings.
 
 mod advice;
 mod campaign;

@@ -5,7 +5,7 @@ use carom::{CollisionRate, CollisionReport, Observer, Pressure, View, kinematics
 /// Most atoms whose hits are told apart.
 pub const MOST_ATOMS: usize = 8;
 
-/// What watches.
+/// Observers.
 #[derive(Debug, Clone, Default)]
 pub struct Measures {
     /// Pressure.
@@ -37,16 +37,16 @@ impl Observer for Measures {
     }
 }
 
-/// A contact: when (from the start of the stretch), and of which bodies.
+/// A contact: its time and its bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
-    /// Time from the start of the stretch.
+    /// Time since the start of the interval.
     pub time: f64,
-    /// The two, by their numbers.
+    /// Numbers of the two bodies.
     pub bodies: [u64; 2],
 }
 
-/// All contacts of a stretch.
+/// All contacts of an interval.
 #[derive(Debug, Clone)]
 pub struct Log {
     /// Start of the stretch.

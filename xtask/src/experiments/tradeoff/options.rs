@@ -1,50 +1,50 @@
-//! What can be chosen about the experiment, and how much work follows from it.
+//! Options of the experiment, and the resulting amount of work.
 
 use carom_runs::output::Destination;
 use clap::Args;
 
-/// Choices of `cargo xtask experiment tradeoff`.
+/// Options of `cargo xtask experiment tradeoff`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A short run to look at, under two minutes (the default)
+    /// A short test run, under two minutes (the default)
     #[arg(long, conflicts_with = "paper")]
     pub quick: bool,
-    /// The run to quote from: twenty times as many contacts, and the finest fixed steps
+    /// The run for publication: twenty times as many contacts, and the finest fixed steps
     #[arg(long)]
     pub paper: bool,
-    /// Compile and run rapier2d-f64 as well, in closed boxes; it has a workspace of its own
+    /// Compile and run rapier2d-f64 as well, in closed boxes; it has its own workspace
     #[arg(long)]
     pub rapier: bool,
-    /// Only scenes whose name begins with this; all without
+    /// Run only scenes whose name begins with this; default: all
     #[arg(long, default_value = "")]
     pub scene: String,
     /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Where to write, and over what
+    /// Output folder and its treatment
     #[command(flatten)]
     pub destination: Destination,
 }
 
-/// How much is done.
+/// Amount of work.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
-    /// Rounds of time measurements, of which the median counts.
+    /// Rounds of time measurements; the median is reported.
     pub rounds: u32,
     /// Processor time of one turn in a round (seconds).
     pub turn: f64,
     /// States of the exact run from which contacts are replayed.
     pub states: u32,
-    /// Blocks of which means and standard errors are made.
+    /// Number of blocks for means and standard errors.
     pub blocks: u32,
-    /// A setting is left off in the middle of its replays or blocks after so much processor time (seconds).
+    /// Processor time after which the replays or blocks of a setting end early (seconds).
     pub most_seconds: f64,
-    /// The finest fixed step is ten to the minus this (natural times).
+    /// Negative decimal exponent of the finest fixed step (natural times).
     pub finest_step: i32,
 }
 
 impl Plan {
-    /// Its numbers, as lines of `config.toml`.
+    /// The plan as lines of `config.toml`.
     pub fn configuration(&self) -> String {
         format!(
             "rounds_of_times = {}\nseconds_of_a_turn = {}\nstates_replayed = {}\nblocks = {}\n\
@@ -55,7 +55,7 @@ impl Plan {
 }
 
 impl Options {
-    /// How much is done.
+    /// Amount of work.
     pub fn plan(&self) -> Plan {
         if self.paper {
             Plan { rounds: 11, turn: 0.2, states: 300, blocks: 400, most_seconds: 12.0, finest_step: 5 }
@@ -64,18 +64,18 @@ impl Options {
         }
     }
 
-    /// What is to be known of the plan before anything else.
+    /// Note that is printed and shown first.
     pub fn note(&self) -> String {
         if self.paper {
             String::new()
         } else {
-            "This is a short run, to look at: rates below some hundred contacts in a million cannot be seen, and the finest \
-             fixed steps are left out. The full run is --paper."
+            "This is a short run: rates below some hundred wrong contacts in a million are not resolved, and \
+             the finest fixed steps are omitted. The full run is --paper."
                 .to_owned()
         }
     }
 
-    /// The command with every choice written out that the results depend on.
+    /// The command with every option that affects the results.
     pub fn command(&self) -> String {
         let size = if self.paper { "--paper" } else { "--quick" };
         let scene = if self.scene.is_empty() { String::new() } else { format!(" --scene {}", self.scene) };

@@ -1,4 +1,5 @@
-//! The same gases in a closed box by rapier2d-f64, which a Rust user would pick instead: what it takes, and what it makes of them.
+//! Comparison with rapier2d-f64, a physics engine with fixed time steps, for the same gases in a
+//! closed box.
 
 use std::{
     io::Write as _,
@@ -13,16 +14,16 @@ use serde_json::{Value, json};
 
 use super::{options::Plan, scenes::Named, settle::settle};
 
-/// What is run by both (mean times between two collisions of a body).
+/// Duration of the run in both engines (mean times between two collisions of a body).
 const LENGTH: f64 = 10.0;
 
-/// So many times as long for the processor time of the exact run, which would be too short to time.
+/// Factor for the duration of the exact run, which would otherwise be too short to time.
 const LONGER: f64 = 10.0;
 
-/// Steps of time of rapier (mean times between two collisions of a body).
+/// Time steps of rapier (mean times between two collisions of a body).
 const STEPS: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
 
-/// What the runner tells of one step.
+/// Output of the runner for one time step.
 #[derive(Debug, Clone, Deserialize)]
 struct Seen {
     step: f64,
@@ -35,14 +36,14 @@ struct Seen {
     escaped: usize,
 }
 
-/// Both engines in one scene.
+/// Results of both engines in one scene.
 #[derive(Debug)]
 pub struct Compared {
     scene: &'static str,
     tau: f64,
-    /// Processor seconds of the exact run for a time of 1.
+    /// Processor seconds of the exact run for each unit of simulated time.
     seconds: f64,
-    /// Collisions of the exact run in a time of 1.
+    /// Collisions of the exact run for each unit of simulated time.
     rate: f64,
     seen: Vec<Seen>,
 }
@@ -60,10 +61,10 @@ pub const HEADER: [&str; 9] = [
     "run [τ]",
 ];
 
-/// Runs a scene, closed by two walls (each is its own image on the other side), with both.
+/// Runs a scene, closed by two walls (each also bounds the periodic image), with both engines.
 ///
 /// # Errors
-/// The exact run breaks off, or the runner cannot be compiled or run.
+/// The exact run fails, or the runner cannot be compiled or run.
 pub fn compare(named: &Named, plan: &Plan) -> Result<Compared> {
     let mut scene = named.scene.clone();
     scene.wall = vec![
@@ -89,7 +90,7 @@ pub fn compare(named: &Named, plan: &Plan) -> Result<Compared> {
     })
 }
 
-/// The bodies of a view as the runner reads them.
+/// The bodies of a view as input of the runner.
 fn request(view: &View<'_>, tau: f64, plan: &Plan) -> Value {
     let sides = view.bounds().sides();
     let bodies = view.bodies().filter(|body| !body.body.is_wall()).map(|body| {
@@ -116,7 +117,7 @@ fn request(view: &View<'_>, tau: f64, plan: &Plan) -> Value {
     })
 }
 
-/// Compiles the runner, which has a workspace of its own, and runs it.
+/// Compiles and runs the runner, which has its own workspace.
 fn ask(request: &Value) -> Result<Vec<Seen>> {
     let mut runner = Command::new(option_env!("CARGO").unwrap_or("cargo"))
         .args(["run", "--release", "--locked", "--quiet", "--manifest-path"])
@@ -125,16 +126,16 @@ fn ask(request: &Value) -> Result<Vec<Seen>> {
         .stdout(Stdio::piped())
         .spawn()
         .context("cannot start cargo")?;
-    // It reads all before it writes anything, so that neither waits for the other.
-    let mut input = runner.stdin.take().context("the runner has an input")?;
-    input.write_all(request.to_string().as_bytes()).context("the runner does not listen")?;
+    // The runner reads all input before it writes, so the pipes cannot block each other.
+    let mut input = runner.stdin.take().context("the runner has no input")?;
+    input.write_all(request.to_string().as_bytes()).context("the runner does not read its input")?;
     drop(input);
     let output = runner.wait_with_output()?;
-    ensure!(output.status.success(), "the runner of rapier has failed: {}", output.status);
-    serde_json::from_slice(&output.stdout).context("what the runner of rapier tells")
+    ensure!(output.status.success(), "the runner of rapier failed: {}", output.status);
+    serde_json::from_slice(&output.stdout).context("cannot parse the output of the runner of rapier")
 }
 
-/// The rows of the table.
+/// Rows of the table.
 pub fn rows(compared: &Compared) -> Vec<Vec<String>> {
     let row = |seen: &Seen| {
         vec![
@@ -168,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_runner_is_asked_for_every_body_in_the_box_and_no_wall() {
+    fn the_runner_receives_every_body_in_the_box_and_no_wall() {
         let scene = carom::Scene::from_toml(
             "[box]\nseed = 1\n[[wall]]\nx = 0.0\n[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]\n[[gas]]\nradius = 0.02\nmass = 1.0\n\
              energy = 1.0\ncount = 20",

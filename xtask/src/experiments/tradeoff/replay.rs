@@ -1,8 +1,9 @@
-//! Contacts missed, late, early or invented: the same stretch run twice from one state, and compared contact by contact.
+//! Counts of missed, late, early and invented contacts: an interval is run twice from one state and
+//! compared contact by contact.
 //!
-//! Trajectories part soon after a single error, and everything that follows from it is no error of its own. A body that
-//! had a wrong contact is therefore set aside, and with it whatever it meets; only what happens to untouched bodies
-//! counts.
+//! Trajectories separate soon after a single error, and the consequences of an error are not
+//! errors. A body with a wrong contact is therefore excluded afterwards, with every body that it
+//! meets; only contacts between unaffected bodies count.
 
 use anyhow::Result;
 use carom::Checkpoint;
@@ -13,18 +14,18 @@ use super::{
     runner::begin,
 };
 
-/// What was wrong in all stretches.
+/// Counts over all intervals.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tally {
     /// Contacts judged.
     pub judged: u64,
-    /// Of the exact run, not in this one.
+    /// Contacts of the exact run that are absent.
     pub missed: u64,
-    /// Later or earlier than the tolerance.
+    /// Contacts with a time error above the tolerance.
     pub off: u64,
-    /// Not of the exact run.
+    /// Contacts that the exact run does not have.
     pub invented: u64,
-    /// Largest |Δt| of those found (time).
+    /// Largest |Δt| of the correct contacts (time).
     pub largest: f64,
 }
 
@@ -34,21 +35,22 @@ impl Tally {
         self.million(self.missed + self.off + self.invented)
     }
 
-    /// So many of those judged, in a million.
+    /// A count relative to the judged contacts, in a million.
     pub fn million(&self, count: u64) -> f64 {
         1e6 * count as f64 / self.judged.max(1) as f64
     }
 
-    /// Upper end of the 95 % interval where none is wrong: 3/n (Hanley and Lippman-Hand 1983), in a million.
+    /// Upper end of the 95 % confidence interval if none is wrong: 3/n (Hanley and Lippman-Hand
+    /// 1983), in a million.
     pub fn upper_bound_of_none(&self) -> f64 {
         3e6 / self.judged.max(1) as f64
     }
 }
 
-/// The contacts of a setting from a state on.
+/// Records the contacts of a setting from a state for `duration`.
 ///
 /// # Errors
-/// The run breaks off.
+/// The run fails.
 pub fn stretch(setting: &Setting, state: &Checkpoint, duration: f64) -> Result<Log> {
     let mut runner = begin(setting, state)?;
     let mut log = Log { begin: state.time(), contacts: Vec::new() };
@@ -56,7 +58,7 @@ pub fn stretch(setting: &Setting, state: &Checkpoint, duration: f64) -> Result<L
     Ok(log)
 }
 
-/// Compares two stretches of one duration; a contact may be off by `tolerance` (time).
+/// Compares two intervals of equal duration; times may differ by `tolerance` (time).
 pub fn compare(exact: &Log, other: &Log, duration: f64, tolerance: f64, tally: &mut Tally) {
     let all = exact.contacts.iter().chain(&other.contacts);
     let bodies = all.map(|contact| contact.bodies[1] as usize + 1).max().unwrap_or(0);
@@ -65,7 +67,7 @@ pub fn compare(exact: &Log, other: &Log, duration: f64, tolerance: f64, tally: &
         contact.bodies.iter().for_each(|&body| queues[body as usize].push_back(index));
     }
     let mut spoilt = vec![false; bodies];
-    // The contact that comes next to both of its bodies, if it comes next to one.
+    // The contact that is next for both of its bodies, if there is one.
     let next = |queues: &[std::collections::VecDeque<usize>], body: u64| {
         let index = *queues[body as usize].front()?;
         let contact = other.contacts[index];
@@ -136,11 +138,11 @@ mod tests {
     }
 
     #[test]
-    fn what_follows_from_an_error_is_no_error_of_its_own() {
+    fn consequences_of_an_error_are_not_counted() {
         let exact = [(1.0, 0, 1), (2.0, 2, 3), (3.0, 1, 2), (4.0, 4, 5)];
         let right = tally(&exact, &exact);
         assert_eq!((right.judged, right.missed, right.off, right.invented), (4, 0, 0, 0));
-        // Without the first, 1 flies on and meets 4; 2 is not met.
+        // Without the first contact, body 1 continues and meets 4; body 2 is not met.
         let missed = tally(&exact, &[(2.0, 2, 3), (3.5, 1, 4)]);
         assert_eq!((missed.judged, missed.missed, missed.off, missed.invented), (2, 1, 0, 0));
         let late = tally(&exact, &[(1.5, 0, 1), (2.0, 2, 3), (3.1, 1, 2), (4.0, 4, 5)]);

@@ -1,4 +1,4 @@
-//! The table and the page of the experiment.
+//! Table and page of the experiment.
 
 use carom_report::page::{Layout, Page};
 use carom_tables::Summary;
@@ -32,7 +32,7 @@ pub const HEADER: [&str; 17] = [
     "share of hits",
 ];
 
-/// Columns of the two tables into which the page divides it, so that they are no wider than it.
+/// Columns of the two tables into which the page splits it to fit the width.
 const PARTS: [&[usize]; 2] = [&[1, 2, 3, 4, 5, 6, 7, 8, 9], &[2, 3, 10, 11, 12, 13, 14, 15, 16]];
 
 fn percent(mean: Option<Mean>) -> String {
@@ -42,7 +42,7 @@ fn percent(mean: Option<Mean>) -> String {
     )
 }
 
-/// The rows of one scene.
+/// Rows for one scene.
 pub fn rows(result: &SceneResult) -> Vec<Vec<String>> {
     let exact = &result.found[0].physics;
     let row = |found: &Found| {
@@ -112,8 +112,8 @@ pub fn lines(result: &SceneResult) -> Vec<String> {
 pub fn page(results: &[SceneResult], compared: &[Compared], summary: &Summary, command: &str) -> Page {
     let mut page = Page::new(
         &summary.title,
-        "Each knob that trades accuracy for speed is turned, in four scenes: what is saved, which contacts go wrong, how deep \
-         molecules end up in each other, and what becomes of the pressure.",
+        "Each setting that trades accuracy for speed is varied in four scenes: the time saved, the wrong \
+         contacts, the depth of overlaps, and the error of the pressure are measured.",
     );
     if !summary.note.is_empty() {
         page.note(&summary.note);
@@ -122,13 +122,13 @@ pub fn page(results: &[SceneResult], compared: &[Compared], summary: &Summary, c
     for result in results {
         page.heading(&format!("{}: {}", result.named.name, result.named.about));
         page.paragraph(&format!(
-            "The default takes {:.0} ns of processor time for a collision. Roundings grow by {:.2} e-foldings in one collision \
-             of each body; replays last {:.2} τ.",
+            "The default takes {:.0} ns of processor time for each collision. Rounding errors grow by {:.2} \
+             e-foldings for each collision of a body; replays last {:.2} τ.",
             result.nanoseconds, result.rate, result.stretch
         ));
-        let captions = "One point for each setting; left is fast, low is right. Rings with lines downwards: not larger than \
-                        this (none seen, drawn at the 95 % bound; or less than two standard errors). The line joins the \
-                        settings that no other beats in both.";
+        let captions = "One point for each setting; fast settings are left, accurate ones are low. Rings \
+                        with downward lines are upper bounds (no event, drawn at the 95 % bound; or less than two standard \
+                        errors). The line joins the settings that no other dominates in both.";
         let pictures: Vec<(&str, &str)> =
             result.charts.iter().map(|(_, svg)| (svg.as_str(), captions)).collect();
         page.pictures(Layout::Full, &pictures);
@@ -139,55 +139,62 @@ pub fn page(results: &[SceneResult], compared: &[Compared], summary: &Summary, c
             page.table(&header, &rows.iter().map(|row| pick(row)).collect::<Vec<_>>());
         }
     }
-    page.heading("Advice: which knob buys what");
+    page.heading("Advice on the settings");
     for result in results {
         page.subheading(result.named.name);
         for sentence in advice::sentences(result) {
             page.paragraph(&sentence);
         }
     }
-    page.heading("What one would pick instead: rapier");
+    page.heading("Comparison with rapier");
     if compared.is_empty() {
         page.paragraph("Not run: the option --rapier compiles rapier2d-f64 and runs it on the same gases.");
     } else {
         page.paragraph(
-            "rapier2d-f64 steps through time: restitution 1, no friction, no damping, no gravity, no sleep, continuous collision \
-             detection, the unit of length a diameter, everything else by default. As it knows no periodic box, both engines \
-             run the gas between walls, from one state. Processor time is that of one thread for the same simulated time. \
-             Contacts begun are those that rapier reports, atom by atom, so that they need not be collisions one to one.",
+            "rapier2d-f64 uses time steps: restitution 1, no friction, no damping, no gravity, no sleep, \
+             continuous collision detection, the unit of length a diameter, other settings at their defaults. \
+             It has no periodic box, so both engines run the gas between walls, from one state. Processor \
+             time is that of one thread for the same simulated time. Contacts begun are those that rapier \
+             reports for single atoms; they need not correspond one to one to collisions.",
         );
         page.table(&rapier::HEADER, &compared.iter().flat_map(rapier::rows).collect::<Vec<_>>());
     }
-    page.heading("How it was measured");
+    page.heading("Methods");
     page.paragraph(
-        "Time: processor time of one thread for each collision, over that of the exact default run; all settings in turn, median \
-         over rounds of the ratio in each round. τ is the mean time between two collisions of a body.",
+        "Time: processor time of one thread for each collision, relative to the exact default run; all \
+         settings in turn, median over rounds of the ratio in each round. τ is the mean time between two \
+         collisions of a body.",
     );
     page.paragraph(&format!(
-        "Wrong contacts: from states of the exact run, at ends of its epochs and 5 τ apart at least, a stretch of up to 2 τ, shorter where chaos would make errors of roundings, is run twice, exactly and with the setting, and compared \
-         contact by contact. One that is not there is missed, one that is off by more than {TOLERANCE:e} τ is late or early, one \
-         that the exact run does not have is invented. A body that had a wrong contact is set aside, with all that it meets: \
-         what follows from an error is no error of its own. In a coarser model contacts differ by what the model is; of \
-         locked rotation the table compares with the exact run of locked molecules."
+        "Wrong contacts: from states of the exact run at ends of its epochs, at least 5 τ apart, an interval \
+         of up to 2 τ is run twice, exactly and with the setting, and compared contact by contact; it is \
+         shorter where chaos would amplify rounding to errors. A contact that is absent is missed, one with a \
+         time error above {TOLERANCE:e} τ is late or early, one that the exact run does not have is invented. \
+         A body with a wrong contact is excluded afterwards, with all bodies that it meets: consequences of \
+         an error are not counted. In a coarser model the differences are those of the model; locked rotation \
+         is compared with the exact run of locked molecules."
     ));
     page.paragraph(
-        "Overlaps and physics: from one state of the exact run, blocks of 10 τ; overlapping pairs are counted at the end \
-         of each, by a look at all near pairs. The pressure is that of the virial of the contacts, the slope that of −ln C over the \
-         first 0.1 τ of the velocity autocorrelation C. Differences to the exact run in per cent, with the standard error of \
-         both together; of the shares of hits of the atoms, the one that differs most.",
+        "Overlaps and physics: blocks of 10 τ from one state of the exact run; overlapping pairs are counted \
+         at the end of each block among all near pairs. The pressure is from the virial of the contacts, the \
+         slope is that of −ln C over the first 0.1 τ of the velocity autocorrelation C. Differences from the \
+         exact run are in per cent, with the combined standard error; of the shares of hits of the atoms, the \
+         largest difference is given.",
     );
     page.paragraph(
-        "Effective error: a run goes forward, all velocities are reversed, and it goes back; the body that ends farthest from \
-         where it was, over ever longer ways, extrapolated to no collision at the rate at which chaos multiplies distances \
-         (measured with the exact run). Where it is off by a thousandth of a side over the shortest way, that is a lower bound. It is \
-         the geometric mean over the states that are begun from, so that rare wrong contacts hardly show; nor does an error \
-         that is the same on both ways, such as discs that always meet at a distance a little too large. \
-         Samples change no bit of a run, which is tested elsewhere: replays, reversals and physics are run without them.",
+        "Effective error: a run goes forward, all velocities are reversed, and it goes back; the distance of \
+         the body that ends farthest from its initial position is measured for increasing durations and \
+         extrapolated to zero collisions with the growth rate of chaos (measured in the exact run). A \
+         distance of a thousandth of a side after the shortest duration gives a lower bound. It is the \
+         geometric mean over the initial states, so rare wrong contacts have little effect; an error that is \
+         equal on both ways, such as a contact distance that is slightly too large, has none. Samples change \
+         no bit of a run, which a separate test verifies: replays, reversals and physics run without them.",
     );
     page.paragraph(
-        "Grids: ‘× 1’ has cells as long as two bodies reach and is safe; finer ones are not, and are only to be had under the name \
-         Unchecked. GoldenSecant is the search of Montanari (2017), chapter 2, repaired: with crop ½ and a tolerance of five \
-         epsilon where the name does not say otherwise. It treats discs like any other molecule.",
+        "Grids: ‘× 1’ has cells as long as two bodies reach and is safe; finer ones are not, and are \
+         available only as Unchecked. GoldenSecant is the search of Montanari (2017), chapter 2, with \
+         corrections: crop ½ and a tolerance of five epsilon unless the name states otherwise. It treats \
+         discs like any other molecule.",
     );
     page.heading("Again");
     page.code(command);

@@ -1,4 +1,4 @@
-//! Effective error of a setting: forward, all velocities reversed, and back, extrapolated to no collision at all.
+//! Effective error of a setting by time reversal, extrapolated to zero collisions.
 
 use anyhow::Result;
 use carom::Checkpoint;
@@ -7,38 +7,41 @@ use cpu_time::ThreadTime;
 use super::{knobs::Setting, options::Plan, runner::begin};
 use crate::experiments::time_reversal::{LARGEST, line};
 
-/// Way forward, in mean times between two collisions of a body: the first, and how often it is doubled at the most.
+/// Duration of the way forward, in mean times between two collisions of a body: the shortest, and
+/// the largest number of doublings.
 const SHORTEST: f64 = 0.25;
 const DOUBLINGS: i32 = 8;
 
-/// States that are begun from, at the most.
+/// Largest number of initial states.
 const MOST_STARTS: usize = 8;
 
-/// Nothing can be told from a rounding (box sides).
+/// Smaller distances are rounding errors (box sides).
 const SMALLEST: f64 = 1e-18;
 
-/// Distances from the start after the way back.
+/// Distances from the initial state after the way back.
 #[derive(Debug, Clone, Default)]
 pub struct Return {
-    /// Collisions of each body on the way forward, and the logarithm of the distance (box sides), mean over the starts.
+    /// Collisions of each body on the way forward, and the logarithm of the distance (box sides),
+    /// mean over the initial states.
     points: Vec<(f64, f64)>,
-    /// The logarithm of a first distance that was already too far for the law.
+    /// Logarithm of a first distance that is already outside the exponential law.
     lost: Option<f64>,
 }
 
-/// The effective error of a setting.
+/// Effective error of a setting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EffectiveError {
     /// d₀ (box sides).
     pub value: f64,
-    /// Whether it may be larger: the run was off too far at once.
+    /// True if it is a lower bound: the first distance was outside the exponential law.
     pub at_least: bool,
 }
 
-/// Runs there and back from states, ever longer ways, until chaos has won or the time is over.
+/// Runs forward and back from several states, with increasing duration, until the exponential law
+/// ends or the time limit is reached.
 ///
 /// # Errors
-/// A run that breaks off.
+/// A run fails.
 pub fn returns(setting: &Setting, states: &[Checkpoint], tau: f64, plan: &Plan) -> Result<Return> {
     let clock = ThreadTime::now();
     let mut found = Return::default();
@@ -68,12 +71,13 @@ pub fn returns(setting: &Setting, states: &[Checkpoint], tau: f64, plan: &Plan) 
 }
 
 impl Return {
-    /// κ of d₀ exp(κ n): e-foldings in a collision of each body. It is a property of the gas, not of the setting.
+    /// κ of d₀ exp(κ n): e-foldings for each collision of a body. It is a property of the gas, not
+    /// of the setting.
     pub fn rate(&self) -> f64 {
         line(&self.points).1
     }
 
-    /// d₀, if the distance grows at this rate; none where nothing was run.
+    /// d₀ for the given growth rate; `None` without data.
     pub fn effective_error(&self, rate: f64) -> Option<EffectiveError> {
         let logs = self.points.iter().map(|&(n, log)| log - rate * n);
         let mean = logs.sum::<f64>() / self.points.len() as f64;
@@ -87,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_planted_law_is_found_again_and_what_is_lost_at_once_is_a_lower_bound() {
+    fn a_planted_law_is_recovered_and_an_immediate_loss_is_a_lower_bound() {
         let planted = |error: f64| Return {
             points: [0.5, 1.0, 2.0].map(|n| (n, error.ln() + 3.0 * n)).to_vec(),
             lost: None,

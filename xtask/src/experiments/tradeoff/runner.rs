@@ -1,4 +1,4 @@
-//! A simulation of whatever detector and scheduler, behind one name.
+//! Simulations with any detector and scheduler as one trait object.
 
 use anyhow::{Result, bail};
 use carom::{
@@ -12,14 +12,14 @@ use super::{
 };
 use crate::experiments::{detectors::Detector, time_reversal::there_and_back};
 
-/// A simulation of any kind.
+/// A simulation with any detector and scheduler.
 pub trait Runner {
-    /// All bodies now.
+    /// The present state of all bodies.
     fn view(&self) -> View<'_>;
-    /// Runs on.
+    /// Runs to a time.
     ///
     /// # Errors
-    /// The run breaks off.
+    /// The run fails.
     fn run(&mut self, until: f64) -> Result<(), RunError>;
     /// Runs on with an observer. It is called dynamically, so that the loop is compiled once for all
     /// observers; only [`run`](Self::run) is timed.
@@ -27,11 +27,11 @@ pub trait Runner {
     /// # Errors
     /// The run breaks off.
     fn observe(&mut self, until: f64, observer: &mut dyn Observer) -> Result<(), RunError>;
-    /// Forward for a duration, reversed, and back: collisions of each body on the way forward, and the largest distance from
-    /// the start.
+    /// Runs forward for a duration, reverses all velocities, and runs back. Returns the collisions
+    /// of each body on the way forward and the largest distance from the initial state.
     ///
     /// # Errors
-    /// The run breaks off.
+    /// The run fails.
     fn there_and_back(&mut self, duration: f64) -> Result<(f64, f64)>;
 }
 

@@ -1,4 +1,5 @@
-//! The four scenes: the thesis's gas, a tee in it, dumbbells, and the dilute gas of the thesis's first test.
+//! The four scenes: the gas of the thesis, a tee in it, dumbbells, and the dilute gas of the
+//! thesis's first test.
 
 use std::f64::consts::PI;
 
@@ -9,18 +10,18 @@ use carom::{
 
 use crate::experiments::thesis_scene::{self, Case, Size};
 
-/// A scene and what it is called.
+/// A scene with its name.
 #[derive(Debug, Clone)]
 pub struct Named {
     /// Name.
     pub name: &'static str,
-    /// What is in it.
+    /// Description.
     pub about: &'static str,
     /// The scene.
     pub scene: Scene,
 }
 
-/// All of them.
+/// All scenes.
 pub fn all(seed: u64) -> Vec<Named> {
     let bounds = BoxSpec { seed, ..BoxSpec::default() };
     let of = |gas: GasSpec| Scene { bounds: bounds.clone(), gas: vec![gas], ..Scene::default() };
@@ -34,7 +35,7 @@ pub fn all(seed: u64) -> Vec<Named> {
     let run = RunSpec { until: 2.0, sample_interval: 0.5, ..RunSpec::default() };
     let dumbbells = GasSpec {
         shape: Some("dumbbell".to_owned()),
-        // 1000 dumbbells that cover 0.3 of the box.
+        // 1000 dumbbells of area fraction 0.3.
         atom_radius: Some((0.3 / (2000.0 * PI)).sqrt()),
         atom_mass: Some(0.5),
         energy: 1.5,
@@ -45,15 +46,15 @@ pub fn all(seed: u64) -> Vec<Named> {
     vec![
         Named {
             name: "thesis-gas",
-            about: "discs of radius 0.01 that cover half of the box",
+            about: "discs of radius 0.01, area fraction 0.5",
             scene: of(GasSpec { area_fraction: Some(0.5), ..discs(0.01) }),
         },
         Named {
             name: "tee",
-            about: "a tee of atoms half as large in that gas, and a bumper",
+            about: "a tee with atoms of half that radius in the same gas, and a bumper",
             scene: thesis_scene::scene(Case::Standard, Size::Half, seed, 0, run),
         },
-        Named { name: "dumbbells", about: "1000 dumbbells that cover 0.3 of the box", scene: of(dumbbells) },
+        Named { name: "dumbbells", about: "1000 dumbbells, area fraction 0.3", scene: of(dumbbells) },
         Named {
             name: "dilute",
             about: "1000 discs of radius 0.001, the first test of Montanari (2017), section 2.3.1",

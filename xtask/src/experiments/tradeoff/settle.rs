@@ -6,12 +6,14 @@ use carom::Simulation;
 /// Time until the lattice of the start is forgotten, in mean times between two collisions of a body.
 const WARM_UP: f64 = 50.0;
 
-/// Runs until the start is forgotten; what time it is then, and the mean time between two collisions of a body.
+/// Equilibrates the gas; returns the time reached and the mean time between two collisions of a
+/// body.
 ///
 /// # Errors
-/// The run breaks off.
+/// The run fails.
 pub fn settle(simulation: &mut Simulation) -> Result<(f64, f64)> {
-    // Γ is unknown yet: a first guess from a short run, then the warm-up, then the real one.
+    // Γ is unknown at first: an estimate from a short run, then equilibration, then the final
+    // value.
     let mut length = 1e-3;
     while simulation.view().counters().collisions < 4 * simulation.view().len() as u64 {
         length *= 2.0;
