@@ -168,8 +168,8 @@ fn check_lattice<S: Scheduler>(options: &S::Options) {
 
 fn check_stall<S: Scheduler>(options: &S::Options) {
     // A disc is held between a bumper and a heavy disc that approaches. The faster it moves back
-    // and forth, the smaller the gap, and elastic contacts would reverse the heavy disc. The momentum
-    // of the heavy disc wins with e = 0.05.
+    // and forth, the smaller the gap, and elastic contacts would reverse the heavy disc. The
+    // momentum of the heavy disc wins with e = 0.05.
     let mut vice =
         scene(vec![disc(0.05, 1e-9, [0.2, 0.5], [0.0; 2]), disc(0.1, 1e9, [0.5, 0.5], [-1.0, 0.0])]);
     vice.bumper = vec![bumper(0.1, [0.0, 0.5])];

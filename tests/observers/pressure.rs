@@ -26,8 +26,8 @@ fn reduced_pressure(scene: &Scene, settle: f64, until: f64, samples: u32) -> (Es
     (estimate, flux / series.len() as f64 * moving)
 }
 
-/// Two discs of diameter σ have Q ∝ A (A − πσ²), so that
-/// β p A = ∂ ln Q / ∂ ln A = 2 + πσ²/(A − πσ²). Their relative motion is that of a point in Sinai's billiard, which is ergodic.
+/// Two discs of diameter σ have Q ∝ A (A − πσ²), so that β p A = ∂ ln Q / ∂ ln A = 2 + πσ²/(A −
+/// πσ²). Their relative motion is that of a point in Sinai's billiard, which is ergodic.
 #[test]
 fn two_discs_have_their_exact_pressure_with_and_without_drift() {
     for (sides, radius, drift) in [

@@ -1,4 +1,5 @@
-//! One disc around one fixed molecule: the mean free path and the directions that integral geometry predicts.
+//! One disc around one fixed molecule: the mean free path and the directions that integral geometry
+//! predicts.
 
 use carom::Shape;
 use carom_runs::work_items::Pieces;

@@ -1,4 +1,5 @@
-//! The commands as a user gives them: the smallest runs, folders that are not overwritten, input that is refused.
+//! The commands as a user gives them: the smallest runs, folders that are not overwritten, input
+//! that is refused.
 
 use std::{
     fs,
@@ -156,8 +157,8 @@ fn the_number_of_threads_changes_nothing() {
     assert_eq!(without_speed(summary), without_speed(json(&two, "summary.json")));
 }
 
-/// In a gas of 16 discs that covers 0.005 of the box the tee is kicked as its exposed arcs say, by direction and by atom, be it free
-/// or locked, in 22 000 kicks.
+/// In a gas of 16 discs that covers 0.005 of the box the tee is kicked as its exposed arcs say, by
+/// direction and by atom, be it free or locked, in 22 000 kicks.
 #[test]
 fn a_thin_gas_shows_the_exposed_arcs() {
     let root = tempfile::tempdir().unwrap();
@@ -287,7 +288,8 @@ fn input_that_makes_no_sense_is_refused_and_named() {
 #[test]
 fn a_run_that_breaks_off_is_a_failed_check_and_stays_incomplete() {
     let root = tempfile::tempdir().unwrap();
-    // Two discs that meet head on, round and round; each contact doubles their speed, so no number holds it for long.
+    // Two discs that meet head on, round and round; each contact doubles their speed, so no number
+    // holds it for long.
     let scene = "[[molecule]]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.25, 0.5]\nvelocity = [1, 0]\n\
                  [[molecule]]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.75, 0.5]\nvelocity = [-1, 0]\n\
                  [elasticity]\ndefault = 2.0\n[run]\nuntil = 10.0\n";

@@ -1,4 +1,5 @@
-//! What runs leave for other programs: tables that say what the histograms say, trajectories that ASE reads back to the bit.
+//! What runs leave for other programs: tables that say what the histograms say, trajectories that
+//! ASE reads back to the bit.
 
 use std::{
     env,
@@ -51,7 +52,8 @@ fn the_kicks_one_by_one_are_those_of_the_histogram() {
             panic!("{kick:?}")
         };
         assert!((0.5..=3.0).contains(&time) && other > 1.0, "{kick:?}");
-        // Smooth discs: it is pushed along the normal, away from what touches it, in both frames as hard.
+        // Smooth discs: it is pushed along the normal, away from what touches it, in both frames as
+        // hard.
         let size = x.hypot(y);
         assert!((normal_x * size - x).abs() < 1e-12 * size && (normal_y * size - y).abs() < 1e-12 * size);
         assert!((body_x.hypot(body_y) - size).abs() < 1e-14 * size);

@@ -1,4 +1,5 @@
-//! The pages as a browser shows them: nothing fails, nothing is fetched, the gas is there and moves, and so is every figure.
+//! The pages as a browser shows them: nothing fails, nothing is fetched, the gas is there and
+//! moves, and so is every figure.
 
 use std::{
     fs,

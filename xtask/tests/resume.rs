@@ -1,4 +1,5 @@
-//! Runs that are killed, interrupted, extended: what they leave behind is what they would have left in one go.
+//! Runs that are killed, interrupted, extended: what they leave behind is what they would have left
+//! in one go.
 
 use std::{
     fs,
@@ -12,7 +13,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use tempfile::TempDir;
 
-/// Discs, a tee that turns, a locked cross, a bumper, lossy contacts by tags; the last sample is off the others' grid.
+/// Discs, a tee that turns, a locked cross, a bumper, lossy contacts by tags; the last sample is
+/// off the others' grid.
 const SCENE: &str = r#"
 [box]
 seed = 3
@@ -72,7 +74,8 @@ const SINGLE: &[&str] = &["experiment", "brownian", "--from", "0.7", "--out", "o
 
 const LONG: [&str; 2] = ["--until", "6"];
 
-/// A folder to work in, with the scene in it. Paths are relative to it, so that they do not differ between folders.
+/// A folder to work in, with the scene in it. Paths are relative to it, so that they do not differ
+/// between folders.
 struct Place(TempDir);
 
 impl Place {
@@ -112,7 +115,8 @@ impl Place {
         self
     }
 
-    /// All files that were written but the manifests, which tell of processes, and the checkpoints; without the speeds.
+    /// All files that were written but the manifests, which tell of processes, and the checkpoints;
+    /// without the speeds.
     fn results(&self) -> Vec<(String, String)> {
         let mut files = Vec::new();
         let mut folders = vec![self.path("out")];
@@ -156,8 +160,9 @@ fn assert_same(found: &Place, expected: &Place) {
     }
 }
 
-/// Ends the program again and again, each time after a random part of a tenth of what the whole run takes; resumes it, and
-/// lets the last one end by itself. What it leaves must be what it leaves in one go.
+/// Ends the program again and again, each time after a random part of a tenth of what the whole run
+/// takes; resumes it, and lets the last one end by itself. What it leaves must be what it leaves in
+/// one go.
 fn check_interrupted(words: &[&str], seed: u64, end: fn(&mut Child)) {
     let begun = Instant::now();
     let straight = Place::new().complete(&[words]);

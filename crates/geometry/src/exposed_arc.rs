@@ -1,12 +1,13 @@
 //! The arcs on which a round probe can touch one atom of a molecule.
 //!
-//! A probe of radius r touches an atom of radius ρ with its centre on the circle of radius s = ρ + r about the atom.
-//! Another atom, whose own such circle has radius s′, at distance d in direction φ, covers all of it (s + d ≤ s′),
-//! nothing of it (d ≥ s + s′, or s′ + d ≤ s), or the angles within α of φ, with
-//! cos α = (d² + s² − s′²) / (2 s d) and s sin α = h, half the common chord of both circles:
-//! (2 d h)² = (s + s′ + d) (s + s′ − d) (d + |s − s′|) (d − |s − s′|) (Heron). Both circles take h
-//! from the same product, so the arcs of both end at one point to rounding, also where the circles
-//! hardly cross. An arc cosine would be off by up to the root of the rounding there.
+//! A probe of radius r touches an atom of radius ρ with its centre on the circle of radius s = ρ +
+//! r about the atom. Another atom, whose own such circle has radius s′, at distance d in direction
+//! φ, covers all of it (s + d ≤ s′), nothing of it (d ≥ s + s′, or s′ + d ≤ s), or the angles
+//! within α of φ, with cos α = (d² + s² − s′²) / (2 s d) and s sin α = h, half the common chord of
+//! both circles: (2 d h)² = (s + s′ + d) (s + s′ − d) (d + |s − s′|) (d − |s − s′|) (Heron). Both
+//! circles take h from the same product, so the arcs of both end at one point to rounding, also
+//! where the circles hardly cross. An arc cosine would be off by up to the root of the rounding
+//! there.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,7 +1,9 @@
-//! Runs a gas in a closed box with rapier: the scene comes on the standard input, what was seen goes to the standard output.
+//! Runs a gas in a closed box with rapier: the scene comes on the standard input, what was seen
+//! goes to the standard output.
 //!
-//! Restitution 1, no friction, no damping, no gravity, no sleep, continuous collision detection: what rapier offers for
-//! elastic molecules. All other parameters are rapier's own defaults, but for the unit of length, which is a molecule's.
+//! Restitution 1, no friction, no damping, no gravity, no sleep, continuous collision detection:
+//! what rapier offers for elastic molecules. All other parameters are rapier's own defaults, but
+//! for the unit of length, which is a molecule's.
 
 use std::{
     io::{stdin, stdout},
@@ -58,7 +60,8 @@ struct Seen {
     collisions: u64,
     /// Kinetic energy at the end over that at the start, less 1.
     energy_change: f64,
-    /// Largest number of overlapping pairs of molecules in any look, and the deepest overlap (smaller diameters).
+    /// Largest number of overlapping pairs of molecules in any look, and the deepest overlap
+    /// (smaller diameters).
     overlapping: usize,
     deepest: f64,
     /// Molecules that ended outside the box.

@@ -8,7 +8,8 @@ use super::{
     dependencies::Needs,
 };
 
-/// The most that a capability may cost where it is absent, and where it is idle (share of the instructions).
+/// The most that a capability may cost where it is absent, and where it is idle (share of the
+/// instructions).
 const ABSENT: f64 = 0.02;
 const IDLE: f64 = 0.05;
 

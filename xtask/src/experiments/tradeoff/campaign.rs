@@ -27,8 +27,8 @@ use super::{
     settle::settle,
 };
 
-/// Least time between the states from which contacts are replayed, and the longest replay, in mean times
-/// between two collisions of a body.
+/// Least time between the states from which contacts are replayed, and the longest replay, in mean
+/// times between two collisions of a body.
 const APART: f64 = 5.0;
 const STRETCH: f64 = 2.0;
 

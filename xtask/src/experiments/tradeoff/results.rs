@@ -11,7 +11,8 @@ pub const TOLERANCE: f64 = 1e-7;
 pub struct Found {
     /// Which.
     pub setting: Setting,
-    /// Processor time of a collision over that of the exact run in the same round, median; `None` if it breaks off.
+    /// Processor time of a collision over that of the exact run in the same round, median; `None`
+    /// if it breaks off.
     pub time: Option<f64>,
     /// Counts of wrong contacts.
     pub tally: Tally,

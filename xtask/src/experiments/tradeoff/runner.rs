@@ -21,8 +21,8 @@ pub trait Runner {
     /// # Errors
     /// The run fails.
     fn run(&mut self, until: f64) -> Result<(), RunError>;
-    /// Runs on with an observer. It is called dynamically, so that the loop is compiled once for all
-    /// observers; only [`run`](Self::run) is timed.
+    /// Runs on with an observer. It is called dynamically, so that the loop is compiled once for
+    /// all observers; only [`run`](Self::run) is timed.
     ///
     /// # Errors
     /// The run breaks off.

@@ -1,9 +1,11 @@
-//! Runs a gas until its start is forgotten, and measures the mean time between two collisions of a body.
+//! Runs a gas until its start is forgotten, and measures the mean time between two collisions of a
+//! body.
 
 use anyhow::Result;
 use carom::Simulation;
 
-/// Time until the lattice of the start is forgotten, in mean times between two collisions of a body.
+/// Time until the lattice of the start is forgotten, in mean times between two collisions of a
+/// body.
 const WARM_UP: f64 = 50.0;
 
 /// Equilibrates the gas; returns the time reached and the mean time between two collisions of a
