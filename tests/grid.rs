@@ -64,7 +64,12 @@ fn compare_with_each(name: &str, start: &Scene, finenesses: &[u32]) {
             &CellsPerSide::Given(fineness),
         );
     }
-    compare::<HeapScheduler>(&format!("{name}, automatic cells per side"), start, DENSE, &CellsPerSide::Automatic);
+    compare::<HeapScheduler>(
+        &format!("{name}, automatic cells per side"),
+        start,
+        DENSE,
+        &CellsPerSide::Automatic,
+    );
     compare::<CellScheduler>(&format!("{name}, fast"), start, DENSE, &Instructions::Widest);
 }
 

@@ -50,7 +50,7 @@ fn another_grid_does_not_change_the_motion() {
 test_each_scheduler! {
     an_edit_that_is_refused_changes_no_bit: check_refusals;
     a_batch_that_is_refused_changes_no_bit: check_refused_batches;
-    no_key_is_used_again_after_a_refused_batch: check_keys_of_refused_batches;
+    no_key_is_reused_after_a_refused_batch: check_keys_of_refused_batches;
 }
 
 fn check_refusals<S: Scheduler>(options: &S::Options) {

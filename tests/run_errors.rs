@@ -10,7 +10,7 @@ use support::{Encounters, bits, bumper, disc, gas, named, scene, simulate, test_
 
 test_each_scheduler! {
     superelastic_contacts_end_with_a_blow_up_error: check_blow_up;
-    a_contact_that_is_refused_is_counted_and_booked_nowhere: check_refused_contact;
+    a_refused_contact_changes_no_counter_and_no_ledger: check_refused_contact;
     an_inelastic_collapse_without_a_guard_ends_at_rest_or_with_an_error: check_collapse;
     a_chain_of_touching_discs_transfers_a_velocity_at_one_instant: check_chain;
     simultaneous_contacts_happen_in_the_order_of_insertion: check_lattice;
@@ -168,8 +168,8 @@ fn check_lattice<S: Scheduler>(options: &S::Options) {
 
 fn check_stall<S: Scheduler>(options: &S::Options) {
     // A disc is held between a bumper and a heavy disc that approaches. The faster it moves back
-    // and forth, the smaller the gap, and elastic contacts would reverse the heavy disc. The momentum
-    // of the heavy disc wins with e = 0.05.
+    // and forth, the smaller the gap, and elastic contacts would reverse the heavy disc. The
+    // momentum of the heavy disc wins with e = 0.05.
     let mut vice =
         scene(vec![disc(0.05, 1e-9, [0.2, 0.5], [0.0; 2]), disc(0.1, 1e9, [0.5, 0.5], [-1.0, 0.0])]);
     vice.bumper = vec![bumper(0.1, [0.0, 0.5])];

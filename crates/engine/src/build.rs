@@ -155,7 +155,9 @@ pub(crate) fn add_molecule(
         return Err(problem("a molecule of locked rotation must have angular velocity 0"));
     }
     if spec.angular_velocity != 0.0 && molecule.is_disc() {
-        return Err(problem("a single disc must have angular velocity 0, which contacts without friction never change"));
+        return Err(problem(
+            "a single disc must have angular velocity 0, which contacts without friction never change",
+        ));
     }
     let inertia = if spec.fixed { Inertia::FIXED } else { inertia(&molecule, spec.rotation) };
     let motion = Motion {

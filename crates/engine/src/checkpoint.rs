@@ -118,7 +118,9 @@ pub enum CheckpointError {
     NotFinite(&'static str),
     /// There must be a time of last contact for each body where contacts lose energy, and none
     /// elsewhere.
-    #[error("the checkpoint has {0} times of last contacts; it must have one per body with a guard, else none")]
+    #[error(
+        "the checkpoint has {0} times of last contacts; it must have one per body with a guard, else none"
+    )]
     LastContacts(usize),
     /// Bodies, box and rules do not fit each other.
     #[error("the checkpoint cannot be resumed: {0}")]
@@ -436,7 +438,10 @@ mod tests {
                 "the speed of body",
                 refusal(|c| c.bodies.iter_mut().for_each(|body| body.motion.velocity = DVec2::splat(1e-71))),
             ),
-            ("cannot turn but has an angular velocity", refusal(|c| c.bodies[1].motion.angular_velocity = 1.0)),
+            (
+                "cannot turn but has an angular velocity",
+                refusal(|c| c.bodies[1].motion.angular_velocity = 1.0),
+            ),
             ("is fixed but moves", refusal(|c| c.bodies[1].rotation = None)),
             (
                 "turned by more",

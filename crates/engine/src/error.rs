@@ -62,7 +62,9 @@ pub enum SceneError {
         depth: f64,
     },
     /// A gas does not fit into the box.
-    #[error("{entry}: only {placed} of {wanted} molecules can be placed without overlap; reduce their number")]
+    #[error(
+        "{entry}: only {placed} of {wanted} molecules can be placed without overlap; reduce their number"
+    )]
     Full {
         /// The entry.
         entry: String,
@@ -196,7 +198,9 @@ pub enum RunError {
     #[error("a run must end at a finite time, not at {0}")]
     Time(f64),
     /// An interval between samples that is not positive and finite, or too short for the run.
-    #[error("the interval between samples must be positive, finite and at least 2^-53 of the run, but is {0:e}")]
+    #[error(
+        "the interval between samples must be positive, finite and at least 2^-53 of the run, but is {0:e}"
+    )]
     Interval(f64),
     /// A body has had too many contacts at one instant, or very many contacts in a short time that
     /// lose all energy: an inelastic collapse. A guard prevents it
@@ -265,7 +269,9 @@ pub enum RunError {
         speed: f64,
     },
     /// A speed has grown out of range (for example by superelastic contacts).
-    #[error("at time {time} {body} is too fast to continue: its speed is {speed:e}, at most {LARGEST:e} is allowed")]
+    #[error(
+        "at time {time} {body} is too fast to continue: its speed is {speed:e}, at most {LARGEST:e} is allowed"
+    )]
     BlowUp {
         /// Time at which the run stopped.
         time: EpochTime,

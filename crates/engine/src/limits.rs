@@ -208,10 +208,10 @@ pub(crate) fn too_slow(world: &World) -> Option<(usize, f64)> {
 /// lost in rounding.
 ///
 /// A position is rounded once an epoch, so its error after k epochs without a contact is
-/// k u × side. Where that exceeds the path of the body in one epoch, the run does not resolve the motion
-/// of the body and does not end in any reasonable number of epochs. The epoch has just begun and
-/// lasts `stretch`; the last contact was at `last_contact` (offset in the epoch, not positive), and
-/// the run must continue for `remaining`.
+/// k u × side. Where that exceeds the path of the body in one epoch, the run does not resolve the
+/// motion of the body and does not end in any reasonable number of epochs. The epoch has just begun
+/// and lasts `stretch`; the last contact was at `last_contact` (offset in the epoch, not positive),
+/// and the run must continue for `remaining`.
 pub(crate) fn refuse_time_scales_too_far_apart(
     world: &World,
     names: &TagNames,
