@@ -102,7 +102,7 @@ fn the_invariants_hold_after_edits() {
                     let at = [f64::from(k % 10) / 10.0, f64::from(k / 10) / 10.0];
                     simulation.add(&support::disc(0.02, 0.5, at, [1.0, 0.3])).ok()
                 });
-                assert!(spot.is_some(), "no place for one more disc");
+                assert!(spot.is_some(), "no space for one more disc");
             }
         }
         simulation.check_invariants(1.0).unwrap();

@@ -304,7 +304,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// )?;
     /// let mut simulation = Simulation::new(&scene)?;
     /// simulation.run_until(0.1)?;
-    /// A reaction of two discs: a heavier disc replaces the first.
+    /// // A reaction of two discs: a heavier disc replaces the first.
     /// let pair = simulation.view().bodies().take(2);
     /// let mut pair = pair.map(|body| (body.body.key(), body.motion)).collect::<Vec<_>>();
     /// let (second, first) = (pair.pop().unwrap(), pair.pop().unwrap());

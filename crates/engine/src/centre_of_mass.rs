@@ -37,7 +37,7 @@ use crate::{BodyView, View, World, body::Body};
 /// use carom_engine::{Scene, Simulation};
 /// use glam::DVec2;
 ///
-/// The wall reflects along x; along y the gas drifts forever.
+/// // The wall reflects along x; along y the gas drifts forever.
 /// let scene = Scene::from_toml(r#"
 ///     [[wall]]
 ///     x = 0.0

@@ -19,7 +19,7 @@ pub enum SceneError {
     Geometry {
         /// The entry, such as `gas[0]`.
         entry: String,
-        /// What is wrong with it.
+        /// The reason.
         reason: GeometryError,
     },
     /// An elasticity is out of range.
@@ -27,7 +27,7 @@ pub enum SceneError {
     Elasticity {
         /// The entry.
         entry: String,
-        /// What is wrong with it.
+        /// The reason.
         reason: ElasticityError,
     },
     /// A key of an entry is missing, or two keys exclude each other.
@@ -46,7 +46,7 @@ pub enum SceneError {
     TooSlow {
         /// The entry.
         entry: String,
-        /// Which speed is too small.
+        /// Name of the speed.
         quantity: &'static str,
         /// The speed (length per time).
         speed: f64,
@@ -94,7 +94,7 @@ pub enum SceneError {
     Grid {
         /// The entries or bodies that cause the error, or the grid itself.
         entry: String,
-        /// What is wrong.
+        /// The reason.
         reason: GridError,
     },
 }

@@ -71,7 +71,7 @@ pub(crate) struct Limits {
     contacts_left: u64,
     /// Square of the speed at which `time` was set.
     fastest_squared: f64,
-    /// Magnitude of the spin at which `time` was set.
+    /// Magnitude of the angular velocity at which `time` was set.
     fastest_spin: f64,
     /// The longest path of the fastest body in an epoch (length).
     way: f64,

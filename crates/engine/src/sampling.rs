@@ -25,7 +25,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// ```
     /// use carom_engine::{CollisionReport, Observer, Scene, Simulation, View};
     ///
-    /// The number of collisions at each sample.
+    /// /// The number of collisions at each sample.
     /// #[derive(Default)]
     /// struct Collisions(Vec<u64>);
     ///

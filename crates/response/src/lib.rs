@@ -17,7 +17,7 @@
 //! use carom_response::{ContactFrame, Elasticity, Impact, Response};
 //! use glam::DVec2;
 //!
-//! Equal discs in a head-on collision exchange their velocities.
+//! // Equal discs in a head-on collision exchange their velocities.
 //! let disc = Inertia::free(1.0, 0.5);
 //! let a = Motion { velocity: DVec2::X, ..Motion::at_rest(DVec2::ZERO) };
 //! let b = Motion::at_rest(DVec2::X);
