@@ -18,7 +18,7 @@ test_each_scheduler! {
     a_disc_with_more_energy_meets_its_partner_earlier: check_faster;
     a_reversed_run_repeats_its_contacts_in_reverse: check_reversal;
     a_locked_molecule_does_not_turn_and_a_freed_one_does: check_locking;
-    no_edit_sets_a_counter_back: check_counters;
+    edits_reset_no_counter: check_counters;
     a_thermostat_and_an_exchange_of_bodies_are_one_transaction: check_thermostat_with_exchange;
 }
 

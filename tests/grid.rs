@@ -56,12 +56,12 @@ fn compare<S: Scheduler>(name: &str, start: &Scene, [per_body, slices]: [usize; 
 }
 
 fn compare_with_each(name: &str, start: &Scene, finenesses: &[u32]) {
-    for &fineness in finenesses {
+    for &cells in finenesses {
         compare::<HeapScheduler>(
-            &format!("{name}, {fineness} cells per side"),
+            &format!("{name}, {cells} cells per side"),
             start,
             DENSE,
-            &CellsPerSide::Given(fineness),
+            &CellsPerSide::Given(cells),
         );
     }
     compare::<HeapScheduler>(

@@ -11,8 +11,8 @@ use support::{Encounters, disc, scene, simulate, test_each_scheduler};
 
 #[test]
 fn a_disc_wider_than_half_the_box_is_hit_through_both_images() {
-    for fineness in [CellsPerSide::Given(1), CellsPerSide::Given(2), CellsPerSide::Automatic] {
-        check_wide::<HeapScheduler>(&fineness);
+    for cells in [CellsPerSide::Given(1), CellsPerSide::Given(2), CellsPerSide::Automatic] {
+        check_wide::<HeapScheduler>(&cells);
     }
     check_wide::<carom_engine::CellScheduler>(&carom_engine::Instructions::Widest);
 }
@@ -60,8 +60,8 @@ test_each_scheduler! {
 
 #[test]
 fn the_image_that_is_hit_is_found_with_any_number_of_cells() {
-    for fineness in 1..=4 {
-        check_images::<HeapScheduler>(&CellsPerSide::Given(fineness));
+    for cells in 1..=4 {
+        check_images::<HeapScheduler>(&CellsPerSide::Given(cells));
     }
 }
 
@@ -99,8 +99,8 @@ fn check_images<S: Scheduler>(options: &S::Options) {
 
 #[test]
 fn the_borders_of_any_number_of_cells_do_not_affect_the_motion() {
-    for fineness in 1..=5 {
-        check_borders::<HeapScheduler>(&CellsPerSide::Given(fineness));
+    for cells in 1..=5 {
+        check_borders::<HeapScheduler>(&CellsPerSide::Given(cells));
     }
 }
 

@@ -19,12 +19,12 @@ fn walk<S: Scheduler + Clone>(name: &str, scene: &Scene, options: &S::Options, e
 }
 
 fn walk_with_each(name: &str, mut scene: Scene) {
-    for (seed, fineness) in [1, 2, 3, 5].into_iter().enumerate() {
+    for (seed, cells) in [1, 2, 3, 5].into_iter().enumerate() {
         scene.bounds.seed = seed as u64;
         walk::<HeapScheduler>(
-            &format!("{name}, {fineness} cells per side"),
+            &format!("{name}, {cells} cells per side"),
             &scene,
-            &CellsPerSide::Given(fineness),
+            &CellsPerSide::Given(cells),
             60,
         );
     }
@@ -102,7 +102,7 @@ fn the_invariants_hold_after_edits() {
                     let at = [f64::from(k % 10) / 10.0, f64::from(k / 10) / 10.0];
                     simulation.add(&support::disc(0.02, 0.5, at, [1.0, 0.3])).ok()
                 });
-                assert!(spot.is_some(), "no place for one more disc");
+                assert!(spot.is_some(), "no space for one more disc");
             }
         }
         simulation.check_invariants(1.0).unwrap();

@@ -25,11 +25,11 @@ fn another_grid_does_not_change_the_motion() {
     simulation.run_until(1.0).unwrap();
     // Contact distance 1 in a box of 20 × 10.
     let refused = simulation.set_scheduler_options(&CellsPerSide::Given(11));
-    let reason = GridError::TooFine { fineness: 11, largest: 10, reach: 1.0, bodies: [0, 1] };
+    let reason = GridError::TooFine { cells_per_side: 11, largest: 10, reach: 1.0, bodies: [0, 1] };
     let entry = "body 0 (tag left) and body 1".to_owned();
     assert_eq!(refused, Err(EditError::Scene(SceneError::Grid { entry, reason })));
-    for fineness in [10, 1, 7] {
-        simulation.set_scheduler_options(&CellsPerSide::Given(fineness)).unwrap();
+    for cells in [10, 1, 7] {
+        simulation.set_scheduler_options(&CellsPerSide::Given(cells)).unwrap();
         let goal = simulation.time().to_f64() + 0.25;
         simulation.run_until(goal).unwrap();
     }
@@ -41,7 +41,7 @@ fn another_grid_does_not_change_the_motion() {
     assert!(matches!(
         simulation.add(&large),
         Err(EditError::Scene(SceneError::Grid {
-            reason: GridError::TooFine { fineness: 10, largest: 6, .. },
+            reason: GridError::TooFine { cells_per_side: 10, largest: 6, .. },
             ..
         }))
     ));
@@ -50,7 +50,7 @@ fn another_grid_does_not_change_the_motion() {
 test_each_scheduler! {
     an_edit_that_is_refused_changes_no_bit: check_refusals;
     a_batch_that_is_refused_changes_no_bit: check_refused_batches;
-    no_key_is_used_again_after_a_refused_batch: check_keys_of_refused_batches;
+    no_key_is_reused_after_a_refused_batch: check_keys_of_refused_batches;
 }
 
 fn check_refusals<S: Scheduler>(options: &S::Options) {

@@ -10,7 +10,7 @@ use support::{Encounters, bits, bumper, disc, gas, named, scene, simulate, test_
 
 test_each_scheduler! {
     superelastic_contacts_end_with_a_blow_up_error: check_blow_up;
-    a_contact_that_is_refused_is_counted_and_booked_nowhere: check_refused_contact;
+    a_refused_contact_changes_no_counter_and_no_ledger: check_refused_contact;
     an_inelastic_collapse_without_a_guard_ends_at_rest_or_with_an_error: check_collapse;
     a_chain_of_touching_discs_transfers_a_velocity_at_one_instant: check_chain;
     simultaneous_contacts_happen_in_the_order_of_insertion: check_lattice;

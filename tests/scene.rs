@@ -237,54 +237,56 @@ fn a_grid_too_fine_is_refused_and_the_error_gives_the_limit() {
     // 3.8 × 0.005 + 0.01 = 0.029.
     let mut thesis = scene(vec![named("tee", 0.005, 2.0, [0.5, 0.5])]);
     thesis.gas = vec![gas("disc", 0.01, 100)];
-    let built = |fineness| {
+    let built = |cells| {
         Simulation::<Exact, Impact, HeapScheduler>::with(
             &thesis,
             Exact::default(),
             Impact,
-            CellsPerSide::Given(fineness),
+            CellsPerSide::Given(cells),
         )
     };
-    for fineness in [50, 35] {
-        let error = built(fineness).expect_err("50 misses contacts");
-        let SceneError::Grid { entry, reason: GridError::TooFine { fineness: asked, largest, reach, .. } } =
-            &error
+    for cells in [50, 35] {
+        let error = built(cells).expect_err("50 misses contacts");
+        let SceneError::Grid {
+            entry,
+            reason: GridError::TooFine { cells_per_side: asked, largest, reach, .. },
+        } = &error
         else {
             panic!("{error}")
         };
-        assert_eq!((*asked, *largest), (fineness, 34));
+        assert_eq!((*asked, *largest), (cells, 34));
         assert_eq!(entry, "molecule[0] and gas[0]");
         assert!((reach - 0.029).abs() < 1e-16);
         assert!(error.to_string().contains("at most 34 are safe"), "{error}");
     }
     assert!(built(34).is_ok());
-    for fineness in [0, 4097, u32::MAX] {
+    for cells in [0, 4097, u32::MAX] {
         assert!(
-            matches!(built(fineness), Err(SceneError::Grid { reason: GridError::CellsPerSide(asked), .. }) if asked == fineness)
+            matches!(built(cells), Err(SceneError::Grid { reason: GridError::CellsPerSide(asked), .. }) if asked == cells)
         );
     }
 }
 
 #[test]
 fn a_box_in_which_a_molecule_could_touch_its_own_image_is_refused() {
-    let who = |scene: &Scene| match refusal(scene) {
+    let refused_entry = |scene: &Scene| match refusal(scene) {
         SceneError::Grid { entry, reason: GridError::BoxTooSmall { .. } } => entry,
         error => panic!("{error}"),
     };
     // A rod of bounding radius 0.5, and a slightly shorter one.
-    assert_eq!(who(&scene(vec![named("rod:5", 0.1, 1.0, [0.5, 0.5])])), "molecule[0]");
+    assert_eq!(refused_entry(&scene(vec![named("rod:5", 0.1, 1.0, [0.5, 0.5])])), "molecule[0]");
     simulate::<HeapScheduler>(&scene(vec![named("rod:5", 0.099, 1.0, [0.5, 0.5])]), &CellsPerSide::Given(1));
     // The shorter side is the limit.
     let mut narrow = scene(vec![named("rod:5", 0.05, 1.0, [0.5, 0.25])]);
     narrow.bounds.sides = [1.0, 0.5];
-    assert_eq!(who(&narrow), "molecule[0]");
+    assert_eq!(refused_entry(&narrow), "molecule[0]");
     // Two bodies whose contact distance exceeds the box.
     let mut wall = scene(vec![disc(0.3, 1.0, [5.0, 0.5], [1.0, 0.0])]);
     wall.bounds.sides = [10.0, 1.0];
     wall.bumper = vec![bumper(0.6, [0.0, 0.5])];
     simulate::<HeapScheduler>(&wall, &CellsPerSide::Given(1));
     wall.bumper[0].radius = 0.8;
-    assert_eq!(who(&wall), "molecule[0] and bumper[0]");
+    assert_eq!(refused_entry(&wall), "molecule[0] and bumper[0]");
     // A fixed disc may cover the box if no other body exists.
     let mut covered = scene(vec![]);
     covered.bumper = vec![bumper(0.9, [0.5, 0.5])];
@@ -297,7 +299,7 @@ fn a_box_in_which_a_molecule_could_touch_its_own_image_is_refused() {
     gases.bounds.sides = [2.0, 0.2];
     gases.gas = vec![gas("disc", 0.01, 30), gas("disc", 0.099, 1), gas("disc", 0.02, 2)];
     gases.bumper = vec![bumper(0.11, [1.0, 0.1])];
-    assert_eq!(who(&gases), "gas[1] and bumper[0]");
+    assert_eq!(refused_entry(&gases), "gas[1] and bumper[0]");
 }
 
 /// Tags, and the coefficient of the pair.

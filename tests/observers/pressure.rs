@@ -26,8 +26,9 @@ fn reduced_pressure(scene: &Scene, settle: f64, until: f64, samples: u32) -> (Es
     (estimate, flux / series.len() as f64 * moving)
 }
 
-/// Two discs of diameter σ have Q ∝ A (A − πσ²), so that β p A = ∂ ln Q / ∂ ln A = 2 + πσ²/(A −
-/// πσ²). Their relative motion is that of a point in Sinai's billiard, which is ergodic.
+/// Two discs of diameter σ have Q ∝ A (A − πσ²), so that
+/// β p A = ∂ ln Q / ∂ ln A = 2 + πσ²/(A − πσ²). Their relative motion is that of a point in Sinai's
+/// billiard, which is ergodic.
 #[test]
 fn two_discs_have_their_exact_pressure_with_and_without_drift() {
     for (sides, radius, drift) in [
@@ -57,7 +58,7 @@ fn two_discs_have_their_exact_pressure_with_and_without_drift() {
 /// Single walls break the conservation of one component of momentum: a single disc has kT = 2 E / f
 /// with f = 1, and only contacts with the wall contribute to its virial.
 #[test]
-fn a_single_disc_has_a_temperature_only_across_walls() {
+fn a_single_disc_has_a_temperature_only_between_walls() {
     let lone = disc(DVec2::new(0.2, 0.2), DVec2::new(0.5, 7.0), 0.1, 2.0);
     let mut scene = Scene { molecule: vec![lone], ..Scene::default() };
     let mut pressure = Pressure::default();

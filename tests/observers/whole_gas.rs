@@ -65,7 +65,7 @@ fn losses_at_contacts_and_resets_agree_with_the_ledger() {
 }
 
 #[test]
-fn an_empty_box_has_no_drift() {
+fn an_empty_box_has_no_drift_rate_or_pressure() {
     let simulation = Simulation::new(&Scene::default()).unwrap();
     let mut observers = (EnergyLedger::default(), CollisionRate::default(), Pressure::default());
     assert_eq!(observers.0.drift(), 0.0);

@@ -209,7 +209,7 @@ impl Batch {
         self.moves = true;
     }
 
-    /// Locks the present orientation of a body, or frees it. Locking sets its angular velocity to 0.
+    /// Locks the present orientation of a body, or frees it. Locking removes its angular velocity.
     ///
     /// # Errors
     /// [`EditError::Fixed`] or [`EditError::NoSuchBody`].
@@ -300,10 +300,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// ```
     /// use carom_engine::{EditError, MoleculeSpec, Scene, Simulation};
     ///
-    /// let scene = Scene::from_toml("[[gas]]\ntags = [\"gas\"]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 100")?;
+    /// let scene = Scene::from_toml(
+    ///     "[[gas]]\ntags = [\"gas\"]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 100",
+    /// )?;
     /// let mut simulation = Simulation::new(&scene)?;
     /// simulation.run_until(0.1)?;
-    /// A reaction of two discs: a heavier disc replaces the first.
+    /// // A reaction of two discs: a heavier disc replaces the first.
     /// let pair = simulation.view().bodies().take(2);
     /// let mut pair = pair.map(|body| (body.body.key(), body.motion)).collect::<Vec<_>>();
     /// let (second, first) = (pair.pop().unwrap(), pair.pop().unwrap());

@@ -42,7 +42,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// use carom_response::Impact;
     ///
     /// let mut scene = Scene::default();
-    /// No grid: all pairs are compared.
+    /// // No grid: all pairs are compared.
     /// let simulation: Simulation<Exact, Impact, HeapScheduler> =
     ///     Simulation::with(&scene, Exact::default(), Impact, CellsPerSide::Given(1))?;
     /// # Ok::<(), carom_engine::SceneError>(())

@@ -94,7 +94,7 @@ pub enum CheckpointError {
     Speed {
         /// Index of the body in the order of insertion.
         index: usize,
-        /// Which speed.
+        /// Name of the speed.
         quantity: &'static str,
         /// The speed (length per time), or the angular velocity (radians per time).
         value: f64,
@@ -102,7 +102,7 @@ pub enum CheckpointError {
     /// A number of the run is out of range.
     #[error("the checkpoint's {what} must be {allowed}, but is {value}")]
     OutOfRange {
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
         /// Its allowed range.
         allowed: &'static str,

@@ -149,7 +149,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
     }
 
-    /// Locks the present orientation of a body, or frees it. Locking sets its angular velocity to 0.
+    /// Locks the present orientation of a body, or frees it. Locking removes its angular velocity.
     ///
     /// # Errors
     /// [`EditError::Fixed`] or [`EditError::NoSuchBody`].

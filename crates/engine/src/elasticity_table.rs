@@ -38,7 +38,7 @@ struct Rule {
 const SHORTEST_CONTACT: f64 = 1e-5;
 
 impl ElasticityTable {
-    /// Whether each contact is elastic under all rules.
+    /// Whether the elasticity of each pair of existing bodies is 1.
     #[inline]
     pub fn is_elastic(&self) -> bool {
         self.by_class.is_empty() && self.default == Elasticity::ELASTIC

@@ -19,7 +19,7 @@ pub enum SceneError {
     Geometry {
         /// The entry, such as `gas[0]`.
         entry: String,
-        /// What is wrong with it.
+        /// The reason.
         reason: GeometryError,
     },
     /// An elasticity is out of range.
@@ -27,7 +27,7 @@ pub enum SceneError {
     Elasticity {
         /// The entry.
         entry: String,
-        /// What is wrong with it.
+        /// The reason.
         reason: ElasticityError,
     },
     /// A key of an entry is missing, or two keys exclude each other.
@@ -46,7 +46,7 @@ pub enum SceneError {
     TooSlow {
         /// The entry.
         entry: String,
-        /// Which speed is too small.
+        /// Name of the speed.
         quantity: &'static str,
         /// The speed (length per time).
         speed: f64,
@@ -94,7 +94,7 @@ pub enum SceneError {
     Grid {
         /// The entries or bodies that cause the error, or the grid itself.
         entry: String,
-        /// What is wrong.
+        /// The reason.
         reason: GridError,
     },
 }
@@ -105,12 +105,12 @@ pub enum SceneError {
 pub enum GridError {
     /// With so many cells, two bodies could touch from cells that are not adjacent.
     #[error(
-        "a grid with {fineness} cells per side is too fine: at most {largest} are safe \
+        "a grid with {cells_per_side} cells per side is too fine: at most {largest} are safe \
          (two bodies can touch with centres {reach} apart)"
     )]
     TooFine {
         /// Cells per side requested.
-        fineness: u32,
+        cells_per_side: u32,
         /// Largest number of cells per side with which no contact is missed.
         largest: u32,
         /// Largest sum of two bounding radii (length).

@@ -109,7 +109,7 @@ impl Grid {
                 Err(GridError::CellsPerSide(cells))
             }
             CellsPerSide::Given(cells) if cells > largest => {
-                Err(GridError::TooFine { fineness: cells, largest, reach, bodies })
+                Err(GridError::TooFine { cells_per_side: cells, largest, reach, bodies })
             }
             CellsPerSide::Given(cells) | CellsPerSide::Unchecked(cells) => Ok([cells as i32; 2]),
             CellsPerSide::Automatic => {

@@ -36,7 +36,7 @@
 //!    lose energy. Proof: a body causes such a contact only if its last contact was at least t_c
 //!    before.
 //! 3. **Share of guarded contacts.** In a gas of discs with mean time τ between the contacts of a
-//!    disc, the share is 0.2 t_c/τ: three discs are almost at one place, and two of them meet
+//!    disc, the share is 0.2 t_c/τ: three discs come together closely, and two of them meet
 //!    again. Measured for c = 10⁻⁴ at area fractions from 0.1 to 0.65: 5·10⁻⁶ to 2·10⁻⁴ of all
 //!    contacts.
 

@@ -59,7 +59,7 @@ pub(crate) struct Limits {
     contacts_left: u64,
     /// Square of the speed at which `time` was set.
     fastest_squared: f64,
-    /// Magnitude of the spin at which `time` was set.
+    /// Magnitude of the angular velocity at which `time` was set.
     fastest_spin: f64,
     /// The longest path of the fastest body in an epoch (length).
     way: f64,
@@ -195,11 +195,11 @@ pub(crate) fn too_slow(world: &World) -> Option<(usize, f64)> {
 /// Refuses a run in which a fast body makes the epochs so short that the motion of another body is
 /// lost in rounding.
 ///
-/// A position is rounded once an epoch, so its error after k epochs without a contact is k u ×
-/// side. Where that exceeds the path of the body in one epoch, the run does not resolve the motion
-/// of the body and does not end in any reasonable number of epochs. The epoch has just begun and
-/// lasts `stretch`; the last contact was at `last_contact` (offset in the epoch, not positive), and
-/// the run must continue for `remaining`.
+/// A position is rounded once an epoch, so its error after k epochs without a contact is
+/// k u × side. Where that exceeds the path of the body in one epoch, the run does not resolve the
+/// motion of the body and does not end in any reasonable number of epochs. The epoch has just begun
+/// and lasts `stretch`; the last contact was at `last_contact` (offset in the epoch, not positive),
+/// and the run must continue for `remaining`.
 pub(crate) fn refuse_time_scales_too_far_apart(
     world: &World,
     names: &TagNames,

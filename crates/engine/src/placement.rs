@@ -310,8 +310,8 @@ enum Attempt {
     Sites(usize),
 }
 
-/// Lattices to try, from one with some free space to touching sites, with up to the permitted
-/// number of these.
+/// Lattices to try, from a wide spacing down to touching sites. A lattice of very many touching
+/// sites is first tried thinned out, with more and more sites.
 fn attempts(bounds: &PeriodicBox, wanted: usize, radius: f64) -> impl Iterator<Item = Attempt> {
     let (sides, touching) = (bounds.sides(), 2.0 * radius);
     let roomy = (2.0 * bounds.area() / (3f64.sqrt() * 1.1 * wanted as f64)).sqrt();

@@ -1,4 +1,4 @@
-//! The report of a collision: the two bodies, the place, the time, and the changes.
+//! The report of a collision: the two bodies, the position, the time, and the changes.
 
 use carom_kinematics::{EpochTime, Motion, angular_momentum, kinetic_energy, momentum};
 use carom_response::Elasticity;

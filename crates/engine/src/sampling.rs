@@ -25,7 +25,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// ```
     /// use carom_engine::{CollisionReport, Observer, Scene, Simulation, View};
     ///
-    /// The number of collisions at each sample.
+    /// /// The number of collisions at each sample.
     /// #[derive(Default)]
     /// struct Collisions(Vec<u64>);
     ///
@@ -35,7 +35,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///     }
     /// }
     ///
-    /// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 50")?;
+    /// let gas = "[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 50";
+    /// let scene = Scene::from_toml(gas)?;
     /// let mut collisions = Collisions::default();
     /// Simulation::new(&scene)?.sample_every(0.25, 2.0, &mut collisions)?;
     /// assert_eq!(collisions.0.len(), 8);

@@ -126,7 +126,7 @@ pub struct BumperSpec {
 /// ```
 /// use carom_engine::{Scene, Simulation};
 ///
-/// A closed box, whose lines meet themselves across the periodic borders, with a flap inside.
+/// // A closed box, whose lines meet themselves across the periodic borders, with a flap inside.
 /// let scene = Scene::from_toml(r#"
 ///     [[wall]]
 ///     x = 0.0
@@ -228,10 +228,10 @@ pub struct ElasticitySpec {
     pub default: f64,
     /// Guard against inelastic collapse, for contacts of elasticity below 1. A contact loses no
     /// energy if it follows the last contacts of both bodies (of the moving body, if the other is
-    /// fixed) within this time. The unit is the time in which the two bodies, at their speed of
-    /// approach, move by the diameter of the smaller one. Molecules that turn also separate at no
-    /// less than this fraction of the speed at which their surfaces slide past each other. Range:
-    /// from 1e-5 to 1, or 0 for no guard.
+    /// fixed) within this time. The unit is the time in which the two bodies, at their relative
+    /// speed (including rotation), move by the diameter of the smaller one. Molecules that turn
+    /// also separate with at least this fraction of their relative speed, or with their speed of
+    /// approach if that is less. Range: from 1e-5 to 1, or 0 for no guard.
     ///
     /// Larger: more contacts of a dense gas that should lose energy are guarded, in proportion (for
     /// discs at an area fraction of 0.5, the fraction of contacts is about this number). Smaller:

@@ -202,8 +202,8 @@ pub trait Scheduler: Sized {
     type Options: Clone + Default;
 
     /// Contacts per moving body after which an epoch ends and all events are predicted anew.
-    /// Smaller: these predictions take more of the time. Larger: times within the epoch and the
-    /// number of stale entries in the queue grow.
+    /// Smaller: these predictions take more of the time. Larger: times within the epoch grow, and
+    /// so does the number of entries that accumulate in the queue.
     const CONTACTS_PER_EPOCH: u64;
 
     /// Creates a scheduler for this world, without an epoch.

@@ -121,8 +121,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.advance(EpochTime::from(time), 1, observer).map(|contacts| contacts == 1)
     }
 
-    /// Runs to `until` or through `most` contacts, whatever comes first; returns the number of
-    /// contacts.
+    /// Runs to `until`, but through at most `most` contacts; returns the number of contacts.
     fn advance<O: Observer + ?Sized>(
         &mut self,
         until: EpochTime,
@@ -376,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_writes_only_what_it_has_changed() {
+    fn a_step_writes_only_changed_motions() {
         check_steps::<CellScheduler>(&Instructions::Widest);
         check_steps::<HeapScheduler>(&CellsPerSide::Automatic);
     }

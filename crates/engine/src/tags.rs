@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn removed_names_get_new_tags() {
+    fn removed_names_free_their_tags() {
         let mut names = TagNames::default();
         let [gas, tee] = ["gas", "tee"].map(|name| names.intern(name));
         names.forget_after(1);

@@ -17,7 +17,7 @@
 //! use carom_response::{ContactFrame, Elasticity, Impact, Response};
 //! use glam::DVec2;
 //!
-//! Equal discs in a head-on collision exchange their velocities.
+//! // Equal discs in a head-on collision exchange their velocities.
 //! let disc = Inertia::free(1.0, 0.5);
 //! let a = Motion { velocity: DVec2::X, ..Motion::at_rest(DVec2::ZERO) };
 //! let b = Motion::at_rest(DVec2::X);
@@ -57,7 +57,12 @@ use glam::DVec2;
 /// }
 ///
 /// impl Response for RandomRestitution {
-///     fn impulse(&self, frame: &ContactFrame, bodies: [(&Motion, &Inertia); 2], e: Elasticity) -> DVec2 {
+///     fn impulse(
+///         &self,
+///         frame: &ContactFrame,
+///         bodies: [(&Motion, &Inertia); 2],
+///         e: Elasticity,
+///     ) -> DVec2 {
 ///         let mut hasher = DefaultHasher::new();
 ///         self.seed.hash(&mut hasher);
 ///         let velocities = bodies.map(|(motion, _)| motion.velocity.to_array());
@@ -97,7 +102,7 @@ pub trait Response: Sync {
     /// two discs.
     ///
     /// `line_of_centres` points from A to B, with any length but 0; velocities and inverse masses
-    /// are in the order A, B. The result must equal that of [`Self::impulse`] with arms of length 0.
+    /// are in the order A, B. The result must equal [`Self::impulse`] with arms of length 0.
     /// The default calls that method; a response may override it with a faster computation.
     #[inline]
     fn impulse_of_discs(

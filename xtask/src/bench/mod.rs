@@ -1,8 +1,9 @@
 //! `cargo xtask bench gas`: collisions per second of whole simulations, by scene and by engine.
 //!
-//! All engines of a scene run in one process, one after the other in each round, and are timed by the processor time of
-//! the thread; the figure is the median of the rounds. On a machine that others use, ratios mean more than nanoseconds; cycles of
-//! the clock as it was in each turn take out its changes, but not that two threads share a core.
+//! All engines of a scene run in one process, one after the other in each round, and are timed by
+//! the processor time of the thread; the figure is the median of the rounds. On a machine that
+//! others use, ratios mean more than nanoseconds; cycles of the clock as it was in each turn take
+//! out its changes, but not that two threads share a core.
 
 mod clock;
 mod scenes;

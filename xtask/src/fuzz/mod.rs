@@ -2,8 +2,8 @@
 //! of files.
 //!
 //! Each fuzzer compares the code under test with references of its own: kinematics between reported
-//! events ([`scenes::kinematics`]), a search in extended precision ([`carom_testkit::oracle`]), and the
-//! plain rule that no input may cause a panic, a hang, a NaN or an overlap.
+//! events ([`scenes::kinematics`]), a search in extended precision ([`carom_testkit::oracle`]), and
+//! the plain rule that no input may cause a panic, a hang, a NaN or an overlap.
 //!
 //! A run has a seed. Each of its cases has a seed of its own, derived from that of the run and from
 //! its number, and is a pure function of it. Cases run in a process of their own, so that a hang,

@@ -34,7 +34,8 @@ fn refused(page: &str) -> Vec<Fault> {
     commands(page).into_iter().filter_map(refused).collect()
 }
 
-/// Programs and their arguments in code, on lines of a block or between backticks; a bare name is no command.
+/// Programs and their arguments in code, on lines of a block or between backticks; a bare name is
+/// no command.
 fn commands(page: &str) -> Vec<(&'static str, String)> {
     let mut found = Vec::new();
     let mut block = String::new();
@@ -61,7 +62,8 @@ fn commands(page: &str) -> Vec<(&'static str, String)> {
     found.into_iter().filter_map(command).collect()
 }
 
-/// A command as the program sees it: its name first, then its words, where quotes hold words together.
+/// A command as the program sees it: its name first, then its words, where quotes hold words
+/// together.
 fn words(command: &str) -> Vec<String> {
     let mut words = vec!["program".to_owned()];
     let mut word = String::new();

@@ -23,7 +23,8 @@ fn compare(mapped: &[String], existing: &[String]) -> Vec<Fault> {
     gone.chain(missing).collect()
 }
 
-/// First column of the table whose first heading is "crate": names, with or without backticks, link and `carom-`.
+/// First column of the table whose first heading is "crate": names, with or without backticks, link
+/// and `carom-`.
 fn mapped(page: &str) -> Vec<String> {
     let first_cell = |line: &str| -> Option<String> {
         let cell = line.trim().strip_prefix('|')?.split('|').next()?.trim().to_owned();

@@ -1,5 +1,5 @@
-//! There is one glam in the graph of dependencies: parry's public vectors are its own, and two versions would be two
-//! kinds of vector.
+//! There is one glam in the graph of dependencies: parry's public vectors are its own, and two
+//! versions would be two kinds of vector.
 
 use anyhow::{Context, Result};
 use toml::{Table, Value};

@@ -23,9 +23,18 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     Ok(faults)
 }
 
-/// Comment lines that are too wide: number from 1, and columns.
+/// Comment lines that are too wide, tables and code in them aside: number from 1, and columns.
 fn wide_comments(source: &str) -> Vec<(usize, usize)> {
-    too_wide(source.lines().enumerate().filter(|(_, line)| line.trim_start().starts_with("//")))
+    let mut is_code = false;
+    too_wide(source.lines().enumerate().filter(move |(_, line)| {
+        let Some(comment) = line.trim_start().strip_prefix("//") else {
+            is_code = false;
+            return false;
+        };
+        let text = comment.trim_start_matches(['/', '!']).trim_start();
+        is_code ^= text.starts_with("```");
+        !is_code && !text.starts_with('|')
+    }))
 }
 
 /// Lines of Markdown outside tables and code that are too wide.
@@ -51,6 +60,8 @@ mod tests {
         let wide = "x".repeat(WIDEST);
         let source = format!("let a = \"{wide}\";\n// {wide}\n    /// µ{}\n", "x".repeat(WIDEST - 9));
         assert_eq!(wide_comments(&source), [(2, WIDEST + 3)]);
+        let table_and_code = format!("/// | {wide} |\n/// ```\n/// {wide}\n/// ```\n/// {wide}\n");
+        assert_eq!(wide_comments(&table_and_code), [(5, WIDEST + 4)]);
     }
 
     #[test]

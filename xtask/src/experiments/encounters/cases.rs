@@ -102,7 +102,7 @@ fn about(class: Class) -> String {
         Class::Slow => "temperature 1e-12".to_owned(),
         Class::Linear16 => "rods of 16".to_owned(),
         Class::MatchedSpins => "equal spins, constant gap 1e-9 to 1e-2".to_owned(),
-        Class::Concentric => "one rotates inside the other, gap as above".to_owned(),
+        Class::Concentric => "one rotates inside the other, constant gap 1e-9 to 1e-2".to_owned(),
         Class::Rods => "rods of 2 to 256".to_owned(),
         Class::Blobs => "round, 2 to 256 atoms".to_owned(),
         Class::Wall => "comes at a wall or its end".to_owned(),

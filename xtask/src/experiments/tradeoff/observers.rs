@@ -2,7 +2,7 @@
 
 use carom::{CollisionRate, CollisionReport, Observer, Pressure, View, kinematics::EpochTime};
 
-/// Most atoms whose hits are told apart.
+/// Most atoms with counters of their own; hits on further ones are counted with the last.
 pub const MOST_ATOMS: usize = 8;
 
 /// Observers.

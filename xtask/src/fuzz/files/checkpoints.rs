@@ -87,8 +87,8 @@ pub fn check_body(bytes: &[u8], report: &mut Report) {
         return;
     };
     report.count("checkpoints resumed", 1);
-    // Places that a forger has put into each other are a state like any other, which detectors that miss contacts leave
-    // behind, too: it is resumed as it was written.
+    // Places that a forger has put into each other are a state like any other, which detectors that
+    // miss contacts leave behind, too: it is resumed as it was written.
     if simulation.view().overlaps().pairs > 0 {
         report.count("checkpoints of overlapping bodies", 1);
         return;

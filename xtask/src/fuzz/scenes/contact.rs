@@ -161,8 +161,10 @@ fn check_impulse(
     if exceeds(-approach, rate_error) {
         report.fail("approach", format!("bodies that part with {:e} are said to meet", -approach));
     }
-    // Contacts that lose energy separate at a least speed, four times what detection resolves, E': L (2 E/s + 12 u) + |ω| E
-    // + 2 u (|v_A| + |v_B|), with E the bound on the rounding of places for bodies that go eight sides in an epoch.
+    // Contacts that lose energy separate at a least speed, four times what detection resolves, E':
+    // L (2 E/s + 12 u) + |ω| E
+    // + 2 u (|v_A| + |v_B|), with E the bound on the rounding of places for bodies that go eight
+    //   sides in an epoch.
     let places = 128.0 * U * (rules.sides[0] + rules.sides[1]) + place_error;
     let resolved = speed * (2.0 * places / touch.distance + 16.0 * U) + spins * places;
     let excess = parting - elasticity * approach;

@@ -38,10 +38,10 @@ const FEW: usize = 12;
 /// follows it.
 const ROUNDINGS: f64 = 64.0;
 
-/// Roundings of a side that each epoch may add to a place. A body that moves alone flies eight sides
-/// in an epoch. Half a rounding of eight sides each for the product v t and for its sum with the
-/// place make eight. At the k-th of its eight crossings the place, of up to k sides, is rounded by
-/// half of 1, 2, 2, 4, 4, 4, 4 and 8, which makes 14.5 more.
+/// Roundings of a side that each epoch may add to a place. A body that moves alone flies eight
+/// sides in an epoch. Half a rounding of eight sides each for the product v t and for its sum with
+/// the place make eight. At the k-th of its eight crossings the place, of up to k sides, is rounded
+/// by half of 1, 2, 2, 4, 4, 4, 4 and 8, which makes 14.5 more.
 const ROUNDINGS_PER_EPOCH: f64 = 22.5;
 
 /// How many sides a body may go in an epoch, one that has become faster in it included.
@@ -98,7 +98,8 @@ pub struct Watcher {
     largest_energy: f64,
     momentum: Option<Pair>,
     contacts: u64,
-    /// Whether bodies have become so fast that the clock does not resolve their flight: nothing more can be judged.
+    /// Whether bodies have become so fast that the clock does not resolve their flight: nothing
+    /// more can be judged.
     clock_is_used_up: bool,
     /// All contacts.
     pub log: Vec<Logged>,
@@ -175,7 +176,8 @@ impl Watcher {
         let longest = SIDES_PER_EPOCH * self.longer_side();
         let way = |time: EpochTime| (length(body.state.velocity) * time.offset().abs()).min(longest);
         let clock = way(time) + way(body.state.time);
-        // Epochs begin at double-doubles, which do not resolve the flight of bodies that are far too fast for their age.
+        // Epochs begin at double-doubles, which do not resolve the flight of bodies that are far
+        // too fast for their age.
         let rim = length(body.state.velocity) + body.state.spin.abs() * body.outline.reach;
         let unresolved = RESOLUTION * time.to_f64().abs() * rim;
         f64::EPSILON
