@@ -1,5 +1,4 @@
-//! One disc around one fixed molecule: the mean free path and the directions that integral geometry
-//! predicts.
+//! A disc around a fixed molecule: mean free path and directions agree with integral geometry.
 
 use carom::Shape;
 use carom_runs::work_items::Pieces;
@@ -18,7 +17,7 @@ fn options(arguments: &[&str]) -> Options {
 }
 
 #[test]
-fn a_disc_flies_as_far_and_hits_as_integral_geometry_says() {
+fn mean_free_path_and_directions_agree_with_integral_geometry() {
     for (shape, radius) in [("tee", "0.0025"), ("ring:12", "0.005")] {
         let mut options = options(&["--shape", shape, "--atom-radius", radius, "--seed", "11"]);
         options.hits = Some(40_000);
@@ -51,7 +50,7 @@ fn the_number_of_threads_changes_no_hit() {
 }
 
 #[test]
-fn impossible_choices_are_refused() {
+fn invalid_options_are_refused() {
     for (arguments, word) in [
         (["--gas-radius", "0"], "--gas-radius"),
         (["--gas-radius", "nan"], "--gas-radius"),

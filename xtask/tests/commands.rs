@@ -1,5 +1,4 @@
-//! The commands as a user gives them: the smallest runs, folders that are not overwritten, input
-//! that is refused.
+//! The commands as a user runs them: shortest runs, existing folders, invalid input.
 
 use std::{
     fs,
@@ -13,7 +12,7 @@ fn xtask(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_xtask")).args(arguments).output().expect("the program starts")
 }
 
-/// Exit code, and what was said to the terminal.
+/// Exit code and terminal output.
 fn outcome(arguments: &[&str]) -> (Option<i32>, String) {
     let output = xtask(arguments);
     let said = [output.stdout, output.stderr].concat();
@@ -24,7 +23,7 @@ fn json(folder: &Path, name: &str) -> Value {
     serde_json::from_str(&fs::read_to_string(folder.join(name)).unwrap()).unwrap()
 }
 
-/// All files of a folder and below that do not hold times of the clock, by their paths.
+/// All files in a folder and below that hold no wall times, by their paths.
 fn data(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut files = Vec::new();
     let mut folders = vec![folder.to_owned()];
@@ -48,16 +47,17 @@ fn data(folder: &Path) -> Vec<(String, Vec<u8>)> {
 
 fn without_speed(mut summary: Value) -> Value {
     let fields = summary.as_object_mut().unwrap();
-    fields.remove("collisions_per_second").expect("the speed is reported");
+    fields.remove("collisions_per_second").expect("the speed");
     for run in fields.get_mut("runs").and_then(Value::as_array_mut).into_iter().flatten() {
-        let seconds = run.as_object_mut().unwrap().remove("cpu_seconds").expect("and that of each run");
+        let seconds =
+            run.as_object_mut().unwrap().remove("cpu_seconds").expect("the processor time of each run");
         assert!(seconds.as_f64().unwrap() > 0.0);
     }
     summary
 }
 
 #[test]
-fn an_animation_can_be_left_out_or_start_late_and_the_report_does_not_grow_with_the_system() {
+fn an_animation_can_be_omitted_or_start_late_and_the_report_does_not_grow_with_the_system() {
     let root = tempfile::tempdir().unwrap();
     let scene = root.path().join("gas.toml");
     let run = |count: u32, name: &str, more: &[&str]| {
@@ -84,7 +84,7 @@ fn an_animation_can_be_left_out_or_start_late_and_the_report_does_not_grow_with_
     assert_eq!(json(&late, "animation.json")["from"], 1.5e-3);
     let first = fs::read_to_string(late.join("flights.csv")).unwrap().lines().nth(1).unwrap().to_owned();
     assert!(first.starts_with("0.0015,"), "{first}");
-    // The run is the same with each of them.
+    // The run is the same in all three.
     let kept = |folder: &Path| -> Vec<_> {
         let is_choice = |name: &str| ["animation.json", "flights.csv", "config.toml"].contains(&name);
         data(folder).into_iter().filter(|(name, _)| !is_choice(name)).collect()
@@ -92,7 +92,7 @@ fn an_animation_can_be_left_out_or_start_late_and_the_report_does_not_grow_with_
     assert!(kept(&with) == kept(&without) && kept(&with) == kept(&late));
     let (_, small) = run(10_000, "small", &[]);
     let (_, large) = run(80_000, "large", &[]);
-    // Ten thousand bodies are shown all.
+    // Ten thousand bodies are shown in full.
     assert!(large.len() < small.len(), "{} after {}", large.len(), small.len());
 }
 
@@ -130,7 +130,7 @@ fn the_same_run_twice_gives_the_same_bytes() {
     assert_eq!(json(&first, "manifest.json")["complete"], true);
     let page = fs::read_to_string(first.join("report.html")).unwrap();
     assert!(page.contains("<svg") && page.contains("prefers-color-scheme") && !page.contains("src=\"http"));
-    // So short a run has too few blocks of time for errors from their scatter.
+    // Such a short run has too few blocks of time for errors from their scatter.
     assert!(
         page.contains("as if contacts were independent") && page.contains("as if samples were independent")
     );
@@ -157,10 +157,10 @@ fn the_number_of_threads_changes_nothing() {
     assert_eq!(without_speed(summary), without_speed(json(&two, "summary.json")));
 }
 
-/// In a gas of 16 discs that covers 0.005 of the box the tee is kicked as its exposed arcs say, by
-/// direction and by atom, be it free or locked, in 22 000 kicks.
+/// In a gas of 16 discs of area fraction 0.005 the 22 000 kicks of the tee agree with its exposed
+/// arcs, by direction and by atom, for the free and the locked tee.
 #[test]
-fn a_thin_gas_shows_the_exposed_arcs() {
+fn a_dilute_gas_shows_the_exposed_arcs() {
     let root = tempfile::tempdir().unwrap();
     for case in ["standard", "locked-0"] {
         let out = root.path().join(case);
@@ -195,7 +195,7 @@ fn an_existing_folder_is_refused_unless_forced() {
     let (code, said) = brownian(&[], &folder);
     assert_eq!(code, Some(2));
     assert!(said.contains("--force"), "{said}");
-    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "nothing was written");
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "nothing is written");
     let (code, said) = brownian(&["--force"], &folder);
     assert_eq!(code, Some(0), "{said}");
     assert_eq!(fs::read_to_string(folder.join("precious.txt")).unwrap(), "mine");
@@ -213,7 +213,7 @@ fn run(folder: &Path, scene: &str, more: &[&str]) -> (Option<i32>, String) {
 }
 
 #[test]
-fn a_scene_is_run_and_can_be_run_again_from_what_it_wrote() {
+fn a_scene_can_be_run_again_from_its_written_configuration() {
     let root = tempfile::tempdir().unwrap();
     let (code, said) = run(root.path(), SCENE, &[]);
     assert_eq!(code, Some(0), "{said}");
@@ -250,7 +250,7 @@ fn flags_and_set_override_the_file_and_are_written_back() {
 }
 
 #[test]
-fn input_that_makes_no_sense_is_refused_and_named() {
+fn invalid_input_is_refused_by_name() {
     for (scene, more, said) in [
         (SCENE.replace("mass = 1.0", "mass = -1.0"), &[][..], "gas[0]"),
         (SCENE.replace("seed", "sead"), &[], "sead"),
@@ -286,10 +286,10 @@ fn input_that_makes_no_sense_is_refused_and_named() {
 }
 
 #[test]
-fn a_run_that_breaks_off_is_a_failed_check_and_stays_incomplete() {
+fn a_run_that_fails_is_a_failed_check_and_stays_incomplete() {
     let root = tempfile::tempdir().unwrap();
-    // Two discs that meet head on, round and round; each contact doubles their speed, so no number
-    // holds it for long.
+    // Two discs collide head-on repeatedly; each contact doubles their speed, so their speed soon
+    // overflows.
     let scene = "[[molecule]]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.25, 0.5]\nvelocity = [1, 0]\n\
                  [[molecule]]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.75, 0.5]\nvelocity = [-1, 0]\n\
                  [elasticity]\ndefault = 2.0\n[run]\nuntil = 10.0\n";
@@ -300,10 +300,10 @@ fn a_run_that_breaks_off_is_a_failed_check_and_stays_incomplete() {
 }
 
 #[test]
-fn first_contacts_are_found() {
+fn detect_finds_first_contacts() {
     let root = tempfile::tempdir().unwrap();
     let (cases, answers) = (root.path().join("cases.csv"), root.path().join("answers.csv"));
-    // Two discs of radius 1/2, three apart, closing at speed 1: they touch at t = 2.
+    // Two discs of radius 1/2 at distance 3, approaching at speed 1, touch at t = 2.
     fs::write(
         &cases,
         "class,id,xA,yA,vxA,vyA,thA,wA,atomsA,xB,yB,vxB,vyB,thB,wB,atomsB,window_end\n\

@@ -1,5 +1,5 @@
-//! What runs leave for other programs: tables that say what the histograms say, trajectories that
-//! ASE reads back to the bit.
+//! Output for other programs: tables that agree with the histograms, and trajectories that ASE
+//! reads back to the bit.
 
 use std::{
     env,
@@ -15,14 +15,14 @@ fn xtask(folder: &Path, arguments: &[&str]) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// The rows of a table, all of numbers.
+/// The rows of a table of numbers.
 fn rows(path: &Path) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(path).unwrap();
     let row = |line: &str| line.split(',').map(|cell| cell.parse().unwrap()).collect();
     text.lines().skip(1).map(row).collect()
 }
 
-/// A Python that has these modules: `$PYTHON`, or `python3`. Without one the test is skipped.
+/// A Python with these modules: `$PYTHON`, or `python3`. Without one the test is skipped.
 fn python(test: &str, modules: &str) -> Option<OsString> {
     let python = env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
     let import = Command::new(&python)
@@ -33,13 +33,13 @@ fn python(test: &str, modules: &str) -> Option<OsString> {
     let there = import.is_ok_and(|status| status.success());
     if !there {
         let test = format!("{}::{test}", module_path!());
-        carom_testkit::skipped::skipped(&test, format_args!("{} has not all of {modules}", python.display()));
+        carom_testkit::skipped::skipped(&test, format_args!("{} lacks one of {modules}", python.display()));
     }
     there.then_some(python)
 }
 
 #[test]
-fn the_kicks_one_by_one_are_those_of_the_histogram() {
+fn the_table_of_kicks_agrees_with_the_histogram() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path();
     let words = ["experiment", "brownian", "--from", "0.5", "--until", "3"];
@@ -52,8 +52,7 @@ fn the_kicks_one_by_one_are_those_of_the_histogram() {
             panic!("{kick:?}")
         };
         assert!((0.5..=3.0).contains(&time) && other > 1.0, "{kick:?}");
-        // Smooth discs: it is pushed along the normal, away from what touches it, in both frames as
-        // hard.
+        // Smooth discs: the impulse is along the normal, with the same magnitude in both frames.
         let size = x.hypot(y);
         assert!((normal_x * size - x).abs() < 1e-12 * size && (normal_y * size - y).abs() < 1e-12 * size);
         assert!((body_x.hypot(body_y) - size).abs() < 1e-14 * size);
@@ -69,7 +68,7 @@ fn the_kicks_one_by_one_are_those_of_the_histogram() {
     let by_atom: Vec<f64> = rows(&folder.join("all/atoms.csv")).iter().map(|row| row[1]).collect();
     assert_eq!(atoms, by_atom);
 
-    // Not all: the first.
+    // Only the first rows.
     xtask(folder, &[&words[..], &["--impulses", "100", "--out", "some"]].concat());
     assert_eq!(rows(&folder.join("some/impulses.csv")), kicks[..100]);
     assert_eq!(rows(&folder.join("some/atoms.csv")), rows(&folder.join("all/atoms.csv")));
@@ -78,13 +77,12 @@ fn the_kicks_one_by_one_are_those_of_the_histogram() {
 }
 
 #[test]
-fn the_histogram_of_the_readme_is_drawn_by_its_program() {
-    let Some(python) = python("the_histogram_of_the_readme_is_drawn_by_its_program", "numpy, matplotlib")
-    else {
+fn the_program_of_the_readme_draws_the_histogram() {
+    let Some(python) = python("the_program_of_the_readme_draws_the_histogram", "numpy, matplotlib") else {
         return;
     };
     let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).unwrap();
-    let (_, rest) = readme.split_once("```python\n").expect("there is an example in Python");
+    let (_, rest) = readme.split_once("```python\n").expect("an example in Python");
     let (program, _) = rest.split_once("```").unwrap();
     let root = tempfile::tempdir().unwrap();
     xtask(root.path(), &["experiment", "brownian", "--from", "0.5", "--until", "2"]);
@@ -109,7 +107,7 @@ fn ase_reads_a_trajectory_back_to_the_bit() {
                    json.dump([[f.info['Time'], f.cell.lengths().tolist(), f.pbc.tolist(), exact(f.positions), \
                    exact(f.arrays['velo']), f.arrays['radius'].tolist(), f.arrays['molecule_id'].tolist()] \
                    for f in frames], sys.stdout)";
-    // As text: not every reader of JSON keeps the last bit.
+    // As text: some JSON readers lose the last bit.
     let exact = "exact = lambda rows: [[repr(x) for x in row] for row in rows.tolist()]";
     let program = format!("import ase.io, json, sys\n{exact}\n{program}");
     let output = Command::new(python).args(["-c", &program]).arg(&path).output().unwrap();

@@ -1,4 +1,4 @@
-//! The fuzzers as commands: a worker survives what its cases do, and failing cases are written and
+//! The fuzzers as commands: a worker survives its cases, and failing cases are written and
 //! replayed.
 
 use std::{
@@ -24,7 +24,7 @@ fn a_worker_survives_panics_hangs_and_lack_of_memory() {
     let program = PathBuf::from(env!("CARGO_BIN_EXE_xtask"));
     let mut worker = Worker::new(program, Planted::NAME, Duration::from_secs(1), Signals::default());
     for (seed, kind) in [(4, None), (5, Some("panic")), (6, Some("hang")), (7, Some("crash")), (8, None)] {
-        let report = worker.run_seed(seed).expect("the worker answers, or is started anew");
+        let report = worker.run_seed(seed).expect("the worker answers or is restarted");
         assert_eq!(report.failure.as_ref().map(|failure| &failure.kind[..]), kind, "{seed}: {report:?}");
         let report = worker.run_file("seed", seed.to_string().as_bytes()).expect("likewise");
         assert_eq!(report.failure.map(|failure| failure.kind).as_deref(), kind, "{seed}");

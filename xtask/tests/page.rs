@@ -1,5 +1,4 @@
-//! The pages as a browser shows them: nothing fails, nothing is fetched, the gas is there and
-//! moves, and so is every figure.
+//! The pages in a browser: no errors, no network access, a moving gas, and complete figures.
 
 use std::{
     fs,
@@ -9,7 +8,7 @@ use std::{
 
 use serde_json::Value;
 
-/// As Debian, others, and Google call it.
+/// Names of the program in Debian, other distributions, and from Google.
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
 fn browser() -> Option<&'static str> {
@@ -27,7 +26,7 @@ fn xtask(folder: &Path, arguments: &[&str]) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// What a browser sees of a page.
+/// Results of the probe in a page.
 fn seen(browser: &str, page: &Path) -> Value {
     let html = fs::read_to_string(page).unwrap();
     assert!(html.len() < 1_500_000, "{} has {} bytes", page.display(), html.len());
@@ -55,18 +54,18 @@ fn seen(browser: &str, page: &Path) -> Value {
     assert!(!said.contains("CONSOLE"), "{said}");
     let shown = String::from_utf8_lossy(&output.stdout);
     let (_, rest) =
-        shown.split_once("id=\"seen\">").unwrap_or_else(|| panic!("the page was not looked at: {said}"));
+        shown.split_once("id=\"seen\">").unwrap_or_else(|| panic!("the probe has no result: {said}"));
     let (text, _) = rest.split_once("</script>").unwrap();
     serde_json::from_str(text).unwrap()
 }
 
 fn check(seen: &Value, canvases: usize, titles: &[&str]) {
     assert_eq!(seen["faults"], Value::Array(Vec::new()));
-    assert_eq!(seen["fetched"], Value::Array(Vec::new()), "it needs no network");
+    assert_eq!(seen["fetched"], Value::Array(Vec::new()), "the page needs no network");
     let list = |name: &str| seen[name].as_array().unwrap().clone();
     assert_eq!(list("canvases").len(), canvases);
     for canvas in list("canvases") {
-        // Ground, discs and their outlines.
+        // Background, discs, and their outlines.
         assert!(
             canvas["share"].as_f64().unwrap() > 0.1 && canvas["colours"].as_u64().unwrap() >= 3,
             "{canvas}"
@@ -90,7 +89,7 @@ fn check(seen: &Value, canvases: usize, titles: &[&str]) {
 }
 
 #[test]
-fn pages_are_whole_and_the_gas_moves() {
+fn pages_are_complete_and_the_gas_moves() {
     let Some(browser) = browser() else {
         let test = concat!(module_path!(), "::pages_are_whole_and_the_gas_moves");
         carom_testkit::skipped::skipped(test, format_args!("none of {BROWSERS:?} is installed"));
@@ -98,7 +97,8 @@ fn pages_are_whole_and_the_gas_moves() {
     };
     let root = tempfile::tempdir().unwrap();
     let folder = root.path();
-    let charts = ["Kicks by direction", "Impulse by direction", "round the clock", "Mean force", "x′"];
+    let charts =
+        ["Kicks by direction", "Impulse by direction", "polar chart", "Running mean of the force", "x′"];
     let experiment = ["experiment", "brownian", "--from", "0.2", "--until", "0.6"];
     xtask(folder, &[&experiment[..], &["--out", "one"]].concat());
     let one = seen(browser, &folder.join("one/report.html"));
@@ -113,7 +113,7 @@ fn pages_are_whole_and_the_gas_moves() {
     xtask(folder, &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "run"]);
     check(&seen(browser, &folder.join("run/report.html")), 1, &["t = 0"]);
 
-    // Of many bodies a part of the box.
+    // Of a large system a part of the box is shown.
     let gas = "[[gas]]\nradius = 0.002\nmass = 1.0\nenergy = 1.0\ncount = 20000\n[run]\nuntil = 0.01\nsample_interval = 0.01\n";
     fs::write(folder.join("large.toml"), gas).unwrap();
     xtask(folder, &["run", "large.toml", "--out", "large"]);

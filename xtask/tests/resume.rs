@@ -1,5 +1,4 @@
-//! Runs that are killed, interrupted, extended: what they leave behind is what they would have left
-//! in one go.
+//! Killed, interrupted and extended runs give the same output as uninterrupted ones.
 
 use std::{
     fs,
@@ -13,8 +12,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use tempfile::TempDir;
 
-/// Discs, a tee that turns, a locked cross, a bumper, lossy contacts by tags; the last sample is
-/// off the others' grid.
+/// Discs, a rotating tee, a locked cross, a bumper, inelastic contacts by tags; the last sample is
+/// off the grid of the others.
 const SCENE: &str = r#"
 [box]
 seed = 3
@@ -50,10 +49,10 @@ observe = ["energy", "collision-rate", "pressure", "overlap", "impulses:tee", "v
 snapshots = "extxyz"
 "#;
 
-/// `cargo xtask run` of that scene, with checkpoints so often that most kills leave one.
+/// `cargo xtask run` of that scene, with checkpoints so frequent that most kills leave one.
 const RUN: &[&str] = &["run", "scene.toml", "--out", "out", "--checkpoint-every", "0.02"];
 
-/// The thesis's experiment in miniature: two replicas at once.
+/// The Brownian experiment in miniature: two replicas in parallel.
 const CAMPAIGN: &[&str] = &[
     "experiment",
     "brownian",
@@ -69,13 +68,12 @@ const CAMPAIGN: &[&str] = &[
     "0.05",
 ];
 
-/// One run of it.
+/// One run of the Brownian experiment.
 const SINGLE: &[&str] = &["experiment", "brownian", "--from", "0.7", "--out", "out"];
 
 const LONG: [&str; 2] = ["--until", "6"];
 
-/// A folder to work in, with the scene in it. Paths are relative to it, so that they do not differ
-/// between folders.
+/// A folder with the scene. Paths are relative to it, so that they are equal in all folders.
 struct Place(TempDir);
 
 impl Place {
@@ -103,20 +101,20 @@ impl Place {
         self.command(words).spawn().expect("the program starts")
     }
 
-    /// Exit code, and what was said to the terminal.
+    /// Exit code and terminal output.
     fn finish(&self, words: &[&[&str]]) -> (Option<i32>, String) {
         said(&self.command(words).output().expect("the program starts"))
     }
 
-    /// Runs to the end in one go.
+    /// Runs to the end without interruption.
     fn complete(self, words: &[&[&str]]) -> Self {
         let (code, said) = self.finish(words);
         assert_eq!(code, Some(0), "{said}");
         self
     }
 
-    /// All files that were written but the manifests, which tell of processes, and the checkpoints;
-    /// without the speeds.
+    /// All output files except the manifests, which describe processes, and the checkpoints;
+    /// without speeds.
     fn results(&self) -> Vec<(String, String)> {
         let mut files = Vec::new();
         let mut folders = vec![self.path("out")];
@@ -160,9 +158,9 @@ fn assert_same(found: &Place, expected: &Place) {
     }
 }
 
-/// Ends the program again and again, each time after a random part of a tenth of what the whole run
-/// takes; resumes it, and lets the last one end by itself. What it leaves must be what it leaves in
-/// one go.
+/// Ends the program repeatedly, each time after a random part of a tenth of the duration of the
+/// whole run, and resumes it; the last process runs to the end. The output must equal that of an
+/// uninterrupted run.
 fn check_interrupted(words: &[&str], seed: u64, end: fn(&mut Child)) {
     let begun = Instant::now();
     let straight = Place::new().complete(&[words]);
@@ -186,7 +184,7 @@ fn check_interrupted(words: &[&str], seed: u64, end: fn(&mut Child)) {
 }
 
 fn kill(child: &mut Child) {
-    // One that has just ended cannot be killed.
+    // A process that has just ended cannot be killed.
     let _ = child.kill();
 }
 
@@ -209,12 +207,12 @@ fn a_campaign_killed_at_any_moment_resumes_to_the_bit() {
 const BILLIARD: &[&str] = &["experiment", "billiard", "--out", "out", "--hits"];
 
 #[test]
-fn flights_that_have_ended_are_kept_and_more_can_follow() {
+fn finished_flights_are_kept_and_the_run_can_be_extended() {
     let words = [BILLIARD, &["1000000"]].concat();
     let straight = Place::new().complete(&[&words]);
     let place = Place::new();
     let mut child = place.start(&[&words]);
-    // As long as no flight has ended it holds no more than its head.
+    // Before the first flight ends the checkpoint holds only its head.
     while !fs::metadata(place.path("out/checkpoint")).is_ok_and(|file| file.len() > 400) {
         assert!(child.try_wait().unwrap().is_none(), "it ends before it is killed");
         sleep(Duration::from_millis(2));
@@ -232,11 +230,11 @@ fn flights_that_have_ended_are_kept_and_more_can_follow() {
 
 #[cfg(unix)]
 #[test]
-fn asked_to_end_a_run_leaves_a_checkpoint_and_says_how_to_go_on() {
+fn an_interrupted_run_writes_a_checkpoint_and_prints_the_command_to_resume() {
     let straight = Place::new().complete(&[RUN]);
     for (signal, code) in [("TERM", 143), ("INT", 130)] {
         let place = Place::new();
-        // So seldom that none is taken but for the first and that of the signal.
+        // The interval is so long that only the first checkpoint and that of the signal are taken.
         let seldom: &[&[&str]] = &[&["run", "scene.toml", "--out", "out", "--checkpoint-every", "1000"]];
         let child = place.start(seldom);
         let grown = || fs::metadata(place.path("out/energy.csv")).is_ok_and(|file| file.len() > 2000);
@@ -252,7 +250,7 @@ fn asked_to_end_a_run_leaves_a_checkpoint_and_says_how_to_go_on() {
             said.contains("cargo xtask run scene.toml --out out --checkpoint-every 1000 --resume"),
             "{said}"
         );
-        // It was taken after the signal, not at the beginning.
+        // The checkpoint is from after the signal, not from the beginning.
         let (code, said) = place.finish(&[RUN, &["--until", "0.1", "--resume"]]);
         assert!(code == Some(2) && said.contains("the checkpoint is at"), "{said}");
         let place = place.complete(&[RUN, &["--resume"]]);
@@ -260,7 +258,7 @@ fn asked_to_end_a_run_leaves_a_checkpoint_and_says_how_to_go_on() {
     }
 }
 
-/// Molecules so many that an epoch takes some seconds, longer than the run, with samples on the
+/// So many molecules that an epoch takes some seconds, longer than the run, with samples on the
 /// way.
 const LONG_EPOCH: &str = r#"
 [box]
@@ -279,7 +277,7 @@ observe = ["energy"]
 
 #[cfg(unix)]
 #[test]
-fn asked_to_end_in_the_middle_of_an_epoch_it_stops_within_a_second_and_keeps_the_last_checkpoint() {
+fn a_signal_within_an_epoch_ends_the_run_within_a_second_and_keeps_the_last_checkpoint() {
     let run: &[&str] = &["run", "long.toml", "--out", "out", "--checkpoint-every", "0"];
     let place = || {
         let place = Place::new();
@@ -309,7 +307,8 @@ fn asked_to_end_in_the_middle_of_an_epoch_it_stops_within_a_second_and_keeps_the
         assert_eq!(found, Some(code), "{said}");
         assert!(said.contains(&format!("SIG{signal} before the next checkpoint")), "{said}");
         assert!(said.contains("cargo xtask run long.toml --out out --checkpoint-every 0 --resume"), "{said}");
-        // The epoch has not ended: the checkpoint is the first, and the files are as long as at it.
+        // The epoch has not ended: the checkpoint is the first, and the files have the lengths in
+        // it.
         assert!(fs::read(place.path("out/checkpoint")).unwrap() == checkpoint);
         assert_eq!(fs::read_to_string(place.path("out/energy.csv")).unwrap(), first);
         assert_same(&place.complete(&[run, &["--resume"]]), &straight);
@@ -317,13 +316,13 @@ fn asked_to_end_in_the_middle_of_an_epoch_it_stops_within_a_second_and_keeps_the
 }
 
 #[test]
-fn a_run_that_has_ended_can_be_extended_and_is_then_as_if_it_had_been_run_so_far_at_once() {
+fn an_extended_run_equals_one_run_of_the_full_length() {
     for words in [RUN, CAMPAIGN] {
         let until = |time| [words, &["--until", time]].concat();
         let straight = Place::new().complete(&[&until("4.25")]);
         let place = Place::new().complete(&[&until("2.03")]);
         let short = place.results();
-        // Again to the same end: nothing is run.
+        // Resumed to the same end: nothing is run.
         let place = place.complete(&[&until("2.03"), &["--resume"]]);
         assert!(place.results() == short);
         assert_same(&place.complete(&[&until("4.25"), &["--resume"]]), &straight);
@@ -331,7 +330,7 @@ fn a_run_that_has_ended_can_be_extended_and_is_then_as_if_it_had_been_run_so_far
 }
 
 #[test]
-fn runs_of_a_campaign_that_have_ended_are_kept() {
+fn finished_runs_of_a_campaign_are_kept() {
     let words = [CAMPAIGN, &["--until", "1.5"]].concat();
     let place = Place::new().complete(&[&words]);
     let (done, open) = (place.path("out/standard-0.5-0"), place.path("out/standard-0.5-1"));
@@ -347,7 +346,7 @@ fn runs_of_a_campaign_that_have_ended_are_kept() {
     assert!(place.results() == results);
 }
 
-/// Numbers of a checkpoint replaced by others, with the checksum of the new ones.
+/// Checkpoints with replaced numbers and a matching checksum.
 #[test]
 fn checkpoints_with_forged_checksums_are_refused_or_run_but_never_hang() {
     let short = [RUN, &["--until", "0.5"]].concat();
@@ -363,7 +362,7 @@ fn checkpoints_with_forged_checksums_are_refused_or_run_but_never_hang() {
             fs::write(path, bytes).unwrap();
         }
         let mut forged = sound.clone();
-        // Most of what a checkpoint holds before its observers are places and velocities.
+        // Most of a checkpoint before its observers are positions and velocities.
         let at = random.random_range(32..forged.len() - 8);
         let number = numbers[random.random_range(0..numbers.len())];
         forged[at..at + 8].copy_from_slice(&number.to_le_bytes());
@@ -392,7 +391,7 @@ fn checkpoints_with_forged_checksums_are_refused_or_run_but_never_hang() {
 }
 
 #[test]
-fn what_cannot_be_resumed_is_refused_by_name_and_left_alone() {
+fn invalid_checkpoints_are_refused_by_name_and_not_modified() {
     let short = [RUN, &["--until", "0.5"]].concat();
     let place = Place::new().complete(&[&short]);
     let (path, resume) = (place.path("out/checkpoint"), ["--resume"]);
@@ -417,7 +416,7 @@ fn what_cannot_be_resumed_is_refused_by_name_and_left_alone() {
         let (code, said) = place.finish(&[&short, &resume]);
         assert_eq!(code, Some(2), "{why}: {said}");
         assert!(said.contains(why) && said.contains("out/checkpoint"), "{why}: {said}");
-        assert!(fs::read(&path).unwrap() == bytes, "{why}: it is left alone");
+        assert!(fs::read(&path).unwrap() == bytes, "{why}: it is not modified");
     }
     fs::write(&path, &sound).unwrap();
     for (words, why) in [
@@ -435,21 +434,21 @@ fn what_cannot_be_resumed_is_refused_by_name_and_left_alone() {
         assert_eq!(code, Some(2), "{why}: {said}");
         assert!(said.contains(why), "{why}: {said}");
     }
-    assert!(place.results() == results, "nothing was changed");
+    assert!(place.results() == results, "nothing is changed");
 
-    // Without a word about it, nothing is written over.
+    // Without --force or --resume nothing is overwritten.
     let (code, said) = place.finish(&[&short]);
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("--resume") && said.contains("--force"), "{said}");
     assert!(place.results() == results);
 
-    // A series that has lost what its checkpoint counts on.
+    // A series shorter than at its checkpoint.
     place.write("out/energy.csv", "time\n");
     let (code, said) = place.finish(&[RUN, &["--until", "0.7"], &resume]);
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("energy.csv"), "{said}");
 
-    // A folder of something else.
+    // A folder without a run.
     let foreign = Place::new();
     fs::create_dir(foreign.path("out")).unwrap();
     foreign.write("out/letter.txt", "Dear Maxwell");
@@ -458,7 +457,7 @@ fn what_cannot_be_resumed_is_refused_by_name_and_left_alone() {
     assert!(said.contains("holds no run"), "{said}");
     assert_eq!(fs::read_dir(foreign.path("out")).unwrap().count(), 1);
 
-    // A folder that another process writes into.
+    // A folder in use by another process.
     let endless =
         ["run", "scene.toml", "--out", "busy", "--until", "1e6", "--set", "run.sample_interval=1e3"];
     let mut child = foreign.start(&[&endless]);

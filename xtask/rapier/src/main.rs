@@ -1,9 +1,9 @@
-//! Runs a gas in a closed box with rapier: the scene comes on the standard input, what was seen
-//! goes to the standard output.
+//! Runs a gas in a closed box with rapier: the scene is read from standard input, the results are
+//! written to standard output.
 //!
 //! Restitution 1, no friction, no damping, no gravity, no sleep, continuous collision detection:
-//! what rapier offers for elastic molecules. All other parameters are rapier's own defaults, but
-//! for the unit of length, which is a molecule's.
+//! the settings for elastic molecules. All other parameters are rapier's defaults, except the unit
+//! of length, which is the size of a molecule.
 
 use std::{
     io::{stdin, stdout},
@@ -15,21 +15,21 @@ use cpu_time::ThreadTime;
 use rapier2d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// What is to be run.
+/// The requested runs.
 #[derive(Deserialize)]
 struct Scene {
-    /// Sides of the box (length); walls stand at 0 and at the sides.
+    /// Sides of the box (length); walls are at 0 and at the sides.
     sides: [f64; 2],
     bodies: Vec<Body>,
-    /// Time that is run.
+    /// Duration (time).
     duration: f64,
-    /// Steps of time, one run for each.
+    /// Time steps, one run for each.
     steps: Vec<f64>,
-    /// A run is left off after so much processor time (seconds).
+    /// Processor time after which a run ends early (seconds).
     most_seconds: f64,
 }
 
-/// A molecule in its first state.
+/// A molecule in its initial state.
 #[derive(Deserialize)]
 struct Body {
     atoms: Vec<Atom>,
@@ -40,7 +40,7 @@ struct Body {
     fixed: bool,
 }
 
-/// A disc of a molecule, at its place from the centre of mass.
+/// A disc of a molecule, with its position relative to the centre of mass.
 #[derive(Deserialize)]
 struct Atom {
     at: [f64; 2],
@@ -48,30 +48,30 @@ struct Atom {
     mass: f64,
 }
 
-/// What one run has shown.
+/// Results of one run.
 #[derive(Serialize)]
 struct Seen {
     step: f64,
-    /// Time that was run indeed.
+    /// Actual duration (time).
     duration: f64,
-    /// Processor time (seconds), without the looks at overlaps.
+    /// Processor time (seconds), without the overlap checks.
     seconds: f64,
-    /// Contacts of two molecules, or of one and a wall, that began.
+    /// Contacts that began between two molecules, or a molecule and a wall.
     collisions: u64,
-    /// Kinetic energy at the end over that at the start, less 1.
+    /// Relative change of the kinetic energy.
     energy_change: f64,
-    /// Largest number of overlapping pairs of molecules in any look, and the deepest overlap
+    /// Largest number of overlapping pairs of molecules in any check, and the deepest overlap
     /// (smaller diameters).
     overlapping: usize,
     deepest: f64,
-    /// Molecules that ended outside the box.
+    /// Number of molecules that ended outside the box.
     escaped: usize,
 }
 
-/// Looks at overlaps in a run.
+/// Number of overlap checks in a run.
 const LOOKS: u32 = 10;
 
-/// Shallower overlaps are roundings (smaller diameters).
+/// Shallower overlaps are rounding errors (smaller diameters).
 const SHALLOWEST: f64 = 1e-12;
 
 fn main() -> Result<()> {
@@ -123,7 +123,7 @@ fn run(scene: &Scene, step: f64) -> Seen {
     }
 }
 
-/// The molecules, and four walls as thick as the box is wide.
+/// The molecules, and four walls as thick as the width of the box.
 fn build(scene: &Scene, step: f64) -> (PhysicsWorld, Vec<RigidBodyHandle>) {
     let mut world = PhysicsWorld::default();
     world.gravity = Vector::ZERO;
@@ -163,7 +163,7 @@ fn build(scene: &Scene, step: f64) -> (PhysicsWorld, Vec<RigidBodyHandle>) {
         let wall = ColliderBuilder::cuboid(half[0], half[1]).translation(Vector::new(at[0], at[1]));
         world.insert_collider(elastic(wall), None);
     }
-    // Masses of colliders reach their bodies in a step; energies are asked for before the first.
+    // Masses of colliders reach their bodies in a step, but energies are needed before the first.
     for &body in &bodies {
         let PhysicsWorld { bodies, colliders, .. } = &mut world;
         bodies[body].recompute_mass_properties_from_colliders(colliders);

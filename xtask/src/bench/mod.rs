@@ -1,9 +1,9 @@
 //! `cargo xtask bench gas`: collisions per second of whole simulations, by scene and by engine.
 //!
-//! All engines of a scene run in one process, one after the other in each round, and are timed by
-//! the processor time of the thread; the figure is the median of the rounds. On a machine that
-//! others use, ratios mean more than nanoseconds; cycles of the clock as it was in each turn take
-//! out its changes, but not that two threads share a core.
+//! All engines of a scene run in one process, in turn in each round, and are timed by the processor
+//! time of the thread; the median over the rounds is reported. On a shared machine ratios are more
+//! reliable than nanoseconds. Cycles, from the clock rate measured in each turn, remove changes of
+//! the clock, but not the effect of two threads on one core.
 
 mod clock;
 mod scenes;
@@ -23,25 +23,25 @@ use serde::Serialize;
 
 use self::clock::gigahertz;
 
-/// What to time.
+/// The benchmarks.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
-    /// Gases of many kinds, on every engine
+    /// Gases of many kinds with every engine
     Gas(Options),
-    /// Building a gas, single steps, and edits in a batch
+    /// Construction of a gas, single steps, and edits in a batch
     Setup(setup::Options),
 }
 
-/// How to time gases.
+/// Options of `cargo xtask bench gas`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Only scenes whose name begins with this; all without
+    /// Run only scenes whose name begins with this; default: all
     #[arg(long, default_value = "")]
     scene: String,
-    /// Rounds in which all engines take their turn
+    /// Number of rounds; each engine has one turn in a round
     #[arg(long, default_value_t = 5)]
     rounds: usize,
-    /// Processor seconds of one engine's turn
+    /// Processor time of a turn (seconds)
     #[arg(long, default_value = "0.2", value_parser = seconds)]
     turn: f64,
     /// Print a JSON array instead of a table
@@ -49,7 +49,7 @@ pub struct Options {
     json: bool,
 }
 
-/// One line of the table.
+/// One row of the table.
 #[derive(Debug, Serialize)]
 struct Timing {
     scene: &'static str,
@@ -62,10 +62,10 @@ struct Timing {
     n: usize,
 }
 
-/// Times what was asked for.
+/// Runs the selected benchmark.
 ///
 /// # Errors
-/// A scene that cannot be built or run.
+/// A scene cannot be built or run.
 pub fn run(bench: &Bench) -> Result<Verdict> {
     let options = match bench {
         Bench::Gas(options) => options,
@@ -90,7 +90,7 @@ pub fn run(bench: &Bench) -> Result<Verdict> {
 fn seconds(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     let is_fine = seconds > 0.0 && seconds.is_finite();
-    if is_fine { Ok(seconds) } else { Err("a time is greater than 0, and ends".to_owned()) }
+    if is_fine { Ok(seconds) } else { Err("the time must be positive and finite".to_owned()) }
 }
 
 fn row(timing: &Timing) -> String {
@@ -107,17 +107,17 @@ fn row(timing: &Timing) -> String {
     )
 }
 
-/// How long a collision took in one engine's turn.
+/// Time of a collision in one turn of an engine.
 #[derive(Debug, Clone, Copy)]
 struct Turn {
     nanoseconds: f64,
     cycles: f64,
 }
 
-/// One engine in the middle of a scene.
+/// One engine during a scene.
 trait Runner {
     fn name(&self) -> &'static str;
-    /// Runs on for about so many processor seconds.
+    /// Runs for about `seconds` of processor time.
     fn turn(&mut self, seconds: f64) -> Result<Turn>;
     fn bytes_per_body(&self) -> f64;
 }
@@ -125,7 +125,7 @@ trait Runner {
 struct Engine<S: Scheduler> {
     name: &'static str,
     simulation: Simulation<Exact, Impact, S>,
-    /// Simulated time for each processor second, as measured in the turn before.
+    /// Simulated time per processor second in the previous turn.
     pace: f64,
 }
 
@@ -149,7 +149,7 @@ impl<S: Scheduler> Runner for Engine<S> {
         let before = self.simulation.view().counters().collisions;
         let begun = self.simulation.time().to_f64();
         let clock = ThreadTime::now();
-        // The pace is known roughly at best, so the turn is made of shorter and longer stretches.
+        // The pace is only approximate, so a turn consists of several intervals.
         let mut spent = 0.0;
         while spent < seconds {
             let stretch = self.pace * (seconds - spent).max(0.1 * seconds);
@@ -179,7 +179,7 @@ fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Ve
         Engine::<HeapScheduler>::boxed("thesis", scene, CellsPerSide::Automatic)?,
     ];
     let n = Simulation::new(scene)?.view().len();
-    // Two turns to warm up: the start is a thinned lattice of equal speeds.
+    // Two warm-up turns: the initial state is a diluted lattice with equal speeds.
     for engine in &mut engines {
         engine.turn(options.turn)?;
         engine.turn(2.0 * options.turn)?;
@@ -205,7 +205,7 @@ fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Ve
     Ok(engines.iter().zip(medians).map(|(engine, turn)| timing(engine.as_ref(), turn)).collect())
 }
 
-/// The median of nanoseconds, and that of cycles.
+/// Medians of nanoseconds and of cycles.
 fn median(turns: &[Turn]) -> Turn {
     let of = |number: fn(&Turn) -> f64| {
         let mut numbers: Vec<f64> = turns.iter().map(number).collect();

@@ -1,4 +1,4 @@
-//! `cargo xtask bench setup`: seconds from a scene to its first contact, of a single step, and of a
+//! `cargo xtask bench setup`: times from a scene to its first contact, of a single step, and of a
 //! batch of edits.
 
 use anyhow::{Context, Result};
@@ -11,16 +11,16 @@ use carom_tables::Verdict;
 use clap::Args;
 use cpu_time::ThreadTime;
 
-/// What to set up.
+/// Options of `cargo xtask bench setup`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Numbers of discs, at an area fraction of 0.5
+    /// Numbers of discs, at area fraction 0.5
     #[arg(long, value_delimiter = ',', default_value = "1000,10000,100000")]
     count: Vec<usize>,
-    /// Single steps to time
+    /// Number of single steps to time
     #[arg(long, default_value_t = 20_000)]
     steps: usize,
-    /// Bodies in a batch
+    /// Number of bodies in a batch
     #[arg(long, default_value_t = 1000)]
     batch: usize,
 }
@@ -28,7 +28,7 @@ pub struct Options {
 /// Times each of the gases.
 ///
 /// # Errors
-/// A scene that cannot be built or run.
+/// A scene cannot be built or run.
 pub fn run(options: &Options) -> Result<Verdict> {
     for &count in &options.count {
         say(&time(count, options)?);
@@ -56,7 +56,7 @@ fn time(count: usize, options: &Options) -> Result<String> {
     }
     let step = clock.elapsed() / options.steps.max(1) as u32;
     let epochs = simulation.view().counters().epochs;
-    // Discs so small that about half of them fit between the others.
+    // Discs so small that about half of them find room between the others.
     let specs = (0..options.batch).map(|number| {
         let turns = number as f64 * 0.618_033_988_749_894_9;
         MoleculeSpec {
@@ -81,7 +81,7 @@ fn time(count: usize, options: &Options) -> Result<String> {
     simulation.step(f64::MAX, &mut ())?;
     let begun = clock.elapsed();
     let started = simulation.view().counters().epochs - epochs;
-    let last = *added.last().context("no disc of the batch has found room")?;
+    let last = *added.last().context("no disc of the batch found room")?;
     let clock = ThreadTime::now();
     simulation.tag(last, "last")?;
     let single = clock.elapsed();

@@ -1,5 +1,4 @@
-//! One run of a fuzzer: cases until the time is over, failures minimised and written down, and a
-//! line with the counts.
+//! One run of a fuzzer: cases within a time limit, minimised failures, and a line with the counts.
 
 use std::{
     collections::BTreeMap,
@@ -18,40 +17,40 @@ use super::{
     worker::Runner,
 };
 
-/// Failures of one kind beyond this many are counted, but neither minimised nor written.
+/// Further failures of one kind are counted, but neither minimised nor written.
 const MOST_WRITTEN_PER_KIND: usize = 3;
 
-/// Longest time for which one failing case is minimised.
+/// Time limit for the minimisation of one case.
 const MINIMISING: Duration = Duration::from_mins(1);
 
-/// What a run does.
+/// Plan of a run.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// Seed of the run.
     pub seed: u64,
-    /// How long cases are begun.
+    /// Time during which cases are started.
     pub time: Duration,
-    /// Most cases.
+    /// Largest number of cases.
     pub most_cases: u64,
     /// The folder for failing cases.
     pub out: PathBuf,
 }
 
-/// What a run found.
+/// Results of a run.
 #[derive(Debug, Default)]
 pub struct Findings {
     /// Number of cases.
     pub cases: u64,
     /// Counts and worst values of all cases.
     pub total: Report,
-    /// The seeds of the cases that failed, and how.
+    /// Seeds of the failed cases, with their failures.
     pub failures: Vec<(u64, Failure)>,
 }
 
-/// Runs cases until the time is over, and writes down those that fail.
+/// Runs cases within the time limit and writes those that fail.
 ///
 /// # Errors
-/// The worker cannot be started, a file cannot be written, or the program has been asked to end.
+/// The worker cannot be started, a file cannot be written, or a signal has been received.
 pub fn run<S: Subject>(subject: &S, runner: &mut impl Runner, plan: &Plan) -> Result<Findings> {
     let mut begun = Instant::now();
     let mut findings = Findings::default();
@@ -66,7 +65,7 @@ pub fn run<S: Subject>(subject: &S, runner: &mut impl Runner, plan: &Plan) -> Re
         if written < MOST_WRITTEN_PER_KIND {
             let paused = Instant::now();
             note(subject, runner, seed, &failure, &plan.out)?;
-            // Minimising does not shorten the search.
+            // The time of minimisation does not count.
             begun += paused.elapsed();
         }
         findings.failures.push((seed, failure));
@@ -75,10 +74,10 @@ pub fn run<S: Subject>(subject: &S, runner: &mut impl Runner, plan: &Plan) -> Re
     Ok(findings)
 }
 
-/// Runs the case of one seed, and minimises it if it fails.
+/// Runs the case of one seed and minimises it if it fails.
 ///
 /// # Errors
-/// As [`run`].
+/// See [`run`].
 pub fn run_only<S: Subject>(
     subject: &S,
     runner: &mut impl Runner,
@@ -94,10 +93,10 @@ pub fn run_only<S: Subject>(
     Ok(findings)
 }
 
-/// Runs the case that a file holds.
+/// Runs the case in a file.
 ///
 /// # Errors
-/// As [`run`], and a file that cannot be read or holds no case.
+/// See [`run`]; also a file that cannot be read or holds no case.
 pub fn replay<S: Subject>(runner: &mut impl Runner, file: &Path) -> Result<Findings> {
     let bytes = fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
     let ending = file.extension().map(|ending| ending.to_string_lossy().into_owned()).unwrap_or_default();
@@ -115,7 +114,7 @@ fn one(report: &Report, seed: u64) -> Findings {
     Findings { cases: 1, total: report.clone(), failures }
 }
 
-/// Minimises a failing case, writes it to a file, and prints the commands that replay it.
+/// Minimises a failing case, writes it to a file, and prints the commands to replay it.
 fn note<S: Subject>(
     subject: &S,
     runner: &mut impl Runner,
@@ -127,7 +126,7 @@ fn note<S: Subject>(
     say(&format!("  cargo xtask fuzz {} --only {seed}", S::NAME));
     let (case, left) = minimise(subject, runner, subject.draw(seed), failure.clone(), MINIMISING);
     let (ending, bytes) = subject.write(&case);
-    fs::create_dir_all(out).with_context(|| format!("cannot make the folder {}", out.display()))?;
+    fs::create_dir_all(out).with_context(|| format!("cannot create the folder {}", out.display()))?;
     let path = out.join(format!("{}-{seed}.{ending}", S::NAME));
     write_whole(&path, &bytes)?;
     say(&format!("  minimised: {}", left.detail));
@@ -204,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn failing_cases_are_found_minimised_and_written_with_what_replays_them() {
+    fn failing_cases_are_minimised_and_written_with_their_replay_command() {
         let out = tempfile::tempdir().unwrap();
         let mut runner = InProcess(Lottery { one_in: 20 });
         let findings = run(&Lottery { one_in: 20 }, &mut runner, &plan(out.path())).unwrap();

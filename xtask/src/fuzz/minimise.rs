@@ -1,5 +1,5 @@
-//! A case that fails is reduced: of its simpler forms the first that fails in the same way takes
-//! its place, until none does.
+//! Minimisation of failing cases: repeatedly, the first simpler form that fails in the same way
+//! replaces the case.
 
 use std::time::{Duration, Instant};
 
@@ -8,12 +8,12 @@ use super::{
     worker::Runner,
 };
 
-/// Most simpler cases that are tried.
+/// Largest number of simpler cases tried.
 const MOST_TRIES: u32 = 20_000;
 
-/// Reduces a failing case for as long as `time` allows.
+/// Reduces a failing case within the time limit `time`.
 ///
-/// Returns the smallest case found and how it fails.
+/// Returns the smallest failing case found and its failure.
 pub fn minimise<S: Subject>(
     subject: &S,
     runner: &mut impl Runner,
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_fails_in_the_same_way_and_nothing_can_be_left_out() {
+    fn a_minimised_case_fails_in_the_same_way_and_is_minimal() {
         let mut runner = InProcess(Lists);
         let failure = Failure::new("both", "");
         let (case, failure) = minimise(&Lists, &mut runner, Lists.draw(0), failure, Duration::from_secs(10));

@@ -1,14 +1,14 @@
-//! `cargo xtask fuzz`: attacks with random input on detection, on whole scenes, and on the readers
-//! of files.
+//! `cargo xtask fuzz`: tests detection, whole scenes and file readers with random input.
 //!
-//! Each fuzzer compares the code under test with references of its own: kinematics between reported
-//! events ([`scenes::kinematics`]), a search in extended precision ([`carom_testkit::oracle`]), and
-//! the plain rule that no input may cause a panic, a hang, a NaN or an overlap.
+//! Each fuzzer compares the code under test with independent references: kinematics between
+//! reported events ([`scenes::kinematics`]), a search in extended precision
+//! ([`carom_testkit::oracle`]), and the rule that no input causes a panic, a hang, a NaN or an
+//! overlap.
 //!
-//! A run has a seed. Each of its cases has a seed of its own, derived from that of the run and from
-//! its number, and is a pure function of it. Cases run in a process of their own, so that a hang,
-//! an abort or a lack of memory ends that process only. A case that fails is reduced to a smaller
-//! one that fails in the same way, and written to a file with the command that replays it.
+//! A run has a seed. Each of its cases has its own seed, derived from the seed of the run and its
+//! number, and is a pure function of it. Cases run in a separate process, so that a hang, an abort
+//! or a lack of memory ends that process only. A failing case is minimised and written to a file
+//! with the command to replay it.
 
 pub mod campaign;
 pub mod detection;
@@ -41,7 +41,7 @@ use self::{
 /// The fuzzers.
 #[derive(Debug, Subcommand)]
 pub enum Fuzz {
-    /// Random scenes with edits, checked by kinematics of their own between reported events
+    /// Random scenes with edits, checked by independent kinematics between reported events
     Scenes(Options),
     /// Random queries to the exact detector, checked by a search in extended precision
     Detection(Options),
@@ -49,28 +49,28 @@ pub enum Fuzz {
     Files(Options),
 }
 
-/// What a fuzzer runs, and for how long.
+/// Options of a fuzzer.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// How long to begin cases (minutes)
+    /// Time during which cases are started (minutes)
     #[arg(long, default_value_t = 1.0)]
     pub minutes: f64,
     /// Seed of the run
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Most cases to run
+    /// Largest number of cases
     #[arg(long, default_value_t = u64::MAX)]
     pub cases: u64,
-    /// Run the case of this number only
+    /// Run only the case of this number
     #[arg(long, conflicts_with_all = ["only", "replay"])]
     pub case: Option<u64>,
-    /// Run the case of this seed only
+    /// Run only the case of this seed
     #[arg(long, value_name = "SEED", conflicts_with = "replay")]
     pub only: Option<u64>,
-    /// Run the case in this file, which a failure has left
+    /// Run the case in this file, written after a failure
     #[arg(long, value_name = "FILE")]
     pub replay: Option<PathBuf>,
-    /// The folder for failing cases
+    /// Folder for failing cases
     #[arg(long, default_value = "out/fuzz")]
     pub out: PathBuf,
 }
@@ -81,7 +81,7 @@ const LONGEST: f64 = 10_080.0;
 /// Runs a fuzzer.
 ///
 /// # Errors
-/// Options out of range, a file that cannot be read or written, a worker that cannot be started.
+/// An option is out of range, a file cannot be read or written, or a worker cannot be started.
 pub fn run(fuzz: &Fuzz) -> Result<Verdict> {
     match fuzz {
         Fuzz::Scenes(options) => run_subject(&Scenes::<Exact, Impact>::default(), options),
@@ -90,10 +90,10 @@ pub fn run(fuzz: &Fuzz) -> Result<Verdict> {
     }
 }
 
-/// Runs the cases that another process sends.
+/// Runs the cases that the parent process sends.
 ///
 /// # Errors
-/// There is no such fuzzer, or the other process has gone.
+/// There is no such fuzzer, or the parent process has ended.
 pub fn work(name: &str) -> Result<()> {
     match name {
         Scenes::<Exact, Impact>::NAME => worker::work(&Scenes::<Exact, Impact>::default()),
@@ -110,7 +110,7 @@ fn run_subject<S: Subject>(subject: &S, options: &Options) -> Result<Verdict> {
         "--minutes must be positive and at most {LONGEST}, but is {}",
         options.minutes
     );
-    let program = env::current_exe().context("cannot find the program itself")?;
+    let program = env::current_exe().context("cannot find this program")?;
     let mut worker = Worker::new(program, S::NAME, Duration::from_secs(S::TIME_LIMIT), Signals::watch()?);
     let only = options.only.or(options.case.map(|index| random::case_seed(options.seed, index)));
     let Findings { failures, .. } = if let Some(file) = &options.replay {

@@ -1,15 +1,14 @@
-//! A fuzzer of nothing, whose cases panic, hang or take too much memory: it shows that the worker
-//! survives them.
+//! A fuzzer whose cases panic, hang or exhaust memory, to test that the worker survives them.
 
 use anyhow::Result;
 
 use super::subject::{Report, Subject};
 
-/// What a case does, by the remainder of its seed.
+/// Behaviour of a case, by the remainder of its seed.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Planted;
 
-/// More than a worker may take (bytes).
+/// More memory than a worker may allocate (bytes).
 const TOO_MUCH: usize = 1 << 40;
 
 impl Subject for Planted {
@@ -29,7 +28,7 @@ impl Subject for Planted {
                 std::thread::park();
             },
             _ => {
-                // Kept from being optimised away.
+                // Prevents optimisation.
                 std::hint::black_box(Vec::<u8>::with_capacity(TOO_MUCH));
             }
         }

@@ -1,4 +1,4 @@
-//! The random numbers of one case: a stream that depends on the seed of the case alone.
+//! The random numbers of one case: a stream that depends only on its seed.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use glam::DVec2;
 use rand::RngExt as _;
 use rand_pcg::Pcg64;
 
-/// Seeds fit into 63 bits, so that they can stand in TOML.
+/// Seeds have 63 bits, so that TOML can represent them.
 const SEED_MASK: u64 = u64::MAX >> 1;
 
 /// Seed of case number `index` of a run (SplitMix64; Steele, Lea and Flood 2014).
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_stream_depends_on_its_seed_alone() {
+    fn a_stream_depends_only_on_its_seed() {
         let numbers = |seed| {
             let mut draw = Draw::new(seed);
             [draw.bits(), draw.bits(), draw.normal().to_bits()]

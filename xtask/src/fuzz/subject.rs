@@ -1,5 +1,5 @@
-//! What a fuzzer provides: cases from seeds, a check, smaller cases, and a file form; and what a
-//! check returns.
+//! Interface of a fuzzer: cases from seeds, a check, simpler cases, and a file format; and the
+//! report of a check.
 
 use std::{
     any::Any,
@@ -20,7 +20,7 @@ pub trait Subject {
     /// Its name on the command line.
     const NAME: &'static str;
 
-    /// How long one case may take (seconds) before it counts as a hang.
+    /// Processor time of one case (seconds) above which it counts as a hang.
     const TIME_LIMIT: u64;
 
     /// The case of a seed.
@@ -29,42 +29,41 @@ pub trait Subject {
     /// Runs the code under test and compares it with the references.
     fn check(&self, case: &Self::Case) -> Report;
 
-    /// Cases with less in them, those with the least first; empty if nothing can be left out.
+    /// Simpler cases, the simplest first; empty if there are none.
     fn simpler(&self, case: &Self::Case) -> Vec<Self::Case>;
 
-    /// The case as a file: what its name ends with, and its bytes.
+    /// Encodes the case as a file: extension and content.
     fn write(&self, case: &Self::Case) -> (String, Vec<u8>);
 
-    /// The case from a file whose name ends with `ending`.
+    /// Decodes the case from a file with the extension `ending`.
     ///
     /// # Errors
-    /// The bytes are no case of this fuzzer.
+    /// The content is no case of this fuzzer.
     fn read(&self, ending: &str, bytes: &[u8]) -> Result<Self::Case>;
 }
 
-/// What a check found out.
+/// Result of a check.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
-    /// What was counted, by name; several entries of one name are added up.
+    /// Counts by name; entries with one name are summed.
     pub counts: Vec<(String, u64)>,
-    /// The largest gap at a contact in units of its bound, and others of this kind: largest value
-    /// by name.
+    /// Largest values by name, such as the largest gap at a contact in units of its bound.
     pub worst: Vec<(String, f64)>,
-    /// What is wrong, if anything.
+    /// The failure, if any.
     pub failure: Option<Failure>,
 }
 
-/// Something that must not happen.
+/// A failure.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
-    /// The kind of failure: a case is reduced as long as this stays the same.
+    /// Kind of the failure; minimisation preserves it.
     pub kind: String,
-    /// What was found, with numbers.
+    /// Description with numbers.
     pub detail: String,
 }
 
 impl Failure {
-    /// A failure of a kind, with what was found.
+    /// A failure of a kind with its description.
     pub fn new(kind: &str, detail: impl Into<String>) -> Self {
         Self { kind: kind.to_owned(), detail: detail.into() }
     }
@@ -79,7 +78,7 @@ impl Report {
         }
     }
 
-    /// Keeps the largest value; NaN counts as the largest of all.
+    /// Updates a largest value; NaN is larger than all numbers.
     pub fn keep_worst(&mut self, name: &str, value: f64) {
         let value = if value.is_nan() { f64::INFINITY } else { value };
         match self.worst.iter_mut().find(|(known, _)| known == name) {
@@ -88,7 +87,7 @@ impl Report {
         }
     }
 
-    /// Notes a failure; the first one is kept.
+    /// Records a failure; the first one is kept.
     pub fn fail(&mut self, kind: &str, detail: impl Into<String>) {
         if self.failure.is_none() {
             self.failure = Some(Failure::new(kind, detail));
@@ -106,7 +105,7 @@ impl Report {
     }
 }
 
-/// Whether a value is beyond a bound; NaN is beyond any.
+/// Returns true if a value exceeds a bound; NaN always does.
 ///
 /// ```
 /// use xtask::fuzz::subject::exceeds;
@@ -123,7 +122,7 @@ thread_local! {
     static CATCHING: RefCell<bool> = const { RefCell::new(false) };
 }
 
-/// Runs a check; a panic in it is a failure of the kind "panic", with its message and place.
+/// Runs a check; a panic becomes a failure of the kind "panic", with message and location.
 pub fn check_and_catch(check: impl FnOnce() -> Report) -> Report {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

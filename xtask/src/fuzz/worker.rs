@@ -1,8 +1,8 @@
-//! The process that runs the cases: it is ended and started anew when a case hangs, aborts or takes
-//! too much memory.
+//! The process that runs the cases: it is killed and restarted if a case hangs, aborts or exhausts
+//! memory.
 //!
-//! Requests and answers are frames: four bytes with the length, little-endian, and as many bytes in
-//! postcard's encoding.
+//! Requests and answers are frames: a length of four bytes, little-endian, and that number of bytes
+//! in postcard's encoding.
 
 use std::{
     io::{self, BufReader, Read, Write},
@@ -22,34 +22,34 @@ use serde::{Deserialize, Serialize};
 
 use super::subject::{Failure, Report, Subject, check_and_catch};
 
-/// The name of the hidden command that starts the process.
+/// Name of the hidden command that starts the process.
 pub const COMMAND: &str = "fuzz-worker";
 
-/// Most memory of the process (KiB of address space). More is taken for a failure.
+/// Memory limit of the process (KiB of address space); exceeding it is a failure.
 const MOST_MEMORY: u64 = 4 << 20;
 
-/// How often a wait looks whether the program has been asked to end.
+/// Interval between checks for a signal while waiting.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// A case is waited for no longer than this many times its limit of processor time.
+/// Largest waiting time for a case, in units of its processor time limit.
 const MOST_WAITS: u32 = 15;
 
-/// Runs cases.
+/// Executes cases.
 pub trait Runner {
     /// Runs the case of a seed.
     ///
     /// # Errors
-    /// The process cannot be started, or the program has been asked to end.
+    /// The process cannot be started, or a signal has been received.
     fn run_seed(&mut self, seed: u64) -> Result<Report>;
 
-    /// Runs the case that a file holds.
+    /// Runs the case in a file.
     ///
     /// # Errors
-    /// As [`Self::run_seed`], and bytes that are no case.
+    /// The process cannot be started, a signal has been received, or the bytes are no case.
     fn run_file(&mut self, ending: &str, bytes: &[u8]) -> Result<Report>;
 }
 
-/// Runs cases in this process: for tests.
+/// Runs cases in this process, for tests.
 #[derive(Debug)]
 pub struct InProcess<S>(pub S);
 
@@ -70,7 +70,7 @@ enum Request {
     File { ending: String, bytes: Vec<u8> },
 }
 
-/// Runs cases in a process of their own.
+/// Runs cases in a separate process.
 #[derive(Debug)]
 pub struct Worker {
     program: PathBuf,
@@ -89,17 +89,16 @@ struct Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // It may have ended already.
+        // The process may have ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
 impl Worker {
-    /// A worker for the fuzzer `name`; a case that takes longer than `limit`
-    /// (processor time) is a hang.
+    /// A worker for the fuzzer `name`; a case with more than `limit` of processor time is a hang.
     ///
-    /// `program` is `xtask` itself.
+    /// `program` is the path of `xtask`.
     pub fn new(program: PathBuf, name: &'static str, limit: Duration, signals: Signals) -> Self {
         Self { program, name, limit, signals, process: None }
     }
@@ -110,7 +109,7 @@ impl Worker {
             Some(process) => process,
             none => none.insert(start(&self.program, self.name)?),
         };
-        // A process that has ended closes its input; the answer, or its absence, says why.
+        // A process that has ended closes its input; the missing answer shows the reason.
         let _ = send(&mut process.requests, &bytes);
         let before = processor_time(&process.child);
         let mut waited = Duration::ZERO;
@@ -118,7 +117,7 @@ impl Worker {
             match process.answers.recv_timeout(LOOK) {
                 Ok(answer) => return Ok(decode(&answer)?),
                 Err(RecvTimeoutError::Disconnected) => {
-                    // Ctrl-C ends the worker as well: that is no failure of the case.
+                    // Ctrl-C ends the worker too, which is not a failure of the case.
                     thread::sleep(LOOK);
                     self.signals.check()?;
                     let status = process.child.wait().context("cannot wait for the worker")?;
@@ -132,13 +131,13 @@ impl Worker {
                 Err(RecvTimeoutError::Timeout) => {
                     self.signals.check()?;
                     waited += LOOK;
-                    // A process that other work keeps from the processor does not hang.
+                    // A process that waits for the processor does not hang.
                     let now = processor_time(&process.child);
                     let used = before.zip(now).map_or(waited, |(before, now)| now.saturating_sub(before));
                     if used >= self.limit || waited >= MOST_WAITS * self.limit {
                         self.process = None;
                         let seconds = self.limit.as_secs();
-                        let detail = format!("no answer within {seconds} s of the processor");
+                        let detail = format!("no answer within {seconds} s of processor time");
                         return Ok(Report {
                             failure: Some(Failure::new("hang", detail)),
                             ..Report::default()
@@ -160,7 +159,7 @@ impl Runner for Worker {
     }
 }
 
-/// Starts this program as a worker, with bounded memory where the shell can bound it.
+/// Starts this program as a worker, with a memory limit if the shell supports it.
 fn start(program: &Path, name: &str) -> Result<Process> {
     let mut command = if cfg!(unix) {
         let mut shell = Command::new("sh");
@@ -192,7 +191,7 @@ fn start(program: &Path, name: &str) -> Result<Process> {
 
 /// Processor time of a process (user and system), where the system has `/proc`.
 fn processor_time(process: &Child) -> Option<Duration> {
-    // Fields 14 and 15, of which the second may hold spaces, in hundredths of a second.
+    // Fields 14 and 15, in hundredths of a second; field 2 may contain spaces.
     let text = std::fs::read_to_string(format!("/proc/{}/stat", process.id())).ok()?;
     let (_, fields) = text.rsplit_once(')')?;
     let mut fields = fields.split_whitespace().skip(11).map(str::parse::<u64>);
@@ -200,10 +199,10 @@ fn processor_time(process: &Child) -> Option<Duration> {
     Some(Duration::from_millis(10 * (user + system)))
 }
 
-/// Answers requests on the standard input until it ends.
+/// Answers requests from standard input until it ends.
 ///
 /// # Errors
-/// The standard output cannot be written, or a request makes no sense.
+/// Standard output cannot be written, or a request is invalid.
 pub fn work<S: Subject>(subject: &S) -> Result<()> {
     let (mut input, mut output) = (io::stdin().lock(), io::stdout().lock());
     while let Some(bytes) = receive(&mut input)? {
@@ -246,7 +245,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_frame_comes_back_as_it_was_sent() {
+    fn a_frame_is_received_as_it_was_sent() {
         let mut pipe = Vec::new();
         send(&mut pipe, b"one").unwrap();
         send(&mut pipe, b"").unwrap();

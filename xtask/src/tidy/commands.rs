@@ -1,4 +1,4 @@
-//! Every `cargo xtask …` and `carom …` in a Markdown file is a command that exists.
+//! Checks that every `cargo xtask …` and `carom …` in a Markdown file is a valid command.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use clap::Parser as _;
 use super::{Fault, files::text_files, read};
 use crate::cli::Cli;
 
-/// Commands in all Markdown files that their program refuses.
+/// Invalid commands in all Markdown files.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let mut faults = Vec::new();
     for path in text_files(root)? {
@@ -20,7 +20,7 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     Ok(faults)
 }
 
-/// Commands in a page of Markdown that their program refuses, with its reason.
+/// Invalid commands in a page of Markdown, with the error.
 fn refused(page: &str) -> Vec<Fault> {
     let refused = |(program, command): (&str, String)| {
         let words = words(&command);
@@ -34,8 +34,7 @@ fn refused(page: &str) -> Vec<Fault> {
     commands(page).into_iter().filter_map(refused).collect()
 }
 
-/// Programs and their arguments in code, on lines of a block or between backticks; a bare name is
-/// no command.
+/// Programs and their arguments in code blocks or between backticks; a bare name is not a command.
 fn commands(page: &str) -> Vec<(&'static str, String)> {
     let mut found = Vec::new();
     let mut block = String::new();
@@ -62,8 +61,7 @@ fn commands(page: &str) -> Vec<(&'static str, String)> {
     found.into_iter().filter_map(command).collect()
 }
 
-/// A command as the program sees it: its name first, then its words, where quotes hold words
-/// together.
+/// The command line as the program receives it: its name, then its words; quotes group words.
 fn words(command: &str) -> Vec<String> {
     let mut words = vec!["program".to_owned()];
     let mut word = String::new();
@@ -87,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn commands_stand_in_blocks_and_between_backticks() {
+    fn commands_are_found_in_blocks_and_between_backticks() {
         let page = "Say `cargo xtask tidy`, or `cargo xtask`.\n\
                     ```sh\n\
                     $ cargo xtask run a.toml --until 3   # short\n\
@@ -102,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_that_there_are_not_are_faults() {
+    fn unknown_commands_are_faults() {
         let page = "`cargo xtask fly` `cargo xtask run` `cargo xtask run a.toml --untill 3` \
                     `cargo xtask experiment brownian --case 'no such'` `cargo xtask --help` \
                     `carom chek a.toml` `carom run a.toml`";

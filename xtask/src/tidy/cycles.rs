@@ -1,5 +1,5 @@
-//! Files of a crate import each other in one direction: a cycle is allowed between a module and its
-//! own children only.
+//! Checks that files of a crate import each other in one direction; only a module and its children
+//! may form a cycle.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -10,11 +10,11 @@ use anyhow::Result;
 
 use super::{Fault, files::with_extensions, read};
 
-/// Cycles that are known: a file of each, and why it is left.
+/// Known cycles: one of the files, and the reason.
 const KNOWN: [(&str, &str); 1] =
     [("crates/engine/src/cells", "the state of the scheduler has methods in all of its files")];
 
-/// Cycles of files, one fault each, that are not listed as known.
+/// Cycles of files that are not listed as known, one fault each.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let mut faults = Vec::new();
     let mut folders: Vec<String> =
@@ -55,7 +55,8 @@ fn module(file: &str) -> Vec<String> {
     }
 }
 
-/// Groups of files that import each other, directly or not, parents and their descendants aside.
+/// Groups of files that import each other, directly or indirectly, except parents and their
+/// descendants.
 fn cycles(sources: &BTreeMap<String, String>) -> Vec<Vec<String>> {
     let modules: BTreeMap<Vec<String>, &String> = sources.keys().map(|file| (module(file), file)).collect();
     let exported = sources.get("lib.rs").map(|root| exported(root)).unwrap_or_default();
@@ -66,7 +67,7 @@ fn cycles(sources: &BTreeMap<String, String>) -> Vec<Vec<String>> {
             if let Some(home) = path.first().and_then(|name| exported.get(name)) {
                 path.clone_from(home);
             }
-            // The longest part of the path that is a module: what follows are items in it.
+            // The longest prefix of the path that is a module; the rest are items in it.
             while !modules.contains_key(&path) {
                 path.pop()?;
             }
@@ -86,7 +87,7 @@ fn cycles(sources: &BTreeMap<String, String>) -> Vec<Vec<String>> {
     found.into_iter().collect()
 }
 
-/// The module that each name which the root re-exports comes from.
+/// Module of each name that the root re-exports.
 fn exported(root: &str) -> BTreeMap<String, Vec<String>> {
     let mut found = BTreeMap::new();
     for (start, _) in root.match_indices("pub use ") {
@@ -103,7 +104,7 @@ fn exported(root: &str) -> BTreeMap<String, Vec<String>> {
     found
 }
 
-/// Whether one module lies inside the other.
+/// Returns true if one module lies inside the other.
 fn is_kin(a: &[String], b: &[String]) -> bool {
     a.starts_with(b) || b.starts_with(a)
 }
@@ -122,7 +123,7 @@ fn reachable<'a>(
     found
 }
 
-/// Paths of what a source imports from its own crate, from the root of the crate.
+/// Paths of the imports of a source from its own crate, from the root of the crate.
 fn imported(source: &str, own: &[String]) -> Vec<Vec<String>> {
     let code: String = source
         .lines()
@@ -174,7 +175,7 @@ fn expand(tree: &str) -> Vec<String> {
         .collect()
 }
 
-/// A path from the root of the crate; `None` for another crate's.
+/// A path from the root of the crate; `None` for another crate.
 fn from_root(path: &str, own: &[String]) -> Option<Vec<String>> {
     let mut parts = path.split("::").map(str::trim).map(str::to_owned).peekable();
     let mut root = match parts.peek()?.as_str() {
@@ -212,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn a_module_and_its_children_are_no_cycle_and_neither_is_a_chain() {
+    fn neither_a_module_with_its_children_nor_a_chain_is_a_cycle() {
         let files = sources(&[
             ("lib.rs", "mod a; mod b;"),
             ("a/mod.rs", "mod x; use self::x::X; use crate::b::B;"),

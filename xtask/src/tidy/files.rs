@@ -1,10 +1,10 @@
-//! The sources and pages of the repository, without those that are built.
+//! The sources and pages of the repository, without build output.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
-/// Folders with sources and pages, besides the pages at the top.
+/// Folders with sources and pages, in addition to the pages at the top.
 const FOLDERS: [&str; 4] = ["crates", "xtask", "tests", "benches"];
 
 /// All files in a folder and below with one of these extensions, in alphabetical order.
@@ -15,8 +15,8 @@ pub fn with_extensions(folder: &Path, extensions: &[&str]) -> Result<Vec<PathBuf
         if !folder.is_dir() {
             continue;
         }
-        let entries =
-            std::fs::read_dir(&folder).with_context(|| format!("cannot look into {}", folder.display()))?;
+        let entries = std::fs::read_dir(&folder)
+            .with_context(|| format!("cannot read the folder {}", folder.display()))?;
         for entry in entries {
             let path = entry?.path();
             if path.is_dir() && !path.ends_with("target") {
@@ -40,7 +40,7 @@ pub fn text_files(root: &Path) -> Result<Vec<PathBuf>> {
     for folder in FOLDERS {
         found.extend(with_extensions(&root.join(folder), &["rs", "md"])?);
     }
-    for entry in std::fs::read_dir(root).context("cannot look into the repository")? {
+    for entry in std::fs::read_dir(root).context("cannot read the folder of the repository")? {
         let path = entry?.path();
         if path.extension().is_some_and(|extension| extension == "md") {
             found.push(path);

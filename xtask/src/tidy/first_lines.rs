@@ -1,4 +1,4 @@
-//! Every source file opens with one sentence that says what is in it.
+//! Checks that every source file opens with one sentence.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     Ok(faults)
 }
 
-/// Whether the first paragraph is a doc comment of the file that ends like a sentence.
+/// Returns true if the file opens with a doc comment whose first paragraph ends like a sentence.
 fn opens_with_a_sentence(text: &str) -> bool {
     let paragraph: Vec<&str> =
         text.lines().map_while(|line| line.strip_prefix("//! ")).map(str::trim).collect();
@@ -36,7 +36,7 @@ mod tests {
     }
 
     #[test]
-    fn code_or_a_title_or_a_blank_is_no_sentence() {
+    fn code_or_a_title_or_a_blank_line_is_not_a_sentence() {
         for text in [
             "",
             "use x;\n",

@@ -1,4 +1,4 @@
-//! The arrows between layers, read from the manifests: none runs the wrong way.
+//! Checks the dependencies between layers in the manifests.
 
 use std::path::Path;
 
@@ -7,8 +7,8 @@ use toml::Table;
 
 use super::{Fault, crates, read};
 
-/// Each crate, and what it may import; `carom` is the facade of the six layers. Detection and
-/// response do not import each other. Tables and reports are without the engine.
+/// Each crate with its allowed dependencies; `carom` is the facade of the six layers. Detection and
+/// response do not import each other. Tables and reports do not import the engine.
 const ARROWS: [(&str, &[&str]); 11] = [
     ("geometry", &[]),
     ("kinematics", &["geometry"]),
@@ -23,7 +23,7 @@ const ARROWS: [(&str, &[&str]); 11] = [
     ("testkit", &["carom", "geometry", "kinematics", "detection"]),
 ];
 
-/// Arrows that run the wrong way, in all manifests.
+/// Forbidden dependencies in all manifests.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let mut faults = Vec::new();
     for name in crates(root)? {
@@ -37,11 +37,13 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     Ok(faults)
 }
 
-/// Arrows that run the wrong way, in the manifest of one layer.
+/// Forbidden dependencies in the manifest of one layer.
 fn of_layer(name: &str, manifest: &Table) -> Vec<Fault> {
     let path = format!("crates/{name}/Cargo.toml");
     let Some((_, allowed)) = ARROWS.iter().find(|(layer, _)| *layer == name) else {
-        return vec![format!("{path}: this layer is not in the table of arrows (xtask/src/tidy/layers.rs)")];
+        return vec![format!(
+            "{path}: this layer is not in the table of dependencies (xtask/src/tidy/layers.rs)"
+        )];
     };
     let package =
         manifest.get("package").and_then(|package| package.get("name")).and_then(|name| name.as_str());
@@ -62,7 +64,8 @@ fn of_layer(name: &str, manifest: &Table) -> Vec<Fault> {
     faults
 }
 
-/// Names of all packages that a manifest depends on: to run, to test, to build, on any system.
+/// Names of all packages in the dependencies, dev-dependencies and build dependencies of a
+/// manifest, for any system.
 fn dependencies(manifest: &Table) -> Vec<String> {
     let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
     let of = |table: &Table| -> Vec<String> {
@@ -90,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn arrows_downwards_are_fine() {
+    fn downward_dependencies_are_allowed() {
         assert_eq!(
             faults_of("engine", "[dependencies]\ncarom-detection.workspace = true\nglam = \"0.33\"\n"),
             0
@@ -103,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn arrows_upwards_and_sideways_are_faults() {
+    fn upward_and_sideways_dependencies_are_faults() {
         assert_eq!(faults_of("geometry", "[dependencies]\ncarom-kinematics.workspace = true\n"), 1);
         assert_eq!(faults_of("detection", "[dependencies]\ncarom-response.workspace = true\n"), 1);
         assert_eq!(faults_of("response", "[dev-dependencies]\ncarom-detection.workspace = true\n"), 1);

@@ -1,4 +1,4 @@
-//! The map of the crates in `crates/ARCHITECTURE.md` names those that there are, and no others.
+//! Checks that the map of the crates in `crates/ARCHITECTURE.md` lists exactly the existing crates.
 
 use std::path::Path;
 
@@ -6,18 +6,19 @@ use anyhow::Result;
 
 use super::{Fault, crates, read};
 
-/// Crates that the map and the folder do not agree on.
+/// Crates that are only in the map or only in the folder.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let path = root.join("crates/ARCHITECTURE.md");
     if !path.is_file() {
-        return Ok(vec!["crates/ARCHITECTURE.md: there is no such page".to_owned()]);
+        return Ok(vec!["crates/ARCHITECTURE.md: the page is missing".to_owned()]);
     }
     Ok(compare(&mapped(&read(&path)?), &crates(root)?))
 }
 
 fn compare(mapped: &[String], existing: &[String]) -> Vec<Fault> {
     let gone = mapped.iter().filter(|name| !existing.contains(name));
-    let gone = gone.map(|name| format!("crates/ARCHITECTURE.md: the map names `{name}`, which is no crate"));
+    let gone =
+        gone.map(|name| format!("crates/ARCHITECTURE.md: the map lists `{name}`, which is not a crate"));
     let missing = existing.iter().filter(|name| !mapped.contains(name));
     let missing = missing.map(|name| format!("crates/ARCHITECTURE.md: the map lacks the crate `{name}`"));
     gone.chain(missing).collect()

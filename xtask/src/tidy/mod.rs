@@ -1,4 +1,4 @@
-//! `cargo xtask tidy`: what the compiler does not check about the repository.
+//! `cargo xtask tidy`: checks of the repository beyond those of the compiler.
 
 mod commands;
 mod cycles;
@@ -16,16 +16,15 @@ use anyhow::{Context, Result};
 use carom_runs::say;
 use carom_tables::Verdict;
 
-/// Something that is out of order, in words.
+/// Description of a violation.
 type Fault = String;
 
-/// Runs all checks on the repository that the program was built from.
+/// Runs all checks on the repository from which the program was built.
 ///
 /// # Errors
-/// A file that cannot be read.
+/// A file cannot be read.
 pub fn run() -> Result<Verdict> {
-    let root =
-        Path::new(env!("CARGO_MANIFEST_DIR")).parent().context("the runners lie inside the repository")?;
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().context("the folder xtask has no parent")?;
     let faults = faults(root)?;
     for fault in &faults {
         say(fault);
@@ -44,7 +43,7 @@ pub fn run() -> Result<Verdict> {
 /// All faults of a repository.
 ///
 /// # Errors
-/// A file that cannot be read.
+/// A file cannot be read.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let mut faults = layers::faults(root)?;
     faults.extend(first_lines::faults(root)?);
@@ -64,7 +63,7 @@ fn read(path: &Path) -> Result<String> {
 /// Names of the folders in `crates`, each a layer, in alphabetical order.
 fn crates(root: &Path) -> Result<Vec<String>> {
     let mut names = Vec::new();
-    for entry in std::fs::read_dir(root.join("crates")).context("cannot look into crates")? {
+    for entry in std::fs::read_dir(root.join("crates")).context("cannot read the folder crates")? {
         let path = entry?.path();
         if path.join("Cargo.toml").is_file()
             && let Some(name) = path.file_name()

@@ -1,5 +1,5 @@
-//! There is one glam in the graph of dependencies: parry's public vectors are its own, and two
-//! versions would be two kinds of vector.
+//! Checks that the dependency graph has one version of glam: parry exposes its vectors, and two
+//! versions would be two vector types.
 
 use anyhow::{Context, Result};
 use toml::{Table, Value};
@@ -36,7 +36,7 @@ mod tests {
     }
 
     #[test]
-    fn exactly_one_is_right() {
+    fn exactly_one_version_is_right() {
         assert!(faults(&lock(&["0.33.12"])).unwrap().is_empty());
         assert_eq!(faults(&lock(&["0.33.12", "0.30.0"])).unwrap().len(), 1);
         assert_eq!(faults(&lock(&[])).unwrap().len(), 1);

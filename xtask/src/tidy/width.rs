@@ -1,4 +1,4 @@
-//! Comments and Markdown are at most 100 columns wide; tables and code are not checked.
+//! Checks that comments and Markdown are at most 100 columns wide; tables and code are not checked.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Words that the text does not use, from `words.txt`, with the lines that are allowed to.
+//! Checks that the text contains no banned words from `words.txt`, except on allowed lines.
 
 use std::{collections::BTreeSet, path::Path};
 
@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 
 use super::{Fault, files::text_files, read};
 
-/// The list: a banned phrase a line, or `allow PATH: TEXT` for a line that contains TEXT.
+/// The list: one banned phrase a line, or `allow PATH: TEXT` for lines that contain TEXT.
 const LIST: &str = "xtask/src/tidy/words.txt";
 
 /// Banned words in comments, strings and pages.
@@ -56,7 +56,7 @@ impl List {
         Ok(list)
     }
 
-    /// The first banned phrase that stands in a line as whole words.
+    /// The first banned phrase in a line, as whole words.
     fn banned_in(&self, line: &str) -> Option<&str> {
         let line = line.to_lowercase();
         let is_word = |character: Option<char>| character.is_some_and(|c| c.is_alphanumeric() || c == '_');
@@ -79,12 +79,12 @@ mod tests {
 
     #[test]
     fn whole_words_are_banned_and_listed_lines_are_allowed() {
-        let list = List::parse("# comment\nnobody\nslip of the pen\nallow a.md: nobody moves\n").unwrap();
-        assert_eq!(list.banned_in("Nobody is told"), Some("nobody"));
-        assert_eq!(list.banned_in("a slip of the pen"), Some("slip of the pen"));
-        assert_eq!(list.banned_in("NOBODY_IS, nobody1"), None);
-        assert_eq!(list.exception("a.md", "here nobody moves."), Some(0));
-        assert_eq!(list.exception("b.md", "here nobody moves."), None);
+        let list = List::parse("# comment\nkettle\npot of tea\nallow a.md: kettle boils\n").unwrap();
+        assert_eq!(list.banned_in("Kettle and cup"), Some("kettle"));
+        assert_eq!(list.banned_in("a pot of tea"), Some("pot of tea"));
+        assert_eq!(list.banned_in("KETTLE_IS, kettle1"), None);
+        assert_eq!(list.exception("a.md", "here kettle boils."), Some(0));
+        assert_eq!(list.exception("b.md", "here kettle boils."), None);
         assert!(List::parse("allow a.md").is_err());
     }
 }

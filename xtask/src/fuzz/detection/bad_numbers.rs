@@ -1,5 +1,5 @@
-//! Queries with numbers that are none, or beyond all limits: no panic, no hang, no NaN out, no
-//! `Free` that is not free.
+//! Queries with NaN, infinite or out-of-range numbers: no panic, no hang, no NaN in the answer, no
+//! wrong `Free`.
 
 use carom_detection::{
     Answer, BoundingCircles, Detection, DiscLanes, FixedStep, GoldenSecant, Outcome, QueryBody, skim,
@@ -20,12 +20,12 @@ use crate::fuzz::{
 
 type Big = FBig<HalfEven, 2>;
 
-/// A query some of whose numbers may be anything.
+/// A query with arbitrary numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BadNumbers {
-    /// How long to look (time).
+    /// Horizon of the search (time).
     pub horizon: f64,
-    /// When the search may begin (time).
+    /// Lower bound on the contact time, where the search begins (time).
     pub begin: f64,
     /// The relative motion.
     pub flight: Flight,
@@ -35,10 +35,10 @@ pub struct BadNumbers {
     pub b: Body,
 }
 
-/// The largest length or speed that detection says it answers.
+/// Largest length or speed in the documented range of detection.
 const LARGEST_IN_RANGE: f64 = 1e70;
 
-/// Numbers at the borders of floats and of the limits.
+/// Boundary values of floats and of the documented range.
 pub const NASTY: [f64; 25] = [
     f64::NAN,
     f64::INFINITY,
@@ -121,11 +121,11 @@ impl BadNumbers {
     }
 }
 
-/// Detectors that do not certify anything take up to a million steps for each pair of atoms, which
-/// is seconds for more pairs than this.
+/// Largest number of atom pairs for detectors without certification, which take up to a million
+/// steps for each pair, that is, seconds.
 const MOST_PAIRS: usize = 4;
 
-/// Asks everything that the layer exports.
+/// Calls every public function of the layer.
 pub fn check(detector: &impl Detection, bad: &BadNumbers) -> Report {
     let mut report = Report::default();
     let (Ok(a), Ok(b)) = (bad.a.molecule(1.0), bad.b.molecule(1.0)) else {
@@ -136,7 +136,7 @@ pub fn check(detector: &impl Detection, bad: &BadNumbers) -> Report {
     let motion = bad.flight.motion(1.0, 1.0);
     let answer = detector.first_contact_after(bad.begin, a.outline(), b.outline(), &motion, bad.horizon);
     check_times("exact", &answer, bad.horizon, &mut report);
-    // To know a time before which there is no contact is the part of the caller.
+    // A lower bound on the contact time is the responsibility of the caller.
     if (bad.begin.is_nan() || bad.begin <= 0.0)
         && answer.outcome == Outcome::Free
         && let Some(doubt) = doubt(bad)
@@ -221,7 +221,7 @@ fn check_lanes(
     }
 }
 
-/// Why the answer `Free` is not certain; `None` where it is, or where the reference cannot tell.
+/// Reason why the answer `Free` is wrong; `None` if it is correct or the reference is undecided.
 fn doubt(bad: &BadNumbers) -> Option<String> {
     let [x, y] = bad.flight.separation;
     let [u, v] = bad.flight.velocity;
@@ -232,7 +232,7 @@ fn doubt(bad: &BadNumbers) -> Option<String> {
     let turning = |body: usize| !molecules[body].is_disc();
     let mut numbers = vec![x, y, u, v, bad.flight.separation_error, bad.flight.velocity_error];
     for body in (0..2).filter(|&body| turning(body)) {
-        // Of turns, whole ones are dropped exactly, however many there are.
+        // Whole turns are removed exactly, in any number.
         numbers.push(bad.flight.turns[body].fract());
         numbers.push(bad.flight.spins[body]);
         numbers.push(bad.flight.orientation_error[body]);
@@ -246,8 +246,8 @@ fn doubt(bad: &BadNumbers) -> Option<String> {
         .then(|| format!("the bounding circles meet, and one of the numbers is {beyond:e}"))
 }
 
-/// Whether two circles that fly straight come within `reach` of each other up to `horizon`, by
-/// numbers that do not overflow; contacts within a part in 10⁹ of the reach do not count.
+/// Returns true if two circles in uniform motion come within `reach` up to `horizon`, computed
+/// without overflow; contacts within a relative 10⁻⁹ of the reach do not count.
 fn circles_meet(place: [f64; 2], velocity: [f64; 2], reach: f64, horizon: f64) -> bool {
     let big = |x: f64| Big::try_from(x).expect("the numbers are finite").with_precision(200).value();
     let ([x, y], [u, v]) = (place.map(big), velocity.map(big));
@@ -270,7 +270,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn circles_meet_whatever_the_magnitudes() {
+    fn circles_meet_at_any_magnitude() {
         assert!(circles_meet([3.0, 0.0], [-1e200, 0.0], 1.0, 1.0));
         assert!(!circles_meet([3.0, 2.0], [-1e200, 0.0], 1.0, 1.0));
         assert!(!circles_meet([3.0, 0.0], [1e200, 0.0], 1.0, f64::INFINITY));

@@ -1,4 +1,4 @@
-//! A query to the detector as plain numbers, at a scale of its own.
+//! A query to the detector as plain numbers, with its own scale.
 
 use anyhow::{Result, ensure};
 use carom_detection::encounters::Encounter;
@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Body {
-    /// Atoms: x, y, radius and mass of each.
+    /// Position x, y, radius and mass of each atom.
     Atoms(Vec<[f64; 4]>),
-    /// A wall: x and y of its span from end to end, and its radius.
+    /// A wall: x and y of the vector from end to end, and its radius.
     Wall([f64; 3]),
 }
 
@@ -22,7 +22,7 @@ pub enum Body {
 pub struct Flight {
     /// From the centre of A to that of B (length).
     pub separation: [f64; 2],
-    /// Velocity of B less that of A (length per time).
+    /// Velocity of B minus that of A (length per time).
     pub velocity: [f64; 2],
     /// Orientations (turns).
     pub turns: [f64; 2],
@@ -36,19 +36,19 @@ pub struct Flight {
     pub orientation_error: [f64; 2],
 }
 
-/// How many numbers a [`Flight`] has.
+/// Number of values in a [`Flight`].
 const NUMBERS: usize = 12;
 
-/// A question for the first contact of two bodies.
+/// A query for the first contact of two bodies.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Query {
-    /// What kind of case it is.
+    /// Class of the case.
     pub class: String,
-    /// Contacts after this are of no interest (time).
+    /// Horizon of the search (time).
     pub horizon: f64,
-    /// The detector is asked with all lengths times two to this power.
+    /// The detector receives all lengths times two to this power.
     pub length_exponent: i32,
-    /// And with all times times two to this power.
+    /// The detector receives all times multiplied by two to this power.
     pub time_exponent: i32,
     /// The relative motion.
     pub flight: Flight,
@@ -75,10 +75,10 @@ impl Body {
         }
     }
 
-    /// The molecule, with all lengths times `factor`.
+    /// The molecule with all lengths multiplied by `factor`.
     ///
     /// # Errors
-    /// There is no such molecule.
+    /// The molecule is invalid.
     pub fn molecule(&self, factor: f64) -> Result<Molecule> {
         Ok(match self {
             Self::Atoms(atoms) => {
@@ -91,7 +91,7 @@ impl Body {
         })
     }
 
-    /// All lengths in it.
+    /// All lengths of the body.
     pub fn lengths(&self) -> Vec<f64> {
         match self {
             Self::Atoms(atoms) => atoms.iter().flat_map(|&[x, y, radius, _]| [x, y, radius]).collect(),
@@ -99,7 +99,7 @@ impl Body {
         }
     }
 
-    /// All numbers in it, to be changed.
+    /// Mutable references to all numbers.
     pub fn numbers_mut(&mut self) -> Vec<&mut f64> {
         match self {
             Self::Atoms(atoms) => atoms.iter_mut().flatten().collect(),
@@ -107,7 +107,7 @@ impl Body {
         }
     }
 
-    /// The body with one atom less, each in turn.
+    /// The body without one of its atoms, for each atom.
     pub fn with_less(&self) -> Vec<Self> {
         match self {
             Self::Atoms(atoms) if atoms.len() > 1 => {
@@ -153,7 +153,7 @@ impl Flight {
         }
     }
 
-    /// All numbers in it, to be changed.
+    /// Mutable references to all numbers.
     pub fn numbers_mut(&mut self) -> Vec<&mut f64> {
         let Self {
             separation: [x, y],
@@ -183,7 +183,7 @@ impl Query {
         }
     }
 
-    /// The encounter at scale 1: what the reference searches.
+    /// The encounter at scale 1, for the reference.
     ///
     /// # Errors
     /// The bodies cannot be built.
@@ -191,7 +191,7 @@ impl Query {
         self.scaled(0, 0)
     }
 
-    /// The encounter with lengths and times multiplied by powers of two, which rounds nothing.
+    /// The encounter with lengths and times multiplied by powers of two, without rounding.
     ///
     /// # Errors
     /// The bodies cannot be built, or numbers leave the range in which the scaling is exact.
@@ -211,7 +211,7 @@ impl Query {
         Ok(Encounter { molecules, motion, horizon })
     }
 
-    /// Queries with fewer atoms, without a scale, or with shorter numbers.
+    /// Queries with fewer atoms, without scaling, or with shorter numbers.
     pub fn simpler(&self) -> Vec<Self> {
         let mut list = Vec::new();
         list.extend(self.a.with_less().into_iter().map(|a| Self { a, ..self.clone() }));
@@ -246,7 +246,7 @@ pub fn exp2(exponent: i32) -> f64 {
     libm::scalbn(1.0, exponent)
 }
 
-/// `x` to so many decimal digits after the first.
+/// Rounds `x` to `digits` decimal digits after the first.
 fn round_to(x: f64, digits: i32) -> f64 {
     if x == 0.0 || !x.is_finite() {
         return x;

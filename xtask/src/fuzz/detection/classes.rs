@@ -1,4 +1,4 @@
-//! Random queries of each kind that is known to be hard, on top of the classes of
+//! Random queries of all known hard kinds, in addition to the classes of
 //! [`carom_detection::encounters`].
 
 use std::f64::consts::TAU;
@@ -14,10 +14,10 @@ use glam::DVec2;
 use super::case::{Query, exp2};
 use crate::fuzz::random::Draw;
 
-/// Numbers that are drawn here lie inside the accepted range.
+/// Generated numbers are inside the accepted range.
 const VALID: &str = "radii and masses are positive, and centres differ";
 
-/// Lengths and speeds of scaled queries stay below this, and lengths above its inverse.
+/// Bound on lengths and speeds of scaled queries; its inverse is the lower bound on lengths.
 const LARGEST: f64 = 1e59;
 
 /// A random query.
@@ -40,17 +40,17 @@ pub fn draw(seed: u64) -> Query {
     query
 }
 
-/// One of the library's classes.
+/// A query of one of the library's classes.
 fn of_class(draw: &mut Draw) -> (&'static str, Encounter) {
     let class = draw.one_of(&Class::ALL);
-    // Up to 16 atoms: the pairs of 256 are too many for the reference.
+    // Up to 16 atoms: 256 atoms have too many pairs for the reference.
     let index = draw.integer(0, 1 << 40) as u64;
     let index = if matches!(class, Class::Rods | Class::Blobs) { 8 * (index / 8) + index % 3 } else { index };
     ("class", Encounter::draw(class, draw.bits() >> 1, index))
 }
 
-/// Multiplies lengths by 1e-48 to 1e55 and speeds by 1e-80 to 1e55, or velocities alone by down to
-/// 2^-330.
+/// Multiplies lengths by 1e-48 to 1e55 and speeds by 1e-80 to 1e55, or velocities alone by factors
+/// down to 2^-330.
 fn scale(draw: &mut Draw, query: &mut Query) {
     let lengths: Vec<f64> = query.a.lengths().into_iter().chain(query.b.lengths()).map(f64::abs).collect();
     let smallest = lengths.iter().copied().filter(|&length| length > 0.0).fold(1.0, f64::min);
@@ -85,14 +85,15 @@ fn named(draw: &mut Draw) -> Molecule {
     Molecule::named(shape, radius, draw.between(0.5, 2.0)).expect(VALID)
 }
 
-/// Smallest gap at time 0.
+/// Smallest gap at time 0 (length).
 fn first_gap(molecules: &[Molecule; 2], motion: &RelativeMotion) -> f64 {
     let [a, b] = molecules;
     let [turn_a, turn_b] = motion.orientation.map(Orientation::cos_sin);
     gap_between(a, turn_a, b, turn_b, motion.separation)
 }
 
-/// How long the centres of mass can be within reach of each other, with a bound of `otherwise`.
+/// Longest time for which the centres of mass are within reach of each other; `otherwise` if
+/// unbounded.
 fn horizon(molecules: &[Molecule; 2], motion: &RelativeMotion, otherwise: f64) -> f64 {
     let reach = molecules[0].bounding_radius() + molecules[1].bounding_radius();
     let way = motion.separation.length() + reach;
@@ -100,7 +101,7 @@ fn horizon(molecules: &[Molecule; 2], motion: &RelativeMotion, otherwise: f64) -
     if time < otherwise { time } else { otherwise }
 }
 
-/// A flight at thermal speeds towards a random place within reach.
+/// A motion at thermal speeds towards a random position within reach.
 fn flight(draw: &mut Draw, molecules: &[Molecule; 2]) -> Encounter {
     let reach = molecules[0].bounding_radius() + molecules[1].bounding_radius();
     let velocity = DVec2::new(draw.normal(), draw.normal());
@@ -127,8 +128,8 @@ fn flight(draw: &mut Draw, molecules: &[Molecule; 2]) -> Encounter {
     Encounter::draw(Class::Generic, draw.bits() >> 1, 0)
 }
 
-/// A graze whose place is bisected to two neighbouring floats: with one the detector finds a
-/// contact, with the other none.
+/// A graze whose position is bisected to two adjacent floats: the detector finds a contact with one
+/// and none with the other.
 fn bisected_graze(draw: &mut Draw) -> Encounter {
     let classes =
         [Class::Grazing, Class::Graze(6), Class::Graze(10), Class::WallGraze(6), Class::WallGraze(10)];
@@ -182,8 +183,8 @@ fn after_impulse(draw: &mut Draw) -> Encounter {
     after
 }
 
-/// Gives a pair in contact the velocities after it, by J = (1 + e) μ u along the normal; false
-/// where that is no contact of two atoms, or of an atom and a face, that close.
+/// Sets the velocities after the contact, by J = (1 + e) μ u along the normal; returns false if the
+/// parts are not two atoms, or an atom and a face, so close.
 fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool {
     let [a, b] = &encounter.molecules;
     let turned =
@@ -218,7 +219,7 @@ fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool 
     let rate = encounter.motion.velocity + spins[1] * arms[1].perp() - spins[0] * arms[0].perp();
     let approach = -normal.dot(rate);
     let inverse = |molecule: &Molecule| {
-        // Discs take no spin; walls are infinitely heavy.
+        // Discs receive no spin; walls have infinite mass.
         let moment = if molecule.is_disc() { 0.0 } else { 1.0 / molecule.moment_of_inertia() };
         [1.0 / molecule.mass(), moment]
     };
@@ -238,7 +239,7 @@ fn struck(encounter: &mut Encounter, contact: Contact, elasticity: f64) -> bool 
     true
 }
 
-/// Two molecules with equal or opposite spins, a gap of 1e-3 to 1e-13 sizes apart.
+/// Two molecules with equal or opposite spins and a gap of 1e-3 to 1e-13 sizes.
 fn paired_spins(draw: &mut Draw) -> Encounter {
     let molecules = [named(draw), named(draw)];
     let size = molecules[0].bounding_radius() + molecules[1].bounding_radius();
@@ -322,7 +323,7 @@ fn many_atoms(draw: &mut Draw) -> Encounter {
     flight(draw, &molecules)
 }
 
-/// Atoms at random places, of random radii; they may overlap.
+/// Atoms at random positions with random radii; they may overlap.
 fn cluster(draw: &mut Draw, count: usize) -> Molecule {
     let side = (count as f64).sqrt();
     let atom = |_| {
@@ -332,7 +333,7 @@ fn cluster(draw: &mut Draw, count: usize) -> Molecule {
     Molecule::new((0..count).map(atom).collect::<Vec<_>>()).expect(VALID)
 }
 
-/// A small molecule inside a ring, which it cannot leave.
+/// A small molecule inside a ring that it cannot leave.
 fn inside_a_ring(draw: &mut Draw) -> Encounter {
     let ring = Molecule::named(Shape::Ring(draw.integer(12, 36) as usize), 0.5, 1.0).expect(VALID);
     let hole = ring.bounding_radius() - 1.0;
@@ -361,8 +362,8 @@ fn wall(draw: &mut Draw) -> Encounter {
     flight(draw, &molecules)
 }
 
-/// Two rods of six from a coarse grid of places, velocities and spins, where many motions are
-/// simple.
+/// Two rods of six atoms with positions, velocities and spins on a coarse grid, which gives many
+/// simple motions.
 fn rods(draw: &mut Draw) -> Encounter {
     let rod = Molecule::named(Shape::Rod(6), 0.5, 1.0).expect(VALID);
     let molecules = [rod.clone(), rod];

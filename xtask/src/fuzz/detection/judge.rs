@@ -1,4 +1,4 @@
-//! Judges answers of a detector to one query by the oracle's search in extended precision.
+//! Judges the answers of a detector to one query by the oracle's search in extended precision.
 
 use carom_detection::{
     Answer, Contact, Detection, DiscLanes, ErrorBound, Outcome, QueryBody, Touch, encounters::Encounter,
@@ -11,14 +11,14 @@ use glam::DVec2;
 use super::case::{Query, exp2};
 use crate::fuzz::subject::{Report, exceeds};
 
-/// Most intervals that the reference looks at in one query.
+/// Largest number of intervals for the reference in one query.
 const MOST_INTERVALS: u64 = 300_000;
 
-/// The printed bound E may be this many roundings of each length involved: a detector cannot become
-/// right by a wider E.
+/// Largest bound E in roundings of the lengths involved, so that a detector cannot pass by a wider
+/// E.
 const WIDEST_BOUND: f64 = 64.0;
 
-/// Asks the detector in every way that it offers, and judges the answers.
+/// Calls every entry point of the detector and judges the answers.
 pub fn check(detector: &impl Detection, query: &Query) -> Report {
     let mut report = Report::default();
     let (length, time) = (query.length_exponent, query.time_exponent);
@@ -52,10 +52,11 @@ pub fn check(detector: &impl Detection, query: &Query) -> Report {
     report
 }
 
-/// The promise of the detector is about pairs that begin apart, or in an overlap of some roundings.
+/// The guarantees of the detector apply to pairs that start separated, or in an overlap of some
+/// roundings.
 const DEEPEST: f64 = 1e-9;
 
-/// Whether the bodies begin deeper in each other than any rounding.
+/// Returns true if the initial overlap of the bodies is above rounding.
 fn begins_deep(encounter: &Encounter) -> bool {
     let [a, b] = &encounter.molecules;
     let [turn_a, turn_b] = encounter.motion.orientation.map(carom_kinematics::Orientation::cos_sin);
@@ -73,7 +74,7 @@ fn ask(detector: &impl Detection, encounter: &Encounter, begin: f64) -> Answer {
 struct Judge<'a> {
     base: &'a Encounter,
     reference: &'a Reference<DoubleDouble>,
-    /// Brings times of the scaled query to those of the base.
+    /// Factor from times of the scaled query to those at scale 1.
     factor: f64,
 }
 
@@ -126,7 +127,7 @@ impl Judge<'_> {
     }
 }
 
-/// Exchanging A and B changes no bit of the time.
+/// Checks that exchanging A and B changes no bit of the time.
 fn check_exchange(detector: &impl Detection, encounter: &Encounter, answer: &Answer, report: &mut Report) {
     let exchanged = ask(detector, &encounter.clone().exchanged(), 0.0);
     let bits = |answer: &Answer| match answer.outcome {
@@ -142,7 +143,7 @@ fn check_exchange(detector: &impl Detection, encounter: &Encounter, answer: &Ans
     }
 }
 
-/// Velocities times a moderate power of two change the power of the time only.
+/// Checks that velocities times a moderate power of two change only the exponent of the time.
 fn check_velocities(detector: &impl Detection, query: &Query, report: &mut Report) {
     let [one, other] = [0, 40].map(|exponent| query.scaled(0, exponent));
     let (Ok(one), Ok(other)) = (one, other) else { return };
@@ -159,8 +160,8 @@ fn check_velocities(detector: &impl Detection, query: &Query, report: &mut Repor
     }
 }
 
-/// The lower bounds that schedulers ask for are no later than the contact, and a search that begins
-/// there finds it.
+/// Checks that the lower bounds used by schedulers are no later than the contact, and that a search
+/// from there finds it.
 fn check_bounds(detector: &impl Detection, encounter: &Encounter, judge: &Judge<'_>, report: &mut Report) {
     let [a, b] = &encounter.molecules;
     let motion = &encounter.motion;
@@ -193,7 +194,7 @@ fn check_bounds(detector: &impl Detection, encounter: &Encounter, judge: &Judge<
         if bound.is_nan() {
             report.fail("NaN", name);
         }
-        // The bound stands for the bounding circle of B; the contact of what it holds is later.
+        // The bound is for the bounding circle of B; the contact of its atoms is later.
         let bound = bound.min(encounter.horizon);
         let free = Answer { outcome: Outcome::FreeUntil(bound), evaluations: 0 };
         if bound > 0.0 {
@@ -216,8 +217,7 @@ fn check_bounds(detector: &impl Detection, encounter: &Encounter, judge: &Judge<
     }
 }
 
-/// E may not be wider than some roundings of the lengths involved and the errors that came with the
-/// query.
+/// Checks that E is at most some roundings of the lengths involved plus the errors of the query.
 fn refuse_wide_bounds(encounter: &Encounter, report: &mut Report) {
     let (motion, time) = (&encounter.motion, encounter.horizon);
     let [a, b] = &encounter.molecules;

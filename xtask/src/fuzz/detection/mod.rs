@@ -1,5 +1,5 @@
-//! Random queries to the exact detector, each judged by a search in extended precision, and queries
-//! with bad numbers.
+//! Random queries to the exact detector, judged by a search in extended precision, and queries with
+//! invalid numbers.
 
 pub mod bad_numbers;
 pub mod case;
@@ -27,13 +27,13 @@ pub struct Queries<D = Exact> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Case {
-    /// Numbers that a detector must answer rightly.
+    /// Numbers that a detector must answer correctly.
     Query(Query),
-    /// Numbers of any kind.
+    /// Arbitrary numbers.
     BadNumbers(BadNumbers),
 }
 
-/// The share of queries with bad numbers.
+/// Share of queries with arbitrary numbers.
 const BAD: f64 = 0.3;
 
 impl<D: Detection> Subject for Queries<D> {
@@ -62,12 +62,12 @@ impl<D: Detection> Subject for Queries<D> {
     }
 
     fn write(&self, case: &Case) -> (String, Vec<u8>) {
-        let text = toml::to_string(case).expect("a query is plain data, which TOML can hold");
+        let text = toml::to_string(case).expect("a query is plain data that TOML can represent");
         ("toml".to_owned(), text.into_bytes())
     }
 
     fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
-        ensure!(ending == "toml", "a query is a file of TOML, not of {ending:?}");
+        ensure!(ending == "toml", "a query file must end with toml, not {ending:?}");
         Ok(toml::from_str(std::str::from_utf8(bytes)?)?)
     }
 }

@@ -1,4 +1,4 @@
-//! The fuzzer finds planted faults of a detector, and each in its own way.
+//! Tests of the detection fuzzer: it finds planted faults of a detector.
 
 use carom_detection::{Answer, Contact, Detection, Exact, Outcome};
 use carom_geometry::Outline;
@@ -11,18 +11,18 @@ use crate::fuzz::{
     worker::{InProcess, Runner as _},
 };
 
-/// What is done to some answers of the exact detector.
+/// Fault in some answers of the exact detector.
 #[derive(Debug, Clone, Copy)]
 enum Fault {
     Lost,
-    /// Later by this share of the time.
+    /// Relative delay.
     Late(f64),
     Early(f64),
     NotANumber,
     Panic,
 }
 
-/// The exact detector with a fault in one contact of so many.
+/// The exact detector with a fault in one contact in `one_in`.
 #[derive(Debug, Clone)]
 struct Faulty {
     fault: Fault,
@@ -49,14 +49,14 @@ impl Detection for Faulty {
     }
 }
 
-/// The first failure among so many cases.
+/// The first failure among `cases` cases.
 fn first_failure(fault: Fault, one_in: u64, cases: u64) -> Option<(Case, String)> {
     let subject = Queries { detector: Faulty { fault, one_in } };
     let mut runner = InProcess(subject.clone());
     (0..cases).find_map(|index| {
         let seed = case_seed(2026, index);
         let failure = runner.run_seed(seed).unwrap().failure?;
-        // What is known to be wrong today, apart from the planted fault, is not counted.
+        // Known failures without the planted fault are not counted.
         let known = Queries::<Exact>::default().check(&subject.draw(seed)).failure;
         known.is_none().then(|| (subject.draw(seed), failure.kind))
     })
@@ -85,7 +85,7 @@ fn contacts_that_are_late_or_early_are_found() {
 }
 
 #[test]
-fn a_failing_query_is_reduced_and_replayed() {
+fn a_failing_query_is_minimised_and_replayed() {
     let subject = Queries { detector: Faulty { fault: Fault::Late(1e-6), one_in: 1 } };
     let mut runner = InProcess(subject.clone());
     let out = tempfile::tempdir().unwrap();
@@ -97,7 +97,7 @@ fn a_failing_query_is_reduced_and_replayed() {
     let file = out.path().join(format!("detection-{seed}.toml"));
     let findings = campaign::replay::<Queries<Faulty>>(&mut runner, &file).unwrap();
     assert_eq!(findings.failures[0].1.kind, "late");
-    // The reduced query is right with the detector as it is.
+    // The unmodified detector passes the minimised query.
     let findings = campaign::replay::<Queries>(&mut InProcess(Queries::<Exact>::default()), &file).unwrap();
     assert!(findings.failures.is_empty(), "{findings:?}");
 }

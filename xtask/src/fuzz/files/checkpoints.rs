@@ -1,5 +1,5 @@
-//! Checkpoints: an altered file is refused; one with a right checksum is refused by name, or runs
-//! on as a sound state.
+//! Mutated checkpoints: an altered file is refused; one with a correct checksum is refused by name
+//! or runs.
 
 use std::{env, fs, process};
 
@@ -10,14 +10,14 @@ use carom_runs::checkpoint_file::{self, Body, decode, encode};
 use super::{mutate, scene_files};
 use crate::fuzz::{random::Draw, scenes, subject::Report};
 
-/// The bytes of the state of a small scene after some epochs.
+/// Encoded state of a small scene after some epochs.
 fn sound(draw: &mut Draw) -> Vec<u8> {
     let mut scene = scenes::draw::draw(draw.bits()).scene;
     scene.molecule.truncate(draw.integer(1, 8) as usize);
     let fallback = || Simulation::new(&Scene::default()).expect("an empty box can be built");
     let mut simulation = Simulation::new(&scene).unwrap_or_else(|_| fallback());
     for _ in 0..draw.integer(0, 3) {
-        // A run that ends by a name leaves a state as well.
+        // A run that ends with a named error has a state too.
         if simulation.observe_epoch(EpochTime::from(1e60), &mut ()).is_err() {
             break;
         }
@@ -26,12 +26,12 @@ fn sound(draw: &mut Draw) -> Vec<u8> {
     checkpoint.and_then(|checkpoint| encode(&checkpoint).ok()).unwrap_or_default()
 }
 
-/// A whole file with one to three changes.
+/// A complete file with one to three changes.
 pub fn draw_file(draw: &mut Draw) -> Vec<u8> {
     let path = path("draw");
     let body = sound(draw);
     let written = checkpoint_file::write(&path, &[&body]).ok().and_then(|()| fs::read(&path).ok());
-    // It may be gone already.
+    // The file may not exist.
     let _ = fs::remove_file(&path);
     changed(draw, written.unwrap_or_default())
 }
@@ -53,7 +53,7 @@ fn path(name: &str) -> std::path::PathBuf {
     env::temp_dir().join(format!("carom-fuzz-{}-{name}.checkpoint", process::id()))
 }
 
-/// A changed file must be refused, unless the changes have undone each other.
+/// Checks that a changed file is refused, unless the changes cancel.
 pub fn check_file(bytes: &[u8], report: &mut Report) {
     let path = path("check");
     if fs::write(&path, bytes).is_err() {
@@ -62,21 +62,21 @@ pub fn check_file(bytes: &[u8], report: &mut Report) {
     }
     let read = Body::read(&path);
     if let Ok(body) = &read {
-        // Written anew, it must be the same file: then nothing has been changed.
+        // If writing it again gives the same file, nothing was changed.
         let same = checkpoint_file::write(&path, &[body.rest()]).is_ok()
             && fs::read(&path).is_ok_and(|again| again == bytes);
         report.count("checkpoints unchanged", 1);
         if !same {
-            report.fail("checksum", "an altered file passes for a whole one");
+            report.fail("checksum", "an altered file is accepted");
         }
     } else {
         report.count("checkpoints refused", 1);
     }
-    // It may be gone already.
+    // The file may not exist.
     let _ = fs::remove_file(&path);
 }
 
-/// A body with a right checksum.
+/// Checks a body with a correct checksum.
 pub fn check_body(bytes: &[u8], report: &mut Report) {
     let Ok(checkpoint) = decode::<Checkpoint>(bytes) else {
         report.count("checkpoints refused", 1);
@@ -87,8 +87,8 @@ pub fn check_body(bytes: &[u8], report: &mut Report) {
         return;
     };
     report.count("checkpoints resumed", 1);
-    // Places that a forger has put into each other are a state like any other, which detectors that
-    // miss contacts leave behind, too: it is resumed as it was written.
+    // Overlapping positions in a forged checkpoint are a valid state, which detectors that miss
+    // contacts also produce: it is resumed as written.
     if simulation.view().overlaps().pairs > 0 {
         report.count("checkpoints of overlapping bodies", 1);
         return;

@@ -1,4 +1,4 @@
-//! Encounter files: a mutated one is refused by name, or answered without NaN, by each detector.
+//! Mutated encounter files: each is refused by name, or answered without NaN by each detector.
 
 use std::{env, fmt::Write as _, fs, process};
 
@@ -9,7 +9,7 @@ use carom_runs::detect::{Detector, detect};
 use super::mutate;
 use crate::fuzz::{random::Draw, subject::Report};
 
-/// The detectors that answer.
+/// The tested detectors.
 const DETECTORS: [Detector; 4] =
     [Detector::Exact, Detector::GoldenSecant, Detector::BoundingCircles, Detector::FixedStep];
 
@@ -42,7 +42,7 @@ fn atoms(molecule: &Molecule) -> String {
     molecule.atoms().iter().map(atom).collect::<Vec<_>>().join(";")
 }
 
-/// Reads the file and answers it.
+/// Reads the file and runs the detectors on it.
 pub fn check(bytes: &[u8], report: &mut Report) {
     let folder = env::temp_dir();
     let [cases, answers] =
@@ -62,12 +62,12 @@ pub fn check(bytes: &[u8], report: &mut Report) {
             report.fail("NaN", format!("{detector:?}: {line}"));
         }
     }
-    // They may be gone already.
+    // The files may not exist.
     let _ = fs::remove_file(&cases);
     let _ = fs::remove_file(&answers);
 }
 
-/// Whether the answer's time is no number; the labels of a case may say anything.
+/// Returns true if the time in the answer is NaN; the labels of a case are arbitrary.
 fn has_nan(line: &str) -> bool {
     line.rsplit(',').nth(3).is_some_and(|time| time.parse::<f64>().is_ok_and(f64::is_nan))
 }

@@ -1,5 +1,5 @@
-//! Mutated scene files, encounter files and checkpoints: refused by name, or run without panic,
-//! hang, NaN and overlap.
+//! Mutated scene files, encounter files and checkpoints: each is refused by name, or runs without
+//! panic, hang, NaN and overlap.
 
 pub mod checkpoints;
 pub mod encounter_files;
@@ -17,21 +17,21 @@ use super::{
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Mutations;
 
-/// What a file is taken for.
+/// Kind of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A scene, in TOML.
     Scene,
     /// Encounters, in CSV.
     Encounters,
-    /// A checkpoint, as a file: header, checksum and body.
+    /// A checkpoint file: header, checksum and body.
     Checkpoint,
-    /// The body of a checkpoint, which gets a header with the right checksum.
+    /// The body of a checkpoint, which receives a header with the correct checksum.
     Body,
 }
 
 impl Kind {
-    /// What its files end with.
+    /// File name extension.
     pub fn ending(self) -> &'static str {
         match self {
             Self::Scene => "toml",
@@ -45,9 +45,9 @@ impl Kind {
 /// A file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Case {
-    /// What it is taken for.
+    /// Its kind.
     pub kind: Kind,
-    /// What is in it.
+    /// Its content.
     pub bytes: Vec<u8>,
 }
 
@@ -101,7 +101,7 @@ impl Subject for Mutations {
         let kinds = [Kind::Scene, Kind::Encounters, Kind::Checkpoint, Kind::Body];
         match kinds.into_iter().find(|kind| kind.ending() == ending) {
             Some(kind) => Ok(Case { kind, bytes: bytes.to_vec() }),
-            None => bail!("a file that ends with {ending:?} is of no known kind"),
+            None => bail!("no fuzzed file ends with {ending:?}"),
         }
     }
 }

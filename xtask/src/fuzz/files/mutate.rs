@@ -1,8 +1,8 @@
-//! Mutations of texts and bytes, and smaller texts.
+//! Mutations and reductions of texts and bytes.
 
 use crate::fuzz::random::Draw;
 
-/// Numbers at the borders of what a file may hold, as text.
+/// Boundary values for numbers in files, as text.
 const NUMBERS: [&str; 34] = [
     "nan",
     "inf",
@@ -40,7 +40,8 @@ const NUMBERS: [&str; 34] = [
     "true",
 ];
 
-/// A text with one to four mutations: numbers, lines and bytes changed, lost, doubled or swapped.
+/// Applies one to four mutations to a text: numbers, lines and bytes are changed, removed,
+/// duplicated or swapped.
 pub fn text(draw: &mut Draw, text: &str) -> Vec<u8> {
     let mut bytes = text.as_bytes().to_vec();
     for _ in 0..draw.integer(1, 4) {
@@ -54,7 +55,8 @@ pub fn text(draw: &mut Draw, text: &str) -> Vec<u8> {
     bytes
 }
 
-/// Bytes with one change: one flipped, replaced, lost, doubled, or eight that become a number.
+/// Applies one change to bytes: one is flipped, replaced, removed or duplicated, or eight become a
+/// number.
 pub fn bytes(draw: &mut Draw, bytes: &[u8]) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     if bytes.is_empty() {
@@ -81,7 +83,7 @@ pub fn bytes(draw: &mut Draw, bytes: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Where the numbers of a text begin and end.
+/// Ranges of the numbers in a text.
 fn numbers(bytes: &[u8]) -> Vec<(usize, usize)> {
     let part = |byte: u8| byte.is_ascii_digit() || b".+-eE".contains(&byte);
     let mut list = Vec::new();
@@ -118,7 +120,7 @@ fn with_number(draw: &mut Draw, bytes: &[u8]) -> Vec<u8> {
     replaced(bytes, place, &new)
 }
 
-/// A number times a factor: what is read is then more often accepted.
+/// Multiplies a number by a factor: the result is accepted more often.
 fn with_number_nearby(draw: &mut Draw, bytes: &[u8]) -> Vec<u8> {
     let numbers = numbers(bytes);
     if numbers.is_empty() {
@@ -147,7 +149,7 @@ fn with_lines(draw: &mut Draw, bytes: &[u8]) -> Vec<u8> {
     lines.concat()
 }
 
-/// Texts with fewer lines, and then with fewer bytes.
+/// Texts with fewer lines, then with fewer bytes.
 pub fn with_less_text(bytes: &[u8]) -> Vec<Vec<u8>> {
     let lines: Vec<&[u8]> = bytes.split_inclusive(|&byte| byte == b'\n').collect();
     let mut list = Vec::new();

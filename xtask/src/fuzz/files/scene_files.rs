@@ -1,4 +1,4 @@
-//! Scene files: a mutated one is refused by name, or builds a system that runs without overlap.
+//! Mutated scene files: each is refused by name, or builds a system that runs without overlap.
 
 use carom::engine::{GasSpec, RunError, Scene, Scheduler, Simulation, View};
 use carom::response::Response;
@@ -8,17 +8,17 @@ use carom_kinematics::EpochTime;
 use super::mutate;
 use crate::fuzz::{random::Draw, scenes, subject::Report};
 
-/// Most epochs of one run, and most contacts.
+/// Largest numbers of epochs and of contacts of one run.
 const MOST_EPOCHS: u32 = 300;
 const MOST_CONTACTS: u64 = 3000;
 
-/// Scenes of more atoms than this are left out: they take long by their sheer size.
+/// Scenes with more atoms are skipped because they are slow.
 const MOST_ATOMS: f64 = 2e4;
 
 /// A mutated scene file.
 pub fn draw(draw: &mut Draw) -> Vec<u8> {
     let mut scene = scenes::draw::draw(draw.bits()).scene;
-    // Short enough to be mutated in places that matter.
+    // Short scenes, so that mutations affect relevant places.
     scene.molecule.truncate(draw.integer(0, 8) as usize);
     if draw.happens(0.6) {
         scene.gas.push(GasSpec {
@@ -40,7 +40,7 @@ pub fn draw(draw: &mut Draw) -> Vec<u8> {
     if draw.happens(0.05) { text.into_bytes() } else { mutate::text(draw, &text) }
 }
 
-/// Reads the file, and runs what it describes.
+/// Reads the file and runs its scene.
 pub fn check(bytes: &[u8], report: &mut Report) {
     let Ok(text) = std::str::from_utf8(bytes) else {
         report.count("scenes refused", 1);
@@ -51,7 +51,7 @@ pub fn check(bytes: &[u8], report: &mut Report) {
         return;
     };
     if Scene::from_toml(&scene.to_toml()).is_ok_and(|again| again != scene) && !has_nan(&scene) {
-        report.fail("round trip", "a scene differs after it has gone through its own text");
+        report.fail("round trip", "a scene differs after encoding and decoding");
     }
     if size(&scene) > MOST_ATOMS {
         report.count("scenes too large to try", 1);
@@ -72,7 +72,7 @@ fn has_nan(scene: &Scene) -> bool {
     scene.to_toml().contains("nan")
 }
 
-/// About how many atoms the scene has.
+/// Approximate number of atoms of the scene.
 fn size(scene: &Scene) -> f64 {
     let [width, height] = scene.bounds.sides;
     let atoms = |shape: Option<&String>, list: usize| {
@@ -87,13 +87,13 @@ fn size(scene: &Scene) -> f64 {
         let by_area = gas.area_fraction.map_or(0.0, |share| share * (width * height / covered).abs());
         let count = gas.count.map_or(by_area, |count| count as f64);
         let atoms = atoms(gas.shape.as_ref(), gas.atoms.len());
-        // Beyond this number of molecules the scene is refused.
+        // A scene with more molecules is refused.
         if count > 134_217_728.0 * atoms { 0.0 } else { count * atoms }
     };
     of_molecules + scene.gas.iter().map(of_gas).sum::<f64>()
 }
 
-/// Runs for some epochs: nothing may overlap or be NaN, and an end before the time has a name.
+/// Runs for some epochs: no overlap, no NaN, and an early end has a named error.
 pub fn run<D: Detection, R: Response, S: Scheduler>(
     simulation: &mut Simulation<D, R, S>,
     until: f64,
@@ -127,7 +127,7 @@ fn named(error: &RunError, report: &mut Report) {
     }
 }
 
-/// No body may be anywhere but in the box, or in another.
+/// Checks that every body is in the box and does not overlap another.
 fn look(view: &View<'_>, when: &str, report: &mut Report) {
     for body in view.bodies() {
         let motion = body.motion;

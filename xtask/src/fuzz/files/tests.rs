@@ -1,5 +1,5 @@
-//! The fuzzer of files catches planted faults, and its cases reach both readers that refuse and
-//! runs that go on.
+//! Tests of the file fuzzer: it finds planted faults, and its cases include refused files and
+//! successful runs.
 
 use super::*;
 use crate::fuzz::{
@@ -8,7 +8,7 @@ use crate::fuzz::{
     worker::{InProcess, Runner as _},
 };
 
-/// Readers that panic on files in which a line says so.
+/// Readers that panic on files with a certain line.
 #[derive(Clone)]
 struct Panics;
 
@@ -42,12 +42,12 @@ impl Subject for Panics {
 }
 
 #[test]
-fn a_panic_on_a_file_is_found_and_the_file_reduced() {
+fn a_panic_on_a_file_is_found_and_the_file_minimised() {
     let mut runner = InProcess(Panics);
     let seed = (0..20_000)
         .map(|index| case_seed(1, index))
         .find(|&seed| runner.run_seed(seed).unwrap().failure.is_some())
-        .expect("a mutation says so");
+        .expect("a mutation contains the line");
     let failure = runner.run_seed(seed).unwrap().failure.unwrap();
     assert_eq!(failure.kind, "panic");
     let time = std::time::Duration::from_secs(20);
@@ -57,7 +57,7 @@ fn a_panic_on_a_file_is_found_and_the_file_reduced() {
 
 #[test]
 fn an_overlap_in_a_file_is_found() {
-    // Two discs in each other, as no scene may have them, come through the body of a checkpoint.
+    // A checkpoint of two overlapping discs, which no scene may contain.
     let scene = carom::engine::Scene::from_toml(
         "[[molecule]]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.25, 0.5]\n\
          [[molecule]]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.75, 0.5]\n",
@@ -76,7 +76,7 @@ fn an_overlap_in_a_file_is_found() {
     let mut overlapping = body.clone();
     overlapping[at..at + 8].copy_from_slice(&0.3f64.to_le_bytes());
     let found = report(&overlapping);
-    // Refused or counted by name: never run without a word.
+    // Refused or counted by name.
     let is_counted = |name: &str| found.counts.contains(&(name.to_owned(), 1));
     assert!(is_counted("checkpoints refused") || is_counted("checkpoints of overlapping bodies"));
 }
@@ -88,7 +88,7 @@ fn cases_of_all_kinds_are_refused_and_run() {
         let case = Mutations.draw(case_seed(5, index));
         let (ending, bytes) = Mutations.write(&case);
         assert_eq!(Mutations.read(&ending, &bytes).unwrap(), case);
-        // Scenes are left to the process that can be ended.
+        // Scenes run in the separate process only, which can be killed.
         if case.kind != Kind::Scene {
             total.add(&check_and_catch(|| Mutations.check(&case)));
         }

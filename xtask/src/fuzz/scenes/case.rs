@@ -1,4 +1,4 @@
-//! A scene, the stretches of time for which it runs, and the edits between them.
+//! A fuzz case: a scene, the durations of its runs, and the edits between them.
 
 use carom::engine::{
     EditError, ElasticitySpec, MoleculeSpec, Rotation, Scene, Scheduler, Simulation, WallSpec,
@@ -8,28 +8,28 @@ use serde::{Deserialize, Serialize};
 /// A case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Case {
-    /// What kind of scene it is.
+    /// Class of the scene.
     pub class: String,
-    /// Seed of the moments between events at which all pairs are looked at.
+    /// Seed of the times between events at which all pairs are examined.
     pub seed: u64,
-    /// What runs, and what is changed afterwards.
+    /// The runs and the edits after them.
     pub stretch: Vec<Stretch>,
     /// The scene at the start.
     pub scene: Scene,
 }
 
-/// A stretch of time, and the edits at its end.
+/// A run and the edits at its end.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Stretch {
-    /// How long it is (time).
+    /// Duration (time).
     pub duration: f64,
-    /// What is changed at its end.
+    /// Edits at its end.
     #[serde(default)]
     pub edits: Vec<Edit>,
 }
 
-/// A change of the system. Bodies are numbered in the order in which the system has them at that
-/// time, modulo their number.
+/// An edit of the system. Bodies are numbered in the order of the system at that time, modulo their
+/// number.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Edit {
@@ -39,13 +39,13 @@ pub enum Edit {
     AddWall(WallSpec),
     /// Removes a body.
     Remove(usize),
-    /// Sets the energy of a body to so many times that of the first body that moves.
+    /// Sets the energy of a body to a multiple of that of the first moving body.
     Energy(usize, f64),
     /// Reverses all velocities.
     Reverse,
     /// Locks the orientation of a body.
     Lock(usize),
-    /// Frees it.
+    /// Unlocks the orientation of a body.
     Free(usize),
     /// Sets the rules of elasticity.
     Elasticity(ElasticitySpec),
@@ -56,7 +56,7 @@ pub enum Edit {
 }
 
 impl Edit {
-    /// Makes the change.
+    /// Applies the edit.
     ///
     /// # Errors
     /// The system refuses it.
@@ -94,7 +94,7 @@ impl Edit {
 }
 
 impl Case {
-    /// Cases with fewer stretches, edits and bodies, or with simpler numbers.
+    /// Cases with fewer runs, edits and bodies, or with simpler numbers.
     pub fn simpler(&self) -> Vec<Self> {
         let mut list = Vec::new();
         let mut with = |change: &dyn Fn(&mut Self)| {
@@ -178,7 +178,7 @@ impl Case {
     }
 }
 
-/// `x` to so many decimal digits after the first.
+/// Rounds `x` to `digits` decimal digits after the first.
 fn shortened(x: f64, digits: usize) -> f64 {
     if x == 0.0 || !x.is_finite() {
         return x;

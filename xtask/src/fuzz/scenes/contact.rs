@@ -1,5 +1,4 @@
-//! The laws of a contact, checked on a report by plain formulas: gap 0, restitution, momentum,
-//! torque, energy, no friction.
+//! Checks of a reported contact: gap 0, restitution, momentum, torque, energy, no friction.
 
 use carom::engine::{CollisionReport, Side};
 
@@ -8,41 +7,41 @@ use super::kinematics::{
 };
 use crate::fuzz::subject::{Report, exceeds};
 
-/// Half the distance from 1 to the next float.
+/// Unit roundoff: half the distance from 1 to the next float.
 const U: f64 = 0.5 * f64::EPSILON;
 
-/// A body of a contact as the fuzzer knows it.
+/// A body at a contact.
 #[derive(Debug, Clone, Copy)]
 pub struct Body<'a> {
     /// Its shape.
     pub outline: &'a Outline,
-    /// Where it is at the instant of the contact.
+    /// Its placement at the time of the contact.
     pub placed: Placed,
-    /// Bound on how far its place may be off, arms included (length).
+    /// Bound on its position error, including the arms (length).
     pub error: f64,
 }
 
-/// What a contact must comply with.
+/// Conditions on a contact.
 #[derive(Debug, Clone, Copy)]
 pub struct Rules {
     /// Sides of the box (length).
     pub sides: Pair,
-    /// Bound on the gap of a contact, where all places are exact (length).
+    /// Bound on the gap with exact positions (length).
     pub gap: f64,
-    /// The elasticity that the rules of the scene give.
+    /// Elasticity from the rules of the scene.
     pub elasticity: f64,
-    /// Whether the guard against inelastic collapse may raise it.
+    /// True if the guard against inelastic collapse may raise it.
     pub guarded: bool,
 }
 
-/// How hard a contact is.
+/// Measured quantities of a contact.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Measured {
-    /// Speed of approach (length per time).
+    /// Approach speed (length per time).
     pub approach: f64,
-    /// Speeds of the two bodies and their rims together (length per time).
+    /// Sum of the speeds of both bodies and of their rims (length per time).
     pub speed: f64,
-    /// Distance of the centres (length).
+    /// Distance between the centres (length).
     pub distance: f64,
     /// Energy lost (mass × length² / time²).
     pub lost: f64,
@@ -67,22 +66,22 @@ pub fn check(
         (a.outline, &a.placed, part(&sides[0])),
         (b.outline, &b.placed, part(&sides[1])),
         rules.sides,
-        // Through a narrow box two bodies may touch in two images at once.
+        // In a narrow box two bodies may touch in two images at the same time.
         separation,
     );
     let Some(touch) = touch else {
-        report.fail("gap", format!("bodies out of reach are said to touch: {contact:?}"));
+        report.fail("gap", format!("a contact of bodies out of reach is reported: {contact:?}"));
         return Measured::default();
     };
     let error = a.error + b.error;
     let bound = rules.gap + error;
     report.keep_worst("gap/bound", touch.gap.abs() / bound);
     if exceeds(touch.gap.abs(), bound) {
-        report.fail("gap", format!("{:e} at a contact, allowed is {bound:e}; {contact:?}", touch.gap));
+        report.fail("gap", format!("{:e} at a contact, allowed {bound:e}; {contact:?}", touch.gap));
     }
     let least = smallest_gap((a.outline, &a.placed), (b.outline, &b.placed), rules.sides);
     if exceeds(-least, bound) {
-        report.fail("gap", format!("{least:e} at a contact of other parts, allowed is {bound:e}"));
+        report.fail("gap", format!("{least:e} at a contact of other parts, allowed {bound:e}"));
     }
     check_impulse(contact, &touch, rules, bound, report)
 }
@@ -145,7 +144,7 @@ fn check_impulse(
     }
     let parts = dot(impulse, touch.normal);
     if parts.is_nan() || parts <= 0.0 {
-        report.fail("impulse", format!("impulse {impulse:?} does not part the bodies"));
+        report.fail("impulse", format!("impulse {impulse:?} does not separate the bodies"));
     }
     let relative = |after: bool| {
         along(rate(&sides[1], touch.arms[1], after), -1.0, rate(&sides[0], touch.arms[0], after))
@@ -156,30 +155,33 @@ fn check_impulse(
     let elasticity = contact.elasticity.coefficient();
     let highest = if rules.guarded { rules.elasticity.max(1.0) } else { rules.elasticity };
     if !(rules.elasticity..=highest).contains(&elasticity) {
-        report.fail("elasticity", format!("{elasticity} holds, the rules say {}", rules.elasticity));
+        report
+            .fail("elasticity", format!("the report has {elasticity}, the rules give {}", rules.elasticity));
     }
     if exceeds(-approach, rate_error) {
-        report.fail("approach", format!("bodies that part with {:e} are said to meet", -approach));
+        report.fail("approach", format!("a contact of bodies that separate at {:e} is reported", -approach));
     }
-    // Contacts that lose energy separate at a least speed, four times what detection resolves, E':
-    // L (2 E/s + 12 u) + |ω| E
-    // + 2 u (|v_A| + |v_B|), with E the bound on the rounding of places for bodies that go eight
-    //   sides in an epoch.
+    // Contacts that lose energy separate at a least speed, four times the resolution E' of
+    // detection: L (2 E/s + 12 u) + |ω| E + 2 u (|v_A| + |v_B|), with E the rounding bound of
+    // positions for bodies that move eight sides in an epoch.
     let places = 128.0 * U * (rules.sides[0] + rules.sides[1]) + place_error;
     let resolved = speed * (2.0 * places / touch.distance + 16.0 * U) + spins * places;
     let excess = parting - elasticity * approach;
     let allowed = (1.0 + elasticity) * rate_error;
     if exceeds(-excess, allowed) || exceeds(excess, allowed + 4.0 * resolved) {
-        report.fail("restitution", format!("approach {approach:e}, parting {parting:e}, e = {elasticity}"));
+        report
+            .fail("restitution", format!("approach {approach:e}, separation {parting:e}, e = {elasticity}"));
     }
     let [before, after] = [false, true].map(|after| energy(&sides[0], after) + energy(&sides[1], after));
     let expected = 0.5 * (1.0 - elasticity * elasticity) / inverse_mass * approach * approach;
     let allowed = 64.0 * U * (before + after) + 4.0 * size * (1.0 + elasticity) * rate_error;
-    // Below this, squares of speeds have lost their digits.
+    // Below this energy the squares of speeds underflow.
     let resolved = before.max(after) > 1e-280;
     if resolved && exceeds(((before - after) - expected).abs(), allowed) {
-        report
-            .fail("energy", format!("falls by {:e}, not by {expected:e}, e = {elasticity}", before - after));
+        report.fail(
+            "energy",
+            format!("decreases by {:e}, not by {expected:e}, e = {elasticity}", before - after),
+        );
     }
     Measured { approach, speed, distance: touch.distance, lost: before - after }
 }

@@ -1,4 +1,4 @@
-//! Random scenes: bodies of all kinds, walls, elasticities, scales, and edits between stretches.
+//! Random scenes: bodies of all kinds, walls, elasticities, scales, and edits between runs.
 
 use carom::engine::{
     AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Rotation, Scene, WallSpec,
@@ -12,10 +12,10 @@ use super::{
 };
 use crate::fuzz::{detection::case::exp2, random::Draw};
 
-/// Tries to place one body.
+/// Attempts to place one body.
 const TRIES: usize = 60;
 
-/// Tags that bodies may carry.
+/// Tags of bodies.
 const TAGS: [&str; 3] = ["a", "b", "c"];
 
 /// A body that has been placed.
@@ -24,14 +24,14 @@ struct Standing {
     placed: Placed,
 }
 
-/// A scene that is being put together, in units of the box's width.
+/// A scene under construction, in units of the box's width.
 struct Sketch {
     sides: Pair,
     standing: Vec<Standing>,
     scene: Scene,
 }
 
-/// The case of a seed.
+/// Returns the case of a seed.
 pub fn draw(seed: u64) -> Case {
     let draw = &mut Draw::new(seed);
     let class = draw.one_of(&[
@@ -113,10 +113,10 @@ fn elasticity(draw: &mut Draw, class: &str) -> ElasticitySpec {
     spec
 }
 
-/// A molecule of any kind, of about this radius, as a scene describes it.
+/// A random molecule of about this radius, and its scene description.
 fn molecule(draw: &mut Draw, class: &str, radius: f64) -> Option<(Molecule, MoleculeSpec)> {
     let radius = radius * draw.scale(0.3, 1.5);
-    // A few reach over most of the box.
+    // Some molecules extend over most of the box.
     let radius = if class == "mixture" && draw.happens(0.03) { 0.12 } else { radius };
     let mass = draw.scale(0.1, 10.0);
     let discs = if class == "long run of few" { 0.8 } else { 0.3 };
@@ -140,7 +140,7 @@ fn molecule(draw: &mut Draw, class: &str, radius: f64) -> Option<(Molecule, Mole
     Some((Molecule::named(shape, atom_radius, mass).ok()?, spec))
 }
 
-/// Atoms at random places, of random radii and masses.
+/// Atoms at random positions with random radii and masses.
 fn blob(draw: &mut Draw, radius: f64, mass: f64) -> Option<(Molecule, MoleculeSpec)> {
     let count = draw.integer(2, 18);
     let atoms: Vec<AtomSpec> = (0..count)
@@ -176,8 +176,7 @@ impl Sketch {
         [draw.between(0.0, self.sides[0]), draw.between(0.0, self.sides[1])]
     }
 
-    /// A wall of any kind: across the box, or between two points that may lie beyond its borders;
-    /// thin or thick.
+    /// A random wall: across the box, or between two points that may lie outside it; thin or thick.
     fn wall(&mut self, draw: &mut Draw) {
         let radius = if draw.happens(0.5) { 0.0 } else { draw.scale(1e-4, 0.02) };
         let mut spec = WallSpec { tags: tags(draw), radius, ..WallSpec::default() };
@@ -199,7 +198,7 @@ impl Sketch {
                 match draw.index(6) {
                     0 => to[0] = from[0],
                     1 => to[1] = from[1],
-                    // It ends on the border, and meets its image there.
+                    // It ends on the border and touches its image there.
                     2 => to[0] = self.sides[0],
                     _ => {}
                 }
@@ -216,7 +215,7 @@ impl Sketch {
         });
     }
 
-    /// Smallest gap to all that stands already, and to the body's own images.
+    /// Smallest gap to all placed bodies and to the body's own images.
     fn gap(&self, outline: &Outline, placed: &Placed) -> f64 {
         let room = self.sides[0].min(self.sides[1]) - 2.0 * outline.reach;
         self.standing
@@ -225,7 +224,7 @@ impl Sketch {
             .fold(room, f64::min)
     }
 
-    /// A body where there is room for it; close to the last one if that is asked for.
+    /// A body at a free position; next to the last one if `close`.
     fn body(&mut self, draw: &mut Draw, class: &str, size: f64, close: bool) {
         let Some((molecule, mut spec)) = molecule(draw, class, size) else { return };
         let outline = Outline::of(&molecule);
@@ -236,8 +235,8 @@ impl Sketch {
         if close && let Some(last) = self.standing.last() {
             let (origin, reach) = (last.placed.place, last.outline.reach + outline.reach);
             let direction = draw.direction().to_array();
-            // From 0 in the last body to where the circles are apart; the gap is a rounding to
-            // 1e-9.
+            // Bisection between the position of the last body (0) and separated circles; the gap is
+            // between a rounding error and 1e-9.
             let wanted = if draw.happens(0.1) { 0.0 } else { draw.scale(1e-17, 1e-9) };
             let (mut near, mut far) = (0.0, 1.01 * reach);
             for _ in 0..80 {
@@ -283,8 +282,8 @@ impl Sketch {
             && !spec.fixed
             && let Some(first) = self.scene.molecule.first()
         {
-            // Head on: the relative velocity is along the line of centres, as for bodies that an
-            // inelastic contact leaves side by side.
+            // Head-on: the relative velocity is along the line of centres, as for bodies that
+            // remain together after an inelastic contact.
             let speed = draw.between(0.5, 2.0);
             spec.velocity = along(first.velocity, speed, along(first.at, -1.0, place));
         }
@@ -346,8 +345,8 @@ fn edit(draw: &mut Draw, sketch: &Sketch) -> Edit {
     }
 }
 
-/// Multiplies lengths, speeds and masses by powers of two: mostly 1, else up to 1e30 either way,
-/// and now and then the largest lengths and the least speeds that are accepted.
+/// Multiplies lengths, speeds and masses by powers of two: mostly 1, otherwise up to 1e±30, and
+/// sometimes to the largest lengths and smallest speeds that are accepted.
 fn scale(draw: &mut Draw, case: &mut Case) {
     let [length, speed, mass] = if draw.happens(0.5) {
         [0, 0, 0]

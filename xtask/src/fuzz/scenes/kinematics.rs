@@ -1,23 +1,23 @@
-//! Where bodies are between reported events, and how far they are apart: written out anew, in
-//! double the digits for places.
+//! Independent kinematics: positions of bodies between reported events, and their gaps, with
+//! double-double positions.
 //!
-//! Nothing here comes from the layers under test but plain data: offsets and radii of atoms, the
-//! halves of walls, and the states that a report gives. A state is carried on from its own time,
-//! not from the motions that the engine keeps.
+//! Only plain data come from the layers under test: offsets and radii of atoms, the halves of
+//! walls, and the states in reports. A state is propagated from its own time, not from the motions
+//! that the engine stores.
 
 use carom_geometry::Molecule;
 use carom_kinematics::{EpochTime, Motion};
 use carom_testkit::oracle::{DoubleDouble, Number as _};
 
-/// Two numbers: a place, a velocity, or a cosine and sine.
+/// Two numbers: a position, a velocity, or a cosine and sine.
 pub type Pair = [f64; 2];
 
 /// A body's state at some time.
 #[derive(Debug, Clone, Copy)]
 pub struct State {
-    /// When.
+    /// The time.
     pub time: EpochTime,
-    /// Place of the centre of mass (length).
+    /// Position of the centre of mass (length).
     pub place: Pair,
     /// Its velocity (length per time).
     pub velocity: Pair,
@@ -27,29 +27,29 @@ pub struct State {
     pub spin: f64,
 }
 
-/// Where a body is at one time.
+/// Placement of a body at one time.
 #[derive(Debug, Clone, Copy)]
 pub struct Placed {
-    /// Place of the centre of mass, in the box (length).
+    /// Position of the centre of mass, in the box (length).
     pub place: Pair,
     /// Cosine and sine of its orientation.
     pub rotation: Pair,
 }
 
-/// What of a shape matters for distances.
+/// The parts of a shape that determine distances.
 #[derive(Debug, Clone)]
 pub struct Outline {
     /// Offset and radius of each atom (length).
     pub atoms: Vec<(Pair, f64)>,
-    /// Of a wall: from its middle to its second end, and half its thickness (length).
+    /// For a wall: vector from its centre to its second end, and half its thickness (length).
     pub face: Option<(Pair, f64)>,
-    /// Nothing of the body is farther from its centre (length).
+    /// Largest distance of any point of the body from its centre (length).
     pub reach: f64,
-    /// Nor from its centre, or, of a wall, from its face (length).
+    /// Largest distance from the centre or, for a wall, from its face (length).
     pub thickness: f64,
 }
 
-/// Which part of a body: an atom, or the face of a wall.
+/// A part of a body: an atom, or the face of a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// An atom, by index.
@@ -58,20 +58,20 @@ pub enum Part {
     Face,
 }
 
-/// How two parts lie to each other.
+/// Relative placement of two parts.
 #[derive(Debug, Clone, Copy)]
 pub struct Touch {
-    /// Distance of their surfaces (length); negative where they overlap.
+    /// Distance between their surfaces (length); negative if they overlap.
     pub gap: f64,
     /// Unit vector from the first to the second.
     pub normal: Pair,
-    /// Distance of the centres of two atoms, or of a centre and the face (length).
+    /// Distance between the centres of two atoms, or between a centre and the face (length).
     pub distance: f64,
-    /// From the centre of mass of each body to its atom; of a wall, 0 (length).
+    /// Vectors from the centres of mass to the atoms; 0 for a wall (length).
     pub arms: [Pair; 2],
 }
 
-/// The scalar product.
+/// Scalar product.
 pub fn dot(a: Pair, b: Pair) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
@@ -86,17 +86,17 @@ pub fn along(a: Pair, factor: f64, b: Pair) -> Pair {
     [a[0] + factor * b[0], a[1] + factor * b[1]]
 }
 
-/// The length of a vector.
+/// Magnitude of a vector.
 pub fn length(a: Pair) -> f64 {
     a[0].hypot(a[1])
 }
 
-/// A vector turned by an angle whose cosine and sine are given.
+/// Vector rotated by the angle with the given cosine and sine.
 pub fn rotated([x, y]: Pair, [cos, sin]: Pair) -> Pair {
     [x * cos - y * sin, x * sin + y * cos]
 }
 
-/// From one instant to a later one, in double the digits (time).
+/// Difference of two times in double-double precision (time).
 fn duration(from: EpochTime, to: EpochTime) -> DoubleDouble {
     let part = |to: f64, from: f64| DoubleDouble::new(to).minus(&DoubleDouble::new(from));
     part(to.epoch(), from.epoch())
@@ -105,7 +105,7 @@ fn duration(from: EpochTime, to: EpochTime) -> DoubleDouble {
 }
 
 impl State {
-    /// The state of a motion at the time for which it holds.
+    /// The state of a motion at `time`, for which it is valid.
     pub fn of(motion: &Motion, time: EpochTime) -> Self {
         Self {
             time,
@@ -116,7 +116,7 @@ impl State {
         }
     }
 
-    /// Where the body is at another time if nothing happens, in a box of these sides.
+    /// Placement at another time without events in between, in a box of these sides.
     pub fn at(&self, time: EpochTime, sides: Pair) -> Placed {
         let duration = duration(self.time, time);
         let coordinate = |axis: usize| {
@@ -129,14 +129,14 @@ impl State {
         Placed { place: [coordinate(0), coordinate(1)], rotation }
     }
 
-    /// How far the body turns until then (radians).
+    /// Rotation up to `time` (radians).
     pub fn angle_until(&self, time: EpochTime) -> f64 {
         (self.spin * duration(self.time, time).value()).abs()
     }
 }
 
 impl Outline {
-    /// The outline of a molecule or a wall.
+    /// Outline of a molecule or a wall.
     pub fn of(molecule: &Molecule) -> Self {
         let atoms: Vec<(Pair, f64)> =
             molecule.atoms().iter().map(|atom| (atom.offset().to_array(), atom.radius())).collect();
@@ -160,8 +160,7 @@ impl Outline {
     }
 }
 
-/// How a part of A and a part of B lie to each other, where B is `separation` away from A; none for
-/// two faces.
+/// Relative placement of a part of A and a part of B at `separation` from A; `None` for two faces.
 fn touch(
     (a, turn_a, part_a): (&Outline, Pair, Part),
     (b, turn_b, part_b): (&Outline, Pair, Part),
@@ -192,7 +191,8 @@ fn touch(
     }
 }
 
-/// Distance of a point from a segment about the origin, and the unit vector from the segment to it.
+/// Distance of a point from a segment centred at the origin, and the unit vector from the segment
+/// to it.
 fn from_face(half: Pair, point: Pair) -> (f64, Pair) {
     let size = length(half);
     let direction = [half[0] / size, half[1] / size];
@@ -206,7 +206,7 @@ fn from_face(half: Pair, point: Pair) -> (f64, Pair) {
     (distance, [off[0] / distance, off[1] / distance])
 }
 
-/// Calls `look` with the separation of every image of B that comes within reach of A.
+/// Calls `look` with the separation of every image of B within reach of A.
 fn for_each_image(
     (a, at_a): (&Outline, &Placed),
     (b, at_b): (&Outline, &Placed),
@@ -214,7 +214,7 @@ fn for_each_image(
     mut look: impl FnMut(Pair),
 ) {
     let d = along(at_b.place, -1.0, at_a.place);
-    // A wall reaches no farther along an axis than its half does.
+    // The extent of a wall along an axis is that of its half.
     let extent = |outline: &Outline, placed: &Placed, axis: usize| match outline.face {
         Some((half, thickness)) => rotated(half, placed.rotation)[axis].abs() + thickness,
         None => outline.reach,
@@ -237,7 +237,8 @@ fn for_each_image(
     }
 }
 
-/// The smallest gap of two bodies in any image (length); infinite where their circles are apart.
+/// Smallest gap between two bodies in any image (length); infinite if their bounding circles do not
+/// meet.
 pub fn smallest_gap((a, at_a): (&Outline, &Placed), (b, at_b): (&Outline, &Placed), sides: Pair) -> f64 {
     let mut least = f64::INFINITY;
     for_each_image((a, at_a), (b, at_b), sides, |separation| {
@@ -252,8 +253,8 @@ pub fn smallest_gap((a, at_a): (&Outline, &Placed), (b, at_b): (&Outline, &Place
     least
 }
 
-/// How two given parts lie to each other, in the image of B whose centre is nearest to `towards`
-/// from that of A; none if no image is within reach.
+/// Relative placement of two given parts, in the image of B whose centre relative to A's is nearest
+/// to `towards`; `None` if no image is within reach.
 pub fn touch_in_image(
     (a, at_a, i): (&Outline, &Placed, Part),
     (b, at_b, j): (&Outline, &Placed, Part),
@@ -271,7 +272,7 @@ pub fn touch_in_image(
     best.map(|(_, touch)| touch)
 }
 
-/// How far two places in the box are apart through its borders (length).
+/// Distance between two positions across the periodic borders (length).
 pub fn distance_in_box(a: Pair, b: Pair, sides: Pair) -> f64 {
     let shortest = |axis: usize| {
         let d = a[axis] - b[axis];
@@ -303,7 +304,7 @@ mod tests {
             let turn = |at: &Placed| DVec2::from(at.rotation);
             let separation = DVec2::from(b.place) - DVec2::from(a.place);
             let theirs = gap_between(&tee, turn(&a), &wall, turn(&b), separation);
-            // Out of reach of each other's circles no gap is computed.
+            // No gap is computed if the bounding circles do not meet.
             let apart = ours == f64::INFINITY && theirs > 0.0;
             assert!(apart || (ours - theirs).abs() < 1e-15, "{ours} {theirs}");
         }
@@ -322,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_is_carried_on_without_loss() {
+    fn a_state_is_propagated_without_loss() {
         let state = State {
             time: EpochTime::from(1e12),
             place: [0.25, 0.5],

@@ -1,4 +1,4 @@
-//! Random scenes with edits, run by both schedulers and checked against kinematics of their own.
+//! Random scenes with edits, run by both schedulers and checked against independent kinematics.
 
 pub mod case;
 pub mod contact;
@@ -19,9 +19,9 @@ use super::subject::{Report, Subject};
 /// The fuzzer of the engine.
 #[derive(Debug, Clone, Default)]
 pub struct Scenes<D = Exact, R = Impact> {
-    /// The detector that the engine uses.
+    /// The detector of the engine.
     pub detection: D,
-    /// The response that it uses.
+    /// The response of the engine.
     pub response: R,
 }
 
@@ -67,12 +67,12 @@ impl<D: Detection + Clone, R: Response + Clone> Subject for Scenes<D, R> {
     }
 
     fn write(&self, case: &Case) -> (String, Vec<u8>) {
-        let text = toml::to_string(case).expect("a case is plain data, which TOML can hold");
+        let text = toml::to_string(case).expect("a case is plain data that TOML can represent");
         ("toml".to_owned(), text.into_bytes())
     }
 
     fn read(&self, ending: &str, bytes: &[u8]) -> Result<Case> {
-        ensure!(ending == "toml", "a case is a file of TOML, not of {ending:?}");
+        ensure!(ending == "toml", "a case file must end with toml, not {ending:?}");
         Ok(toml::from_str(std::str::from_utf8(bytes)?)?)
     }
 }
@@ -82,9 +82,9 @@ fn scales(scene: &Scene, case: &Case, whole: bool) -> Scales {
     let side = scene.bounds.sides[0].max(scene.bounds.sides[1]);
     let speeds = scene.molecule.iter().map(|molecule| molecule.velocity[0].hypot(molecule.velocity[1]));
     let fastest = speeds.fold(0.0, f64::max);
-    // A scene in which all that moves turns on the spot.
+    // In this scene bodies rotate without translation.
     let speed = if fastest > 0.0 { fastest } else { side / duration };
-    // A run that was cut short has contacts up to somewhere only.
+    // A run that ended early has contacts up to an unknown time.
     Scales { sides: scene.bounds.sides, speed, end: if whole { duration } else { 0.0 } }
 }
 

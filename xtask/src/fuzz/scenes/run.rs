@@ -1,5 +1,5 @@
-//! Runs a case with one scheduler, epoch by epoch, and beside it a copy that went through the bytes
-//! of a checkpoint.
+//! Runs a case epoch by epoch with one scheduler, together with a copy restored from an encoded
+//! checkpoint.
 
 use carom::{
     engine::{Checkpoint, ElasticitySpec, RunError, Scheduler, Simulation, Violation},
@@ -15,35 +15,35 @@ use super::{
 };
 use crate::fuzz::{random::Draw, subject::Report};
 
-/// Most epochs of one case; a case that needs more is cut short.
+/// Largest number of epochs; a longer case ends early.
 const MOST_EPOCHS: u64 = 40_000;
 
-/// Most contacts of one case, looked at after each epoch.
+/// Largest number of contacts, tested after each epoch.
 const MOST_CONTACTS: u64 = 6_000;
 
-/// How far ahead the brute force of `check_invariants` looks, as a share of the stretch.
+/// Horizon of the brute-force search in `check_invariants`, as a share of the run.
 const AHEAD: f64 = 0.1;
 
-/// What a run leaves.
+/// Results of a run.
 pub struct Outcome {
-    /// What was found.
+    /// Findings.
     pub report: Report,
     /// All contacts.
     pub log: Vec<Logged>,
-    /// Whether the whole case was run.
+    /// True if the case ran to its end.
     pub whole: bool,
 }
 
-/// The seams of a simulation.
+/// The exchangeable parts of a simulation.
 #[derive(Debug)]
 pub struct Seams<'a, D, R, S: Scheduler> {
-    /// How contacts are found.
+    /// The detector.
     pub detection: &'a D,
-    /// What they change.
+    /// The response.
     pub response: &'a R,
-    /// How the scheduler works.
+    /// Options of the scheduler.
     pub options: S::Options,
-    /// How that of the resumed run works: in another way that must give the same bits.
+    /// Options of the resumed run: another implementation that must give the same bits.
     pub resumed_options: S::Options,
 }
 
@@ -109,7 +109,7 @@ enum Ended {
     With(RunError),
 }
 
-/// Runs epoch by epoch; at the end of one of them a copy is resumed from a checkpoint's bytes.
+/// Runs epoch by epoch; at the end of one epoch a copy is resumed from an encoded checkpoint.
 fn run_stretch<D, R, S>(
     simulation: &mut Simulation<D, R, S>,
     twin: &mut Option<Simulation<D, R, S>>,
@@ -142,7 +142,7 @@ where
     }
 }
 
-/// The state after it has gone through bytes, where there is a checkpoint.
+/// A simulation restored from an encoded checkpoint, if there is one.
 fn resumed<D, R, S>(
     simulation: &Simulation<D, R, S>,
     seams: &Seams<'_, D, R, S>,
@@ -166,13 +166,13 @@ where
             Some(resumed)
         }
         Err(error) => {
-            report.fail("resume", format!("a checkpoint that was just written is refused: {error}"));
+            report.fail("resume", format!("a newly written checkpoint is refused: {error}"));
             None
         }
     }
 }
 
-/// Brings the copy to the same time, unwatched and in one piece, and compares every bit.
+/// Runs the copy to the same time without observers in one call, and compares every bit.
 fn compare_twin<D: Detection, R: Response, S: Scheduler>(
     simulation: &Simulation<D, R, S>,
     twin: &mut Option<Simulation<D, R, S>>,
@@ -210,12 +210,12 @@ fn compare_twin<D: Detection, R: Response, S: Scheduler>(
         (motions, ledger, contacts, view.time().to_f64().to_bits())
     };
     if bits(simulation) != bits(twin) {
-        watcher.report.fail("resume", "a resumed run differs from the one that was not interrupted");
+        watcher.report.fail("resume", "a resumed run differs from the uninterrupted one");
     }
 }
 
-/// No pair overlaps, no contact was passed over, and the ledger is right, as the engine itself
-/// checks.
+/// Checks with the engine's own invariants that no pair overlaps, no contact was missed, and the
+/// ledger is right.
 fn check_census<D, R, S>(simulation: &Simulation<D, R, S>, duration: f64, whole: bool, watcher: &mut Watcher)
 where
     D: Detection + Clone,
@@ -231,16 +231,17 @@ where
     }
     match simulation.check_invariants(AHEAD * duration) {
         Ok(()) => {}
-        // Judged by the own kinematics: the two differ by roundings where bodies close slowly.
+        // Decided by the independent kinematics: the two differ by rounding for slowly approaching
+        // bodies.
         Err(Violation::Missed { time, next, .. }) => {
-            watcher.report.count("said to be missed", 1);
+            watcher.report.count("reported as missed", 1);
             watcher.look_ahead(simulation.time(), time, next);
         }
         Err(violation) => watcher.report.fail("invariants", violation.to_string()),
     }
 }
 
-/// A run may end by a name that its scene allows.
+/// Checks that the scene allows the error that ended a run.
 fn named_end(error: &RunError, elasticity: &ElasticitySpec, report: &mut Report) {
     let superelastic = elasticity.default > 1.0 || elasticity.pair.iter().any(|rule| rule.coefficient > 1.0);
     let allowed = match error {
@@ -270,7 +271,7 @@ fn apply<D: Detection, R: Response, S: Scheduler>(
     if let Some(twin) = twin {
         let also = edit.apply(twin);
         if made.as_ref().err().map(ToString::to_string) != also.as_ref().err().map(ToString::to_string) {
-            watcher.report.fail("resume", format!("{edit:?}: {made:?}, but of the resumed run {also:?}"));
+            watcher.report.fail("resume", format!("{edit:?}: {made:?}, but in the resumed run {also:?}"));
         }
     }
     if let (Ok(()), Edit::Elasticity(spec)) = (made, edit) {

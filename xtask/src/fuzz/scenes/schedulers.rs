@@ -1,4 +1,5 @@
-//! Two schedulers find the same contacts, until chaos has made their trajectories different.
+//! Comparison of two schedulers: they find the same contacts until chaos separates their
+//! trajectories.
 
 use super::{
     kinematics::{Pair, distance_in_box, length},
@@ -9,8 +10,7 @@ use crate::fuzz::subject::{Report, exceeds};
 /// Relative deviation at which two trajectories count as different.
 const SEPARATED: f64 = 1e-8;
 
-/// How far ahead a contact may stand in the other list, where the times of two are the same to
-/// rounding.
+/// Largest shift of a contact in the other list, for contacts whose times are equal up to rounding.
 const AHEAD: usize = 8;
 
 /// The scales of a scene.
@@ -20,7 +20,7 @@ pub struct Scales {
     pub sides: Pair,
     /// A typical speed (length per time).
     pub speed: f64,
-    /// Up to when both have run (time).
+    /// Time up to which both have run (time).
     pub end: f64,
 }
 
@@ -28,7 +28,7 @@ pub struct Scales {
 pub fn compare(one: &[Logged], other: &[Logged], scales: &Scales, report: &mut Report) {
     let side = scales.sides[0].max(scales.sides[1]);
     let unit = side / scales.speed;
-    // In the order in which they are compared; ties may change it.
+    // In the order of comparison; equal times may change it.
     let mut list = other.to_vec();
     let mut deviation = 1e-15f64;
     let mut compared = 0;
@@ -49,7 +49,7 @@ pub fn compare(one: &[Logged], other: &[Logged], scales: &Scales, report: &mut R
                 break;
             };
             if shares(a, &list[index..index + at]) {
-                // Contacts of one body that change places change its trajectory.
+                // A different order of contacts of one body changes its trajectory.
                 break;
             }
             let found = list.remove(index + at);
@@ -80,20 +80,20 @@ fn is_same(a: &Logged, b: &Logged) -> bool {
     a.bodies == b.bodies && a.atoms == b.atoms
 }
 
-/// Whether a body of this contact takes part in one of those.
+/// Returns true if a body of this contact takes part in one of the list.
 fn shares(a: &Logged, list: &[Logged]) -> bool {
     list.iter().any(|b| a.bodies.iter().any(|body| b.bodies.contains(body)))
 }
 
-/// Whether a contact is so flat that the deviation of the trajectories decides whether it takes
-/// place.
+/// Returns true if a contact is so grazing that the deviation of the trajectories decides whether
+/// it occurs.
 fn is_graze(contact: &Logged, deviation: f64, side: f64) -> bool {
-    // A dip of this depth: u² / (2 g'') with g'' ≤ w²/s.
+    // An overlap of this depth: u² / (2 g'') with g'' ≤ w²/s.
     let depth = 100.0 * deviation * side;
     contact.approach <= contact.speed * (2.0 * depth / contact.distance).sqrt()
 }
 
-/// How far two trajectories are apart, and the scales of the scene.
+/// Deviation of two trajectories, and the scales of the scene.
 struct Judge {
     deviation: f64,
     side: f64,
@@ -102,7 +102,7 @@ struct Judge {
 }
 
 impl Judge {
-    /// Times that differ by less than this may change places (time).
+    /// Contacts closer in time than this may change their order (time).
     fn resolution(&self) -> f64 {
         1e3 * self.deviation * self.unit
     }
@@ -111,9 +111,8 @@ impl Judge {
         (found.time - a.time).abs() + (found.time - b.time).abs() <= self.resolution()
     }
 
-    /// Notes a contact that the other list does not have, unless it is too flat to be decided, or
-    /// the other run has ended by then. Chattering bodies may have more or fewer contacts before
-    /// it.
+    /// Reports a contact that is missing in the other list, unless it is a graze or after the end
+    /// of the other run. Chattering bodies may have more or fewer contacts before it.
     fn unmatched(&self, contact: &Logged, other: &[Logged], report: &mut Report) {
         let at_the_end = contact.time >= self.end - self.resolution();
         let nearby = |found: &&Logged| (found.time - contact.time).abs() <= self.resolution();
@@ -123,8 +122,8 @@ impl Judge {
             report.fail(
                 "schedulers differ",
                 format!(
-                    "one of them alone has {contact:?}, where trajectories differ by {:e}; the next of \
-                     the other is {next:?}",
+                    "only one of them has {contact:?}, where trajectories differ by {:e}; the next contact \
+                     of the other is {next:?}",
                     self.deviation
                 ),
             );
@@ -159,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_that_one_scheduler_lacks_is_found_wherever_it_is() {
+    fn a_contact_missing_in_one_scheduler_is_found_anywhere() {
         assert_eq!(failure(&list(), &list()), None);
         for index in 0..6 {
             let mut less = list();

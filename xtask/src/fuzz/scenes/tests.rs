@@ -1,4 +1,4 @@
-//! The fuzzer finds planted faults of a detector and of a response, and each in its own way.
+//! Tests of the scene fuzzer: it finds planted faults of a detector and of a response.
 
 use carom::response::{ContactFrame, Elasticity};
 use carom_detection::{Answer, Contact, Outcome};
@@ -9,11 +9,11 @@ use glam::DVec2;
 use super::*;
 use crate::fuzz::random::case_seed;
 
-/// The exact detector, but that it loses or delays one contact in so many.
+/// The exact detector with a fault: it loses or delays one contact in `one_in`.
 #[derive(Debug, Clone)]
 struct Faulty {
     one_in: u64,
-    /// Later by this share of the time; infinite for never.
+    /// Relative delay; infinite for a lost contact.
     late: f64,
 }
 
@@ -32,13 +32,13 @@ impl Detection for Faulty {
     }
 }
 
-/// The impact, but that one impulse in so many is wrong.
+/// The impact law with a fault in one impulse in `one_in`.
 #[derive(Debug, Clone)]
 struct Wrong {
     one_in: u64,
-    /// Longer by this share.
+    /// Relative error of the magnitude.
     longer: f64,
-    /// Turned by this share of a right angle.
+    /// Rotation in units of a right angle.
     turned: f64,
 }
 
@@ -59,14 +59,14 @@ impl Response for Wrong {
     }
 }
 
-/// How the first case fails that does not fail without the planted fault.
+/// Kind of the first failure in a case that passes without the planted fault.
 fn first_failure<D: Detection + Clone, R: Response + Clone>(
     faulty: &Scenes<D, R>,
     cases: u64,
 ) -> Option<String> {
     (0..cases).find_map(|index| {
         let case = draw::draw(case_seed(2026, index));
-        // Long runs and superelastic ones take their time, and have bugs that are known.
+        // Long and superelastic runs are slow and have known bugs.
         if ["long run of few", "superelastic", "close bodies"].contains(&&case.class[..]) {
             return None;
         }
@@ -78,7 +78,7 @@ fn first_failure<D: Detection + Clone, R: Response + Clone>(
 #[test]
 fn one_lost_contact_in_a_thousand_is_found() {
     let faulty = Scenes { detection: Faulty { one_in: 1000, late: f64::INFINITY }, response: Impact };
-    let kind = first_failure(&faulty, 400).expect("it is found");
+    let kind = first_failure(&faulty, 400).expect("the fault is found");
     let kinds = ["overlap between events", "gap", "census", "schedulers differ", "invariants"];
     assert!(kinds.contains(&&kind[..]), "{kind}");
 }
@@ -86,19 +86,19 @@ fn one_lost_contact_in_a_thousand_is_found() {
 #[test]
 fn contacts_that_are_late_are_found() {
     let faulty = Scenes { detection: Faulty { one_in: 100, late: 1e-6 }, response: Impact };
-    let kind = first_failure(&faulty, 400).expect("it is found");
+    let kind = first_failure(&faulty, 400).expect("the fault is found");
     assert!(["overlap between events", "gap", "schedulers differ"].contains(&&kind[..]), "{kind}");
 }
 
 #[test]
-fn impulses_that_are_wrong_are_found() {
+fn wrong_impulses_are_found() {
     let wrong = |longer, turned| Scenes {
         detection: Exact::default(),
         response: Wrong { one_in: 200, longer, turned },
     };
-    let kind = first_failure(&wrong(1e-8, 0.0), 400).expect("it is found");
+    let kind = first_failure(&wrong(1e-8, 0.0), 400).expect("the fault is found");
     assert!(["restitution", "energy"].contains(&&kind[..]), "{kind}");
-    let kind = first_failure(&wrong(0.0, 1e-6), 400).expect("it is found");
+    let kind = first_failure(&wrong(0.0, 1e-6), 400).expect("the fault is found");
     assert!(["friction", "restitution", "energy"].contains(&&kind[..]), "{kind}");
 }
 

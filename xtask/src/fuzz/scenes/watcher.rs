@@ -1,5 +1,4 @@
-//! Watches a run through its reports alone, and compares all that it sees with kinematics of its
-//! own.
+//! Observer of a run that compares all reports with independent kinematics.
 
 use std::collections::BTreeMap;
 
@@ -15,22 +14,22 @@ use crate::fuzz::{
     subject::{Report, exceeds},
 };
 
-/// Moments between two events at which all pairs are looked at, in scenes of few bodies.
+/// Number of times between two events at which all pairs are examined, in scenes of few bodies.
 const MOMENTS: usize = 2;
 
-/// What of a time its two floats resolve, with room for a few roundings.
+/// Relative resolution of a time of two floats, with room for some rounding errors.
 const RESOLUTION: f64 = f64::EPSILON * f64::EPSILON * 16.0;
 
-/// A clock is used up when a body goes this share of the side in the time that it resolves.
+/// The clock resolution is insufficient if a body moves this share of the side within it.
 const USED_UP: f64 = 1e-14;
 
-/// Roundings of the side by which a contact may round a place outwards.
+/// Outward rounding of a position at a contact, in roundings of the side.
 const OUTWARDS: f64 = 4.0;
 
-/// Moments after a contact that may have been passed over.
+/// Number of times examined after a contact that may have been missed.
 const LOOKS_AHEAD: i32 = 24;
 
-/// In scenes of more bodies than this, not after every event.
+/// Scenes of more bodies are not examined after every event.
 const FEW: usize = 12;
 
 /// Roundings of the longer side within which bodies touch at a contact: the promise of the engine
@@ -38,77 +37,78 @@ const FEW: usize = 12;
 /// follows it.
 const ROUNDINGS: f64 = 64.0;
 
-/// Roundings of a side that each epoch may add to a place. A body that moves alone flies eight
-/// sides in an epoch. Half a rounding of eight sides each for the product v t and for its sum with
-/// the place make eight. At the k-th of its eight crossings the place, of up to k sides, is rounded
-/// by half of 1, 2, 2, 4, 4, 4, 4 and 8, which makes 14.5 more.
+/// Rounding error that each epoch may add to a position, in roundings of a side. An isolated body
+/// flies eight sides in an epoch. The product v t and its sum with the position each contribute
+/// half a rounding of eight sides: eight in total. At the k-th of eight crossings the position, of
+/// up to k sides, is rounded by half of 1, 2, 2, 4, 4, 4, 4 and 8: 14.5 more.
 const ROUNDINGS_PER_EPOCH: f64 = 22.5;
 
-/// How many sides a body may go in an epoch, one that has become faster in it included.
+/// Largest distance of a body in an epoch, in sides, including bodies that are accelerated in it.
 const SIDES_PER_EPOCH: f64 = 16.0;
 
-/// A body as it was last reported.
+/// Last reported state of a body.
 #[derive(Debug, Clone)]
 struct Tracked {
     outline: Outline,
     state: State,
-    /// The epoch in which it was reported.
+    /// Epoch of the report.
     epoch: u64,
     fixed: bool,
     tags: Vec<String>,
     mass: f64,
 }
 
-/// A contact, to be compared with that of another scheduler.
+/// A contact, for comparison with another scheduler.
 #[derive(Debug, Clone)]
 pub struct Logged {
-    /// Since the start (time).
+    /// Time since the start (time).
     pub time: f64,
     /// Numbers of the bodies.
     pub bodies: [u64; 2],
-    /// Which atoms.
+    /// Atoms in contact.
     pub atoms: [Option<u32>; 2],
     /// Places before (length).
     pub places: [Pair; 2],
     /// Velocities after (length per time).
     pub velocities: [Pair; 2],
-    /// Speed of approach and speeds of the bodies together (length per time).
+    /// Approach speed (length per time).
     pub approach: f64,
-    /// Speeds of the bodies and their rims together (length per time).
+    /// Sum of the speeds of the bodies and of their rims (length per time).
     pub speed: f64,
-    /// Distance of the centres (length).
+    /// Distance between the centres (length).
     pub distance: f64,
 }
 
-/// Watches one run.
+/// Observer of one run.
 #[derive(Debug)]
 pub struct Watcher {
     sides: Pair,
     bodies: BTreeMap<BodyKey, Tracked>,
     elasticity: ElasticitySpec,
-    /// The time of the last event, or of the start.
+    /// Time of the last event, or of the start.
     last: EpochTime,
     start: EpochTime,
     draw: Draw,
-    /// How many epochs have ended.
+    /// Number of epochs that have ended.
     pub epochs: u64,
-    /// Energy lost in contacts since the last edit, by own sums, and what the ledger had before.
+    /// Energy lost in contacts since the last edit, summed here, and the ledger's value at that
+    /// edit.
     lost: f64,
     lost_before: f64,
     largest_energy: f64,
     momentum: Option<Pair>,
     contacts: u64,
-    /// Whether bodies have become so fast that the clock does not resolve their flight: nothing
-    /// more can be judged.
+    /// True if the clock does not resolve the motion of very fast bodies; further checks are not
+    /// possible.
     clock_is_used_up: bool,
     /// All contacts.
     pub log: Vec<Logged>,
-    /// What was found.
+    /// Findings.
     pub report: Report,
 }
 
 impl Watcher {
-    /// Begins to watch.
+    /// Starts the observation.
     pub fn new(view: &View<'_>, elasticity: &ElasticitySpec, seed: u64) -> Self {
         let mut watcher = Self {
             sides: view.bounds().sides().to_array(),
@@ -131,7 +131,7 @@ impl Watcher {
         watcher
     }
 
-    /// Takes over what an edit has made.
+    /// Updates the state after an edit.
     pub fn edited(&mut self, view: &View<'_>, elasticity: &ElasticitySpec) {
         self.elasticity = elasticity.clone();
         self.begin(view);
@@ -168,16 +168,16 @@ impl Watcher {
         self.sides[0].max(self.sides[1])
     }
 
-    /// Bound on how far the place of a body may be off at `time`, its arms included (length).
+    /// Bound on the position error of a body at `time`, including its arms (length).
     fn error(&self, body: &Tracked, time: EpochTime) -> f64 {
         let epochs = (self.epochs - body.epoch) as f64;
         let turning = if body.state.spin == 0.0 { 0.0 } else { 4.0 + 8.0 * body.state.angle_until(time) };
-        // Times are rounded as offsets in an epoch, in which a body goes no farther than this.
+        // Times are rounded as offsets in an epoch; a body moves at most this far in it.
         let longest = SIDES_PER_EPOCH * self.longer_side();
         let way = |time: EpochTime| (length(body.state.velocity) * time.offset().abs()).min(longest);
         let clock = way(time) + way(body.state.time);
-        // Epochs begin at double-doubles, which do not resolve the flight of bodies that are far
-        // too fast for their age.
+        // Epochs start at double-double times, which do not resolve the motion of very fast bodies
+        // at late times.
         let rim = length(body.state.velocity) + body.state.spin.abs() * body.outline.reach;
         let unresolved = RESOLUTION * time.to_f64().abs() * rim;
         f64::EPSILON
@@ -192,7 +192,7 @@ impl Watcher {
         ROUNDINGS * f64::EPSILON * (self.longer_side() + a.thickness + b.thickness)
     }
 
-    /// The elasticity of the most specific rule; none where two of equal rank disagree.
+    /// Elasticity from the most specific rule.
     fn rule(&self, a: &Tracked, b: &Tracked) -> f64 {
         let carries = |body: &Tracked, tag: &String| body.tags.contains(tag);
         let of_pair = self.elasticity.pair.iter().find(|rule| match &rule.between[..] {
@@ -214,7 +214,7 @@ impl Watcher {
         [sum(0), sum(1)]
     }
 
-    /// Looks at all pairs in all images at one time.
+    /// Examines all pairs in all images at one time.
     fn look_at_all(&mut self, time: EpochTime) {
         let placed: Vec<(&Tracked, Placed, f64)> = self
             .bodies
@@ -239,13 +239,13 @@ impl Watcher {
         self.report.keep_worst("overlap/bound", worst);
         if let Some((gap, bound)) = deepest {
             let time = time.to_f64();
-            self.report.fail("overlap between events", format!("{gap:e} at {time:e}, allowed is {bound:e}"));
+            self.report.fail("overlap between events", format!("gap {gap:e} at {time:e}, allowed {bound:e}"));
         }
     }
 
-    /// Whether a contact that the engine's own brute force finds `time` from now, before the next
-    /// one in `next`, is one: whether bodies overlap between the two by more than roundings. Flat
-    /// contacts are found at times that differ by more than those of the clock.
+    /// Tests whether the engine missed a contact that its brute-force search finds `time` from now,
+    /// before the next one at `next`: examines whether bodies overlap in between by more than
+    /// rounding. The times of grazing contacts differ by more than the clock resolution.
     pub fn look_ahead(&mut self, now: EpochTime, time: f64, next: f64) {
         for halvings in 0..LOOKS_AHEAD {
             let after = (next - time) * 0.5f64.powi(halvings);
@@ -253,17 +253,17 @@ impl Watcher {
         }
     }
 
-    /// Whether nothing more is to be checked.
+    /// Returns true if no further checks are needed.
     pub fn is_done(&self) -> bool {
         self.report.failure.is_some() || self.clock_is_used_up
     }
 
-    /// Looks at all pairs at random moments since the last event.
+    /// Examines all pairs at random times since the last event.
     fn look_back(&mut self, time: EpochTime) {
         let since = time.since(self.last);
-        // To the digits of a double-double, in which epochs are kept.
+        // To the precision of a double-double, in which epochs are stored.
         if exceeds(-since, RESOLUTION * time.to_f64().abs()) {
-            self.report.fail("time", format!("an event is {:e} before the last one", -since));
+            self.report.fail("time", format!("an event is {:e} earlier than the previous one", -since));
             return;
         }
         let count = self.bodies.len();
@@ -277,7 +277,7 @@ impl Watcher {
         self.last = time;
     }
 
-    /// Compares the state of the system with the own kinematics, at the end of a stretch.
+    /// Compares the state of the system with the independent kinematics at the end of a run.
     pub fn compare(&mut self, view: &View<'_>) {
         if self.is_done() {
             return;
@@ -287,7 +287,7 @@ impl Watcher {
         self.look_at_all(time);
         for body in view.bodies() {
             let Some(tracked) = self.bodies.get(&body.body.key()) else {
-                self.report.fail("bodies", "the view has a body that is not known");
+                self.report.fail("bodies", "the view has an unknown body");
                 continue;
             };
             let (found, expected) = (State::of(&body.motion, time), tracked.state);
@@ -297,17 +297,18 @@ impl Watcher {
             self.report.keep_worst("place/bound", off / error);
             if exceeds(off, error) {
                 self.report
-                    .fail("place", format!("{} is off by {off:e}, allowed is {error:e}", body.body.id()));
+                    .fail("place", format!("{} deviates by {off:e}, allowed {error:e}", body.body.id()));
             }
             if found.velocity != expected.velocity || found.spin != expected.spin {
                 self.report
-                    .fail("velocity", format!("that of {} has changed between contacts", body.body.id()));
+                    .fail("velocity", format!("velocity of {} changed between contacts", body.body.id()));
             }
             let rotation = body.motion.orientation.cos_sin().to_array();
             let turned = distance_in_box(rotation, placed.rotation, [8.0; 2]) * tracked.outline.reach;
-            // The orientation of a disc means nothing.
+            // The orientation of a disc is arbitrary.
             if tracked.outline.atoms.len() > 1 && exceeds(turned, error) {
-                self.report.fail("orientation", format!("that of {} is off by {turned:e}", body.body.id()));
+                self.report
+                    .fail("orientation", format!("orientation of {} deviates by {turned:e}", body.body.id()));
             }
         }
         self.compare_sums(view);
@@ -321,12 +322,13 @@ impl Watcher {
         let resolved = scale > 1e-280;
         let lost = ledger.lost - self.lost_before;
         if resolved && exceeds((lost - self.lost).abs(), allowed) {
-            self.report.fail("ledger", format!("{lost:e} is booked as lost, reports lose {:e}", self.lost));
+            self.report
+                .fail("ledger", format!("the ledger has a loss of {lost:e}, the reports of {:e}", self.lost));
         }
         if resolved && exceeds((view.energy() - ledger.booked()).abs(), allowed) {
             self.report.fail(
                 "ledger",
-                format!("the energy is {:e}, the ledger says {:e}", view.energy(), ledger.booked()),
+                format!("the energy is {:e}, the ledger has {:e}", view.energy(), ledger.booked()),
             );
         }
         if let Some(before) = self.momentum {
@@ -337,7 +339,7 @@ impl Watcher {
             let most = scale.max((2.0 * self.largest_energy * self.total_mass()).sqrt());
             let off = length([now[0] - before[0], now[1] - before[1]]);
             if exceeds(off, 16.0 * f64::EPSILON * contacts * most) {
-                self.report.fail("total momentum", format!("it is off by {off:e} of {most:e}"));
+                self.report.fail("total momentum", format!("it deviates by {off:e} of {most:e}"));
             }
         }
     }
@@ -346,7 +348,7 @@ impl Watcher {
         self.bodies.values().map(|body| body.mass).sum()
     }
 
-    /// Compares the motion of a body before a contact with the own kinematics.
+    /// Compares the motion of a body before a contact with the independent kinematics.
     fn compare_before(
         &mut self,
         body: &Tracked,
@@ -359,10 +361,10 @@ impl Watcher {
         let off = distance_in_box(found.place, placed.place, self.sides);
         let id = side.body.id();
         if exceeds(off, error) {
-            self.report.fail("place", format!("{id} is off by {off:e} at a contact, allowed is {error:e}"));
+            self.report.fail("place", format!("{id} deviates by {off:e} at a contact, allowed {error:e}"));
         }
         if found.velocity != body.state.velocity || found.spin != body.state.spin {
-            self.report.fail("velocity", format!("that of {id} has changed between contacts"));
+            self.report.fail("velocity", format!("velocity of {id} changed between contacts"));
         }
         let finite = [side.after.velocity.x, side.after.velocity.y, side.after.angular_velocity];
         if finite.iter().any(|number| !number.is_finite()) {
@@ -393,7 +395,7 @@ impl Observer for Watcher {
         self.contacts += 1;
         let tracked = contact.sides.each_ref().map(|side| self.bodies.get(&side.body.key()).cloned());
         let [Some(a), Some(b)] = tracked else {
-            self.report.fail("bodies", "a report names a body that is not known");
+            self.report.fail("bodies", "a report names an unknown body");
             return;
         };
         let [(at_a, error_a), (at_b, error_b)] = [
@@ -416,7 +418,7 @@ impl Observer for Watcher {
         for side in &contact.sides {
             if let Some(tracked) = self.bodies.get_mut(&side.body.key()) {
                 let (sides, epoch) = (self.sides, self.epochs);
-                // Every epoch brings places into the box; so does this.
+                // Positions are wrapped into the box, as at the start of every epoch.
                 let placed = State::of(&side.after, time).at(time, sides);
                 tracked.state = State { place: placed.place, ..State::of(&side.after, time) };
                 tracked.epoch = epoch;
