@@ -10,7 +10,7 @@ use carom_geometry::Molecule;
 pub struct ContactEvent {
     /// Offset from the start of the epoch (time).
     pub time: f64,
-    /// The two bodies, in the order of [`World::bodies`].
+    /// The two bodies, in the order of [`World::bodies`](crate::World::bodies).
     pub bodies: [u32; 2],
     /// The image of the second body that is touched, in boxes relative to the positions of the two
     /// motions.

@@ -81,7 +81,7 @@ impl Page {
         self.body.push_str("</div>\n");
     }
 
-    /// Adds an animation from the data that [`animation`](carom_runs::animation) records.
+    /// Adds an animation from the data that `carom-runs` records.
     pub fn animation(&mut self, animation: &str, caption: &str) {
         // In a JSON string this has the same meaning and cannot close an element of the page.
         let animation = animation.replace('<', "\\u003c");

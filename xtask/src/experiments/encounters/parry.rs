@@ -45,7 +45,7 @@ pub enum Cast {
         /// Processor time relative to the exact detector in the same process.
         ratio: f64,
     },
-    /// It did not return within [`LIMIT`].
+    /// It did not return within `LIMIT`.
     Hung,
 }
 
