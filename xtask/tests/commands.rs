@@ -49,7 +49,8 @@ fn without_speed(mut summary: Value) -> Value {
     let fields = summary.as_object_mut().unwrap();
     fields.remove("collisions_per_second").expect("the speed");
     for run in fields.get_mut("runs").and_then(Value::as_array_mut).into_iter().flatten() {
-        let seconds = run.as_object_mut().unwrap().remove("cpu_seconds").expect("the processor time of each run");
+        let seconds =
+            run.as_object_mut().unwrap().remove("cpu_seconds").expect("the processor time of each run");
         assert!(seconds.as_f64().unwrap() > 0.0);
     }
     summary

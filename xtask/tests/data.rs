@@ -78,8 +78,7 @@ fn the_table_of_kicks_agrees_with_the_histogram() {
 
 #[test]
 fn the_program_of_the_readme_draws_the_histogram() {
-    let Some(python) = python("the_program_of_the_readme_draws_the_histogram", "numpy, matplotlib")
-    else {
+    let Some(python) = python("the_program_of_the_readme_draws_the_histogram", "numpy, matplotlib") else {
         return;
     };
     let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).unwrap();

@@ -91,13 +91,14 @@ fn check(seen: &Value, canvases: usize, titles: &[&str]) {
 #[test]
 fn pages_are_complete_and_the_gas_moves() {
     let Some(browser) = browser() else {
-        let test = concat!(module_path!(), "::pages_are_whole_and_the_gas_moves");
+        let test = concat!(module_path!(), "::pages_are_complete_and_the_gas_moves");
         carom_testkit::skipped::skipped(test, format_args!("none of {BROWSERS:?} is installed"));
         return;
     };
     let root = tempfile::tempdir().unwrap();
     let folder = root.path();
-    let charts = ["Kicks by direction", "Impulse by direction", "polar chart", "Running mean of the force", "x′"];
+    let charts =
+        ["Kicks by direction", "Impulse by direction", "polar chart", "Running mean of the force", "x′"];
     let experiment = ["experiment", "brownian", "--from", "0.2", "--until", "0.6"];
     xtask(folder, &[&experiment[..], &["--out", "one"]].concat());
     let one = seen(browser, &folder.join("one/report.html"));

@@ -128,7 +128,10 @@ pub fn record(simulation: &Simulation, folder: &Folder) -> Result<()> {
     });
     folder.write_lasting_table(FLIGHTS, &HEADER, rows)?;
     let animation = Animation::of(&view, part.as_ref(), log.flights(), until);
-    folder.write_lasting(ANIMATION, serde_json::to_string(&animation).context("the animation cannot be encoded as JSON")?)
+    folder.write_lasting(
+        ANIMATION,
+        serde_json::to_string(&animation).context("the animation cannot be encoded as JSON")?,
+    )
 }
 
 /// Largest speed of any body so far (length / time).
@@ -333,8 +336,7 @@ mod tests {
             let from_corner = (place - DVec2::new(left, bottom)).rem_euclid(DVec2::ONE);
             if from_corner.x < wide && from_corner.y < high {
                 seen += 1;
-                let recorded =
-                    last.get(&body.body.id()).expect("an unrecorded body is in view");
+                let recorded = last.get(&body.body.id()).expect("an unrecorded body is in view");
                 let off = recorded - place;
                 assert!((off - off.round()).length() < 1e-9, "{off}");
             }

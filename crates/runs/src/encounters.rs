@@ -10,8 +10,8 @@
 //! | `thA`, `wA` | A's orientation (radians) and angular velocity, counter-clockwise |
 //! | `atomsA` | A's atoms, `x:y:m:r` (offset in any frame, mass, radius) joined by `;` |
 //! | `xB` to `atomsB` | B, as for A |
-//! | `window_end` | end of the search (time); missing or empty: until the bounding circles separate |
-//! | `t_first`, `atomA`, `atomB` | first contact and its atoms, or `none`; may be missing or empty |
+//! | `window_end` | end of the search (time); default: until the bounding circles separate |
+//! | `t_first`, `atomA`, `atomB` | first contact and its atoms, or `none`; optional |
 
 use std::path::Path;
 
@@ -126,7 +126,10 @@ impl Row<'_> {
     fn window_end(&self) -> Result<Option<f64>> {
         let Some(text) = self.given("window_end") else { return Ok(None) };
         let end: f64 = text.parse().with_context(|| format!("column `window_end`: '{text}'"))?;
-        ensure!(end.is_finite() && end >= 0.0, "column `window_end`: {end} is not a finite time of at least 0");
+        ensure!(
+            end.is_finite() && end >= 0.0,
+            "column `window_end`: {end} is not a finite time of at least 0"
+        );
         Ok(Some(end))
     }
 

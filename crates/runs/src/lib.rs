@@ -1,4 +1,4 @@
-//! Runs of scenes: folder, manifest, checkpoints that a run resumes from, series as files, and a page.
+//! Runs of scenes: folder, manifest, checkpoints for resuming, series as files, and a page.
 
 pub mod animation;
 pub mod append_file;

@@ -87,7 +87,8 @@ impl Manifest {
     }
 }
 
-/// The streams that a scene draws from: number 16 × replica + purpose, see [`carom::engine::RandomStream`].
+/// The streams that a scene draws from: number 16 × replica + purpose, see
+/// [`carom::engine::RandomStream`].
 fn streams(scene: &Scene) -> [Stream; 2] {
     use carom::engine::RandomStream;
     [("placement", RandomStream::Placement), ("velocities", RandomStream::Velocities)].map(

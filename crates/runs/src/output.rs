@@ -176,7 +176,8 @@ impl Folder {
     /// # Errors
     /// It cannot be written.
     pub fn write_json(&self, name: &str, content: &impl Serialize) -> Result<()> {
-        let mut text = serde_json::to_string_pretty(content).context("the content cannot be encoded as JSON")?;
+        let mut text =
+            serde_json::to_string_pretty(content).context("the content cannot be encoded as JSON")?;
         text.push('\n');
         self.write(name, text)
     }

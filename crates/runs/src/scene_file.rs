@@ -100,7 +100,11 @@ fn check(run: &RunSpec) -> Result<()> {
     for name in &run.observe {
         if !OBSERVERS.contains(&name.as_str()) {
             gas::check(name).with_context(|| {
-                format!("run.observe; expected one of {}, {}", OBSERVERS.join(", "), gas::OBSERVERS.join(", "))
+                format!(
+                    "run.observe; expected one of {}, {}",
+                    OBSERVERS.join(", "),
+                    gas::OBSERVERS.join(", ")
+                )
             })?;
         }
     }

@@ -32,7 +32,8 @@ impl ChiSquare {
 /// elsewhere: enough for 10⁸ bins.
 const MOST_TERMS: u32 = 100_000;
 
-/// The regularised incomplete gamma function Q(a, x) = Γ(a, x) / Γ(a), for a > 0; NaN for x < 0 or NaN.
+/// The regularised incomplete gamma function Q(a, x) = Γ(a, x) / Γ(a), for a > 0; NaN for x < 0 or
+/// NaN.
 ///
 /// Uses the series of P = 1 − Q for x < a + 1, otherwise its continued fraction (Press et al.,
 /// Numerical Recipes, section 6.2), evaluated by Lentz's method.

@@ -74,7 +74,8 @@ pub struct Totals {
     pub simulated_time: f64,
     /// Contacts per second of processor time of the thread, in the run phase.
     pub collisions_per_second: f64,
-    /// Largest difference of energy and booked energy at a sample, relative to the energy at the start.
+    /// Largest difference of energy and booked energy at a sample, relative to the energy at the
+    /// start.
     pub energy_drift: f64,
     /// Largest number of overlapping pairs at a sample.
     pub overlapping_pairs: usize,
@@ -111,8 +112,9 @@ impl Totals {
     }
 }
 
-/// Largest relative drift of the energy. A run of 10⁹ contacts drifts by some 10⁻¹⁵ per body through rounding.
-/// Smaller: long runs of few bodies would fail. Larger: an error in the response could hide.
+/// Largest relative drift of the energy. A run of 10⁹ contacts drifts by some 10⁻¹⁵ per body
+/// through rounding. Smaller: long runs of few bodies would fail. Larger: an error in the response
+/// could hide.
 const LARGEST_DRIFT: f64 = 1e-12;
 
 /// `summary.json`.

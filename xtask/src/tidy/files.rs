@@ -15,8 +15,8 @@ pub fn with_extensions(folder: &Path, extensions: &[&str]) -> Result<Vec<PathBuf
         if !folder.is_dir() {
             continue;
         }
-        let entries =
-            std::fs::read_dir(&folder).with_context(|| format!("cannot read the folder {}", folder.display()))?;
+        let entries = std::fs::read_dir(&folder)
+            .with_context(|| format!("cannot read the folder {}", folder.display()))?;
         for entry in entries {
             let path = entry?.path();
             if path.is_dir() && !path.ends_with("target") {

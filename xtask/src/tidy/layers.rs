@@ -41,7 +41,9 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
 fn of_layer(name: &str, manifest: &Table) -> Vec<Fault> {
     let path = format!("crates/{name}/Cargo.toml");
     let Some((_, allowed)) = ARROWS.iter().find(|(layer, _)| *layer == name) else {
-        return vec![format!("{path}: this layer is not in the table of dependencies (xtask/src/tidy/layers.rs)")];
+        return vec![format!(
+            "{path}: this layer is not in the table of dependencies (xtask/src/tidy/layers.rs)"
+        )];
     };
     let package =
         manifest.get("package").and_then(|package| package.get("name")).and_then(|name| name.as_str());

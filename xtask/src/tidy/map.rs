@@ -17,7 +17,8 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
 
 fn compare(mapped: &[String], existing: &[String]) -> Vec<Fault> {
     let gone = mapped.iter().filter(|name| !existing.contains(name));
-    let gone = gone.map(|name| format!("crates/ARCHITECTURE.md: the map lists `{name}`, which is not a crate"));
+    let gone =
+        gone.map(|name| format!("crates/ARCHITECTURE.md: the map lists `{name}`, which is not a crate"));
     let missing = existing.iter().filter(|name| !mapped.contains(name));
     let missing = missing.map(|name| format!("crates/ARCHITECTURE.md: the map lacks the crate `{name}`"));
     gone.chain(missing).collect()

@@ -81,7 +81,9 @@ pub fn check(name: &str) -> Result<()> {
     let Some(Asked { kind, tag }) = Asked::parse(name) else { bail!("unknown observer '{name}'") };
     match (kind.as_str(), tag.as_deref()) {
         (CONTACT_DENSITY | IMPULSES, None) => bail!("'{name}' needs the tag of a body: {name}:TAG"),
-        (THERMOSTAT, Some(_)) => bail!("'{name}': the energy ledger covers the whole system and takes no tag"),
+        (THERMOSTAT, Some(_)) => {
+            bail!("'{name}': the energy ledger covers the whole system and takes no tag")
+        }
         // The tag becomes part of a file name.
         (_, Some(tag)) => ensure!(
             !tag.is_empty() && tag.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)),

@@ -334,8 +334,12 @@ impl Outcome {
                     .iter()
                     .map(|point| (point.time, (point.energy - point.booked) / first))
                     .collect();
-                let svg =
-                    series_chart("Energy drift relative to the ledger", "(E − booked E) / E(0)", run.until, drift)?;
+                let svg = series_chart(
+                    "Energy drift relative to the ledger",
+                    "(E − booked E) / E(0)",
+                    run.until,
+                    drift,
+                )?;
                 charts.push((svg, "The difference is rounding error; it must stay below 10⁻¹²."));
             }
         }

@@ -196,7 +196,11 @@ fn corner_bumper<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         // The standard deviation of free paths is about their mean, and their correlation is small.
         let error = predicted / (effort.collisions as f64).sqrt();
         let off = (free - predicted).abs() / error;
-        findings.push(Finding::new(format!("{name}: deviation of the mean free path (standard errors)"), off, 5.0));
+        findings.push(Finding::new(
+            format!("{name}: deviation of the mean free path (standard errors)"),
+            off,
+            5.0,
+        ));
         first.push(watch.times.into_iter().take(6).collect::<Vec<f64>>());
     }
     let differ = first[0].iter().zip(&first[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -109,7 +109,11 @@ fn chain<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     Ok(vec![
         Finding::new("number of collisions minus 100", (watch.times.len() as f64 - 100.0).abs(), 0.0),
         Finding::new("largest time after the first collision", late, 1e-13),
-        Finding::new("velocity of the last disc minus 1", (velocity::<E>(&run, 100) - DVec2::X).length(), 1e-13),
+        Finding::new(
+            "velocity of the last disc minus 1",
+            (velocity::<E>(&run, 100) - DVec2::X).length(),
+            1e-13,
+        ),
         Finding::new("energy drift, relative", (run.view().energy() / 0.5 - 1.0).abs(), 1e-13),
     ])
 }

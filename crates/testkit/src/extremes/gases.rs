@@ -100,7 +100,10 @@ fn ages<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         let state = (view.counters().collisions, velocities(&view));
         let first = young.get_or_insert_with(|| state.clone());
         let different = usize::from(*first != state);
-        findings.push(Finding::never(format!("trajectories that differ from those at time 0, at {age:e}"), different));
+        findings.push(Finding::never(
+            format!("trajectories that differ from those at time 0, at {age:e}"),
+            different,
+        ));
     }
     Ok(findings)
 }
@@ -194,11 +197,7 @@ fn inelastic<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
             findings.push(Finding::never(format!("{name}: overlapping pairs"), overlaps.pairs));
             let view = run.view();
             let drift = (view.energy() - view.ledger().booked()).abs() / view.ledger().initial;
-            findings.push(Finding::new(
-                format!("{name}: energy minus ledger, relative"),
-                drift,
-                1e-12,
-            ));
+            findings.push(Finding::new(format!("{name}: energy minus ledger, relative"), drift, 1e-12));
             let ended_by_name = match ended {
                 Ok(survey) => {
                     findings

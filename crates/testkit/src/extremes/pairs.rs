@@ -177,10 +177,7 @@ fn funnel<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     Ok(vec![
         Finding::never("contacts in the wide funnel", usize::from(wide.1 != DVec2::X || wide.2 != 1.5)),
         Finding::never("passages of the narrow funnel", usize::from(narrow.2 > 1.0 || aside.2 > 1.0)),
-        Finding::never(
-            "unnamed errors in the narrow funnel",
-            usize::from(!by_name || aside.0.is_some()),
-        ),
+        Finding::never("unnamed errors in the narrow funnel", usize::from(!by_name || aside.0.is_some())),
         Finding::new("deepest overlap (length)", narrow.3.max(aside.3), 64.0 * 2.2 * f64::EPSILON),
     ])
 }

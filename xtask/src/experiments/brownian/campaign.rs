@@ -326,10 +326,7 @@ fn several(
     page.heading("Runs");
     totals(&mut page, &summary);
     page.heading("System");
-    page.paragraph(&format!(
-        "Run {}; each run has its own page and animation.",
-        jobs[0].name()
-    ));
+    page.paragraph(&format!("Run {}; each run has its own page and animation.", jobs[0].name()));
     let first = folder.inner(&jobs[0].name())?;
     system::moving(&mut page, &first, plan)?;
     system::before_and_after(&mut page, &first, plan)?;

@@ -314,7 +314,10 @@ fn velocity(group: &Group<'_>) -> Result<String> {
     let range = 4.0 * error_at(0.1 * duration);
     Chart {
         title: "Running mean of the molecule's velocity".to_owned(),
-        x: Axis { label: "time since the start of the measurement [time]".to_owned(), range: (0.0, duration) },
+        x: Axis {
+            label: "time since the start of the measurement [time]".to_owned(),
+            range: (0.0, duration),
+        },
         y: Axis { label: "mean velocity [length/time]".to_owned(), range: (-range, range) },
         layers,
     }

@@ -68,7 +68,8 @@ impl<'a> Group<'a> {
         self.runs.iter().map(|run| run.density).sum::<f64>() / self.runs.len() as f64
     }
 
-    /// Impulse per time and length of the boundary in an ideal gas of this density, nkT (mass / time²).
+    /// Impulse per time and length of the boundary in an ideal gas of this density, nkT (mass /
+    /// time²).
     pub fn ideal_pressure(&self) -> f64 {
         self.density() * self.temperature()
     }

@@ -10,8 +10,8 @@ use glam::DVec2;
 
 use crate::experiments::thesis_scene::{AREA_FRACTION, Case, GAS_MASS, GAS_RADIUS};
 
-/// Contact value χ = g(σ⁺) of hard discs of area fraction 0.5, from the [5/4] Padé approximant of the virial series
-/// of Clisby and `McCoy`, J. Stat. Phys. 122 (2006) 15.
+/// Contact value χ = g(σ⁺) of hard discs of area fraction 0.5, from the [5/4] Padé approximant of
+/// the virial series of Clisby and `McCoy`, J. Stat. Phys. 122 (2006) 15.
 const CONTACT_VALUE: f64 = 3.106;
 
 /// Contact value of hard discs: (1 − 7η/16)/(1 − η)² (Henderson 1975), with a correction

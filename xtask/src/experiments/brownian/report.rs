@@ -243,7 +243,10 @@ fn force(group: &Group<'_>) -> Result<String> {
     }
     Chart {
         title: "Running mean of the force on the molecule".to_owned(),
-        x: Axis { label: "time since the start of the measurement [time]".to_owned(), range: (0.0, duration) },
+        x: Axis {
+            label: "time since the start of the measurement [time]".to_owned(),
+            range: (0.0, duration),
+        },
         y: Axis { label: "Σ Δp / t [mass·length/time²]".to_owned(), range: (-range, range) },
         layers,
     }
@@ -310,16 +313,9 @@ pub fn charts(page: &mut Page, group: &Group<'_>, charts: &Charts) {
                 angles, but the levels tilt, because the density is larger in the corners.";
     let even = "The kicks on a disc are isotropic at any density.";
     let caption = if group.case == Case::Control { even } else { step };
-    page.pictures(
-        Layout::Full,
-        &[(&charts.impulse, caption), (&charts.counts, "Number of kicks.")],
-    );
-    let polar =
-        "0° is x′, 90° is y′. The direction is that of the impulse on the molecule, away from the point of contact.";
-    page.pictures(
-        Layout::Beside,
-        &[(&charts.polar, polar), (&charts.polar_counts, "Number of kicks.")],
-    );
+    page.pictures(Layout::Full, &[(&charts.impulse, caption), (&charts.counts, "Number of kicks.")]);
+    let polar = "0° is x′, 90° is y′. The direction is that of the impulse on the molecule, away from the point of contact.";
+    page.pictures(Layout::Beside, &[(&charts.polar, polar), (&charts.polar_counts, "Number of kicks.")]);
     let force = "Running average as in the thesis. At equilibrium it tends to 0 along both axes at any \
                  density; the band is one standard error of one run.";
     page.pictures(Layout::Full, &[(&charts.force, force)]);

@@ -43,8 +43,10 @@ pub fn count(variant: Variant, intervals: u32, folder: &Path) -> Result<Counted>
         .context("cannot start valgrind")?;
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     ensure!(output.status.success(), "'{variant}' under callgrind: {said}");
-    let collisions =
-        String::from_utf8_lossy(&output.stdout).trim().parse().context("the worker did not print a number of collisions")?;
+    let collisions = String::from_utf8_lossy(&output.stdout)
+        .trim()
+        .parse()
+        .context("the worker did not print a number of collisions")?;
     let text = fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
     fs::remove_file(&file).ok();
     Ok(Counted { profile: parse(&text), collisions })

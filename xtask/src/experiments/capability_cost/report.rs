@@ -118,8 +118,7 @@ pub fn page(results: &Results, summary: &Summary, command: &str) -> Page {
     );
     if !results.needs.is_empty() {
         page.heading("Dependencies of each layer when used alone");
-        let header =
-            ["layer", "layers of carom below", "other packages", "of these, at compile time only"];
+        let header = ["layer", "layers of carom below", "other packages", "of these, at compile time only"];
         let row = |needs: &super::dependencies::Needs| {
             let counts = [needs.own, needs.foreign, needs.when_compiling].map(|count| count.to_string());
             std::iter::once(needs.layer.to_owned()).chain(counts).collect::<Vec<_>>()

@@ -72,8 +72,8 @@ impl Subject {
             }
             Variant::With(Capability::Thermostat, Level::Idle) => {
                 let key = simulation.view().bodies().next().context("the scene is empty")?.body.key();
-                let tag = simulation.tag(key, "nobody")?;
-                simulation.untag(key, "nobody")?;
+                let tag = simulation.tag(key, "unused")?;
+                simulation.untag(key, "unused")?;
                 Work::Thermostat(tag)
             }
             _ => Work::None,
@@ -188,7 +188,7 @@ pub fn scene(variant: Variant) -> Scene {
             scene.gas[0].tags = ["one", "two", "three"].map(str::to_owned).to_vec();
         }
         Capability::ElasticityTable => {
-            let (tag, coefficient) = if used { ("gas", 0.999) } else { ("nobody", 0.5) };
+            let (tag, coefficient) = if used { ("gas", 0.999) } else { ("unused", 0.5) };
             let rule = ElasticityRule { between: vec![tag.to_owned()], coefficient };
             scene.elasticity = ElasticitySpec { pair: vec![rule], ..ElasticitySpec::default() };
         }

@@ -137,7 +137,9 @@ pub fn work() -> Result<()> {
 
 fn parse_answer(line: &str) -> Result<Cast> {
     let (word, ratio) = line.split_once(' ').context("the answer of parry does not have two words")?;
-    let number = |text| u64::from_str_radix(text, 16).map(f64::from_bits).context("the answer of parry is not a number");
+    let number = |text| {
+        u64::from_str_radix(text, 16).map(f64::from_bits).context("the answer of parry is not a number")
+    };
     let outcome = match word {
         "free" => Outcome::Free,
         "unsupported" => Outcome::Unresolved(0.0),
@@ -228,9 +230,11 @@ fn to_line(encounter: &Encounter) -> String {
 }
 
 fn from_line(line: &str) -> Result<Encounter> {
-    let mut numbers = line
-        .split(' ')
-        .map(|word| u64::from_str_radix(word, 16).map(f64::from_bits).context("the line of a pair holds a word that is not a number"));
+    let mut numbers = line.split(' ').map(|word| {
+        u64::from_str_radix(word, 16)
+            .map(f64::from_bits)
+            .context("the line of a pair holds a word that is not a number")
+    });
     let mut next = || numbers.next().context("the line of a pair is too short")?;
     let separation = DVec2::new(next()?, next()?);
     let velocity = DVec2::new(next()?, next()?);

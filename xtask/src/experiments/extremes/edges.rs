@@ -108,7 +108,13 @@ pub fn edges<E: Engine>() -> Vec<Edge> {
         edge("mass ratio", "a heavy disc among 30 light ones", 1e12, (2.0, 62.0), heavy::<E>),
         edge("speed ratio", "a light and fast disc among 30", 1e6, (1.0, 32.0), fast::<E>),
         edge("size ratio", "two small discs meet obliquely beside a large one", 1e6, (1.0, 18.0), small::<E>),
-        edge("turns per natural time", "a rotating rod hit by a gas disc at its rim", 1e8, (1.0, 60.0), spinning::<E>),
+        edge(
+            "turns per natural time",
+            "a rotating rod hit by a gas disc at its rim",
+            1e8,
+            (1.0, 60.0),
+            spinning::<E>,
+        ),
         edge("σ over depth of a graze", "two discs at 30 σ", 1e14, (3.0, 18.0), grazing::<E>),
         edge(
             "reach over depth of a sweep",
@@ -140,8 +146,7 @@ pub fn edges<E: Engine>() -> Vec<Edge> {
 /// Conditions that hold in any run, and that it reaches the requested number of collisions.
 fn surveyed<E: Engine>(scene: &Scene, collisions: u64) -> Result<Vec<Finding>> {
     let survey = survey::<E>(scene, collisions)?;
-    let missing =
-        Finding::never("missing collisions", collisions.saturating_sub(survey.collisions) as usize);
+    let missing = Finding::never("missing collisions", collisions.saturating_sub(survey.collisions) as usize);
     Ok(survey.findings("").into_iter().chain([missing]).collect())
 }
 

@@ -194,7 +194,10 @@ pub fn charts(results: &Results) -> Result<Vec<(&'static str, String)>> {
             "reversal.svg",
             chart(
                 "Time reversal",
-                ["collisions of each disc on the way forward", "lg of the distance from the initial state (sides)"],
+                [
+                    "collisions of each disc on the way forward",
+                    "lg of the distance from the initial state (sides)",
+                ],
                 reversal,
             )?,
         ),

@@ -114,5 +114,9 @@ fn price(found: &Found, exact: &Found) -> String {
     if found.physics.blocks == 0 {
         prices.push("the physics was not measured because it takes too long".to_owned());
     }
-    if prices.is_empty() { ", without a measurable error.".to_owned() } else { format!("; {}.", prices.join("; ")) }
+    if prices.is_empty() {
+        ", without a measurable error.".to_owned()
+    } else {
+        format!("; {}.", prices.join("; "))
+    }
 }

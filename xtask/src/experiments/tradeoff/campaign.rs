@@ -42,9 +42,10 @@ pub const TOLERANCE: f64 = 1e-7;
 /// Results for one setting.
 #[derive(Debug)]
 pub struct Found {
-    /// Which.
+    /// The setting.
     pub setting: Setting,
-    /// Processor time of a collision over that of the exact run in the same round, median; `None` if it breaks off.
+    /// Processor time for each collision relative to the exact run in the same round, median;
+    /// `None` if the run fails.
     pub time: Option<f64>,
     /// Counts of wrong contacts.
     pub tally: Tally,

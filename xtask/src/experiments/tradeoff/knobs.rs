@@ -117,9 +117,9 @@ pub fn settings(view: &View<'_>, finest_step: i32) -> Vec<Setting> {
     add(ORDER, "HeapScheduler".to_owned(), &order(Order::HeapScheduler(CellsPerSide::Automatic)));
     let finest_safe = finest_safe(view);
     for factor in [1.0, 1.2, 1.5, 2.0] {
-        let fineness = (f64::from(finest_safe) * factor).round() as u32;
-        let name = format!("grid × {factor} ({fineness})");
-        add(ORDER, name, &order(Order::HeapScheduler(CellsPerSide::Unchecked(fineness))));
+        let cells = (f64::from(finest_safe) * factor).round() as u32;
+        let name = format!("grid × {factor} ({cells})");
+        add(ORDER, name, &order(Order::HeapScheduler(CellsPerSide::Unchecked(cells))));
     }
     add(ORDER, "grid 50, the thesis's".to_owned(), &order(Order::HeapScheduler(CellsPerSide::Unchecked(50))));
     settings

@@ -73,7 +73,7 @@ pub fn begin(setting: &Setting, state: &Checkpoint) -> Result<Box<dyn Runner>> {
         Order::Epochs1 => of::<Epochs<1>>(setting, state, carom::Instructions::Widest)?,
         Order::Epochs8 => of::<Epochs<8>>(setting, state, carom::Instructions::Widest)?,
         Order::Epochs512 => of::<Epochs<512>>(setting, state, carom::Instructions::Widest)?,
-        Order::HeapScheduler(fineness) => of::<HeapScheduler>(setting, state, fineness)?,
+        Order::HeapScheduler(cells) => of::<HeapScheduler>(setting, state, cells)?,
     })
 }
 

@@ -155,7 +155,8 @@ fn check_impulse(
     let elasticity = contact.elasticity.coefficient();
     let highest = if rules.guarded { rules.elasticity.max(1.0) } else { rules.elasticity };
     if !(rules.elasticity..=highest).contains(&elasticity) {
-        report.fail("elasticity", format!("the report has {elasticity}, the rules give {}", rules.elasticity));
+        report
+            .fail("elasticity", format!("the report has {elasticity}, the rules give {}", rules.elasticity));
     }
     if exceeds(-approach, rate_error) {
         report.fail("approach", format!("a contact of bodies that separate at {:e} is reported", -approach));
@@ -168,7 +169,8 @@ fn check_impulse(
     let excess = parting - elasticity * approach;
     let allowed = (1.0 + elasticity) * rate_error;
     if exceeds(-excess, allowed) || exceeds(excess, allowed + 4.0 * resolved) {
-        report.fail("restitution", format!("approach {approach:e}, separation {parting:e}, e = {elasticity}"));
+        report
+            .fail("restitution", format!("approach {approach:e}, separation {parting:e}, e = {elasticity}"));
     }
     let [before, after] = [false, true].map(|after| energy(&sides[0], after) + energy(&sides[1], after));
     let expected = 0.5 * (1.0 - elasticity * elasticity) / inverse_mass * approach * approach;
@@ -176,8 +178,10 @@ fn check_impulse(
     // Below this energy the squares of speeds underflow.
     let resolved = before.max(after) > 1e-280;
     if resolved && exceeds(((before - after) - expected).abs(), allowed) {
-        report
-            .fail("energy", format!("decreases by {:e}, not by {expected:e}, e = {elasticity}", before - after));
+        report.fail(
+            "energy",
+            format!("decreases by {:e}, not by {expected:e}, e = {elasticity}", before - after),
+        );
     }
     Measured { approach, speed, distance: touch.distance, lost: before - after }
 }

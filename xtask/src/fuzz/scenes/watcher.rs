@@ -32,9 +32,8 @@ const LOOKS_AHEAD: i32 = 24;
 /// Scenes of more bodies are not examined after every event.
 const FEW: usize = 12;
 
-/// Roundings of the longer side within which bodies touch at a contact: the promise of the engine
-/// is sixteen, and four times as much covers the rounding of the report, of the box, and of what
-/// follows it.
+/// Largest gap at a contact in roundings of the longer side. The engine guarantees sixteen; four
+/// times as much covers the rounding of the report, of the box, and of the subsequent computation.
 const ROUNDINGS: f64 = 64.0;
 
 /// Rounding error that each epoch may add to a position, in roundings of a side. An isolated body
@@ -67,7 +66,7 @@ pub struct Logged {
     pub bodies: [u64; 2],
     /// Atoms in contact.
     pub atoms: [Option<u32>; 2],
-    /// Places before (length).
+    /// Positions before (length).
     pub places: [Pair; 2],
     /// Velocities after (length per time).
     pub velocities: [Pair; 2],
@@ -307,7 +306,8 @@ impl Watcher {
             let turned = distance_in_box(rotation, placed.rotation, [8.0; 2]) * tracked.outline.reach;
             // The orientation of a disc is arbitrary.
             if tracked.outline.atoms.len() > 1 && exceeds(turned, error) {
-                self.report.fail("orientation", format!("orientation of {} deviates by {turned:e}", body.body.id()));
+                self.report
+                    .fail("orientation", format!("orientation of {} deviates by {turned:e}", body.body.id()));
             }
         }
         self.compare_sums(view);
@@ -321,7 +321,8 @@ impl Watcher {
         let resolved = scale > 1e-280;
         let lost = ledger.lost - self.lost_before;
         if resolved && exceeds((lost - self.lost).abs(), allowed) {
-            self.report.fail("ledger", format!("the ledger has a loss of {lost:e}, the reports of {:e}", self.lost));
+            self.report
+                .fail("ledger", format!("the ledger has a loss of {lost:e}, the reports of {:e}", self.lost));
         }
         if resolved && exceeds((view.energy() - ledger.booked()).abs(), allowed) {
             self.report.fail(
