@@ -6,7 +6,7 @@
 //! | column | content |
 //! | --- | --- |
 //! | `class`, `id` | labels, passed through |
-//! | `xA`, `yA`, `vxA`, `vyA` | place and velocity of A's centre of mass at time 0 |
+//! | `xA`, `yA`, `vxA`, `vyA` | position and velocity of A's centre of mass at time 0 |
 //! | `thA`, `wA` | A's orientation (radians) and angular velocity, counter-clockwise |
 //! | `atomsA` | A's atoms, `x:y:m:r` (offset in any frame, mass, radius) joined by `;` |
 //! | `xB` to `atomsB` | B, as for A |
@@ -34,7 +34,7 @@ pub struct Encounter {
     pub motions: [Motion; 2],
     /// End of the search (time), if the file gives it.
     pub window_end: Option<f64>,
-    /// The first contact up to the end of the window, where the file gives it.
+    /// The first contact up to the end of the window, if the file gives it.
     pub expected: Option<Expected>,
 }
 
