@@ -1,4 +1,4 @@
-//! Notes which compiler builds this crate, for the manifest of each run.
+//! Passes the version of the compiler to this crate, for the manifest of each run.
 
 use std::{env, process::Command};
 

@@ -91,7 +91,7 @@ fn check(seen: &Value, canvases: usize, titles: &[&str]) {
 #[test]
 fn pages_are_complete_and_the_gas_moves() {
     let Some(browser) = browser() else {
-        let test = concat!(module_path!(), "::pages_are_whole_and_the_gas_moves");
+        let test = concat!(module_path!(), "::pages_are_complete_and_the_gas_moves");
         carom_testkit::skipped::skipped(test, format_args!("none of {BROWSERS:?} is installed"));
         return;
     };

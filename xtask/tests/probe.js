@@ -1,4 +1,4 @@
-// Looks at a page from inside, as its reader would, and writes down what it has seen.
+// Examines a page from inside, as a reader sees it, and stores the results.
 addEventListener("load", async () => {
   const later = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
   const pixels = (canvas) => {
@@ -7,7 +7,7 @@ addEventListener("load", async () => {
     const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
     return new Uint32Array(data.buffer);
   };
-  // Share of the pixels that have not the commonest colour, and how many colours cover a thousandth each.
+  // Share of the pixels not in the most frequent colour; number of colours that cover a thousandth or more each.
   const look = (canvas) => {
     const counts = new Map();
     const all = pixels(canvas);

@@ -7,7 +7,7 @@
 //! | 16 to 19 | version of the format, [`FORMAT`] |
 //! | 20 to 27 | length of the body |
 //! | 28 to 31 | CRC-32 (IEEE 802.3) of the bytes 0 to 27 and the body |
-//! | from 32 | the body: consecutive values in postcard's encoding, which keeps every bit of an `f64` |
+//! | from 32 | the body: values in postcard's encoding, which keeps every bit of an `f64` |
 //!
 //! Numbers of the header are little-endian. [`crate::resumable`] defines the content of the body.
 //! The file is written under another name, flushed to disk, and renamed, so a complete one always

@@ -6,12 +6,12 @@
 //! | column | content |
 //! | --- | --- |
 //! | `class`, `id` | labels, passed through |
-//! | `xA`, `yA`, `vxA`, `vyA` | place and velocity of A's centre of mass at time 0 |
+//! | `xA`, `yA`, `vxA`, `vyA` | position and velocity of A's centre of mass at time 0 |
 //! | `thA`, `wA` | A's orientation (radians) and angular velocity, counter-clockwise |
 //! | `atomsA` | A's atoms, `x:y:m:r` (offset in any frame, mass, radius) joined by `;` |
 //! | `xB` to `atomsB` | B, as for A |
-//! | `window_end` | end of the search (time); missing or empty: until the bounding circles separate |
-//! | `t_first`, `atomA`, `atomB` | first contact and its atoms, or `none`; may be missing or empty |
+//! | `window_end` | end of the search (time); default: until the bounding circles separate |
+//! | `t_first`, `atomA`, `atomB` | first contact and its atoms, or `none`; optional |
 
 use std::path::Path;
 
@@ -34,7 +34,7 @@ pub struct Encounter {
     pub motions: [Motion; 2],
     /// End of the search (time), if the file gives it.
     pub window_end: Option<f64>,
-    /// The first contact up to the end of the window, where the file gives it.
+    /// The first contact up to the end of the window, if the file gives it.
     pub expected: Option<Expected>,
 }
 

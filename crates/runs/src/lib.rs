@@ -1,5 +1,4 @@
-//! Runs of scenes: folder, manifest, checkpoints that a run resumes from, series as files, and a
-//! page.
+//! Runs of scenes: folder, manifest, checkpoints for resuming, series as files, and a page.
 
 pub mod animation;
 pub mod append_file;
@@ -30,11 +29,11 @@ use crate::output::Folder;
 
 /// Writes a line to standard output.
 pub fn say(text: &str) {
-    // A closed pipe loses nothing that is not in the files.
+    // A closed pipe is ignored: the files hold all results.
     let _ = writeln!(std::io::stdout(), "{text}");
 }
 
-/// Writes the end of a run: its totals, the checks that failed, and where its page is.
+/// Prints the totals of a run, its failed checks, and the path of its page.
 pub fn conclude(folder: &Folder, summary: &Summary) {
     let totals = &summary.totals;
     say(&format!(

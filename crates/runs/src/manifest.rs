@@ -20,7 +20,7 @@ pub struct Manifest {
     logical_processors: usize,
     /// The command as given.
     command: Vec<String>,
-    /// The command with every choice written out.
+    /// The command with all options.
     again: String,
     streams: Vec<Stream>,
     /// Wall time since the run was started or last resumed (seconds).

@@ -19,7 +19,6 @@ const CYCLES: f64 = 3.0;
 ///
 /// It measures the rate of the core, not its availability: a latency-bound chain is hardly affected
 /// by another thread on the same core.
-/// hardly feels that.
 pub fn gigahertz() -> Option<f64> {
     let go = |_| {
         let clock = ThreadTime::now();

@@ -17,7 +17,6 @@ pub const LARGEST: f64 = 1e-3;
 ///
 /// # Errors
 /// The run fails.
-/// A run that cannot go on.
 pub fn there_and_back<D: Detection, R: Response, S: Scheduler>(
     simulation: &mut Simulation<D, R, S>,
     duration: f64,

@@ -32,7 +32,7 @@ pub const OBSERVERS: [&str; 4] = ["energy", "collision-rate", "pressure", "overl
 /// Longer side of a picture of the system (pixels).
 const PICTURE: u32 = 720;
 
-/// Files of the pictures at the start and at the end.
+/// Files of the pictures of the initial and the final state.
 const PICTURES: [&str; 2] = ["start.svg", "end.svg"];
 
 /// A longer scene file is not repeated in the report (bytes).

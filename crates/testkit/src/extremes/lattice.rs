@@ -64,7 +64,6 @@ pub struct Packed {
 ///
 /// # Errors
 /// The scene cannot be built or run.
-/// It cannot be built or run.
 pub fn packed<E: Engine>(dilation: f64, collisions: u64) -> Result<Packed> {
     let scene = close_packed(dilation);
     let mut run = E::simulate(&scene)?;

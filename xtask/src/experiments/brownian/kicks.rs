@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 ///
 /// The bumper is smaller than a gas disc and reaches corners of the molecule that the gas cannot
 /// reach; predictions apply to the gas.
-/// are about the gas.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct FromGas<O>(pub O);
 

@@ -14,7 +14,7 @@ pub struct Case {
     pub seed: u64,
     /// The runs and the edits after them.
     pub stretch: Vec<Stretch>,
-    /// The scene at the start.
+    /// The initial scene.
     pub scene: Scene,
 }
 

@@ -32,9 +32,8 @@ const LOOKS_AHEAD: i32 = 24;
 /// Scenes of more bodies are not examined after every event.
 const FEW: usize = 12;
 
-/// Roundings of the longer side within which bodies touch at a contact: the promise of the engine
-/// is sixteen, and four times as much covers the rounding of the report, of the box, and of what
-/// follows it.
+/// Largest gap at a contact in roundings of the longer side. The engine guarantees sixteen; four
+/// times as much covers the rounding of the report, of the box, and of the subsequent computation.
 const ROUNDINGS: f64 = 64.0;
 
 /// Rounding error that each epoch may add to a position, in roundings of a side. An isolated body
@@ -67,7 +66,7 @@ pub struct Logged {
     pub bodies: [u64; 2],
     /// Atoms in contact.
     pub atoms: [Option<u32>; 2],
-    /// Places before (length).
+    /// Positions before (length).
     pub places: [Pair; 2],
     /// Velocities after (length per time).
     pub velocities: [Pair; 2],
