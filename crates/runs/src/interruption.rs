@@ -25,7 +25,7 @@ use signal_hook::{
 };
 use thiserror::Error;
 
-use crate::append_file::Kept;
+use crate::{append_file::Kept, manifest::program};
 
 /// Time that runs have to reach a checkpoint after a signal. Longer: the program does not end
 /// within a second. Shorter: more work is repeated.
@@ -154,5 +154,5 @@ fn again() -> String {
         if word.chars().all(plain) { word } else { format!("'{word}'") }
     };
     let words: Vec<String> = given.map(quoted).collect();
-    format!("cargo xtask {} --resume", words.join(" "))
+    format!("{} {} --resume", program(), words.join(" "))
 }

@@ -8,7 +8,7 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use carom_runs::{output::write_whole, say};
+use carom_runs::{interruption::Interrupted, output::write_whole, say};
 
 use super::{
     minimise::minimise,
@@ -47,17 +47,23 @@ pub struct Findings {
     pub failures: Vec<(u64, Failure)>,
 }
 
-/// Runs cases within the time limit and writes those that fail.
+/// Runs cases within the time limit and writes those that fail. A signal ends the campaign early.
 ///
 /// # Errors
-/// The worker cannot be started, a file cannot be written, or a signal has been received.
+/// The worker cannot be started, or a file cannot be written.
 pub fn run<S: Subject>(subject: &S, runner: &mut impl Runner, plan: &Plan) -> Result<Findings> {
     let mut begun = Instant::now();
     let mut findings = Findings::default();
     say(&format!("fuzz {}: seed {}", S::NAME, plan.seed));
     while begun.elapsed() < plan.time && findings.cases < plan.most_cases {
         let seed = case_seed(plan.seed, findings.cases);
-        let report = runner.run_seed(seed)?;
+        let report = match runner.run_seed(seed) {
+            Err(error) if error.is::<Interrupted>() => {
+                say("interrupted: the campaign ends here");
+                break;
+            }
+            report => report?,
+        };
         findings.cases += 1;
         findings.total.add(&report);
         let Some(failure) = report.failure else { continue };

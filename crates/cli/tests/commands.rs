@@ -1,0 +1,72 @@
+//! The program `carom` as a user calls it: run, check and detect.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output},
+};
+
+const SCENE: &str = "[box]\nseed = 3\n[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\n\
+                     count = 50\n[[molecule]]\nshape = \"tee\"\natom_radius = 0.01\nat = [0.5, 0.5]\n\
+                     [run]\nuntil = 0.5\nsample_interval = 0.1\nobserve = [\"energy\"]\n";
+
+fn carom(folder: &Path, arguments: &[&str]) -> Output {
+    let program = env!("CARGO_BIN_EXE_carom");
+    Command::new(program).current_dir(folder).args(arguments).output().expect("the program starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn a_scene_is_checked_and_run_and_its_folder_names_the_command() {
+    let root = tempfile::tempdir().unwrap();
+    fs::write(root.path().join("scene.toml"), SCENE).unwrap();
+    let check = carom(root.path(), &["check", "scene.toml", "--set", "gas.0.count=60"]);
+    assert!(check.status.success(), "{}", text(&check.stderr));
+    let said = text(&check.stdout);
+    assert!(said.starts_with("scene.toml: valid\n") && said.contains("60       gas: disc"), "{said}");
+    assert!(said.contains("molecule of 5 atoms") && said.contains("5 samples of energy"), "{said}");
+    assert!(!root.path().join("out").exists(), "a check writes nothing");
+
+    let run = carom(root.path(), &["run", "scene.toml", "--until", "0.3", "--out", "run"]);
+    assert!(run.status.success(), "{}", text(&run.stderr));
+    let read = |name: &str| fs::read_to_string(root.path().join("run").join(name)).unwrap();
+    let manifest: serde_json::Value = serde_json::from_str(&read("manifest.json")).unwrap();
+    assert_eq!(manifest["complete"], true);
+    assert_eq!(manifest["again"], "carom run run/config.toml");
+    let summary: serde_json::Value = serde_json::from_str(&read("summary.json")).unwrap();
+    assert_eq!(summary["overlapping_pairs"], 0);
+    // A header, the start, and three samples.
+    assert_eq!(read("energy.csv").lines().count(), 5);
+    assert!(read("report.html").contains("scene.toml"));
+}
+
+#[test]
+fn bad_input_has_exit_code_2_and_names_the_entry() {
+    let root = tempfile::tempdir().unwrap();
+    fs::write(root.path().join("scene.toml"), SCENE).unwrap();
+    for (arguments, word) in [
+        (&["check", "missing.toml"][..], "missing.toml"),
+        (&["check", "scene.toml", "--set", "gas.0.radius=-1"], "gas[0]"),
+        (&["check", "scene.toml", "--set", "run.observe=[\"warmth\"]"], "warmth"),
+        (&["run", "scene.toml", "--set", "run.until=0"], "run.until"),
+        (&["detect", "missing.csv", "--out", "answers.csv"], "missing.csv"),
+        (&["fly"], "fly"),
+    ] {
+        let output = carom(root.path(), arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(text(&output.stderr).contains(word), "{arguments:?}: {}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn pairs_of_a_file_get_their_first_contacts() {
+    let root = tempfile::tempdir().unwrap();
+    let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/encounters.csv");
+    let output = carom(root.path(), &["detect", cases.to_str().unwrap(), "--out", "answers.csv"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).starts_with("450 encounters"), "{}", text(&output.stdout));
+    assert_eq!(fs::read_to_string(root.path().join("answers.csv")).unwrap().lines().count(), 451);
+}
