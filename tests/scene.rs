@@ -80,7 +80,7 @@ fn impossible_molecules_are_refused_by_name() {
     let of_atoms = |atoms: Vec<AtomSpec>| MoleculeSpec { atoms, at: [0.5, 0.5], ..MoleculeSpec::default() };
 
     refuse_molecule(named("tea", 0.01, 1.0, [0.5, 0.5]), "unknown shape 'tea'");
-    refuse_molecule(named("rod:0", 0.01, 1.0, [0.5, 0.5]), "a rod of 0 atoms");
+    refuse_molecule(named("rod:0", 0.01, 1.0, [0.5, 0.5]), "a rod must have 1 to 4096 atoms, but has 0");
     refuse_molecule(MoleculeSpec { atom_radius: None, ..good() }, "needs `atom_radius`");
     refuse_molecule(MoleculeSpec { atom_mass: None, ..good() }, "needs `atom_mass`");
     refuse_molecule(
@@ -152,7 +152,10 @@ fn impossible_gases_are_refused_by_name() {
     refuse_gas(GasSpec { energy: -1.0, ..good() }, "must not be negative");
     refuse_gas(GasSpec { energy: f64::NAN, ..good() }, "must be finite");
     refuse_gas(GasSpec { atom_mass: Some(0.0), ..good() }, "must be positive");
-    refuse_gas(GasSpec { shape: Some("ring:2".to_owned()), ..good() }, "a ring of 2 atoms");
+    refuse_gas(
+        GasSpec { shape: Some("ring:2".to_owned()), ..good() },
+        "a ring must have 3 to 4096 atoms, but has 2",
+    );
     refuse_gas(
         GasSpec { atoms: vec![AtomSpec { at: [0.0; 2], radius: 0.01, mass: 1.0 }], ..good() },
         "`shape` or `atoms`, not both",

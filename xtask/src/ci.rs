@@ -7,17 +7,17 @@ use std::{
     process::{Command, Stdio},
 };
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use carom_runs::say;
 use carom_tables::Verdict;
 
 /// Seed of the fuzzers: cases stay the same. Fresh seeds are for runs by hand.
 const FUZZ_SEED: &str = "18";
 
-/// Runs all steps.
+/// Runs all steps up to the first that fails.
 ///
 /// # Errors
-/// The step that failed.
+/// A step that cannot be started.
 pub fn run() -> Result<Verdict> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().context("xtask lies inside the repository")?;
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
@@ -26,21 +26,27 @@ pub fn run() -> Result<Verdict> {
     let steps = Steps { root, skipped: folder.join("skipped") };
     File::create(&steps.skipped).with_context(|| format!("cannot write {}", steps.skipped.display()))?;
 
-    steps.run("cargo fmt --all --check")?;
-    steps.run("cargo clippy --workspace --all-targets -- -D warnings")?;
+    let mut lines = vec![
+        "cargo fmt --all --check".to_owned(),
+        "cargo clippy --workspace --all-targets -- -D warnings".to_owned(),
+    ];
     for layer in ["geometry", "kinematics", "detection", "response", "engine", "observers"] {
-        steps.run(&format!("cargo check --quiet --package carom-{layer}"))?;
+        lines.push(format!("cargo check --quiet --package carom-{layer}"));
     }
-    steps.run("RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps")?;
-    ensure!(super::tidy::run()? == Verdict::Passed, "`cargo xtask tidy` failed");
-    let brownian = folder.join("brownian").display().to_string();
-    steps.run(&format!("cargo xtask experiment brownian --quick --force --out '{brownian}'"))?;
-    let fuzz = folder.join("fuzz").display().to_string();
+    lines.push("RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps".to_owned());
+    lines.push("cargo xtask tidy".to_owned());
+    let [brownian, fuzz] = ["brownian", "fuzz"].map(|name| folder.join(name).display().to_string());
+    lines.push(format!("cargo xtask experiment brownian --quick --force --out '{brownian}'"));
     for fuzzer in ["detection", "scenes", "files"] {
         // With debug assertions and overflow checks.
-        steps.run(&format!(
+        lines.push(format!(
             "cargo run --quiet --package xtask -- fuzz {fuzzer} --minutes 1 --seed {FUZZ_SEED} --out '{fuzz}'"
-        ))?;
+        ));
+    }
+    for line in lines {
+        if !steps.passes(&line)? {
+            return Ok(Verdict::Failed);
+        }
     }
     steps.tests("eval \"$(.ci/tools)\"; cargo test --workspace")
 }
@@ -59,14 +65,17 @@ impl Steps<'_> {
         command
     }
 
-    fn run(&self, line: &str) -> Result<()> {
+    fn passes(&self, line: &str) -> Result<bool> {
         say(&format!("ci: {line}"));
         let status = self.shell(line).status().with_context(|| format!("cannot start `{line}`"))?;
-        ensure!(status.success(), "`{line}` failed: {status}");
-        Ok(())
+        if !status.success() {
+            say(&format!("ci: FAILED: `{line}`: {status}"));
+        }
+        Ok(status.success())
     }
 
-    /// Runs the tests and closes with the sum of all test programs' results, in the same words.
+    /// Runs the tests and closes with the sum of all test programs' results, in the format of one
+    /// test program.
     fn tests(&self, line: &str) -> Result<Verdict> {
         say(&format!("ci: {line}"));
         let mut tests = self

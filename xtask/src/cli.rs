@@ -54,8 +54,8 @@ pub enum Command {
         /// Number of sample intervals
         intervals: u32,
     },
-    /// Check conventions that the compiler does not check: layers, first lines, the commands in the
-    /// README
+    /// Check what the compiler does not: crate imports, cycles of files, first sentences, width,
+    /// words, commands in Markdown, one glam, map of the crates
     Tidy,
     /// Run everything that must hold before a change lands; what `.ci/run` calls
     Ci,

@@ -7,7 +7,7 @@ use std::{
 };
 
 const SCENE: &str = "[box]\nseed = 3\n[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\n\
-                     count = 50\n[[molecule]]\nshape = \"tee\"\natom_radius = 0.01\nat = [0.5, 0.5]\n\
+                     count = 50\n[[molecule]]\nshape = \"tee\"\natom_radius = 0.01\natom_mass = 1.0\nat = [0.5, 0.5]\n\
                      [run]\nuntil = 0.5\nsample_interval = 0.1\nobserve = [\"energy\"]\n";
 
 fn carom(folder: &Path, arguments: &[&str]) -> Output {

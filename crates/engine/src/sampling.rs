@@ -68,7 +68,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         for sample in 1..=samples as u64 {
             // Times are multiples of the interval, so that roundings do not add up.
             let time = start.after(sample as f64 * interval);
-            self.observe_until_instant(if time > end { end } else { time }, observer)?;
+            self.observe_until_epoch_time(if time > end { end } else { time }, observer)?;
             observer.sample(&self.view());
         }
         self.observe_until(until, observer)

@@ -90,7 +90,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if !time.is_finite() {
             return Err(RunError::Time(time));
         }
-        self.observe_until_instant(EpochTime::from(time), observer)
+        self.observe_until_epoch_time(EpochTime::from(time), observer)
     }
 
     /// Runs to `until`, without the rounding of a single `f64`, and reports each collision to
@@ -98,7 +98,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// Those of [`Self::run_until`].
-    pub fn observe_until_instant<O: Observer + ?Sized>(
+    pub fn observe_until_epoch_time<O: Observer + ?Sized>(
         &mut self,
         until: EpochTime,
         observer: &mut O,
@@ -238,7 +238,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Copies the motions and the counters of the scheduler into the world. Within an epoch, the
     /// scheduler holds the present motions.
-    fn stand_by(&mut self) {
+    fn store_motions(&mut self) {
         if let Epoch::Running(_) = self.epoch {
             self.scheduler.store(&mut StoredMotions::new(&mut self.world));
         }
@@ -280,7 +280,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Ends the epoch with a contact at `time` (offset in the epoch).
     fn end_epoch_with_contact(&mut self, time: f64) {
         let Epoch::Running(limits) = self.epoch else { return };
-        self.stand_by();
+        self.store_motions();
         self.epoch = Epoch::ToBegin;
         // The scheduler's position of a body that has become this fast has too large a rounding
         // error.
@@ -297,7 +297,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Moves all bodies to `offset` and makes it the start of the next epoch.
     pub(crate) fn end_epoch(&mut self, offset: f64) {
-        self.stand_by();
+        self.store_motions();
         self.world.rebase(offset);
         self.offset = 0.0;
         self.simultaneous.rebase(offset);

@@ -151,7 +151,8 @@ fn again() -> String {
     let given = env::args().skip(1).filter(|word| word != "--force" && word != "--resume");
     let quoted = |word: String| {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+".contains(c);
-        if word.chars().all(plain) { word } else { format!("'{word}'") }
+        let is_plain = !word.is_empty() && word.chars().all(plain);
+        if is_plain { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
     };
     let words: Vec<String> = given.map(quoted).collect();
     format!("{} {} --resume", program(), words.join(" "))

@@ -1,4 +1,11 @@
 //! Runs of scenes: folder, manifest, checkpoints for resuming, series as files, and a page.
+//!
+//! ```
+//! use carom_runs::sampling_times::sampling_times;
+//!
+//! // A run to t = 1 is sampled each 0.4, and at its end.
+//! assert_eq!(sampling_times(0.0, 1.0, 0.4).collect::<Vec<_>>(), [0.4, 0.8, 1.0]);
+//! ```
 
 pub mod animation;
 pub mod append_file;

@@ -320,7 +320,7 @@ impl<O: Observer + Serialize> Resumable<O> {
     }
 
     /// Records a sample: calls [`Observer::sample`] with the current state.
-    pub fn stand_by(&mut self) {
+    pub fn sample(&mut self) {
         self.observers.sample(&self.simulation.view());
         self.samples += 1;
     }

@@ -28,13 +28,13 @@ pub fn there_and_back<D: Detection, R: Response, S: Scheduler>(
     let start = places(simulation);
     let before = simulation.view().counters().collisions;
     let (begin, turn) = (simulation.time(), simulation.time().after(duration));
-    simulation.observe_until_instant(turn, &mut ())?;
+    simulation.observe_until_epoch_time(turn, &mut ())?;
     let collisions = simulation.view().counters().collisions - before;
     // The actual duration, which may differ from the requested one by rounding.
     let ran = simulation.time().since(begin);
     simulation.reverse();
     let home = simulation.time().after(ran);
-    simulation.observe_until_instant(home, &mut ())?;
+    simulation.observe_until_epoch_time(home, &mut ())?;
     let sides = simulation.view().bounds().sides();
     let distances = places(simulation).into_iter().zip(&start).map(|(end, start)| {
         let off = end - *start;

@@ -39,7 +39,7 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
 
 /// The source before its unit tests, which may import anything.
 fn without_tests(source: &str) -> String {
-    let tests = ["#[cfg(test)]\nmod tests", "#[cfg(test)]\npub(crate) mod tests"];
+    let tests = ["#[cfg(test)]\nmod tests {", "#[cfg(test)]\npub(crate) mod tests {"];
     let end = tests.iter().filter_map(|start| source.find(start)).min();
     source[..end.unwrap_or(source.len())].to_owned()
 }
@@ -125,11 +125,8 @@ fn reachable<'a>(
 
 /// Paths of the imports of a source from its own crate, from the root of the crate.
 fn imported(source: &str, own: &[String]) -> Vec<Vec<String>> {
-    let code: String = source
-        .lines()
-        .filter(|line| !line.trim_start().starts_with("//"))
-        .flat_map(|line| [line, "\n"])
-        .collect();
+    let code: String =
+        source.lines().flat_map(|line| [line.split("//").next().unwrap_or(line), "\n"]).collect();
     let mut found = Vec::new();
     for (start, _) in code.match_indices("use ") {
         let is_word = code[..start].chars().next_back().is_none_or(char::is_whitespace);
@@ -139,11 +136,16 @@ fn imported(source: &str, own: &[String]) -> Vec<Vec<String>> {
             }
         }
     }
-    // Paths in the code: `crate::a::b(…)`.
-    for (start, _) in code.match_indices("crate::") {
-        let path: String =
-            code[start..].chars().take_while(|c| c.is_alphanumeric() || matches!(c, '_' | ':')).collect();
-        found.extend(from_root(path.trim_end_matches(':'), own));
+    // Paths in the code: `crate::a::b(…)`, `super::a::b(…)`.
+    for root in ["crate::", "super::", "self::"] {
+        for (start, _) in code.match_indices(root) {
+            let is_start = code[..start].chars().next_back().is_none_or(|c| !c.is_alphanumeric() && c != ':');
+            let path: String =
+                code[start..].chars().take_while(|c| c.is_alphanumeric() || matches!(c, '_' | ':')).collect();
+            if is_start {
+                found.extend(from_root(path.trim_end_matches(':'), own));
+            }
+        }
     }
     found
 }
@@ -207,7 +209,7 @@ mod tests {
             ("a.rs", "use crate::{\n    b::{self, B},\n};"),
             ("b/mod.rs", "mod inner;\nfn f() { crate::c::g() }"),
             ("b/inner.rs", "use super::B;"),
-            ("c.rs", "use super::a::A;"),
+            ("c.rs", "#[cfg(test)]\nmod tests;\nfn g() { super::a::h() }"),
         ]);
         assert_eq!(cycles(&files), [["a.rs", "b/mod.rs", "c.rs"]]);
     }

@@ -1,6 +1,6 @@
 //! Checks the dependencies between layers in the manifests.
 
-use std::path::Path;
+use std::{collections::BTreeSet, path::Path};
 
 use anyhow::{Context, Result};
 use toml::Table;
@@ -32,9 +32,24 @@ pub fn faults(root: &Path) -> Result<Vec<Fault>> {
         faults.extend(of_layer(&name, &manifest));
     }
     let facade: Table = read(&root.join("Cargo.toml"))?.parse().context("Cargo.toml")?;
-    let upwards = dependencies(&facade).into_iter().filter(|name| name == "xtask");
-    faults.extend(upwards.map(|name| format!("Cargo.toml: the facade must not import {name}")));
+    faults.extend(of_facade(&facade));
     Ok(faults)
+}
+
+/// Imports of the facade besides the six layers; its tests may use runs and testkit.
+fn of_facade(manifest: &Table) -> Vec<Fault> {
+    let layers: Vec<String> = ARROWS[..6].iter().map(|(name, _)| format!("carom-{name}")).collect();
+    let is_wrong = |name: &String, is_for_tests: bool| {
+        let is_ours = name == "xtask" || name.starts_with("carom-");
+        let may_test = is_for_tests && ["carom-runs", "carom-testkit"].contains(&name.as_str());
+        is_ours && !layers.contains(name) && !may_test
+    };
+    let mut without_tests = manifest.clone();
+    without_tests.remove("dev-dependencies");
+    let all = dependencies(manifest).into_iter().filter(|name| is_wrong(name, true));
+    let normal = dependencies(&without_tests).into_iter().filter(|name| is_wrong(name, false));
+    let names: BTreeSet<String> = all.chain(normal).collect();
+    names.into_iter().map(|name| format!("Cargo.toml: the facade must not import {name}")).collect()
 }
 
 /// Forbidden dependencies in the manifest of one layer.
@@ -120,6 +135,15 @@ mod tests {
         assert_eq!(faults_of("tables", "[dependencies]\ncarom.workspace = true\n"), 1);
         assert_eq!(faults_of("runs", "[dev-dependencies]\nxtask = { path = \"../../xtask\" }\n"), 1);
         assert_eq!(faults_of("observers", "[dependencies]\ncarom.workspace = true\nxtask = \"0\"\n"), 2);
+    }
+
+    #[test]
+    fn the_facade_imports_the_six_layers_only() {
+        let faults = |text: &str| of_facade(&text.parse().unwrap()).len();
+        let allowed = "[dependencies]\ncarom-engine = \"0.1\"\n[dev-dependencies]\ncarom-testkit = \"0\"\n";
+        assert_eq!(faults(allowed), 0);
+        assert_eq!(faults("[dependencies]\ncarom-runs = \"0.1\"\n"), 1);
+        assert_eq!(faults("[dev-dependencies]\nxtask = \"0\"\n"), 1);
     }
 
     #[test]

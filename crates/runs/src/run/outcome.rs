@@ -166,7 +166,7 @@ fn simulate_with<O: Watchers>(
             animation::record(&going.simulation, task.folder)?;
         }
         going.run_to(time, task)?;
-        going.stand_by();
+        going.sample();
         write_on(&mut going, run)?;
         progress.advance(time - before.0, going.simulation.view().counters().collisions - before.1);
     }

@@ -94,7 +94,7 @@ fn ages<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         let begun = run.time();
         // After some hundred collisions each, a difference in the last bit has grown to the first.
         let duration = 16.0 * (effort.collisions as f64 / 2e4).clamp(0.25, 4.0);
-        run.observe_until_instant(later(begun, duration), &mut ())?;
+        run.observe_until_epoch_time(later(begun, duration), &mut ())?;
         let view = run.view();
         findings.push(Finding::never(format!("overlapping pairs at {age:e}"), view.overlaps().pairs));
         let state = (view.counters().collisions, velocities(&view));

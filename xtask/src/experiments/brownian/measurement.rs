@@ -174,7 +174,7 @@ pub fn measure(
         }
         let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
         going.run_to(time, task)?;
-        going.stand_by();
+        going.sample();
         write_on(&mut going)?;
         progress.advance(time - before.0, going.simulation.view().counters().collisions - before.1);
     }

@@ -137,8 +137,13 @@ impl Capability {
                 &["engine/src/observer.rs", "engine/src/report.rs", "observers/src/subscriptions.rs"]
             }
             Self::Snapshots => &["engine/src/view.rs", "observers/src/extended_xyz.rs"],
-            Self::Thermostat => &["engine/src/sample.rs", "observers/src/thermostat_ledger.rs"],
-            Self::SizeMixture => &["engine/src/cells/covering.rs"],
+            Self::Thermostat => &["engine/src/edit.rs", "observers/src/thermostat_ledger.rs"],
+            Self::SizeMixture => &[
+                "engine/src/cells/multi_cell/mod.rs",
+                "engine/src/cells/multi_cell/covered.rs",
+                "engine/src/cells/multi_cell/large_disc.rs",
+                "engine/src/cells/multi_cell/search.rs",
+            ],
             Self::Locked | Self::Bumpers => &[],
         }
     }

@@ -230,7 +230,7 @@ fn old<E: Engine>(age: f64, _: u64) -> Result<Vec<Finding>> {
     let path = |age: f64| -> Result<(u64, Vec<DVec2>, usize)> {
         let mut run = aged::<E>(age, 36)?;
         let until = later(run.time(), 2.0);
-        run.observe_until_instant(until, &mut ())?;
+        run.observe_until_epoch_time(until, &mut ())?;
         let view = run.view();
         let velocities = view.bodies().map(|body| body.motion.velocity).collect();
         Ok((view.counters().collisions, velocities, view.overlaps().pairs))

@@ -181,7 +181,7 @@ fn compare_twin<D: Detection, R: Response, S: Scheduler>(
     watcher: &mut Watcher,
 ) {
     let Some(twin) = twin else { return };
-    let ended = twin.observe_until_instant(until, &mut ());
+    let ended = twin.observe_until_epoch_time(until, &mut ());
     if ended.as_ref().err().map(ToString::to_string) != error.map(ToString::to_string) {
         watcher.report.fail("resume", format!("resumed: {ended:?}; uninterrupted: {error:?}"));
     }
