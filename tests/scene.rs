@@ -413,6 +413,12 @@ fn boxes_and_walls_out_of_range_are_refused_quickly() {
     // A line along the box is accepted.
     walled.wall = vec![wall([0.0, 0.0], [10.0, 1e-6], 0.0)];
     assert!(Simulation::new(&walled).is_ok());
+    // A wall is not listed in billions of cells across a narrow box.
+    walled.bounds.sides = [1.0, 9.4e18];
+    walled.molecule.clear();
+    walled.wall = vec![wall([1.0, 1.0], [1.0, 1.2e20], 0.0)];
+    let message = refusal(&walled).to_string();
+    assert!(message.contains("differ by a factor of at most 1e9, but they are 1e0 and 9.4e18"), "{message}");
 
     // Molecules far too large for the box.
     let mut large = scene(vec![named("tee", 1e40, 1.0, [0.5, 0.5])]);
@@ -421,6 +427,38 @@ fn boxes_and_walls_out_of_range_are_refused_quickly() {
     assert!(refusal(&large).to_string().starts_with("molecule[0] and molecule[1] overlap"));
     refuse_gas(gas("disc", 1e40, 30), "only 0 of 30");
     assert!(begun.elapsed().as_secs_f64() < 5.0, "{:?}", begun.elapsed());
+}
+
+/// A molecule is listed in cells around a shell, which is not as small as the discs.
+#[test]
+fn a_molecule_among_discs_of_any_size_needs_few_events() {
+    for radius in [1e-30, 2e-11, 1e-4] {
+        let mut mixed = scene(vec![MoleculeSpec {
+            velocity: [-0.111, 0.338],
+            angular_velocity: -18.0,
+            ..named("cross", 0.0097, 4.2, [0.5, 0.5])
+        }]);
+        mixed.molecule.push(disc(radius, 0.35, [0.07, 0.33], [-0.34, 2.5]));
+        // Two that touch at less than 1e-13 of the side are refused.
+        if radius > 1e-13 {
+            mixed.molecule.push(disc(radius, 0.35, [0.2, 0.7], [0.4, 1.5]));
+        }
+        let [cells, heap] = [
+            {
+                let mut run = simulate::<CellScheduler>(&mixed, &Instructions::Widest);
+                run.run_until(20.0).unwrap();
+                let counters = *run.view().counters();
+                assert!(counters.scheduler.pairs < 1_000_000, "{radius:e}: {counters:?}");
+                (counters.collisions, run.view().overlaps().pairs)
+            },
+            {
+                let mut run = simulate::<HeapScheduler>(&mixed, &CellsPerSide::Automatic);
+                run.run_until(20.0).unwrap();
+                (run.view().counters().collisions, run.view().overlaps().pairs)
+            },
+        ];
+        assert!(cells.0 > 0 && cells.1 == 0 && heap.1 == 0, "{radius:e}: {cells:?} {heap:?}");
+    }
 }
 
 #[test]

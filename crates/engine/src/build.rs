@@ -192,11 +192,21 @@ pub(crate) fn add_molecule(
 /// many images of each cell that it passes. A longer wall is most likely an error.
 const LONGEST: f64 = 16.0;
 
+/// Largest ratio of the sides of a box with walls. In a narrower box the margin for rounding along the
+/// longer side is many cells of the shorter one, and a wall would be listed in all of them.
+const NARROWEST: f64 = 1e9;
+
 /// Refuses a wall that crosses too many images of the box, or is so thick that no space is left
 /// beside it.
 pub(crate) fn refuse_large_wall(entry: &str, wall: &Molecule, sides: DVec2) -> Result<(), SceneError> {
     let Some(face) = wall.face() else { return Ok(()) };
     let problem = |problem: String| SceneError::Entry { entry: entry.to_owned(), problem };
+    if sides.max_element() > NARROWEST * sides.min_element() {
+        return Err(problem(format!(
+            "a wall needs a box whose sides differ by a factor of at most {NARROWEST:e}, but they are {:e} and {:e}",
+            sides.x, sides.y
+        )));
+    }
     let extent = (2.0 * face.half_length()) * face.along().abs();
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         if extent[axis] > LONGEST * sides[axis] {

@@ -28,6 +28,10 @@ use crate::{Body, World, scheduler::Parts, wall::StandingWall};
 /// Column of the record of a body that lives in no cell.
 const NO_CELL: u16 = u16::MAX;
 
+/// Least radius of a shell, as a share of the shorter side of a cell. Smaller: a body among discs far
+/// smaller than a cell leaves its shell so often that a run does not end. Larger: no gain.
+const LEAST_SHELL: f64 = 1.0 / 128.0;
+
 /// Factor on the distances of lists, so that no rounding makes them too short.
 const MARGIN: f64 = 1.0 + 1e-12;
 
@@ -243,8 +247,12 @@ impl State {
         }
         multi_cell_body.centre = place;
         let small = self.grid.largest_small();
-        multi_cell_body.shell =
-            if multi_cell_body.fixed { 0.0 } else { small.min(multi_cell_body.radius.max(0.5 * small)) };
+        let least = LEAST_SHELL * self.grid.side().min_element();
+        multi_cell_body.shell = if multi_cell_body.fixed {
+            0.0
+        } else {
+            small.min(multi_cell_body.radius.max(0.5 * small)).max(least)
+        };
         self.list_in_cells(index);
         self.find_neighbours(bounds, index);
     }
