@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use carom_detection::{Detection, Exact};
-use carom_geometry::{Molecule, PeriodicBox, check_length};
+use carom_geometry::{GeometryError, Molecule, PeriodicBox, check_length};
 use carom_kinematics::{Inertia, Motion, Orientation};
 use carom_response::{Impact, Response};
 use glam::DVec2;
@@ -226,6 +226,19 @@ pub(crate) fn refuse_large_wall(entry: &str, wall: &Molecule, sides: DVec2) -> R
     Ok(())
 }
 
+/// A wall along an axis through the whole box, without end points: it meets its own images.
+fn wall_across(sides: DVec2, axis: DVec2, radius: f64) -> Result<Molecule, GeometryError> {
+    Molecule::wall_without_ends(axis * sides, radius)
+}
+
+/// Whether a wall has no end points although it does not meet its own images in a box of these
+/// sides. Detection would let bodies enter such a wall where it ends.
+pub(crate) fn is_open_wall(wall: &Molecule, orientation: Orientation, sides: DVec2) -> bool {
+    let Some(face) = wall.face().filter(|_| wall.atoms().is_empty()) else { return false };
+    let is_across = |axis| wall_across(sides, axis, face.radius()).is_ok_and(|across| across == *wall);
+    orientation.turns() != 0.0 || !(is_across(DVec2::X) || is_across(DVec2::Y))
+}
+
 /// Adds a wall of the scene; overlaps are checked by the caller.
 pub(crate) fn add_wall(
     world: &mut World,
@@ -245,10 +258,10 @@ pub(crate) fn add_wall(
             (0.5 * from + 0.5 * to, Molecule::wall(to - from, spec.radius))
         }
         (None, None, Some(x), None) => {
-            (DVec2::new(x, 0.5 * sides.y), Molecule::wall_without_ends(sides.y * DVec2::Y, spec.radius))
+            (DVec2::new(x, 0.5 * sides.y), wall_across(sides, DVec2::Y, spec.radius))
         }
         (None, None, None, Some(y)) => {
-            (DVec2::new(0.5 * sides.x, y), Molecule::wall_without_ends(sides.x * DVec2::X, spec.radius))
+            (DVec2::new(0.5 * sides.x, y), wall_across(sides, DVec2::X, spec.radius))
         }
         _ => return Err(problem("give a wall `from` and `to`, or `x`, or `y`")),
     };

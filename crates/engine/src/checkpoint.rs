@@ -16,9 +16,14 @@ use thiserror::Error;
 
 use crate::{
     BodyKey, BodyName, CellScheduler, Counters, ElasticitySpec, ElasticityTable, LEAST_SPEED, Ledger,
-    Rotation, SceneError, Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World, body::BodyKind,
-    body_builder::inertia, build::refuse_large_wall, limits::too_slow, simulation::Epoch,
-    simultaneous_contacts::SimultaneousContacts, unresolved::Unresolved,
+    Rotation, SceneError, Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
+    body::BodyKind,
+    body_builder::inertia,
+    build::{is_open_wall, refuse_large_wall},
+    limits::too_slow,
+    simulation::Epoch,
+    simultaneous_contacts::SimultaneousContacts,
+    unresolved::Unresolved,
 };
 
 /// The state of a simulation at the end of an epoch, to be stored and resumed.
@@ -309,6 +314,9 @@ impl Checkpoint {
             if molecule.face().is_some() && record.rotation.is_some() {
                 return Err(wrong("is a wall that can move"));
             }
+            if is_open_wall(molecule, orientation, bounds.sides()) {
+                return Err(wrong("is a wall without end points that does not meet its own images"));
+            }
             if record.rotation.is_none() && (velocity != DVec2::ZERO || angular_velocity != 0.0) {
                 return Err(wrong("is fixed but moves"));
             }
@@ -396,6 +404,28 @@ mod tests {
         Simulation::resume(&checkpoint).unwrap_err().to_string()
     }
 
+    /// Replaces all bodies by walls without end points, of this span and orientation (turns).
+    fn wall_bodies(checkpoint: &mut Checkpoint, span: DVec2, turns: f64) {
+        checkpoint.molecules[0] = Molecule::wall_without_ends(span, 0.0).unwrap();
+        for body in &mut checkpoint.bodies {
+            body.rotation = None;
+            body.motion.velocity = DVec2::ZERO;
+            body.motion.orientation = Orientation::from_turns(turns);
+        }
+    }
+
+    #[test]
+    fn walls_across_the_box_are_resumed() {
+        let mut checkpoint = sound();
+        wall_bodies(&mut checkpoint, DVec2::Y, 0.0);
+        assert!(Simulation::resume(&checkpoint).is_ok());
+        // Sides that are no floats in decimal notation.
+        let walls = "box.sides = [0.3, 0.7]\n[[wall]]\nx = 0.1\nradius = 1e-3\n[[wall]]\ny = 0.2";
+        let scene = Scene::from_toml(walls);
+        let written = Simulation::new(&scene.unwrap()).unwrap().checkpoint().unwrap();
+        assert!(Simulation::resume(&written).is_ok());
+    }
+
     #[test]
     fn bodies_of_one_kind_share_their_shape() {
         let checkpoint = sound();
@@ -452,6 +482,16 @@ mod tests {
                 refusal(|c| c.molecules[0] = Molecule::wall(DVec2::splat(1e6), 0.0).unwrap()),
             ),
             ("a wall that can move", refusal(|c| c.molecules[0] = Molecule::wall(DVec2::X, 0.0).unwrap())),
+            ("does not meet its own images", refusal(|c| wall_bodies(c, 0.75 * DVec2::X, 0.0))),
+            ("does not meet its own images", refusal(|c| wall_bodies(c, DVec2::ONE, 0.0))),
+            ("does not meet its own images", refusal(|c| wall_bodies(c, DVec2::Y, 0.125))),
+            (
+                "does not meet its own images",
+                refusal(|c| {
+                    wall_bodies(c, DVec2::X, 0.0);
+                    c.bounds = PeriodicBox::new(DVec2::new(1.0 + f64::EPSILON, 1.0)).unwrap();
+                }),
+            ),
             ("box is too large", refusal(|c| c.bounds = PeriodicBox::new(DVec2::new(1.0, 1e20)).unwrap())),
             ("elasticity.default", refusal(|c| c.elasticity.default = -1.0)),
             ("last contact is not finite", refusal(|c| c.last_contacts.push(f64::NAN))),

@@ -89,8 +89,6 @@ where
         }
         for edit in &stretch.edits {
             apply(edit, &mut simulation, &mut twin, &mut elasticity, &mut watcher);
-        }
-        if !stretch.edits.is_empty() {
             watcher.edited(&simulation.view(), &elasticity);
         }
     }
@@ -237,6 +235,8 @@ where
             watcher.report.count("reported as missed", 1);
             watcher.look_ahead(simulation.time(), time, next);
         }
+        // Decided by the watcher, which knows the largest energy so far.
+        Err(Violation::Energy { .. }) => watcher.report.count("reported as energy", 1),
         Err(violation) => watcher.report.fail("invariants", violation.to_string()),
     }
 }

@@ -1,12 +1,16 @@
 //! Tests of the scene fuzzer: it finds planted faults of a detector and of a response.
 
+use carom::engine::MoleculeSpec;
 use carom::response::{ContactFrame, Elasticity};
 use carom_detection::{Answer, Contact, Outcome};
 use carom_geometry::Outline;
 use carom_kinematics::{Inertia, Motion, RelativeMotion};
 use glam::DVec2;
 
-use super::*;
+use super::{
+    case::{Edit, Stretch},
+    *,
+};
 use crate::fuzz::random::case_seed;
 
 /// The exact detector with a fault: it loses or delays one contact in `one_in`.
@@ -100,6 +104,40 @@ fn wrong_impulses_are_found() {
     assert!(["restitution", "energy"].contains(&&kind[..]), "{kind}");
     let kind = first_failure(&wrong(0.0, 1e-6), 400).expect("the fault is found");
     assert!(["friction", "restitution", "energy"].contains(&&kind[..]), "{kind}");
+}
+
+/// A fast dumbbell is added, slowed down in two edits and removed: `lost` remains 0, and the ledger
+/// keeps the rounding of the energy that has been put in first.
+#[test]
+fn rounding_of_energy_that_was_taken_out_again_is_no_failure() {
+    let dumbbell = MoleculeSpec {
+        shape: Some("dumbbell".to_owned()),
+        atom_radius: Some(0.08),
+        atom_mass: Some(0.7),
+        at: [0.3, 0.4],
+        velocity: [1.1, -0.3],
+        angular_velocity: 0.9,
+        ..MoleculeSpec::default()
+    };
+    for (first, second) in [(3e-3, 7e-3), (0.3, 1e-3), (1e-3, 1e-3)] {
+        let edits = [
+            Edit::Add(Box::new(dumbbell.clone())),
+            Edit::Energy(0, first),
+            Edit::Energy(0, second),
+            Edit::Remove(0),
+        ];
+        for together in [true, false] {
+            let mut stretch: Vec<Stretch> = if together {
+                vec![Stretch { duration: 0.01, edits: edits.to_vec() }]
+            } else {
+                edits.iter().map(|edit| Stretch { duration: 0.01, edits: vec![edit.clone()] }).collect()
+            };
+            stretch.push(Stretch { duration: 0.01, edits: vec![] });
+            let case = Case { class: "mixture".to_owned(), seed: 1, stretch, scene: Scene::default() };
+            let report = Scenes::<Exact, Impact>::default().check(&case);
+            assert_eq!(report.failure, None, "{first} {second} {together}");
+        }
+    }
 }
 
 #[test]

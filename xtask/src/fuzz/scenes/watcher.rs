@@ -95,6 +95,11 @@ pub struct Watcher {
     lost: f64,
     lost_before: f64,
     largest_energy: f64,
+    /// Largest energy and largest entry of the ledger since the start. Edits do not reset it, since
+    /// the ledger keeps its rounding errors.
+    largest_entry: f64,
+    /// Number of energies summed and entered into the ledger since the start.
+    entries: f64,
     momentum: Option<Pair>,
     contacts: u64,
     /// True if the clock does not resolve the motion of very fast bodies; further checks are not
@@ -120,6 +125,8 @@ impl Watcher {
             lost: 0.0,
             lost_before: 0.0,
             largest_energy: 0.0,
+            largest_entry: 0.0,
+            entries: 16.0,
             momentum: None,
             contacts: 0,
             clock_is_used_up: false,
@@ -130,7 +137,7 @@ impl Watcher {
         watcher
     }
 
-    /// Updates the state after an edit.
+    /// Updates the state after each edit: the next may take out the energy that this has put in.
     pub fn edited(&mut self, view: &View<'_>, elasticity: &ElasticitySpec) {
         self.elasticity = elasticity.clone();
         self.begin(view);
@@ -141,6 +148,9 @@ impl Watcher {
         self.lost = 0.0;
         self.lost_before = view.ledger().lost;
         self.largest_energy = view.energy();
+        self.keep_largest_entry(view);
+        // An edit enters the difference of two sums over all bodies.
+        self.entries += 1.0 + view.len() as f64;
         self.contacts = 0;
         let tags = |body: &carom::engine::Body| {
             body.tags().iter().map(|&tag| view.tag_names().name(tag).to_owned()).collect()
@@ -161,6 +171,12 @@ impl Watcher {
             .collect();
         let free = self.bodies.values().all(|body| !body.fixed);
         self.momentum = free.then(|| self.total_momentum());
+    }
+
+    fn keep_largest_entry(&mut self, view: &View<'_>) {
+        let ledger = view.ledger();
+        let entries = [view.energy(), ledger.initial, ledger.lost, ledger.put_in];
+        self.largest_entry = entries.into_iter().map(f64::abs).fold(self.largest_entry, f64::max);
     }
 
     fn longer_side(&self) -> f64 {
@@ -315,9 +331,9 @@ impl Watcher {
 
     fn compare_sums(&mut self, view: &View<'_>) {
         let ledger = view.ledger();
-        let contacts = self.contacts as f64 + 16.0;
-        let scale = self.largest_energy.max(view.energy()).max(ledger.initial.abs()).max(ledger.put_in.abs());
-        let allowed = 16.0 * f64::EPSILON * contacts * scale;
+        self.keep_largest_entry(view);
+        let scale = self.largest_entry.max(self.largest_energy);
+        let allowed = 16.0 * f64::EPSILON * self.entries * scale;
         let resolved = scale > 1e-280;
         let lost = ledger.lost - self.lost_before;
         if resolved && exceeds((lost - self.lost).abs(), allowed) {
@@ -335,6 +351,7 @@ impl Watcher {
             let scale: f64 =
                 self.bodies.values().map(|body| body.mass * length(body.state.velocity)).sum::<f64>()
                     + length(before);
+            let contacts = self.contacts as f64 + 16.0;
             let most = scale.max((2.0 * self.largest_energy * self.total_mass()).sqrt());
             let off = length([now[0] - before[0], now[1] - before[1]]);
             if exceeds(off, 16.0 * f64::EPSILON * contacts * most) {
@@ -392,6 +409,7 @@ impl Observer for Watcher {
         }
         self.look_back(time);
         self.contacts += 1;
+        self.entries += 1.0;
         let tracked = contact.sides.each_ref().map(|side| self.bodies.get(&side.body.key()).cloned());
         let [Some(a), Some(b)] = tracked else {
             self.report.fail("bodies", "a report names an unknown body");
@@ -414,6 +432,7 @@ impl Observer for Watcher {
         ];
         let measured = contact::check(contact, bodies, &rules, &mut self.report);
         self.lost += measured.lost;
+        self.largest_entry = self.largest_entry.max((self.lost_before + self.lost).abs());
         for side in &contact.sides {
             if let Some(tracked) = self.bodies.get_mut(&side.body.key()) {
                 let (sides, epoch) = (self.sides, self.epochs);
@@ -431,6 +450,7 @@ impl Observer for Watcher {
             .map(energy)
             .sum();
         self.largest_energy = self.largest_energy.max(now);
+        self.largest_entry = self.largest_entry.max(now);
         self.log.push(Logged {
             time: time.since(self.start),
             bodies: contact.sides.each_ref().map(|side| side.body.id()),
