@@ -192,8 +192,8 @@ pub(crate) fn add_molecule(
 /// many images of each cell that it passes. A longer wall is most likely an error.
 const LONGEST: f64 = 16.0;
 
-/// Largest ratio of the sides of a box with walls. In a narrower box the margin for rounding along the
-/// longer side is many cells of the shorter one, and a wall would be listed in all of them.
+/// Largest ratio of the sides of a box with walls. In a narrower box the margin for rounding along
+/// the longer side is many cells of the shorter one, and a wall would be listed in all of them.
 const NARROWEST: f64 = 1e9;
 
 /// Refuses a wall that crosses too many images of the box, or is so thick that no space is left

@@ -28,8 +28,8 @@ use crate::{Body, World, scheduler::Parts, wall::StandingWall};
 /// Column of the record of a body that lives in no cell.
 const NO_CELL: u16 = u16::MAX;
 
-/// Least radius of a shell, as a share of the shorter side of a cell. Smaller: a body among discs far
-/// smaller than a cell leaves its shell so often that a run does not end. Larger: no gain.
+/// Least radius of a shell, as a share of the shorter side of a cell. Smaller: a body among discs
+/// far smaller than a cell leaves its shell so often that a run does not end. Larger: no gain.
 const LEAST_SHELL: f64 = 1.0 / 128.0;
 
 /// Factor on the distances of lists, so that no rounding makes them too short.
