@@ -185,7 +185,7 @@ mod tests {
         assert_eq!(failure(&longer, &shorter), None);
         assert_eq!(failure(&shorter, &longer), None);
         // Bodies of no common contact, or contacts farther apart than the resolution, are no tie.
-        let apart = |bodies, time| [contact(0.1, 1), Logged { bodies, time, ..contact(time, 2) }];
+        let apart = |bodies, time| [contact(0.1, 1), Logged { time, bodies, ..contact(time, 2) }];
         let lost = |shorter: &[Logged]| failure(&longer[..2], shorter).is_some();
         assert!(lost(&apart([4, 5], 0.2)) && lost(&apart([2, 3], 0.2 + 1e-9)));
         assert!(!lost(&apart([2, 3], 0.2)));
