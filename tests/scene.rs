@@ -290,13 +290,15 @@ fn a_box_in_which_a_molecule_could_touch_its_own_image_is_refused() {
     simulate::<HeapScheduler>(&wall, &CellsPerSide::Given(1));
     wall.bumper[0].radius = 0.8;
     assert_eq!(refused_entry(&wall), "molecule[0] and bumper[0]");
-    // A fixed disc may cover the box if no other body exists.
+    // A fixed disc may cover the box if nothing moves.
     let mut covered = scene(vec![]);
     covered.bumper = vec![bumper(0.9, [0.5, 0.5])];
     simulate::<HeapScheduler>(&covered, &CellsPerSide::Automatic).run_until(1.0).unwrap();
     covered.bumper = vec![bumper(1.6, [0.5, 0.5]), bumper(3.0, [0.0, 0.0])];
     simulate::<HeapScheduler>(&covered, &CellsPerSide::Automatic).run_until(1.0).unwrap();
     simulate::<CellScheduler>(&covered, &Instructions::Widest).run_until(1.0).unwrap();
+    covered.bumper[1].radius = 1e60;
+    assert_eq!(refused_entry(&covered), "bumper[1]");
     // Of two gases the one with the larger discs is named.
     let mut gases = scene(vec![]);
     gases.bounds.sides = [2.0, 0.2];

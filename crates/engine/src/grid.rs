@@ -72,6 +72,10 @@ pub struct Step {
 /// distance, and directions of impulses would be as inexact.
 const SMALLEST_SHARE: f64 = 1e-13;
 
+/// Largest bounding radius of a fixed body, in shorter sides of the box, where nothing moves. A
+/// larger one is most likely an error.
+const LARGEST_FIXED: f64 = 16.0;
+
 impl Grid {
     /// Number of cells along each side.
     ///
@@ -92,6 +96,14 @@ impl Grid {
         }
         if reach > side {
             return Err(GridError::BoxTooSmall { reach, side, bodies });
+        }
+        // Where nothing moves, a body may cover the box, but a scheduler may list it in every image
+        // of a cell.
+        let reaches = world.bodies().iter().map(crate::Body::reach).enumerate();
+        if let Some((body, reach)) = reaches.max_by(|one, other| one.1.total_cmp(&other.1))
+            && reach > LARGEST_FIXED * side
+        {
+            return Err(GridError::BoxTooSmall { reach, side, bodies: [body; 2] });
         }
         Self::refuse_large_box(world)?;
         // The margin keeps the rounding of the quotient, and the bounding radii, which are rounded

@@ -147,6 +147,9 @@ impl Scatter {
         let rows = chart.plotting_area().get_pixel_range().1;
         let labels: Vec<&str> = self.points.iter().map(|point| point.label.as_str()).collect();
         for (index, (left, top)) in beside(&places, &labels, &rows).into_iter().enumerate() {
+            if labels[index].is_empty() {
+                continue;
+            }
             let colour = COLOURS[self.points[index].family % COLOURS.len()];
             root.draw(&Text::new(labels[index], (left, top), (FONT, 11).into_font().color(&colour)))?;
             let (x, y) = places[index];
@@ -191,7 +194,9 @@ fn beside(places: &[(i32, i32)], labels: &[&str], rows: &Range<i32>) -> Vec<(i32
         };
         let shifts = (0..24).flat_map(|step| [3 * step, -3 * step]);
         let rectangle = shifts.map(at).find(free).unwrap_or(at(0));
-        taken.push(rectangle);
+        if !label.is_empty() {
+            taken.push(rectangle);
+        }
         found.push((rectangle[0], rectangle[1]));
     }
     found

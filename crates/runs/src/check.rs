@@ -7,6 +7,7 @@ use std::{
 
 use anyhow::{Context, Result};
 use carom::{Scene, Simulation, View, engine::Body};
+use carom_report::page::with_error;
 use carom_tables::Verdict;
 use clap::Args;
 use cpu_time::ProcessTime;
@@ -64,12 +65,13 @@ fn contents(scene: &Scene, view: &View<'_>) -> Result<String> {
         turning.count(),
         area / (sides.x * sides.y)
     )?;
-    let temperature = view.temperature().map_or_else(String::new, |kt| format!(", kT {}", short(kt)));
+    let temperature =
+        view.temperature().map_or_else(String::new, |kt| format!(", kT {}", with_error(kt, None)));
     let momentum = view.momentum();
     writeln!(
         text,
         "start    energy {}{temperature}, momentum ({:.3e}, {:.3e})",
-        short(view.energy()),
+        with_error(view.energy(), None),
         momentum.x,
         momentum.y
     )?;
@@ -82,12 +84,6 @@ fn contents(scene: &Scene, view: &View<'_>) -> Result<String> {
     Ok(text)
 }
 
-/// A number of any magnitude with about six digits.
-fn short(value: f64) -> String {
-    let is_plain = value == 0.0 || (1e-3..1e6).contains(&value.abs());
-    if is_plain { format!("{}", (value * 1e6).round() / 1e6) } else { format!("{value:.5e}") }
-}
-
 /// Description of a kind of body: tags, shape, size, mass, and whether it moves and turns.
 fn kind(view: &View<'_>, body: &Body) -> String {
     let molecule = body.molecule();
@@ -97,7 +93,10 @@ fn kind(view: &View<'_>, body: &Body) -> String {
         (true, _) => "wall".to_owned(),
         (false, 1) => format!("disc of radius {}", molecule.bounding_radius()),
         (false, atoms) => {
-            format!("molecule of {atoms} atoms, bounding radius {}", short(molecule.bounding_radius()))
+            format!(
+                "molecule of {atoms} atoms, bounding radius {}",
+                with_error(molecule.bounding_radius(), None)
+            )
         }
     };
     let motion = match (body.is_fixed(), body.is_locked()) {

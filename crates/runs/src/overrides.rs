@@ -26,12 +26,11 @@ impl FromStr for Override {
         let path: Vec<String> = path.trim().split('.').map(|key| key.trim().to_owned()).collect();
         ensure!(path.iter().all(|key| !key.is_empty()), "'{text}' has an empty key in its path");
         let value = value.trim();
-        let value = match format!("value = {value}").parse::<Table>() {
+        let parsed = match format!("value = {value}").parse::<Table>() {
             Ok(mut table) if table.len() == 1 => table.remove("value"),
             _ => None,
         };
-        let value = value
-            .unwrap_or_else(|| Value::String(text.split_once('=').map_or("", |(_, v)| v.trim()).to_owned()));
+        let value = parsed.unwrap_or_else(|| Value::String(value.to_owned()));
         Ok(Self { path, value })
     }
 }
