@@ -6,7 +6,7 @@ mod support;
 
 use carom_detection::Exact;
 use carom_engine::{
-    Body, CellScheduler, CellsPerSide, HeapScheduler, Instructions, Observer, Rotation, Scene, Scheduler,
+    CellScheduler, CellsPerSide, HeapScheduler, Instructions, Observer, Rotation, Scene, Scheduler,
     Simulation, View, WallSpec,
 };
 use carom_kinematics::{EpochTime, Orientation};
@@ -81,7 +81,7 @@ struct Silent;
 
 impl Observer for Silent {
     #[inline]
-    fn watches(&self, _: [&Body; 2]) -> bool {
+    fn watches_any(&self) -> bool {
         false
     }
 }

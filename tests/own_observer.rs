@@ -123,16 +123,13 @@ fn reports_are_made_only_for_bodies_that_are_watched() {
 fn an_interval_that_is_not_positive_and_finite_is_refused() {
     let mut simulation = simulate::<CellScheduler>(&reference_scene(5), &Instructions::default());
     for interval in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-300] {
-        let refused = simulation.sample_every::<dyn Observer>(interval, 1.0, &mut ());
+        let refused = simulation.sample_every(interval, 1.0, &mut ());
         assert!(matches!(refused, Err(RunError::Interval(_))), "{interval}: {refused:?}");
     }
-    assert!(matches!(
-        simulation.sample_every::<dyn Observer>(0.1, f64::NAN, &mut ()),
-        Err(RunError::Time(_))
-    ));
+    assert!(matches!(simulation.sample_every(0.1, f64::NAN, &mut ()), Err(RunError::Time(_))));
     // An interval longer than the run: no sample is taken, but the run takes place.
     let count = Count::default();
-    simulation.sample_every::<dyn Observer>(10.0, 0.5, &mut count.clone()).unwrap();
+    simulation.sample_every(10.0, 0.5, &mut count.clone()).unwrap();
     assert_eq!((count.0.get().samples, simulation.time().to_f64()), (0, 0.5));
 }
 

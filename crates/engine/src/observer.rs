@@ -25,14 +25,21 @@ use crate::{Body, CollisionReport, View};
 /// }
 /// ```
 pub trait Observer {
-    /// Filter: returns whether a report of a collision of these two bodies is wanted. `false` skips
-    /// building the report, and the compiler can remove unused ones. Composite observers must OR
-    /// their members, so [`Self::collision`] may also receive collisions for which this returns
-    /// `false`.
+    /// Whether the observer wants reports of collisions at all. Each method that runs a simulation
+    /// asks once, at its start; with `false` the run costs as much as without an observer.
+    /// Composite observers must OR their members.
+    #[inline]
+    fn watches_any(&self) -> bool {
+        true
+    }
+
+    /// Filter: returns whether a report of a collision of these two bodies is wanted; `false` skips
+    /// building the report. Composite observers must OR their members, so [`Self::collision`] may
+    /// also receive collisions for which this returns `false`.
     #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {
         let _ = bodies;
-        true
+        self.watches_any()
     }
 
     /// Called when the run begins, or continues after an edit.
@@ -54,7 +61,7 @@ pub trait Observer {
 
 impl Observer for () {
     #[inline]
-    fn watches(&self, _: [&Body; 2]) -> bool {
+    fn watches_any(&self) -> bool {
         false
     }
 }
@@ -62,6 +69,11 @@ impl Observer for () {
 macro_rules! pointer_to_an_observer {
     ($pointer:ty) => {
         impl<O: Observer + ?Sized> Observer for $pointer {
+            #[inline]
+            fn watches_any(&self) -> bool {
+                (**self).watches_any()
+            }
+
             #[inline]
             fn watches(&self, bodies: [&Body; 2]) -> bool {
                 (**self).watches(bodies)
@@ -89,6 +101,11 @@ pointer_to_an_observer!(Box<O>);
 /// time.
 impl<O: Observer> Observer for Vec<O> {
     #[inline]
+    fn watches_any(&self) -> bool {
+        self.iter().any(Observer::watches_any)
+    }
+
+    #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {
         self.iter().any(|observer| observer.watches(bodies))
     }
@@ -113,6 +130,11 @@ impl<O: Observer> Observer for Vec<O> {
 }
 
 impl<O: Observer> Observer for Option<O> {
+    #[inline]
+    fn watches_any(&self) -> bool {
+        self.as_ref().is_some_and(Observer::watches_any)
+    }
+
     #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {
         self.as_ref().is_some_and(|observer| observer.watches(bodies))
@@ -140,6 +162,13 @@ impl<O: Observer> Observer for Option<O> {
 macro_rules! tuple_of_observers {
     ($($member:ident),+) => {
         impl<$($member: Observer),+> Observer for ($($member,)+) {
+            #[inline]
+            #[expect(non_snake_case, reason = "type parameters double as names of the members")]
+            fn watches_any(&self) -> bool {
+                let ($($member,)+) = self;
+                $($member.watches_any())||+
+            }
+
             #[inline]
             #[expect(non_snake_case, reason = "type parameters double as names of the members")]
             fn watches(&self, bodies: [&Body; 2]) -> bool {

@@ -47,11 +47,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// # Errors
     /// [`RunError::Interval`] if the interval is not positive and finite, or so short that more
     /// than 2^53 samples would be taken; otherwise those of [`Self::run_until`].
-    pub fn sample_every<O: Observer + ?Sized>(
+    pub fn sample_every(
         &mut self,
         interval: f64,
         until: f64,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) -> Result<(), RunError> {
         if !(interval > 0.0 && interval.is_finite()) {
             return Err(RunError::Interval(interval));

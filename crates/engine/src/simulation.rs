@@ -82,11 +82,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// Those of [`Self::run_until`].
-    pub fn observe_until<O: Observer + ?Sized>(
-        &mut self,
-        time: f64,
-        observer: &mut O,
-    ) -> Result<(), RunError> {
+    pub fn observe_until(&mut self, time: f64, observer: &mut dyn Observer) -> Result<(), RunError> {
         if !time.is_finite() {
             return Err(RunError::Time(time));
         }
@@ -98,10 +94,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// Those of [`Self::run_until`].
-    pub fn observe_until_epoch_time<O: Observer + ?Sized>(
+    pub fn observe_until_epoch_time(
         &mut self,
         until: EpochTime,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) -> Result<(), RunError> {
         self.advance(until, u64::MAX, observer).map(|_| ())
     }
@@ -114,7 +110,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// Those of [`Self::run_until`].
-    pub fn step<O: Observer + ?Sized>(&mut self, time: f64, observer: &mut O) -> Result<bool, RunError> {
+    pub fn step(&mut self, time: f64, observer: &mut dyn Observer) -> Result<bool, RunError> {
         if !time.is_finite() {
             return Err(RunError::Time(time));
         }
@@ -122,12 +118,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     }
 
     /// Runs to `until`, but through at most `most` contacts; returns the number of contacts.
-    fn advance<O: Observer + ?Sized>(
-        &mut self,
-        until: EpochTime,
-        most: u64,
-        observer: &mut O,
-    ) -> Result<u64, RunError> {
+    fn advance(&mut self, until: EpochTime, most: u64, observer: &mut dyn Observer) -> Result<u64, RunError> {
         let mut contacts = 0;
         while !self.advance_one_epoch(until, most, &mut contacts, observer)? {}
         Ok(contacts)
@@ -142,22 +133,18 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ///
     /// # Errors
     /// Those of [`Self::run_until`].
-    pub fn observe_epoch<O: Observer + ?Sized>(
-        &mut self,
-        until: EpochTime,
-        observer: &mut O,
-    ) -> Result<bool, RunError> {
+    pub fn observe_epoch(&mut self, until: EpochTime, observer: &mut dyn Observer) -> Result<bool, RunError> {
         self.advance_one_epoch(until, u64::MAX, &mut 0, observer)
     }
 
     /// Runs to the end of the epoch at most; returns whether `until` or the number of contacts
     /// `most` has been reached.
-    fn advance_one_epoch<O: Observer + ?Sized>(
+    fn advance_one_epoch(
         &mut self,
         until: EpochTime,
         most: u64,
         contacts: &mut u64,
-        observer: &mut O,
+        observer: &mut dyn Observer,
     ) -> Result<bool, RunError> {
         if !until.to_f64().is_finite() {
             return Err(RunError::Time(until.to_f64()));
@@ -166,7 +153,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let reached = if *contacts == most || until.since(self.world.epoch) < self.offset {
             Ok(true)
         } else {
-            self.advance_in_epoch(until, most, contacts, observer).inspect_err(|_| {
+            // The loop is compiled twice: without reports, and for any observer.
+            let reached = if observer.watches_any() {
+                self.advance_in_epoch(until, most, contacts, observer)
+            } else {
+                self.advance_in_epoch(until, most, contacts, &mut ())
+            };
+            reached.inspect_err(|_| {
                 // The queue no longer holds the contact. A new epoch predicts it again if the run
                 // continues.
                 self.end_epoch(self.offset);

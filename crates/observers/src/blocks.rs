@@ -114,6 +114,11 @@ impl<O: Additive> Block<O> {
 
 impl<O: Observer + Additive> Observer for Blocks<O> {
     #[inline]
+    fn watches_any(&self) -> bool {
+        self.open.observed.watches_any()
+    }
+
+    #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {
         self.open.observed.watches(bodies)
     }
@@ -149,7 +154,7 @@ mod tests {
     struct Diary(Vec<f64>);
 
     impl Observer for Diary {
-        fn watches(&self, _: [&Body; 2]) -> bool {
+        fn watches_any(&self) -> bool {
             self.0.is_empty()
         }
 

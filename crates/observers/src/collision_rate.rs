@@ -5,7 +5,7 @@
 //! at equilibrium Γ = 2 n σ χ √(π kT / m) (Enskog's theory in two dimensions; n bodies per area, χ
 //! the pair distribution at contact).
 
-use carom_engine::{Body, Counters, Observer, View};
+use carom_engine::{Counters, Observer, View};
 use carom_kinematics::EpochTime;
 use serde::{Deserialize, Serialize};
 
@@ -66,7 +66,7 @@ impl CollisionRate {
 
 impl Observer for CollisionRate {
     #[inline]
-    fn watches(&self, _: [&Body; 2]) -> bool {
+    fn watches_any(&self) -> bool {
         false
     }
 

@@ -4,7 +4,7 @@
 //! the start, less the loss in inelastic contacts, plus the energy put in by edits. The difference
 //! of the two is due to rounding alone.
 
-use carom_engine::{Body, Observer, View};
+use carom_engine::{Observer, View};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -63,7 +63,7 @@ impl EnergyLedger {
 
 impl Observer for EnergyLedger {
     #[inline]
-    fn watches(&self, _: [&Body; 2]) -> bool {
+    fn watches_any(&self) -> bool {
         false
     }
 

@@ -5,7 +5,7 @@
 //! centres (length); it is also given in units of the smaller diameter. The limit of rounding is
 //! [`carom_engine::rounding_bound`].
 
-use carom_engine::{Body, Observer, View};
+use carom_engine::{Observer, View};
 use serde::{Deserialize, Serialize};
 
 /// The largest overlaps of all samples.
@@ -57,7 +57,7 @@ impl OverlapCheck {
 
 impl Observer for OverlapCheck {
     #[inline]
-    fn watches(&self, _: [&Body; 2]) -> bool {
+    fn watches_any(&self) -> bool {
         false
     }
 

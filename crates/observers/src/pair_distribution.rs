@@ -6,7 +6,7 @@
 //! as in Allen & Tildesley 2017, section 8.2, it is smaller by the factor 1 − 1/N.) For hard discs
 //! g is 0 below σ, and χ at contact, with p A = N kT (1 + 2 η χ).
 
-use carom_engine::{Body, Observer, View};
+use carom_engine::{Observer, View};
 use carom_geometry::{GeometryError, PeriodicBox, check_positive};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -118,7 +118,7 @@ impl PairDistribution {
 
 impl Observer for PairDistribution {
     #[inline]
-    fn watches(&self, _: [&Body; 2]) -> bool {
+    fn watches_any(&self) -> bool {
         false
     }
 

@@ -145,6 +145,11 @@ impl Subscriptions {
 
 impl Observer for Subscriptions {
     #[inline]
+    fn watches_any(&self) -> bool {
+        !self.list.is_empty()
+    }
+
+    #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {
         self.list.values().any(|subscription| subscription.wants(bodies))
     }

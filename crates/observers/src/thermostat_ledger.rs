@@ -5,7 +5,7 @@
 //! of approach of a contact and μ its reduced mass. The power of each is its change in an interval
 //! divided by the duration of the interval.
 
-use carom_engine::{Body, Observer, View};
+use carom_engine::{Observer, View};
 use carom_kinematics::EpochTime;
 use serde::{Deserialize, Serialize};
 
@@ -125,7 +125,7 @@ impl ThermostatLedger {
 
 impl Observer for ThermostatLedger {
     #[inline]
-    fn watches(&self, _: [&Body; 2]) -> bool {
+    fn watches_any(&self) -> bool {
         false
     }
 

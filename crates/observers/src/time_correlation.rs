@@ -10,7 +10,7 @@
 
 use std::collections::VecDeque;
 
-use carom_engine::{Body, Observer, View};
+use carom_engine::{Observer, View};
 use carom_geometry::{GeometryError, check_positive};
 use carom_kinematics::EpochTime;
 use glam::DVec2;
@@ -199,7 +199,7 @@ impl TimeCorrelation {
 
 impl Observer for TimeCorrelation {
     #[inline]
-    fn watches(&self, _: [&Body; 2]) -> bool {
+    fn watches_any(&self) -> bool {
         false
     }
 

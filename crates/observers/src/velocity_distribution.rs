@@ -7,7 +7,7 @@
 
 use std::f64::consts::{E, PI};
 
-use carom_engine::{Body, Observer, View};
+use carom_engine::{Observer, View};
 use carom_geometry::{GeometryError, check_positive};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -126,7 +126,7 @@ impl VelocityDistribution {
 
 impl Observer for VelocityDistribution {
     #[inline]
-    fn watches(&self, _: [&Body; 2]) -> bool {
+    fn watches_any(&self) -> bool {
         false
     }
 

@@ -182,7 +182,7 @@ fn contact_density(group: Group, view: &View<'_>) -> Result<ContactDensity> {
 
 impl Observer for AtSamples {
     #[inline]
-    fn watches(&self, _: [&Body; 2]) -> bool {
+    fn watches_any(&self) -> bool {
         false
     }
 
@@ -258,6 +258,11 @@ fn write_velocities(folder: &Folder, asked: &Asked, velocities: &VelocityDistrib
 }
 
 impl Observer for AtContacts {
+    #[inline]
+    fn watches_any(&self) -> bool {
+        !self.0.is_empty() || self.1.watches_any()
+    }
+
     #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {
         self.0.iter().any(|(_, density)| density.watches(bodies)) || self.1.watches(bodies)

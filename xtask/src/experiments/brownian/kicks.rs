@@ -12,6 +12,11 @@ pub struct FromGas<O>(pub O);
 
 impl<O: Observer> Observer for FromGas<O> {
     #[inline]
+    fn watches_any(&self) -> bool {
+        self.0.watches_any()
+    }
+
+    #[inline]
     fn watches(&self, bodies: [&Body; 2]) -> bool {
         self.0.watches(bodies) && bodies.iter().all(|body| !body.is_fixed())
     }
