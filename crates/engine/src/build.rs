@@ -107,6 +107,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             response,
             scheduler,
             scheduler_options,
+            contacts_per_epoch: S::CONTACTS_PER_EPOCH,
             elasticity,
             names,
             counters: Counters::default(),

@@ -157,6 +157,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             response: _,
             scheduler: _,
             scheduler_options: _,
+            contacts_per_epoch: _,
             elasticity,
             names,
             counters,

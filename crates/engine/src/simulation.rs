@@ -25,6 +25,8 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = CellScheduler> {
     pub(crate) response: R,
     pub(crate) scheduler: S,
     pub(crate) scheduler_options: S::Options,
+    /// Contacts per moving body after which an epoch ends.
+    pub(crate) contacts_per_epoch: u64,
     pub(crate) elasticity: ElasticityTable,
     pub(crate) names: TagNames,
     pub(crate) counters: Counters,
@@ -66,6 +68,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             ledger: &self.ledger,
             offset: self.offset,
         }
+    }
+
+    /// Changes the number of contacts per moving body after which an epoch ends, from the next epoch
+    /// on; the default is the scheduler's own ([`Scheduler::CONTACTS_PER_EPOCH`]), and 0 counts
+    /// as 1. It changes the speed, and the trajectory by rounding. A checkpoint does not hold it.
+    pub fn set_contacts_per_epoch(&mut self, contacts: u64) {
+        self.contacts_per_epoch = contacts.max(1);
     }
 
     /// Runs to `time`, including events at exactly `time`. A time before the present changes
@@ -255,7 +264,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             return Err(RunError::TooSlow { time: self.world.epoch, body, speed });
         }
         let moving = self.world.bodies.iter().filter(|body| !body.is_fixed()).count() as u64;
-        let contacts = (S::CONTACTS_PER_EPOCH * moving).div_ceil(2).max(1);
+        let contacts = self.contacts_per_epoch.saturating_mul(moving).div_ceil(2).max(1);
         let limits = Limits::new(&self.world, fastest_squared, fastest_spin, contacts);
         refuse_time_scales_too_far_apart(
             &self.world,

@@ -1,0 +1,399 @@
+//! A simulation whose detector and scheduler are chosen at run time.
+
+use std::fmt;
+
+use carom_detection::{Detection, Exact};
+use carom_engine::{
+    Batch, BodyKey, CellScheduler, Checkpoint, CheckpointError, EditError, ElasticitySpec, HeapScheduler,
+    MoleculeSpec, Observer, Rotation, RunError, Scene, SceneError, Scheduler, Simulation, Tag, View,
+    Violation, WallSpec,
+};
+use carom_kinematics::EpochTime;
+use carom_response::{Impact, Response};
+
+use crate::{AnyDetector, Method, Order};
+
+/// A [`Simulation`] with any detector, response and scheduler.
+///
+/// Each method does what that of the same name of [`Simulation`] does, to the bit.
+#[derive(Clone)]
+pub struct AnySimulation(Box<dyn Dynamic>);
+
+impl fmt::Debug for AnySimulation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("AnySimulation").field("time", &self.time()).finish_non_exhaustive()
+    }
+}
+
+impl<D, R, S> From<Simulation<D, R, S>> for AnySimulation
+where
+    D: Detection + Clone + Send + 'static,
+    R: Response + Clone + Send + 'static,
+    S: Scheduler<Options: Send + 'static> + Clone + Send + 'static,
+{
+    fn from(simulation: Simulation<D, R, S>) -> Self {
+        Self(Box::new(simulation))
+    }
+}
+
+impl AnySimulation {
+    /// Creates a simulation of a scene.
+    ///
+    /// # Errors
+    /// [`SceneError`], with the name of the entry, if the scene cannot be built or the grid of the
+    /// method does not suit it.
+    pub fn new(scene: &Scene, method: &Method) -> Result<Self, SceneError> {
+        Ok(match (method.detector, method.order) {
+            (AnyDetector::Exact(exact), Order::Cells(options)) => {
+                Self::from(Simulation::<_, _, CellScheduler>::with(scene, exact, Impact, options)?)
+            }
+            (AnyDetector::Exact(exact), Order::Heap(options)) => {
+                Self::from(Simulation::<_, _, HeapScheduler>::with(scene, exact, Impact, options)?)
+            }
+            (detector, Order::Cells(options)) => {
+                Self::from(Simulation::<_, _, CellScheduler>::with(scene, detector, Impact, options)?)
+            }
+            (detector, Order::Heap(options)) => {
+                Self::from(Simulation::<_, _, HeapScheduler>::with(scene, detector, Impact, options)?)
+            }
+        })
+    }
+
+    /// Resumes from a checkpoint. Only the method of the run that wrote it gives the bits of an
+    /// uninterrupted run.
+    ///
+    /// # Errors
+    /// [`CheckpointError`] if no simulation can have written it, or if the grid of the method does
+    /// not suit its bodies.
+    pub fn resume(checkpoint: &Checkpoint, method: &Method) -> Result<Self, CheckpointError> {
+        type Cells<D> = Simulation<D, Impact, CellScheduler>;
+        type Heap<D> = Simulation<D, Impact, HeapScheduler>;
+        Ok(match (method.detector, method.order) {
+            (AnyDetector::Exact(exact), Order::Cells(options)) => {
+                Self::from(Cells::<Exact>::resume_with(checkpoint, exact, Impact, options)?)
+            }
+            (AnyDetector::Exact(exact), Order::Heap(options)) => {
+                Self::from(Heap::<Exact>::resume_with(checkpoint, exact, Impact, options)?)
+            }
+            (detector, Order::Cells(options)) => {
+                Self::from(Cells::<AnyDetector>::resume_with(checkpoint, detector, Impact, options)?)
+            }
+            (detector, Order::Heap(options)) => {
+                Self::from(Heap::<AnyDetector>::resume_with(checkpoint, detector, Impact, options)?)
+            }
+        })
+    }
+
+    /// Makes several changes at one time, or none. See [`Simulation::edit`].
+    ///
+    /// # Errors
+    /// The error of the closure, and those of [`Simulation::edit`].
+    ///
+    /// # Panics
+    /// Never: an accepted batch has called its closure.
+    pub fn edit<T>(
+        &mut self,
+        edits: impl FnOnce(&mut Batch) -> Result<T, EditError>,
+    ) -> Result<T, EditError> {
+        let (mut edits, mut result) = (Some(edits), None);
+        self.0.edit(&mut |batch| {
+            if let Some(edits) = edits.take() {
+                result = Some(edits(batch)?);
+            }
+            Ok(())
+        })?;
+        Ok(result.expect("a batch that is accepted has called its closure"))
+    }
+
+    /// Adds a molecule. See [`Simulation::add`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::add`].
+    pub fn add(&mut self, spec: &MoleculeSpec) -> Result<BodyKey, EditError> {
+        self.edit(|batch| batch.add(spec))
+    }
+
+    /// Adds a wall. See [`Simulation::add_wall`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::add_wall`].
+    pub fn add_wall(&mut self, spec: &WallSpec) -> Result<BodyKey, EditError> {
+        self.edit(|batch| batch.add_wall(spec))
+    }
+
+    /// Removes a body. See [`Simulation::remove`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::remove`].
+    pub fn remove(&mut self, key: BodyKey) -> Result<(), EditError> {
+        self.edit(|batch| batch.remove(key))
+    }
+
+    /// Adds a tag to a body. See [`Simulation::tag`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::tag`].
+    pub fn tag(&mut self, key: BodyKey, name: &str) -> Result<Tag, EditError> {
+        self.edit(|batch| batch.tag(key, name))
+    }
+
+    /// Removes a tag from a body. See [`Simulation::untag`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::untag`].
+    pub fn untag(&mut self, key: BodyKey, name: &str) -> Result<(), EditError> {
+        self.edit(|batch| batch.untag(key, name))
+    }
+
+    /// Changes the elasticity of all later contacts. See [`Simulation::set_elasticity`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::set_elasticity`].
+    pub fn set_elasticity(&mut self, spec: &ElasticitySpec) -> Result<(), EditError> {
+        self.edit(|batch| batch.set_elasticity(spec))
+    }
+}
+
+/// Defines the methods of [`AnySimulation`] that call those of the same name of [`Simulation`], and
+/// the trait behind them.
+macro_rules! forwarded {
+    ($(
+        $(#[$attribute:meta])*
+        fn $name:ident(&$($mutable:ident)? $(,$argument:ident: $type:ty)*) $(-> $result:ty)?;
+    )*) => {
+        trait Dynamic: Send {
+            fn cloned(&self) -> Box<dyn Dynamic>;
+            fn edit(
+                &mut self,
+                edits: &mut dyn FnMut(&mut Batch) -> Result<(), EditError>,
+            ) -> Result<(), EditError>;
+            $(forwarded!(@declare $name ($($mutable)?) ($($argument: $type),*) ($($result)?));)*
+        }
+
+        impl<D, R, S> Dynamic for Simulation<D, R, S>
+        where
+            D: Detection + Clone + Send + 'static,
+            R: Response + Clone + Send + 'static,
+            S: Scheduler<Options: Send + 'static> + Clone + Send + 'static,
+        {
+            fn cloned(&self) -> Box<dyn Dynamic> {
+                Box::new(self.clone())
+            }
+
+            fn edit(
+                &mut self,
+                edits: &mut dyn FnMut(&mut Batch) -> Result<(), EditError>,
+            ) -> Result<(), EditError> {
+                Self::edit(self, edits)
+            }
+
+            $(forwarded!(@call $name ($($mutable)?) ($($argument: $type),*) ($($result)?));)*
+        }
+
+        impl AnySimulation {
+            $(forwarded!(@method [$(#[$attribute])*] $name ($($mutable)?) ($($argument: $type),*) ($($result)?));)*
+        }
+    };
+    (@declare $name:ident () ($($argument:ident: $type:ty),*) ($($result:ty)?)) => {
+        fn $name(&self $(,$argument: $type)*) $(-> $result)?;
+    };
+    (@declare $name:ident (mut) ($($argument:ident: $type:ty),*) ($($result:ty)?)) => {
+        fn $name(&mut self $(,$argument: $type)*) $(-> $result)?;
+    };
+    (@call $name:ident () ($($argument:ident: $type:ty),*) ($($result:ty)?)) => {
+        fn $name(&self $(,$argument: $type)*) $(-> $result)? {
+            Self::$name(self $(,$argument)*)
+        }
+    };
+    (@call $name:ident (mut) ($($argument:ident: $type:ty),*) ($($result:ty)?)) => {
+        fn $name(&mut self $(,$argument: $type)*) $(-> $result)? {
+            Self::$name(self $(,$argument)*)
+        }
+    };
+    (@method [$(#[$attribute:meta])*] $name:ident () ($($argument:ident: $type:ty),*) ($($result:ty)?)) => {
+        $(#[$attribute])*
+        pub fn $name(&self $(,$argument: $type)*) $(-> $result)? {
+            self.0.$name($($argument),*)
+        }
+    };
+    (@method [$(#[$attribute:meta])*] $name:ident (mut) ($($argument:ident: $type:ty),*) ($($result:ty)?)) => {
+        $(#[$attribute])*
+        pub fn $name(&mut self $(,$argument: $type)*) $(-> $result)? {
+            self.0.$name($($argument),*)
+        }
+    };
+}
+
+forwarded! {
+    /// The present time.
+    fn time(&) -> EpochTime;
+    /// Memory used by the bodies and their events (bytes). See [`Simulation::heap_bytes`].
+    fn heap_bytes(&) -> usize;
+    /// A view of all bodies at the present time.
+    fn view(&) -> View<'_>;
+    /// The state, if an epoch has ended and the next has not begun. See [`Simulation::checkpoint`].
+    fn checkpoint(&) -> Option<Checkpoint>;
+    /// The tag of this name, if a body or rule has ever carried it.
+    fn find_tag(&, name: &str) -> Option<Tag>;
+    /// Checks all invariants by brute force. See [`Simulation::check_invariants`].
+    ///
+    /// # Errors
+    /// The first [`Violation`] found.
+    fn check_invariants(&, horizon: f64) -> Result<(), Violation>;
+    /// Runs to `time`. See [`Simulation::run_until`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::run_until`].
+    fn run_until(&mut, time: f64) -> Result<(), RunError>;
+    /// Runs to `time` and reports each collision. See [`Simulation::observe_until`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::run_until`].
+    fn observe_until(&mut, time: f64, observer: &mut dyn Observer) -> Result<(), RunError>;
+    /// Runs to `until`, without the rounding of a single `f64`. See
+    /// [`Simulation::observe_until_epoch_time`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::run_until`].
+    fn observe_until_epoch_time(&mut, until: EpochTime, observer: &mut dyn Observer) -> Result<(), RunError>;
+    /// Runs to `until`, but not past the end of the present epoch; returns whether `until` has been
+    /// reached. See [`Simulation::observe_epoch`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::run_until`].
+    fn observe_epoch(&mut, until: EpochTime, observer: &mut dyn Observer) -> Result<bool, RunError>;
+    /// Runs through the next contact, if it happens no later than `time`, else to `time`; returns
+    /// whether there was a contact. See [`Simulation::step`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::run_until`].
+    fn step(&mut, time: f64, observer: &mut dyn Observer) -> Result<bool, RunError>;
+    /// Runs to `until` with a sample every `interval`. See [`Simulation::sample_every`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::sample_every`].
+    fn sample_every(&mut, interval: f64, until: f64, observer: &mut dyn Observer) -> Result<(), RunError>;
+    /// Scales the kinetic energy of a body. See [`Simulation::reset_energy`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::reset_energy`].
+    fn reset_energy(&mut, key: BodyKey, energy: f64) -> Result<(), EditError>;
+    /// Scales the kinetic energy of each body with this tag. See
+    /// [`Simulation::reset_energy_of_tag`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::reset_energy_of_tag`].
+    fn reset_energy_of_tag(&mut, tag: Tag, energy: f64) -> Result<(), EditError>;
+    /// Scales the kinetic energy of each moving body. See [`Simulation::reset_energy_of_all`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::reset_energy_of_all`].
+    fn reset_energy_of_all(&mut, energy: f64) -> Result<(), EditError>;
+    /// Reverses all velocities and angular velocities.
+    fn reverse(&mut);
+    /// Locks the present orientation of a body, or frees it. See [`Simulation::set_rotation`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::set_rotation`].
+    fn set_rotation(&mut, key: BodyKey, rotation: Rotation) -> Result<(), EditError>;
+    /// Changes the length of epochs. See [`Simulation::set_contacts_per_epoch`].
+    fn set_contacts_per_epoch(&mut, contacts: u64);
+}
+
+impl Clone for Box<dyn Dynamic> {
+    fn clone(&self) -> Self {
+        self.cloned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GAS: &str = "[[molecule]]\ntags = [\"tee\"]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\n\
+                       at = [0.5, 0.5]\n[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 60";
+
+    fn methods() -> Vec<Method> {
+        [
+            "",
+            "instructions = \"portable\"",
+            "scheduler = \"heap\"",
+            "detector = \"golden-secant\"",
+            "detector = \"golden-secant\"\nscheduler = \"heap\"",
+            "detector = \"bounding-circles\"",
+            "detector = \"fixed-step\"\nstep = 0.1",
+        ]
+        .map(|text| toml::from_str(text).unwrap())
+        .to_vec()
+    }
+
+    fn bits(simulation: &AnySimulation) -> Vec<u64> {
+        let view = simulation.view();
+        let motions = view.bodies().flat_map(|body| {
+            let motion = body.motion;
+            [motion.position.x, motion.position.y, motion.velocity.x, motion.orientation.turns()]
+        });
+        motions.map(f64::to_bits).collect()
+    }
+
+    #[test]
+    fn the_default_method_gives_the_bits_of_the_static_simulation() {
+        let scene = Scene::from_toml(GAS).unwrap();
+        let mut any = AnySimulation::new(&scene, &Method::default()).unwrap();
+        let mut fixed = Simulation::new(&scene).unwrap();
+        any.run_until(2.0).unwrap();
+        fixed.run_until(2.0).unwrap();
+        assert!(any.view().counters().collisions > 100);
+        assert_eq!(any.view().counters(), fixed.view().counters());
+        assert_eq!(bits(&any), bits(&AnySimulation::from(fixed)));
+    }
+
+    #[test]
+    fn each_method_resumes_to_the_bit() {
+        let scene = Scene::from_toml(GAS).unwrap();
+        for method in methods() {
+            let mut through = AnySimulation::new(&scene, &method).unwrap();
+            while through.checkpoint().is_none() || through.time().to_f64() == 0.0 {
+                assert!(!through.observe_epoch(EpochTime::from(1e3), &mut ()).unwrap());
+            }
+            let mut resumed = AnySimulation::resume(&through.checkpoint().unwrap(), &method).unwrap();
+            let mut copy = through.clone();
+            let until = through.time().to_f64() + 0.5;
+            for simulation in [&mut through, &mut resumed, &mut copy] {
+                simulation.run_until(until).unwrap();
+            }
+            assert_eq!(bits(&through), bits(&resumed), "{method}");
+            assert_eq!(bits(&through), bits(&copy), "{method}");
+        }
+    }
+
+    #[test]
+    fn edits_reach_the_simulation_and_refused_ones_change_nothing() {
+        let scene = Scene::from_toml(GAS).unwrap();
+        for method in methods() {
+            let mut simulation = AnySimulation::new(&scene, &method).unwrap();
+            let tee =
+                simulation.view().tagged(simulation.find_tag("tee").unwrap()).next().unwrap().body.key();
+            simulation.set_rotation(tee, Rotation::Locked).unwrap();
+            simulation.reset_energy_of_all(2.0).unwrap_err();
+            let before = bits(&simulation);
+            simulation
+                .edit(|batch| {
+                    batch.remove(tee)?;
+                    batch.remove(tee)
+                })
+                .unwrap_err();
+            assert_eq!(bits(&simulation), before);
+            assert_eq!(
+                simulation.edit(|batch| {
+                    batch.remove(tee)?;
+                    Ok(7)
+                }),
+                Ok(7)
+            );
+            assert_eq!(simulation.view().len(), 60);
+            simulation.reset_energy_of_all(2.0).unwrap();
+            assert!((simulation.view().energy() - 120.0).abs() < 1e-10);
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! How a simulation computes: detector and scheduler, chosen at run time.
+//!
+//! [`Simulation`](carom_engine::Simulation) chooses them at compile time, so each combination is
+//! compiled anew where it is used. [`AnySimulation`] is compiled here once for all combinations
+//! that a [`Method`] describes. A call of one of its methods is dynamic; the loop over the events
+//! inside is the same code, and runs at the same speed.
+//!
+//! ```
+//! use carom_engine::Scene;
+//! use carom_methods::{AnySimulation, Method};
+//!
+//! // The table `[method]` of a scene file.
+//! let method: Method = toml::from_str("detector = \"golden-secant\"\ntolerance = 1e-9")?;
+//! assert!(!method.is_exact());
+//!
+//! let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 50")?;
+//! let mut simulation = AnySimulation::new(&scene, &method)?;
+//! simulation.run_until(1.0)?;
+//! assert!(simulation.view().counters().collisions > 10);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod any_detector;
+mod any_simulation;
+mod method;
+
+pub use any_detector::AnyDetector;
+pub use any_simulation::AnySimulation;
+pub use method::{Method, MethodError, Order};
