@@ -44,6 +44,37 @@ fn a_scene_is_checked_and_run_and_its_folder_names_the_command() {
 }
 
 #[test]
+fn a_method_that_is_not_exact_is_named_everywhere_and_is_part_of_the_run() {
+    let root = tempfile::tempdir().unwrap();
+    let scene = format!("{SCENE}[method]\ndetector = \"fixed-step\"\nstep = 0.3\n");
+    fs::write(root.path().join("scene.toml"), scene).unwrap();
+    let check = carom(root.path(), &["check", "scene.toml"]);
+    assert!(text(&check.stdout).contains("NOT EXACT"), "{}", text(&check.stdout));
+    let run = carom(root.path(), &["run", "scene.toml", "--out", "run"]);
+    assert!(run.status.success(), "{}", text(&run.stderr));
+    let read = |name: &str| fs::read_to_string(root.path().join("run").join(name)).unwrap();
+    let words = "overlap tests every 3e-1 natural times";
+    for (name, words) in [("report.html", "NOT EXACT"), ("manifest.json", words), ("summary.json", words)] {
+        assert!(read(name).contains(words), "{name}");
+    }
+    // A run is resumed with its own method only.
+    let other =
+        ["run", "scene.toml", "--set", "method.step=0.2", "--until", "0.6", "--out", "run", "--resume"];
+    let refused = carom(root.path(), &other);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("step = 0.3"), "{}", text(&refused.stderr));
+    for (change, said) in [
+        ("method.tolerance=1e-9", "golden-secant"),
+        ("method.step=0", "from 1e-15"),
+        ("method.detector=magic", "bounding-circles"),
+    ] {
+        let refused = carom(root.path(), &["check", "scene.toml", "--set", change]);
+        assert_eq!(refused.status.code(), Some(2), "{change}");
+        assert!(text(&refused.stderr).contains(said), "{change}: {}", text(&refused.stderr));
+    }
+}
+
+#[test]
 fn bad_input_has_exit_code_2_and_names_the_entry() {
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("scene.toml"), SCENE).unwrap();

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Rotation, SceneError};
+use crate::{MethodSpec, Rotation, SceneError};
 
 /// A scene, read from a file or built in code.
 ///
@@ -36,6 +36,10 @@ pub struct Scene {
     pub gas: Vec<GasSpec>,
     /// Coefficients of restitution.
     pub elasticity: ElasticitySpec,
+    /// How contacts are found and events ordered; exact by default. Used by `carom run`, not by
+    /// [`Simulation::new`](crate::Simulation::new).
+    #[serde(skip_serializing_if = "is_default")]
+    pub method: MethodSpec,
     /// Duration of the run, and the quantities to observe.
     pub run: RunSpec,
 }
@@ -284,6 +288,10 @@ pub struct RunSpec {
     /// Start of the animation (time); from 0 to less than `until`.
     #[serde(skip_serializing_if = "is_zero")]
     pub animation_from: f64,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]

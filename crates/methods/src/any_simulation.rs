@@ -37,12 +37,21 @@ where
 }
 
 impl AnySimulation {
-    /// Creates a simulation of a scene.
+    /// Creates a simulation of a scene with the method that it names; the default is exact.
+    ///
+    /// # Errors
+    /// [`SceneError`], with the name of the entry, if the scene cannot be built or its method is
+    /// invalid.
+    pub fn new(scene: &Scene) -> Result<Self, SceneError> {
+        Self::with(scene, &Method::try_from(&scene.method)?)
+    }
+
+    /// Creates a simulation of a scene with a method instead of the scene's own.
     ///
     /// # Errors
     /// [`SceneError`], with the name of the entry, if the scene cannot be built or the grid of the
     /// method does not suit it.
-    pub fn new(scene: &Scene, method: &Method) -> Result<Self, SceneError> {
+    pub fn with(scene: &Scene, method: &Method) -> Result<Self, SceneError> {
         Ok(match (method.detector, method.order) {
             (AnyDetector::Exact(exact), Order::Cells(options)) => {
                 Self::from(Simulation::<_, _, CellScheduler>::with(scene, exact, Impact, options)?)
@@ -323,7 +332,7 @@ mod tests {
             "detector = \"bounding-circles\"",
             "detector = \"fixed-step\"\nstep = 0.1",
         ]
-        .map(|text| toml::from_str(text).unwrap())
+        .map(|text| Method::try_from(&toml::from_str::<carom_engine::MethodSpec>(text).unwrap()).unwrap())
         .to_vec()
     }
 
@@ -339,7 +348,7 @@ mod tests {
     #[test]
     fn the_default_method_gives_the_bits_of_the_static_simulation() {
         let scene = Scene::from_toml(GAS).unwrap();
-        let mut any = AnySimulation::new(&scene, &Method::default()).unwrap();
+        let mut any = AnySimulation::new(&scene).unwrap();
         let mut fixed = Simulation::new(&scene).unwrap();
         any.run_until(2.0).unwrap();
         fixed.run_until(2.0).unwrap();
@@ -352,7 +361,7 @@ mod tests {
     fn each_method_resumes_to_the_bit() {
         let scene = Scene::from_toml(GAS).unwrap();
         for method in methods() {
-            let mut through = AnySimulation::new(&scene, &method).unwrap();
+            let mut through = AnySimulation::with(&scene, &method).unwrap();
             while through.checkpoint().is_none() || through.time().to_f64() == 0.0 {
                 assert!(!through.observe_epoch(EpochTime::from(1e3), &mut ()).unwrap());
             }
@@ -371,7 +380,7 @@ mod tests {
     fn edits_reach_the_simulation_and_refused_ones_change_nothing() {
         let scene = Scene::from_toml(GAS).unwrap();
         for method in methods() {
-            let mut simulation = AnySimulation::new(&scene, &method).unwrap();
+            let mut simulation = AnySimulation::with(&scene, &method).unwrap();
             let tee =
                 simulation.view().tagged(simulation.find_tag("tee").unwrap()).next().unwrap().body.key();
             simulation.set_rotation(tee, Rotation::Locked).unwrap();

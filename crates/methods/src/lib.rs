@@ -9,12 +9,19 @@
 //! use carom_engine::Scene;
 //! use carom_methods::{AnySimulation, Method};
 //!
-//! // The table `[method]` of a scene file.
-//! let method: Method = toml::from_str("detector = \"golden-secant\"\ntolerance = 1e-9")?;
-//! assert!(!method.is_exact());
+//! let scene = Scene::from_toml(r#"
+//!     [[gas]]
+//!     radius = 0.02
+//!     mass = 1.0
+//!     energy = 1.0
+//!     count = 50
 //!
-//! let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 50")?;
-//! let mut simulation = AnySimulation::new(&scene, &method)?;
+//!     [method]
+//!     detector = "golden-secant"
+//!     tolerance = 1e-9
+//! "#)?;
+//! assert!(!Method::try_from(&scene.method)?.is_exact());
+//! let mut simulation = AnySimulation::new(&scene)?;
 //! simulation.run_until(1.0)?;
 //! assert!(simulation.view().counters().collisions > 10);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -1,33 +1,19 @@
-//! The table `[method]` of a scene file: detector, scheduler and instructions, with their
-//! parameters.
+//! Detector, scheduler and instructions of a run, with their parameters.
 
 use std::fmt;
 
 use carom_detection::{Exact, FixedStep, GoldenSecant};
-use carom_engine::{CellsPerSide, Instructions};
-use serde::{Deserialize, Serialize};
+use carom_engine::{
+    CellsPerSide, DetectorName, Instructions, InstructionsName, MethodSpec, SceneError, SchedulerName,
+};
 use thiserror::Error;
 
 use crate::AnyDetector;
 
 /// How a simulation finds contacts and orders events. The default is exact and fastest.
 ///
-/// In a scene file:
-///
-/// ```toml
-/// [method]
-/// detector = "golden-secant"   # exact (default), golden-secant, fixed-step, bounding-circles
-/// tolerance = 1e-9             # of golden-secant, relative to the end of a segment
-/// crop_factor = 1.0            # of golden-secant, in shortest quarter periods
-/// step = 1e-3                  # of fixed-step, in natural times of a pair
-/// most_steps = 100000          # of exact and fixed-step
-/// scheduler = "heap"           # cells (default), heap
-/// cells_per_side = 20          # of heap; default: the largest safe number
-/// unchecked_cells_per_side = 50  # of heap; contacts are missed if too fine
-/// instructions = "portable"    # of cells: widest (default), avx2, portable
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(try_from = "Entries", into = "Entries")]
+/// In a scene file it is the table `[method]`, see [`MethodSpec`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Method {
     /// The detector of contacts.
     pub detector: AnyDetector,
@@ -78,6 +64,12 @@ pub enum MethodError {
     TwoGrids,
 }
 
+impl From<MethodError> for SceneError {
+    fn from(error: MethodError) -> Self {
+        Self::Entry { entry: "method".to_owned(), problem: error.to_string() }
+    }
+}
+
 impl Method {
     /// Whether no contact is missed, invented or late beyond rounding.
     pub fn is_exact(&self) -> bool {
@@ -117,127 +109,77 @@ impl fmt::Display for Method {
     }
 }
 
-/// The entries of the table as they stand in the file.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Entries {
-    detector: DetectorName,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    tolerance: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    crop_factor: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    step: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    most_steps: Option<u32>,
-    scheduler: SchedulerName,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    cells_per_side: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    unchecked_cells_per_side: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    instructions: Option<InstructionsName>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum DetectorName {
-    #[default]
-    Exact,
-    GoldenSecant,
-    FixedStep,
-    BoundingCircles,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum SchedulerName {
-    #[default]
-    Cells,
-    Heap,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum InstructionsName {
-    Widest,
-    Avx2,
-    Portable,
-}
-
-impl Entries {
-    fn detector(&self) -> Result<AnyDetector, MethodError> {
-        let is = |name| self.detector == name;
-        let no_effect = |key, owner| Err(MethodError::NoEffect { key, owner });
-        if !is(DetectorName::GoldenSecant) {
-            let owner = "detector = \"golden-secant\"";
-            if self.tolerance.is_some() {
-                return no_effect("tolerance", owner);
-            }
-            if self.crop_factor.is_some() {
-                return no_effect("crop_factor", owner);
-            }
+fn detector(spec: &MethodSpec) -> Result<AnyDetector, MethodError> {
+    let is = |name| spec.detector == name;
+    let no_effect = |key, owner| Err(MethodError::NoEffect { key, owner });
+    if !is(DetectorName::GoldenSecant) {
+        let owner = "detector = \"golden-secant\"";
+        if spec.tolerance.is_some() {
+            return no_effect("tolerance", owner);
         }
-        if self.step.is_some() && !is(DetectorName::FixedStep) {
-            return no_effect("step", "detector = \"fixed-step\"");
+        if spec.crop_factor.is_some() {
+            return no_effect("crop_factor", owner);
         }
-        if self.most_steps.is_some() && !(is(DetectorName::FixedStep) || is(DetectorName::Exact)) {
-            return no_effect("most_steps", "detector = \"exact\" and \"fixed-step\"");
-        }
-        if self.most_steps == Some(0) {
-            return Err(MethodError::OutOfRange { key: "most_steps", allowed: "at least 1", value: 0.0 });
-        }
-        Ok(match self.detector {
-            DetectorName::Exact => AnyDetector::Exact(Exact {
-                most_steps: self.most_steps.unwrap_or(Exact::default().most_steps),
-            }),
-            DetectorName::GoldenSecant => {
-                let default = GoldenSecant::default();
-                AnyDetector::GoldenSecant(GoldenSecant {
-                    tolerance: within("tolerance", self.tolerance, default.tolerance)?,
-                    crop_factor: within("crop_factor", self.crop_factor, default.crop_factor)?,
-                    ..default
-                })
-            }
-            DetectorName::FixedStep => {
-                let default = FixedStep::default();
-                AnyDetector::FixedStep(FixedStep {
-                    step: within("step", self.step, default.step)?,
-                    most_steps: self.most_steps.unwrap_or(default.most_steps),
-                })
-            }
-            DetectorName::BoundingCircles => AnyDetector::BoundingCircles,
-        })
     }
+    if spec.step.is_some() && !is(DetectorName::FixedStep) {
+        return no_effect("step", "detector = \"fixed-step\"");
+    }
+    if spec.most_steps.is_some() && !(is(DetectorName::FixedStep) || is(DetectorName::Exact)) {
+        return no_effect("most_steps", "detector = \"exact\" and \"fixed-step\"");
+    }
+    if spec.most_steps == Some(0) {
+        return Err(MethodError::OutOfRange { key: "most_steps", allowed: "at least 1", value: 0.0 });
+    }
+    Ok(match spec.detector {
+        DetectorName::Exact => {
+            AnyDetector::Exact(Exact { most_steps: spec.most_steps.unwrap_or(Exact::default().most_steps) })
+        }
+        DetectorName::GoldenSecant => {
+            let default = GoldenSecant::default();
+            AnyDetector::GoldenSecant(GoldenSecant {
+                tolerance: within("tolerance", spec.tolerance, default.tolerance)?,
+                crop_factor: within("crop_factor", spec.crop_factor, default.crop_factor)?,
+                ..default
+            })
+        }
+        DetectorName::FixedStep => {
+            let default = FixedStep::default();
+            AnyDetector::FixedStep(FixedStep {
+                step: within("step", spec.step, default.step)?,
+                most_steps: spec.most_steps.unwrap_or(default.most_steps),
+            })
+        }
+        DetectorName::BoundingCircles => AnyDetector::BoundingCircles,
+    })
+}
 
-    fn order(&self) -> Result<Order, MethodError> {
-        match self.scheduler {
-            SchedulerName::Cells => {
-                let owner = "scheduler = \"heap\"";
-                if self.cells_per_side.is_some() {
-                    return Err(MethodError::NoEffect { key: "cells_per_side", owner });
-                }
-                if self.unchecked_cells_per_side.is_some() {
-                    return Err(MethodError::NoEffect { key: "unchecked_cells_per_side", owner });
-                }
-                Ok(Order::Cells(match self.instructions {
-                    None | Some(InstructionsName::Widest) => Instructions::Widest,
-                    Some(InstructionsName::Avx2) => Instructions::Avx2,
-                    Some(InstructionsName::Portable) => Instructions::Portable,
-                }))
+fn order(spec: &MethodSpec) -> Result<Order, MethodError> {
+    match spec.scheduler {
+        SchedulerName::Cells => {
+            let owner = "scheduler = \"heap\"";
+            if spec.cells_per_side.is_some() {
+                return Err(MethodError::NoEffect { key: "cells_per_side", owner });
             }
-            SchedulerName::Heap => {
-                if self.instructions.is_some() {
-                    let owner = "scheduler = \"cells\"";
-                    return Err(MethodError::NoEffect { key: "instructions", owner });
-                }
-                Ok(Order::Heap(match (self.cells_per_side, self.unchecked_cells_per_side) {
-                    (None, None) => CellsPerSide::Automatic,
-                    (Some(cells), None) => CellsPerSide::Given(cells),
-                    (None, Some(cells)) => CellsPerSide::Unchecked(cells),
-                    (Some(_), Some(_)) => return Err(MethodError::TwoGrids),
-                }))
+            if spec.unchecked_cells_per_side.is_some() {
+                return Err(MethodError::NoEffect { key: "unchecked_cells_per_side", owner });
             }
+            Ok(Order::Cells(match spec.instructions {
+                None | Some(InstructionsName::Widest) => Instructions::Widest,
+                Some(InstructionsName::Avx2) => Instructions::Avx2,
+                Some(InstructionsName::Portable) => Instructions::Portable,
+            }))
+        }
+        SchedulerName::Heap => {
+            if spec.instructions.is_some() {
+                let owner = "scheduler = \"cells\"";
+                return Err(MethodError::NoEffect { key: "instructions", owner });
+            }
+            Ok(Order::Heap(match (spec.cells_per_side, spec.unchecked_cells_per_side) {
+                (None, None) => CellsPerSide::Automatic,
+                (Some(cells), None) => CellsPerSide::Given(cells),
+                (None, Some(cells)) => CellsPerSide::Unchecked(cells),
+                (Some(_), Some(_)) => return Err(MethodError::TwoGrids),
+            }))
         }
     }
 }
@@ -255,45 +197,45 @@ fn within(key: &'static str, given: Option<f64>, default: f64) -> Result<f64, Me
     }
 }
 
-impl TryFrom<Entries> for Method {
+impl TryFrom<&MethodSpec> for Method {
     type Error = MethodError;
 
-    fn try_from(entries: Entries) -> Result<Self, MethodError> {
-        Ok(Self { detector: entries.detector()?, order: entries.order()? })
+    fn try_from(spec: &MethodSpec) -> Result<Self, MethodError> {
+        Ok(Self { detector: detector(spec)?, order: order(spec)? })
     }
 }
 
-impl From<Method> for Entries {
-    fn from(method: Method) -> Self {
-        let mut entries = Self::default();
+impl From<&Method> for MethodSpec {
+    fn from(method: &Method) -> Self {
+        let mut spec = Self::default();
         match method.detector {
             AnyDetector::Exact(exact) => {
-                entries.most_steps = (exact != Exact::default()).then_some(exact.most_steps);
+                spec.most_steps = (exact != Exact::default()).then_some(exact.most_steps);
             }
             AnyDetector::GoldenSecant(golden) => {
-                entries.detector = DetectorName::GoldenSecant;
-                (entries.tolerance, entries.crop_factor) = (Some(golden.tolerance), Some(golden.crop_factor));
+                spec.detector = DetectorName::GoldenSecant;
+                (spec.tolerance, spec.crop_factor) = (Some(golden.tolerance), Some(golden.crop_factor));
             }
             AnyDetector::FixedStep(fixed) => {
-                entries.detector = DetectorName::FixedStep;
-                (entries.step, entries.most_steps) = (Some(fixed.step), Some(fixed.most_steps));
+                spec.detector = DetectorName::FixedStep;
+                (spec.step, spec.most_steps) = (Some(fixed.step), Some(fixed.most_steps));
             }
-            AnyDetector::BoundingCircles => entries.detector = DetectorName::BoundingCircles,
+            AnyDetector::BoundingCircles => spec.detector = DetectorName::BoundingCircles,
         }
         match method.order {
             Order::Cells(Instructions::Widest) => {}
-            Order::Cells(Instructions::Avx2) => entries.instructions = Some(InstructionsName::Avx2),
-            Order::Cells(Instructions::Portable) => entries.instructions = Some(InstructionsName::Portable),
+            Order::Cells(Instructions::Avx2) => spec.instructions = Some(InstructionsName::Avx2),
+            Order::Cells(Instructions::Portable) => spec.instructions = Some(InstructionsName::Portable),
             Order::Heap(cells) => {
-                entries.scheduler = SchedulerName::Heap;
+                spec.scheduler = SchedulerName::Heap;
                 match cells {
                     CellsPerSide::Automatic => {}
-                    CellsPerSide::Given(cells) => entries.cells_per_side = Some(cells),
-                    CellsPerSide::Unchecked(cells) => entries.unchecked_cells_per_side = Some(cells),
+                    CellsPerSide::Given(cells) => spec.cells_per_side = Some(cells),
+                    CellsPerSide::Unchecked(cells) => spec.unchecked_cells_per_side = Some(cells),
                 }
             }
         }
-        entries
+        spec
     }
 }
 
@@ -302,7 +244,8 @@ mod tests {
     use super::*;
 
     fn method(text: &str) -> Result<Method, String> {
-        toml::from_str(text).map_err(|error: toml::de::Error| error.to_string())
+        let spec: MethodSpec = toml::from_str(text).map_err(|error: toml::de::Error| error.to_string())?;
+        Method::try_from(&spec).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -318,7 +261,8 @@ mod tests {
             "instructions = \"avx2\"",
         ] {
             let read = method(text).unwrap();
-            assert_eq!(method(&toml::to_string(&read).unwrap()).unwrap(), read, "{text}");
+            let written = toml::to_string(&MethodSpec::from(&read)).unwrap();
+            assert_eq!(method(&written).unwrap(), read, "{text}");
         }
         assert_eq!(method("").unwrap(), Method::default());
     }

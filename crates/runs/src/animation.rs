@@ -13,10 +13,11 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
 use carom::{
-    CollisionReport, Observer, Simulation, View,
+    CollisionReport, Observer, View,
     engine::Body,
     observers::{Flight, FlightLog, colour, drawn_circles, kinds},
 };
+use carom_methods::AnySimulation;
 use glam::DVec2;
 use serde::Serialize;
 
@@ -93,7 +94,7 @@ const CROSSINGS: f64 = 4.0;
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn record(simulation: &Simulation, folder: &Folder) -> Result<()> {
+pub fn record(simulation: &AnySimulation, folder: &Folder) -> Result<()> {
     let view = simulation.view();
     let part = Part::of(&view);
     let log = match &part {
@@ -258,7 +259,7 @@ mod tests {
         .unwrap();
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
-        let mut simulation = Simulation::new(&scene).unwrap();
+        let mut simulation = AnySimulation::new(&scene).unwrap();
         record(&simulation, &folder).unwrap();
         let until = end(&simulation.view());
         let animation: Value = serde_json::from_str(&folder.read(ANIMATION).unwrap()).unwrap();
@@ -308,7 +309,7 @@ mod tests {
         let scene = |count: u32| {
             let radius = 0.3 / f64::from(count).sqrt();
             let gas = format!("[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}\n");
-            Simulation::new(&Scene::from_toml(&gas).unwrap()).unwrap()
+            AnySimulation::new(&Scene::from_toml(&gas).unwrap()).unwrap()
         };
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
@@ -349,7 +350,7 @@ mod tests {
         let scene = Scene::from_toml("[[bumper]]\nradius = 0.02\nat = [0.1, 0.1]\n").unwrap();
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
-        record(&Simulation::new(&scene).unwrap(), &folder).unwrap();
+        record(&AnySimulation::new(&scene).unwrap(), &folder).unwrap();
         let animation: Value = serde_json::from_str(&folder.read(ANIMATION).unwrap()).unwrap();
         assert_eq!(animation["watched"], Value::Null);
         assert_eq!(animation["flights"].as_str().unwrap().len(), 18);

@@ -6,7 +6,8 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use carom::{Scene, Simulation, View, engine::Body};
+use carom::{Scene, View, engine::Body};
+use carom_methods::{AnySimulation, Method};
 use carom_report::page::with_error;
 use carom_tables::Verdict;
 use clap::Args;
@@ -36,7 +37,7 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<Verdict> {
     let name = options.file.path.display();
     let scene = options.file.read()?;
-    let mut simulation = Simulation::new(&scene).with_context(|| format!("scene {name}"))?;
+    let mut simulation = AnySimulation::new(&scene).with_context(|| format!("scene {name}"))?;
     crate::run::gas::observers(&scene.run, &simulation.view())?;
     say(&format!("{name}: valid"));
     say(&contents(&scene, &simulation.view())?);
@@ -48,6 +49,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
 fn contents(scene: &Scene, view: &View<'_>) -> Result<String> {
     let sides = view.bounds().sides();
     let mut text = format!("box      {} × {}, seed {}\n", sides.x, sides.y, scene.bounds.seed);
+    let method = Method::try_from(&scene.method)?;
+    if method != Method::default() {
+        let warning = if method.is_exact() { "" } else { ": NOT EXACT" };
+        writeln!(text, "method   {method}{warning}")?;
+    }
     let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
     for body in view.bodies() {
         *kinds.entry(kind(view, body.body)).or_default() += 1;
@@ -122,11 +128,11 @@ struct Trial {
 
 impl Trial {
     /// Runs until the end, for [`TRIAL_SECONDS`], or for [`TRIAL_CONTACTS`].
-    fn of(simulation: &mut Simulation, until: f64) -> Result<Self> {
+    fn of(simulation: &mut AnySimulation, until: f64) -> Result<Self> {
         // A step without a contact doubles the time of the next, so that rare contacts take no
         // longer than twice the limit.
         let mut stretch = until / f64::from(1 << 20);
-        let mut step = |simulation: &mut Simulation| -> Result<bool> {
+        let mut step = |simulation: &mut AnySimulation| -> Result<bool> {
             let limit = until.min(simulation.time().to_f64() + stretch);
             let has_contact = simulation.step(limit, &mut ()).context("the run fails")?;
             stretch *= if has_contact { 1.0 } else { 2.0 };
@@ -186,7 +192,7 @@ mod tests {
              [[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n\
              [[bumper]]\nradius = 0.05\nat = [0.1, 0.1]\n[run]\nuntil = 2.0\nsample_interval = 0.5\n",
         );
-        let simulation = Simulation::new(&scene).unwrap();
+        let simulation = AnySimulation::new(&scene).unwrap();
         let text = contents(&scene, &simulation.view()).unwrap();
         assert!(text.contains("100      gas: disc of radius 0.01, mass 1\n"), "{text}");
         assert!(text.contains("molecule of 5 atoms") && text.contains("fixed"), "{text}");
@@ -199,12 +205,12 @@ mod tests {
     #[test]
     fn a_short_run_is_counted_in_full_and_a_long_run_is_extrapolated() {
         let scene = scene("[box]\nseed = 5\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 200\n");
-        let short = Trial::of(&mut Simulation::new(&scene).unwrap(), 0.5).unwrap();
-        let mut run = Simulation::new(&scene).unwrap();
+        let short = Trial::of(&mut AnySimulation::new(&scene).unwrap(), 0.5).unwrap();
+        let mut run = AnySimulation::new(&scene).unwrap();
         run.run_until(0.5).unwrap();
         assert_eq!(short.contacts, run.view().counters().collisions);
         assert!(short.to_string().contains("the whole run"));
-        let long = Trial::of(&mut Simulation::new(&scene).unwrap(), 1e9).unwrap();
+        let long = Trial::of(&mut AnySimulation::new(&scene).unwrap(), 1e9).unwrap();
         assert!(long.contacts <= TRIAL_CONTACTS && long.simulated < 1e9);
         assert!(long.to_string().contains("about"));
     }

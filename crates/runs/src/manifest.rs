@@ -4,6 +4,7 @@ use std::{env, fs, process::Command, time::Instant};
 
 use anyhow::Result;
 use carom::Scene;
+use carom_methods::Method;
 use serde::Serialize;
 
 use crate::output::{Folder, MANIFEST};
@@ -22,6 +23,8 @@ pub struct Manifest {
     command: Vec<String>,
     /// The command with all options.
     again: String,
+    /// Detector and scheduler in words, one for each scene that is not computed by default.
+    methods: Vec<String>,
     streams: Vec<Stream>,
     /// Wall time since the run was started or last resumed (seconds).
     wall_seconds: Option<f64>,
@@ -58,6 +61,7 @@ impl Manifest {
             logical_processors: std::thread::available_parallelism().map_or(1, usize::from),
             command: env::args().skip(1).collect(),
             again: again.to_owned(),
+            methods: methods(scenes),
             streams: scenes.iter().flat_map(|scene| streams(scene)).collect(),
             wall_seconds: None,
             cpu_seconds: None,
@@ -85,6 +89,12 @@ impl Manifest {
         self.complete = true;
         folder.write_json(MANIFEST, &self)
     }
+}
+
+/// The methods that are not the default.
+fn methods(scenes: &[&Scene]) -> Vec<String> {
+    let methods = scenes.iter().filter_map(|scene| Method::try_from(&scene.method).ok());
+    methods.filter(|method| *method != Method::default()).map(|method| method.to_string()).collect()
 }
 
 /// The streams that a scene draws from: number 16 × replica + purpose, see

@@ -161,12 +161,13 @@ fn distance(view: &View<'_>, body: &BodyView<'_>, place: DVec2) -> f64 {
 mod tests {
     use super::*;
     use carom::{
-        Scene, Simulation,
+        Scene,
         engine::{AtomSpec, BumperSpec, MoleculeSpec},
     };
+    use carom_methods::AnySimulation;
 
-    fn simulation(scene: &str) -> Simulation {
-        Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap()
+    fn simulation(scene: &str) -> AnySimulation {
+        AnySimulation::new(&Scene::from_toml(scene).unwrap()).unwrap()
     }
 
     #[test]
@@ -190,7 +191,7 @@ mod tests {
     fn a_body_of_any_number_of_atoms_makes_a_small_picture() {
         let body = |x: f64| MoleculeSpec { atoms: spiral(24_000), at: [x, 0.5], ..MoleculeSpec::default() };
         let drawn = |molecule: Vec<MoleculeSpec>| {
-            let simulation = Simulation::new(&Scene { molecule, ..Scene::default() }).unwrap();
+            let simulation = AnySimulation::new(&Scene { molecule, ..Scene::default() }).unwrap();
             // The whole box is shown.
             assert!(Part::of(&simulation.view()).is_none());
             picture_of(&simulation.view(), 720)
@@ -208,7 +209,7 @@ mod tests {
             BumperSpec { tags: vec![], radius: 0.2, at }
         };
         let scene = Scene { bumper: (0..11_000).map(bumper).collect(), ..Scene::default() };
-        let simulation = Simulation::new(&scene).unwrap();
+        let simulation = AnySimulation::new(&scene).unwrap();
         let part = Part::of(&simulation.view()).unwrap();
         assert!(part.half > 0.0 && part.margin >= 0.0, "{} {}", part.half, part.margin);
         let [_, _, width, height] = part.window();

@@ -24,7 +24,8 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail, ensure};
-use carom::{Checkpoint, EpochTime, Observer, Scene, Simulation};
+use carom::{Checkpoint, EpochTime, Observer, Scene};
+use carom_methods::{AnySimulation, Method};
 use clap::Args;
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -72,6 +73,8 @@ pub struct Task<'a> {
     pub until: f64,
     /// Number of samples of the whole run.
     pub samples: usize,
+    /// How the run is computed; a checkpoint is resumed with the same method.
+    pub method: Method,
     /// Checkpoint options, and whether to resume.
     pub choices: &'a Choices,
     /// Signals that end the program.
@@ -93,7 +96,7 @@ pub enum Start<O, F> {
 #[derive(Debug)]
 pub struct Resumable<O> {
     /// The simulation.
-    pub simulation: Simulation,
+    pub simulation: AnySimulation,
     /// The observers of the run.
     pub observers: O,
     /// The files that the run appends to.
@@ -216,7 +219,7 @@ impl Task<'_> {
         if ended {
             return Ok(Start::Ended(body.take()?));
         }
-        let simulation = Simulation::resume(&state.simulation)?;
+        let simulation = AnySimulation::resume(&state.simulation, &self.method)?;
         if head.ended {
             // The run is extended: its old result no longer describes the files, so the head is
             // reset.
@@ -282,7 +285,7 @@ pub fn refuse_other(there: &str, here: &str) -> Result<()> {
 
 impl<O: Observer + Serialize> Resumable<O> {
     /// A run at its beginning.
-    pub fn begin(task: &Task<'_>, simulation: Simulation, observers: O) -> Self {
+    pub fn begin(task: &Task<'_>, simulation: AnySimulation, observers: O) -> Self {
         Self {
             simulation,
             observers,
@@ -388,7 +391,7 @@ mod tests {
              [[elasticity.pair]]\nbetween = [\"tee\"]\ncoefficient = 0.5\n",
         )
         .unwrap();
-        let simulation = Simulation::new(&scene).unwrap();
+        let simulation = AnySimulation::new(&scene).unwrap();
         let view = simulation.view();
         let tee = view.bodies().next().unwrap().body.key();
         let mut observers = (

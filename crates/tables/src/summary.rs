@@ -106,11 +106,14 @@ impl Totals {
     /// Checks that no pair overlaps and that energy is conserved.
     pub fn checks(&self) -> Vec<Check> {
         vec![
-            Check::at_most("overlapping_pairs", self.overlapping_pairs as f64, 0.0),
+            Check::at_most(OVERLAPPING_PAIRS, self.overlapping_pairs as f64, 0.0),
             Check::at_most("energy_drift", self.energy_drift, LARGEST_DRIFT),
         ]
     }
 }
+
+/// Name of the check that no pair overlaps.
+pub const OVERLAPPING_PAIRS: &str = "overlapping_pairs";
 
 /// Largest relative drift of the energy. A run of 10⁹ contacts drifts by some 10⁻¹⁵ per body
 /// through rounding. Smaller: long runs of few bodies would fail. Larger: an error in the response

@@ -313,7 +313,8 @@ impl AtContacts {
 mod tests {
     use super::*;
     use crate::output::Existing;
-    use carom::{Scene, Simulation};
+    use carom::Scene;
+    use carom_methods::AnySimulation;
 
     #[test]
     fn names_are_refused_with_their_reason() {
@@ -356,7 +357,7 @@ mod tests {
             observe = ["velocities:gas", "correlation", "pair-distribution:gas", "contact-density:tee", "thermostat"]
         "#;
         let scene = Scene::from_toml(text).unwrap();
-        let mut simulation = Simulation::new(&scene).unwrap();
+        let mut simulation = AnySimulation::new(&scene).unwrap();
         let mut watched = observers(&scene.run, &simulation.view()).unwrap();
         watched.start(&simulation.view());
         watched.sample(&simulation.view());

@@ -7,7 +7,7 @@ mod scene_file;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use carom::Simulation;
+use carom_methods::{AnySimulation, Method};
 use carom_tables::Verdict;
 use clap::Args;
 use outcome::simulate;
@@ -39,8 +39,9 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<Verdict> {
     let scene = options.file.read()?;
     // Built before anything is written: an invalid scene leaves no folder.
+    let method = Method::try_from(&scene.method).context("[method]")?;
     let simulation =
-        Simulation::new(&scene).with_context(|| format!("scene {}", options.file.path.display()))?;
+        AnySimulation::new(&scene).with_context(|| format!("scene {}", options.file.path.display()))?;
     let asked = gas::observers(&scene.run, &simulation.view())?;
     let signals = Signals::watch()?;
     let folder = Folder::create(&folder_path(options), options.choices.resumption.existing())?;
@@ -51,6 +52,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         what: without_end("run", &scene),
         until: scene.run.until,
         samples: sampling_times(0.0, scene.run.until, scene.run.sample_interval).count(),
+        method,
         choices: &options.choices,
         signals: &signals,
     };
@@ -58,7 +60,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let manifest = Manifest::begin(&folder, &command, &[&scene])?;
     folder.write("config.toml", scene.to_toml())?;
     let outcome = simulate(&task, found, simulation, &scene.run, asked)?;
-    let summary = outcome.summary(options);
+    let summary = outcome.summary(options, &task.method);
     folder.write("report.html", outcome.page(&folder, &summary, &scene, &command)?)?;
     folder.write_json("summary.json", &summary)?;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;

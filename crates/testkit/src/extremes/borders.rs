@@ -14,42 +14,42 @@ use super::{
     watch::{Watch, run_collisions, velocity},
 };
 
-pub fn cases<E: Engine>() -> Vec<Case> {
+pub fn cases() -> Vec<Case> {
     vec![
         Case {
             id: "7.19",
             name: "an object on a border of cells, in the corner of the box, at x = L − ulp, at x = −0.0",
             must: "hit from all four sides at the closed-form time",
-            run: places::<E>,
+            run: places,
         },
         Case {
             id: "7.20",
             name: "a disc along a border of cells, one component of its velocity 0 or −0",
             must: "a bounded number of crossings, the target is hit",
-            run: along::<E>,
+            run: along,
         },
         Case {
             id: "7.21",
             name: "bodies larger than a cell; boxes of one, two, three cells a side",
             must: "the same collisions as a search of all pairs and images; too small a box is refused",
-            run: few_cells::<E>,
+            run: few_cells,
         },
         Case {
             id: "7.22",
             name: "discs of a diameter above L/2 that meet through two images",
             must: "each hit at its closed-form time, alternating images; contact with the own image is refused",
-            run: two_images::<E>,
+            run: two_images,
         },
         Case {
             id: "7.23",
             name: "a bumper at the corner of the box, and in its middle",
             must: "the same first collisions; both mean free paths as predicted",
-            run: corner_bumper::<E>,
+            run: corner_bumper,
         },
     ]
 }
 
-fn places<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn places(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let mut wrong = 0;
     let last = 1.0f64.next_down();
     // Some forty further discs at rest create cells with borders at k/n for many n.
@@ -62,11 +62,11 @@ fn places<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
                     [1.0, 1.0],
                     vec![disc(0.03125, 1.0, place, [0.0; 2]), disc(0.03125, 1.0, from, step)],
                 );
-                let mut run = E::simulate(&scene)?;
+                let mut run = engine.simulate(&scene)?;
                 let mut watch = Watch::default();
                 run.observe_until(0.1, &mut watch)?;
                 let hit = watch.times.first().is_some_and(|time| (time - 0.0625).abs() < 1e-14);
-                let exchanged = (velocity::<E>(&run, 0) - DVec2::from(step)).length() < 1e-12;
+                let exchanged = (velocity(&run, 0) - DVec2::from(step)).length() < 1e-12;
                 wrong += usize::from(!hit || watch.times.len() != 1 || !exchanged);
             }
         }
@@ -74,7 +74,7 @@ fn places<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     Ok(vec![Finding::never("positions without a hit", wrong)])
 }
 
-fn along<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn along(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let mut wrong = 0;
     let mut crossings = 0;
     for zero in [0.0, -0.0] {
@@ -90,7 +90,7 @@ fn along<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
                 let others =
                     (0..14).map(|k| disc(0.01, 1.0, turn([f64::from(k) / 14.0, at + 0.06]), [zero; 2]));
                 list.extend(others);
-                let mut run = E::simulate(&in_box([1.0, 1.0], list))?;
+                let mut run = engine.simulate(&in_box([1.0, 1.0], list))?;
                 let mut watch = Watch::default();
                 run.observe_until(500.0, &mut watch)?;
                 let expected = (0.5 - 0.02) / 0.001;
@@ -117,7 +117,7 @@ fn all_pairs(scene: &Scene, count: usize) -> Result<Vec<[u64; 2]>> {
     Ok(watch.bodies)
 }
 
-fn few_cells<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn few_cells(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let mut wrong = 0;
     let scene = |big: f64, small: f64, count: usize| {
         let mut scene = in_box([1.0, 1.0], vec![disc(big, 4.0, [0.3, 0.4], [0.2, 0.1])]);
@@ -129,7 +129,7 @@ fn few_cells<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     {
         let scene = scene(big, small, count);
         let expected = all_pairs(&scene, 40)?;
-        let mut run = E::simulate(&scene)?;
+        let mut run = engine.simulate(&scene)?;
         let mut watch = Watch::default();
         for _ in 0..40 {
             run.step(1e3, &mut watch)?;
@@ -142,7 +142,7 @@ fn few_cells<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     }
     let refused = [(0.5001, 0.0), (0.6, 0.0), (0.45, 0.0)].into_iter().filter(|&(radius, _)| {
         let list = vec![disc(radius, 1.0, [0.5, 0.5], [0.0; 2])];
-        let built = E::simulate(&in_box([1.0, 1.0], list));
+        let built = engine.simulate(&in_box([1.0, 1.0], list));
         let too_small = matches!(built, Err(SceneError::Grid { reason: GridError::BoxTooSmall { .. }, .. }));
         too_small != (radius > 0.5)
     });
@@ -152,14 +152,14 @@ fn few_cells<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn two_images<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn two_images(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     // Two discs of diameters 0.52 and 0.4 in a row across the border: a free gap of 0.04 on either
     // side.
     let scene = in_box(
         [1.0, 1.0],
         vec![disc(0.26, 1.0, [0.25, 0.5], [0.0; 2]), disc(0.2, 1.0, [0.75, 0.5], [1.0, 0.0])],
     );
-    let mut run = E::simulate(&scene)?;
+    let mut run = engine.simulate(&scene)?;
     let mut watch = Watch::default();
     run.observe_until(8.0, &mut watch)?;
     let late = watch
@@ -168,7 +168,7 @@ fn two_images<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         .enumerate()
         .map(|(k, time)| (time - (0.04 + 0.08 * k as f64)).abs())
         .fold(0.0, f64::max);
-    let own = E::simulate(&in_box([1.0, 1.0], vec![disc(0.52, 1.0, [0.25, 0.5], [1.0, 0.0])]));
+    let own = engine.simulate(&in_box([1.0, 1.0], vec![disc(0.52, 1.0, [0.25, 0.5], [1.0, 0.0])]));
     let refused = matches!(own, Err(SceneError::Grid { reason: GridError::BoxTooSmall { .. }, .. }));
     Ok(vec![
         Finding::new("number of hits minus the expected 100", (watch.times.len() as f64 - 100.0).abs(), 0.0),
@@ -177,7 +177,7 @@ fn two_images<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn corner_bumper<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+fn corner_bumper(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let sum = 0.25;
     let scene = |at: f64| {
         let place = [(at + 0.4) % 1.0, (at + 0.15) % 1.0];
@@ -189,9 +189,9 @@ fn corner_bumper<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();
     let mut first = Vec::new();
     for (name, at) in [("middle", 0.5), ("corner", 0.0)] {
-        let mut run = E::simulate(&scene(at))?;
+        let mut run = engine.simulate(&scene(at))?;
         let mut watch = Watch::default();
-        run_collisions::<E, _>(&mut run, effort.collisions, &mut watch, |_| {})?;
+        run_collisions(&mut run, effort.collisions, &mut watch, |_| {})?;
         let free = run.time().to_f64() / run.view().counters().collisions as f64;
         // The standard deviation of free paths is about their mean, and their correlation is small.
         let error = predicted / (effort.collisions as f64).sqrt();

@@ -11,58 +11,59 @@ use glam::DVec2;
 use super::{
     Case, Effort, Engine, Finding,
     bodies::{bumper, disc, named},
-    engine::{Run, directions, in_box},
+    engine::{directions, in_box},
     watch::{Watch, velocity},
 };
+use carom_methods::AnySimulation;
 
-pub fn cases<E: Engine>() -> Vec<Case> {
+pub fn cases() -> Vec<Case> {
     vec![
         Case {
             id: "7.12",
             name: "a disc rattles in the concave corner of a fixed T, elastic and at e = 0.5, 0.05, 0",
             must: "a bounded number of collisions at one time, no overlap",
-            run: corner::<E>,
+            run: corner,
         },
         Case {
             id: "7.14",
             name: "a chain of 100 touching discs is hit at one end",
             must: "100 collisions at one time, only the last disc leaves",
-            run: chain::<E>,
+            run: chain,
         },
         Case {
             id: "7.15",
             name: "four discs meet in a point; a lattice with mirrored velocities",
             must: "energy and momentum conserved, the same order in each run",
-            run: meetings::<E>,
+            run: meetings,
         },
         Case {
             id: "6.5 a",
             name: "a dumbbell along the line between two bumpers, e = 1",
             must: "constant period 2 gap/v, spin exactly 0",
-            run: shuttle::<E>,
+            run: shuttle,
         },
         Case {
             id: "6.5 b",
             name: "Newton's cradle of 6 discs, gaps 1e-3 to 1e-12 σ and 0",
             must: "5 collisions from left to right, only the last leaves, energy to the ulp",
-            run: cradle::<E>,
+            run: cradle,
         },
         Case {
             id: "6.5 c",
             name: "break shot: a disc hits two touching ones symmetrically",
             must: "energy and momentum conserved, in each run the result of the sequential rule",
-            run: break_shot::<E>,
+            run: break_shot,
         },
         Case {
             id: "6.5 d",
             name: "three equal discs in the plane; N in a row",
             must: "at most 4 collisions; exactly the number of inversions of their velocities",
-            run: few_discs::<E>,
+            run: few_discs,
         },
     ]
 }
 
-fn corner<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+fn corner(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let (mut overlapping, mut unnamed, mut most) = (0, 0, 0);
     for e in [1.0, 0.5, 0.05, 0.0] {
         for direction in directions().take((effort.collisions / 500).clamp(8, 64) as usize) {
@@ -76,7 +77,7 @@ fn corner<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
                 in_box([1.0, 1.0], vec![tee, disc(0.03, 1.0, [0.605, 0.47], direction.to_array())]);
             scene.bumper = vec![bumper(0.05, [0.7, 0.45]), bumper(0.05, [0.62, 0.36])];
             scene.elasticity.default = e;
-            let mut run = E::simulate(&scene)?;
+            let mut run = engine.simulate(&scene)?;
             let mut watch = Watch::default();
             match run.observe_until(50.0, &mut watch) {
                 Ok(()) => {}
@@ -94,40 +95,36 @@ fn corner<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
 }
 
 /// Discs in a row; the first approaches at speed 1.
-fn row<E: Engine>(count: usize, gap: f64) -> Result<(Run<E>, Watch)> {
+fn row(engine: Engine, count: usize, gap: f64) -> Result<(AnySimulation, Watch)> {
     let mut list = vec![disc(0.5, 1.0, [1.0, 2.0], [1.0, 0.0])];
     list.extend((0..count).map(|i| disc(0.5, 1.0, [3.0 + i as f64 * (1.0 + gap), 2.0], [0.0; 2])));
-    let mut run = E::simulate(&in_box([count as f64 + 28.0, 4.0], list))?;
+    let mut run = engine.simulate(&in_box([count as f64 + 28.0, 4.0], list))?;
     let mut watch = Watch::default();
     run.observe_until(2.0 + count as f64 * gap, &mut watch)?;
     Ok((run, watch))
 }
 
-fn chain<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
-    let (run, watch) = row::<E>(100, 0.0)?;
+fn chain(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+    let (run, watch) = row(engine, 100, 0.0)?;
     let late = watch.times.iter().map(|time| (time - 1.0).abs()).fold(0.0, f64::max);
     Ok(vec![
         Finding::new("number of collisions minus 100", (watch.times.len() as f64 - 100.0).abs(), 0.0),
         Finding::new("largest time after the first collision", late, 1e-13),
-        Finding::new(
-            "velocity of the last disc minus 1",
-            (velocity::<E>(&run, 100) - DVec2::X).length(),
-            1e-13,
-        ),
+        Finding::new("velocity of the last disc minus 1", (velocity(&run, 100) - DVec2::X).length(), 1e-13),
         Finding::new("energy drift, relative", (run.view().energy() / 0.5 - 1.0).abs(), 1e-13),
     ])
 }
 
-fn cradle<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn cradle(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let (mut order, mut error) = (0, 0.0f64);
     for gap in [1e-3, 1e-6, 1e-9, 1e-12, 0.0] {
-        let (run, watch) = row::<E>(5, gap)?;
+        let (run, watch) = row(engine, 5, gap)?;
         let expected: Vec<[u64; 2]> = (0..5).map(|k| [k, k + 1]).collect();
         let found: Vec<[u64; 2]> = watch.bodies.iter().map(|[a, b]| [*a.min(b), *a.max(b)]).collect();
         order += usize::from(found != expected);
         for k in 0..6 {
             let wanted = if k == 5 { DVec2::X } else { DVec2::ZERO };
-            error = error.max((velocity::<E>(&run, k) - wanted).length());
+            error = error.max((velocity(&run, k) - wanted).length());
         }
         error = error.max((run.view().energy() / 0.5 - 1.0).abs());
     }
@@ -137,7 +134,7 @@ fn cradle<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn shuttle<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+fn shuttle(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let mut scene = in_box(
         [16.0, 8.0],
         vec![MoleculeSpec { velocity: [1.0, 0.0], ..named("dumbbell", 0.5, 1.0, [4.0, 4.0]) }],
@@ -145,7 +142,7 @@ fn shuttle<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     scene.bumper = vec![bumper(1.0, [1.0, 4.0]), bumper(1.0, [7.0, 4.0])];
     // The free gap is 4 − 2: hits at times 1, 3, 5, …
     let hits = effort.collisions.clamp(1000, 100_000);
-    let mut run = E::simulate(&scene)?;
+    let mut run = engine.simulate(&scene)?;
     let mut watch = Watch::default();
     run.observe_until(2.0 * hits as f64, &mut watch)?;
     let late =
@@ -159,11 +156,11 @@ fn shuttle<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         ),
         Finding::new("largest error of a time", late, 1e-10),
         Finding::new("spin", body, 0.0),
-        Finding::new("error of the speed", (velocity::<E>(&run, 0).length() - 1.0).abs(), 0.0),
+        Finding::new("error of the speed", (velocity(&run, 0).length() - 1.0).abs(), 0.0),
     ])
 }
 
-fn break_shot<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn break_shot(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let run = || -> Result<[DVec2; 3]> {
         let (s, c) = (0.5, 0.75f64.sqrt());
         let scene = in_box(
@@ -174,9 +171,9 @@ fn break_shot<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
                 disc(0.5, 1.0, [3.0 + c, 4.0 - s], [0.0; 2]),
             ],
         );
-        let mut run = E::simulate(&scene)?;
+        let mut run = engine.simulate(&scene)?;
         run.run_until(2.5)?;
-        Ok([0, 1, 2].map(|k| velocity::<E>(&run, k)))
+        Ok([0, 1, 2].map(|k| velocity(&run, k)))
     };
     let (first, again) = (run()?, run()?);
     let energy: f64 = first.iter().map(|v| v.length_squared()).sum();
@@ -194,7 +191,7 @@ fn break_shot<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn few_discs<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+fn few_discs(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let trials = (effort.collisions / 20).clamp(200, 20_000) as usize;
     let mut most = 0;
     let angles: Vec<DVec2> = directions().take(9 * trials).collect();
@@ -211,7 +208,7 @@ fn few_discs<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
                 disc(0.5, 1.0, from.to_array(), ((to - from).normalize() * speed).to_array())
             })
             .collect();
-        let Ok(mut run) = E::simulate(&in_box([100.0, 100.0], list)) else { continue };
+        let Ok(mut run) = engine.simulate(&in_box([100.0, 100.0], list)) else { continue };
         run.run_until(20.0)?;
         most = most.max(run.view().counters().collisions);
     }
@@ -224,7 +221,7 @@ fn few_discs<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
             .map(|(k, &v)| disc(0.01, 1.0, [40.0 + 0.05 * k as f64, 50.0], [v, 0.0]));
         let inversions = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
         let inversions = inversions.filter(|&(i, j)| speeds[i] > speeds[j]).count() as u64;
-        let mut run = E::simulate(&in_box([100.0, 100.0], list.collect()))?;
+        let mut run = engine.simulate(&in_box([100.0, 100.0], list.collect()))?;
         run.run_until(80.0)?;
         // Discs of nearly equal speed may meet later: the number is checked only after all have
         // met.
@@ -241,7 +238,7 @@ fn few_discs<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn meetings<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn meetings(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let four = [[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]]
         .map(|[x, y]| disc(0.0625, 1.0, [0.5 + 0.25 * x, 0.5 + 0.25 * y], [-x, -y]));
     let place = |k: usize| [(k % 8) as f64 / 8.0, (k / 8) as f64 / 8.0];
@@ -254,8 +251,8 @@ fn meetings<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();
     for (name, list) in [("four", four.to_vec()), ("lattice", lattice)] {
         let scene = in_box([1.0, 1.0], list);
-        let run = || -> Result<(Run<E>, Watch)> {
-            let mut run = E::simulate(&scene)?;
+        let run = || -> Result<(AnySimulation, Watch)> {
+            let mut run = engine.simulate(&scene)?;
             let mut watch = Watch::default();
             run.observe_until(0.5, &mut watch)?;
             Ok((run, watch))
@@ -263,7 +260,7 @@ fn meetings<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         let ((first, watch), (again, other)) = (run()?, run()?);
         let energy =
             scene.molecule.len() as f64 * 0.5 * DVec2::from(scene.molecule[0].velocity).length_squared();
-        let bits = |run: &Run<E>| run.view().bodies().map(|body| body.motion).collect::<Vec<_>>();
+        let bits = |run: &AnySimulation| run.view().bodies().map(|body| body.motion).collect::<Vec<_>>();
         let same = bits(&first) == bits(&again) && watch.bodies == other.bodies;
         findings.extend([
             Finding::new(

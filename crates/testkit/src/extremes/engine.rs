@@ -1,54 +1,49 @@
 //! The engines under test, and helpers that build scenes.
 
 use carom::{
-    CellScheduler, Detection, Exact, GoldenSecant, HeapScheduler, Impact, Orientation, Scene, SceneError,
-    Scheduler, Simulation,
+    CellsPerSide, Exact, GoldenSecant, Instructions, Orientation, Scene, SceneError,
     engine::{GasSpec, MoleculeSpec},
 };
+use carom_methods::{AnyDetector, AnySimulation, Method, Order};
 use glam::DVec2;
 
 /// A detector and a scheduler: the parts in which the compared engines differ.
-pub trait Engine: 'static {
-    /// The detector of contacts.
-    type Detector: Detection + Default + Clone + 'static;
-    /// The scheduler of events.
-    type Scheduler: Scheduler;
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Engine {
+    /// The exact detector with the fast scheduler.
+    Ours,
+    /// The golden-section and secant search of the thesis, with a heap of all events.
+    Theses,
+}
+
+impl Engine {
     /// Name in tables.
-    const NAME: &'static str;
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ours => "Exact, CellScheduler",
+            Self::Theses => "GoldenSecant, HeapScheduler",
+        }
+    }
+
+    /// The detector of contacts.
+    pub fn detector(self) -> AnyDetector {
+        match self {
+            Self::Ours => AnyDetector::Exact(Exact::default()),
+            Self::Theses => AnyDetector::GoldenSecant(GoldenSecant::default()),
+        }
+    }
 
     /// Builds a simulation of the scene.
     ///
     /// # Errors
     /// The scene cannot be built.
-    fn simulate(scene: &Scene) -> Result<Run<Self>, SceneError> {
-        Simulation::with(
-            scene,
-            Self::Detector::default(),
-            Impact,
-            <Self::Scheduler as Scheduler>::Options::default(),
-        )
+    pub fn simulate(self, scene: &Scene) -> Result<AnySimulation, SceneError> {
+        let order = match self {
+            Self::Ours => Order::Cells(Instructions::Widest),
+            Self::Theses => Order::Heap(CellsPerSide::Automatic),
+        };
+        AnySimulation::new(scene, &Method { detector: self.detector(), order })
     }
-}
-
-/// A simulation with the parts of an engine.
-pub type Run<E> = Simulation<<E as Engine>::Detector, Impact, <E as Engine>::Scheduler>;
-
-/// The exact detector with the fast scheduler.
-pub enum Ours {}
-
-impl Engine for Ours {
-    type Detector = Exact;
-    type Scheduler = CellScheduler;
-    const NAME: &'static str = "Exact, CellScheduler";
-}
-
-/// The golden-section and secant search of the thesis, with a heap of all events.
-pub enum Theses {}
-
-impl Engine for Theses {
-    type Detector = GoldenSecant;
-    type Scheduler = HeapScheduler;
-    const NAME: &'static str = "GoldenSecant, HeapScheduler";
 }
 
 /// A gas with energy 1 for each molecule.

@@ -13,12 +13,12 @@ use super::{
 };
 
 /// The cases of lattices of discs.
-pub fn cases<E: Engine>() -> Vec<Case> {
+pub fn cases() -> Vec<Case> {
     vec![Case {
         id: "7.16",
         name: "triangular lattice at packing fractions 0.9068 and 0.90689, random velocities",
         must: "overlap below 1e-13 σ; pressure within 2 % of the free-volume law",
-        run: dense::<E>,
+        run: dense,
     }]
 }
 
@@ -64,15 +64,15 @@ pub struct Packed {
 ///
 /// # Errors
 /// The scene cannot be built or run.
-pub fn packed<E: Engine>(dilation: f64, collisions: u64) -> Result<Packed> {
+pub fn packed(engine: Engine, dilation: f64, collisions: u64) -> Result<Packed> {
     let scene = close_packed(dilation);
-    let mut run = E::simulate(&scene)?;
+    let mut run = engine.simulate(&scene)?;
     let mut both = (Pressure::default(), Watch::default());
     let (mut deepest, mut overlapping) = (0.0f64, 0);
     // Equilibration.
-    run_collisions::<E, _>(&mut run, collisions / 4, &mut (), |_| {})?;
+    run_collisions(&mut run, collisions / 4, &mut (), |_| {})?;
     both.0.start(&run.view());
-    run_collisions::<E, _>(&mut run, collisions, &mut both, |run| {
+    run_collisions(&mut run, collisions, &mut both, |run| {
         let overlaps = run.view().overlaps();
         deepest = deepest.max(overlaps.deepest_length);
         overlapping = overlapping.max(overlaps.pairs);
@@ -95,11 +95,11 @@ pub fn packed<E: Engine>(dilation: f64, collisions: u64) -> Result<Packed> {
     })
 }
 
-fn dense<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+fn dense(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();
     for fraction in [0.9068, 0.906_89] {
         let dilation = PI / (2.0 * 3f64.sqrt()) / fraction - 1.0;
-        let seen = packed::<E>(dilation, effort.collisions.max(20_000))?;
+        let seen = packed(engine, dilation, effort.collisions.max(20_000))?;
         let name = format!("at {fraction}");
         findings.extend([
             Finding::new(format!("{name}: deepest overlap (σ)"), seen.deepest, 1e-13),

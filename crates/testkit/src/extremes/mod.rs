@@ -1,7 +1,6 @@
 //! Extreme scenes, each with quantities that must not exceed a bound.
 //!
-//! Generic over the [`Engine`], so that the engine of the thesis runs the same cases; uses the
-//! facade only, so that tests can run them.
+//! Each runs with either [`Engine`], so that the engine of the thesis runs the same cases.
 
 pub mod bodies;
 mod borders;
@@ -18,7 +17,7 @@ pub mod watch;
 
 use anyhow::Result;
 
-pub use engine::{Engine, Ours};
+pub use engine::Engine;
 
 /// Length of the cases that can run for any time.
 #[derive(Debug, Clone, Copy)]
@@ -65,30 +64,21 @@ pub struct Case {
     /// The required outcome in words.
     pub must: &'static str,
     /// Runs it.
-    pub run: fn(Effort) -> Result<Vec<Finding>>,
+    pub run: fn(Engine, Effort) -> Result<Vec<Finding>>,
 }
 
-/// All cases with the exact engine, compiled here once.
-pub fn exact_cases() -> Vec<Case> {
-    cases::<Ours>()
-}
-
-/// All cases with the thesis's engine, compiled here once.
-pub fn thesis_cases() -> Vec<Case> {
-    cases::<engine::Theses>()
-}
-
-fn cases<E: Engine>() -> Vec<Case> {
+/// All cases.
+pub fn cases() -> Vec<Case> {
     [
-        pairs::cases::<E>(),
-        gases::cases::<E>(),
-        rotors::cases::<E>(),
-        crowds::cases::<E>(),
-        lattice::cases::<E>(),
-        borders::cases::<E>(),
-        construction::cases::<E>(),
-        solvable::cases::<E>(),
-        symmetry::cases::<E>(),
+        pairs::cases(),
+        gases::cases(),
+        rotors::cases(),
+        crowds::cases(),
+        lattice::cases(),
+        borders::cases(),
+        construction::cases(),
+        solvable::cases(),
+        symmetry::cases(),
     ]
     .concat()
 }

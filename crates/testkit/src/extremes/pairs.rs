@@ -16,52 +16,52 @@ use super::{
     watch::{Watch, place, velocity},
 };
 
-pub fn cases<E: Engine>() -> Vec<Case> {
+pub fn cases() -> Vec<Case> {
     vec![
         Case {
             id: "7.1",
             name: "two discs head on, speeds 1e-12 to 1e12",
             must: "time of contact to 4 ulp, scaling by powers of two to the bit",
-            run: head_on::<E>,
+            run: head_on,
         },
         Case {
             id: "7.2",
             name: "grazing discs, offset σ(1 ± δ) with δ from 1e-4 to 1e-16, at distance 30 σ",
             must: "hit or miss as in exact arithmetic, except within 8 ulp; no overlap above 1e-14 σ",
-            run: grazing::<E>,
+            run: grazing,
         },
         Case {
             id: "7.3",
             name: "discs in contact, gap 0 or ±1 ulp: approaching, parting, at relative rest",
             must: "one collision if approaching, otherwise none",
-            run: touching::<E>,
+            run: touching,
         },
         Case {
             id: "7.4",
             name: "discs that overlap at the start by 1e-15, 1e-9, 1e-3 σ",
             must: "the smallest overlap is run, the others are refused by name",
-            run: overlapping::<E>,
+            run: overlapping,
         },
         Case {
             id: "7.13",
             name: "a disc in a funnel of two bumpers with a gap of 2r(1 ± 1e-9)",
             must: "wide gap: it passes without contact; narrow gap: it does not pass, or ends in a named error if exactly centred",
-            run: funnel::<E>,
+            run: funnel,
         },
     ]
 }
 
-fn head_on<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn head_on(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let run = |speed: f64| -> Result<(f64, DVec2)> {
         let scene = in_box(
             [1.0, 1.0],
             vec![disc(0.1, 1.0, [0.25, 0.5], [speed, 0.0]), disc(0.1, 1.0, [0.75, 0.5], [-speed, 0.0])],
         );
-        let mut run = E::simulate(&scene)?;
+        let mut run = engine.simulate(&scene)?;
         let mut watch = Watch::default();
         run.observe_until(0.25 / speed, &mut watch)?;
         let time = watch.times.first().copied().unwrap_or(f64::NAN);
-        Ok((time * speed, place::<E>(&run, 0)))
+        Ok((time * speed, place(&run, 0)))
     };
     // The gap in floating point; each disc covers half of it.
     let expected = 0.5 * (0.5 - (0.1 + 0.1));
@@ -80,9 +80,9 @@ fn head_on<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn grazing<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+fn grazing(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let half = Molecule::disc(0.5, 1.0)?;
-    let detector = E::Detector::default();
+    let detector = engine.detector();
     let (mut wrong, mut deepest) = (0, 0.0f64);
     let ask = |offset: f64| {
         let motion = RelativeMotion::exactly(DVec2::new(30.0, offset), DVec2::new(-1.0, 0.0));
@@ -101,30 +101,30 @@ fn grazing<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         let missed = !matches!(ask(1.0 - depth), Outcome::Contact(_));
         deepest = deepest.max(if missed { depth } else { 0.0 });
     }
-    let mut engine = 0.0f64;
+    let mut overlap = 0.0f64;
     for exponent in 8..=32 {
         let delta = 10f64.powf(-0.5 * f64::from(exponent));
         let scene = in_box(
             [64.0, 4.0],
             vec![disc(0.5, 1.0, [1.0, 1.0], [1.0, 0.0]), disc(0.5, 1.0, [31.0, 2.0 - delta], [0.0; 2])],
         );
-        let mut run = E::simulate(&scene)?;
+        let mut run = engine.simulate(&scene)?;
         // The closest approach, or where it would be without a contact.
         run.run_until(30.0)?;
-        engine = engine.max(run.view().overlaps().deepest_length);
+        overlap = overlap.max(run.view().overlaps().deepest_length);
     }
     Ok(vec![
         Finding::never("wrong hits or misses", wrong),
         Finding::new("deepest graze missed (σ)", deepest, 1e-14),
         Finding::new(
             "deepest overlap at closest approach in a box of 64 σ (σ)",
-            engine,
+            overlap,
             64.0 * 65.0 * f64::EPSILON,
         ),
     ])
 }
 
-fn touching<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn touching(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let mut wrong = 0;
     for x in [0.75f64.next_down(), 0.75, 0.75f64.next_up()] {
         for (speed, expected) in [(-1.0, 1), (1.0, 0), (0.0, 0)] {
@@ -132,7 +132,7 @@ fn touching<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
                 [2.0, 2.0],
                 vec![disc(0.125, 1.0, [0.5, 0.5], [0.0; 2]), disc(0.125, 1.0, [x, 0.5], [speed, 0.0])],
             );
-            let mut run = E::simulate(&scene)?;
+            let mut run = engine.simulate(&scene)?;
             run.run_until(0.5)?;
             wrong += usize::from(run.view().counters().collisions != expected);
         }
@@ -140,7 +140,7 @@ fn touching<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     Ok(vec![Finding::never("wrong numbers of collisions", wrong)])
 }
 
-fn overlapping<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn overlapping(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let scene = |depth: f64| -> Scene {
         let x = 0.75 - 0.25 * depth;
         in_box(
@@ -148,26 +148,26 @@ fn overlapping<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
             vec![disc(0.125, 1.0, [0.5, 0.5], [0.3, 0.1]), disc(0.125, 1.0, [x, 0.5], [0.0; 2])],
         )
     };
-    let mut run = E::simulate(&scene(1e-15))?;
+    let mut run = engine.simulate(&scene(1e-15))?;
     run.run_until(10.0)?;
     let refused = [1e-9, 1e-3]
         .into_iter()
-        .filter(|&depth| !matches!(E::simulate(&scene(depth)), Err(SceneError::Overlap { .. })));
+        .filter(|&depth| !matches!(engine.simulate(&scene(depth)), Err(SceneError::Overlap { .. })));
     Ok(vec![
         Finding::never("overlapping pairs after the tiny one", run.view().overlaps().pairs),
         Finding::never("large overlaps that are not refused", refused.count()),
     ])
 }
 
-fn funnel<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn funnel(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let (small, large) = (0.0625, 0.125);
     let run = |widened: f64, aside: f64| -> Result<(Option<RunError>, DVec2, f64, f64)> {
         let mut scene = in_box([2.0, 1.0], vec![disc(small, 1.0, [0.5, 0.5 + aside], [1.0, 0.0])]);
         let away = large + small * (1.0 + widened);
         scene.bumper = vec![bumper(large, [1.0, 0.5 - away]), bumper(large, [1.0, 0.5 + away])];
-        let mut run = E::simulate(&scene)?;
+        let mut run = engine.simulate(&scene)?;
         let ended = run.run_until(1.0).err();
-        let (velocity, place) = (velocity::<E>(&run, 0), place::<E>(&run, 0));
+        let (velocity, place) = (velocity(&run, 0), place(&run, 0));
         Ok((ended, velocity, place.x, run.view().overlaps().deepest_length))
     };
     let (wide, narrow, aside) = (run(1e-9, 0.0)?, run(-1e-9, 0.0)?, run(-1e-9, 1e-6)?);

@@ -18,42 +18,42 @@ use super::{
     watch::{Watch, survey},
 };
 
-pub fn cases<E: Engine>() -> Vec<Case> {
+pub fn cases() -> Vec<Case> {
     vec![
         Case {
             id: "7.7",
             name: "tees with ω = 0, 1e-12, 1e6, and ω_a = ±ω_b, in a gas",
             must: "no missed hit: no overlap at any sample",
-            run: spins::<E>,
+            run: spins,
         },
         Case {
             id: "7.8",
             name: "two equal dumbbells that turn alike and do not move",
             must: "out of reach: no contact in 1e4 turns; in reach: the first contact at the exact time",
-            run: alike::<E>,
+            run: alike,
         },
         Case {
             id: "7.9",
             name: "a turning dumbbell sweeps a disc, depth 1e-3 to 1e-12 of its reach",
             must: "hit found at the closed-form time; no hit where it is out of reach by the same distance",
-            run: sweep::<E>,
+            run: sweep,
         },
         Case {
             id: "7.10",
             name: "two shallow dips in one half turn: a rod with one end shorter by a hair",
             must: "the first of the two is reported",
-            run: two_dips::<E>,
+            run: two_dips,
         },
         Case {
             id: "7.11",
             name: "a propeller, tip speed 1e3 times that of its centre, through a dense gas",
             must: "no overlap, energy conserved",
-            run: propeller::<E>,
+            run: propeller,
         },
     ]
 }
 
-fn spins<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+fn spins(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let tee = |at, spin| MoleculeSpec { angular_velocity: spin, ..named("tee", 0.02, 1.0, at) };
     let mut findings = Vec::new();
     for (name, spins) in [
@@ -65,7 +65,7 @@ fn spins<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     ] {
         let mut scene = in_box([1.0, 1.0], vec![tee([0.3, 0.5], spins[0]), tee([0.6, 0.5], spins[1])]);
         scene.gas = vec![gas("disc", 0.02, 1.0, 100)];
-        findings.extend(survey::<E>(&scene, effort.collisions / 5)?.findings(name));
+        findings.extend(survey(engine, &scene, effort.collisions / 5)?.findings(name));
     }
     Ok(findings)
 }
@@ -76,7 +76,7 @@ pub fn touching_angle(arm: f64, distance: f64, contact_distance: f64) -> f64 {
     2.0 * (depth * (2.0 * contact_distance - depth) / (4.0 * arm * distance)).sqrt().asin()
 }
 
-fn alike<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn alike(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let pair = |distance: f64| -> Scene {
         let dumbbell = |x: f64| MoleculeSpec {
             angular_velocity: 2.0,
@@ -85,11 +85,11 @@ fn alike<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         };
         in_box([20.0, 10.0], vec![dumbbell(5.0), dumbbell(5.0 + distance)])
     };
-    let mut out_of_reach = E::simulate(&pair(4.0 + 1e-9))?;
+    let mut out_of_reach = engine.simulate(&pair(4.0 + 1e-9))?;
     out_of_reach.run_until(1e4 * PI)?;
     let mut worst = 0.0f64;
     for distance in [3.0, 3.5, 4.0 - 1e-3, 4.0 - 1e-6] {
-        let mut run = E::simulate(&pair(distance))?;
+        let mut run = engine.simulate(&pair(distance))?;
         let mut watch = Watch::default();
         run.step(10.0, &mut watch)?;
         let psi = touching_angle(2.0, distance, 2.0);
@@ -114,10 +114,10 @@ fn turning(distance: f64, start: f64, spin: f64) -> RelativeMotion {
     }
 }
 
-fn sweep<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn sweep(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let dumbbell = Molecule::named(Shape::Dumbbell, 1.0, 1.0)?;
     let disc = Molecule::disc(0.5, 1.0)?;
-    let detector = E::Detector::default();
+    let detector = engine.detector();
     let (mut missed, mut invented, mut worst) = (0, 0, 0.0f64);
     for exponent in 6..=24 {
         let depth = 10f64.powf(-0.5 * f64::from(exponent));
@@ -154,9 +154,9 @@ fn sweep<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn two_dips<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn two_dips(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let disc = Molecule::disc(0.5, 1.0)?;
-    let detector = E::Detector::default();
+    let detector = engine.detector();
     let mut wrong = 0;
     for depth in [1e-4, 1e-6, 1e-8, 1e-10] {
         for shorter in [0.0, 0.5] {
@@ -181,7 +181,7 @@ fn two_dips<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     Ok(vec![Finding::never("reports of another than the first dip", wrong)])
 }
 
-fn propeller<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+fn propeller(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let rod = MoleculeSpec {
         angular_velocity: 1e4,
         velocity: [1.0, 0.3],
@@ -189,6 +189,6 @@ fn propeller<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
     };
     let mut scene = in_box([1.0, 1.0], vec![rod]);
     scene.gas = vec![gas("disc", 0.02, 1.0, 330)];
-    let survey = survey::<E>(&scene, effort.collisions)?;
+    let survey = survey(engine, &scene, effort.collisions)?;
     Ok(survey.findings(""))
 }

@@ -18,42 +18,42 @@ use super::{
     watch::{Watch, run_collisions, survey, velocity},
 };
 
-pub fn cases<E: Engine>() -> Vec<Case> {
+pub fn cases() -> Vec<Case> {
     vec![
         Case {
             id: "6.1",
             name: "the general impulse, in a gas of tees, locked crosses, dumbbells, discs and bumpers",
             must: "each contact multiplies the normal velocity by −e and conserves angular momentum about the contact",
-            run: impulses::<E>,
+            run: impulses,
         },
         Case {
             id: "6.2",
             name: "two discs of unequal mass, head on and oblique, e = 1, 0.5, 0",
             must: "velocities and time of the closed forms",
-            run: oblique::<E>,
+            run: oblique,
         },
         Case {
             id: "6.3",
             name: "a disc on the end of a dumbbell",
             must: "v′ = −1/11, V = 6/11, |Ω| = 8/11",
-            run: on_the_end::<E>,
+            run: on_the_end,
         },
         Case {
             id: "6.4",
             name: "a turning arm that just touches: d = a + r₁ + r₂",
             must: "a negligible impulse: approach speed below 1e-7 of the tip speed",
-            run: tangent::<E>,
+            run: tangent,
         },
         Case {
             id: "6.8",
             name: "Sinai billiard: one disc, one bumper",
             must: "mean free path (L² − πR²)/2R within five standard errors",
-            run: sinai::<E>,
+            run: sinai,
         },
     ]
 }
 
-fn impulses<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+fn impulses(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();
     for e in [1.0, 0.9] {
         let mut scene = in_box(
@@ -73,12 +73,12 @@ fn impulses<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
         // A gas that cools without end would finally measure only the rounding of the energy
         // ledger.
         let collisions = if e < 1.0 { 2000 } else { effort.collisions };
-        findings.extend(survey::<E>(&scene, collisions)?.findings(&name));
+        findings.extend(survey(engine, &scene, collisions)?.findings(&name));
     }
     Ok(findings)
 }
 
-fn oblique<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn oblique(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let (mut worst, mut late) = (0.0f64, 0.0f64);
     for (mass, target) in [(1.0, 1.0), (1.0, 3.0), (7.0, 1.0), (1.0, 1e6)] {
         for e in [1.0, 0.5, 0.0] {
@@ -93,13 +93,13 @@ fn oblique<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
                 );
                 scene.elasticity.default = e;
                 scene.elasticity.contact_time = 0.0;
-                let mut run = E::simulate(&scene)?;
+                let mut run = engine.simulate(&scene)?;
                 let mut watch = Watch::default();
                 run.observe_until(5.0, &mut watch)?;
                 let impulse = (1.0 + e) * normal.x / (1.0 / mass + 1.0 / target);
                 let after = [DVec2::X - impulse / mass * normal, impulse / target * normal];
                 for (k, expected) in after.into_iter().enumerate() {
-                    worst = worst.max((velocity::<E>(&run, k) - expected).length());
+                    worst = worst.max((velocity(&run, k) - expected).length());
                 }
                 late = late.max(watch.times.first().map_or(f64::NAN, |time| (time - 4.0).abs()));
             }
@@ -111,22 +111,22 @@ fn oblique<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     ])
 }
 
-fn on_the_end<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn on_the_end(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     // Unit atoms of radius 1/2 at ±1/2 along x; a unit disc approaches the right one from below.
     let atom = |x: f64| AtomSpec { at: [x, 0.0], radius: 0.5, mass: 1.0 };
     let dumbbell =
         MoleculeSpec { atoms: vec![atom(-0.5), atom(0.5)], at: [8.0, 8.0], ..MoleculeSpec::default() };
     let scene = in_box([16.0, 16.0], vec![dumbbell, disc(0.25, 1.0, [8.5, 6.0], [0.0, 1.0])]);
-    let mut run = E::simulate(&scene)?;
+    let mut run = engine.simulate(&scene)?;
     run.run_until(1.5)?;
     let spin = run.view().bodies().next().map_or(f64::NAN, |body| body.motion.angular_velocity);
-    let error = (velocity::<E>(&run, 1).y + 1.0 / 11.0).abs()
-        + (velocity::<E>(&run, 0).y - 6.0 / 11.0).abs()
+    let error = (velocity(&run, 1).y + 1.0 / 11.0).abs()
+        + (velocity(&run, 0).y - 6.0 / 11.0).abs()
         + (spin.abs() - 8.0 / 11.0).abs();
     Ok(vec![Finding::new("error of the three velocities", error, 1e-14)])
 }
 
-fn tangent<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
+fn tangent(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
     let dumbbell = Molecule::named(Shape::Dumbbell, 1.0, 1.0)?;
     let disc = Molecule::disc(0.5, 1.0)?;
     let motion = RelativeMotion {
@@ -134,7 +134,7 @@ fn tangent<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         angular_velocity: [1.0, 0.0],
         ..RelativeMotion::exactly(DVec2::new(2.5, 0.0), DVec2::ZERO)
     };
-    let answer = E::Detector::default().first_contact(dumbbell.outline(), disc.outline(), &motion, 10.0);
+    let answer = engine.detector().first_contact(dumbbell.outline(), disc.outline(), &motion, 10.0);
     let speed = match answer.outcome {
         // The approach speed of an arm at angle θ is a ω times the sine of the angle to the line of
         // contact.
@@ -148,12 +148,12 @@ fn tangent<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
     Ok(vec![Finding::new("approach speed relative to the tip speed", speed, 1e-7)])
 }
 
-fn sinai<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
+fn sinai(engine: Engine, effort: Effort) -> Result<Vec<Finding>> {
     let sum: f64 = 0.3;
     let mut scene = in_box([1.0, 1.0], vec![disc(0.1, 1.0, [0.05, 0.15], [0.6, 0.8])]);
     scene.bumper = vec![bumper(0.2, [0.5, 0.5])];
-    let mut run = E::simulate(&scene)?;
-    run_collisions::<E, _>(&mut run, effort.collisions, &mut (), |_| {})?;
+    let mut run = engine.simulate(&scene)?;
+    run_collisions(&mut run, effort.collisions, &mut (), |_| {})?;
     let hits = run.view().counters().collisions as f64;
     let path = run.time().to_f64() / hits;
     let predicted = (1.0 - PI * sum * sum) / (2.0 * sum);
@@ -163,7 +163,7 @@ fn sinai<E: Engine>(effort: Effort) -> Result<Vec<Finding>> {
             (path / predicted - 1.0).abs() * hits.sqrt(),
             5.0,
         ),
-        Finding::new("speed drift, relative", (velocity::<E>(&run, 0).length() - 1.0).abs(), 1e-12),
+        Finding::new("speed drift, relative", (velocity(&run, 0).length() - 1.0).abs(), 1e-12),
         Finding::never("overlapping pairs", run.view().overlaps().pairs),
     ])
 }

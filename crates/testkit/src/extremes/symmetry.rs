@@ -11,59 +11,60 @@ use glam::DVec2;
 use super::{
     Case, Effort, Engine, Finding,
     bodies::{bumper, frozen, named},
-    engine::{Run, gas, in_box},
+    engine::{gas, in_box},
     watch::Watch,
 };
+use carom_methods::AnySimulation;
 
-pub fn cases<E: Engine>() -> Vec<Case> {
+pub fn cases() -> Vec<Case> {
     vec![
         Case {
             id: "6.6 a",
             name: "velocities times 2^k, of an inelastic gas of molecules",
             must: "times divided by it, the same trajectories to the bit",
-            run: scaled::<E>,
+            run: scaled,
         },
         Case {
             id: "6.6 b",
             name: "x and y exchanged, of discs and molecules that do not turn",
             must: "the mirrored trajectories to the bit",
-            run: exchanged::<E>,
+            run: exchanged,
         },
         Case {
             id: "6.6 c",
             name: "bodies in the opposite order",
             must: "the same trajectory of each to the bit",
-            run: permuted::<E>,
+            run: permuted,
         },
         Case {
             id: "6.6 d",
             name: "a run cut into 97 pieces",
             must: "the same trajectories to the bit",
-            run: in_pieces::<E>,
+            run: in_pieces,
         },
         Case {
             id: "6.6 e",
             name: "moved by half a box, turned by 90°, reflected, seen from a moving frame",
             must: "the same sequence of the first hundred collisions",
-            run: to_rounding::<E>,
+            run: to_rounding,
         },
     ]
 }
 
 /// Discs, free and locked molecules, and bumpers at a high area fraction.
-fn reference_scene<E: Engine>(turning: bool) -> Result<Scene> {
+fn reference_scene(engine: Engine, turning: bool) -> Result<Scene> {
     let rotation = if turning { Rotation::Free } else { Rotation::Locked };
     let mut scene =
         in_box([1.0, 1.0], vec![MoleculeSpec { rotation, ..named("tee", 0.02, 0.5, [0.25, 0.25]) }]);
     scene.bumper = vec![bumper(0.05, [0.75, 0.25])];
     scene.gas = vec![gas("disc", 0.02, 1.0, 80), gas("dumbbell", 0.015, 0.5, 12)];
     scene.gas[1].rotation = rotation;
-    Ok(frozen(&E::simulate(&scene)?.view()))
+    Ok(frozen(&engine.simulate(&scene)?.view()))
 }
 
 type State = Vec<[f64; 6]>;
 
-fn state<E: Engine>(run: &Run<E>) -> State {
+fn state(run: &AnySimulation) -> State {
     let of = |m: carom::Motion| {
         let turns = m.orientation.turns();
         [m.position.x, m.position.y, m.velocity.x, m.velocity.y, turns, m.angular_velocity]
@@ -71,16 +72,16 @@ fn state<E: Engine>(run: &Run<E>) -> State {
     run.view().bodies().map(|body| of(body.motion)).collect()
 }
 
-fn after<E: Engine>(scene: &Scene, until: f64) -> Result<State> {
-    let mut run = E::simulate(scene)?;
+fn after(engine: Engine, scene: &Scene, until: f64) -> Result<State> {
+    let mut run = engine.simulate(scene)?;
     run.run_until(until)?;
-    Ok(state::<E>(&run))
+    Ok(state(&run))
 }
 
-fn scaled<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
-    let mut base = reference_scene::<E>(true)?;
+fn scaled(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+    let mut base = reference_scene(engine, true)?;
     base.elasticity.default = 0.95;
-    let one = after::<E>(&base, 2.0)?;
+    let one = after(engine, &base, 2.0)?;
     let mut differ = 0;
     for exponent in [-60, -1, 1, 30] {
         let factor = 2f64.powi(exponent);
@@ -93,13 +94,13 @@ fn scaled<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
             .iter()
             .map(|&[x, y, u, v, turns, spin]| [x, y, u * factor, v * factor, turns, spin * factor])
             .collect();
-        differ += usize::from(after::<E>(&scene, 2.0 / factor)? != expected);
+        differ += usize::from(after(engine, &scene, 2.0 / factor)? != expected);
     }
     Ok(vec![Finding::never("powers of two with different trajectories", differ)])
 }
 
-fn exchanged<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
-    let base = reference_scene::<E>(false)?;
+fn exchanged(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+    let base = reference_scene(engine, false)?;
     let mut mirrored = base.clone();
     for molecule in &mut mirrored.molecule {
         let swap = |[x, y]: [f64; 2]| [y, x];
@@ -116,37 +117,37 @@ fn exchanged<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
         molecule.atoms.iter_mut().for_each(|atom| atom.at = swap(atom.at));
         (molecule.at, molecule.velocity) = (swap(molecule.at), swap(molecule.velocity));
     }
-    let expected: State = after::<E>(&straight, 3.0)?
+    let expected: State = after(engine, &straight, 3.0)?
         .iter()
         .map(|&[x, y, u, v, turns, spin]| [y, x, v, u, turns, spin])
         .collect();
-    let differ = after::<E>(&mirrored, 3.0)? != expected;
+    let differ = after(engine, &mirrored, 3.0)? != expected;
     Ok(vec![Finding::never("trajectories that differ", usize::from(differ))])
 }
 
-fn permuted<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
-    let base = reference_scene::<E>(true)?;
+fn permuted(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+    let base = reference_scene(engine, true)?;
     let mut reversed = base.clone();
     reversed.molecule.reverse();
-    let mut found = after::<E>(&reversed, 3.0)?;
+    let mut found = after(engine, &reversed, 3.0)?;
     found.reverse();
-    Ok(vec![Finding::never("trajectories that differ", usize::from(found != after::<E>(&base, 3.0)?))])
+    Ok(vec![Finding::never("trajectories that differ", usize::from(found != after(engine, &base, 3.0)?))])
 }
 
-fn in_pieces<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
-    let base = reference_scene::<E>(true)?;
-    let mut run = E::simulate(&base)?;
+fn in_pieces(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+    let base = reference_scene(engine, true)?;
+    let mut run = engine.simulate(&base)?;
     for piece in 1..=97 {
         run.run_until(3.0 * f64::from(piece) / 97.0)?;
     }
-    let differ = state::<E>(&run) != after::<E>(&base, 3.0)?;
+    let differ = state(&run) != after(engine, &base, 3.0)?;
     Ok(vec![Finding::never("trajectories that differ", usize::from(differ))])
 }
 
-fn to_rounding<E: Engine>(_: Effort) -> Result<Vec<Finding>> {
-    let base = reference_scene::<E>(true)?;
+fn to_rounding(engine: Engine, _: Effort) -> Result<Vec<Finding>> {
+    let base = reference_scene(engine, true)?;
     let sequence = |scene: &Scene| -> Result<Vec<[u64; 2]>> {
-        let mut run = E::simulate(scene)?;
+        let mut run = engine.simulate(scene)?;
         let mut watch = Watch::default();
         for _ in 0..100 {
             run.step(1e3, &mut watch)?;

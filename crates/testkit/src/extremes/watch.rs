@@ -4,7 +4,9 @@ use anyhow::Result;
 use carom::{CollisionReport, EpochTime, Observer, Scene};
 use glam::DVec2;
 
-use super::{Engine, Finding, engine::Run};
+use carom_methods::AnySimulation;
+
+use super::{Engine, Finding};
 
 /// Observer that checks each collision.
 #[derive(Debug, Clone)]
@@ -137,11 +139,11 @@ const MANY: f64 = 8.0;
 ///
 /// # Errors
 /// The run fails.
-pub fn run_collisions<E: Engine, O: Observer>(
-    run: &mut Run<E>,
+pub fn run_collisions(
+    run: &mut AnySimulation,
     collisions: u64,
-    observer: &mut O,
-    mut look: impl FnMut(&Run<E>),
+    observer: &mut dyn Observer,
+    mut look: impl FnMut(&AnySimulation),
 ) -> Result<()> {
     let begun = run.view().counters().collisions;
     let fastest = run.view().bodies().map(|body| body.motion.velocity.length()).fold(0.0, f64::max);
@@ -158,7 +160,7 @@ pub fn run_collisions<E: Engine, O: Observer>(
         // The intended number of collisions of a slice; its duration changes by at most a factor of
         // 4.
         let wanted = (collisions / SAMPLES).max(1) as f64;
-        let so_far = |run: &Run<E>| run.view().counters().collisions - before;
+        let so_far = |run: &AnySimulation| run.view().counters().collisions - before;
         while !run.observe_epoch(until, observer)? {
             // A molecule of extreme spin heats a cold gas suddenly: the rest of the slice would
             // have millions of contacts.
@@ -177,21 +179,21 @@ pub fn run_collisions<E: Engine, O: Observer>(
 ///
 /// # Errors
 /// The scene cannot be built, or the run fails.
-pub fn survey<E: Engine>(scene: &Scene, collisions: u64) -> Result<Survey> {
-    let mut run = E::simulate(scene)?;
-    survey_of::<E>(&mut run, collisions)
+pub fn survey(engine: Engine, scene: &Scene, collisions: u64) -> Result<Survey> {
+    let mut run = engine.simulate(scene)?;
+    survey_of(&mut run, collisions)
 }
 
 /// Continues a run for `collisions` contacts.
 ///
 /// # Errors
 /// The run fails.
-pub fn survey_of<E: Engine>(run: &mut Run<E>, collisions: u64) -> Result<Survey> {
+pub fn survey_of(run: &mut AnySimulation, collisions: u64) -> Result<Survey> {
     let mut watch = Watch::since(run.time());
     let (mut overlapping, mut energy, mut momentum) = (0, 0.0f64, 0.0f64);
     let free = run.view().bodies().all(|body| !body.body.is_fixed());
     let start = run.view().momentum();
-    run_collisions::<E, _>(run, collisions, &mut watch, |run| {
+    run_collisions(run, collisions, &mut watch, |run| {
         let view = run.view();
         let overlaps = view.overlaps();
         overlapping = overlapping.max(overlaps.pairs);
@@ -229,11 +231,11 @@ impl Survey {
 }
 
 /// Velocity of the body that was added as number `index`.
-pub fn velocity<E: Engine>(run: &Run<E>, index: usize) -> DVec2 {
+pub fn velocity(run: &AnySimulation, index: usize) -> DVec2 {
     run.view().bodies().nth(index).map_or(DVec2::NAN, |body| body.motion.velocity)
 }
 
 /// Position in the box of the body that was added as number `index`.
-pub fn place<E: Engine>(run: &Run<E>, index: usize) -> DVec2 {
+pub fn place(run: &AnySimulation, index: usize) -> DVec2 {
     run.view().bodies().nth(index).map_or(DVec2::NAN, |body| body.motion.position)
 }

@@ -94,19 +94,19 @@ fn measure(plan: &Plan, number: &str) -> Result<Results> {
     let drifting = scenes_of_drift();
     let progress = Progress::new(plan.drift.iter().sum::<u64>() as f64);
     say("reversal");
-    let reversals = [reversals::<Ours>(plan.reversals)?, reversals::<Theses>(plan.reversals)?];
+    let reversals = [reversals(Engine::Ours, plan.reversals)?, reversals(Engine::Theses, plan.reversals)?];
     say("drift");
     let drifts: Result<Vec<Drift>> = drifting
         .par_iter()
         .zip(plan.drift)
-        .map(|((name, scene), collisions)| drift::<Ours>(name, scene, collisions, &progress))
+        .map(|((name, scene), collisions)| drift(Engine::Ours, name, scene, collisions, &progress))
         .collect();
     // The limits are last, because trials that hang continue in the background.
     say("limits of the parameters");
     let find = |edge: &Edge| edge.find(plan.edge_collisions, plan.halvings, plan.edge_patience);
-    let edges = edges::<Ours>()
+    let edges = edges(Engine::Ours)
         .into_par_iter()
-        .zip(edges::<Theses>())
+        .zip(edges(Engine::Theses))
         .map(|(ours, theses)| {
             let found = [find(&ours), find(&theses)];
             (ours, found)
@@ -116,7 +116,7 @@ fn measure(plan: &Plan, number: &str) -> Result<Results> {
 }
 
 fn write(folder: &Folder, results: &Results, options: &Options) -> Result<Summary> {
-    let engines = [Ours::NAME, Theses::NAME];
+    let engines = [Engine::Ours.name(), Engine::Theses.name()];
     let rows = results.scenes.iter().flat_map(|(case, endings)| {
         endings
             .iter()

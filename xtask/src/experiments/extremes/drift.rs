@@ -50,14 +50,15 @@ const SAMPLES: u64 = 2048;
 ///
 /// # Errors
 /// The scene cannot be built, or the run fails.
-pub fn drift<E: Engine>(
+pub fn drift(
+    engine: Engine,
     name: &'static str,
     scene: &Scene,
     collisions: u64,
     progress: &Progress,
 ) -> Result<Drift> {
     let begun = cpu_time::ThreadTime::now();
-    let mut run = E::simulate(scene)?;
+    let mut run = engine.simulate(scene)?;
     let mut points = vec![(0.0, 0.0)];
     let (mut pairs, mut deepest) = (0, 0.0f64);
     let mut worst = 0.0f64;
@@ -65,7 +66,7 @@ pub fn drift<E: Engine>(
     for sample in 1..=SAMPLES {
         let before = run.view().counters().collisions;
         let wanted = collisions * sample / SAMPLES;
-        run_collisions::<E, _>(&mut run, wanted.saturating_sub(before), &mut gaps, |_| {})?;
+        run_collisions(&mut run, wanted.saturating_sub(before), &mut gaps, |_| {})?;
         let view = run.view();
         let energy = view.energy() / view.ledger().initial - 1.0;
         points.push((view.counters().collisions as f64, energy));

@@ -102,65 +102,59 @@ impl Edge {
 }
 
 /// All parameters.
-pub fn edges<E: Engine>() -> Vec<Edge> {
+pub fn edges(engine: Engine) -> Vec<Edge> {
     let edge = |parameter, scene, goal, decades, trial| Edge { parameter, scene, goal, decades, trial };
     vec![
-        edge("mass ratio", "a heavy disc among 30 light ones", 1e12, (2.0, 62.0), heavy::<E>),
-        edge("speed ratio", "a light and fast disc among 30", 1e6, (1.0, 32.0), fast::<E>),
-        edge("size ratio", "two small discs meet obliquely beside a large one", 1e6, (1.0, 18.0), small::<E>),
+        edge("mass ratio", "a heavy disc among 30 light ones", 1e12, (2.0, 62.0), heavy),
+        edge("speed ratio", "a light and fast disc among 30", 1e6, (1.0, 32.0), fast),
+        edge("size ratio", "two small discs meet obliquely beside a large one", 1e6, (1.0, 18.0), small),
         edge(
             "turns per natural time",
             "a rotating rod hit by a gas disc at its rim",
             1e8,
             (1.0, 60.0),
-            spinning::<E>,
+            spinning,
         ),
-        edge("σ over depth of a graze", "two discs at 30 σ", 1e14, (3.0, 18.0), grazing::<E>),
-        edge(
-            "reach over depth of a sweep",
-            "a rotating dumbbell and a disc",
-            1e13,
-            (3.0, 18.0),
-            sweeping::<E>,
-        ),
-        edge("age in natural times", "36 discs added to a box at a late time", 1e12, (1.0, 40.0), old::<E>),
-        edge("1/(A/A₀ − 1)", "288 discs on the triangular lattice", 1e5, (2.0, 18.0), dense::<E>),
+        edge("σ over depth of a graze", "two discs at 30 σ", 1e14, (3.0, 18.0), grazing),
+        edge("reach over depth of a sweep", "a rotating dumbbell and a disc", 1e13, (3.0, 18.0), sweeping),
+        edge("age in natural times", "36 discs added to a box at a late time", 1e12, (1.0, 40.0), old),
+        edge("1/(A/A₀ − 1)", "288 discs on the triangular lattice", 1e5, (2.0, 18.0), dense),
         edge(
             "1/contact time of the guard",
             "a gas of discs and dumbbells at e = 0",
             1e4,
             (2.0, 18.0),
-            inelastic::<E>,
+            inelastic,
         ),
-        edge("atoms of a ring", "a ring among 40 discs", 4096.0, (1.0, 5.0), many_atoms::<E>),
+        edge("atoms of a ring", "a ring among 40 discs", 4096.0, (1.0, 5.0), many_atoms),
         edge(
             "box over diameter",
             "two discs meet obliquely across half the box",
             1e9,
             (1.0, 18.0),
-            large_box::<E>,
+            large_box,
         ),
     ]
 }
 
 /// Conditions that hold in any run, and that it reaches the requested number of collisions.
-fn surveyed<E: Engine>(scene: &Scene, collisions: u64) -> Result<Vec<Finding>> {
-    let survey = survey::<E>(scene, collisions)?;
+fn surveyed(engine: Engine, scene: &Scene, collisions: u64) -> Result<Vec<Finding>> {
+    let survey = survey(engine, scene, collisions)?;
     let missing = Finding::never("missing collisions", collisions.saturating_sub(survey.collisions) as usize);
     Ok(survey.findings("").into_iter().chain([missing]).collect())
 }
 
-fn heavy<E: Engine>(ratio: f64, collisions: u64) -> Result<Vec<Finding>> {
-    surveyed::<E>(&mixture(30, 0.03, 1.0, 0.1, ratio), collisions)
+fn heavy(engine: Engine, ratio: f64, collisions: u64) -> Result<Vec<Finding>> {
+    surveyed(engine, &mixture(30, 0.03, 1.0, 0.1, ratio), collisions)
 }
 
-fn fast<E: Engine>(ratio: f64, collisions: u64) -> Result<Vec<Finding>> {
+fn fast(engine: Engine, ratio: f64, collisions: u64) -> Result<Vec<Finding>> {
     // Of the same energy as the others.
-    surveyed::<E>(&mixture(30, 0.03, 1.0, 0.05, 1.0 / (ratio * ratio)), collisions)
+    surveyed(engine, &mixture(30, 0.03, 1.0, 0.05, 1.0 / (ratio * ratio)), collisions)
 }
 
 /// An oblique collision with b = 3/5 σ: deviation of the final velocities from the closed form.
-fn oblique<E: Engine>(radius: f64, side: f64, others: Vec<MoleculeSpec>) -> Result<Vec<Finding>> {
+fn oblique(engine: Engine, radius: f64, side: f64, others: Vec<MoleculeSpec>) -> Result<Vec<Finding>> {
     let sigma = 2.0 * radius;
     let at = [0.75 * side, 0.75 * side];
     let mut list = vec![
@@ -168,10 +162,10 @@ fn oblique<E: Engine>(radius: f64, side: f64, others: Vec<MoleculeSpec>) -> Resu
         disc(radius, 1.0, at, [0.0; 2]),
     ];
     list.extend(others);
-    let mut run = E::simulate(&in_box([side, side], list))?;
+    let mut run = engine.simulate(&in_box([side, side], list))?;
     let hit = run.step(0.6 * side, &mut ())?;
     let normal = DVec2::new(0.8, 0.6);
-    let error = (velocity::<E>(&run, 1) - 0.8 * normal).length();
+    let error = (velocity(&run, 1) - 0.8 * normal).length();
     let overlaps = run.view().overlaps();
     Ok(vec![
         Finding::never("missed hits", usize::from(!hit)),
@@ -181,15 +175,15 @@ fn oblique<E: Engine>(radius: f64, side: f64, others: Vec<MoleculeSpec>) -> Resu
     ])
 }
 
-fn small<E: Engine>(ratio: f64, _: u64) -> Result<Vec<Finding>> {
-    oblique::<E>(0.1 / ratio, 1.0, vec![disc(0.1, 1.0, [0.5, 0.25], [0.0; 2])])
+fn small(engine: Engine, ratio: f64, _: u64) -> Result<Vec<Finding>> {
+    oblique(engine, 0.1 / ratio, 1.0, vec![disc(0.1, 1.0, [0.5, 0.25], [0.0; 2])])
 }
 
-fn large_box<E: Engine>(ratio: f64, _: u64) -> Result<Vec<Finding>> {
-    oblique::<E>(0.5, ratio.max(8.0), Vec::new())
+fn large_box(engine: Engine, ratio: f64, _: u64) -> Result<Vec<Finding>> {
+    oblique(engine, 0.5, ratio.max(8.0), Vec::new())
 }
 
-fn spinning<E: Engine>(turns: f64, _: u64) -> Result<Vec<Finding>> {
+fn spinning(engine: Engine, turns: f64, _: u64) -> Result<Vec<Finding>> {
     let (radius, speed) = (0.02, 1.0);
     let spin = std::f64::consts::TAU * turns * speed / (2.0 * radius);
     // The end of a rod of 6 atoms is 6 radii from its centre; the first disc reaches it after a
@@ -198,18 +192,18 @@ fn spinning<E: Engine>(turns: f64, _: u64) -> Result<Vec<Finding>> {
     let rod = MoleculeSpec { angular_velocity: spin, ..named("rod:6", radius, 10.0, [0.5, 0.5]) };
     let mut list = vec![rod, disc(radius, 1.0, [0.5 + 7.0 * radius + gap.min(0.2), 0.5], [-speed, 0.0])];
     list.extend((0..8).map(|k| disc(radius, 1.0, [0.06 + 0.12 * f64::from(k), 0.1], [0.3, 0.1])));
-    surveyed::<E>(&in_box([1.0, 1.0], list), 100)
+    surveyed(engine, &in_box([1.0, 1.0], list), 100)
 }
 
-fn grazing<E: Engine>(inverse: f64, _: u64) -> Result<Vec<Finding>> {
+fn grazing(engine: Engine, inverse: f64, _: u64) -> Result<Vec<Finding>> {
     let half = Molecule::disc(0.5, 1.0)?;
     let motion = RelativeMotion::exactly(DVec2::new(30.0, 1.0 - 1.0 / inverse), DVec2::new(-1.0, 0.0));
-    let answer = E::Detector::default().first_contact(half.outline(), half.outline(), &motion, 100.0);
+    let answer = engine.detector().first_contact(half.outline(), half.outline(), &motion, 100.0);
     let hit = matches!(answer.outcome, Outcome::Contact(_));
     Ok(vec![Finding::never("missed", usize::from(!hit))])
 }
 
-fn sweeping<E: Engine>(inverse: f64, _: u64) -> Result<Vec<Finding>> {
+fn sweeping(engine: Engine, inverse: f64, _: u64) -> Result<Vec<Finding>> {
     let ends = [1.0, -1.0].map(|x| Atom::new(DVec2::new(x, 0.0), 1.0, 1.0));
     let [left, right] = ends;
     let (dumbbell, disc) = (Molecule::new([left?, right?])?, Molecule::disc(0.5, 1.0)?);
@@ -220,15 +214,15 @@ fn sweeping<E: Engine>(inverse: f64, _: u64) -> Result<Vec<Finding>> {
             angular_velocity: [1.0, 0.0],
             ..RelativeMotion::exactly(DVec2::new(2.5 * (1.0 - 1.0 / inverse), 0.0), DVec2::ZERO)
         };
-        let answer = E::Detector::default().first_contact(dumbbell.outline(), disc.outline(), &motion, 3.0);
+        let answer = engine.detector().first_contact(dumbbell.outline(), disc.outline(), &motion, 3.0);
         missed += usize::from(!matches!(answer.outcome, Outcome::Contact(_)));
     }
     Ok(vec![Finding::never("missed", missed)])
 }
 
-fn old<E: Engine>(age: f64, _: u64) -> Result<Vec<Finding>> {
+fn old(engine: Engine, age: f64, _: u64) -> Result<Vec<Finding>> {
     let path = |age: f64| -> Result<(u64, Vec<DVec2>, usize)> {
-        let mut run = aged::<E>(age, 36)?;
+        let mut run = aged(engine, age, 36)?;
         let until = later(run.time(), 2.0);
         run.observe_until_epoch_time(until, &mut ())?;
         let view = run.view();
@@ -243,8 +237,8 @@ fn old<E: Engine>(age: f64, _: u64) -> Result<Vec<Finding>> {
     ])
 }
 
-fn dense<E: Engine>(inverse: f64, collisions: u64) -> Result<Vec<Finding>> {
-    let seen = packed::<E>(1.0 / inverse, collisions.max(10_000))?;
+fn dense(engine: Engine, inverse: f64, collisions: u64) -> Result<Vec<Finding>> {
+    let seen = packed(engine, 1.0 / inverse, collisions.max(10_000))?;
     Ok(vec![
         Finding::never("overlapping pairs", seen.overlapping),
         Finding::new("deepest overlap (σ)", seen.deepest, 1e-13),
@@ -254,19 +248,19 @@ fn dense<E: Engine>(inverse: f64, collisions: u64) -> Result<Vec<Finding>> {
     ])
 }
 
-fn inelastic<E: Engine>(inverse: f64, collisions: u64) -> Result<Vec<Finding>> {
+fn inelastic(engine: Engine, inverse: f64, collisions: u64) -> Result<Vec<Finding>> {
     let mut scene = in_box([1.0, 1.0], Vec::new());
     scene.gas = vec![gas("disc", 0.02, 1.0, 200), gas("dumbbell", 0.015, 1.0, 20)];
     scene.elasticity.default = 0.0;
     scene.elasticity.contact_time = 1.0 / inverse;
-    let survey = survey::<E>(&scene, collisions.max(10_000))?;
+    let survey = survey(engine, &scene, collisions.max(10_000))?;
     Ok(vec![
         Finding::never("overlapping pairs", survey.overlapping),
         Finding::never("collisions out of time order", survey.watch.backwards),
     ])
 }
 
-fn many_atoms<E: Engine>(count: f64, collisions: u64) -> Result<Vec<Finding>> {
+fn many_atoms(engine: Engine, count: f64, collisions: u64) -> Result<Vec<Finding>> {
     let count = count.round();
     let radius = 0.2 * (std::f64::consts::PI / count).sin();
     let ring = MoleculeSpec {
@@ -275,5 +269,5 @@ fn many_atoms<E: Engine>(count: f64, collisions: u64) -> Result<Vec<Finding>> {
     };
     let mut scene = in_box([1.0, 1.0], vec![ring]);
     scene.gas = vec![gas("disc", 0.02, 1.0, 40)];
-    surveyed::<E>(&scene, collisions / 10)
+    surveyed(engine, &scene, collisions / 10)
 }

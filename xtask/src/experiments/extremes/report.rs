@@ -40,8 +40,8 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
     page.heading("Scenes");
     page.paragraph(&format!(
         "Results of the two engines: {} is the default; {} is that of Montanari (2017), for comparison.",
-        Ours::NAME,
-        Theses::NAME
+        Engine::Ours.name(),
+        Engine::Theses.name()
     ));
     let rows: Vec<Vec<String>> = results
         .scenes
@@ -51,7 +51,10 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
             vec![scene, case.must.to_owned(), verdict(ours), ours.seen(), verdict(theses)]
         })
         .collect();
-    page.table(&["scene", "requirement", Ours::NAME, "nearest to its bound", Theses::NAME], &rows);
+    page.table(
+        &["scene", "requirement", Engine::Ours.name(), "nearest to its bound", Engine::Theses.name()],
+        &rows,
+    );
     page.heading("Edges");
     let rows: Vec<Vec<String>> = results
         .edges
@@ -61,7 +64,7 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
             vec![name, number(edge.goal), sentence(ours), ours.kinds(), sentence(theses)]
         })
         .collect();
-    page.table(&["parameter and scene", "goal", Ours::NAME, "beyond", Theses::NAME], &rows);
+    page.table(&["parameter and scene", "goal", Engine::Ours.name(), "beyond", Engine::Theses.name()], &rows);
     page.paragraph(
         "Beyond a limit a run ends with a named error, or it continues and exceeds a bound that is measured \
          here; larger values are tried up to the end of the search. A panic or a run without end would fail a \

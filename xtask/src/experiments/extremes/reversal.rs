@@ -4,7 +4,7 @@
 use anyhow::Result;
 use carom_testkit::extremes::{
     Engine,
-    engine::{Run, gas, in_box},
+    engine::{gas, in_box},
     watch::run_collisions,
 };
 use rayon::prelude::*;
@@ -38,11 +38,11 @@ pub const DENSITIES: [(f64, f64); 5] = [(0.02, 6.40), (0.1, 2.68), (0.3, 1.16), 
 ///
 /// # Errors
 /// A run fails.
-pub fn reversals<E: Engine>(starts: usize) -> Result<Vec<Reversal>> {
-    DENSITIES.par_iter().map(|&(fraction, rate)| reversal::<E>(fraction, rate, starts)).collect()
+pub fn reversals(engine: Engine, starts: usize) -> Result<Vec<Reversal>> {
+    DENSITIES.par_iter().map(|&(fraction, rate)| reversal(engine, fraction, rate, starts)).collect()
 }
 
-fn reversal<E: Engine>(fraction: f64, expected: f64, starts: usize) -> Result<Reversal> {
+fn reversal(engine: Engine, fraction: f64, expected: f64, starts: usize) -> Result<Reversal> {
     // Up to the time at which 1e-15 has grown to about 1e-5.
     let longest = 23.0 / expected;
     let mut points = Vec::new();
@@ -50,7 +50,7 @@ fn reversal<E: Engine>(fraction: f64, expected: f64, starts: usize) -> Result<Re
         let collisions = longest * f64::from(step) / 8.0;
         let mut logs = Vec::new();
         for seed in 0..starts {
-            let (mut run, tau) = start::<E>(fraction, seed)?;
+            let (mut run, tau) = start(engine, fraction, seed)?;
             let (forward, distance) = there_and_back(&mut run, collisions * tau)?;
             logs.push((forward, distance.max(1e-18).ln()));
         }
@@ -61,17 +61,17 @@ fn reversal<E: Engine>(fraction: f64, expected: f64, starts: usize) -> Result<Re
         points.iter().filter(|point| point.1 < LARGEST).map(|&(n, distance)| (n, distance.ln())).collect();
     let (intercept, rate) = line(&used);
     let effective_error = intercept.exp() / f64::EPSILON;
-    Ok(Reversal { engine: E::NAME, fraction, points, effective_error, rate })
+    Ok(Reversal { engine: engine.name(), fraction, points, effective_error, rate })
 }
 
 /// A gas at equilibrium, and its mean time between two collisions of a disc.
-fn start<E: Engine>(fraction: f64, seed: usize) -> Result<(Run<E>, f64)> {
+fn start(engine: Engine, fraction: f64, seed: usize) -> Result<(AnySimulation, f64)> {
     let radius = (fraction / (std::f64::consts::PI * COUNT as f64)).sqrt();
     let mut scene = in_box([1.0, 1.0], Vec::new());
     scene.gas = vec![gas("disc", radius, 1.0, COUNT)];
     scene.bounds.replica = seed as u64;
-    let mut run = E::simulate(&scene)?;
-    run_collisions::<E, _>(&mut run, 10 * COUNT as u64, &mut (), |_| {})?;
+    let mut run = engine.simulate(&scene)?;
+    run_collisions(&mut run, 10 * COUNT as u64, &mut (), |_| {})?;
     let tau = run.time().to_f64() * COUNT as f64 / (2.0 * run.view().counters().collisions as f64);
     Ok((run, tau))
 }
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn the_distance_grows_by_the_lyapunov_law_from_a_few_roundings() {
-        let found = reversal::<Ours>(0.3, 1.16, 3).unwrap();
+        let found = reversal(Engine::Ours, 0.3, 1.16, 3).unwrap();
         // Agreement with the two-trajectory method within the error of three starts of up to 20
         // collisions each.
         assert!((found.rate / 1.16 - 1.0).abs() < 0.3, "{found:?}");
