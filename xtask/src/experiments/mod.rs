@@ -3,6 +3,7 @@
 pub mod billiard;
 pub mod brownian;
 pub mod capability_cost;
+pub mod common;
 pub mod detectors;
 pub mod encounters;
 pub mod extremes;

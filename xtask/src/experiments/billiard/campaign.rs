@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use carom_runs::{
-    experiment::{Experiment, Opening, threads},
+    experiment::{Experiment, Opening},
     say,
 };
 use carom_tables::{Summary, Verdict};
@@ -19,7 +19,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let scenes = (0..setup.flights()).map(|replica| setup.scene(replica)).collect::<Result<Vec<_>>>()?;
     let head = format!("# Written by `{command}`: the first of {} flights.\n\n", scenes.len());
     let experiment = Experiment::begin_in_pieces(
-        &options.resumption,
+        &options.common.destination,
         options.what(&setup),
         &Opening {
             folder: &options.usual_folder(),
@@ -30,7 +30,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         },
     )?;
     let folder = &experiment.folder;
-    let hits = threads(options.threads)?.install(|| fly(&setup, &experiment.pieces))?;
+    let hits = options.threads.pool()?.install(|| fly(&setup, &experiment.pieces))?;
     let comparison = Comparison::new(&setup, &hits);
     let summary = Summary {
         title: format!("Billiard around a fixed {}", setup.shape),

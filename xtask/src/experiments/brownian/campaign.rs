@@ -12,7 +12,7 @@ use carom_runs::{
     say,
 };
 use carom_tables::{Check, Figure, OneRun, Summary, Totals, Verdict};
-use rayon::{ThreadPoolBuilder, prelude::*};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{
@@ -89,7 +89,7 @@ impl Job {
             what: without_end(&command, &self.scene),
             until: plan.until,
             samples: plan.settling().chain(plan.measuring()).count(),
-            choices: &options.choices,
+            choices: &options.common.destination,
             signals,
         }
     }
@@ -114,10 +114,10 @@ fn title(case: Case, size: Size) -> String {
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan()?;
     let signals = Signals::watch()?;
-    let folder = Folder::create(&options.folder(), options.choices.resumption.existing())?;
+    let folder = Folder::create(&options.folder(), options.common.destination.resumption.existing())?;
     let _alone = folder.lock()?;
     let jobs = jobs(options, &plan);
-    if options.choices.resumption.resume {
+    if options.common.destination.resumption.resume {
         refuse_other_layout(&jobs, &folder)?;
     }
     let folders = match jobs.as_slice() {
@@ -175,7 +175,7 @@ fn jobs(options: &Options, plan: &Plan) -> Vec<Job> {
     for case in options.case().list() {
         for size in options.size().list() {
             for replica in 0..options.replicas {
-                let mut scene = scene(case, size, options.seed, replica, plan.run());
+                let mut scene = scene(case, size, options.random.seed, replica, plan.run());
                 for gas in &mut scene.gas {
                     gas.area_fraction = Some(options.area_fraction);
                 }
@@ -261,8 +261,7 @@ fn several(
             (run, line)
         })
         .collect();
-    let threads = options.threads.map_or(0, usize::from);
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let pool = options.threads.pool()?;
     let command = options.command(plan);
     let run_one = |(run, progress): (Run<'_>, Progress)| -> Result<Measurement> {
         let inner = run.task.folder;
@@ -393,7 +392,7 @@ fn campaign_config(options: &Options, plan: &Plan) -> Result<String> {
         name: "brownian",
         case: options.case().name(),
         size: options.size().name(),
-        seed: options.seed,
+        seed: options.random.seed,
         replicas: options.replicas,
         area_fraction: options.area_fraction,
         from: plan.from,

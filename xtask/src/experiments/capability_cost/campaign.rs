@@ -40,7 +40,7 @@ pub fn work(variant: &str, intervals: u32) -> Result<Verdict> {
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
     let experiment = Experiment::begin(
-        &options.destination,
+        &options.common.destination,
         &Opening {
             folder: "out/capability-cost",
             note: "",

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use carom_detection::{Answer, Outcome};
 use carom_runs::{
-    experiment::{Experiment, Opening, configuration, threads},
+    experiment::{Experiment, Opening, configuration},
     output::Folder,
     say,
     work_items::Pieces,
@@ -46,7 +46,7 @@ struct Answers {
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
     let experiment = Experiment::begin_in_pieces(
-        &options.resumption,
+        &options.common.destination,
         options.command(),
         &Opening {
             folder: "out/encounters",
@@ -57,8 +57,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
         },
     )?;
     let (folder, pieces) = (&experiment.folder, &experiment.pieces);
-    let pool = threads(options.threads)?;
-    let (groups, totals) = pool.install(|| cases::groups(options.seed, &plan))?;
+    let pool = options.threads.pool()?;
+    let (groups, totals) = pool.install(|| cases::groups(options.random.seed, &plan))?;
     say(&format!(
         "{} cases of {} classes",
         groups.iter().map(|g| g.cases.len()).sum::<usize>(),
@@ -89,7 +89,12 @@ fn settings_of(options: &Options, plan: &Plan) -> String {
     format!(
         "seed = {}\ncases_of_each_class = {}\nmost_intervals_of_the_oracle = {}\n\
          most_evaluations_of_each_detector_in_a_class = {}\nrounds_of_times = {}\ncalls_of_parry_in_a_class = {}\n",
-        options.seed, plan.cases, plan.most_intervals, plan.most_evaluations, plan.rounds, plan.parry_cases,
+        options.random.seed,
+        plan.cases,
+        plan.most_intervals,
+        plan.most_evaluations,
+        plan.rounds,
+        plan.parry_cases,
     )
 }
 

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use carom_runs::{
     conclude,
-    experiment::{Experiment, Opening, configuration, threads},
+    experiment::{Experiment, Opening, configuration},
     output::Folder,
     progress::Progress,
     say,
@@ -41,7 +41,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let drifting = scenes_of_drift();
     let scenes_of: Vec<&carom::Scene> = drifting.iter().map(|(_, scene)| scene).collect();
     let experiment = Experiment::begin(
-        &options.destination,
+        &options.common.destination,
         &Opening {
             folder: "out/extremes",
             note: &options.note(),
@@ -51,7 +51,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         },
     )?;
     let folder = &experiment.folder;
-    let results = threads(options.threads)?.install(|| measure(&plan, &options.scene))?;
+    let results = options.threads.pool()?.install(|| measure(&plan, &options.scene))?;
     let summary = write(folder, &results, options)?;
     conclude(&experiment.complete()?, &summary);
     Ok(summary.verdict())

@@ -106,11 +106,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
         let (mut timings, mut shares) = (Vec::new(), BTreeMap::new());
         for atoms in ATOMS {
             let share = pieces.finish(&format!("share of searches, {atoms}"), || {
-                searched_share(&scene(atoms, options.seed))
+                searched_share(&scene(atoms, options.random.seed))
             })?;
             shares.insert(atoms, share);
             for detector in DETECTORS {
-                timings.push(case(detector, atoms, options.seed, budget, pieces)?);
+                timings.push(case(detector, atoms, options.random.seed, budget, pieces)?);
             }
         }
         let each = |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.per_query()?.0));

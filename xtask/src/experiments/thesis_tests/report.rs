@@ -89,7 +89,7 @@ impl Test {
     ) -> Result<Verdict> {
         let command = options.command(self.name);
         let experiment = Experiment::begin_in_pieces(
-            &options.resumption,
+            &options.common.destination,
             command.clone(),
             &Opening {
                 folder: &format!("out/{}", self.name),

@@ -80,7 +80,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         let mut timings = Vec::new();
         for (count, _, _) in TABLE_2_1 {
             for engine in ENGINES {
-                timings.push(case(engine, count, options.seed, budget, pieces)?);
+                timings.push(case(engine, count, options.random.seed, budget, pieces)?);
             }
         }
         let times = |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.for_thesis_time()?.0));
@@ -105,7 +105,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
                     fits: Vec::new(),
                 },
             ],
-            figures: figures(&timings, options.seed)?,
+            figures: figures(&timings, options.random.seed)?,
             header: [
                 "engine",
                 "discs",
@@ -117,7 +117,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
                 "time units run",
             ]
             .to_vec(),
-            rows: timings.iter().map(|timing| row(timing, options.seed)).collect::<Result<_>>()?,
+            rows: timings.iter().map(|timing| row(timing, options.random.seed)).collect::<Result<_>>()?,
             timings,
         })
     })

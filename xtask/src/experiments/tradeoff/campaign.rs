@@ -43,12 +43,12 @@ const GROWTH: f64 = 3.0;
 /// The folder is not empty or cannot be written, or an exact run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
-    let mut scenes = scenes::all(options.seed);
+    let mut scenes = scenes::all(options.random.seed);
     scenes.retain(|named| named.name.starts_with(&options.scene));
     anyhow::ensure!(!scenes.is_empty(), "no scene has a name beginning with '{}'", options.scene);
     let scenes_of: Vec<&carom::Scene> = scenes.iter().map(|named| &named.scene).collect();
     let experiment = Experiment::begin(
-        &options.destination,
+        &options.common.destination,
         &Opening {
             folder: "out/tradeoff",
             note: &options.note(),
