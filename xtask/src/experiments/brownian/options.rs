@@ -6,6 +6,7 @@ use anyhow::{Result, ensure};
 use carom::engine::RunSpec;
 use carom_runs::{resumable::Choices, sampling_times::sampling_times};
 use clap::{Args, ValueEnum};
+use serde::Serialize;
 
 use super::dilute::DILUTE;
 use crate::experiments::{
@@ -199,6 +200,43 @@ impl Options {
             plan.until,
             self.impulses,
         )
+    }
+
+    /// `config.toml` of several runs: the options; each run's folder holds its scene.
+    ///
+    /// # Errors
+    /// A value cannot be written as TOML.
+    pub fn configuration(&self, plan: &Plan) -> Result<String> {
+        #[derive(Serialize)]
+        struct Config {
+            experiment: Experiment,
+        }
+        #[derive(Serialize)]
+        struct Experiment {
+            name: &'static str,
+            case: String,
+            size: String,
+            seed: u64,
+            replicas: u64,
+            area_fraction: f64,
+            from: f64,
+            until: f64,
+            sample_interval: f64,
+            command: String,
+        }
+        let experiment = Experiment {
+            name: "brownian",
+            case: self.case().name(),
+            size: self.size().name(),
+            seed: self.random.seed,
+            replicas: self.replicas,
+            area_fraction: self.area_fraction,
+            from: plan.from,
+            until: plan.until,
+            sample_interval: plan.sample_interval,
+            command: self.command(plan),
+        };
+        Ok(toml::to_string_pretty(&Config { experiment })?)
     }
 }
 

@@ -17,7 +17,9 @@ use carom_tables::{Figure, Verdict, power_law::PowerLaw};
 use super::{
     Options,
     fits::{Fit, Form},
-    report::{Costs, Results, Test, cell, number},
+    report::{cell, number},
+    results::{Costs, Results, Test},
+    run::run_test,
     timing::{THESIS_TIME, Timing, time},
 };
 
@@ -102,7 +104,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
                contact search of the thesis and with the certified one. Without a grid, as in the thesis.",
         size: "atoms of each rod",
     };
-    test.run(options, |budget, pieces| {
+    run_test(&test, options, |budget, pieces| {
         let (mut timings, mut shares) = (Vec::new(), BTreeMap::new());
         for atoms in ATOMS {
             let share = pieces.finish(&format!("share of searches, {atoms}"), || {

@@ -14,7 +14,9 @@ use carom_tables::{Figure, Verdict, power_law::PowerLaw};
 use super::{
     Options,
     fits::{Fit, Form},
-    report::{Costs, Results, Test, cell, number},
+    report::{cell, number},
+    results::{Costs, Results, Test},
+    run::run_test,
     timing::{THESIS_TIME, Timing, time},
 };
 use crate::experiments::fixed_energy::mean_speed;
@@ -76,7 +78,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
                that of carom.",
         size: "discs",
     };
-    test.run(options, |budget, pieces| {
+    run_test(&test, options, |budget, pieces| {
         let mut timings = Vec::new();
         for (count, _, _) in TABLE_2_1 {
             for engine in ENGINES {
