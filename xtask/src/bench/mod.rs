@@ -15,7 +15,7 @@ use carom::{
     detection::Exact,
     engine::{CellScheduler, HeapScheduler, Instructions, Scene, Scheduler, Simulation},
 };
-use carom_runs::say;
+use carom_runs::print_line;
 use carom_tables::Verdict;
 use clap::{Args, Subcommand};
 use cpu_time::ThreadTime;
@@ -76,13 +76,13 @@ pub fn run(bench: &Bench) -> Result<Verdict> {
         let timings = time_scene(name, &scene(), options)?;
         if !options.json {
             for timing in &timings {
-                say(&row(timing));
+                print_line(&row(timing));
             }
         }
         all.extend(timings);
     }
     if options.json {
-        say(&serde_json::to_string_pretty(&all)?);
+        print_line(&serde_json::to_string_pretty(&all)?);
     }
     Ok(Verdict::Passed)
 }

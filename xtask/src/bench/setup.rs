@@ -6,7 +6,7 @@ use carom::{
     Scene, Simulation,
     engine::{GasSpec, MoleculeSpec},
 };
-use carom_runs::say;
+use carom_runs::print_line;
 use carom_tables::Verdict;
 use clap::Args;
 use cpu_time::ThreadTime;
@@ -31,7 +31,7 @@ pub struct Options {
 /// A scene cannot be built or run.
 pub fn run(options: &Options) -> Result<Verdict> {
     for &count in &options.count {
-        say(&time(count, options)?);
+        print_line(&time(count, options)?);
     }
     Ok(Verdict::Passed)
 }

@@ -8,7 +8,7 @@ use carom_detection::{
 
 /// A detector.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Detector {
+pub enum AnyDetector {
     /// The certified detector.
     Exact(Exact),
     /// The detector of the thesis.
@@ -19,7 +19,7 @@ pub enum Detector {
     BoundingCircles,
 }
 
-impl Detector {
+impl AnyDetector {
     /// Its name.
     pub fn name(&self) -> &'static str {
         match self {
@@ -31,12 +31,12 @@ impl Detector {
     }
 
     /// Result for one encounter.
-    pub fn ask(&self, encounter: &Encounter) -> Answer {
+    pub fn search(&self, encounter: &Encounter) -> Answer {
         match self {
-            Self::Exact(detector) => encounter.ask(detector),
-            Self::GoldenSecant(detector) => encounter.ask(detector),
-            Self::FixedStep(detector) => encounter.ask(detector),
-            Self::BoundingCircles => encounter.ask(&BoundingCircles),
+            Self::Exact(detector) => encounter.first_contact(detector),
+            Self::GoldenSecant(detector) => encounter.first_contact(detector),
+            Self::FixedStep(detector) => encounter.first_contact(detector),
+            Self::BoundingCircles => encounter.first_contact(&BoundingCircles),
         }
     }
 
@@ -48,7 +48,7 @@ impl Detector {
         let pairs = a * b + if has_wall { a + b } else { 0 };
         let window = skim(&encounter.motion, encounter.size(), encounter.horizon);
         let duration = window.map_or(0.0, |window| window.end - window.begin);
-        let looks = match self {
+        let evaluations = match self {
             Self::Exact(_) | Self::BoundingCircles => return 0.0,
             Self::GoldenSecant(detector) => {
                 let [a, b] = encounter.motion.angular_velocity.map(f64::abs);
@@ -63,11 +63,11 @@ impl Detector {
                 steps.min(f64::from(detector.most_steps))
             }
         };
-        looks * pairs as f64
+        evaluations * pairs as f64
     }
 }
 
-impl Detection for Detector {
+impl Detection for AnyDetector {
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
         match self {
             Self::Exact(detector) => detector.first_contact(a, b, motion, horizon),

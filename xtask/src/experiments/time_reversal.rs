@@ -17,7 +17,7 @@ pub const LARGEST: f64 = 1e-3;
 ///
 /// # Errors
 /// The run fails.
-pub fn there_and_back<D: Detection, R: Response, S: Scheduler>(
+pub fn loschmidt_echo<D: Detection, R: Response, S: Scheduler>(
     simulation: &mut Simulation<D, R, S>,
     duration: f64,
 ) -> Result<(f64, f64)> {

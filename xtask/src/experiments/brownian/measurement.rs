@@ -9,7 +9,7 @@ use carom::{
 use carom_runs::{
     animation,
     progress::Progress,
-    resumable::{Found, Resumable, Start, Task},
+    resumable::{FoundCheckpoint, Resumable, Start, Task},
     series,
 };
 use carom_tables::Totals;
@@ -48,7 +48,7 @@ type Kicked = (
 /// received.
 pub fn measure(
     task: &Task<'_>,
-    found: Option<Found>,
+    found: Option<FoundCheckpoint>,
     scene: &Scene,
     plan: &Plan,
     impulses: u64,
@@ -73,7 +73,7 @@ pub fn measure(
             }
             let mut going = Resumable::begin(task, simulation, Watched::default());
             going.observers.sample(&going.simulation.view());
-            write_on(&mut going)?;
+            append_series(&mut going)?;
             going
         }
     };
@@ -101,7 +101,7 @@ pub fn measure(
         let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
         going.run_to(time, task)?;
         going.sample();
-        write_on(&mut going)?;
+        append_series(&mut going)?;
         progress.advance(time - before.0, going.simulation.view().counters().collisions - before.1);
     }
     let measured = Measurement::of(&going, key, molecule, plan)?;
@@ -111,7 +111,7 @@ pub fn measure(
 }
 
 /// Writes the data of the last sample.
-fn write_on(going: &mut Resumable<Watched>) -> Result<()> {
+fn append_series(going: &mut Resumable<Watched>) -> Result<()> {
     let Resumable { observers: (energy, _, measuring, impulses), files, .. } = going;
     let new = impulses.as_mut().map_or_else(Vec::new, |FromGas(log)| log.take());
     files.append_new(&series::IMPULSES, &new)?;

@@ -6,9 +6,9 @@ use carom_runs::{
     interruption::Signals,
     manifest::Manifest,
     output::Folder,
+    print_line,
     progress::{Lines, Progress},
-    resumable::{CHECKPOINT, Found, Task, without_end},
-    say,
+    resumable::{CHECKPOINT, FoundCheckpoint, Task, without_end},
 };
 use carom_tables::{Check, Figure, OneRun, Summary, Totals, Verdict};
 use rayon::prelude::*;
@@ -39,19 +39,19 @@ struct Whole {
     #[serde(flatten)]
     summary: Summary,
     /// One entry for each case and size.
-    verdicts: Vec<GroupVerdict>,
+    verdicts: Vec<GroupEquilibrium>,
 }
 
 /// Tests of equilibrium for the runs of one case and size.
 #[derive(Debug, Serialize)]
-struct GroupVerdict {
+struct GroupEquilibrium {
     case: String,
     size: String,
     #[serde(flatten)]
     equilibrium: Equilibrium,
 }
 
-impl GroupVerdict {
+impl GroupEquilibrium {
     fn of(analysis: Analysis<'_>) -> Self {
         let Analysis { group, size, equilibrium, .. } = analysis;
         Self { case: group.case.name(), size: size.name(), equilibrium }
@@ -62,7 +62,7 @@ impl GroupVerdict {
 struct Run<'a> {
     job: &'a Job,
     task: &'a Task<'a>,
-    found: Option<Found>,
+    found: Option<FoundCheckpoint>,
 }
 
 impl Run<'_> {
@@ -124,7 +124,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         jobs.iter().zip(&tasks).zip(found).map(|((job, task), found)| Run { job, task, found }).collect();
     let command = options.command(&plan);
     if !options.note().is_empty() {
-        say(&options.note());
+        print_line(&options.note());
     }
     let scenes: Vec<&Scene> = jobs.iter().map(|job| &job.scene).collect();
     let manifest = Manifest::begin(&folder, &command, &scenes)?;
@@ -208,7 +208,7 @@ fn one(
     };
     let page = report::page_of_one_run(&analysis, &summary, plan, options, folder)?;
     folder.write("report.html", page.html())?;
-    let verdicts = vec![GroupVerdict::of(analysis)];
+    let verdicts = vec![GroupEquilibrium::of(analysis)];
     Ok((measured, Whole { summary, verdicts }))
 }
 
@@ -248,7 +248,7 @@ fn several(
     }
     let page = report::page_of_all_runs(&analyses, &summary, plan, options, folder)?;
     folder.write("report.html", page.html())?;
-    Ok(Whole { summary, verdicts: analyses.into_iter().map(GroupVerdict::of).collect() })
+    Ok(Whole { summary, verdicts: analyses.into_iter().map(GroupEquilibrium::of).collect() })
 }
 
 /// Measures all runs in parallel; the results are in the order of the runs, so that the output does

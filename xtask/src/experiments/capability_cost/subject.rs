@@ -37,7 +37,7 @@ pub struct Subject {
 enum Work {
     /// None; the run is not sampled.
     None,
-    Told(Subscriptions),
+    Subscriptions(Subscriptions),
     Sample,
     Snapshots,
     Thermostat(Tag),
@@ -56,14 +56,14 @@ impl Subject {
                 if level == Level::Used {
                     count(&mut subscriptions, TagFilter::Any);
                 }
-                Work::Told(subscriptions)
+                Work::Subscriptions(subscriptions)
             }
             Variant::With(Capability::Tags, Level::Used) => {
                 let tag = |name| simulation.find_tag(name).context("the scene has no body with this tag");
                 let filter = TagFilter::Pair(tag("one")?, tag("three")?);
                 let mut subscriptions = Subscriptions::default();
                 count(&mut subscriptions, filter);
-                Work::Told(subscriptions)
+                Work::Subscriptions(subscriptions)
             }
             Variant::With(Capability::Snapshots, Level::Idle) => Work::Sample,
             Variant::With(Capability::Snapshots, Level::Used) => Work::Snapshots,
@@ -91,7 +91,7 @@ impl Subject {
         let at = |interval: u32| INTERVAL * f64::from(interval);
         match &mut self.work {
             Work::None => self.simulation.run_until(at(self.intervals))?,
-            Work::Told(subscriptions) => {
+            Work::Subscriptions(subscriptions) => {
                 self.simulation.observe_until(at(self.intervals), subscriptions)?;
             }
             Work::Sample | Work::Snapshots | Work::Thermostat(_) => {

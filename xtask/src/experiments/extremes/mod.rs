@@ -4,8 +4,8 @@
 //! increased until a bound fails, time reversal, and energy drift.
 
 mod drift;
-mod edges;
 mod gaps;
+mod limits;
 mod options;
 mod report;
 mod results;

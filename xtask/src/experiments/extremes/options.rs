@@ -31,7 +31,7 @@ pub struct Plan {
     /// Collisions of each gas in the scenes.
     pub collisions: u64,
     /// Collisions of each trial in the search for a limit.
-    pub edge_collisions: u64,
+    pub limit_collisions: u64,
     /// Bisections of the decades that contain a limit.
     pub halvings: u32,
     /// Starts of the reversal test at each density.
@@ -41,7 +41,7 @@ pub struct Plan {
     /// Processor time after which a scene counts as hanging.
     pub patience: Duration,
     /// Processor time after which a trial in the search for a limit counts as hanging.
-    pub edge_patience: Duration,
+    pub limit_patience: Duration,
 }
 
 impl Options {
@@ -50,23 +50,23 @@ impl Options {
         self.common.select(
             Plan {
                 collisions: 20_000,
-                edge_collisions: 2000,
+                limit_collisions: 2000,
                 halvings: 3,
                 reversals: 12,
                 // The largest number is for the gas: a single disc and few small discs take more
                 // time for each collision.
                 drift: [1_000_000, 100_000_000, 1_000_000],
                 patience: Duration::from_secs(6),
-                edge_patience: Duration::from_secs(10),
+                limit_patience: Duration::from_secs(10),
             },
             Plan {
                 collisions: 1_000_000,
-                edge_collisions: 20_000,
+                limit_collisions: 20_000,
                 halvings: 6,
                 reversals: 64,
                 drift: [1_000_000_000, 1_000_000_000, 100_000_000],
                 patience: Duration::from_mins(10),
-                edge_patience: Duration::from_mins(1),
+                limit_patience: Duration::from_mins(1),
             },
         )
     }

@@ -9,7 +9,7 @@ use carom_testkit::extremes::{
 };
 use rayon::prelude::*;
 
-use crate::experiments::time_reversal::{LARGEST, line, there_and_back};
+use crate::experiments::time_reversal::{LARGEST, line, loschmidt_echo};
 
 /// Number of discs.
 const COUNT: usize = 64;
@@ -51,7 +51,7 @@ fn reversal<E: Engine>(fraction: f64, expected: f64, starts: usize) -> Result<Re
         let mut logs = Vec::new();
         for seed in 0..starts {
             let (mut run, tau) = start::<E>(fraction, seed)?;
-            let (forward, distance) = there_and_back(&mut run, collisions * tau)?;
+            let (forward, distance) = loschmidt_echo(&mut run, collisions * tau)?;
             logs.push((forward, distance.max(1e-18).ln()));
         }
         let mean = |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / logs.len() as f64;

@@ -4,7 +4,7 @@ use anyhow::Result;
 use carom_runs::{
     experiment::{Experiment, Opening, configuration},
     output::Folder,
-    work_items::Pieces,
+    work_items::WorkItems,
 };
 use carom_tables::{Summary, Totals, Verdict};
 
@@ -21,10 +21,10 @@ use super::{
 pub fn run_test(
     test: &Test,
     options: &Options,
-    measure: impl FnOnce(f64, &Pieces) -> Result<Results>,
+    measure: impl FnOnce(f64, &WorkItems) -> Result<Results>,
 ) -> Result<Verdict> {
     let command = options.command(test.name);
-    let experiment = Experiment::begin_in_pieces(
+    let experiment = Experiment::begin_resumable(
         &options.common.destination,
         command.clone(),
         &Opening {
@@ -36,7 +36,7 @@ pub fn run_test(
         },
     )?;
     let folder = &experiment.folder;
-    let results = measure(options.budget(), &experiment.pieces)?;
+    let results = measure(options.budget(), &experiment.items)?;
     let totals: Vec<Totals> = results.timings.iter().map(|timing| timing.totals).collect();
     let totals = Totals::of(&totals);
     let summary = Summary {

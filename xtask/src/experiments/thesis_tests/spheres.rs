@@ -8,7 +8,7 @@ use carom::{
     CellScheduler, CellsPerSide, Exact, HeapScheduler, Instructions, Scene, Simulation,
     engine::{BoxSpec, GasSpec},
 };
-use carom_runs::work_items::Pieces;
+use carom_runs::work_items::WorkItems;
 use carom_tables::{Figure, Verdict, power_law::PowerLaw};
 
 use super::{
@@ -78,11 +78,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
                that of carom.",
         size: "discs",
     };
-    run_test(&test, options, |budget, pieces| {
+    run_test(&test, options, |budget, items| {
         let mut timings = Vec::new();
         for (count, _, _) in TABLE_2_1 {
             for engine in ENGINES {
-                timings.push(case(engine, count, options.random.seed, budget, pieces)?);
+                timings.push(case(engine, count, options.random.seed, budget, items)?);
             }
         }
         let times = |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.for_thesis_time()?.0));
@@ -126,11 +126,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
 }
 
 /// One number of discs with one engine.
-fn case(engine: &str, count: usize, seed: u64, budget: f64, pieces: &Pieces) -> Result<Timing> {
-    let (scene, exact, signals) = (scene(count, seed), Exact::default(), pieces.signals());
+fn case(engine: &str, count: usize, seed: u64, budget: f64, items: &WorkItems) -> Result<Timing> {
+    let (scene, exact, signals) = (scene(count, seed), Exact::default(), items.signals());
     // The thesis uses the integer closest to √N.
     let fine = (count as f64).sqrt().round() as u32;
-    pieces.finish(&format!("{engine}, {count}"), || match engine {
+    items.finish(&format!("{engine}, {count}"), || match engine {
         NO_GRID => {
             time::<_, HeapScheduler>(engine, count, &scene, (exact, CellsPerSide::Given(1)), budget, signals)
         }
@@ -246,7 +246,7 @@ mod tests {
     #[test]
     fn all_engines_count_the_collisions_of_the_same_gas() {
         for engine in [GRID, "cells"] {
-            let timing = case(engine, 500, 3, 0.2, &Pieces::default()).unwrap();
+            let timing = case(engine, 500, 3, 0.2, &WorkItems::default()).unwrap();
             let expected =
                 collisions(500, temperature(500, 3).unwrap()) * timing.totals.simulated_time / THESIS_TIME;
             let found = timing.totals.collisions as f64;

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use carom::{Detection, EnergyLedger, Impact, Observer as _, OverlapCheck, Scene, Scheduler, Simulation};
-use carom_runs::{interruption::Signals, say};
+use carom_runs::{interruption::Signals, print_line};
 use carom_tables::Totals;
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
@@ -179,7 +179,7 @@ pub fn time<D: Detection, S: Scheduler>(
         ..timing.totals
     };
     let Stretch { time, seconds, collisions, .. } = timing.whole;
-    say(&format!(
+    print_line(&format!(
         "{engine:<20} {size:>5}  {collisions:>9} collisions in {time:.4} time units, {seconds:.3} s"
     ));
     Ok(timing)

@@ -5,7 +5,7 @@ use carom::{
     detection::{Exact, FixedStep, GoldenSecant, tolerance::MOST_FIXED_STEPS},
 };
 
-use crate::experiments::detectors::Detector;
+use crate::experiments::detectors::AnyDetector;
 
 /// Scheduler of the events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub struct Setting {
     /// Description.
     pub name: String,
     /// The detector.
-    pub detector: Detector,
+    pub detector: AnyDetector,
     /// The scheduler.
     pub order: Order,
     /// True if all rotation is locked.
@@ -55,7 +55,7 @@ pub fn exact() -> Setting {
     Setting {
         family: EXACT,
         name: "default".to_owned(),
-        detector: Detector::Exact(Exact::default()),
+        detector: AnyDetector::Exact(Exact::default()),
         order: Order::CellScheduler(Instructions::Widest),
         locked: false,
         sample_interval: None,
@@ -72,10 +72,10 @@ pub fn settings(view: &View<'_>, finest_step: i32) -> Vec<Setting> {
         settings.push(setting);
     };
     let turns = view.bodies().any(|view| !view.body.molecule().is_disc() && !view.body.is_fixed());
-    let detector = |detector: Detector| move |setting: &mut Setting| setting.detector = detector;
+    let detector = |detector: AnyDetector| move |setting: &mut Setting| setting.detector = detector;
     if turns {
         for most_steps in [4, 16] {
-            add(EXACT, format!("{most_steps} steps"), &detector(Detector::Exact(Exact { most_steps })));
+            add(EXACT, format!("{most_steps} steps"), &detector(AnyDetector::Exact(Exact { most_steps })));
         }
     }
     let golden = GoldenSecant::default();
@@ -85,7 +85,7 @@ pub fn settings(view: &View<'_>, finest_step: i32) -> Vec<Setting> {
             add(
                 GOLDEN,
                 name.to_owned(),
-                &detector(Detector::GoldenSecant(GoldenSecant { crop_factor, ..golden })),
+                &detector(AnyDetector::GoldenSecant(GoldenSecant { crop_factor, ..golden })),
             );
         }
     }
@@ -94,16 +94,16 @@ pub fn settings(view: &View<'_>, finest_step: i32) -> Vec<Setting> {
         add(
             GOLDEN,
             format!("tol 1e-{exponent}"),
-            &detector(Detector::GoldenSecant(GoldenSecant { tolerance, ..golden })),
+            &detector(AnyDetector::GoldenSecant(GoldenSecant { tolerance, ..golden })),
         );
     }
     for exponent in 2..=finest_step {
         let most_steps = MOST_FIXED_STEPS.max(100 * 10u32.pow(exponent as u32));
         let fixed = FixedStep { step: 10f64.powi(-exponent), most_steps };
-        add(STEP, format!("step 1e-{exponent}"), &detector(Detector::FixedStep(fixed)));
+        add(STEP, format!("step 1e-{exponent}"), &detector(AnyDetector::FixedStep(fixed)));
     }
     if turns {
-        add(MODEL, "bounding circles".to_owned(), &detector(Detector::BoundingCircles));
+        add(MODEL, "bounding circles".to_owned(), &detector(AnyDetector::BoundingCircles));
         add(MODEL, "rotation locked".to_owned(), &|setting| setting.locked = true);
     }
     let order = |order: Order| move |setting: &mut Setting| setting.order = order;
@@ -150,6 +150,6 @@ impl Setting {
     /// Returns true if no contact may be wrong: the certified detector and a safe grid.
     pub fn is_exact(&self) -> bool {
         let unsafe_grid = matches!(self.order, Order::HeapScheduler(CellsPerSide::Unchecked(_)));
-        matches!(self.detector, Detector::Exact(_)) && !unsafe_grid && !self.locked
+        matches!(self.detector, AnyDetector::Exact(_)) && !unsafe_grid && !self.locked
     }
 }

@@ -1,7 +1,7 @@
 //! How accurate and how fast are whole simulations under different settings?
 //!
-//! `cargo xtask experiment tradeoff`: wrong contacts, overlaps, effective error, and physics of each
-//! setting, and its processor time relative to the exact default run.
+//! `cargo xtask experiment tradeoff`: wrong contacts, overlaps, effective error, and physics of
+//! each setting, and its processor time relative to the exact default run.
 
 mod advice;
 mod charts;

@@ -86,7 +86,7 @@ pub fn compare(named: &Named, plan: &Plan) -> Result<Compared> {
         tau,
         seconds: clock.elapsed().as_secs_f64() / time,
         rate: collisions as f64 / time,
-        seen: ask(&request)?,
+        seen: run_rapier(&request)?,
     })
 }
 
@@ -118,7 +118,7 @@ fn request(view: &View<'_>, tau: f64, plan: &Plan) -> Value {
 }
 
 /// Compiles and runs the runner, which has its own workspace.
-fn ask(request: &Value) -> Result<Vec<Seen>> {
+fn run_rapier(request: &Value) -> Result<Vec<Seen>> {
     let mut runner = Command::new(option_env!("CARGO").unwrap_or("cargo"))
         .args(["run", "--release", "--locked", "--quiet", "--manifest-path"])
         .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/rapier/Cargo.toml"))

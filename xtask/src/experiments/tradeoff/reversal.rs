@@ -52,7 +52,7 @@ pub fn returns(setting: &Setting, states: &[Checkpoint], tau: f64, plan: &Plan) 
                 break;
             }
             let (n, distance) =
-                begin(setting, state)?.there_and_back(SHORTEST * 2f64.powi(doubling) * tau)?;
+                begin(setting, state)?.loschmidt_echo(SHORTEST * 2f64.powi(doubling) * tau)?;
             collisions += n;
             log += distance.max(SMALLEST).ln();
             starts += 1.0;

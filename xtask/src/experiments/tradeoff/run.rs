@@ -4,8 +4,8 @@ use anyhow::{Context, Result};
 use carom::{Checkpoint, Simulation, kinematics::EpochTime};
 use carom_runs::{
     experiment::{Experiment, Opening, configuration},
+    print_line,
     progress::Progress,
-    say,
 };
 use carom_tables::{Check, Figure, Summary, Totals, Verdict};
 use cpu_time::ThreadTime;
@@ -20,7 +20,7 @@ use super::{
     rapier,
     replay::{self, Tally},
     report,
-    results::{Found, SceneResult, TOLERANCE},
+    results::{SceneResult, SettingResult, TOLERANCE},
     reversal::{self},
     runner::{Runner, begin},
     scenes::{self, Named},
@@ -68,24 +68,24 @@ pub fn run(options: &Options) -> Result<Verdict> {
             folder.write(name, svg)?;
         }
         for line in report::lines(&result) {
-            say(&line);
+            print_line(&line);
         }
         results.push(result);
     }
     drop(progress);
     let mut compared = Vec::new();
     if options.rapier {
-        say("rapier in closed boxes");
+        print_line("rapier in closed boxes");
         for result in &results {
             let one = rapier::compare(&result.named, &plan)?;
             for line in rapier::lines(&one) {
-                say(&line);
+                print_line(&line);
             }
             compared.push(one);
         }
         folder.write_table("rapier.csv", &rapier::HEADER, compared.iter().flat_map(rapier::rows))?;
     } else {
-        say("rapier is not run; the option --rapier compiles and runs it");
+        print_line("rapier is not run; the option --rapier compiles and runs it");
     }
     let summary = Summary {
         title: "Cost of accuracy in whole simulations".to_owned(),
@@ -147,7 +147,7 @@ fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals)
             let effective = (setting.family != MODEL)
                 .then(|| reversal::returns(&setting, &states, tau, plan).ok()?.effective_error(rate))
                 .flatten();
-            Ok(Found { setting, time, tally, effective, physics })
+            Ok(SettingResult { setting, time, tally, effective, physics })
         })
         .collect::<Result<Vec<_>>>()?;
     progress.advance(1.0, 0);
@@ -296,7 +296,7 @@ fn checks(results: &[SceneResult]) -> Vec<Check> {
 }
 
 fn figures(results: &[SceneResult]) -> Vec<Figure> {
-    let of = |result: &SceneResult, found: &Found| {
+    let of = |result: &SceneResult, found: &SettingResult| {
         let what = format!("{}, {}", result.named.name, found.setting.title());
         let wrong = (found.setting.family != MODEL)
             .then(|| Figure::new(format!("wrong contacts in a million: {what}"), found.tally.wrong(), "1"));

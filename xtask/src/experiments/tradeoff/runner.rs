@@ -10,7 +10,7 @@ use super::{
     epochs::Epochs,
     knobs::{Order, Setting},
 };
-use crate::experiments::{detectors::Detector, time_reversal::there_and_back};
+use crate::experiments::{detectors::AnyDetector, time_reversal::loschmidt_echo};
 
 /// A simulation with any detector and scheduler.
 pub trait Runner {
@@ -32,7 +32,7 @@ pub trait Runner {
     ///
     /// # Errors
     /// The run fails.
-    fn there_and_back(&mut self, duration: f64) -> Result<(f64, f64)>;
+    fn loschmidt_echo(&mut self, duration: f64) -> Result<(f64, f64)>;
 }
 
 impl<D: Detection, R: Response, S: Scheduler> Runner for Simulation<D, R, S> {
@@ -48,8 +48,8 @@ impl<D: Detection, R: Response, S: Scheduler> Runner for Simulation<D, R, S> {
         self.observe_until(until, observer)
     }
 
-    fn there_and_back(&mut self, duration: f64) -> Result<(f64, f64)> {
-        there_and_back(self, duration)
+    fn loschmidt_echo(&mut self, duration: f64) -> Result<(f64, f64)> {
+        loschmidt_echo(self, duration)
     }
 }
 
@@ -63,13 +63,13 @@ impl<D: Detection, R: Response, S: Scheduler> Runner for Simulation<D, R, S> {
 pub fn begin(setting: &Setting, state: &Checkpoint) -> Result<Box<dyn Runner>> {
     let widest = carom::Instructions::Widest;
     match (setting.detector, setting.order) {
-        (Detector::Exact(exact), Order::CellScheduler(instructions)) => {
+        (AnyDetector::Exact(exact), Order::CellScheduler(instructions)) => {
             of::<_, CellScheduler>(setting, state, exact, instructions)
         }
-        (Detector::Exact(exact), Order::Epochs1) => of::<_, Epochs<1>>(setting, state, exact, widest),
-        (Detector::Exact(exact), Order::Epochs8) => of::<_, Epochs<8>>(setting, state, exact, widest),
-        (Detector::Exact(exact), Order::Epochs512) => of::<_, Epochs<512>>(setting, state, exact, widest),
-        (Detector::Exact(exact), Order::HeapScheduler(cells)) => {
+        (AnyDetector::Exact(exact), Order::Epochs1) => of::<_, Epochs<1>>(setting, state, exact, widest),
+        (AnyDetector::Exact(exact), Order::Epochs8) => of::<_, Epochs<8>>(setting, state, exact, widest),
+        (AnyDetector::Exact(exact), Order::Epochs512) => of::<_, Epochs<512>>(setting, state, exact, widest),
+        (AnyDetector::Exact(exact), Order::HeapScheduler(cells)) => {
             of::<_, HeapScheduler>(setting, state, exact, cells)
         }
         (detector, Order::CellScheduler(instructions)) => {

@@ -99,7 +99,7 @@ pub fn run<D: Detection, R: Response, S: Scheduler>(
     until: f64,
     report: &mut Report,
 ) {
-    look(&simulation.view(), "at the start", report);
+    check_view(&simulation.view(), "at the start", report);
     let contacts = simulation.view().counters().collisions;
     let target = EpochTime::ZERO.after(until);
     let target = if simulation.time().since(target) > 0.0 { simulation.time().after(until) } else { target };
@@ -117,7 +117,7 @@ pub fn run<D: Detection, R: Response, S: Scheduler>(
         }
     }
     report.count("contacts", simulation.view().counters().collisions.saturating_sub(contacts));
-    look(&simulation.view(), "after a run", report);
+    check_view(&simulation.view(), "after a run", report);
 }
 
 fn named(error: &RunError, report: &mut Report) {
@@ -128,7 +128,7 @@ fn named(error: &RunError, report: &mut Report) {
 }
 
 /// Checks that every body is in the box and does not overlap another.
-fn look(view: &View<'_>, when: &str, report: &mut Report) {
+fn check_view(view: &View<'_>, when: &str, report: &mut Report) {
     for body in view.bodies() {
         let motion = body.motion;
         let numbers = [

@@ -235,7 +235,7 @@ where
             watcher.report.count("reported as missed", 1);
             watcher.look_ahead(simulation.time(), time, next);
         }
-        // Decided by the watcher, which knows the largest energy so far.
+        // Decided by the watcher, which holds the largest energy so far.
         Err(Violation::Energy { .. }) => watcher.report.count("reported as energy", 1),
         Err(violation) => watcher.report.fail("invariants", violation.to_string()),
     }

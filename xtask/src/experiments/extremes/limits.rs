@@ -21,7 +21,7 @@ use glam::DVec2;
 use super::trial::{Ending, attempt};
 
 /// A parameter, and the goal up to which all bounds must hold.
-pub struct Edge {
+pub struct LimitSearch {
     /// Name of the parameter.
     pub parameter: &'static str,
     /// Description of the scene.
@@ -35,7 +35,7 @@ pub struct Edge {
 
 /// Location of the limit.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct Limit {
     /// The largest value at which all bounds hold; NaN if there is none.
     pub holds_up_to: f64,
     /// The next value and its result; `None` if all bounds hold up to the end of the search.
@@ -44,10 +44,10 @@ pub struct Found {
     pub rest: Vec<(f64, Ending)>,
 }
 
-impl Found {
+impl Limit {
     /// Returns a value beyond the limit with an unreported failure: a panic or a hang.
     pub fn silent(&self) -> Option<&(f64, Ending)> {
-        self.rest.iter().find(|(_, ending)| !ending.is_told())
+        self.rest.iter().find(|(_, ending)| !ending.is_reported())
     }
 
     /// Results beyond the limit, from near to far.
@@ -60,80 +60,87 @@ impl Found {
 /// Step of the first search (decades).
 const STEP: f64 = 2.0;
 
-impl Edge {
+impl LimitSearch {
     /// Searches the limit, and examines the values beyond it.
-    pub fn find(&self, collisions: u64, halvings: u32, patience: Duration) -> Found {
-        let ask = |decade: f64| {
+    pub fn find(&self, collisions: u64, halvings: u32, patience: Duration) -> Limit {
+        let attempt_at = |decade: f64| {
             let (trial, value) = (self.trial, 10f64.powf(decade));
             attempt(patience, move || trial(value, collisions))
         };
         let (mut low, end) = self.decades;
-        let first = ask(low);
+        let first = attempt_at(low);
         if !first.holds() {
             let beyond = (10f64.powf(low), first);
-            return Found { holds_up_to: f64::NAN, beyond: Some(beyond.clone()), rest: vec![beyond] };
+            return Limit { holds_up_to: f64::NAN, beyond: Some(beyond.clone()), rest: vec![beyond] };
         }
         // The goal itself is tested, not only its neighbours.
-        if self.goal.log10() > low && ask(self.goal.log10()).holds() {
+        if self.goal.log10() > low && attempt_at(self.goal.log10()).holds() {
             low = self.goal.log10();
         }
         // From the last value back to the limit.
         let mut failed = Vec::new();
         while failed.is_empty() && low < end {
             let next = (low + STEP).min(end);
-            let ending = ask(next);
+            let ending = attempt_at(next);
             if ending.holds() { low = next } else { failed.push((next, ending)) }
         }
         if let Some(&(high, _)) = failed.first() {
             for decade in [end, 0.5 * (high + end)].into_iter().filter(|&decade| decade > high).rev() {
-                failed.insert(0, (decade, ask(decade)));
+                failed.insert(0, (decade, attempt_at(decade)));
             }
         }
         for _ in 0..halvings {
             let Some((high, _)) = failed.last() else { break };
             let middle = 0.5 * (low + high);
-            let ending = ask(middle);
+            let ending = attempt_at(middle);
             if ending.holds() { low = middle } else { failed.push((middle, ending)) }
         }
         let rest: Vec<(f64, Ending)> =
             failed.into_iter().rev().map(|(decade, ending)| (10f64.powf(decade), ending)).collect();
-        Found { holds_up_to: 10f64.powf(low), beyond: rest.first().cloned(), rest }
+        Limit { holds_up_to: 10f64.powf(low), beyond: rest.first().cloned(), rest }
     }
 }
 
 /// All parameters.
-pub fn edges<E: Engine>() -> Vec<Edge> {
-    let edge = |parameter, scene, goal, decades, trial| Edge { parameter, scene, goal, decades, trial };
+pub fn limit_searches<E: Engine>() -> Vec<LimitSearch> {
+    let limit =
+        |parameter, scene, goal, decades, trial| LimitSearch { parameter, scene, goal, decades, trial };
     vec![
-        edge("mass ratio", "a heavy disc among 30 light ones", 1e12, (2.0, 62.0), heavy::<E>),
-        edge("speed ratio", "a light and fast disc among 30", 1e6, (1.0, 32.0), fast::<E>),
-        edge("size ratio", "two small discs meet obliquely beside a large one", 1e6, (1.0, 18.0), small::<E>),
-        edge(
+        limit("mass ratio", "a heavy disc among 30 light ones", 1e12, (2.0, 62.0), heavy::<E>),
+        limit("speed ratio", "a light and fast disc among 30", 1e6, (1.0, 32.0), fast::<E>),
+        limit(
+            "size ratio",
+            "two small discs meet obliquely beside a large one",
+            1e6,
+            (1.0, 18.0),
+            small::<E>,
+        ),
+        limit(
             "turns per natural time",
             "a rotating rod hit by a gas disc at its rim",
             1e8,
             (1.0, 60.0),
             spinning::<E>,
         ),
-        edge("σ over depth of a graze", "two discs at 30 σ", 1e14, (3.0, 18.0), grazing::<E>),
-        edge(
+        limit("σ over depth of a graze", "two discs at 30 σ", 1e14, (3.0, 18.0), grazing::<E>),
+        limit(
             "reach over depth of a sweep",
             "a rotating dumbbell and a disc",
             1e13,
             (3.0, 18.0),
             sweeping::<E>,
         ),
-        edge("age in natural times", "36 discs added to a box at a late time", 1e12, (1.0, 40.0), old::<E>),
-        edge("1/(A/A₀ − 1)", "288 discs on the triangular lattice", 1e5, (2.0, 18.0), dense::<E>),
-        edge(
+        limit("age in natural times", "36 discs added to a box at a late time", 1e12, (1.0, 40.0), old::<E>),
+        limit("1/(A/A₀ − 1)", "288 discs on the triangular lattice", 1e5, (2.0, 18.0), dense::<E>),
+        limit(
             "1/contact time of the guard",
             "a gas of discs and dumbbells at e = 0",
             1e4,
             (2.0, 18.0),
             inelastic::<E>,
         ),
-        edge("atoms of a ring", "a ring among 40 discs", 4096.0, (1.0, 5.0), many_atoms::<E>),
-        edge(
+        limit("atoms of a ring", "a ring among 40 discs", 4096.0, (1.0, 5.0), many_atoms::<E>),
+        limit(
             "box over diameter",
             "two discs meet obliquely across half the box",
             1e9,
