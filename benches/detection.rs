@@ -71,8 +71,8 @@ impl Case {
 }
 
 type Ask = fn(&Encounter) -> Answer;
-const EXACT: Ask = |encounter| encounter.ask(&Exact::default());
-const GOLDEN_SECANT: Ask = |encounter| encounter.ask(&GoldenSecant::default());
+const EXACT: Ask = |encounter| encounter.first_contact(&Exact::default());
+const GOLDEN_SECANT: Ask = |encounter| encounter.first_contact(&GoldenSecant::default());
 
 fn first_contact(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("first contact");

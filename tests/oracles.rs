@@ -22,7 +22,7 @@ fn exact_satisfies_its_guarantee_on_all_classes_of_molecules() {
         let count = if matches!(class, Class::Rods | Class::Blobs) { 21 } else { 100 };
         for index in 0..count {
             let encounter = Encounter::draw(class, SEED, index);
-            let answer = encounter.ask(&Exact::default());
+            let answer = encounter.first_contact(&Exact::default());
             let reference = oracle.first_contact::<DoubleDouble>(&encounter);
             let Some(judgement) = reference.judge(&encounter, &answer) else {
                 unresolved += 1;
@@ -53,7 +53,7 @@ fn exact_satisfies_its_guarantee_at_walls() {
         let (count, tolerance) = if class == Class::Wall { (2000, 1e-15) } else { (200, 1e-6) };
         for index in 0..count {
             let encounter = Encounter::draw(class, SEED + 1, index);
-            let answer = encounter.ask(&Exact::default());
+            let answer = encounter.first_contact(&Exact::default());
             match answer.outcome.contact().map(|contact| contact.touch) {
                 Some(Touch::FaceOfA(_) | Touch::FaceOfB(_)) => faces += 1,
                 Some(_) => ends += 1,
@@ -149,7 +149,7 @@ fn the_oracle_distinguishes_wrong_answers_from_right_ones() {
     let mut seen = [0; 2];
     for index in 0..60 {
         let encounter = Encounter::draw(Class::Generic, SEED, index);
-        let answer = encounter.ask(&Exact::default());
+        let answer = encounter.first_contact(&Exact::default());
         let reference = oracle.first_contact::<DoubleDouble>(&encounter);
         let verdict = |outcome| {
             let answer = Answer { outcome, evaluations: 0 };

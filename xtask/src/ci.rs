@@ -8,7 +8,7 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use carom_runs::say;
+use carom_runs::print_line;
 use carom_tables::Verdict;
 
 /// Seed of the fuzzers: cases stay the same. Fresh seeds are for runs by hand.
@@ -66,10 +66,10 @@ impl Steps<'_> {
     }
 
     fn passes(&self, line: &str) -> Result<bool> {
-        say(&format!("ci: {line}"));
+        print_line(&format!("ci: {line}"));
         let status = self.shell(line).status().with_context(|| format!("cannot start `{line}`"))?;
         if !status.success() {
-            say(&format!("ci: FAILED: `{line}`: {status}"));
+            print_line(&format!("ci: FAILED: `{line}`: {status}"));
         }
         Ok(status.success())
     }
@@ -77,7 +77,7 @@ impl Steps<'_> {
     /// Runs the tests and closes with the sum of all test programs' results, in the format of one
     /// test program.
     fn tests(&self, line: &str) -> Result<Verdict> {
-        say(&format!("ci: {line}"));
+        print_line(&format!("ci: {line}"));
         let mut tests = self
             .shell(line)
             .stdout(Stdio::piped())
@@ -97,9 +97,9 @@ impl Steps<'_> {
         skipped.sort();
         skipped.dedup();
         for line in &skipped {
-            say(line);
+            print_line(line);
         }
-        say(&sum.line(status.success(), skipped.len()));
+        print_line(&sum.line(status.success(), skipped.len()));
         Ok(if status.success() { Verdict::Passed } else { Verdict::Failed })
     }
 }

@@ -1,7 +1,7 @@
 //! A disc around a fixed molecule: mean free path and directions agree with integral geometry.
 
 use carom::Shape;
-use carom_runs::work_items::Pieces;
+use carom_runs::work_items::WorkItems;
 use carom_tables::chi_square::ChiSquare;
 use clap::Parser as _;
 use xtask::experiments::billiard::{Options, fly};
@@ -22,7 +22,7 @@ fn mean_free_path_and_directions_agree_with_integral_geometry() {
         let mut options = options(&["--shape", shape, "--atom-radius", radius, "--seed", "11"]);
         options.hits = Some(40_000);
         let setup = options.setup().unwrap();
-        let hits = fly(&setup, &Pieces::default()).unwrap();
+        let hits = fly(&setup, &WorkItems::default()).unwrap();
         let (path, error) = hits.mean_free_path();
         let predicted = setup.mean_free_path();
         assert!((path - predicted).abs() < 4.0 * error, "{shape}: {path} ± {error}, {predicted}");
@@ -43,7 +43,7 @@ fn the_number_of_threads_changes_no_hit() {
     let setup = options.setup().unwrap();
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| fly(&setup, &Pieces::default())).unwrap()
+        pool.install(|| fly(&setup, &WorkItems::default())).unwrap()
     };
     let (one, two) = (on(1), on(2));
     assert_eq!((one.blocks, one.directions), (two.blocks, two.directions));

@@ -25,9 +25,12 @@ fn a_scene_is_checked_and_run_and_its_folder_names_the_command() {
     fs::write(root.path().join("scene.toml"), SCENE).unwrap();
     let check = carom(root.path(), &["check", "scene.toml", "--set", "gas.0.count=60"]);
     assert!(check.status.success(), "{}", text(&check.stderr));
-    let said = text(&check.stdout);
-    assert!(said.starts_with("scene.toml: valid\n") && said.contains("60       gas: disc"), "{said}");
-    assert!(said.contains("molecule of 5 atoms") && said.contains("5 samples of energy"), "{said}");
+    let printed = text(&check.stdout);
+    assert!(
+        printed.starts_with("scene.toml: valid\n") && printed.contains("60       gas: disc"),
+        "{printed}"
+    );
+    assert!(printed.contains("molecule of 5 atoms") && printed.contains("5 samples of energy"), "{printed}");
     assert!(!root.path().join("out").exists(), "a check writes nothing");
 
     let run = carom(root.path(), &["run", "scene.toml", "--until", "0.3", "--out", "run"]);

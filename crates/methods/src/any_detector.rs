@@ -11,7 +11,6 @@ use carom_kinematics::RelativeMotion;
 /// [`Self::Exact`] finds the same contacts as [`Exact`] but has no SIMD broad phase for molecules;
 /// [`AnySimulation`](crate::AnySimulation) therefore runs [`Exact`] itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
 pub enum AnyDetector {
     /// The certified detector.
     Exact(Exact),

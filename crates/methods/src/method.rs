@@ -23,7 +23,6 @@ pub struct Method {
 
 /// The scheduler of the events, with its options.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum Order {
     /// [`CellScheduler`](carom_engine::CellScheduler).
     Cells(Instructions),

@@ -27,16 +27,6 @@ impl Page {
         Self { title: title.to_owned(), body }
     }
 
-    /// A section without a title, for [`Self::append`].
-    pub fn section() -> Self {
-        Self { title: String::new(), body: String::new() }
-    }
-
-    /// Appends a section.
-    pub fn append(&mut self, section: &Self) {
-        self.body.push_str(&section.body);
-    }
-
     /// Adds a highlighted note, such as a caveat.
     pub fn note(&mut self, text: &str) {
         self.element("p class=\"note\"", text);
@@ -277,7 +267,7 @@ mod tests {
 
     #[test]
     fn text_in_a_table_may_break_into_lines_but_numbers_may_not() {
-        let mut page = Page::section();
+        let mut page = Page::new("", "");
         let row = ["name", "350.62 ± 0.12", "no end in the processor time allowed"].map(str::to_owned);
         page.table(&["a", "b", "c"], &[row.to_vec()]);
         assert!(page.body.contains("<td>name</td><td class=\"number\">350.62 ± 0.12</td><td>no end"));

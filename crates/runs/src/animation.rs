@@ -21,7 +21,7 @@ use carom_methods::AnySimulation;
 use glam::DVec2;
 use serde::Serialize;
 
-use crate::{output::Folder, part::Part};
+use crate::{output::Folder, visible_region::VisibleRegion};
 
 /// Name of the packed animation.
 pub const ANIMATION: &str = "animation.json";
@@ -96,7 +96,7 @@ const CROSSINGS: f64 = 4.0;
 /// A file cannot be written.
 pub fn record(simulation: &AnySimulation, folder: &Folder) -> Result<()> {
     let view = simulation.view();
-    let part = Part::of(&view);
+    let part = VisibleRegion::of(&view);
     let log = match &part {
         Some(part) => FlightLog::among(CAPACITY, part.bodies.iter().copied()),
         None => FlightLog::new(CAPACITY),
@@ -157,7 +157,7 @@ fn end(view: &View<'_>) -> f64 {
 }
 
 impl Animation {
-    fn of(view: &View<'_>, part: Option<&Part>, flights: &[Flight], until: f64) -> Self {
+    fn of(view: &View<'_>, part: Option<&VisibleRegion>, flights: &[Flight], until: f64) -> Self {
         let is_shown = |body: &Body| part.is_none_or(|part| part.has(body));
         let mut shapes: Vec<Shape> = Vec::new();
         let (mut bodies, mut number_of) = (Vec::new(), BTreeMap::new());
@@ -188,7 +188,7 @@ impl Animation {
             |quantity: fn(&Flight) -> f64| flights.iter().map(quantity).fold(f64::MIN_POSITIVE, f64::max);
         let mut animation = Self {
             sides: sides.to_array(),
-            window: part.map(Part::window),
+            window: part.map(VisibleRegion::window),
             from: view.time().to_f64(),
             until,
             fastest: largest(|flight| flight.velocity.abs().max_element()),

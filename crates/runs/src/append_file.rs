@@ -39,15 +39,15 @@ pub struct Length {
 
 /// Lengths of the files of one run at its last checkpoint.
 #[derive(Debug)]
-pub struct Kept {
+pub struct CheckpointLengths {
     folder: Folder,
     /// `None` before the first checkpoint and after the end of the run.
     lengths: Option<Vec<Length>>,
 }
 
-impl Kept {
+impl CheckpointLengths {
     /// State before the first checkpoint of a run in this folder.
-    pub fn nothing(folder: &Folder) -> Self {
+    pub fn new(folder: &Folder) -> Self {
         Self { folder: folder.clone(), lengths: None }
     }
 
@@ -73,19 +73,19 @@ impl Kept {
 
 /// The files that one run appends to.
 #[derive(Debug)]
-pub struct Growing {
+pub struct AppendFiles {
     folder: Folder,
-    files: Vec<GrowingFile>,
+    files: Vec<AppendFile>,
 }
 
 #[derive(Debug)]
-struct GrowingFile {
+struct AppendFile {
     name: String,
     out: BufWriter<File>,
     records: usize,
 }
 
-impl Growing {
+impl AppendFiles {
     /// An empty set of files.
     pub fn begin(folder: &Folder) -> Self {
         Self { folder: folder.clone(), files: Vec::new() }
@@ -141,7 +141,7 @@ impl Growing {
     /// # Errors
     /// A file cannot be flushed.
     pub fn lengths(&mut self) -> Result<Vec<Length>> {
-        let length = |file: &mut GrowingFile| -> io::Result<Length> {
+        let length = |file: &mut AppendFile| -> io::Result<Length> {
             file.out.flush()?;
             file.out.get_ref().sync_data()?;
             let bytes = file.out.stream_position()?;
@@ -158,7 +158,7 @@ impl Growing {
         &mut self,
         name: &str,
         begin: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
-    ) -> Result<&mut GrowingFile> {
+    ) -> Result<&mut AppendFile> {
         let place = self.files.iter().position(|file| file.name == name);
         let place = place.unwrap_or(self.files.len());
         if place == self.files.len() {
@@ -168,7 +168,7 @@ impl Growing {
                 Ok(out)
             });
             let out = made.with_context(|| format!("cannot write {}", path.display()))?;
-            self.files.push(GrowingFile { name: name.to_owned(), out, records: 0 });
+            self.files.push(AppendFile { name: name.to_owned(), out, records: 0 });
         }
         Ok(&mut self.files[place])
     }
@@ -184,7 +184,7 @@ fn write_csv(
 }
 
 /// Opens a file, truncates it to its length at the checkpoint, and moves to its end.
-fn cut_back(path: &Path, length: &Length) -> Result<GrowingFile> {
+fn cut_back(path: &Path, length: &Length) -> Result<AppendFile> {
     let cannot = || format!("cannot continue {}", path.display());
     let mut file = OpenOptions::new().read(true).write(true).open(path).with_context(cannot)?;
     let found = file.metadata().with_context(cannot)?.len();
@@ -195,7 +195,7 @@ fn cut_back(path: &Path, length: &Length) -> Result<GrowingFile> {
         length.bytes
     );
     file.set_len(length.bytes).and_then(|()| file.seek(SeekFrom::End(0))).with_context(cannot)?;
-    Ok(GrowingFile { name: length.name.clone(), out: BufWriter::new(file), records: length.records })
+    Ok(AppendFile { name: length.name.clone(), out: BufWriter::new(file), records: length.records })
 }
 
 #[cfg(test)]
@@ -214,41 +214,41 @@ mod tests {
     fn rows_written_after_the_checkpoint_are_truncated_and_written_again() {
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
-        let mut growing = Growing::begin(&folder);
-        growing.append(&SQUARES, &[]).unwrap();
-        growing.append(&SQUARES, &[1.0, 2.0]).unwrap();
-        growing.append_frame("frames", |out| out.write_all(b"one")).unwrap();
-        growing.append_new(&CUBES, &[2.0]).unwrap();
-        let lengths = growing.lengths().unwrap();
-        growing.append(&SQUARES, &[1.0, 2.0, 3.0]).unwrap();
-        growing.append_frame("frames", |out| out.write_all(b"two")).unwrap();
-        drop(growing);
+        let mut files = AppendFiles::begin(&folder);
+        files.append(&SQUARES, &[]).unwrap();
+        files.append(&SQUARES, &[1.0, 2.0]).unwrap();
+        files.append_frame("frames", |out| out.write_all(b"one")).unwrap();
+        files.append_new(&CUBES, &[2.0]).unwrap();
+        let lengths = files.lengths().unwrap();
+        files.append(&SQUARES, &[1.0, 2.0, 3.0]).unwrap();
+        files.append_frame("frames", |out| out.write_all(b"two")).unwrap();
+        drop(files);
         // Without a checkpoint, or after the end of the run, files keep their full length.
-        let mut kept = Kept::nothing(&folder);
-        kept.cut_back();
+        let mut lengths_kept = CheckpointLengths::new(&folder);
+        lengths_kept.cut_back();
         let read = |name| fs::read_to_string(root.path().join(name)).unwrap();
         let (table, frames) = (read("squares.csv"), read("frames"));
         assert_eq!(table, "x,square\n1.0,1.0\n2.0,4.0\n3.0,9.0\n");
-        kept.set(Some(lengths.clone()));
-        kept.cut_back();
+        lengths_kept.set(Some(lengths.clone()));
+        lengths_kept.cut_back();
         assert_eq!(
             (read("squares.csv"), read("frames")),
             ("x,square\n1.0,1.0\n2.0,4.0\n".into(), "one".into())
         );
 
-        let mut growing = Growing::resume(&folder, &lengths).unwrap();
+        let mut files = AppendFiles::resume(&folder, &lengths).unwrap();
         assert_eq!(read("squares.csv"), "x,square\n1.0,1.0\n2.0,4.0\n");
-        growing.append(&SQUARES, &[1.0, 2.0, 3.0]).unwrap();
-        growing.append_new(&CUBES, &[3.0]).unwrap();
-        growing.append_frame("frames", |out| out.write_all(b"two")).unwrap();
-        drop(growing);
+        files.append(&SQUARES, &[1.0, 2.0, 3.0]).unwrap();
+        files.append_new(&CUBES, &[3.0]).unwrap();
+        files.append_frame("frames", |out| out.write_all(b"two")).unwrap();
+        drop(files);
         assert_eq!(read("cubes.csv"), "x,cube\n2.0,8.0\n3.0,27.0\n");
         assert_eq!((read("squares.csv"), read("frames")), (table, frames));
 
         fs::write(root.path().join("frames"), "on").unwrap();
-        let refused = Growing::resume(&folder, &lengths).unwrap_err().to_string();
+        let refused = AppendFiles::resume(&folder, &lengths).unwrap_err().to_string();
         assert!(refused.contains("frames") && refused.contains("2 bytes, but had 3"), "{refused}");
         fs::remove_file(root.path().join("frames")).unwrap();
-        assert!(Growing::resume(&folder, &lengths).unwrap_err().to_string().contains("frames"));
+        assert!(AppendFiles::resume(&folder, &lengths).unwrap_err().to_string().contains("frames"));
     }
 }

@@ -13,7 +13,7 @@ use carom_tables::Verdict;
 use clap::Args;
 use cpu_time::ProcessTime;
 
-use crate::{run::SceneFile, sampling_times::sampling_times, say};
+use crate::{print_line, run::SceneFile, sampling_times::sampling_times};
 
 /// Processor time of the trial run for the estimate (seconds).
 const TRIAL_SECONDS: f64 = 1.0;
@@ -39,9 +39,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let scene = options.file.read()?;
     let mut simulation = AnySimulation::new(&scene).with_context(|| format!("scene {name}"))?;
     crate::run::gas::observers(&scene.run, &simulation.view())?;
-    say(&format!("{name}: valid"));
-    say(&contents(&scene, &simulation.view())?);
-    say(&Trial::of(&mut simulation, scene.run.until)?.to_string());
+    print_line(&format!("{name}: valid"));
+    print_line(&contents(&scene, &simulation.view())?);
+    print_line(&Trial::of(&mut simulation, scene.run.until)?.to_string());
     Ok(Verdict::Passed)
 }
 

@@ -89,7 +89,8 @@ impl Body {
         let Some((header, body)) = bytes.split_first_chunk::<HEADER>() else {
             return Err(FileError::Truncated { found, expected: HEADER as u64 });
         };
-        let (told, checksum) = (&header[..28], u32::from_le_bytes([28, 29, 30, 31].map(|at| header[at])));
+        let (described, checksum) =
+            (&header[..28], u32::from_le_bytes([28, 29, 30, 31].map(|at| header[at])));
         let format = u32::from_le_bytes([16, 17, 18, 19].map(|at| header[at]));
         match format {
             FORMAT => {}
@@ -101,7 +102,7 @@ impl Body {
         if found < expected {
             return Err(FileError::Truncated { found, expected });
         }
-        if checksum_of(&[told, body]) != checksum || found > expected {
+        if checksum_of(&[described, body]) != checksum || found > expected {
             return Err(FileError::Damaged);
         }
         Ok(Self { bytes, taken: HEADER })
@@ -199,22 +200,22 @@ mod tests {
         assert!(refusal(Vec::clear).contains("not a checkpoint"));
         let whole = HEADER + 5 + 24;
         for length in 1..whole {
-            let said = refusal(|bytes| bytes.truncate(length));
-            assert!(said.contains("truncated"), "{length}: {said}");
+            let message = refusal(|bytes| bytes.truncate(length));
+            assert!(message.contains("truncated"), "{length}: {message}");
         }
     }
 
     #[test]
     fn a_change_of_any_byte_is_detected() {
         for place in 0..HEADER + 5 + 24 {
-            let said = refusal(|bytes| bytes[place] ^= 1 << (place % 8));
+            let message = refusal(|bytes| bytes[place] ^= 1 << (place % 8));
             let expected: &[&str] = match place {
                 0..16 => &["not a checkpoint"],
                 16..20 => &["newer", "older"],
                 20..28 => &["truncated", "damaged"],
                 _ => &["damaged"],
             };
-            assert!(expected.iter().any(|words| said.contains(words)), "{place}: {said}");
+            assert!(expected.iter().any(|words| message.contains(words)), "{place}: {message}");
         }
         assert!(refusal(|bytes| bytes.push(0)).contains("damaged"));
     }

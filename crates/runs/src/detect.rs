@@ -12,9 +12,9 @@ use carom_tables::Verdict;
 use clap::Args;
 
 use crate::{
-    encounters::{self, Encounter},
+    encounters::{self, EncounterRecord},
     output::write_whole,
-    say,
+    print_line,
 };
 
 /// Largest number of times that a search is continued after "certified free until".
@@ -22,7 +22,7 @@ const MOST_QUERIES: u32 = 1000;
 
 /// The selected detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Detector {
+pub enum DetectorName {
     /// [`Exact`].
     #[default]
     Exact,
@@ -34,7 +34,7 @@ pub enum Detector {
     FixedStep,
 }
 
-impl FromStr for Detector {
+impl FromStr for DetectorName {
     type Err = anyhow::Error;
 
     fn from_str(text: &str) -> Result<Self> {
@@ -58,7 +58,7 @@ pub struct Options {
     pub cases: PathBuf,
     /// Detector: exact, golden-secant, bounding-circles or fixed-step
     #[arg(long, default_value = "exact")]
-    pub detector: Detector,
+    pub detector: DetectorName,
     /// Output file for the answers
     #[arg(long, value_name = "ANSWERS.csv")]
     pub out: PathBuf,
@@ -69,7 +69,7 @@ pub struct Options {
 /// # Errors
 /// See [`detect`].
 pub fn run(options: &Options) -> Result<Verdict> {
-    say(&detect(&options.cases, options.detector, &options.out)?.to_string());
+    print_line(&detect(&options.cases, options.detector, &options.out)?.to_string());
     Ok(Verdict::Passed)
 }
 
@@ -108,17 +108,17 @@ impl fmt::Display for Summary {
 ///
 /// # Errors
 /// Invalid input, with file, line and column; an answer file that cannot be written.
-pub fn detect(cases: &Path, detector: Detector, out: &Path) -> Result<Summary> {
+pub fn detect(cases: &Path, detector: DetectorName, out: &Path) -> Result<Summary> {
     let encounters = encounters::read(cases)?;
     let mut summary = Summary::default();
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(["class", "id", "outcome", "t", "atomA", "atomB", "evaluations"])?;
     for encounter in &encounters {
         let finding = match detector {
-            Detector::Exact => first_contact(&Exact::default(), encounter),
-            Detector::GoldenSecant => first_contact(&GoldenSecant::default(), encounter),
-            Detector::BoundingCircles => first_contact(&BoundingCircles, encounter),
-            Detector::FixedStep => first_contact(&FixedStep::default(), encounter),
+            DetectorName::Exact => first_contact(&Exact::default(), encounter),
+            DetectorName::GoldenSecant => first_contact(&GoldenSecant::default(), encounter),
+            DetectorName::BoundingCircles => first_contact(&BoundingCircles, encounter),
+            DetectorName::FixedStep => first_contact(&FixedStep::default(), encounter),
         };
         summary.add(&finding);
         let [time, atom_a, atom_b] = finding.cells();
@@ -178,7 +178,7 @@ impl Summary {
 
 /// Continues a search that ended "certified free until" from there, as the engine does, at most
 /// [`MOST_QUERIES`] times.
-fn first_contact(detector: &impl Detection, encounter: &Encounter) -> Finding {
+fn first_contact(detector: &impl Detection, encounter: &EncounterRecord) -> Finding {
     let [a, b] = [0, 1].map(|body| encounter.molecules[body].outline());
     let window_end = encounter.window_end.unwrap_or_else(|| {
         let reach = a.bounding_radius + b.bounding_radius;
@@ -217,7 +217,7 @@ mod tests {
     const COLUMNS: &str = "class,id,xA,yA,vxA,vyA,thA,wA,atomsA,xB,yB,vxB,vyB,thB,wB,atomsB";
 
     /// Answers to a case file with these lines.
-    fn answers(lines: &[&str], detector: Detector) -> Result<String> {
+    fn answers(lines: &[&str], detector: DetectorName) -> Result<String> {
         let folder = tempfile::tempdir()?;
         let (cases, out) = (folder.path().join("cases.csv"), folder.path().join("answers.csv"));
         fs::write(&cases, lines.join("\n"))?;
@@ -232,12 +232,12 @@ mod tests {
         // separates.
         let meets = "discs,meet,0,0,0,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,7:7:1:0.5";
         let parts = "discs,part,0,0,0,0,0,0,0:0:1:0.5,3,0,1,0,0,0,7:7:1:0.5";
-        let found = answers(&[COLUMNS, meets, parts], Detector::Exact).unwrap();
+        let found = answers(&[COLUMNS, meets, parts], DetectorName::Exact).unwrap();
         assert_eq!(
             found,
             "class,id,outcome,t,atomA,atomB,evaluations\ndiscs,meet,contact,2,0,0,1\ndiscs,part,free,,,,0\n"
         );
-        let circles = answers(&[COLUMNS, meets], Detector::BoundingCircles).unwrap();
+        let circles = answers(&[COLUMNS, meets], DetectorName::BoundingCircles).unwrap();
         assert!(circles.contains("discs,meet,contact,2,,,1"));
     }
 
@@ -246,7 +246,7 @@ mod tests {
         let columns = format!("{COLUMNS},window_end");
         let line = "discs,1,0,0,0,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5";
         for (window_end, word) in [("2", "contact"), ("1.9", "free"), ("", "contact")] {
-            let found = answers(&[&columns, &format!("{line},{window_end}")], Detector::Exact).unwrap();
+            let found = answers(&[&columns, &format!("{line},{window_end}")], DetectorName::Exact).unwrap();
             assert!(found.contains(word), "{window_end}: {found}");
         }
     }
@@ -263,17 +263,17 @@ mod tests {
             ("c,2,0,0,0,0,0,0,0:0:1:0.5;0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5", "atomsA"),
             ("c,2,,0,0,0,0,0,0:0:1:0.5,3,0,-1,0,0,0,0:0:1:0.5", "xA"),
         ] {
-            let error = format!("{:#}", answers(&[COLUMNS, good, bad], Detector::Exact).unwrap_err());
+            let error = format!("{:#}", answers(&[COLUMNS, good, bad], DetectorName::Exact).unwrap_err());
             assert!(error.contains("line 3") && error.contains(&format!("`{column}`")), "{error}");
         }
-        assert!(answers(&[COLUMNS, "c,2,0"], Detector::Exact).is_err());
-        let error = format!("{:#}", answers(&["class,id", "c,1"], Detector::Exact).unwrap_err());
+        assert!(answers(&[COLUMNS, "c,2,0"], DetectorName::Exact).is_err());
+        let error = format!("{:#}", answers(&["class,id", "c,1"], DetectorName::Exact).unwrap_err());
         assert!(error.contains("the column `xA` is missing"), "{error}");
     }
 
     #[test]
     fn detectors_are_parsed_by_name() {
-        assert_eq!("golden-secant".parse::<Detector>().unwrap(), Detector::GoldenSecant);
-        assert!("golden".parse::<Detector>().unwrap_err().to_string().contains("fixed-step"));
+        assert_eq!("golden-secant".parse::<DetectorName>().unwrap(), DetectorName::GoldenSecant);
+        assert!("golden".parse::<DetectorName>().unwrap_err().to_string().contains("fixed-step"));
     }
 }

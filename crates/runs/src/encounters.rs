@@ -23,7 +23,7 @@ use glam::DVec2;
 
 /// Two moving molecules, and their first contact if it is known.
 #[derive(Debug, Clone)]
-pub struct Encounter {
+pub struct EncounterRecord {
     /// Class of the case.
     pub class: String,
     /// Name within the class.
@@ -52,7 +52,7 @@ pub enum Expected {
     },
 }
 
-impl Encounter {
+impl EncounterRecord {
     /// Motion of B relative to A from `time`.
     pub fn pair_at(&self, time: f64) -> RelativeMotion {
         RelativeMotion::between(&self.motions[0], &self.motions[1], DVec2::ZERO, time)
@@ -63,7 +63,7 @@ impl Encounter {
 ///
 /// # Errors
 /// An entry is invalid; the message names its line and column.
-pub fn read(path: &Path) -> Result<Vec<Encounter>> {
+pub fn read(path: &Path) -> Result<Vec<EncounterRecord>> {
     let name = || format!("encounter file {}", path.display());
     let mut reader = csv::Reader::from_path(path).with_context(name)?;
     let headers = reader.headers().with_context(name)?.clone();
@@ -96,10 +96,10 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    fn encounter(&self) -> Result<Encounter> {
+    fn encounter(&self) -> Result<EncounterRecord> {
         let (molecule_a, motion_a) = self.body(COLUMNS_OF_A)?;
         let (molecule_b, motion_b) = self.body(COLUMNS_OF_B)?;
-        Ok(Encounter {
+        Ok(EncounterRecord {
             class: self.text("class")?.to_owned(),
             id: self.text("id")?.to_owned(),
             molecules: [molecule_a, molecule_b],

@@ -11,8 +11,8 @@ use crate::{
     interruption::Signals,
     manifest::Manifest,
     output::{Destination, Folder, Resumption},
-    say,
-    work_items::Pieces,
+    print_line,
+    work_items::WorkItems,
 };
 
 /// Texts and files at the start of an experiment.
@@ -36,7 +36,7 @@ pub struct Experiment {
     /// Output folder.
     pub folder: Folder,
     /// Finished work items, for experiments that consist of them.
-    pub pieces: Pieces,
+    pub items: WorkItems,
     _alone: Option<File>,
     manifest: Manifest,
     begun: ProcessTime,
@@ -49,7 +49,7 @@ impl Experiment {
     /// The folder is not empty, cannot be written, or is in use by another process.
     pub fn begin(destination: &Destination, opening: &Opening<'_>) -> Result<Self> {
         let folder = Folder::create(&destination.folder(opening.folder), destination.existing())?;
-        Self::begin_in(folder, opening, |_| Ok(Pieces::default()))
+        Self::begin_in(folder, opening, |_| Ok(WorkItems::default()))
     }
 
     /// Starts or resumes an experiment of work items. `what` identifies the run in its checkpoint.
@@ -57,26 +57,26 @@ impl Experiment {
     /// # Errors
     /// The folder is not empty, cannot be written, or is in use by another process; the checkpoint
     /// cannot be read or belongs to another run.
-    pub fn begin_in_pieces(resumption: &Resumption, what: String, opening: &Opening<'_>) -> Result<Self> {
+    pub fn begin_resumable(resumption: &Resumption, what: String, opening: &Opening<'_>) -> Result<Self> {
         let signals = Signals::watch()?;
         let folder = Folder::create(&resumption.folder(opening.folder), resumption.existing())?;
-        Self::begin_in(folder, opening, |folder| Pieces::find(folder, what, resumption, signals))
+        Self::begin_in(folder, opening, |folder| WorkItems::find(folder, what, resumption, signals))
     }
 
     fn begin_in(
         folder: Folder,
         opening: &Opening<'_>,
-        find: impl FnOnce(&Folder) -> Result<Pieces>,
+        find: impl FnOnce(&Folder) -> Result<WorkItems>,
     ) -> Result<Self> {
         let alone = folder.lock()?;
-        let pieces = find(&folder)?;
+        let items = find(&folder)?;
         if !opening.note.is_empty() {
-            say(opening.note);
+            print_line(opening.note);
         }
         folder.write("config.toml", &opening.configuration)?;
         let manifest = Manifest::begin(&folder, opening.command, opening.scenes)?;
-        pieces.begin()?;
-        Ok(Self { folder, pieces, _alone: alone, manifest, begun: ProcessTime::now() })
+        items.begin()?;
+        Ok(Self { folder, items, _alone: alone, manifest, begun: ProcessTime::now() })
     }
 
     /// Records the end of the experiment and its processor time in the manifest.
@@ -94,7 +94,7 @@ impl Experiment {
     /// # Errors
     /// The manifest cannot be written.
     pub fn complete_after(self, seconds: f64) -> Result<Folder> {
-        self.pieces.end()?;
+        self.items.end()?;
         self.manifest.complete(&self.folder, seconds)?;
         Ok(self.folder)
     }

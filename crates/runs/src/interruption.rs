@@ -25,7 +25,7 @@ use signal_hook::{
 };
 use thiserror::Error;
 
-use crate::{append_file::Kept, manifest::program};
+use crate::{append_file::CheckpointLengths, manifest::program};
 
 /// Time that runs have to reach a checkpoint after a signal. Longer: the program does not end
 /// within a second. Shorter: more work is repeated.
@@ -38,13 +38,13 @@ const LAST_WRITES: Duration = Duration::from_millis(100);
 const PAUSE: Duration = Duration::from_millis(20);
 
 /// File lengths of one run at its last checkpoint. Locked while a checkpoint is written.
-pub type SharedKept = Arc<Mutex<Kept>>;
+pub type SharedLengths = Arc<Mutex<CheckpointLengths>>;
 
 /// Registers SIGINT and SIGTERM and returns whether one has been received.
 #[derive(Debug, Clone, Default)]
 pub struct Signals {
     received: Arc<AtomicUsize>,
-    runs: Arc<Mutex<Vec<SharedKept>>>,
+    runs: Arc<Mutex<Vec<SharedLengths>>>,
 }
 
 impl Signals {
@@ -73,7 +73,7 @@ impl Signals {
 
     /// Registers a run whose files are truncated to its last checkpoint if the program must end
     /// between two checkpoints.
-    pub fn register(&self, run: SharedKept) {
+    pub fn register(&self, run: SharedLengths) {
         self.runs.lock().unwrap_or_else(PoisonError::into_inner).push(run);
     }
 
@@ -106,7 +106,7 @@ impl Signals {
         eprintln!(
             "interrupted by {} before the next checkpoint; the last checkpoint is kept. Resume with\n  {}",
             name(signal),
-            again()
+            resume_command()
         );
         process::exit(exit_code(signal).into());
     }
@@ -125,7 +125,7 @@ impl Signals {
 
 /// The run received a signal and has written a checkpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("interrupted by {}; all results so far are kept. Resume with\n  {}", name(self.signal), again())]
+#[error("interrupted by {}; all results so far are kept. Resume with\n  {}", name(self.signal), resume_command())]
 pub struct Interrupted {
     signal: i32,
 }
@@ -147,7 +147,7 @@ fn name(signal: i32) -> &'static str {
 }
 
 /// The command line with `--resume`.
-fn again() -> String {
+fn resume_command() -> String {
     let given = env::args().skip(1).filter(|word| word != "--force" && word != "--resume");
     let quoted = |word: String| {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+".contains(c);

@@ -19,12 +19,12 @@ pub mod interruption;
 pub mod manifest;
 pub mod output;
 pub mod overrides;
-pub mod part;
 pub mod progress;
 pub mod resumable;
 pub mod run;
 pub mod sampling_times;
 pub mod series;
+pub mod visible_region;
 pub mod work_items;
 
 use std::io::Write as _;
@@ -35,7 +35,7 @@ use carom_tables::Summary;
 use crate::output::Folder;
 
 /// Writes a line to standard output.
-pub fn say(text: &str) {
+pub fn print_line(text: &str) {
     // A closed pipe is ignored: the files hold all results.
     let _ = writeln!(std::io::stdout(), "{text}");
 }
@@ -43,7 +43,7 @@ pub fn say(text: &str) {
 /// Prints the totals of a run, its failed checks, and the path of its page.
 pub fn conclude(folder: &Folder, summary: &Summary) {
     let totals = &summary.totals;
-    say(&format!(
+    print_line(&format!(
         "{}: {} collisions, {:.0} per processor second; energy drift {}, overlapping pairs {}",
         summary.title,
         totals.collisions,
@@ -52,7 +52,7 @@ pub fn conclude(folder: &Folder, summary: &Summary) {
         totals.overlapping_pairs,
     ));
     for check in summary.checks.iter().filter(|check| !check.passed) {
-        say(&format!("FAILED: {} is {}, allowed is {}", check.name, check.found, check.allowed));
+        print_line(&format!("FAILED: {} is {}, allowed is {}", check.name, check.found, check.allowed));
     }
-    say(&format!("{}", folder.path().join("report.html").display()));
+    print_line(&format!("{}", folder.path().join("report.html").display()));
 }

@@ -93,10 +93,10 @@ impl Folder {
     /// It cannot be created, or it holds files and `existing` is [`Existing::Refuse`].
     pub fn create(path: &Path, existing: Existing) -> Result<Self> {
         fs::create_dir_all(path).with_context(|| format!("cannot create the folder {}", path.display()))?;
-        let look = || format!("cannot read the folder {}", path.display());
+        let context = || format!("cannot read the folder {}", path.display());
         let names: Vec<_> = fs::read_dir(path)
             .and_then(|entries| entries.map(|entry| entry.map(|file| file.file_name())).collect())
-            .with_context(look)?;
+            .with_context(context)?;
         match existing {
             Existing::Replace => {}
             Existing::Refuse => ensure!(

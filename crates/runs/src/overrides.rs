@@ -136,7 +136,7 @@ mod tests {
     #[test]
     fn paths_that_lead_nowhere_are_refused_by_name() {
         let scene = "[[gas]]\ncount = 3\n";
-        for (set, said) in [
+        for (set, expected) in [
             ("gas.1.count=1", "1 entries"),
             ("gas.first.count=1", "`first`"),
             ("gas.0.count.x=1", "integer"),
@@ -144,7 +144,7 @@ mod tests {
             ("gas..count=1", "empty key"),
         ] {
             let error = changed(scene, set).unwrap_err().to_string();
-            assert!(error.contains(said), "{set}: {error}");
+            assert!(error.contains(expected), "{set}: {error}");
         }
     }
 }

@@ -37,7 +37,7 @@ struct State {
     collisions: u64,
     /// Start of the run, and time of its last line of text.
     begun: Option<Instant>,
-    told: Option<Instant>,
+    printed: Option<Instant>,
 }
 
 impl Lines {
@@ -86,14 +86,14 @@ impl Progress {
             state.begun = Some(now);
         }
         let begun = *state.begun.get_or_insert(now);
-        let told = *state.told.get_or_insert(now);
+        let printed = *state.printed.get_or_insert(now);
         let share = (state.time / self.until).clamp(0.0, 1.0);
         let words = state.words(self.until, now.duration_since(begun).as_secs_f64());
         if let Some(bar) = &self.bar {
             bar.set_message(words);
             bar.set_position((share * STEPS as f64) as u64);
-        } else if now.duration_since(told) >= INTERVAL {
-            state.told = Some(now);
+        } else if now.duration_since(printed) >= INTERVAL {
+            state.printed = Some(now);
             let name = if self.name.is_empty() { String::new() } else { format!("{}  ", self.name) };
             eprintln!("{name}{:5.1} %  {words}", 100.0 * share);
         }

@@ -31,9 +31,9 @@ use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{
-    append_file::{Growing, Kept, Length},
+    append_file::{AppendFiles, CheckpointLengths, Length},
     checkpoint_file::{self, Body, FileError},
-    interruption::{SharedKept, Signals},
+    interruption::{SharedLengths, Signals},
     output::{Folder, Resumption},
 };
 
@@ -100,7 +100,7 @@ pub struct Resumable<O> {
     /// The observers of the run.
     pub observers: O,
     /// The files that the run appends to.
-    pub files: Growing,
+    pub files: AppendFiles,
     samples: usize,
     clock: ThreadTime,
     /// Processor time of earlier processes (seconds).
@@ -109,17 +109,17 @@ pub struct Resumable<O> {
     saved: Option<WallTime>,
     saved_near_end: bool,
     /// Lengths of the files at the last checkpoint.
-    kept: SharedKept,
+    lengths: SharedLengths,
 }
 
 /// A checkpoint that the run can be resumed from.
 #[derive(Debug)]
-pub struct Found {
+pub struct FoundCheckpoint {
     head: Head,
     body: Body,
 }
 
-impl Found {
+impl FoundCheckpoint {
     /// Returns true if the run has ended at `until`.
     pub fn has_ended(&self, until: f64) -> bool {
         self.head.ended && self.head.until == until
@@ -157,7 +157,7 @@ impl Task<'_> {
     ///
     /// # Errors
     /// The checkpoint cannot be read, belongs to another run, or lies beyond the end.
-    pub fn find(&self) -> Result<Option<Found>> {
+    pub fn find(&self) -> Result<Option<FoundCheckpoint>> {
         if !self.choices.resumption.resume {
             return Ok(None);
         }
@@ -170,7 +170,7 @@ impl Task<'_> {
         .with_context(|| format!("cannot resume from {}", path.display()))
     }
 
-    fn accept(&self, mut body: Body) -> Result<Found> {
+    fn accept(&self, mut body: Body) -> Result<FoundCheckpoint> {
         let head: Head = body.take()?;
         refuse_other(&head.what, &self.what)?;
         ensure!(
@@ -184,7 +184,7 @@ impl Task<'_> {
             head.time,
             self.until
         );
-        Ok(Found { head, body })
+        Ok(FoundCheckpoint { head, body })
     }
 
     /// Starts the run from the checkpoint `found`, or from the beginning without one.
@@ -194,7 +194,7 @@ impl Task<'_> {
     /// folder.
     pub fn start<O: Serialize + DeserializeOwned, F: DeserializeOwned>(
         &self,
-        found: Option<Found>,
+        found: Option<FoundCheckpoint>,
     ) -> Result<Start<O, F>> {
         self.signals.check()?;
         let path = self.path();
@@ -206,15 +206,15 @@ impl Task<'_> {
                 _ => Ok(Start::Anew),
             };
         };
-        self.go_on(found).with_context(|| format!("cannot resume from {}", path.display()))
+        self.resume(found).with_context(|| format!("cannot resume from {}", path.display()))
     }
 
-    fn go_on<O: Serialize + DeserializeOwned, F: DeserializeOwned>(
+    fn resume<O: Serialize + DeserializeOwned, F: DeserializeOwned>(
         &self,
-        found: Found,
+        found: FoundCheckpoint,
     ) -> Result<Start<O, F>> {
         let ended = found.has_ended(self.until);
-        let Found { head, mut body } = found;
+        let FoundCheckpoint { head, mut body } = found;
         let state: State<O> = body.take()?;
         if ended {
             return Ok(Start::Ended(body.take()?));
@@ -225,28 +225,28 @@ impl Task<'_> {
             // reset.
             self.write(head.samples, &state)?;
         }
-        let kept = self.share(Some(state.files.clone()));
+        let lengths = self.share(Some(state.files.clone()));
         Ok(Start::From(Box::new(Resumable {
             simulation,
             observers: state.observers,
-            files: Growing::resume(self.folder, &state.files)?,
+            files: AppendFiles::resume(self.folder, &state.files)?,
             samples: head.samples,
             clock: ThreadTime::now(),
             seconds_before: state.seconds,
             saved: Some(WallTime::now()),
             saved_near_end: self.is_nearly_done(head.time),
-            kept,
+            lengths,
         })))
     }
 
     /// Shares the file lengths of the last checkpoint with the signal handler, which truncates the
     /// files to them if the program must end between two checkpoints.
-    fn share(&self, lengths: Option<Vec<Length>>) -> SharedKept {
-        let mut kept = Kept::nothing(self.folder);
-        kept.set(lengths);
-        let kept = Arc::new(Mutex::new(kept));
-        self.signals.register(Arc::clone(&kept));
-        kept
+    fn share(&self, lengths: Option<Vec<Length>>) -> SharedLengths {
+        let mut shared = CheckpointLengths::new(self.folder);
+        shared.set(lengths);
+        let shared = Arc::new(Mutex::new(shared));
+        self.signals.register(Arc::clone(&shared));
+        shared
     }
 
     fn path(&self) -> PathBuf {
@@ -289,13 +289,13 @@ impl<O: Observer + Serialize> Resumable<O> {
         Self {
             simulation,
             observers,
-            files: Growing::begin(task.folder),
+            files: AppendFiles::begin(task.folder),
             samples: 0,
             clock: ThreadTime::now(),
             seconds_before: 0.0,
             saved: None,
             saved_near_end: false,
-            kept: task.share(None),
+            lengths: task.share(None),
         }
     }
 
@@ -310,14 +310,14 @@ impl<O: Observer + Serialize> Resumable<O> {
             self.save(task)?;
         }
         while !self.simulation.observe_epoch(until, &mut self.observers)? {
-            let asked_to_end = task.signals.check();
+            let interrupted = task.signals.check();
             let near_end = task.is_nearly_done(self.simulation.time());
             let timely = self.saved.is_none_or(|saved| saved.elapsed() >= task.choices.checkpoint_every);
-            if timely || asked_to_end.is_err() || (near_end && !self.saved_near_end) {
+            if timely || interrupted.is_err() || (near_end && !self.saved_near_end) {
                 self.save(task)?;
                 self.saved_near_end |= near_end;
             }
-            asked_to_end?;
+            interrupted?;
         }
         Ok(())
     }
@@ -344,9 +344,9 @@ impl<O: Observer + Serialize> Resumable<O> {
     /// The checkpoint cannot be written.
     pub fn end<F: Serialize>(mut self, task: &Task<'_>, result: &F) -> Result<()> {
         self.files.lengths()?;
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut lengths = self.lengths.lock().unwrap_or_else(PoisonError::into_inner);
         // The files are now longer than at the checkpoint and must not be truncated.
-        kept.set(None);
+        lengths.set(None);
         let mut body = Body::read(&task.path())?;
         let head = Head { ended: true, until: task.until, ..body.take()? };
         checkpoint_file::write(
@@ -362,10 +362,10 @@ impl<O: Observer + Serialize> Resumable<O> {
         let state = State { simulation, observers: &self.observers, seconds: self.seconds(), files };
         // The lock keeps the signal handler from truncating files to an older checkpoint than the
         // one on disk.
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut lengths = self.lengths.lock().unwrap_or_else(PoisonError::into_inner);
         task.write(self.samples, &state)?;
-        kept.set(Some(state.files));
-        drop(kept);
+        lengths.set(Some(state.files));
+        drop(lengths);
         self.saved = Some(WallTime::now());
         Ok(())
     }

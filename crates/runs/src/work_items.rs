@@ -30,7 +30,7 @@ const INTERVAL: Duration = Duration::from_millis(500);
 
 /// The finished items of one run. The default value keeps them in memory only.
 #[derive(Debug, Default)]
-pub struct Pieces {
+pub struct WorkItems {
     path: Option<PathBuf>,
     what: String,
     signals: Signals,
@@ -45,7 +45,7 @@ struct Finished {
     is_saved: bool,
 }
 
-impl Pieces {
+impl WorkItems {
     /// Reads the finished items of an earlier process if the run is to be resumed. Writes nothing.
     ///
     /// # Errors
@@ -153,23 +153,23 @@ mod tests {
     use crate::output::Existing;
     use anyhow::bail;
 
-    fn pieces(folder: &Folder, what: &str, resume: bool) -> Result<Pieces> {
+    fn items(folder: &Folder, what: &str, resume: bool) -> Result<WorkItems> {
         let resumption = Resumption { resume, ..Resumption::default() };
-        Pieces::find(folder, what.to_owned(), &resumption, Signals::default())
+        WorkItems::find(folder, what.to_owned(), &resumption, Signals::default())
     }
 
     #[test]
     fn a_finished_item_is_not_computed_again_and_returns_to_the_bit() {
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
-        let first = pieces(&folder, "a run", false).unwrap();
+        let first = items(&folder, "a run", false).unwrap();
         first.begin().unwrap();
         let sum: f64 = 0.1 + 0.2;
         assert_eq!(first.finish("a", || Ok(vec![sum, -0.0])).unwrap(), [sum, -0.0]);
         assert!(first.finish::<u8>("b", || bail!("broken")).is_err());
         drop(first);
 
-        let again = pieces(&folder, "a run", true).unwrap();
+        let again = items(&folder, "a run", true).unwrap();
         assert!(again.has("a") && !again.has("b"));
         let kept: Vec<f64> = again.finish("a", || bail!("done again")).unwrap();
         assert_eq!(
@@ -184,14 +184,14 @@ mod tests {
     fn a_checkpoint_of_another_run_is_refused_unless_the_run_starts_anew() {
         let root = tempfile::tempdir().unwrap();
         let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
-        let first = pieces(&folder, "a run", false).unwrap();
+        let first = items(&folder, "a run", false).unwrap();
         first.finish("a", || Ok(1u8)).unwrap();
         first.end().unwrap();
-        let refused = format!("{:#}", pieces(&folder, "another", true).unwrap_err());
+        let refused = format!("{:#}", items(&folder, "another", true).unwrap_err());
         assert!(refused.contains("another run: its line `a run` differs from `another`"), "{refused}");
-        let forced = pieces(&folder, "another", false).unwrap();
+        let forced = items(&folder, "another", false).unwrap();
         assert!(!forced.has("a"));
         forced.begin().unwrap();
-        assert!(pieces(&folder, "another", true).is_ok());
+        assert!(items(&folder, "another", true).is_ok());
     }
 }

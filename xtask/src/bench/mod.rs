@@ -10,12 +10,9 @@ mod scenes;
 mod setup;
 
 use anyhow::Result;
-use carom::{
-    CellsPerSide, Impact,
-    detection::Exact,
-    engine::{CellScheduler, HeapScheduler, Instructions, Scene, Scheduler, Simulation},
-};
-use carom_runs::say;
+use carom::{CellsPerSide, Instructions, Scene};
+use carom_methods::{AnySimulation, Method, Order};
+use carom_runs::print_line;
 use carom_tables::Verdict;
 use clap::{Args, Subcommand};
 use cpu_time::ThreadTime;
@@ -76,13 +73,13 @@ pub fn run(bench: &Bench) -> Result<Verdict> {
         let timings = time_scene(name, &scene(), options)?;
         if !options.json {
             for timing in &timings {
-                say(&row(timing));
+                print_line(&row(timing));
             }
         }
         all.extend(timings);
     }
     if options.json {
-        say(&serde_json::to_string_pretty(&all)?);
+        print_line(&serde_json::to_string_pretty(&all)?);
     }
     Ok(Verdict::Passed)
 }
@@ -115,35 +112,20 @@ struct Turn {
 }
 
 /// One engine during a scene.
-trait Runner {
-    fn name(&self) -> &'static str;
-    /// Runs for about `seconds` of processor time.
-    fn turn(&mut self, seconds: f64) -> Result<Turn>;
-    fn bytes_per_body(&self) -> f64;
-}
-
-struct Engine<S: Scheduler> {
+struct Engine {
     name: &'static str,
-    simulation: Simulation<Exact, Impact, S>,
+    simulation: AnySimulation,
     /// Simulated time per processor second in the previous turn.
     pace: f64,
 }
 
-impl<S: Scheduler> Engine<S> {
-    fn boxed(name: &'static str, scene: &Scene, options: S::Options) -> Result<Box<dyn Runner>>
-    where
-        S: 'static,
-    {
-        let simulation = Simulation::with(scene, Exact::default(), Impact, options)?;
-        Ok(Box::new(Self { name, simulation, pace: 1e-6 }))
-    }
-}
-
-impl<S: Scheduler> Runner for Engine<S> {
-    fn name(&self) -> &'static str {
-        self.name
+impl Engine {
+    fn new(name: &'static str, scene: &Scene, order: Order) -> Result<Self> {
+        let method = Method { order, ..Method::default() };
+        Ok(Self { name, simulation: AnySimulation::with(scene, &method)?, pace: 1e-6 })
     }
 
+    /// Runs for about `seconds` of processor time.
     fn turn(&mut self, seconds: f64) -> Result<Turn> {
         let clock_before = gigahertz();
         let before = self.simulation.view().counters().collisions;
@@ -173,12 +155,12 @@ impl<S: Scheduler> Runner for Engine<S> {
 
 fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Vec<Timing>> {
     let mut engines = vec![
-        Engine::<CellScheduler>::boxed("cells", scene, Instructions::Widest)?,
-        Engine::<CellScheduler>::boxed("cells-avx2", scene, Instructions::Avx2)?,
-        Engine::<CellScheduler>::boxed("cells-portable", scene, Instructions::Portable)?,
-        Engine::<HeapScheduler>::boxed("thesis", scene, CellsPerSide::Automatic)?,
+        Engine::new("cells", scene, Order::Cells(Instructions::Widest))?,
+        Engine::new("cells-avx2", scene, Order::Cells(Instructions::Avx2))?,
+        Engine::new("cells-portable", scene, Order::Cells(Instructions::Portable))?,
+        Engine::new("thesis", scene, Order::Heap(CellsPerSide::Automatic))?,
     ];
-    let n = Simulation::new(scene)?.view().len();
+    let n = engines[0].simulation.view().len();
     // Two warm-up turns: the initial state is a diluted lattice with equal speeds.
     for engine in &mut engines {
         engine.turn(options.turn)?;
@@ -192,9 +174,9 @@ fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Ve
     }
     let medians: Vec<Turn> = rounds.iter().map(|turns| median(turns)).collect();
     let thesis = medians.last().map_or(f64::NAN, |turn| turn.nanoseconds);
-    let timing = |engine: &dyn Runner, turn: Turn| Timing {
+    let timing = |engine: &Engine, turn: Turn| Timing {
         scene: name,
-        engine: engine.name(),
+        engine: engine.name,
         collisions_per_second: 1e9 / turn.nanoseconds,
         ns_per_collision: turn.nanoseconds,
         cycles_per_collision: turn.cycles,
@@ -202,7 +184,7 @@ fn time_scene(name: &'static str, scene: &Scene, options: &Options) -> Result<Ve
         bytes_per_body: engine.bytes_per_body(),
         n,
     };
-    Ok(engines.iter().zip(medians).map(|(engine, turn)| timing(engine.as_ref(), turn)).collect())
+    Ok(engines.iter().zip(medians).map(|(engine, turn)| timing(engine, turn)).collect())
 }
 
 /// Medians of nanoseconds and of cycles.

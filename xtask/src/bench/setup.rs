@@ -3,10 +3,11 @@
 
 use anyhow::{Context, Result};
 use carom::{
-    Scene, Simulation,
+    Scene,
     engine::{GasSpec, MoleculeSpec},
 };
-use carom_runs::say;
+use carom_methods::AnySimulation;
+use carom_runs::print_line;
 use carom_tables::Verdict;
 use clap::Args;
 use cpu_time::ThreadTime;
@@ -31,7 +32,7 @@ pub struct Options {
 /// A scene cannot be built or run.
 pub fn run(options: &Options) -> Result<Verdict> {
     for &count in &options.count {
-        say(&time(count, options)?);
+        print_line(&time(count, options)?);
     }
     Ok(Verdict::Passed)
 }
@@ -46,7 +47,7 @@ fn time(count: usize, options: &Options) -> Result<String> {
     };
     let text = Scene { gas: vec![gas], ..Scene::default() }.to_toml();
     let clock = ThreadTime::now();
-    let mut simulation = Simulation::new(&Scene::from_toml(&text)?)?;
+    let mut simulation = AnySimulation::new(&Scene::from_toml(&text)?)?;
     let built = clock.elapsed();
     simulation.step(f64::MAX, &mut ())?;
     let first = clock.elapsed();

@@ -3,7 +3,7 @@
 pub mod billiard;
 pub mod brownian;
 pub mod capability_cost;
-pub mod detectors;
+pub mod common;
 pub mod encounters;
 pub mod extremes;
 pub mod fixed_energy;

@@ -140,7 +140,7 @@ pub fn value_name<T: ValueEnum>(choice: &T) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carom::Simulation;
+    use carom_methods::AnySimulation;
 
     #[test]
     fn every_case_is_a_valid_scene_of_the_same_mass_and_area() {
@@ -148,7 +148,7 @@ mod tests {
             for size in [Size::Half, Size::Quarter] {
                 let scene = scene(case, size, 1, 0, RunSpec::default());
                 assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
-                let simulation = Simulation::new(&scene).unwrap();
+                let simulation = AnySimulation::new(&scene).unwrap();
                 let view = simulation.view();
                 let molecule = view.bodies().next().unwrap().body.molecule().clone();
                 assert_eq!(molecule.mass(), 10.0);

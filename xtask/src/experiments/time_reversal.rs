@@ -5,7 +5,7 @@
 //! exp(κ n) after n collisions of each body, and d₀ is the effective error of the whole engine.
 
 use anyhow::Result;
-use carom::{Detection, Response, Scheduler, Simulation};
+use carom_methods::AnySimulation;
 use glam::DVec2;
 
 /// Larger distances are not small compared with the free paths and do not follow the law (box
@@ -17,11 +17,8 @@ pub const LARGEST: f64 = 1e-3;
 ///
 /// # Errors
 /// The run fails.
-pub fn there_and_back<D: Detection, R: Response, S: Scheduler>(
-    simulation: &mut Simulation<D, R, S>,
-    duration: f64,
-) -> Result<(f64, f64)> {
-    let places = |simulation: &Simulation<D, R, S>| -> Vec<DVec2> {
+pub fn loschmidt_echo(simulation: &mut AnySimulation, duration: f64) -> Result<(f64, f64)> {
+    let places = |simulation: &AnySimulation| -> Vec<DVec2> {
         let view = simulation.view();
         view.bodies().filter(|body| !body.body.is_fixed()).map(|body| body.motion.position).collect()
     };

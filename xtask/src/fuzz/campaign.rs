@@ -8,7 +8,7 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use carom_runs::{interruption::Interrupted, output::write_whole, say};
+use carom_runs::{interruption::Interrupted, output::write_whole, print_line};
 
 use super::{
     minimise::minimise,
@@ -54,12 +54,12 @@ pub struct Findings {
 pub fn run<S: Subject>(subject: &S, runner: &mut impl Runner, plan: &Plan) -> Result<Findings> {
     let mut begun = Instant::now();
     let mut findings = Findings::default();
-    say(&format!("fuzz {}: seed {}", S::NAME, plan.seed));
+    print_line(&format!("fuzz {}: seed {}", S::NAME, plan.seed));
     while begun.elapsed() < plan.time && findings.cases < plan.most_cases {
         let seed = case_seed(plan.seed, findings.cases);
         let report = match runner.run_seed(seed) {
             Err(error) if error.is::<Interrupted>() => {
-                say("interrupted: the campaign ends here");
+                print_line("interrupted: the campaign ends here");
                 break;
             }
             report => report?,
@@ -76,7 +76,7 @@ pub fn run<S: Subject>(subject: &S, runner: &mut impl Runner, plan: &Plan) -> Re
         }
         findings.failures.push((seed, failure));
     }
-    say(&summary(S::NAME, &findings));
+    print_line(&summary(S::NAME, &findings));
     Ok(findings)
 }
 
@@ -95,7 +95,7 @@ pub fn run_only<S: Subject>(
     if let Some(failure) = &report.failure {
         note(subject, runner, seed, failure, out)?;
     }
-    say(&summary(S::NAME, &findings));
+    print_line(&summary(S::NAME, &findings));
     Ok(findings)
 }
 
@@ -108,10 +108,10 @@ pub fn replay<S: Subject>(runner: &mut impl Runner, file: &Path) -> Result<Findi
     let ending = file.extension().map(|ending| ending.to_string_lossy().into_owned()).unwrap_or_default();
     let report = runner.run_file(&ending, &bytes)?;
     if let Some(failure) = &report.failure {
-        say(&format!("FAILED: {}: {}", failure.kind, failure.detail));
+        print_line(&format!("FAILED: {}: {}", failure.kind, failure.detail));
     }
     let findings = one(&report, 0);
-    say(&summary(S::NAME, &findings));
+    print_line(&summary(S::NAME, &findings));
     Ok(findings)
 }
 
@@ -128,15 +128,15 @@ fn note<S: Subject>(
     failure: &Failure,
     out: &Path,
 ) -> Result<()> {
-    say(&format!("FAILED: {}: {}", failure.kind, failure.detail));
-    say(&format!("  cargo xtask fuzz {} --only {seed}", S::NAME));
+    print_line(&format!("FAILED: {}: {}", failure.kind, failure.detail));
+    print_line(&format!("  cargo xtask fuzz {} --only {seed}", S::NAME));
     let (case, left) = minimise(subject, runner, subject.draw(seed), failure.clone(), MINIMISING);
     let (ending, bytes) = subject.write(&case);
     fs::create_dir_all(out).with_context(|| format!("cannot create the folder {}", out.display()))?;
     let path = out.join(format!("{}-{seed}.{ending}", S::NAME));
     write_whole(&path, &bytes)?;
-    say(&format!("  minimised: {}", left.detail));
-    say(&format!("  cargo xtask fuzz {} --replay {}", S::NAME, path.display()));
+    print_line(&format!("  minimised: {}", left.detail));
+    print_line(&format!("  cargo xtask fuzz {} --replay {}", S::NAME, path.display()));
     Ok(())
 }
 

@@ -23,7 +23,7 @@ pub mod worker;
 use std::{env, path::PathBuf, time::Duration};
 
 use anyhow::{Context as _, Result, bail, ensure};
-use carom::{Exact, Impact};
+use carom::Exact;
 use carom_runs::interruption::Signals;
 use carom_tables::Verdict;
 use clap::{Args, Subcommand};
@@ -33,7 +33,7 @@ use self::{
     detection::Queries,
     files::Mutations,
     planted::Planted,
-    scenes::Scenes,
+    scenes::{Scenes, Sound},
     subject::Subject,
     worker::Worker,
 };
@@ -84,7 +84,7 @@ const LONGEST: f64 = 10_080.0;
 /// An option is out of range, a file cannot be read or written, or a worker cannot be started.
 pub fn run(fuzz: &Fuzz) -> Result<Verdict> {
     match fuzz {
-        Fuzz::Scenes(options) => run_subject(&Scenes::<Exact, Impact>::default(), options),
+        Fuzz::Scenes(options) => run_subject(&Scenes::<Sound>::default(), options),
         Fuzz::Detection(options) => run_subject(&Queries::<Exact>::default(), options),
         Fuzz::Files(options) => run_subject(&Mutations, options),
     }
@@ -96,7 +96,7 @@ pub fn run(fuzz: &Fuzz) -> Result<Verdict> {
 /// There is no such fuzzer, or the parent process has ended.
 pub fn work(name: &str) -> Result<()> {
     match name {
-        Scenes::<Exact, Impact>::NAME => worker::work(&Scenes::<Exact, Impact>::default()),
+        Scenes::<Sound>::NAME => worker::work(&Scenes::<Sound>::default()),
         Queries::<Exact>::NAME => worker::work(&Queries::<Exact>::default()),
         Mutations::NAME => worker::work(&Mutations),
         Planted::NAME => worker::work(&Planted),

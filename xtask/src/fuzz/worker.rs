@@ -29,7 +29,7 @@ pub const COMMAND: &str = "fuzz-worker";
 const MOST_MEMORY: u64 = 4 << 20;
 
 /// Interval between checks for a signal while waiting.
-const LOOK: Duration = Duration::from_millis(200);
+const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
 /// Largest waiting time for a case, in units of its processor time limit.
 const MOST_WAITS: u32 = 15;
@@ -103,7 +103,7 @@ impl Worker {
         Self { program, name, limit, signals, process: None }
     }
 
-    fn ask(&mut self, request: &Request) -> Result<Report> {
+    fn request(&mut self, request: &Request) -> Result<Report> {
         let bytes = encode(request)?;
         let process = match &mut self.process {
             Some(process) => process,
@@ -114,11 +114,11 @@ impl Worker {
         let before = processor_time(&process.child);
         let mut waited = Duration::ZERO;
         loop {
-            match process.answers.recv_timeout(LOOK) {
+            match process.answers.recv_timeout(POLL_INTERVAL) {
                 Ok(answer) => return Ok(decode(&answer)?),
                 Err(RecvTimeoutError::Disconnected) => {
                     // Ctrl-C ends the worker too, which is not a failure of the case.
-                    thread::sleep(LOOK);
+                    thread::sleep(POLL_INTERVAL);
                     self.signals.check()?;
                     let status = process.child.wait().context("cannot wait for the worker")?;
                     self.process = None;
@@ -130,7 +130,7 @@ impl Worker {
                 }
                 Err(RecvTimeoutError::Timeout) => {
                     self.signals.check()?;
-                    waited += LOOK;
+                    waited += POLL_INTERVAL;
                     // A process that waits for the processor does not hang.
                     let now = processor_time(&process.child);
                     let used = before.zip(now).map_or(waited, |(before, now)| now.saturating_sub(before));
@@ -151,11 +151,11 @@ impl Worker {
 
 impl Runner for Worker {
     fn run_seed(&mut self, seed: u64) -> Result<Report> {
-        self.ask(&Request::Seed(seed))
+        self.request(&Request::Seed(seed))
     }
 
     fn run_file(&mut self, ending: &str, bytes: &[u8]) -> Result<Report> {
-        self.ask(&Request::File { ending: ending.to_owned(), bytes: bytes.to_vec() })
+        self.request(&Request::File { ending: ending.to_owned(), bytes: bytes.to_vec() })
     }
 }
 

@@ -13,7 +13,7 @@ mod words;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use carom_runs::say;
+use carom_runs::print_line;
 use carom_tables::Verdict;
 
 /// Description of a violation.
@@ -27,15 +27,15 @@ pub fn run() -> Result<Verdict> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().context("the folder xtask has no parent")?;
     let faults = faults(root)?;
     for fault in &faults {
-        say(fault);
+        print_line(fault);
     }
     if faults.is_empty() {
-        say(
+        print_line(
             "tidy: layers, cycles, first lines, width, words, commands in Markdown, one glam, map of the crates",
         );
         Ok(Verdict::Passed)
     } else {
-        say(&format!("tidy: {} faults", faults.len()));
+        print_line(&format!("tidy: {} faults", faults.len()));
         Ok(Verdict::Failed)
     }
 }

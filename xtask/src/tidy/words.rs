@@ -4,17 +4,21 @@ use std::{collections::BTreeSet, path::Path};
 
 use anyhow::{Context, Result};
 
-use super::{Fault, files::text_files, read};
+use super::{
+    Fault,
+    files::{configuration_files, text_files},
+    read,
+};
 
 /// The list: one banned phrase a line, or `allow PATH: TEXT` for lines that contain TEXT.
 const LIST: &str = "xtask/src/tidy/words.txt";
 
-/// Banned words in comments, strings and pages.
+/// Banned words in comments, strings and pages, and in manifests, scenes and scripts.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
     let list = List::parse(&read(&root.join(LIST))?)?;
     let mut faults = Vec::new();
     let mut used = BTreeSet::new();
-    for path in text_files(root)? {
+    for path in text_files(root)?.into_iter().chain(configuration_files(root)?) {
         let name = path.display().to_string();
         let text = read(&root.join(&path))?;
         for (index, line) in text.lines().enumerate() {

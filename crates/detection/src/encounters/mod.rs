@@ -9,8 +9,8 @@
 //!
 //! for class in Class::ALL {
 //!     let encounter = Encounter::draw(class, 2017, 0);
-//!     let answer = encounter.ask(&Exact::default());
-//!     assert_eq!(answer, Encounter::draw(class, 2017, 0).ask(&Exact::default()));
+//!     let answer = encounter.first_contact(&Exact::default());
+//!     assert_eq!(answer, Encounter::draw(class, 2017, 0).first_contact(&Exact::default()));
 //! }
 //! ```
 
@@ -49,7 +49,7 @@ impl Encounter {
     }
 
     /// The answer of a detector.
-    pub fn ask(&self, detector: &(impl Detection + ?Sized)) -> Answer {
+    pub fn first_contact(&self, detector: &(impl Detection + ?Sized)) -> Answer {
         let [a, b] = &self.molecules;
         detector.first_contact(a.outline(), b.outline(), &self.motion, self.horizon)
     }
@@ -135,7 +135,7 @@ mod tests {
                 assert!(gap > -rounding, "{class} {index} begins with a gap of {gap:e} sizes");
             }
             let contacts =
-                cases.iter().filter(|case| case.ask(&Exact::default()).outcome.contact().is_some());
+                cases.iter().filter(|case| case.first_contact(&Exact::default()).outcome.contact().is_some());
             let contacts = contacts.count();
             let least = if class == Class::Concentric { 0 } else { 2 };
             assert!(contacts >= least, "{class}: {contacts} of 40 in contact");
@@ -148,7 +148,7 @@ mod tests {
             let class = Class::Graze(exponent);
             let deep = (0..50).filter(|&index| {
                 let case = Encounter::draw(class, 3, index);
-                case.ask(&Exact::default()).outcome.contact().is_some()
+                case.first_contact(&Exact::default()).outcome.contact().is_some()
             });
             // 7 in 10 are constructed to overlap; in others, other atoms may touch.
             assert!((25..50).contains(&deep.count()), "depth 1e-{exponent}");
@@ -159,9 +159,10 @@ mod tests {
     fn the_rest_of_an_encounter_ends_in_the_same_contact() {
         for index in 0..50 {
             let case = Encounter::draw(Class::Generic, 5, index);
-            let Some(contact) = case.ask(&Exact::default()).outcome.contact() else { continue };
+            let Some(contact) = case.first_contact(&Exact::default()).outcome.contact() else { continue };
             let half = 0.5 * contact.time;
-            let rest = case.after(half).ask(&Exact::default()).outcome.contact().expect("it lies ahead");
+            let rest =
+                case.after(half).first_contact(&Exact::default()).outcome.contact().expect("it lies ahead");
             assert_eq!(rest.touch, contact.touch);
             assert!((rest.time + half - contact.time).abs() < 1e-12 * case.natural_time().max(contact.time));
         }

@@ -47,12 +47,12 @@ const TURN_BINS: usize = 72;
 
 /// A parsed entry of `run.observe`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-struct Asked {
+struct ObserverSpec {
     kind: String,
     tag: Option<String>,
 }
 
-impl Asked {
+impl ObserverSpec {
     /// Parses a name; `None` if it is not in [`OBSERVERS`].
     fn parse(name: &str) -> Option<Self> {
         let (kind, tag) = name.split_once(':').map_or((name, None), |(kind, tag)| (kind, Some(tag)));
@@ -78,7 +78,9 @@ impl Asked {
 /// # Errors
 /// The name is unknown, a required tag is missing, or the tag is not allowed.
 pub fn check(name: &str) -> Result<()> {
-    let Some(Asked { kind, tag }) = Asked::parse(name) else { bail!("unknown observer '{name}'") };
+    let Some(ObserverSpec { kind, tag }) = ObserverSpec::parse(name) else {
+        bail!("unknown observer '{name}'")
+    };
     match (kind.as_str(), tag.as_deref()) {
         (CONTACT_DENSITY | IMPULSES, None) => bail!("'{name}' needs the tag of a body: {name}:TAG"),
         (THERMOSTAT, Some(_)) => {
@@ -96,10 +98,10 @@ pub fn check(name: &str) -> Result<()> {
 
 /// Observers that need samples only.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct AtSamples(Vec<(Asked, Looker)>);
+pub struct AtSamples(Vec<(ObserverSpec, SampledObserver)>);
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
-enum Looker {
+enum SampledObserver {
     Velocities(VelocityDistribution),
     Correlation(TimeCorrelation),
     Pairs(PairDistribution),
@@ -108,39 +110,39 @@ enum Looker {
 
 /// Observers that need reports of contacts.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct AtContacts(Vec<(Asked, ContactDensity)>, Option<ImpulseLog>);
+pub struct AtContacts(Vec<(ObserverSpec, ContactDensity)>, Option<ImpulseLog>);
 
 /// Creates the observers that a run requests.
 ///
 /// # Errors
 /// No body carries a tag, or a body or gas is not unique.
 pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<(AtSamples, AtContacts)> {
-    let (mut lookers, mut densities, mut impulses) = (Vec::new(), Vec::new(), None);
+    let (mut sampled, mut densities, mut impulses) = (Vec::new(), Vec::new(), None);
     for name in &run.observe {
-        let Some(asked) = Asked::parse(name) else { continue };
+        let Some(spec) = ObserverSpec::parse(name) else { continue };
         let context = || format!("run.observe: '{name}'");
-        if asked.kind == CONTACT_DENSITY {
-            let density = contact_density(asked.group(view)?, view).with_context(context)?;
-            densities.push((asked, density));
-        } else if asked.kind == IMPULSES {
-            let body = the_one(asked.group(view)?, view).with_context(context)?;
+        if spec.kind == CONTACT_DENSITY {
+            let density = contact_density(spec.group(view)?, view).with_context(context)?;
+            densities.push((spec, density));
+        } else if spec.kind == IMPULSES {
+            let body = only_body(spec.group(view)?, view).with_context(context)?;
             let earlier = impulses.replace(ImpulseLog::new(body.body.key(), MOST_IMPULSES));
             ensure!(earlier.is_none(), "run.observe: '{name}': impulses can be logged for one body only");
         } else {
-            let looker = looker(&asked, run, view).with_context(context)?;
-            lookers.push((asked, looker));
+            let observer = sampled_observer(&spec, run, view).with_context(context)?;
+            sampled.push((spec, observer));
         }
     }
-    Ok((AtSamples(lookers), AtContacts(densities, impulses)))
+    Ok((AtSamples(sampled), AtContacts(densities, impulses)))
 }
 
-fn looker(asked: &Asked, run: &RunSpec, view: &View<'_>) -> Result<Looker> {
-    let group = asked.group(view)?;
-    Ok(match asked.kind.as_str() {
-        "velocities" => Looker::Velocities(VelocityDistribution::adaptive(group, SPEED_BINS)),
+fn sampled_observer(spec: &ObserverSpec, run: &RunSpec, view: &View<'_>) -> Result<SampledObserver> {
+    let group = spec.group(view)?;
+    Ok(match spec.kind.as_str() {
+        "velocities" => SampledObserver::Velocities(VelocityDistribution::adaptive(group, SPEED_BINS)),
         "correlation" => {
             let longest = (run.sample_interval * LONGEST_LAG).min(f64::MAX);
-            Looker::Correlation(TimeCorrelation::new(group, run.sample_interval, longest)?)
+            SampledObserver::Correlation(TimeCorrelation::new(group, run.sample_interval, longest)?)
         }
         "pair-distribution" => {
             let radii = view.bodies().filter(|body| group.contains(body.body)).map(|body| radius(&body));
@@ -149,9 +151,9 @@ fn looker(asked: &Asked, run: &RunSpec, view: &View<'_>) -> Result<Looker> {
             let half = 0.499 * view.bounds().sides().min_element();
             let cutoff = (DIAMETERS * diameter).min(half);
             let bins = (cutoff / diameter * BINS_PER_DIAMETER).ceil() as usize;
-            Looker::Pairs(PairDistribution::new([group; 2], view.bounds(), cutoff, bins)?)
+            SampledObserver::Pairs(PairDistribution::new([group; 2], view.bounds(), cutoff, bins)?)
         }
-        _ => Looker::Thermostat(ThermostatLedger::default()),
+        _ => SampledObserver::Thermostat(ThermostatLedger::default()),
     })
 }
 
@@ -160,7 +162,7 @@ fn radius(body: &BodyView<'_>) -> f64 {
 }
 
 /// The only body of a group.
-fn the_one<'a>(group: Group, view: &View<'a>) -> Result<BodyView<'a>> {
+fn only_body<'a>(group: Group, view: &View<'a>) -> Result<BodyView<'a>> {
     let mut members = view.bodies().filter(|body| group.contains(body.body));
     let (body, another) = (members.next().context("no body carries that tag")?, members.next());
     ensure!(another.is_none(), "several bodies carry that tag, but only one can be observed");
@@ -169,7 +171,7 @@ fn the_one<'a>(group: Group, view: &View<'a>) -> Result<BodyView<'a>> {
 
 /// The contacts of the only body of a group with the discs of a gas, all of one radius.
 fn contact_density(group: Group, view: &View<'_>) -> Result<ContactDensity> {
-    let body = the_one(group, view)?;
+    let body = only_body(group, view)?;
     let is_of_a_gas = |other: &BodyView<'_>| {
         let disc = other.body.molecule().is_disc() && !other.body.is_fixed();
         disc && other.body.key() != body.body.key()
@@ -187,23 +189,23 @@ impl Observer for AtSamples {
     }
 
     fn start(&mut self, view: &View<'_>) {
-        for (_, looker) in &mut self.0 {
-            match looker {
-                Looker::Velocities(velocities) => velocities.start(view),
-                Looker::Correlation(correlation) => correlation.start(view),
-                Looker::Pairs(pairs) => pairs.start(view),
-                Looker::Thermostat(ledger) => ledger.start(view),
+        for (_, observer) in &mut self.0 {
+            match observer {
+                SampledObserver::Velocities(velocities) => velocities.start(view),
+                SampledObserver::Correlation(correlation) => correlation.start(view),
+                SampledObserver::Pairs(pairs) => pairs.start(view),
+                SampledObserver::Thermostat(ledger) => ledger.start(view),
             }
         }
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        for (_, looker) in &mut self.0 {
-            match looker {
-                Looker::Velocities(velocities) => velocities.sample(view),
-                Looker::Correlation(correlation) => correlation.sample(view),
-                Looker::Pairs(pairs) => pairs.sample(view),
-                Looker::Thermostat(ledger) => ledger.sample(view),
+        for (_, observer) in &mut self.0 {
+            match observer {
+                SampledObserver::Velocities(velocities) => velocities.sample(view),
+                SampledObserver::Correlation(correlation) => correlation.sample(view),
+                SampledObserver::Pairs(pairs) => pairs.sample(view),
+                SampledObserver::Thermostat(ledger) => ledger.sample(view),
             }
         }
     }
@@ -215,36 +217,36 @@ impl AtSamples {
     /// # Errors
     /// A table cannot be written.
     pub fn write(&self, folder: &Folder) -> Result<()> {
-        self.0.iter().try_for_each(|(asked, looker)| match looker {
-            Looker::Velocities(velocities) => write_velocities(folder, asked, velocities),
-            Looker::Correlation(correlation) => {
+        self.0.iter().try_for_each(|(spec, observer)| match observer {
+            SampledObserver::Velocities(velocities) => write_velocities(folder, spec, velocities),
+            SampledObserver::Correlation(correlation) => {
                 let rows = correlation.points().into_iter().map(|point| {
                     (point.lag, point.pairs, point.mean_square_displacement, point.autocorrelation)
                 });
                 let header = ["lag", "pairs", "mean_square_displacement", "velocity_autocorrelation"];
-                folder.write_table(&asked.file("correlation"), &header, rows)
+                folder.write_table(&spec.file("correlation"), &header, rows)
             }
-            Looker::Pairs(pairs) => {
+            SampledObserver::Pairs(pairs) => {
                 let rows = pairs.points().into_iter().map(|point| (point.distance, point.pairs, point.g));
-                folder.write_table(&asked.file("pair-distribution"), &["distance", "pairs", "g"], rows)
+                folder.write_table(&spec.file("pair-distribution"), &["distance", "pairs", "g"], rows)
             }
-            Looker::Thermostat(ledger) => {
+            SampledObserver::Thermostat(ledger) => {
                 let points = ledger.series().iter();
                 let rows = points.map(|p| (p.time, p.duration, p.put_in, p.lost, p.energy));
                 let header = ["time", "duration", "put_in", "lost", "energy"];
-                folder.write_table(&asked.file(THERMOSTAT), &header, rows)
+                folder.write_table(&spec.file(THERMOSTAT), &header, rows)
             }
         })
     }
 }
 
-fn write_velocities(folder: &Folder, asked: &Asked, velocities: &VelocityDistribution) -> Result<()> {
+fn write_velocities(folder: &Folder, spec: &ObserverSpec, velocities: &VelocityDistribution) -> Result<()> {
     let rows = velocities.series().iter().map(|point| {
         let h = [point.h.map(|h| h.x), point.h.map(|h| h.y)];
         (point.time, point.bodies, point.mean_square, point.kurtosis, h, point.h_at_equilibrium())
     });
     let header = ["time", "bodies", "mean_square", "kurtosis", "h_x", "h_y", "h_at_equilibrium"];
-    folder.write_table(&asked.file("velocities"), &header, rows)?;
+    folder.write_table(&spec.file("velocities"), &header, rows)?;
     let histograms = velocities
         .components()
         .zip(velocities.speeds())
@@ -254,7 +256,7 @@ fn write_velocities(folder: &Folder, asked: &Asked, velocities: &VelocityDistrib
         bins.map(move |(bin, (&count, density))| (name, histogram.centre(bin), count, density))
     });
     let header = ["component", "value", "count", "density"];
-    folder.write_table(&asked.file("velocity-histogram"), &header, rows)
+    folder.write_table(&spec.file("velocity-histogram"), &header, rows)
 }
 
 impl Observer for AtContacts {
@@ -298,13 +300,13 @@ impl AtContacts {
     /// # Errors
     /// A table cannot be written.
     pub fn write(&self, folder: &Folder) -> Result<()> {
-        self.0.iter().try_for_each(|(asked, density)| {
+        self.0.iter().try_for_each(|(spec, density)| {
             let rows = density
                 .points()
                 .into_iter()
                 .map(|p| (p.atom, p.angle, p.arc, p.contacts, p.pressure, p.standard_error));
             let header = ["atom", "angle", "arc", "contacts", "pressure", "standard_error"];
-            folder.write_table(&asked.file(CONTACT_DENSITY), &header, rows)
+            folder.write_table(&spec.file(CONTACT_DENSITY), &header, rows)
         })
     }
 }
@@ -321,7 +323,7 @@ mod tests {
         for good in ["velocities", "velocities:gas", "contact-density:the_tee", "thermostat"] {
             assert!(check(good).is_ok(), "{good}");
         }
-        for (bad, said) in [
+        for (bad, expected) in [
             ("colour", "unknown observer"),
             ("contact-density", "contact-density:TAG"),
             ("impulses", "impulses:TAG"),
@@ -330,7 +332,7 @@ mod tests {
             ("velocities:../x", "letters"),
         ] {
             let error = check(bad).unwrap_err().to_string();
-            assert!(error.contains(said), "{error}");
+            assert!(error.contains(expected), "{error}");
         }
     }
 

@@ -42,7 +42,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let method = Method::try_from(&scene.method).context("[method]")?;
     let simulation =
         AnySimulation::new(&scene).with_context(|| format!("scene {}", options.file.path.display()))?;
-    let asked = gas::observers(&scene.run, &simulation.view())?;
+    let observers = gas::observers(&scene.run, &simulation.view())?;
     let signals = Signals::watch()?;
     let folder = Folder::create(&folder_path(options), options.choices.resumption.existing())?;
     let _alone = folder.lock()?;
@@ -59,7 +59,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let found = task.find()?;
     let manifest = Manifest::begin(&folder, &command, &[&scene])?;
     folder.write("config.toml", scene.to_toml())?;
-    let outcome = simulate(&task, found, simulation, &scene.run, asked)?;
+    let outcome = simulate(&task, found, simulation, &scene.run, observers)?;
     let summary = outcome.summary(options, &task.method);
     folder.write("report.html", outcome.page(&folder, &summary, &scene, &command)?)?;
     folder.write_json("summary.json", &summary)?;

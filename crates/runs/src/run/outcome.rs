@@ -20,11 +20,11 @@ use super::{Options, gas};
 use crate::{
     animation,
     output::Folder,
-    part::{caption_of, picture_of},
     progress::Progress,
-    resumable::{Found, Resumable, Start, Task},
+    resumable::{FoundCheckpoint, Resumable, Start, Task},
     sampling_times::sampling_times,
     series,
+    visible_region::{caption_of, picture_of},
 };
 
 /// Names allowed in `run.observe` besides those of [`gas`].
@@ -68,7 +68,7 @@ type Watched<O> = (EnergyLedger, CollisionRate, OverlapCheck, O);
 /// The run fails, a file cannot be written, or a signal has been received.
 pub fn simulate(
     task: &Task<'_>,
-    found: Option<Found>,
+    found: Option<FoundCheckpoint>,
     simulation: AnySimulation,
     run: &RunSpec,
     (lookers, densities): (gas::AtSamples, gas::AtContacts),
@@ -124,7 +124,7 @@ impl Watchers for (gas::AtSamples, Option<Pressure>, gas::AtContacts) {
 
 fn simulate_with<O: Watchers>(
     task: &Task<'_>,
-    found: Option<Found>,
+    found: Option<FoundCheckpoint>,
     simulation: AnySimulation,
     run: &RunSpec,
     watchers: O,
@@ -340,8 +340,8 @@ impl Outcome {
     /// Charts of the requested series.
     fn charts(&self, run: &RunSpec) -> Result<Vec<(String, &'static str)>> {
         let mut charts = Vec::new();
-        let asked = |name: &str| run.observe.iter().any(|observed| observed == name);
-        if asked("energy") {
+        let observes = |name: &str| run.observe.iter().any(|observed| observed == name);
+        if observes("energy") {
             let first = self.energy.series().first().map_or(0.0, |point| point.energy);
             if first > 0.0 {
                 let drift: Vec<(f64, f64)> = self
@@ -359,13 +359,13 @@ impl Outcome {
                 charts.push((svg, "The difference is rounding error; it must stay below 10⁻¹²."));
             }
         }
-        if asked("collision-rate") {
+        if observes("collision-rate") {
             let rates: Vec<(f64, f64)> =
                 self.rate.series().iter().map(|point| (point.time, point.rate)).collect();
             let svg = series_chart("Collisions", "collisions per body and time [1/time]", run.until, rates)?;
             charts.push((svg, "Mean over the moving bodies in each interval between samples."));
         }
-        if asked("pressure") {
+        if observes("pressure") {
             let points = self.pressure_series().iter().map(|point| (point.time, point.pressure()));
             let svg = series_chart("Pressure", "p [mass/time²]", run.until, points.collect())?;
             charts.push((svg, "From the virial of the contacts in each interval between samples."));

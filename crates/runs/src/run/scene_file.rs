@@ -131,9 +131,9 @@ mod tests {
             (RunSpec { animation_from: good.until, ..good.clone() }, "run.animation_from"),
             (RunSpec { animation_from: f64::NAN, ..good.clone() }, "run.animation_from"),
         ];
-        for (run, said) in cases {
+        for (run, expected) in cases {
             let error = format!("{:#}", check(&run).unwrap_err());
-            assert!(error.contains(said), "{error}");
+            assert!(error.contains(expected), "{error}");
         }
     }
 }

@@ -2,8 +2,9 @@
 //! order.
 
 use anyhow::{Context, Result};
-use carom::{DirectionHistogram, EnergyLedger, Observer as _, OverlapCheck, Simulation};
-use carom_runs::{progress::Progress, work_items::Pieces};
+use carom::{DirectionHistogram, EnergyLedger, Observer as _, OverlapCheck};
+use carom_methods::AnySimulation;
+use carom_runs::{progress::Progress, work_items::WorkItems};
 use carom_tables::Totals;
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
@@ -65,14 +66,14 @@ impl Hits {
 ///
 /// # Errors
 /// A scene cannot be built, a run fails, or a result cannot be stored.
-pub fn fly(setup: &Setup, pieces: &Pieces) -> Result<Hits> {
+pub fn fly(setup: &Setup, items: &WorkItems) -> Result<Hits> {
     let progress = Progress::new(setup.duration() * setup.flights() as f64);
     let one = |replica| {
         let name = format!("flight {replica}");
-        if pieces.has(&name) {
+        if items.has(&name) {
             progress.skip(setup.duration());
         }
-        pieces.finish(&name, || flight(setup, replica, &progress).with_context(|| name.clone()))
+        items.finish(&name, || flight(setup, replica, &progress).with_context(|| name.clone()))
     };
     // In the order of the replicas, independent of the threads.
     let flights: Vec<Hits> = (0..setup.flights()).into_par_iter().map(one).collect::<Result<_>>()?;
@@ -82,7 +83,7 @@ pub fn fly(setup: &Setup, pieces: &Pieces) -> Result<Hits> {
 }
 
 fn flight(setup: &Setup, replica: u64, progress: &Progress) -> Result<Hits> {
-    let mut simulation = Simulation::new(&setup.scene(replica)?)?;
+    let mut simulation = AnySimulation::new(&setup.scene(replica)?)?;
     let target = simulation.view().bodies().next().context("the scene has no bodies")?.body.key();
     let mut directions = DirectionHistogram::new(target, SECTORS);
     let (mut energy, mut overlaps) = (EnergyLedger::default(), OverlapCheck::default());

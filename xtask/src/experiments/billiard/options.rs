@@ -11,8 +11,14 @@ use clap::Args;
 use glam::DVec2;
 use rand::RngExt as _;
 
+use crate::experiments::common::{Common, Seed, Threads};
+
 /// Options of `cargo xtask experiment billiard`.
 #[derive(Debug, Clone, Args)]
+#[command(
+    mut_arg("quick", |arg| arg.help("A short test run, well under two minutes: 4·10⁶ hits (the default)")),
+    mut_arg("paper", |arg| arg.help("The run for publication: 10⁸ hits"))
+)]
 pub struct Options {
     /// The fixed molecule: disc, dumbbell, rod:N, cross, tee, ring:N
     #[arg(long, default_value = "tee")]
@@ -26,26 +32,19 @@ pub struct Options {
     /// Side of the periodic box (length); default: four times the sum of the two bounding radii
     #[arg(long)]
     pub side: Option<f64>,
-    /// A short test run, well under two minutes: 4·10⁶ hits (the default)
-    #[arg(long, conflicts_with = "paper")]
-    pub quick: bool,
-    /// The run for publication: 10⁸ hits
-    #[arg(long)]
-    pub paper: bool,
     /// Approximate number of hits instead; with --resume a larger number, in multiples of a quarter
     /// of a million, extends a run
     #[arg(long, value_parser = clap::value_parser!(u64).range(10_000..=1_000_000_000_000))]
     pub hits: Option<u64>,
-    /// Seed of all random numbers
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Number of discs that fly in parallel, each in its own box; default: one for each processor.
-    /// The results do not depend on it
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
-    /// Output folder and whether to resume there
+    /// Seed.
     #[command(flatten)]
-    pub resumption: Resumption,
+    pub random: Seed,
+    /// Threads.
+    #[command(flatten)]
+    pub threads: Threads,
+    /// Options of every experiment.
+    #[command(flatten)]
+    pub common: Common<Resumption>,
 }
 
 /// Molecule, disc, box, and number of hits.
@@ -152,19 +151,15 @@ impl Options {
             "--side {side}: it must be finite and more than 2.2 times {reach}, the sum of the radii of \
              molecule and disc, so that the molecule's images stay apart"
         );
-        let ready = if self.paper { 1e8 } else { 4e6 };
+        let ready = self.common.select(4e6, 1e8);
         let hits = self.hits.map_or(ready, |hits| hits as f64);
         let (shape, atom_radius, gas_radius) = (self.shape, self.atom_radius, self.gas_radius);
-        Ok(Setup { shape, atom_radius, molecule, gas_radius, region, side, hits, seed: self.seed })
+        Ok(Setup { shape, atom_radius, molecule, gas_radius, region, side, hits, seed: self.random.seed })
     }
 
     /// Note that is printed and shown first.
     pub fn note(&self) -> String {
-        if self.paper {
-            String::new()
-        } else {
-            "This is a short run. The run for publication, of 10⁸ hits, is --paper.".to_owned()
-        }
+        self.common.note(". The run for publication, of 10⁸ hits, is --paper.")
     }
 
     /// Default output folder.
@@ -181,7 +176,7 @@ impl Options {
     fn flight(&self, setup: &Setup) -> String {
         format!(
             "cargo xtask experiment billiard --shape {} --atom-radius {} --gas-radius {} --side {} --seed {}",
-            self.shape, self.atom_radius, self.gas_radius, setup.side, self.seed
+            self.shape, self.atom_radius, self.gas_radius, setup.side, self.random.seed
         )
     }
 

@@ -11,8 +11,8 @@ use carom_tables::{Check, chi_square::ChiSquare};
 
 use super::{
     group::{Group, impulse_error},
-    measurement::{Kicks, SECTORS},
     prediction::{Prediction, collision_rate, contact_density_of_disc},
+    results::{Kicks, SECTORS},
 };
 use crate::experiments::{
     fixed_energy::mean_speed,

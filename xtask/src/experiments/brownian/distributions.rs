@@ -13,10 +13,10 @@ use carom_report::{
 use plotters::style::RGBColor;
 
 use super::{
+    charts::band_of_one_run,
     group::Group,
-    measurement::PROJECTION,
     pooled::{FEWEST_BLOCKS, Pooled},
-    report::band_of_one_run,
+    results::PROJECTION,
 };
 use crate::experiments::thesis_scene::{Case, GAS_MASS};
 

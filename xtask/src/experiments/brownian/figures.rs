@@ -12,9 +12,9 @@ use crate::experiments::thesis_scene::Case;
 use super::{
     dilute::{self, FewDiscs},
     group::{Group, impulse_error},
-    measurement::{SECTORS, increments},
     pooled::{FEWEST_BLOCKS, Pooled},
     prediction::{collision_rate, contact_density_of_disc},
+    results::{SECTORS, increments},
 };
 
 const ENSKOG: &str = "Enskog with the contact value of hard discs (virial series of Clisby and McCoy 2006; \
@@ -179,7 +179,7 @@ impl Group<'_> {
     /// χ² per degree of freedom of the tee's mirror symmetry, which holds at any density: each
     /// direction θ against its mirror image 180° − θ, with errors from the scatter of the blocks,
     /// because kicks in one direction are correlated. The disc is tested by its harmonics, see
-    /// [`verdict`](super::verdict).
+    /// [`equilibrium`](super::equilibrium).
     fn symmetry_figure(&self) -> Option<Figure> {
         if self.case == Case::Control {
             return None;

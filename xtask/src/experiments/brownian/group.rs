@@ -3,8 +3,8 @@
 use crate::experiments::thesis_scene::Case;
 
 use super::{
-    measurement::{Kicks, Measurement},
     prediction::Prediction,
+    results::{Kicks, Measurement},
 };
 
 /// Runs of one case and size, with their predictions.

@@ -39,7 +39,8 @@ impl<O: Observer> Observer for FromGas<O> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carom::{Scene, Simulation};
+    use carom::Scene;
+    use carom_methods::AnySimulation;
 
     #[derive(Default)]
     struct Count(u64);
@@ -57,7 +58,7 @@ mod tests {
              [[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 30\n",
         )
         .unwrap();
-        let mut simulation = Simulation::new(&scene).unwrap();
+        let mut simulation = AnySimulation::new(&scene).unwrap();
         let (mut kicks, mut all) = (FromGas(Count::default()), Count::default());
         simulation.observe_until(2.0, &mut (&mut kicks, &mut all)).unwrap();
         let fixed = simulation.view().counters().fixed_collisions;

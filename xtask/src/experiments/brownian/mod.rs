@@ -1,9 +1,15 @@
-//! `cargo xtask experiment brownian`: a small tee-shaped molecule in a dense gas of discs, and the
-//! impulses on it (Montanari 2017, chapter 3).
+//! Does a small tee-shaped molecule in a dense gas of discs receive a net force along its body axes
+//! (Montanari 2017, chapter 3)?
+//!
+//! `cargo xtask experiment brownian`: every impulse on the molecule is recorded by direction and
+//! by atom; quantities that vanish at equilibrium are tested. Runs of several cases, sizes and
+//! replicas are executed in parallel.
 
-mod campaign;
+mod analysis;
+mod charts;
 mod dilute;
 mod distributions;
+mod equilibrium;
 mod figures;
 mod group;
 mod kicks;
@@ -12,9 +18,10 @@ mod options;
 mod pooled;
 mod prediction;
 mod report;
+mod results;
+mod run;
 mod snapshots;
 mod system;
-mod verdict;
 
-pub use campaign::run;
 pub use options::{OneOrAll, Options, Plan};
+pub use run::run;

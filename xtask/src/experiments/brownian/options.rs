@@ -6,12 +6,22 @@ use anyhow::{Result, ensure};
 use carom::engine::RunSpec;
 use carom_runs::{resumable::Choices, sampling_times::sampling_times};
 use clap::{Args, ValueEnum};
+use serde::Serialize;
 
 use super::dilute::DILUTE;
-use crate::experiments::thesis_scene::{AREA_FRACTION, Case, Size, value_name};
+use crate::experiments::{
+    common::{Common, Seed, Threads},
+    thesis_scene::{AREA_FRACTION, Case, Size, value_name},
+};
 
 /// Options of `cargo xtask experiment brownian`.
 #[derive(Debug, Clone, Args)]
+#[command(
+    mut_arg("quick", |arg| arg.help(
+        "A short test run, under two minutes for one case and size: to t = 200, measured from t = 5 (the default)"
+    )),
+    mut_arg("paper", |arg| arg.help("All eight runs of the thesis: to t = 5000, measured from t = 100"))
+)]
 pub struct Options {
     /// standard (a tee that rotates freely), control (a disc of equal area and mass), locked-0,
     /// locked-pi (a tee with its orientation locked at 0 or half a turn), or all; default: all with
@@ -22,22 +32,9 @@ pub struct Options {
     /// --paper, otherwise 0.5
     #[arg(long)]
     pub size: Option<OneOrAll<Size>>,
-    /// A short test run, under two minutes for one case and size: to t = 200, measured from t = 5
-    /// (the default)
-    #[arg(long, conflicts_with = "paper")]
-    pub quick: bool,
-    /// All eight runs of the thesis: to t = 5000, measured from t = 100
-    #[arg(long)]
-    pub paper: bool,
-    /// Seed of all random numbers
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
     /// Runs of each case and size that differ in their random numbers only
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub replicas: u64,
-    /// Number of parallel runs; default: one for each processor. The results do not depend on it
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
     /// Start of the measurement (time)
     #[arg(long)]
     pub from: Option<f64>,
@@ -52,9 +49,15 @@ pub struct Options {
     /// Largest number of rows of impulses.csv in each run; the first kicks are kept (0.2 kB each)
     #[arg(long, value_name = "ROWS", default_value_t = 1_000_000)]
     pub impulses: u64,
-    /// Output folder and checkpoints
+    /// Seed.
     #[command(flatten)]
-    pub choices: Choices,
+    pub random: Seed,
+    /// Threads.
+    #[command(flatten)]
+    pub threads: Threads,
+    /// Options of every experiment.
+    #[command(flatten)]
+    pub common: Common<Choices>,
 }
 
 /// One of several choices, or all of them.
@@ -127,12 +130,12 @@ impl Plan {
 impl Options {
     /// Selected molecules.
     pub fn case(&self) -> OneOrAll<Case> {
-        self.case.unwrap_or(if self.paper { OneOrAll::All } else { OneOrAll::One(Case::Standard) })
+        self.case.unwrap_or(self.common.select(OneOrAll::One(Case::Standard), OneOrAll::All))
     }
 
     /// Selected sizes.
     pub fn size(&self) -> OneOrAll<Size> {
-        self.size.unwrap_or(if self.paper { OneOrAll::All } else { OneOrAll::One(Size::Half) })
+        self.size.unwrap_or(self.common.select(OneOrAll::One(Size::Half), OneOrAll::All))
     }
 
     /// Times of a run with these options.
@@ -142,12 +145,13 @@ impl Options {
     pub fn plan(&self) -> Result<Plan> {
         let ready = if self.area_fraction < DILUTE {
             // Kicks are rare and cheap.
-            let until = if self.paper { 500_000.0 } else { 20_000.0 };
+            let until = self.common.select(20_000.0, 500_000.0);
             Plan { from: 100.0, until, sample_interval: 0.001 * until }
-        } else if self.paper {
-            Plan { from: 100.0, until: 5000.0, sample_interval: 1.0 }
         } else {
-            Plan { from: 5.0, until: 200.0, sample_interval: 0.5 }
+            self.common.select(
+                Plan { from: 5.0, until: 200.0, sample_interval: 0.5 },
+                Plan { from: 100.0, until: 5000.0, sample_interval: 1.0 },
+            )
         };
         let plan =
             Plan { from: self.from.unwrap_or(ready.from), until: self.until.unwrap_or(ready.until), ..ready };
@@ -172,18 +176,13 @@ impl Options {
 
     /// Note that is printed and shown first.
     pub fn note(&self) -> String {
-        if self.paper {
-            String::new()
-        } else {
-            "This is a short run with large statistical errors. The runs of the thesis are --paper."
-                .to_owned()
-        }
+        self.common.note(" with large statistical errors. The runs of the thesis are --paper.")
     }
 
     /// Output folder.
     pub fn folder(&self) -> PathBuf {
         let named = format!("out/brownian-{}-{}", self.case().name(), self.size().name());
-        self.choices.resumption.folder(&named)
+        self.common.destination.resumption.folder(&named)
     }
 
     /// The command with every option that affects the results.
@@ -193,14 +192,51 @@ impl Options {
              --area-fraction {} --from {} --until {} --impulses {}",
             self.case().name(),
             self.size().name(),
-            if self.paper { "--paper" } else { "--quick" },
-            self.seed,
+            self.common.size(),
+            self.random.seed,
             self.replicas,
             self.area_fraction,
             plan.from,
             plan.until,
             self.impulses,
         )
+    }
+
+    /// `config.toml` of several runs: the options; each run's folder holds its scene.
+    ///
+    /// # Errors
+    /// A value cannot be written as TOML.
+    pub fn configuration(&self, plan: &Plan) -> Result<String> {
+        #[derive(Serialize)]
+        struct Config {
+            experiment: Experiment,
+        }
+        #[derive(Serialize)]
+        struct Experiment {
+            name: &'static str,
+            case: String,
+            size: String,
+            seed: u64,
+            replicas: u64,
+            area_fraction: f64,
+            from: f64,
+            until: f64,
+            sample_interval: f64,
+            command: String,
+        }
+        let experiment = Experiment {
+            name: "brownian",
+            case: self.case().name(),
+            size: self.size().name(),
+            seed: self.random.seed,
+            replicas: self.replicas,
+            area_fraction: self.area_fraction,
+            from: plan.from,
+            until: plan.until,
+            sample_interval: plan.sample_interval,
+            command: self.command(plan),
+        };
+        Ok(toml::to_string_pretty(&Config { experiment })?)
     }
 }
 

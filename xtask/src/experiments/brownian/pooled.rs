@@ -3,7 +3,7 @@
 
 use carom::observers::{Additive, Block, Blocks, Estimate};
 
-use super::measurement::Measurement;
+use super::results::Measurement;
 
 /// With fewer blocks their scatter gives no reliable standard error.
 pub const FEWEST_BLOCKS: usize = 30;

@@ -115,12 +115,12 @@ mod tests {
     use carom::engine::RunSpec;
 
     use crate::experiments::thesis_scene::{Size, scene};
-    use carom::Simulation;
+    use carom_methods::AnySimulation;
 
     impl Prediction {
         /// Predictions for a case with atoms of half the gas radius.
         pub fn of_case(case: Case) -> Self {
-            let simulation = Simulation::new(&scene(case, Size::Half, 1, 0, RunSpec::default())).unwrap();
+            let simulation = AnySimulation::new(&scene(case, Size::Half, 1, 0, RunSpec::default())).unwrap();
             Self::new(case, simulation.view().bodies().next().unwrap().body.molecule())
         }
     }

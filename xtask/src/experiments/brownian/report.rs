@@ -1,274 +1,116 @@
-//! Charts and page of the experiment.
+//! The pages of the experiment: of one run, and of all runs.
 
 use anyhow::Result;
-use carom::{DirectionHistogram, observers::Block};
-use carom_report::{
-    molecule_picture,
-    page::{Layout, Page},
-    plot::{Axis, Chart, Layer, Shape, colour, staircase},
-    polar::Polar,
-};
-use glam::DVec2;
+use carom_report::page::{Layout, Page};
+use carom_runs::output::Folder;
+use carom_tables::Summary;
 
-use super::{
-    Plan,
-    figures::force_series,
-    group::{Group, impulse_error},
-    measurement::SECTORS,
-};
-use crate::experiments::thesis_scene::{Case, GAS_RADIUS, Size};
+use super::{Options, Plan, analysis::Analysis, charts::Charts, group::Group, results::title, system};
+use crate::experiments::thesis_scene::{Case, Size};
 
-/// The charts of a group, as SVG.
-#[derive(Debug, Clone)]
-pub struct Charts {
-    /// Number of kicks by direction.
-    pub counts: String,
-    /// Impulse by direction.
-    pub impulse: String,
-    /// Impulse by direction, as a polar chart.
-    pub polar: String,
-    /// Number of kicks by direction, as a polar chart.
-    pub polar_counts: String,
-    /// Running average of the force.
-    pub force: String,
-    /// The molecule and the boundary of the region excluded to gas centres.
-    pub molecule: String,
-}
-
-/// Sectors of the polar chart; wider than those of the histograms, because noise is less readable
-/// in polar form.
-const POLAR_SECTORS: usize = 120;
-
-/// One row of the table of directions.
-pub type DirectionRow = (f64, f64, u64, f64, f64, f64, f64, f64);
-
-/// Header of the table of directions, which are those of the impulse on the molecule in its body
-/// frame.
-pub const DIRECTION_HEADER: [&str; 8] = [
-    "from_degrees",
-    "to_degrees",
-    "kicks",
-    "kicks_standard_error",
-    "kicks_dilute_prediction",
-    "impulse",
-    "impulse_standard_error",
-    "impulse_dilute_prediction",
-];
-
-/// Table of directions.
-pub fn direction_rows(group: &Group<'_>) -> Vec<DirectionRow> {
-    let kicks = &group.kicks;
-    let (hits, total) = (kicks.hits() as f64, kicks.total_impulse());
-    let (counts, impulses) =
-        (group.prediction.count_shares(SECTORS), group.prediction.impulse_shares(SECTORS));
-    let width = 360.0 / SECTORS as f64;
-    let time = group.duration();
-    let error = |sum: &dyn Fn(&Block<DirectionHistogram>) -> f64, independent: f64| {
-        time * group.kick_error(|block| (sum(block), block.duration), independent / time)
-    };
-    let row = |sector: usize| {
-        let (count, impulse) = (kicks.counts[sector], kicks.impulse[sector]);
-        (
-            width * sector as f64,
-            width * (sector + 1) as f64,
-            count,
-            error(&|block| block.observed.counts()[sector] as f64, (count as f64).sqrt()),
-            hits * counts[sector],
-            impulse,
-            error(&|block| block.observed.impulse()[sector], impulse_error(impulse, count)),
-            total * impulses[sector],
-        )
-    };
-    (0..SECTORS).map(row).collect()
-}
-
-impl Charts {
-    /// Draws the charts.
-    ///
-    /// # Errors
-    /// A value is not finite.
-    pub fn draw(group: &Group<'_>) -> Result<Self> {
-        let rows = direction_rows(group);
-        let per_time =
-            |values: Vec<f64>| values.iter().map(|value| value / group.duration()).collect::<Vec<_>>();
-        let counts = [
-            per_time(rows.iter().map(|row| row.2 as f64).collect()),
-            per_time(rows.iter().map(|row| row.3).collect()),
-            per_time(rows.iter().map(|row| row.4).collect()),
-        ];
-        let impulse = [
-            per_time(rows.iter().map(|row| row.5).collect()),
-            per_time(rows.iter().map(|row| row.6).collect()),
-            per_time(rows.iter().map(|row| row.7).collect()),
-        ];
-        let prediction = prediction_name(group.case);
-        Ok(Self {
-            counts: directions(
-                "Kicks by direction",
-                "kicks per time and degree [1/time]",
-                &counts,
-                prediction,
-            )?,
-            impulse: directions(
-                "Impulse by direction",
-                "impulse per time and degree [mass·length/time²]",
-                &impulse,
-                prediction,
-            )?,
-            polar: polar(group, ("Impulse", "[mass·length/time²]"), &impulse, |kicks, sector| {
-                kicks.impulse()[sector]
-            })?,
-            polar_counts: polar(group, ("Kicks", "[1/time]"), &counts, |kicks, sector| {
-                kicks.counts()[sector] as f64
-            })?,
-            force: force(group)?,
-            molecule: molecule_picture::svg(&group.runs[0].molecule, &group.prediction.boundary, GAS_RADIUS),
-        })
+/// The page of one run in its folder.
+///
+/// # Errors
+/// A picture of the run is missing.
+pub fn page_of_one_run(
+    analysis: &Analysis<'_>,
+    summary: &Summary,
+    plan: &Plan,
+    options: &Options,
+    folder: &Folder,
+) -> Result<Page> {
+    let Analysis { group, size, equilibrium, charts: drawn, distributions } = analysis;
+    let mut page = Page::new(&summary.title, group.case.words());
+    if !summary.note.is_empty() {
+        page.note(&summary.note);
     }
+    question(&mut page, options.area_fraction);
+    page.heading("Runs");
+    setting(&mut page, group, *size, plan);
+    totals(&mut page, summary);
+    system::of_one_run(&mut page, group, drawn, folder, plan)?;
+    page.heading("Results");
+    equilibrium.show(&mut page);
+    page.subheading("Figures");
+    page.figures(&summary.figures);
+    charts(&mut page, group, drawn);
+    distributions.show(&mut page, group.case);
+    reproduction(&mut page, &options.command(plan));
+    data(&mut page, group.kicks.hits(), options.impulses);
+    page.links(["impulses.csv", "directions.csv", "kicks-along-axes.csv", "contact-density.csv"]);
+    page.links(["running-average.csv", "energy.csv", "collision-rate.csv", "atoms.csv", "flights.csv"]);
+    page.links(["start.extxyz", "end.extxyz", "summary.json", "manifest.json", "config.toml"]);
+    Ok(page)
+}
 
-    /// File names and contents of the charts.
-    pub fn files(&self) -> [(&'static str, &str); 6] {
-        [
-            ("kicks-by-direction.svg", &self.counts),
-            ("impulse-by-direction.svg", &self.impulse),
-            ("impulse-polar.svg", &self.polar),
-            ("kicks-polar.svg", &self.polar_counts),
-            ("mean-force.svg", &self.force),
-            ("molecule.svg", &self.molecule),
-        ]
+/// The page of all runs; the folder holds those of each run.
+///
+/// # Errors
+/// A picture of a run is missing.
+pub fn page_of_all_runs(
+    analyses: &[Analysis<'_>],
+    summary: &Summary,
+    plan: &Plan,
+    options: &Options,
+    folder: &Folder,
+) -> Result<Page> {
+    let mut page = Page::new(&summary.title, "A T of five discs, and a disc, in a gas of discs.");
+    if !summary.note.is_empty() {
+        page.note(&summary.note);
     }
-}
-
-/// Means over groups of adjacent values.
-fn means(values: &[f64], groups: usize) -> Vec<f64> {
-    values.chunks(values.len() / groups).map(|group| group.iter().sum::<f64>() / group.len() as f64).collect()
-}
-
-fn prediction_name(case: Case) -> &'static str {
-    if case == Case::Control { "isotropic" } else { "dilute gas: exposed atoms N(φ)" }
-}
-
-/// Polar histogram of directions, measured and predicted, with error band.
-fn polar(
-    group: &Group<'_>,
-    (what, unit): (&str, &str),
-    [values, errors, predicted]: &[Vec<f64>; 3],
-    sum: impl Fn(&DirectionHistogram, usize) -> f64,
-) -> Result<String> {
-    let joined = SECTORS / POLAR_SECTORS;
-    let error = |index: usize| {
-        let sectors = index * joined..(index + 1) * joined;
-        let independent = errors[sectors.clone()].iter().map(|error| error * error).sum::<f64>().sqrt();
-        let pair = |block: &Block<DirectionHistogram>| {
-            (sectors.clone().map(|sector| sum(&block.observed, sector)).sum(), block.duration)
-        };
-        group.kick_error(pair, independent) / joined as f64
-    };
-    Polar {
-        title: format!("{what} by direction, polar chart"),
-        label: format!("radius: {} per time and degree {unit}, means over 3°", what.to_lowercase()),
-        curves: vec![
-            ("measured".to_owned(), colour::BLUE, means(values, POLAR_SECTORS)),
-            (prediction_name(group.case).to_owned(), colour::VERMILLION, means(predicted, POLAR_SECTORS)),
-        ],
-        errors: (0..POLAR_SECTORS).map(error).collect(),
+    question(&mut page, options.area_fraction);
+    page.heading("Runs");
+    totals(&mut page, summary);
+    page.heading("System");
+    if let Some(first) = analyses.iter().flat_map(Analysis::run_names).next() {
+        page.paragraph(&format!("Run {first}; each run has its own page and animation."));
+        let first = folder.inner(&first)?;
+        system::moving(&mut page, &first, plan)?;
+        system::before_and_after(&mut page, &first, plan)?;
     }
-    .svg()
+    for analysis in analyses {
+        section(&mut page, analysis, plan, folder)?;
+    }
+    reproduction(&mut page, &options.command(plan));
+    page.links(["summary.json", "manifest.json", "config.toml"]);
+    Ok(page)
 }
 
-/// Histogram of directions with error band and prediction.
-fn directions(
-    title: &str,
-    label: &str,
-    [values, errors, predicted]: &[Vec<f64>; 3],
-    name: &str,
-) -> Result<String> {
-    let highest =
-        values.iter().zip(errors).map(|(value, error)| value + error).chain(predicted.iter().copied());
-    let highest = highest.fold(0.0, f64::max);
-    let with = |sign: f64| -> Vec<f64> {
-        values.iter().zip(errors).map(|(value, error)| value + sign * error).collect()
-    };
-    let band = staircase(0.0, 360.0, &with(-1.0)).into_iter().zip(staircase(0.0, 360.0, &with(1.0)));
-    Chart {
-        title: title.to_owned(),
-        x: Axis {
-            label: "direction of the impulse in the body frame [degrees from x′]".to_owned(),
-            range: (0.0, 360.0),
-        },
-        y: Axis { label: label.to_owned(), range: (0.0, if highest > 0.0 { 1.2 * highest } else { 1.0 }) },
-        layers: vec![
-            Layer {
-                name: "± one standard error".to_owned(),
-                colour: colour::BLUE,
-                shape: Shape::Band(band.map(|((x, low), (_, high))| (x, low, high)).collect()),
-            },
-            Layer {
-                name: "measured".to_owned(),
-                colour: colour::BLUE,
-                shape: Shape::Thin(staircase(0.0, 360.0, values)),
-            },
-            line(name, colour::VERMILLION, staircase(0.0, 360.0, predicted)),
-        ],
-    }
-    .svg()
+/// Results of one case and size on the page of all runs.
+fn section(page: &mut Page, analysis: &Analysis<'_>, plan: &Plan, folder: &Folder) -> Result<()> {
+    let Analysis { group, size, equilibrium, charts: drawn, distributions } = analysis;
+    page.heading(&title(group.case, *size));
+    setting(page, group, *size, plan);
+    let names = analysis.run_names();
+    system::of_molecule(page, group, drawn, &folder.inner(&names[0])?)?;
+    equilibrium.show(page);
+    page.subheading("Figures");
+    page.figures(&group.figures());
+    charts(page, group, drawn);
+    distributions.show(page, group.case);
+    let reports: Vec<String> = names.iter().map(|name| format!("{name}/report.html")).collect();
+    page.links(reports.iter().map(String::as_str));
+    Ok(())
 }
 
-fn line(name: &str, colour: plotters::style::RGBColor, points: Vec<(f64, f64)>) -> Layer {
-    Layer { name: name.to_owned(), colour, shape: Shape::Line(points) }
+/// Totals and checks of all runs.
+fn totals(page: &mut Page, summary: &Summary) {
+    page.totals(&summary.totals);
+    if !summary.runs.is_empty() {
+        page.runs(&summary.runs);
+    }
+    page.subheading("Checks");
+    page.checks(&summary.checks);
 }
 
-/// Running average of the force along x′ and y′, one line for each run, with the expected error of
-/// one run.
-fn force(group: &Group<'_>) -> Result<String> {
-    let duration = group.runs[0].duration;
-    let error_at = |time: f64| group.force_errors(time).map_or(0.0, DVec2::max_element);
-    // The initial average is mostly noise; the convergence matters.
-    let scale = 3.0 * error_at(0.1 * duration);
-    let largest = group
-        .runs
-        .iter()
-        .filter_map(|run| run.averages.last())
-        .map(|point| point.momentum.abs().max_element())
-        .fold(scale, f64::max);
-    let range = if largest > 0.0 { 1.1 * largest } else { 1.0 };
-    let mut layers = vec![band_of_one_run(duration, error_at)];
-    for (axis, name, colour) in [(0, "along x′", colour::BLUE), (1, "along y′", colour::GREEN)] {
-        for (index, run) in group.runs.iter().enumerate() {
-            let points: Vec<(f64, f64)> = force_series(&run.averages, group.from)
-                .iter()
-                .map(|(time, force)| (*time, force[axis]))
-                .collect();
-            layers.push(line(if index == 0 { name } else { "" }, colour, points));
-        }
-    }
-    Chart {
-        title: "Running mean of the force on the molecule".to_owned(),
-        x: Axis {
-            label: "time since the start of the measurement [time]".to_owned(),
-            range: (0.0, duration),
-        },
-        y: Axis { label: "Σ Δp / t [mass·length/time²]".to_owned(), range: (-range, range) },
-        layers,
-    }
-    .svg()
-}
-
-/// Standard error of the running average of one run, as a function of time since its start.
-pub fn band_of_one_run(duration: f64, error_at: impl Fn(f64) -> f64) -> Layer {
-    let band = (1..=200).map(|step| {
-        let time = duration * f64::from(step) / 200.0;
-        (time, -error_at(time), error_at(time))
-    });
-    Layer {
-        name: "± one standard error of one run".to_owned(),
-        colour: colour::ORANGE,
-        shape: Shape::Band(band.collect()),
-    }
+fn reproduction(page: &mut Page, command: &str) {
+    page.heading("Reproduction");
+    page.paragraph("The same seed gives the same figures to the last bit for any number of threads.");
+    page.code(command);
 }
 
 /// Description of the data files.
-pub fn data(page: &mut Page, hits: u64, most: u64) {
+fn data(page: &mut Page, hits: u64, most: u64) {
     page.heading("Data");
     let rows = if hits > most { format!("the first {most} of {hits}") } else { format!("all {hits}") };
     page.paragraph(&format!(
@@ -280,7 +122,7 @@ pub fn data(page: &mut Page, hits: u64, most: u64) {
 }
 
 /// Description of the question.
-pub fn question(page: &mut Page, area_fraction: f64) {
+fn question(page: &mut Page, area_fraction: f64) {
     page.heading("Question");
     page.paragraph(&format!(
         "Does a molecule that gas discs cannot touch from every side receive a net force along its body \
@@ -292,7 +134,7 @@ pub fn question(page: &mut Page, area_fraction: f64) {
 }
 
 /// Description of the runs.
-pub fn setting(page: &mut Page, group: &Group<'_>, size: Size, plan: &Plan) {
+fn setting(page: &mut Page, group: &Group<'_>, size: Size, plan: &Plan) {
     let first = &group.runs[0];
     page.facts(&[
         ("molecule", group.case.words().to_owned()),
@@ -308,7 +150,7 @@ pub fn setting(page: &mut Page, group: &Group<'_>, size: Size, plan: &Plan) {
 }
 
 /// Charts of a group, with captions.
-pub fn charts(page: &mut Page, group: &Group<'_>, charts: &Charts) {
+fn charts(page: &mut Page, group: &Group<'_>, charts: &Charts) {
     let step = "The orange-red line is exact for a dilute gas: the weight of each direction is the number of \
                 atoms that a gas disc can touch from the opposite side. In a dense gas the steps remain at the same \
                 angles, but the levels tilt, because the density is larger in the corners.";

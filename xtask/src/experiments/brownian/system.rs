@@ -5,7 +5,7 @@ use anyhow::Result;
 use carom_report::page::{Layout, Page};
 use carom_runs::{animation, output::Folder};
 
-use super::{Plan, group::Group, report::Charts, snapshots::CLOSE_UP};
+use super::{Plan, charts::Charts, group::Group, snapshots::CLOSE_UP};
 
 /// Adds the molecule, the initial and final state, and the animation to the page.
 ///

@@ -41,8 +41,8 @@ pub fn count(variant: Variant, intervals: u32, folder: &Path) -> Result<Counted>
         .arg(intervals.to_string())
         .output()
         .context("cannot start valgrind")?;
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    ensure!(output.status.success(), "'{variant}' under callgrind: {said}");
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    ensure!(output.status.success(), "'{variant}' under callgrind: {errors}");
     let collisions = String::from_utf8_lossy(&output.stdout)
         .trim()
         .parse()

@@ -1,17 +1,19 @@
-//! `cargo xtask experiment capability-cost`: the cost of each capability that is absent, idle, or
-//! used.
+//! What does a capability of the engine cost a gas of discs if it is absent, idle, or used?
+//!
+//! `cargo xtask experiment capability-cost`: instructions under callgrind, processor time, and
+//! memory.
 
 mod callgrind;
-mod campaign;
 mod capability;
 mod dependencies;
 mod options;
 mod report;
 mod results;
+mod run;
 mod subject;
 
-pub use campaign::{run, work};
 pub use options::Options;
+pub use run::{run, work};
 
 /// Name of the command that runs one variant under callgrind.
 pub const COMMAND: &str = "capability-worker";

@@ -3,18 +3,15 @@
 use carom_runs::output::Destination;
 use clap::Args;
 
+use crate::experiments::common::Common;
+
 /// Options of `cargo xtask experiment capability-cost`.
 #[derive(Debug, Clone, Args)]
+#[command(mut_arg("paper", |arg| arg.help("The run for publication: ten times as many collisions")))]
 pub struct Options {
-    /// A short test run, under two minutes (the default)
-    #[arg(long, conflicts_with = "paper")]
-    pub quick: bool,
-    /// The run for publication: ten times as many collisions
-    #[arg(long)]
-    pub paper: bool,
-    /// Output folder and its treatment
+    /// Options of every experiment.
     #[command(flatten)]
-    pub destination: Destination,
+    pub common: Common<Destination>,
 }
 
 /// Amount of work.
@@ -29,12 +26,11 @@ pub struct Plan {
 impl Options {
     /// Amount of work.
     pub fn plan(&self) -> Plan {
-        if self.paper { Plan { counted: 100, rounds: 41 } } else { Plan { counted: 3, rounds: 11 } }
+        self.common.select(Plan { counted: 3, rounds: 11 }, Plan { counted: 100, rounds: 41 })
     }
 
     /// The command with every option that affects the results.
     pub fn command(&self) -> String {
-        let size = if self.paper { "--paper" } else { "--quick" };
-        format!("cargo xtask experiment capability-cost {size}")
+        self.common.command("capability-cost")
     }
 }

@@ -5,7 +5,7 @@ use carom_tables::Summary;
 
 use super::{
     capability::{Capability, Level, Variant},
-    results::{Found, Results},
+    results::{Results, VariantResult},
 };
 
 /// Columns of the table.
@@ -33,7 +33,7 @@ fn percent(value: Option<f64>) -> String {
 
 /// Rows of the table.
 pub fn rows(results: &Results) -> Vec<Vec<String>> {
-    let row = |found: &Found| {
+    let row = |found: &VariantResult| {
         vec![
             found.variant.to_string(),
             about(found.variant).to_owned(),

@@ -15,7 +15,7 @@ const IDLE: f64 = 0.05;
 
 /// Results for one variant.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct VariantResult {
     /// The variant.
     pub variant: Variant,
     /// Instructions for each collision.
@@ -33,7 +33,7 @@ pub struct Found {
 #[derive(Debug)]
 pub struct Results {
     /// The variants, the plain gas first.
-    pub found: Vec<Found>,
+    pub found: Vec<VariantResult>,
     /// Instructions of the plain gas by source.
     pub plain: Option<Profile>,
     /// Dependencies of each layer.
@@ -42,7 +42,7 @@ pub struct Results {
 
 impl Results {
     /// Results for a variant.
-    pub fn of(&self, variant: Variant) -> Option<&Found> {
+    pub fn of(&self, variant: Variant) -> Option<&VariantResult> {
         self.found.iter().find(|found| found.variant == variant)
     }
 
@@ -72,7 +72,7 @@ impl Results {
     }
 
     pub fn figures(&self) -> Vec<Figure> {
-        let of = |found: &Found| {
+        let of = |found: &VariantResult| {
             let variant = found.variant;
             let figure = |what: &str, value, unit| Figure::new(format!("{what}: {variant}"), value, unit);
             let instructions = found.instructions.map(|count| figure("instructions a collision", count, "1"));

@@ -4,7 +4,7 @@ use std::{cell::Cell, f64::consts::PI, io, rc::Rc};
 
 use anyhow::{Context, Result};
 use carom::{
-    Scene, Simulation, Subscriptions,
+    Scene, Subscriptions,
     engine::{
         AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Rotation, Tag, WallSpec,
     },
@@ -12,6 +12,7 @@ use carom::{
 };
 
 use super::capability::{Capability, Level, Variant};
+use carom_methods::AnySimulation;
 
 /// Number of discs, and of additional bodies where a capability is used.
 const DISCS: usize = 4000;
@@ -28,7 +29,7 @@ pub const WARM_UP: u32 = 2;
 
 /// A variant during its run.
 pub struct Subject {
-    simulation: Simulation,
+    simulation: AnySimulation,
     work: Work,
     intervals: u32,
 }
@@ -37,7 +38,7 @@ pub struct Subject {
 enum Work {
     /// None; the run is not sampled.
     None,
-    Told(Subscriptions),
+    Subscriptions(Subscriptions),
     Sample,
     Snapshots,
     Thermostat(Tag),
@@ -49,21 +50,21 @@ impl Subject {
     /// # Errors
     /// The scene cannot be built.
     pub fn new(variant: Variant) -> Result<Self> {
-        let mut simulation = Simulation::new(&scene(variant))?;
+        let mut simulation = AnySimulation::new(&scene(variant))?;
         let work = match variant {
             Variant::With(Capability::Subscriptions, level) => {
                 let mut subscriptions = Subscriptions::default();
                 if level == Level::Used {
                     count(&mut subscriptions, TagFilter::Any);
                 }
-                Work::Told(subscriptions)
+                Work::Subscriptions(subscriptions)
             }
             Variant::With(Capability::Tags, Level::Used) => {
                 let tag = |name| simulation.find_tag(name).context("the scene has no body with this tag");
                 let filter = TagFilter::Pair(tag("one")?, tag("three")?);
                 let mut subscriptions = Subscriptions::default();
                 count(&mut subscriptions, filter);
-                Work::Told(subscriptions)
+                Work::Subscriptions(subscriptions)
             }
             Variant::With(Capability::Snapshots, Level::Idle) => Work::Sample,
             Variant::With(Capability::Snapshots, Level::Used) => Work::Snapshots,
@@ -91,7 +92,7 @@ impl Subject {
         let at = |interval: u32| INTERVAL * f64::from(interval);
         match &mut self.work {
             Work::None => self.simulation.run_until(at(self.intervals))?,
-            Work::Told(subscriptions) => {
+            Work::Subscriptions(subscriptions) => {
                 self.simulation.observe_until(at(self.intervals), subscriptions)?;
             }
             Work::Sample | Work::Snapshots | Work::Thermostat(_) => {

@@ -3,26 +3,28 @@
 use carom_runs::output::Resumption;
 use clap::Args;
 
+use crate::experiments::common::{Common, Seed, Threads};
+
 /// Options of `cargo xtask experiment encounters`.
 #[derive(Debug, Clone, Args)]
+#[command(
+    mut_arg("quick", |arg| arg.help(
+        "A short test run, under two minutes: 150 cases of each class (the default)"
+    )),
+    mut_arg("paper", |arg| arg.help(
+        "The run for publication: 3600 cases of each class, more than 100 000 for the golden-section search"
+    ))
+)]
 pub struct Options {
-    /// A short test run, under two minutes: 150 cases of each class (the default)
-    #[arg(long, conflicts_with = "paper")]
-    pub quick: bool,
-    /// The run for publication: 3600 cases of each class, more than 100 000 for the golden-section
-    /// search
-    #[arg(long)]
-    pub paper: bool,
-    /// Seed of all random numbers
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Threads that search in parallel; default: one for each processor. Only wall times depend on
-    /// it
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
-    /// Output folder and whether to resume there
+    /// Seed.
     #[command(flatten)]
-    pub resumption: Resumption,
+    pub random: Seed,
+    /// Threads.
+    #[command(flatten)]
+    pub threads: Threads,
+    /// Options of every experiment.
+    #[command(flatten)]
+    pub common: Common<Resumption>,
 }
 
 /// Amount of work.
@@ -45,16 +47,7 @@ pub struct Plan {
 impl Options {
     /// Amount of work.
     pub fn plan(&self) -> Plan {
-        if self.paper {
-            Plan {
-                cases: 3600,
-                most_intervals: 3_000_000,
-                most_evaluations: 100_000_000,
-                rounds: 15,
-                parry_cases: 150,
-                most_hung: 1000,
-            }
-        } else {
+        self.common.select(
             Plan {
                 cases: 150,
                 most_intervals: 300_000,
@@ -62,23 +55,25 @@ impl Options {
                 rounds: 5,
                 parry_cases: 8,
                 most_hung: 60,
-            }
-        }
+            },
+            Plan {
+                cases: 3600,
+                most_intervals: 3_000_000,
+                most_evaluations: 100_000_000,
+                rounds: 15,
+                parry_cases: 150,
+                most_hung: 1000,
+            },
+        )
     }
 
     /// Note that is printed and shown first.
     pub fn note(&self) -> String {
-        if self.paper {
-            String::new()
-        } else {
-            "This is a short run: rates below about 1e-3 are not resolved. The full run is --paper."
-                .to_owned()
-        }
+        self.common.note(": rates below about 1e-3 are not resolved. The full run is --paper.")
     }
 
     /// The command with every option that affects the results.
     pub fn command(&self) -> String {
-        let size = if self.paper { "--paper" } else { "--quick" };
-        format!("cargo xtask experiment encounters {size} --seed {}", self.seed)
+        format!("{} --seed {}", self.common.command("encounters"), self.random.seed)
     }
 }

@@ -26,7 +26,7 @@ pub struct Overall {
     /// Time relative to Exact, geometric mean over the classes.
     pub ratio: Option<f64>,
     /// Number of cases searched.
-    pub asked: usize,
+    pub searched: usize,
 }
 
 /// All settings, and parry.
@@ -44,7 +44,7 @@ pub fn overall(results: &Results) -> Vec<Overall> {
     let ratios = results.classes.iter().filter_map(|class| median(&mut class.parry.ratios.clone()));
     let mut parry =
         of_classes("parry", "nonlinear cast", results.classes.iter().map(|class| &class.parry.tally), ratios);
-    parry.asked = results.classes.iter().map(|class| class.parry.asked).sum();
+    parry.searched = results.classes.iter().map(|class| class.parry.calls).sum();
     list.push(parry);
     list
 }
@@ -60,7 +60,7 @@ fn of_classes<'a>(
     Overall {
         family: FAMILIES.iter().position(|name| *name == family).unwrap_or(0),
         setting: setting.to_owned(),
-        asked: tally.asked.len(),
+        searched: tally.searched.len(),
         wrong: shares.iter().sum::<f64>() / shares.len().max(1) as f64,
         tally,
         ratio: geometric_mean(ratios),
@@ -72,7 +72,7 @@ pub fn figures(results: &Results) -> Vec<Figure> {
     let mut figures = Vec::new();
     for of in overall(results) {
         let name = format!("{}, {}", FAMILIES[of.family], of.setting);
-        figures.push(Figure::new(format!("cases asked: {name}"), of.asked as f64, "1"));
+        figures.push(Figure::new(format!("cases asked: {name}"), of.searched as f64, "1"));
         figures.push(Figure::new(format!("share of wrong answers: {name}"), of.wrong, "1"));
         if let Some(ratio) = of.ratio {
             figures.push(Figure::new(format!("time over Exact: {name}"), ratio, "1"));

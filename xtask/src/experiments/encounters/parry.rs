@@ -88,7 +88,7 @@ impl Worker {
     ///
     /// # Errors
     /// The process cannot be reached or replaced.
-    pub fn ask(&mut self, encounter: &Encounter) -> Result<Cast> {
+    pub fn search(&mut self, encounter: &Encounter) -> Result<Cast> {
         writeln!(self.questions, "{}", to_line(encounter)).context("cannot reach the process of parry")?;
         match self.answers.recv_timeout(LIMIT) {
             Ok(line) => parse_answer(&line),
@@ -192,7 +192,7 @@ fn exact_seconds(encounter: &Encounter) -> f64 {
         .map(|_| {
             let begun = ThreadTime::now();
             for _ in 0..20 {
-                std::hint::black_box(encounter.ask(&Exact::default()));
+                std::hint::black_box(encounter.first_contact(&Exact::default()));
             }
             begun.elapsed().as_secs_f64() / 20.0
         })

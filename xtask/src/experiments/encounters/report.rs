@@ -12,7 +12,7 @@ use super::{
     tally::{FAR_OFF, Tally},
     timing::median,
 };
-use crate::experiments::detectors::Detector;
+use carom_methods::AnyDetector;
 
 fn number(value: Option<f64>) -> String {
     value.map_or_else(
@@ -128,7 +128,7 @@ fn overall_cells(of: &Overall) -> Vec<String> {
     let mut cells = vec![
         FAMILIES[of.family].to_owned(),
         of.setting.clone(),
-        of.asked.to_string(),
+        of.searched.to_string(),
         ratio(of.ratio),
         wrong,
     ];
@@ -142,10 +142,9 @@ fn overall_cells(of: &Overall) -> Vec<String> {
 /// Time relative to Exact, by class, for one setting of each detector.
 fn time_rows(results: &Results) -> Vec<Vec<String>> {
     let step = |step: f64| {
-        results
-            .settings
-            .iter()
-            .position(|setting| matches!(setting.detector, Detector::FixedStep(fixed) if fixed.step == step))
+        results.settings.iter().position(
+            |setting| matches!(setting.detector, AnyDetector::FixedStep(fixed) if fixed.step == step),
+        )
     };
     let columns = [Some(BASELINE), step(1e-2), step(1e-3), step(1e-4)];
     let row = |class: &ClassResult| {
@@ -156,7 +155,7 @@ fn time_rows(results: &Results) -> Vec<Vec<String>> {
         cells.extend(columns.map(at));
         cells.push(at(results.settings.len().checked_sub(1)));
         cells.push(ratio(median(&mut class.parry.ratios.clone())));
-        cells.push(format!("{} of {}", class.parry.hung, class.parry.asked));
+        cells.push(format!("{} of {}", class.parry.hung, class.parry.calls));
         cells
     };
     results.classes.iter().map(row).collect()

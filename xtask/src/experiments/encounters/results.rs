@@ -30,7 +30,7 @@ pub struct ParryResult {
     /// Time relative to the exact detector for each call that returned.
     pub ratios: Vec<f64>,
     /// Number of calls.
-    pub asked: usize,
+    pub calls: usize,
     /// Number of calls that did not return.
     pub hung: usize,
 }
@@ -40,7 +40,7 @@ impl ParryResult {
         Self {
             tally: Tally::sum(rounds.clone().map(|round| &round.tally)),
             ratios: rounds.clone().flat_map(|round| &round.ratios).copied().collect(),
-            asked: rounds.clone().map(|round| round.asked).sum(),
+            calls: rounds.clone().map(|round| round.calls).sum(),
             hung: rounds.map(|round| round.hung).sum(),
         }
     }

@@ -5,13 +5,13 @@ use carom_detection::{
     tolerance::{MOST_FIXED_STEPS, MOST_STEPS},
 };
 
-use crate::experiments::detectors::Detector;
+use carom_methods::AnyDetector;
 
 /// A detector at one setting.
 #[derive(Debug, Clone)]
 pub struct Setting {
     /// The detector.
-    pub detector: Detector,
+    pub detector: AnyDetector,
     /// Description of the setting.
     pub name: String,
 }
@@ -19,27 +19,27 @@ pub struct Setting {
 /// The settings; the first is the reference of all others.
 pub fn settings() -> Vec<Setting> {
     let mut settings =
-        vec![Setting { detector: Detector::Exact(Exact::default()), name: format!("{MOST_STEPS} steps") }];
+        vec![Setting { detector: AnyDetector::Exact(Exact::default()), name: format!("{MOST_STEPS} steps") }];
     for most_steps in [4, 16, 64] {
-        let detector = Detector::Exact(Exact { most_steps });
+        let detector = AnyDetector::Exact(Exact { most_steps });
         settings.push(Setting { detector, name: format!("{most_steps} steps") });
     }
     let golden = GoldenSecant::default();
     for (crop_factor, name) in [(0.5, "crop ½"), (1.0, "crop 1"), (2.0, "crop 2"), (4.0, "crop 4")] {
-        let detector = Detector::GoldenSecant(GoldenSecant { crop_factor, ..golden });
+        let detector = AnyDetector::GoldenSecant(GoldenSecant { crop_factor, ..golden });
         settings.push(Setting { detector, name: name.to_owned() });
     }
     for exponent in [12, 9, 6, 3] {
-        let detector = Detector::GoldenSecant(GoldenSecant { tolerance: 10f64.powi(-exponent), ..golden });
+        let detector = AnyDetector::GoldenSecant(GoldenSecant { tolerance: 10f64.powi(-exponent), ..golden });
         settings.push(Setting { detector, name: format!("crop ½, tol 1e-{exponent}") });
     }
     for exponent in [2, 3, 4, 5] {
         // Enough steps for windows of a hundred natural times at any step size.
         let most_steps = MOST_FIXED_STEPS.max(100 * 10u32.pow(exponent as u32));
-        let detector = Detector::FixedStep(FixedStep { step: 10f64.powi(-exponent), most_steps });
+        let detector = AnyDetector::FixedStep(FixedStep { step: 10f64.powi(-exponent), most_steps });
         settings.push(Setting { detector, name: format!("step 1e-{exponent}") });
     }
-    settings.push(Setting { detector: Detector::BoundingCircles, name: "circles".to_owned() });
+    settings.push(Setting { detector: AnyDetector::BoundingCircles, name: "circles".to_owned() });
     settings
 }
 
@@ -49,31 +49,32 @@ pub const BASELINE: usize = 4;
 
 #[cfg(test)]
 mod tests {
+    use super::super::cost::most_evaluations;
     use super::*;
     use carom_detection::encounters::Encounter;
 
     #[test]
     fn the_baseline_is_the_corrected_search_of_the_thesis() {
         let settings = settings();
-        assert_eq!(settings[0].detector, Detector::Exact(Exact::default()));
-        assert_eq!(settings[BASELINE].detector, Detector::GoldenSecant(GoldenSecant::default()));
+        assert_eq!(settings[0].detector, AnyDetector::Exact(Exact::default()));
+        assert_eq!(settings[BASELINE].detector, AnyDetector::GoldenSecant(GoldenSecant::default()));
     }
 
     #[test]
     fn predicted_cost_is_an_upper_bound() {
         use carom_detection::encounters::Class;
         for setting in settings() {
-            if matches!(setting.detector, Detector::Exact(_) | Detector::BoundingCircles) {
+            if matches!(setting.detector, AnyDetector::Exact(_) | AnyDetector::BoundingCircles) {
                 continue;
             }
             for class in [Class::Generic, Class::ZeroOmega, Class::Grazing] {
                 for index in 0..10 {
                     let encounter = Encounter::draw(class, 1, index);
-                    let most = setting.detector.most_evaluations(&encounter);
+                    let most = most_evaluations(&setting.detector, &encounter);
                     if most > 1e6 {
                         continue;
                     }
-                    let spent = f64::from(setting.detector.ask(&encounter).evaluations);
+                    let spent = f64::from(encounter.first_contact(&setting.detector).evaluations);
                     assert!(
                         spent <= 3.0 * most + 1000.0,
                         "{} {class} {index}: {spent} of {most}",

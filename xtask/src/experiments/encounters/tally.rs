@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use carom_testkit::oracle::{Judgement, Reference, Verdict};
 use serde::{Deserialize, Serialize};
 
+use super::cost::most_evaluations;
 use super::{cases::Case, options::Plan};
-use crate::experiments::detectors::Detector;
+use carom_methods::AnyDetector;
 
 /// A late or early answer with a larger error (natural times) is wrong at any tolerance. An error
 /// within the bound on rounding is correct: the times of grazes and fast rotors are not better
@@ -17,7 +18,7 @@ pub const FAR_OFF: f64 = 1e-6;
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Tally {
     /// Indices of the searched cases, and the evaluations of each.
-    pub asked: Vec<(usize, u32)>,
+    pub searched: Vec<(usize, u32)>,
     /// Judged cases in which there is a contact deeper than 2 E.
     pub contacts: u64,
     /// Number of cases with each verdict.
@@ -60,17 +61,17 @@ pub struct Row {
 
 impl Tally {
     /// Runs a detector on the cases in order until the plan's limit on evaluations is reached.
-    pub fn of(detector: Detector, cases: &[Case], plan: &Plan) -> Self {
+    pub fn of(detector: AnyDetector, cases: &[Case], plan: &Plan) -> Self {
         let mut tally = Self::default();
         for (index, case) in cases.iter().enumerate() {
-            if detector.most_evaluations(&case.encounter) > plan.most_evaluations as f64 {
+            if most_evaluations(&detector, &case.encounter) > plan.most_evaluations as f64 {
                 continue;
             }
-            let answer = detector.ask(&case.encounter);
+            let answer = case.encounter.first_contact(&detector);
             tally.evaluations += u64::from(answer.evaluations);
-            tally.asked.push((index, answer.evaluations));
+            tally.searched.push((index, answer.evaluations));
             tally.add(index, case, case.reference().judge(&case.encounter, &answer));
-            if tally.evaluations > plan.most_evaluations && !matches!(detector, Detector::Exact(_)) {
+            if tally.evaluations > plan.most_evaluations && !matches!(detector, AnyDetector::Exact(_)) {
                 break;
             }
         }
@@ -96,7 +97,7 @@ impl Tally {
     pub fn sum<'a>(tallies: impl IntoIterator<Item = &'a Self>) -> Self {
         let mut sum = Self::default();
         for tally in tallies {
-            sum.asked.extend(&tally.asked);
+            sum.searched.extend(&tally.searched);
             sum.contacts += tally.contacts;
             for (verdict, count) in &tally.verdicts {
                 *sum.verdicts.entry(*verdict).or_default() += count;
@@ -140,7 +141,7 @@ impl Tally {
 
     /// Mean number of evaluations of a query.
     pub fn evaluations_per_query(&self) -> f64 {
-        self.evaluations as f64 / self.asked.len().max(1) as f64
+        self.evaluations as f64 / self.searched.len().max(1) as f64
     }
 
     /// Row of the table of answers.
@@ -149,7 +150,7 @@ impl Tally {
             class: class.to_owned(),
             detector,
             setting: setting.to_owned(),
-            cases: self.asked.len(),
+            cases: self.searched.len(),
             judged: self.judged(),
             contacts: self.contacts,
             right: self.count(Verdict::Right),

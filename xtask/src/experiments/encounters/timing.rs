@@ -7,7 +7,7 @@ use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
 use super::{cases::Case, tally::Tally};
-use crate::experiments::detectors::Detector;
+use carom_methods::AnyDetector;
 
 /// Largest number of cases timed together, and their approximate evaluations: a batch of
 /// milliseconds.
@@ -34,16 +34,17 @@ pub struct Timing {
 /// The cases for the timing of one detector: the first that it searched, up to the size of a batch.
 fn batch<'a>(tally: &Tally, cases: &'a [Case]) -> Vec<&'a Encounter> {
     let mut evaluations = 0;
-    let taken = tally.asked.iter().filter(|(_, cost)| *cost <= MOST_EVALUATIONS).take_while(|(_, cost)| {
-        let fits = evaluations < BATCH_EVALUATIONS;
-        evaluations += u64::from(*cost);
-        fits
-    });
+    let taken =
+        tally.searched.iter().filter(|(_, cost)| *cost <= MOST_EVALUATIONS).take_while(|(_, cost)| {
+            let fits = evaluations < BATCH_EVALUATIONS;
+            evaluations += u64::from(*cost);
+            fits
+        });
     taken.take(BATCH).map(|(index, _)| &cases[*index].encounter).collect()
 }
 
 /// Times detectors in turn, in several rounds.
-pub fn time(detectors: &[(Detector, &Tally)], cases: &[Case], rounds: usize) -> Vec<Option<Timing>> {
+pub fn time(detectors: &[(AnyDetector, &Tally)], cases: &[Case], rounds: usize) -> Vec<Option<Timing>> {
     let exact = detectors[0].0;
     let batches: Vec<Vec<&Encounter>> = detectors.iter().map(|(_, tally)| batch(tally, cases)).collect();
     let repeats: Vec<[u32; 2]> = detectors
@@ -73,7 +74,7 @@ pub fn time(detectors: &[(Detector, &Tally)], cases: &[Case], rounds: usize) -> 
     (0..detectors.len()).map(result).collect()
 }
 
-fn repeats(detector: Detector, batch: &[&Encounter]) -> u32 {
+fn repeats(detector: AnyDetector, batch: &[&Encounter]) -> u32 {
     if batch.is_empty() {
         return 1;
     }
@@ -82,11 +83,11 @@ fn repeats(detector: Detector, batch: &[&Encounter]) -> u32 {
 }
 
 /// Processor time of this thread for `repeats` passes over the batch.
-fn ask_all(detector: Detector, batch: &[&Encounter], repeats: u32) -> Duration {
+fn ask_all(detector: AnyDetector, batch: &[&Encounter], repeats: u32) -> Duration {
     let begun = ThreadTime::now();
     for _ in 0..repeats {
         for encounter in batch {
-            black_box(detector.ask(black_box(encounter)));
+            black_box(black_box(encounter).first_contact(&detector));
         }
     }
     begun.elapsed()

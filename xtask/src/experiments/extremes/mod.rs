@@ -1,14 +1,17 @@
-//! `cargo xtask experiment extremes`: limits of the guarantees, and the behaviour beyond them.
+//! Up to which limits do the guarantees hold, and how does a run end beyond them?
+//!
+//! `cargo xtask experiment extremes`: extreme scenes with the bounds that must hold, parameters
+//! increased until a bound fails, time reversal, and energy drift.
 
-mod campaign;
 mod drift;
-mod edges;
 mod gaps;
+mod limits;
 mod options;
 mod report;
 mod results;
 mod reversal;
+mod run;
 mod trial;
 
-pub use campaign::run;
 pub use options::Options;
+pub use run::run;

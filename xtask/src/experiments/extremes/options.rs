@@ -5,25 +5,24 @@ use std::time::Duration;
 use carom_runs::output::Destination;
 use clap::Args;
 
+use crate::experiments::common::{Common, Threads};
+
 /// Options of `cargo xtask experiment extremes`.
 #[derive(Debug, Clone, Args)]
+#[command(mut_arg("paper", |arg| arg.help(
+    "The run for publication: 1e6 collisions of each gas, drift over 1e9 collisions (1e8 of a few small \
+     discs). Under an hour on two cores"
+)))]
 pub struct Options {
-    /// A short test run, under two minutes (the default)
-    #[arg(long, conflicts_with = "paper")]
-    pub quick: bool,
-    /// The run for publication: 1e6 collisions of each gas, drift over 1e9 collisions (1e8 of a few
-    /// small discs). Under an hour on two cores
-    #[arg(long)]
-    pub paper: bool,
     /// Run only the scenes whose number begins with this; default: everything
     #[arg(long, default_value = "")]
     pub scene: String,
-    /// Number of threads; default: one for each processor. Only wall times depend on it
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
-    /// Output folder and its treatment
+    /// Threads.
     #[command(flatten)]
-    pub destination: Destination,
+    pub threads: Threads,
+    /// Options of every experiment.
+    #[command(flatten)]
+    pub common: Common<Destination>,
 }
 
 /// Amount of work.
@@ -32,7 +31,7 @@ pub struct Plan {
     /// Collisions of each gas in the scenes.
     pub collisions: u64,
     /// Collisions of each trial in the search for a limit.
-    pub edge_collisions: u64,
+    pub limit_collisions: u64,
     /// Bisections of the decades that contain a limit.
     pub halvings: u32,
     /// Starts of the reversal test at each density.
@@ -42,52 +41,47 @@ pub struct Plan {
     /// Processor time after which a scene counts as hanging.
     pub patience: Duration,
     /// Processor time after which a trial in the search for a limit counts as hanging.
-    pub edge_patience: Duration,
+    pub limit_patience: Duration,
 }
 
 impl Options {
     /// Amount of work.
     pub fn plan(&self) -> Plan {
-        if self.paper {
-            Plan {
-                collisions: 1_000_000,
-                edge_collisions: 20_000,
-                halvings: 6,
-                reversals: 64,
-                drift: [1_000_000_000, 1_000_000_000, 100_000_000],
-                patience: Duration::from_mins(10),
-                edge_patience: Duration::from_mins(1),
-            }
-        } else {
+        self.common.select(
             Plan {
                 collisions: 20_000,
-                edge_collisions: 2000,
+                limit_collisions: 2000,
                 halvings: 3,
                 reversals: 12,
                 // The largest number is for the gas: a single disc and few small discs take more
                 // time for each collision.
                 drift: [1_000_000, 100_000_000, 1_000_000],
                 patience: Duration::from_secs(6),
-                edge_patience: Duration::from_secs(10),
-            }
-        }
+                limit_patience: Duration::from_secs(10),
+            },
+            Plan {
+                collisions: 1_000_000,
+                limit_collisions: 20_000,
+                halvings: 6,
+                reversals: 64,
+                drift: [1_000_000_000, 1_000_000_000, 100_000_000],
+                patience: Duration::from_mins(10),
+                limit_patience: Duration::from_mins(1),
+            },
+        )
     }
 
     /// Note that is printed and shown first.
     pub fn note(&self) -> String {
-        if self.paper {
-            String::new()
-        } else {
-            "This is a short run: gases of 2e4 collisions, drift over 1e6 hits of one disc, 1e8 \
-             collisions of a gas, 1e6 of a few small discs. The full run is --paper."
-                .to_owned()
-        }
+        self.common.note(
+            ": gases of 2e4 collisions, drift over 1e6 hits of one disc, 1e8 collisions of a gas, 1e6 of a few \
+             small discs. The full run is --paper.",
+        )
     }
 
     /// The command with every option that affects the results.
     pub fn command(&self) -> String {
-        let size = if self.paper { "--paper" } else { "--quick" };
         let scene = if self.scene.is_empty() { String::new() } else { format!(" --scene {}", self.scene) };
-        format!("cargo xtask experiment extremes {size}{scene}")
+        format!("{}{scene}", self.common.command("extremes"))
     }
 }

@@ -6,9 +6,9 @@ use carom_report::{
     plot::{Axis, Chart, Layer, Shape, colour},
 };
 use carom_tables::Summary;
-use carom_testkit::extremes::{Engine, Ours, engine::Theses};
+use carom_testkit::extremes::Engine;
 
-use super::{drift::Drift, edges::Found, results::Results, trial::Ending};
+use super::{drift::Drift, limits::Limit, results::Results, trial::Ending};
 
 fn verdict(ending: &Ending) -> String {
     if ending.holds() { "holds".to_owned() } else { ending.seen() }
@@ -19,7 +19,7 @@ fn number(value: f64) -> String {
 }
 
 /// "up to …, then …"
-fn sentence(found: &Found) -> String {
+fn sentence(found: &Limit) -> String {
     match &found.beyond {
         None => format!("up to {}, the end of the search", number(found.holds_up_to)),
         Some((at, ending)) => {
@@ -55,13 +55,13 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
         &["scene", "requirement", Engine::Ours.name(), "nearest to its bound", Engine::Theses.name()],
         &rows,
     );
-    page.heading("Edges");
+    page.heading("Limits");
     let rows: Vec<Vec<String>> = results
-        .edges
+        .limits
         .iter()
-        .map(|(edge, [ours, theses])| {
-            let name = format!("{}: {}", edge.parameter, edge.scene);
-            vec![name, number(edge.goal), sentence(ours), ours.kinds(), sentence(theses)]
+        .map(|(limit, [ours, theses])| {
+            let name = format!("{}: {}", limit.parameter, limit.scene);
+            vec![name, number(limit.goal), sentence(ours), ours.kinds(), sentence(theses)]
         })
         .collect();
     page.table(&["parameter and scene", "goal", Engine::Ours.name(), "beyond", Engine::Theses.name()], &rows);
@@ -89,7 +89,7 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
         &["engine and density", "effective error (eps × side)", "e-foldings per collision of a disc"],
         &rows,
     );
-    tell_of_drifts(&mut page, &results.drifts);
+    drift_section(&mut page, &results.drifts);
     for (_, svg) in charts {
         page.pictures(Layout::Full, &[(svg, "")]);
     }
@@ -110,7 +110,7 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
     page
 }
 
-fn tell_of_drifts(page: &mut Page, drifts: &[Drift]) {
+fn drift_section(page: &mut Page, drifts: &[Drift]) {
     page.heading("Energy drift");
     let rows: Vec<Vec<String>> = drifts
         .iter()

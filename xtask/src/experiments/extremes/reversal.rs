@@ -2,6 +2,7 @@
 //! distance from the initial state is measured.
 
 use anyhow::Result;
+use carom_methods::AnySimulation;
 use carom_testkit::extremes::{
     Engine,
     engine::{gas, in_box},
@@ -9,7 +10,7 @@ use carom_testkit::extremes::{
 };
 use rayon::prelude::*;
 
-use crate::experiments::time_reversal::{LARGEST, line, there_and_back};
+use crate::experiments::time_reversal::{LARGEST, line, loschmidt_echo};
 
 /// Number of discs.
 const COUNT: usize = 64;
@@ -51,7 +52,7 @@ fn reversal(engine: Engine, fraction: f64, expected: f64, starts: usize) -> Resu
         let mut logs = Vec::new();
         for seed in 0..starts {
             let (mut run, tau) = start(engine, fraction, seed)?;
-            let (forward, distance) = there_and_back(&mut run, collisions * tau)?;
+            let (forward, distance) = loschmidt_echo(&mut run, collisions * tau)?;
             logs.push((forward, distance.max(1e-18).ln()));
         }
         let mean = |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / logs.len() as f64;
@@ -79,7 +80,7 @@ fn start(engine: Engine, fraction: f64, seed: usize) -> Result<(AnySimulation, f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use carom_testkit::extremes::Ours;
+    use carom_testkit::extremes::Engine;
 
     #[test]
     fn the_distance_grows_by_the_lyapunov_law_from_a_few_roundings() {

@@ -35,10 +35,11 @@ impl Ending {
     pub fn seen(&self) -> String {
         match self {
             Self::Findings(findings) => {
-                let say = |f: &Finding| format!("{}: {:.1e}, allowed {:.1e}", f.what, f.found, f.allowed);
+                let describe =
+                    |f: &Finding| format!("{}: {:.1e}, allowed {:.1e}", f.what, f.found, f.allowed);
                 let failed = findings.iter().find(|finding| !finding.holds());
                 let nearest = |a: &&Finding, b: &&Finding| share(a).total_cmp(&share(b));
-                failed.or_else(|| findings.iter().max_by(nearest)).map_or_else(String::new, say)
+                failed.or_else(|| findings.iter().max_by(nearest)).map_or_else(String::new, describe)
             }
             Self::Error(error) => format!("error: {error}"),
             Self::Panic => "a panic".to_owned(),
@@ -48,7 +49,7 @@ impl Ending {
 
     /// Returns true if a failure would be reported, by a measurement or a named error; false for a
     /// panic or a hang.
-    pub fn is_told(&self) -> bool {
+    pub fn is_reported(&self) -> bool {
         matches!(self, Self::Findings(_) | Self::Error(_))
     }
 
@@ -70,7 +71,7 @@ fn share(finding: &Finding) -> f64 {
 }
 
 /// Interval between two checks of the clock of a trial.
-const LOOK: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// A trial that sleeps, or whose clock is not available, ends after this multiple of its allowed
 /// time on the wall clock. Smaller: on a busy machine trials seem to hang. Larger: a stopped trial
@@ -81,18 +82,18 @@ const ON_THE_WALL: u32 = 30;
 ///
 /// A trial that hangs is abandoned: its thread ends with the program.
 pub fn attempt(patience: Duration, trial: impl FnOnce() -> Result<Vec<Finding>> + Send + 'static) -> Ending {
-    let (tell_clock, hear_clock) = channel();
+    let (clock_sender, clock_receiver) = channel();
     let (sender, receiver) = channel();
     let begun = Instant::now();
     thread::spawn(move || {
-        let _ = tell_clock.send(Clock::of_this_thread());
+        let _ = clock_sender.send(Clock::of_this_thread());
         let ended = catch_unwind(std::panic::AssertUnwindSafe(trial));
         // The receiver is gone if the trial was abandoned.
         let _ = sender.send(ended.map(|result| result.map_err(|error| format!("{error:#}"))));
     });
-    let clock = hear_clock.recv().ok().flatten();
+    let clock = clock_receiver.recv().ok().flatten();
     loop {
-        match receiver.recv_timeout(LOOK.min(patience)) {
+        match receiver.recv_timeout(POLL_INTERVAL.min(patience)) {
             Ok(Ok(Ok(findings))) => return Ending::Findings(findings),
             Ok(Ok(Err(error))) => return Ending::Error(error),
             Ok(Err(_)) | Err(RecvTimeoutError::Disconnected) => return Ending::Panic,

@@ -11,13 +11,16 @@ use carom::{
     geometry::Outline,
     kinematics::RelativeMotion,
 };
-use carom_runs::work_items::Pieces;
+use carom_methods::{AnyDetector, Method, Order};
+use carom_runs::work_items::WorkItems;
 use carom_tables::{Figure, Verdict, power_law::PowerLaw};
 
 use super::{
     Options,
     fits::{Fit, Form},
-    report::{Costs, Results, Test, cell, number},
+    report::{cell, number},
+    results::{Costs, Results, Test},
+    run::run_test,
     timing::{THESIS_TIME, Timing, time},
 };
 
@@ -102,15 +105,15 @@ pub fn run(options: &Options) -> Result<Verdict> {
                contact search of the thesis and with the certified one. Without a grid, as in the thesis.",
         size: "atoms of each rod",
     };
-    test.run(options, |budget, pieces| {
+    run_test(&test, options, |budget, items| {
         let (mut timings, mut shares) = (Vec::new(), BTreeMap::new());
         for atoms in ATOMS {
-            let share = pieces.finish(&format!("share of searches, {atoms}"), || {
-                searched_share(&scene(atoms, options.seed))
+            let share = items.finish(&format!("share of searches, {atoms}"), || {
+                searched_share(&scene(atoms, options.random.seed))
             })?;
             shares.insert(atoms, share);
             for detector in DETECTORS {
-                timings.push(case(detector, atoms, options.seed, budget, pieces)?);
+                timings.push(case(detector, atoms, options.random.seed, budget, items)?);
             }
         }
         let each = |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.per_query()?.0));
@@ -145,15 +148,16 @@ pub fn run(options: &Options) -> Result<Verdict> {
 }
 
 /// Rods of a number of atoms with one detector.
-fn case(detector: &str, atoms: usize, seed: u64, budget: f64, pieces: &Pieces) -> Result<Timing> {
-    let (scene, no_grid, signals) = (scene(atoms, seed), CellsPerSide::Given(1), pieces.signals());
-    pieces.finish(&format!("{detector}, {atoms}"), || {
-        if detector == GOLDEN {
-            let golden = GoldenSecant::default();
-            time::<_, HeapScheduler>(detector, atoms, &scene, (golden, no_grid), budget, signals)
+fn case(detector: &str, atoms: usize, seed: u64, budget: f64, items: &WorkItems) -> Result<Timing> {
+    let (scene, signals) = (scene(atoms, seed), items.signals());
+    items.finish(&format!("{detector}, {atoms}"), || {
+        let search = if detector == GOLDEN {
+            AnyDetector::GoldenSecant(GoldenSecant::default())
         } else {
-            time::<_, HeapScheduler>(detector, atoms, &scene, (Exact::default(), no_grid), budget, signals)
-        }
+            AnyDetector::default()
+        };
+        let method = Method { detector: search, order: Order::Heap(CellsPerSide::Given(1)) };
+        time(detector, atoms, &scene, &method, budget, signals)
     })
 }
 
@@ -261,7 +265,7 @@ mod tests {
     #[test]
     fn rods_of_every_length_begin_apart_and_meet() {
         for atoms in [1, 2, 16] {
-            let timing = case(EXACT, atoms, 1, 0.05, &Pieces::default()).unwrap();
+            let timing = case(EXACT, atoms, 1, 0.05, &WorkItems::default()).unwrap();
             assert!(timing.totals.collisions > 0 && timing.totals.overlapping_pairs == 0, "{timing:?}");
             assert!(timing.totals.energy_drift < 1e-12);
         }
@@ -279,7 +283,7 @@ mod tests {
 
     #[test]
     fn the_table_has_a_column_for_each_title() {
-        let timing = case(EXACT, 2, 1, 0.05, &Pieces::default()).unwrap();
+        let timing = case(EXACT, 2, 1, 0.05, &WorkItems::default()).unwrap();
         let row = row(&timing, 0.125);
         assert_eq!(row.len(), HEADER.len());
         let column = HEADER.iter().position(|title| title.starts_with("share")).unwrap();

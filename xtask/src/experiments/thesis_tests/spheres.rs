@@ -5,16 +5,19 @@ use std::f64::consts::PI;
 
 use anyhow::{Context, Result};
 use carom::{
-    CellScheduler, CellsPerSide, Exact, HeapScheduler, Instructions, Scene, Simulation,
+    CellsPerSide, Instructions, Scene,
     engine::{BoxSpec, GasSpec},
 };
-use carom_runs::work_items::Pieces;
+use carom_methods::{AnySimulation, Method, Order};
+use carom_runs::work_items::WorkItems;
 use carom_tables::{Figure, Verdict, power_law::PowerLaw};
 
 use super::{
     Options,
     fits::{Fit, Form},
-    report::{Costs, Results, Test, cell, number},
+    report::{cell, number},
+    results::{Costs, Results, Test},
+    run::run_test,
     timing::{THESIS_TIME, Timing, time},
 };
 use crate::experiments::fixed_energy::mean_speed;
@@ -49,7 +52,7 @@ fn scene(count: usize, seed: u64) -> Scene {
 
 /// kT of a gas.
 fn temperature(count: usize, seed: u64) -> Result<f64> {
-    let simulation = Simulation::new(&scene(count, seed))?;
+    let simulation = AnySimulation::new(&scene(count, seed))?;
     simulation.view().temperature().context("fewer than two discs")
 }
 
@@ -76,11 +79,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
                that of carom.",
         size: "discs",
     };
-    test.run(options, |budget, pieces| {
+    run_test(&test, options, |budget, items| {
         let mut timings = Vec::new();
         for (count, _, _) in TABLE_2_1 {
             for engine in ENGINES {
-                timings.push(case(engine, count, options.seed, budget, pieces)?);
+                timings.push(case(engine, count, options.random.seed, budget, items)?);
             }
         }
         let times = |timing: &Timing| Some((timing.engine.clone(), timing.size, timing.for_thesis_time()?.0));
@@ -105,7 +108,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
                     fits: Vec::new(),
                 },
             ],
-            figures: figures(&timings, options.seed)?,
+            figures: figures(&timings, options.random.seed)?,
             header: [
                 "engine",
                 "discs",
@@ -117,31 +120,24 @@ pub fn run(options: &Options) -> Result<Verdict> {
                 "time units run",
             ]
             .to_vec(),
-            rows: timings.iter().map(|timing| row(timing, options.seed)).collect::<Result<_>>()?,
+            rows: timings.iter().map(|timing| row(timing, options.random.seed)).collect::<Result<_>>()?,
             timings,
         })
     })
 }
 
 /// One number of discs with one engine.
-fn case(engine: &str, count: usize, seed: u64, budget: f64, pieces: &Pieces) -> Result<Timing> {
-    let (scene, exact, signals) = (scene(count, seed), Exact::default(), pieces.signals());
+fn case(engine: &str, count: usize, seed: u64, budget: f64, items: &WorkItems) -> Result<Timing> {
+    let (scene, signals) = (scene(count, seed), items.signals());
     // The thesis uses the integer closest to √N.
     let fine = (count as f64).sqrt().round() as u32;
-    pieces.finish(&format!("{engine}, {count}"), || match engine {
-        NO_GRID => {
-            time::<_, HeapScheduler>(engine, count, &scene, (exact, CellsPerSide::Given(1)), budget, signals)
-        }
-        GRID => time::<_, HeapScheduler>(
-            engine,
-            count,
-            &scene,
-            (exact, CellsPerSide::Given(fine)),
-            budget,
-            signals,
-        ),
-        _ => time::<_, CellScheduler>(engine, count, &scene, (exact, Instructions::Widest), budget, signals),
-    })
+    let order = match engine {
+        NO_GRID => Order::Heap(CellsPerSide::Given(1)),
+        GRID => Order::Heap(CellsPerSide::Given(fine)),
+        _ => Order::Cells(Instructions::Widest),
+    };
+    let method = Method { order, ..Method::default() };
+    items.finish(&format!("{engine}, {count}"), || time(engine, count, &scene, &method, budget, signals))
 }
 
 fn published() -> Vec<(String, usize, f64)> {
@@ -244,7 +240,7 @@ mod tests {
     #[test]
     fn all_engines_count_the_collisions_of_the_same_gas() {
         for engine in [GRID, "cells"] {
-            let timing = case(engine, 500, 3, 0.2, &Pieces::default()).unwrap();
+            let timing = case(engine, 500, 3, 0.2, &WorkItems::default()).unwrap();
             let expected =
                 collisions(500, temperature(500, 3).unwrap()) * timing.totals.simulated_time / THESIS_TIME;
             let found = timing.totals.collisions as f64;

@@ -1,8 +1,9 @@
 //! Timing of one simulation in intervals, in processor time of its thread.
 
 use anyhow::Result;
-use carom::{Detection, EnergyLedger, Impact, Observer as _, OverlapCheck, Scene, Scheduler, Simulation};
-use carom_runs::{interruption::Signals, say};
+use carom::{EnergyLedger, Observer as _, OverlapCheck, Scene};
+use carom_methods::{AnySimulation, Method};
+use carom_runs::{interruption::Signals, print_line};
 use carom_tables::Totals;
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
@@ -124,15 +125,15 @@ impl Timing {
 ///
 /// # Errors
 /// The scene cannot be built, the run fails, or a signal has been received.
-pub fn time<D: Detection, S: Scheduler>(
+pub fn time(
     engine: &str,
     size: usize,
     scene: &Scene,
-    (detection, scheduler): (D, S::Options),
+    method: &Method,
     budget: f64,
     signals: &Signals,
 ) -> Result<Timing> {
-    let mut simulation: Simulation<D, Impact, S> = Simulation::with(scene, detection, Impact, scheduler)?;
+    let mut simulation = AnySimulation::with(scene, method)?;
     let (mut energy, mut overlaps) = (EnergyLedger::default(), OverlapCheck::default());
     energy.sample(&simulation.view());
     let mut timing = Timing {
@@ -179,7 +180,7 @@ pub fn time<D: Detection, S: Scheduler>(
         ..timing.totals
     };
     let Stretch { time, seconds, collisions, .. } = timing.whole;
-    say(&format!(
+    print_line(&format!(
         "{engine:<20} {size:>5}  {collisions:>9} collisions in {time:.4} time units, {seconds:.3} s"
     ));
     Ok(timing)

@@ -4,7 +4,7 @@
 use super::{
     knobs::{FAMILIES, MODEL},
     measures::{Mean, relative},
-    results::{Found, SceneResult},
+    results::{SceneResult, SettingResult},
 };
 
 /// Times within this relative difference count as equal, the resolution of medians of short runs.
@@ -70,7 +70,7 @@ fn speed(time: f64) -> String {
     }
 }
 
-fn price(found: &Found, exact: &Found) -> String {
+fn price(found: &SettingResult, exact: &SettingResult) -> String {
     let mut prices = Vec::new();
     if found.setting.family != MODEL && found.tally.wrong() > 0.0 {
         prices.push(format!("{:.0} contacts in a million are wrong", found.tally.wrong()));

@@ -7,14 +7,14 @@ use carom_report::scatter::{Mark, Point, Scatter, pareto};
 use super::{
     knobs::{FAMILIES, MODEL},
     measures::relative,
-    results::{Found, SceneResult},
+    results::{SceneResult, SettingResult},
 };
 
 /// Shallower overlaps are drawn at this value: they are rounding errors (diameters).
 const SHALLOWEST: f64 = 1e-16;
 
 /// A chart of one error: label, file name, and value for a setting.
-type Price = (&'static str, &'static str, fn(&Found, &Found) -> Option<(f64, Mark)>);
+type Price = (&'static str, &'static str, fn(&SettingResult, &SettingResult) -> Option<(f64, Mark)>);
 
 const PRICES: [Price; 5] = [
     ("wrong contacts in a million", "wrong-contacts", |found, _| {

@@ -1,26 +1,12 @@
 //! The settings: the exact run first, then variations of one parameter at a time.
 
+use anyhow::Result;
 use carom::{
-    CellsPerSide, Instructions, View,
+    CellsPerSide, Checkpoint, Instructions, View,
     detection::{Exact, FixedStep, GoldenSecant, tolerance::MOST_FIXED_STEPS},
+    engine::Rotation,
 };
-
-use crate::experiments::detectors::Detector;
-
-/// Scheduler of the events.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Order {
-    /// The fast scheduler.
-    CellScheduler(Instructions),
-    /// The fast scheduler with epochs of 1 contact of each body instead of 64.
-    Epochs1,
-    /// The fast scheduler with epochs of 8 contacts of each body.
-    Epochs8,
-    /// The fast scheduler with epochs of 512 contacts of each body.
-    Epochs512,
-    /// The scheduler of the thesis.
-    HeapScheduler(CellsPerSide),
-}
+use carom_methods::{AnyDetector, AnySimulation, Method, Order};
 
 /// One setting of all parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,10 +15,10 @@ pub struct Setting {
     pub family: usize,
     /// Description.
     pub name: String,
-    /// The detector.
-    pub detector: Detector,
-    /// The scheduler.
-    pub order: Order,
+    /// Detector and scheduler.
+    pub method: Method,
+    /// Contacts of each body in an epoch, instead of the scheduler's own number.
+    pub contacts_per_epoch: Option<u64>,
     /// True if all rotation is locked.
     pub locked: bool,
     /// Time between samples in mean times between two collisions of a body; `None` for no samples.
@@ -55,8 +41,8 @@ pub fn exact() -> Setting {
     Setting {
         family: EXACT,
         name: "default".to_owned(),
-        detector: Detector::Exact(Exact::default()),
-        order: Order::CellScheduler(Instructions::Widest),
+        method: Method::default(),
+        contacts_per_epoch: None,
         locked: false,
         sample_interval: None,
     }
@@ -72,10 +58,10 @@ pub fn settings(view: &View<'_>, finest_step: i32) -> Vec<Setting> {
         settings.push(setting);
     };
     let turns = view.bodies().any(|view| !view.body.molecule().is_disc() && !view.body.is_fixed());
-    let detector = |detector: Detector| move |setting: &mut Setting| setting.detector = detector;
+    let detector = |detector: AnyDetector| move |setting: &mut Setting| setting.method.detector = detector;
     if turns {
         for most_steps in [4, 16] {
-            add(EXACT, format!("{most_steps} steps"), &detector(Detector::Exact(Exact { most_steps })));
+            add(EXACT, format!("{most_steps} steps"), &detector(AnyDetector::Exact(Exact { most_steps })));
         }
     }
     let golden = GoldenSecant::default();
@@ -85,7 +71,7 @@ pub fn settings(view: &View<'_>, finest_step: i32) -> Vec<Setting> {
             add(
                 GOLDEN,
                 name.to_owned(),
-                &detector(Detector::GoldenSecant(GoldenSecant { crop_factor, ..golden })),
+                &detector(AnyDetector::GoldenSecant(GoldenSecant { crop_factor, ..golden })),
             );
         }
     }
@@ -94,34 +80,34 @@ pub fn settings(view: &View<'_>, finest_step: i32) -> Vec<Setting> {
         add(
             GOLDEN,
             format!("tol 1e-{exponent}"),
-            &detector(Detector::GoldenSecant(GoldenSecant { tolerance, ..golden })),
+            &detector(AnyDetector::GoldenSecant(GoldenSecant { tolerance, ..golden })),
         );
     }
     for exponent in 2..=finest_step {
         let most_steps = MOST_FIXED_STEPS.max(100 * 10u32.pow(exponent as u32));
         let fixed = FixedStep { step: 10f64.powi(-exponent), most_steps };
-        add(STEP, format!("step 1e-{exponent}"), &detector(Detector::FixedStep(fixed)));
+        add(STEP, format!("step 1e-{exponent}"), &detector(AnyDetector::FixedStep(fixed)));
     }
     if turns {
-        add(MODEL, "bounding circles".to_owned(), &detector(Detector::BoundingCircles));
+        add(MODEL, "bounding circles".to_owned(), &detector(AnyDetector::BoundingCircles));
         add(MODEL, "rotation locked".to_owned(), &|setting| setting.locked = true);
     }
-    let order = |order: Order| move |setting: &mut Setting| setting.order = order;
-    add(ORDER, "CellScheduler, portable".to_owned(), &order(Order::CellScheduler(Instructions::Portable)));
-    add(ORDER, "epochs of 1".to_owned(), &order(Order::Epochs1));
-    add(ORDER, "epochs of 8".to_owned(), &order(Order::Epochs8));
-    add(ORDER, "epochs of 512".to_owned(), &order(Order::Epochs512));
+    let order = |order: Order| move |setting: &mut Setting| setting.method.order = order;
+    add(ORDER, "CellScheduler, portable".to_owned(), &order(Order::Cells(Instructions::Portable)));
+    for contacts in [1, 8, 512] {
+        add(ORDER, format!("epochs of {contacts}"), &|setting| setting.contacts_per_epoch = Some(contacts));
+    }
     for (share, name) in [(0.01, "sample each τ/100"), (1.0, "sample each τ")] {
         add(ORDER, name.to_owned(), &|setting| setting.sample_interval = Some(share));
     }
-    add(ORDER, "HeapScheduler".to_owned(), &order(Order::HeapScheduler(CellsPerSide::Automatic)));
+    add(ORDER, "HeapScheduler".to_owned(), &order(Order::Heap(CellsPerSide::Automatic)));
     let finest_safe = finest_safe(view);
     for factor in [1.0, 1.2, 1.5, 2.0] {
         let cells = (f64::from(finest_safe) * factor).round() as u32;
         let name = format!("grid × {factor} ({cells})");
-        add(ORDER, name, &order(Order::HeapScheduler(CellsPerSide::Unchecked(cells))));
+        add(ORDER, name, &order(Order::Heap(CellsPerSide::Unchecked(cells))));
     }
-    add(ORDER, "grid 50, the thesis's".to_owned(), &order(Order::HeapScheduler(CellsPerSide::Unchecked(50))));
+    add(ORDER, "grid 50, the thesis's".to_owned(), &order(Order::Heap(CellsPerSide::Unchecked(50))));
     settings
 }
 
@@ -149,7 +135,26 @@ impl Setting {
 
     /// Returns true if no contact may be wrong: the certified detector and a safe grid.
     pub fn is_exact(&self) -> bool {
-        let unsafe_grid = matches!(self.order, Order::HeapScheduler(CellsPerSide::Unchecked(_)));
-        matches!(self.detector, Detector::Exact(_)) && !unsafe_grid && !self.locked
+        self.method.is_exact() && !self.locked
+    }
+
+    /// The simulation with this setting from a state on.
+    ///
+    /// # Errors
+    /// The bodies do not suit the setting.
+    pub fn resume(&self, state: &Checkpoint) -> Result<AnySimulation> {
+        let mut simulation = AnySimulation::resume(state, &self.method)?;
+        if let Some(contacts) = self.contacts_per_epoch {
+            simulation.set_contacts_per_epoch(contacts);
+        }
+        if self.locked {
+            let moving = simulation.view();
+            let moving = moving.bodies().filter(|view| !view.body.is_fixed());
+            let keys: Vec<_> = moving.map(|view| view.body.key()).collect();
+            for key in keys {
+                simulation.set_rotation(key, Rotation::Locked)?;
+            }
+        }
+        Ok(simulation)
     }
 }

@@ -10,7 +10,6 @@ use super::{
     knobs::Setting,
     observers::{MOST_ATOMS, Measures},
     options::Plan,
-    runner::begin,
 };
 
 /// Duration of a block, and lag of the autocorrelation, in mean times between two collisions of a
@@ -78,28 +77,28 @@ pub fn relative(found: Option<Mean>, exact: Option<Mean>) -> Option<Mean> {
 /// # Errors
 /// The run cannot start.
 pub fn measure(setting: &Setting, state: &Checkpoint, tau: f64, plan: &Plan) -> Result<Physics> {
-    let mut runner = begin(setting, state)?;
+    let mut simulation = setting.resume(state)?;
     let mut measures = Measures::default();
     let mut physics = Physics::default();
     let mut slopes = Vec::new();
     let begin = state.time().to_f64();
     let clock = ThreadTime::now();
-    measures.start(&runner.view());
+    measures.start(&simulation.view());
     for block in 0..plan.blocks {
         let from = begin + f64::from(block) * BLOCK * tau;
-        let before = velocities(&runner.view());
-        let mut ran = runner.observe(from + LAG * tau, &mut measures);
-        let after = velocities(&runner.view());
-        ran = ran.and_then(|()| runner.observe(from + BLOCK * tau, &mut measures));
+        let before = velocities(&simulation.view());
+        let mut ran = simulation.observe_until(from + LAG * tau, &mut measures);
+        let after = velocities(&simulation.view());
+        ran = ran.and_then(|()| simulation.observe_until(from + BLOCK * tau, &mut measures));
         if let Err(error) = ran {
             physics.broke_off = Some(error.to_string());
             break;
         }
-        measures.sample(&runner.view());
+        measures.sample(&simulation.view());
         let [at_zero, at_lag] = [&before, &after]
             .map(|other| before.iter().zip(other).map(|(v, w): (&DVec2, &DVec2)| v.dot(*w)).sum::<f64>());
         slopes.push(-(at_lag / at_zero).ln() / (LAG * tau));
-        let census = runner.view().overlaps();
+        let census = simulation.view().overlaps();
         physics.overlapping = physics.overlapping.max(census.pairs);
         physics.deepest = physics.deepest.max(census.deepest);
         physics.blocks += 1;

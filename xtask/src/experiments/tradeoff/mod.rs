@@ -1,10 +1,10 @@
-//! `cargo xtask experiment tradeoff`: accuracy and speed of whole simulations under different
-//! settings.
+//! How accurate and how fast are whole simulations under different settings?
+//!
+//! `cargo xtask experiment tradeoff`: wrong contacts, overlaps, effective error, and physics of
+//! each setting, and its processor time relative to the exact default run.
 
 mod advice;
-mod campaign;
 mod charts;
-mod epochs;
 mod knobs;
 mod measures;
 mod observers;
@@ -14,9 +14,9 @@ mod replay;
 mod report;
 mod results;
 mod reversal;
-mod runner;
+mod run;
 mod scenes;
 mod settle;
 
-pub use campaign::run;
 pub use options::Options;
+pub use run::run;

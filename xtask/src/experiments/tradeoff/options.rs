@@ -3,27 +3,26 @@
 use carom_runs::output::Destination;
 use clap::Args;
 
+use crate::experiments::common::{Common, Seed};
+
 /// Options of `cargo xtask experiment tradeoff`.
 #[derive(Debug, Clone, Args)]
+#[command(mut_arg("paper", |arg| arg.help(
+    "The run for publication: twenty times as many contacts, and the finest fixed steps"
+)))]
 pub struct Options {
-    /// A short test run, under two minutes (the default)
-    #[arg(long, conflicts_with = "paper")]
-    pub quick: bool,
-    /// The run for publication: twenty times as many contacts, and the finest fixed steps
-    #[arg(long)]
-    pub paper: bool,
     /// Compile and run rapier2d-f64 as well, in closed boxes; it has its own workspace
     #[arg(long)]
     pub rapier: bool,
     /// Run only scenes whose name begins with this; default: all
     #[arg(long, default_value = "")]
     pub scene: String,
-    /// Seed of all random numbers
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Output folder and its treatment
+    /// Seed.
     #[command(flatten)]
-    pub destination: Destination,
+    pub random: Seed,
+    /// Options of every experiment.
+    #[command(flatten)]
+    pub common: Common<Destination>,
 }
 
 /// Amount of work.
@@ -57,29 +56,24 @@ impl Plan {
 impl Options {
     /// Amount of work.
     pub fn plan(&self) -> Plan {
-        if self.paper {
-            Plan { rounds: 11, turn: 0.2, states: 300, blocks: 400, most_seconds: 12.0, finest_step: 5 }
-        } else {
-            Plan { rounds: 5, turn: 0.02, states: 12, blocks: 20, most_seconds: 0.3, finest_step: 2 }
-        }
+        self.common.select(
+            Plan { rounds: 5, turn: 0.02, states: 12, blocks: 20, most_seconds: 0.3, finest_step: 2 },
+            Plan { rounds: 11, turn: 0.2, states: 300, blocks: 400, most_seconds: 12.0, finest_step: 5 },
+        )
     }
 
     /// Note that is printed and shown first.
     pub fn note(&self) -> String {
-        if self.paper {
-            String::new()
-        } else {
-            "This is a short run: rates below some hundred wrong contacts in a million are not resolved, and \
-             the finest fixed steps are omitted. The full run is --paper."
-                .to_owned()
-        }
+        self.common.note(
+            ": rates below some hundred wrong contacts in a million are not resolved, and the finest fixed \
+             steps are omitted. The full run is --paper.",
+        )
     }
 
     /// The command with every option that affects the results.
     pub fn command(&self) -> String {
-        let size = if self.paper { "--paper" } else { "--quick" };
         let scene = if self.scene.is_empty() { String::new() } else { format!(" --scene {}", self.scene) };
         let rapier = if self.rapier { " --rapier" } else { "" };
-        format!("cargo xtask experiment tradeoff {size}{rapier}{scene} --seed {}", self.seed)
+        format!("{}{rapier}{scene} --seed {}", self.common.command("tradeoff"), self.random.seed)
     }
 }

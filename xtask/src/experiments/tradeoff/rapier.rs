@@ -7,7 +7,8 @@ use std::{
 };
 
 use anyhow::{Context, Result, ensure};
-use carom::{Simulation, View, engine::WallSpec};
+use carom::{View, engine::WallSpec};
+use carom_methods::AnySimulation;
 use cpu_time::ThreadTime;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -72,7 +73,7 @@ pub fn compare(named: &Named, plan: &Plan) -> Result<Compared> {
         WallSpec { y: Some(0.0), ..WallSpec::default() },
     ];
     let mut simulation =
-        Simulation::new(&scene).with_context(|| format!("{} in a closed box", named.name))?;
+        AnySimulation::new(&scene).with_context(|| format!("{} in a closed box", named.name))?;
     let (begin, tau) = settle(&mut simulation)?;
     simulation.run_until(begin)?;
     let request = request(&simulation.view(), tau, plan);
@@ -86,7 +87,7 @@ pub fn compare(named: &Named, plan: &Plan) -> Result<Compared> {
         tau,
         seconds: clock.elapsed().as_secs_f64() / time,
         rate: collisions as f64 / time,
-        seen: ask(&request)?,
+        seen: run_rapier(&request)?,
     })
 }
 
@@ -118,7 +119,7 @@ fn request(view: &View<'_>, tau: f64, plan: &Plan) -> Value {
 }
 
 /// Compiles and runs the runner, which has its own workspace.
-fn ask(request: &Value) -> Result<Vec<Seen>> {
+fn run_rapier(request: &Value) -> Result<Vec<Seen>> {
     let mut runner = Command::new(option_env!("CARGO").unwrap_or("cargo"))
         .args(["run", "--release", "--locked", "--quiet", "--manifest-path"])
         .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/rapier/Cargo.toml"))
@@ -175,7 +176,7 @@ mod tests {
              energy = 1.0\ncount = 20",
         )
         .unwrap();
-        let simulation = Simulation::new(&scene).unwrap();
+        let simulation = AnySimulation::new(&scene).unwrap();
         let plan = Plan { rounds: 1, turn: 0.1, states: 1, blocks: 1, most_seconds: 1.0, finest_step: 2 };
         let request = request(&simulation.view(), 0.5, &plan);
         let bodies = request["bodies"].as_array().unwrap();

@@ -11,7 +11,6 @@ use carom::Checkpoint;
 use super::{
     knobs::Setting,
     observers::{Contact, Log},
-    runner::begin,
 };
 
 /// Counts over all intervals.
@@ -52,9 +51,9 @@ impl Tally {
 /// # Errors
 /// The run fails.
 pub fn stretch(setting: &Setting, state: &Checkpoint, duration: f64) -> Result<Log> {
-    let mut runner = begin(setting, state)?;
+    let mut simulation = setting.resume(state)?;
     let mut log = Log { begin: state.time(), contacts: Vec::new() };
-    runner.observe(state.time().to_f64() + duration, &mut log)?;
+    simulation.observe_until(state.time().to_f64() + duration, &mut log)?;
     Ok(log)
 }
 

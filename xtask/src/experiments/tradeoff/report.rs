@@ -8,7 +8,7 @@ use super::{
     knobs::{FAMILIES, MODEL},
     measures::{Mean, relative},
     rapier::{self, Compared},
-    results::{Found, SceneResult, TOLERANCE},
+    results::{SceneResult, SettingResult, TOLERANCE},
 };
 
 /// Columns of the table.
@@ -45,7 +45,7 @@ fn percent(mean: Option<Mean>) -> String {
 /// Rows for one scene.
 pub fn rows(result: &SceneResult) -> Vec<Vec<String>> {
     let exact = &result.found[0].physics;
-    let row = |found: &Found| {
+    let row = |found: &SettingResult| {
         let (tally, physics) = (&found.tally, &found.physics);
         let none = "–".to_owned();
         let mut cells = vec![

@@ -8,7 +8,7 @@ pub const TOLERANCE: f64 = 1e-7;
 
 /// Results for one setting.
 #[derive(Debug)]
-pub struct Found {
+pub struct SettingResult {
     /// Which.
     pub setting: Setting,
     /// Processor time of a collision over that of the exact run in the same round, median; `None`
@@ -34,7 +34,7 @@ pub struct SceneResult {
     /// Length of a replay, in mean times between two collisions of a body.
     pub stretch: f64,
     /// The settings; the exact run is the first.
-    pub found: Vec<Found>,
+    pub found: Vec<SettingResult>,
     /// Charts of the scene: file name and SVG.
     pub charts: Vec<(String, String)>,
 }

@@ -4,8 +4,8 @@ use anyhow::Result;
 use carom::Checkpoint;
 use cpu_time::ThreadTime;
 
-use super::{knobs::Setting, options::Plan, runner::begin};
-use crate::experiments::time_reversal::{LARGEST, line};
+use super::{knobs::Setting, options::Plan};
+use crate::experiments::time_reversal::{LARGEST, line, loschmidt_echo};
 
 /// Duration of the way forward, in mean times between two collisions of a body: the shortest, and
 /// the largest number of doublings.
@@ -52,7 +52,7 @@ pub fn returns(setting: &Setting, states: &[Checkpoint], tau: f64, plan: &Plan) 
                 break;
             }
             let (n, distance) =
-                begin(setting, state)?.there_and_back(SHORTEST * 2f64.powi(doubling) * tau)?;
+                loschmidt_echo(&mut setting.resume(state)?, SHORTEST * 2f64.powi(doubling) * tau)?;
             collisions += n;
             log += distance.max(SMALLEST).ln();
             starts += 1.0;

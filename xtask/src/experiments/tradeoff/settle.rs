@@ -2,7 +2,7 @@
 //! body.
 
 use anyhow::Result;
-use carom::Simulation;
+use carom_methods::AnySimulation;
 
 /// Time until the lattice of the start is forgotten, in mean times between two collisions of a
 /// body.
@@ -13,7 +13,7 @@ const WARM_UP: f64 = 50.0;
 ///
 /// # Errors
 /// The run fails.
-pub fn settle(simulation: &mut Simulation) -> Result<(f64, f64)> {
+pub fn settle(simulation: &mut AnySimulation) -> Result<(f64, f64)> {
     // Γ is unknown at first: an estimate from a short run, then equilibration, then the final
     // value.
     let mut length = 1e-3;
@@ -31,7 +31,7 @@ pub fn settle(simulation: &mut Simulation) -> Result<(f64, f64)> {
 ///
 /// # Errors
 /// The run breaks off.
-pub fn tau(simulation: &mut Simulation, from: f64, to: f64) -> Result<f64> {
+pub fn tau(simulation: &mut AnySimulation, from: f64, to: f64) -> Result<f64> {
     simulation.run_until(from)?;
     let before = simulation.view().counters().collisions;
     simulation.run_until(to)?;

@@ -142,7 +142,7 @@ fn bisected_graze(draw: &mut Draw) -> Encounter {
         moved
     };
     let touch = |way: f64| {
-        let answer = moved(way).ask(&Exact::default());
+        let answer = moved(way).first_contact(&Exact::default());
         answer.outcome.contact().map(|contact| contact.touch)
     };
     let first = touch(0.0);
@@ -171,7 +171,7 @@ fn after_impulse(draw: &mut Draw) -> Encounter {
     let class =
         draw.one_of(&[Class::Generic, Class::OneOmega, Class::LargeOmega, Class::Wall, Class::SizeRatio]);
     let encounter = Encounter::draw(class, draw.bits() >> 1, draw.integer(0, 1000) as u64);
-    let answer = encounter.ask(&Exact::default());
+    let answer = encounter.first_contact(&Exact::default());
     let Some(contact) = answer.outcome.contact() else { return encounter };
     let elasticity = if draw.happens(0.3) { 1.0 } else { draw.scale(1e-10, 1.0) };
     let mut after = encounter.after(contact.time);
@@ -393,8 +393,9 @@ mod tests {
         let queries: Vec<Query> = (0..400).map(draw).collect();
         let kinds: BTreeSet<&str> = queries.iter().map(|query| &query.class[..]).collect();
         assert_eq!(kinds.len(), 8, "{kinds:?}");
-        let touch =
-            |query: &&Query| query.encounter().unwrap().ask(&Exact::default()).outcome.contact().is_some();
+        let touch = |query: &&Query| {
+            query.encounter().unwrap().first_contact(&Exact::default()).outcome.contact().is_some()
+        };
         let contacts = queries.iter().filter(touch).count();
         assert!((100..350).contains(&contacts), "{contacts}");
         assert!(queries.iter().filter(|query| query.time_exponent != 0).count() > 100);
@@ -405,7 +406,7 @@ mod tests {
         let mut found = 0;
         for seed in 0..40 {
             let encounter = tiny_atoms(&mut Draw::new(seed));
-            found += u32::from(encounter.ask(&Exact::default()).outcome.contact().is_some());
+            found += u32::from(encounter.first_contact(&Exact::default()).outcome.contact().is_some());
         }
         assert!(found > 25, "{found}");
     }

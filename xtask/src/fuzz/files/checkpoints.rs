@@ -3,8 +3,9 @@
 
 use std::{env, fs, process};
 
-use carom::engine::{Checkpoint, Scene, Simulation};
+use carom::engine::{Checkpoint, Scene};
 use carom_kinematics::EpochTime;
+use carom_methods::{AnySimulation, Method};
 use carom_runs::checkpoint_file::{self, Body, decode, encode};
 
 use super::{mutate, scene_files};
@@ -14,8 +15,8 @@ use crate::fuzz::{random::Draw, scenes, subject::Report};
 fn sound(draw: &mut Draw) -> Vec<u8> {
     let mut scene = scenes::draw::draw(draw.bits()).scene;
     scene.molecule.truncate(draw.integer(1, 8) as usize);
-    let fallback = || Simulation::new(&Scene::default()).expect("an empty box can be built");
-    let mut simulation = Simulation::new(&scene).unwrap_or_else(|_| fallback());
+    let fallback = || AnySimulation::new(&Scene::default()).expect("an empty box can be built");
+    let mut simulation = AnySimulation::new(&scene).unwrap_or_else(|_| fallback());
     for _ in 0..draw.integer(0, 3) {
         // A run that ends with a named error has a state too.
         if simulation.observe_epoch(EpochTime::from(1e60), &mut ()).is_err() {
@@ -82,7 +83,7 @@ pub fn check_body(bytes: &[u8], report: &mut Report) {
         report.count("checkpoints refused", 1);
         return;
     };
-    let Ok(mut simulation) = Simulation::resume(&checkpoint) else {
+    let Ok(mut simulation) = AnySimulation::resume(&checkpoint, &Method::default()) else {
         report.count("checkpoints refused", 1);
         return;
     };

@@ -4,14 +4,14 @@ use std::{env, fmt::Write as _, fs, process};
 
 use carom_detection::encounters::{Class, Encounter};
 use carom_geometry::Molecule;
-use carom_runs::detect::{Detector, detect};
+use carom_runs::detect::{DetectorName, detect};
 
 use super::mutate;
 use crate::fuzz::{random::Draw, subject::Report};
 
 /// The tested detectors.
-const DETECTORS: [Detector; 4] =
-    [Detector::Exact, Detector::GoldenSecant, Detector::BoundingCircles, Detector::FixedStep];
+const DETECTORS: [DetectorName; 4] =
+    [DetectorName::Exact, DetectorName::GoldenSecant, DetectorName::BoundingCircles, DetectorName::FixedStep];
 
 /// A mutated encounter file of a few lines.
 pub fn draw(draw: &mut Draw) -> Vec<u8> {

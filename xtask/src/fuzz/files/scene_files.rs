@@ -1,9 +1,8 @@
 //! Mutated scene files: each is refused by name, or builds a system that runs without overlap.
 
-use carom::engine::{GasSpec, RunError, Scene, Scheduler, Simulation, View};
-use carom::response::Response;
-use carom_detection::Detection;
+use carom::engine::{GasSpec, RunError, Scene, View};
 use carom_kinematics::EpochTime;
+use carom_methods::AnySimulation;
 
 use super::mutate;
 use crate::fuzz::{random::Draw, scenes, subject::Report};
@@ -57,7 +56,7 @@ pub fn check(bytes: &[u8], report: &mut Report) {
         report.count("scenes too large to try", 1);
         return;
     }
-    match Simulation::new(&scene) {
+    match AnySimulation::new(&scene) {
         Err(_) => report.count("scenes refused", 1),
         Ok(mut simulation) => {
             report.count("scenes run", 1);
@@ -94,12 +93,8 @@ fn size(scene: &Scene) -> f64 {
 }
 
 /// Runs for some epochs: no overlap, no NaN, and an early end has a named error.
-pub fn run<D: Detection, R: Response, S: Scheduler>(
-    simulation: &mut Simulation<D, R, S>,
-    until: f64,
-    report: &mut Report,
-) {
-    look(&simulation.view(), "at the start", report);
+pub fn run(simulation: &mut AnySimulation, until: f64, report: &mut Report) {
+    check_view(&simulation.view(), "at the start", report);
     let contacts = simulation.view().counters().collisions;
     let target = EpochTime::ZERO.after(until);
     let target = if simulation.time().since(target) > 0.0 { simulation.time().after(until) } else { target };
@@ -117,7 +112,7 @@ pub fn run<D: Detection, R: Response, S: Scheduler>(
         }
     }
     report.count("contacts", simulation.view().counters().collisions.saturating_sub(contacts));
-    look(&simulation.view(), "after a run", report);
+    check_view(&simulation.view(), "after a run", report);
 }
 
 fn named(error: &RunError, report: &mut Report) {
@@ -128,7 +123,7 @@ fn named(error: &RunError, report: &mut Report) {
 }
 
 /// Checks that every body is in the box and does not overlap another.
-fn look(view: &View<'_>, when: &str, report: &mut Report) {
+fn check_view(view: &View<'_>, when: &str, report: &mut Report) {
     for body in view.bodies() {
         let motion = body.motion;
         let numbers = [

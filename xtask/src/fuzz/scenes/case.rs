@@ -1,8 +1,7 @@
 //! A fuzz case: a scene, the durations of its runs, and the edits between them.
 
-use carom::engine::{
-    EditError, ElasticitySpec, MoleculeSpec, Rotation, Scene, Scheduler, Simulation, WallSpec,
-};
+use carom::engine::{EditError, ElasticitySpec, MoleculeSpec, Rotation, Scene, WallSpec};
+use carom_methods::AnySimulation;
 use serde::{Deserialize, Serialize};
 
 /// A case.
@@ -60,12 +59,7 @@ impl Edit {
     ///
     /// # Errors
     /// The system refuses it.
-    pub fn apply<D, R, S>(&self, simulation: &mut Simulation<D, R, S>) -> Result<(), EditError>
-    where
-        D: carom_detection::Detection,
-        R: carom::response::Response,
-        S: Scheduler,
-    {
+    pub fn apply(&self, simulation: &mut AnySimulation) -> Result<(), EditError> {
         let key = |index: usize| {
             let view = simulation.view();
             let count = view.len().max(1);

@@ -3,7 +3,7 @@
 use carom::engine::{CollisionReport, Side};
 
 use super::kinematics::{
-    Outline, Pair, Part, Placed, Touch, along, cross, dot, length, smallest_gap, touch_in_image,
+    BodyPart, Outline, Pair, Placed, Touch, along, cross, dot, length, smallest_gap, touch_in_image,
 };
 use crate::fuzz::subject::{Report, exceeds};
 
@@ -55,7 +55,7 @@ pub fn check(
     report: &mut Report,
 ) -> Measured {
     let sides = &contact.sides;
-    let part = |side: &Side<'_>| side.atom.map_or(Part::Face, |atom| Part::Atom(atom as usize));
+    let part = |side: &Side<'_>| side.atom.map_or(BodyPart::Face, |atom| BodyPart::Atom(atom as usize));
     let [a, b] = &bodies;
     let place = |axis: usize| {
         let [first, second] = [&sides[0].before, &sides[1].before].map(|motion| motion.position[axis]);

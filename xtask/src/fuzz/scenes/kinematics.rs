@@ -51,7 +51,7 @@ pub struct Outline {
 
 /// A part of a body: an atom, or the face of a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum BodyPart {
     /// An atom, by index.
     Atom(usize),
     /// The face.
@@ -155,19 +155,19 @@ impl Outline {
         self.atoms.iter().map(|(_, radius)| *radius).fold(f64::INFINITY, f64::min)
     }
 
-    fn parts(&self) -> impl Iterator<Item = Part> + '_ {
-        (0..self.atoms.len()).map(Part::Atom).chain(self.face.map(|_| Part::Face))
+    fn parts(&self) -> impl Iterator<Item = BodyPart> + '_ {
+        (0..self.atoms.len()).map(BodyPart::Atom).chain(self.face.map(|_| BodyPart::Face))
     }
 }
 
 /// Relative placement of a part of A and a part of B at `separation` from A; `None` for two faces.
 fn touch(
-    (a, turn_a, part_a): (&Outline, Pair, Part),
-    (b, turn_b, part_b): (&Outline, Pair, Part),
+    (a, turn_a, part_a): (&Outline, Pair, BodyPart),
+    (b, turn_b, part_b): (&Outline, Pair, BodyPart),
     separation: Pair,
 ) -> Option<Touch> {
     match (part_a, part_b) {
-        (Part::Atom(i), Part::Atom(j)) => {
+        (BodyPart::Atom(i), BodyPart::Atom(j)) => {
             let ((offset_a, radius_a), (offset_b, radius_b)) = (a.atoms[i], b.atoms[j]);
             let arms = [rotated(offset_a, turn_a), rotated(offset_b, turn_b)];
             let d = along(along(separation, 1.0, arms[1]), -1.0, arms[0]);
@@ -175,19 +175,19 @@ fn touch(
             let normal = [d[0] / distance, d[1] / distance];
             Some(Touch { gap: distance - (radius_a + radius_b), normal, distance, arms })
         }
-        (Part::Face, Part::Atom(j)) => {
+        (BodyPart::Face, BodyPart::Atom(j)) => {
             let ((half, thickness), (offset, radius)) = (a.face?, b.atoms[j]);
             let arm = rotated(offset, turn_b);
             let (distance, normal) = from_face(rotated(half, turn_a), along(separation, 1.0, arm));
             Some(Touch { gap: distance - (thickness + radius), normal, distance, arms: [[0.0; 2], arm] })
         }
-        (Part::Atom(_), Part::Face) => {
+        (BodyPart::Atom(_), BodyPart::Face) => {
             let back = [-separation[0], -separation[1]];
             let Touch { gap, normal, distance, arms } =
                 touch((b, turn_b, part_b), (a, turn_a, part_a), back)?;
             Some(Touch { gap, normal: [-normal[0], -normal[1]], distance, arms: [arms[1], arms[0]] })
         }
-        (Part::Face, Part::Face) => None,
+        (BodyPart::Face, BodyPart::Face) => None,
     }
 }
 
@@ -206,12 +206,12 @@ fn from_face(half: Pair, point: Pair) -> (f64, Pair) {
     (distance, [off[0] / distance, off[1] / distance])
 }
 
-/// Calls `look` with the separation of every image of B within reach of A.
+/// Calls `visit` with the separation of every image of B within reach of A.
 fn for_each_image(
     (a, at_a): (&Outline, &Placed),
     (b, at_b): (&Outline, &Placed),
     sides: Pair,
-    mut look: impl FnMut(Pair),
+    mut visit: impl FnMut(Pair),
 ) {
     let d = along(at_b.place, -1.0, at_a.place);
     // The extent of a wall along an axis is that of its half.
@@ -231,7 +231,7 @@ fn for_each_image(
         for row in range(1) {
             let separation = [d[0] + column as f64 * sides[0], d[1] + row as f64 * sides[1]];
             if dot(separation, separation) <= squared {
-                look(separation);
+                visit(separation);
             }
         }
     }
@@ -256,8 +256,8 @@ pub fn smallest_gap((a, at_a): (&Outline, &Placed), (b, at_b): (&Outline, &Place
 /// Relative placement of two given parts, in the image of B whose centre relative to A's is nearest
 /// to `towards`; `None` if no image is within reach.
 pub fn touch_in_image(
-    (a, at_a, i): (&Outline, &Placed, Part),
-    (b, at_b, j): (&Outline, &Placed, Part),
+    (a, at_a, i): (&Outline, &Placed, BodyPart),
+    (b, at_b, j): (&Outline, &Placed, BodyPart),
     sides: Pair,
     towards: Pair,
 ) -> Option<Touch> {
@@ -316,9 +316,13 @@ mod tests {
         let (a, b) = (placed(0.05, 0.5, 0.0), placed(0.95, 0.5, 0.0));
         let gap = smallest_gap((&disc, &a), (&disc, &b), [1.0, 1.0]);
         assert!((gap + 0.1).abs() < 1e-15);
-        let touch =
-            touch_in_image((&disc, &a, Part::Atom(0)), (&disc, &b, Part::Atom(0)), [1.0, 1.0], [-0.1, 0.0])
-                .unwrap();
+        let touch = touch_in_image(
+            (&disc, &a, BodyPart::Atom(0)),
+            (&disc, &b, BodyPart::Atom(0)),
+            [1.0, 1.0],
+            [-0.1, 0.0],
+        )
+        .unwrap();
         assert_eq!(touch.normal, [-1.0, 0.0]);
     }
 

@@ -9,23 +9,49 @@ pub mod schedulers;
 pub mod watcher;
 
 use anyhow::{Result, ensure};
-use carom::engine::{CellScheduler, CellsPerSide, HeapScheduler, Instructions, Scene};
-use carom::response::{Impact, Response};
-use carom_detection::{Detection, Exact};
+use carom::engine::{CellsPerSide, Checkpoint, CheckpointError, Instructions, Scene, SceneError};
+use carom_methods::{AnySimulation, Method, Order};
 
 use self::{case::Case, run::Seams, schedulers::Scales};
 use super::subject::{Report, Subject};
 
 /// The fuzzer of the engine.
 #[derive(Debug, Clone, Default)]
-pub struct Scenes<D = Exact, R = Impact> {
-    /// The detector of the engine.
-    pub detection: D,
-    /// The response of the engine.
-    pub response: R,
+pub struct Scenes<P = Sound> {
+    /// Builds the simulations under test.
+    pub parts: P,
 }
 
-impl<D: Detection + Clone, R: Response + Clone> Subject for Scenes<D, R> {
+/// The exchangeable parts of a simulation: tests plant faults in them.
+pub trait Parts {
+    /// Builds a simulation of a scene with this scheduler.
+    ///
+    /// # Errors
+    /// The scene is refused.
+    fn begin(&self, scene: &Scene, order: Order) -> Result<AnySimulation, SceneError>;
+
+    /// Resumes a simulation with this scheduler.
+    ///
+    /// # Errors
+    /// The checkpoint is refused.
+    fn resume(&self, checkpoint: &Checkpoint, order: Order) -> Result<AnySimulation, CheckpointError>;
+}
+
+/// The detector and the response as they are.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Sound;
+
+impl Parts for Sound {
+    fn begin(&self, scene: &Scene, order: Order) -> Result<AnySimulation, SceneError> {
+        AnySimulation::with(scene, &Method { order, ..Method::default() })
+    }
+
+    fn resume(&self, checkpoint: &Checkpoint, order: Order) -> Result<AnySimulation, CheckpointError> {
+        AnySimulation::resume(checkpoint, &Method { order, ..Method::default() })
+    }
+}
+
+impl<P: Parts> Subject for Scenes<P> {
     type Case = Case;
     const NAME: &'static str = "scenes";
     const TIME_LIMIT: u64 = 60;
@@ -35,14 +61,11 @@ impl<D: Detection + Clone, R: Response + Clone> Subject for Scenes<D, R> {
     }
 
     fn check(&self, case: &Case) -> Report {
-        let (detection, response) = (&self.detection, &self.response);
         let instructions = [Instructions::Widest, Instructions::Avx2, Instructions::Portable];
         let [one, other] = [case.seed % 3, case.seed / 3 % 3].map(|index| instructions[index as usize]);
-        let cells: Seams<'_, D, R, CellScheduler> =
-            Seams { detection, response, options: one, resumed_options: other };
-        let grid = CellsPerSide::Automatic;
-        let thesis: Seams<'_, D, R, HeapScheduler> =
-            Seams { detection, response, options: grid, resumed_options: grid };
+        let cells = Seams { parts: &self.parts, order: Order::Cells(one), resumed: Order::Cells(other) };
+        let grid = Order::Heap(CellsPerSide::Automatic);
+        let thesis = Seams { parts: &self.parts, order: grid, resumed: grid };
         let (cells, thesis) = (run::run(case, &cells), run::run(case, &thesis));
         let mut report = Report::default();
         let (Some(cells), Some(thesis)) = (cells, thesis) else {

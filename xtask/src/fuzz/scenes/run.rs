@@ -1,15 +1,13 @@
 //! Runs a case epoch by epoch with one scheduler, together with a copy restored from an encoded
 //! checkpoint.
 
-use carom::{
-    engine::{Checkpoint, ElasticitySpec, RunError, Scheduler, Simulation, Violation},
-    response::Response,
-};
-use carom_detection::Detection;
+use carom::engine::{Checkpoint, ElasticitySpec, RunError, Violation};
 use carom_kinematics::EpochTime;
+use carom_methods::{AnySimulation, Order};
 use carom_runs::checkpoint_file::{decode, encode};
 
 use super::{
+    Parts,
     case::{Case, Edit},
     watcher::{Logged, Watcher},
 };
@@ -34,33 +32,23 @@ pub struct Outcome {
     pub whole: bool,
 }
 
-/// The exchangeable parts of a simulation.
-#[derive(Debug)]
-pub struct Seams<'a, D, R, S: Scheduler> {
-    /// The detector.
-    pub detection: &'a D,
-    /// The response.
-    pub response: &'a R,
-    /// Options of the scheduler.
-    pub options: S::Options,
-    /// Options of the resumed run: another implementation that must give the same bits.
-    pub resumed_options: S::Options,
+/// The simulations of a case.
+pub struct Seams<'a> {
+    /// Detector and response.
+    pub parts: &'a dyn Parts,
+    /// The scheduler.
+    pub order: Order,
+    /// The scheduler of the resumed run: another implementation that must give the same bits.
+    pub resumed: Order,
 }
 
 /// Runs the case; `None` if the scene is refused.
-pub fn run<D, R, S>(case: &Case, seams: &Seams<'_, D, R, S>) -> Option<Outcome>
-where
-    D: Detection + Clone,
-    R: Response + Clone,
-    S: Scheduler + Clone,
-{
-    let (detection, response) = (seams.detection.clone(), seams.response.clone());
-    let mut simulation =
-        Simulation::<D, R, S>::with(&case.scene, detection, response, seams.options.clone()).ok()?;
+pub fn run(case: &Case, seams: &Seams<'_>) -> Option<Outcome> {
+    let mut simulation = seams.parts.begin(&case.scene, seams.order).ok()?;
     let mut elasticity = case.scene.elasticity.clone();
     let mut watcher = Watcher::new(&simulation.view(), &elasticity, case.seed);
     let mut draw = Draw::new(case.seed);
-    let mut twin: Option<Simulation<D, R, S>> = None;
+    let mut twin: Option<AnySimulation> = None;
     let mut whole = true;
     let mut until = EpochTime::ZERO;
     for stretch in &case.stretch {
@@ -108,19 +96,14 @@ enum Ended {
 }
 
 /// Runs epoch by epoch; at the end of one epoch a copy is resumed from an encoded checkpoint.
-fn run_stretch<D, R, S>(
-    simulation: &mut Simulation<D, R, S>,
-    twin: &mut Option<Simulation<D, R, S>>,
+fn run_stretch(
+    simulation: &mut AnySimulation,
+    twin: &mut Option<AnySimulation>,
     until: EpochTime,
     watcher: &mut Watcher,
     draw: &mut Draw,
-    seams: &Seams<'_, D, R, S>,
-) -> Ended
-where
-    D: Detection + Clone,
-    R: Response + Clone,
-    S: Scheduler + Clone,
-{
+    seams: &Seams<'_>,
+) -> Ended {
     loop {
         if twin.is_none() && draw.happens(0.2) {
             *twin = resumed(simulation, seams, &mut watcher.report);
@@ -141,22 +124,11 @@ where
 }
 
 /// A simulation restored from an encoded checkpoint, if there is one.
-fn resumed<D, R, S>(
-    simulation: &Simulation<D, R, S>,
-    seams: &Seams<'_, D, R, S>,
-    report: &mut Report,
-) -> Option<Simulation<D, R, S>>
-where
-    D: Detection + Clone,
-    R: Response + Clone,
-    S: Scheduler + Clone,
-{
+fn resumed(simulation: &AnySimulation, seams: &Seams<'_>, report: &mut Report) -> Option<AnySimulation> {
     let checkpoint = simulation.checkpoint()?;
     let bytes = encode(&checkpoint).and_then(|bytes| decode::<Checkpoint>(&bytes));
-    let (detection, response) = (seams.detection.clone(), seams.response.clone());
     let resumed = bytes.map_err(|error| error.to_string()).and_then(|checkpoint| {
-        Simulation::resume_with(&checkpoint, detection, response, seams.resumed_options.clone())
-            .map_err(|error| error.to_string())
+        seams.parts.resume(&checkpoint, seams.resumed).map_err(|error| error.to_string())
     });
     match resumed {
         Ok(resumed) => {
@@ -171,9 +143,9 @@ where
 }
 
 /// Runs the copy to the same time without observers in one call, and compares every bit.
-fn compare_twin<D: Detection, R: Response, S: Scheduler>(
-    simulation: &Simulation<D, R, S>,
-    twin: &mut Option<Simulation<D, R, S>>,
+fn compare_twin(
+    simulation: &AnySimulation,
+    twin: &mut Option<AnySimulation>,
     until: EpochTime,
     error: Option<&RunError>,
     watcher: &mut Watcher,
@@ -183,7 +155,7 @@ fn compare_twin<D: Detection, R: Response, S: Scheduler>(
     if ended.as_ref().err().map(ToString::to_string) != error.map(ToString::to_string) {
         watcher.report.fail("resume", format!("resumed: {ended:?}; uninterrupted: {error:?}"));
     }
-    let bits = |simulation: &Simulation<D, R, S>| {
+    let bits = |simulation: &AnySimulation| {
         let view = simulation.view();
         let motions: Vec<[u64; 8]> = view
             .bodies()
@@ -214,12 +186,7 @@ fn compare_twin<D: Detection, R: Response, S: Scheduler>(
 
 /// Checks with the engine's own invariants that no pair overlaps, no contact was missed, and the
 /// ledger is right.
-fn check_census<D, R, S>(simulation: &Simulation<D, R, S>, duration: f64, whole: bool, watcher: &mut Watcher)
-where
-    D: Detection + Clone,
-    R: Response + Clone,
-    S: Scheduler + Clone,
-{
+fn check_census(simulation: &AnySimulation, duration: f64, whole: bool, watcher: &mut Watcher) {
     let overlaps = simulation.view().overlaps();
     if overlaps.pairs > 0 {
         watcher.report.fail("census", format!("{overlaps:?}"));
@@ -235,7 +202,7 @@ where
             watcher.report.count("reported as missed", 1);
             watcher.look_ahead(simulation.time(), time, next);
         }
-        // Decided by the watcher, which knows the largest energy so far.
+        // Decided by the watcher, which holds the largest energy so far.
         Err(Violation::Energy { .. }) => watcher.report.count("reported as energy", 1),
         Err(violation) => watcher.report.fail("invariants", violation.to_string()),
     }
@@ -256,10 +223,10 @@ fn named_end(error: &RunError, elasticity: &ElasticitySpec, report: &mut Report)
     }
 }
 
-fn apply<D: Detection, R: Response, S: Scheduler>(
+fn apply(
     edit: &Edit,
-    simulation: &mut Simulation<D, R, S>,
-    twin: &mut Option<Simulation<D, R, S>>,
+    simulation: &mut AnySimulation,
+    twin: &mut Option<AnySimulation>,
     elasticity: &mut ElasticitySpec,
     watcher: &mut Watcher,
 ) {

@@ -1,8 +1,8 @@
 //! Tests of the scene fuzzer: it finds planted faults of a detector and of a response.
 
-use carom::engine::MoleculeSpec;
-use carom::response::{ContactFrame, Elasticity};
-use carom_detection::{Answer, Contact, Outcome};
+use carom::engine::{CellScheduler, HeapScheduler, MoleculeSpec, Simulation};
+use carom::response::{ContactFrame, Elasticity, Impact, Response};
+use carom_detection::{Answer, Contact, Detection, Exact, Outcome};
 use carom_geometry::Outline;
 use carom_kinematics::{Inertia, Motion, RelativeMotion};
 use glam::DVec2;
@@ -63,11 +63,43 @@ impl Response for Wrong {
     }
 }
 
+/// A detector and a response with planted faults.
+struct Planted<D, R>(D, R);
+
+impl<D, R> Parts for Planted<D, R>
+where
+    D: Detection + Clone + Send + 'static,
+    R: Response + Clone + Send + 'static,
+{
+    fn begin(&self, scene: &Scene, order: Order) -> Result<AnySimulation, SceneError> {
+        let (detection, response) = (self.0.clone(), self.1.clone());
+        Ok(match order {
+            Order::Cells(options) => {
+                Simulation::<D, R, CellScheduler>::with(scene, detection, response, options)?.into()
+            }
+            Order::Heap(options) => {
+                Simulation::<D, R, HeapScheduler>::with(scene, detection, response, options)?.into()
+            }
+        })
+    }
+
+    fn resume(&self, checkpoint: &Checkpoint, order: Order) -> Result<AnySimulation, CheckpointError> {
+        let (detection, response) = (self.0.clone(), self.1.clone());
+        Ok(match order {
+            Order::Cells(options) => {
+                Simulation::<D, R, CellScheduler>::resume_with(checkpoint, detection, response, options)?
+                    .into()
+            }
+            Order::Heap(options) => {
+                Simulation::<D, R, HeapScheduler>::resume_with(checkpoint, detection, response, options)?
+                    .into()
+            }
+        })
+    }
+}
+
 /// Kind of the first failure in a case that passes without the planted fault.
-fn first_failure<D: Detection + Clone, R: Response + Clone>(
-    faulty: &Scenes<D, R>,
-    cases: u64,
-) -> Option<String> {
+fn first_failure(faulty: &Scenes<impl Parts>, cases: u64) -> Option<String> {
     (0..cases).find_map(|index| {
         let case = draw::draw(case_seed(2026, index));
         // Long and superelastic runs are slow and have known bugs.
@@ -75,13 +107,13 @@ fn first_failure<D: Detection + Clone, R: Response + Clone>(
             return None;
         }
         let failure = faulty.check(&case).failure?;
-        Scenes::<Exact, Impact>::default().check(&case).failure.is_none().then_some(failure.kind)
+        Scenes::<Sound>::default().check(&case).failure.is_none().then_some(failure.kind)
     })
 }
 
 #[test]
 fn one_lost_contact_in_a_thousand_is_found() {
-    let faulty = Scenes { detection: Faulty { one_in: 1000, late: f64::INFINITY }, response: Impact };
+    let faulty = Scenes { parts: Planted(Faulty { one_in: 1000, late: f64::INFINITY }, Impact) };
     let kind = first_failure(&faulty, 400).expect("the fault is found");
     let kinds = ["overlap between events", "gap", "census", "schedulers differ", "invariants"];
     assert!(kinds.contains(&&kind[..]), "{kind}");
@@ -89,17 +121,15 @@ fn one_lost_contact_in_a_thousand_is_found() {
 
 #[test]
 fn contacts_that_are_late_are_found() {
-    let faulty = Scenes { detection: Faulty { one_in: 100, late: 1e-6 }, response: Impact };
+    let faulty = Scenes { parts: Planted(Faulty { one_in: 100, late: 1e-6 }, Impact) };
     let kind = first_failure(&faulty, 400).expect("the fault is found");
     assert!(["overlap between events", "gap", "schedulers differ"].contains(&&kind[..]), "{kind}");
 }
 
 #[test]
 fn wrong_impulses_are_found() {
-    let wrong = |longer, turned| Scenes {
-        detection: Exact::default(),
-        response: Wrong { one_in: 200, longer, turned },
-    };
+    let wrong =
+        |longer, turned| Scenes { parts: Planted(Exact::default(), Wrong { one_in: 200, longer, turned }) };
     let kind = first_failure(&wrong(1e-8, 0.0), 400).expect("the fault is found");
     assert!(["restitution", "energy"].contains(&&kind[..]), "{kind}");
     let kind = first_failure(&wrong(0.0, 1e-6), 400).expect("the fault is found");
@@ -134,7 +164,7 @@ fn rounding_of_energy_that_was_taken_out_again_is_no_failure() {
             };
             stretch.push(Stretch { duration: 0.01, edits: vec![] });
             let case = Case { class: "mixture".to_owned(), seed: 1, stretch, scene: Scene::default() };
-            let report = Scenes::<Exact, Impact>::default().check(&case);
+            let report = Scenes::<Sound>::default().check(&case);
             assert_eq!(report.failure, None, "{first} {second} {together}");
         }
     }
@@ -148,7 +178,7 @@ fn most_scenes_can_be_built_and_have_contacts() {
         if case.class == "long run of few" {
             continue;
         }
-        let report = Scenes::<Exact, Impact>::default().check(&case);
+        let report = Scenes::<Sound>::default().check(&case);
         let count = |name: &str| report.counts.iter().find(|(known, _)| known == name).map_or(0, |(_, n)| *n);
         built += u32::from(count("refused") == 0);
         contacts += count("contacts");
@@ -161,7 +191,7 @@ fn most_scenes_can_be_built_and_have_contacts() {
 
 #[test]
 fn a_case_keeps_its_bits_in_a_file() {
-    let subject = Scenes::<Exact, Impact>::default();
+    let subject = Scenes::<Sound>::default();
     for seed in 0..100 {
         let case = subject.draw(seed);
         let (ending, bytes) = subject.write(&case);

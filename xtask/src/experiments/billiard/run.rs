@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use carom_runs::{
-    experiment::{Experiment, Opening, threads},
-    say,
+    experiment::{Experiment, Opening},
+    print_line,
 };
 use carom_tables::{Summary, Verdict};
 
@@ -18,8 +18,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let command = options.command(&setup);
     let scenes = (0..setup.flights()).map(|replica| setup.scene(replica)).collect::<Result<Vec<_>>>()?;
     let head = format!("# Written by `{command}`: the first of {} flights.\n\n", scenes.len());
-    let experiment = Experiment::begin_in_pieces(
-        &options.resumption,
+    let experiment = Experiment::begin_resumable(
+        &options.common.destination,
         options.what(&setup),
         &Opening {
             folder: &options.usual_folder(),
@@ -30,7 +30,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         },
     )?;
     let folder = &experiment.folder;
-    let hits = threads(options.threads)?.install(|| fly(&setup, &experiment.pieces))?;
+    let hits = options.threads.pool()?.install(|| fly(&setup, &experiment.items))?;
     let comparison = Comparison::new(&setup, &hits);
     let summary = Summary {
         title: format!("Billiard around a fixed {}", setup.shape),
@@ -43,7 +43,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     report::write(folder, &setup, &hits, &comparison, &summary, &command)?;
     folder.write_json("summary.json", &summary)?;
     for figure in &summary.figures[..4] {
-        say(&format!(
+        print_line(&format!(
             "{}: {}",
             figure.name,
             carom_report::page::with_error(figure.value, figure.standard_error)

@@ -26,7 +26,7 @@ const SHOWN: f64 = 0.4;
 
 /// A square part of the box.
 #[derive(Debug, Clone)]
-pub struct Part {
+pub struct VisibleRegion {
     /// Its centre (length).
     pub centre: DVec2,
     /// Half of its side (length).
@@ -37,7 +37,7 @@ pub struct Part {
     pub bodies: Vec<u64>,
 }
 
-impl Part {
+impl VisibleRegion {
     /// Chooses the part of a system that a page shows; `None` for the whole system.
     pub fn of(view: &View<'_>) -> Option<Self> {
         let atoms: usize = view.bodies().map(|body| weight(body.body)).sum();
@@ -106,8 +106,8 @@ impl Part {
 
 /// Returns an SVG picture of the system, or of a part of it that a leading comment describes.
 pub fn picture_of(view: &View<'_>, size: u32) -> String {
-    let Some(part) = Part::of(view) else { return picture(view, size) };
-    let Part { centre, half, .. } = part;
+    let Some(part) = VisibleRegion::of(view) else { return picture(view, size) };
+    let VisibleRegion { centre, half, .. } = part;
     let svg = close_up(view, centre, 2.0 * half, size);
     format!(
         "<!--{} of {} bodies: a square of side {:.4e} around ({:.4e}, {:.4e})-->\n{svg}",
@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn a_small_system_is_shown_whole() {
         let small = simulation("[[gas]]\nradius = 0.001\nmass = 1.0\nenergy = 1.0\ncount = 10000");
-        assert!(Part::of(&small.view()).is_none());
+        assert!(VisibleRegion::of(&small.view()).is_none());
         assert_eq!(caption_of(&picture_of(&small.view(), 100)), "");
     }
 
@@ -193,7 +193,7 @@ mod tests {
         let drawn = |molecule: Vec<MoleculeSpec>| {
             let simulation = AnySimulation::new(&Scene { molecule, ..Scene::default() }).unwrap();
             // The whole box is shown.
-            assert!(Part::of(&simulation.view()).is_none());
+            assert!(VisibleRegion::of(&simulation.view()).is_none());
             picture_of(&simulation.view(), 720)
         };
         let (one, two) = (drawn(vec![body(0.25)]), drawn(vec![body(0.25), body(0.75)]));
@@ -210,7 +210,7 @@ mod tests {
         };
         let scene = Scene { bumper: (0..11_000).map(bumper).collect(), ..Scene::default() };
         let simulation = AnySimulation::new(&scene).unwrap();
-        let part = Part::of(&simulation.view()).unwrap();
+        let part = VisibleRegion::of(&simulation.view()).unwrap();
         assert!(part.half > 0.0 && part.margin >= 0.0, "{} {}", part.half, part.margin);
         let [_, _, width, height] = part.window();
         assert_eq!(width / height, 1.0);
@@ -223,7 +223,7 @@ mod tests {
         for scene in [gas.to_owned(), format!("{tee}{gas}")] {
             let simulation = simulation(&scene);
             let view = simulation.view();
-            let part = Part::of(&view).unwrap();
+            let part = VisibleRegion::of(&view).unwrap();
             assert!((4000..=10_000).contains(&part.bodies.len()), "{}", part.bodies.len());
             assert!(part.half > 0.1 && part.margin > 0.01, "{part:?}");
             for body in view.bodies().filter(|body| !body.body.is_wall()) {

@@ -4,8 +4,8 @@ use anyhow::Result;
 use carom_runs::{
     experiment::{Experiment, Opening, configuration},
     output::Folder,
+    print_line,
     progress::Progress,
-    say,
 };
 use carom_tables::{Summary, Totals, Verdict};
 use cpu_time::ThreadTime;
@@ -18,7 +18,7 @@ use super::{
     dependencies::{self},
     options::Plan,
     report,
-    results::{Found, Results},
+    results::{Results, VariantResult},
     subject::{Subject, WARM_UP},
 };
 
@@ -29,7 +29,7 @@ use super::{
 pub fn work(variant: &str, intervals: u32) -> Result<Verdict> {
     let mut subject = Subject::new(variant.parse()?)?;
     subject.run(intervals)?;
-    say(&subject.collisions().to_string());
+    print_line(&subject.collisions().to_string());
     Ok(Verdict::Passed)
 }
 
@@ -40,7 +40,7 @@ pub fn work(variant: &str, intervals: u32) -> Result<Verdict> {
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
     let experiment = Experiment::begin(
-        &options.destination,
+        &options.common.destination,
         &Opening {
             folder: "out/capability-cost",
             note: "",
@@ -54,12 +54,12 @@ pub fn run(options: &Options) -> Result<Verdict> {
     )?;
     let folder = &experiment.folder;
     let variants = Variant::all();
-    say("times");
+    print_line("times");
     let (mut found, totals) = time(&variants, plan)?;
     let mut plain = None;
     let installed = callgrind::is_installed();
     if installed {
-        say("instructions");
+        print_line("instructions");
         let progress = Progress::new(variants.len() as f64);
         let counted: Vec<[Counted; 2]> = variants
             .par_iter()
@@ -94,7 +94,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     folder.write("report.html", report::page(&results, &summary, &options.command()).html())?;
     folder.write_json("summary.json", &summary)?;
     for line in report::lines(&results) {
-        say(&line);
+        print_line(&line);
     }
     carom_runs::conclude(&experiment.complete()?, &summary);
     Ok(summary.verdict())
@@ -113,7 +113,7 @@ fn difference(short: &Profile, long: &Profile) -> Profile {
 }
 
 /// Times all variants in turn in each round.
-fn time(variants: &[Variant], plan: Plan) -> Result<(Vec<Found>, Totals)> {
+fn time(variants: &[Variant], plan: Plan) -> Result<(Vec<VariantResult>, Totals)> {
     let mut subjects = variants.iter().map(|&variant| Subject::new(variant)).collect::<Result<Vec<_>>>()?;
     for subject in &mut subjects {
         subject.run(WARM_UP)?;
@@ -134,13 +134,14 @@ fn time(variants: &[Variant], plan: Plan) -> Result<(Vec<Found>, Totals)> {
         }
     }
     totals.collisions_per_second = totals.collisions as f64 / spent;
-    let found = variants.iter().zip(&subjects).zip(&rounds).map(|((&variant, subject), times)| Found {
-        variant,
-        instructions: None,
-        nanoseconds: 1e9 * median(times.clone()),
-        time_ratio: median(times.iter().zip(&rounds[0]).map(|(time, plain)| time / plain).collect()),
-        bytes_per_body: subject.bytes_per_body(),
-    });
+    let found =
+        variants.iter().zip(&subjects).zip(&rounds).map(|((&variant, subject), times)| VariantResult {
+            variant,
+            instructions: None,
+            nanoseconds: 1e9 * median(times.clone()),
+            time_ratio: median(times.iter().zip(&rounds[0]).map(|(time, plain)| time / plain).collect()),
+            bytes_per_body: subject.bytes_per_body(),
+        });
     Ok((found.collect(), totals))
 }
 

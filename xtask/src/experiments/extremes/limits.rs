@@ -21,7 +21,7 @@ use glam::DVec2;
 use super::trial::{Ending, attempt};
 
 /// A parameter, and the goal up to which all bounds must hold.
-pub struct Edge {
+pub struct LimitSearch {
     /// Name of the parameter.
     pub parameter: &'static str,
     /// Description of the scene.
@@ -30,12 +30,13 @@ pub struct Edge {
     pub goal: f64,
     /// Range of the search (decades).
     decades: (f64, f64),
-    trial: fn(f64, u64) -> Result<Vec<Finding>>,
+    engine: Engine,
+    trial: fn(Engine, f64, u64) -> Result<Vec<Finding>>,
 }
 
 /// Location of the limit.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct Limit {
     /// The largest value at which all bounds hold; NaN if there is none.
     pub holds_up_to: f64,
     /// The next value and its result; `None` if all bounds hold up to the end of the search.
@@ -44,10 +45,10 @@ pub struct Found {
     pub rest: Vec<(f64, Ending)>,
 }
 
-impl Found {
+impl Limit {
     /// Returns a value beyond the limit with an unreported failure: a panic or a hang.
     pub fn silent(&self) -> Option<&(f64, Ending)> {
-        self.rest.iter().find(|(_, ending)| !ending.is_told())
+        self.rest.iter().find(|(_, ending)| !ending.is_reported())
     }
 
     /// Results beyond the limit, from near to far.
@@ -60,74 +61,81 @@ impl Found {
 /// Step of the first search (decades).
 const STEP: f64 = 2.0;
 
-impl Edge {
+impl LimitSearch {
     /// Searches the limit, and examines the values beyond it.
-    pub fn find(&self, collisions: u64, halvings: u32, patience: Duration) -> Found {
-        let ask = |decade: f64| {
-            let (trial, value) = (self.trial, 10f64.powf(decade));
-            attempt(patience, move || trial(value, collisions))
+    pub fn find(&self, collisions: u64, halvings: u32, patience: Duration) -> Limit {
+        let attempt_at = |decade: f64| {
+            let (engine, trial, value) = (self.engine, self.trial, 10f64.powf(decade));
+            attempt(patience, move || trial(engine, value, collisions))
         };
         let (mut low, end) = self.decades;
-        let first = ask(low);
+        let first = attempt_at(low);
         if !first.holds() {
             let beyond = (10f64.powf(low), first);
-            return Found { holds_up_to: f64::NAN, beyond: Some(beyond.clone()), rest: vec![beyond] };
+            return Limit { holds_up_to: f64::NAN, beyond: Some(beyond.clone()), rest: vec![beyond] };
         }
         // The goal itself is tested, not only its neighbours.
-        if self.goal.log10() > low && ask(self.goal.log10()).holds() {
+        if self.goal.log10() > low && attempt_at(self.goal.log10()).holds() {
             low = self.goal.log10();
         }
         // From the last value back to the limit.
         let mut failed = Vec::new();
         while failed.is_empty() && low < end {
             let next = (low + STEP).min(end);
-            let ending = ask(next);
+            let ending = attempt_at(next);
             if ending.holds() { low = next } else { failed.push((next, ending)) }
         }
         if let Some(&(high, _)) = failed.first() {
             for decade in [end, 0.5 * (high + end)].into_iter().filter(|&decade| decade > high).rev() {
-                failed.insert(0, (decade, ask(decade)));
+                failed.insert(0, (decade, attempt_at(decade)));
             }
         }
         for _ in 0..halvings {
             let Some((high, _)) = failed.last() else { break };
             let middle = 0.5 * (low + high);
-            let ending = ask(middle);
+            let ending = attempt_at(middle);
             if ending.holds() { low = middle } else { failed.push((middle, ending)) }
         }
         let rest: Vec<(f64, Ending)> =
             failed.into_iter().rev().map(|(decade, ending)| (10f64.powf(decade), ending)).collect();
-        Found { holds_up_to: 10f64.powf(low), beyond: rest.first().cloned(), rest }
+        Limit { holds_up_to: 10f64.powf(low), beyond: rest.first().cloned(), rest }
     }
 }
 
 /// All parameters.
-pub fn edges(engine: Engine) -> Vec<Edge> {
-    let edge = |parameter, scene, goal, decades, trial| Edge { parameter, scene, goal, decades, trial };
+pub fn limit_searches(engine: Engine) -> Vec<LimitSearch> {
+    let limit = |parameter, scene, goal, decades, trial| LimitSearch {
+        parameter,
+        scene,
+        goal,
+        decades,
+        engine,
+        trial,
+    };
     vec![
-        edge("mass ratio", "a heavy disc among 30 light ones", 1e12, (2.0, 62.0), heavy),
-        edge("speed ratio", "a light and fast disc among 30", 1e6, (1.0, 32.0), fast),
-        edge("size ratio", "two small discs meet obliquely beside a large one", 1e6, (1.0, 18.0), small),
-        edge(
+        limit("mass ratio", "a heavy disc among 30 light ones", 1e12, (2.0, 62.0), heavy),
+        limit("speed ratio", "a light and fast disc among 30", 1e6, (1.0, 32.0), fast),
+        limit("size ratio", "two small discs meet obliquely beside a large one", 1e6, (1.0, 18.0), small),
+        limit(
             "turns per natural time",
             "a rotating rod hit by a gas disc at its rim",
             1e8,
             (1.0, 60.0),
             spinning,
         ),
-        edge("σ over depth of a graze", "two discs at 30 σ", 1e14, (3.0, 18.0), grazing),
-        edge("reach over depth of a sweep", "a rotating dumbbell and a disc", 1e13, (3.0, 18.0), sweeping),
-        edge("age in natural times", "36 discs added to a box at a late time", 1e12, (1.0, 40.0), old),
-        edge("1/(A/A₀ − 1)", "288 discs on the triangular lattice", 1e5, (2.0, 18.0), dense),
-        edge(
+        limit("σ over depth of a graze", "two discs at 30 σ", 1e14, (3.0, 18.0), grazing),
+        limit("reach over depth of a sweep", "a rotating dumbbell and a disc", 1e13, (3.0, 18.0), sweeping),
+        limit("age in natural times", "36 discs added to a box at a late time", 1e12, (1.0, 40.0), old),
+        limit("1/(A/A₀ − 1)", "288 discs on the triangular lattice", 1e5, (2.0, 18.0), dense),
+        limit(
             "1/contact time of the guard",
             "a gas of discs and dumbbells at e = 0",
             1e4,
             (2.0, 18.0),
             inelastic,
         ),
-        edge("atoms of a ring", "a ring among 40 discs", 4096.0, (1.0, 5.0), many_atoms),
-        edge(
+        limit("atoms of a ring", "a ring among 40 discs", 4096.0, (1.0, 5.0), many_atoms),
+        limit(
             "box over diameter",
             "two discs meet obliquely across half the box",
             1e9,

@@ -85,7 +85,7 @@ pub struct Finding {
 
 /// Tests of equilibrium for a group of runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct Equilibrium {
     /// Number of runs.
     pub replicas: usize,
     /// Duration of the measurement, summed over all runs (time).
@@ -147,7 +147,7 @@ impl Finding {
     }
 }
 
-impl Verdict {
+impl Equilibrium {
     /// Tests the runs of one case and size.
     pub fn of(group: &Group<'_>) -> Self {
         let blocks = || group.runs.iter().flat_map(|run| run.drift.complete());
@@ -384,7 +384,7 @@ mod tests {
     #[test]
     fn a_large_deviation_from_equilibrium_fails_the_run() {
         let mut random = Pcg64::seed_from_u64(5);
-        let verdict = |findings, isotropy| Verdict {
+        let result = |findings, isotropy| Equilibrium {
             replicas: 3,
             duration: 960.0,
             blocks: 120,
@@ -393,18 +393,18 @@ mod tests {
             isotropy,
         };
         let passed =
-            |verdict: &Verdict| verdict.checks().iter().map(|check| check.passed).collect::<Vec<_>>();
+            |result: &Equilibrium| result.checks().iter().map(|check| check.passed).collect::<Vec<_>>();
         let sound = [planted(0.0, &mut random), planted(0.0, &mut random)];
         let even = directions(0.0, &mut random);
-        assert_eq!(passed(&verdict(sound.to_vec(), Some(even))), [true; 3]);
+        assert_eq!(passed(&result(sound.to_vec(), Some(even))), [true; 3]);
         // Ten standard errors of the mean, and twenty of a harmonic.
         let driven = planted(10.0 / 960f64.sqrt(), &mut random);
         let uneven = directions(0.028, &mut random);
-        assert_eq!(passed(&verdict(vec![driven], Some(uneven))), [false; 2]);
+        assert_eq!(passed(&result(vec![driven], Some(uneven))), [false; 2]);
     }
 
     #[test]
-    fn few_blocks_give_no_verdict() {
+    fn few_blocks_give_no_result() {
         let run = (0..29).map(|block| (f64::from(block), 1.0)).collect();
         let finding = Finding::new("planted", "1", FORCE).by_blocks(&Pooled::planted(vec![run]));
         assert_eq!((finding.standard_error, finding.bias_found), (None, None));

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use carom_detection::{Answer, Outcome};
 use carom_runs::{
-    experiment::{Experiment, Opening, configuration, threads},
+    experiment::{Experiment, Opening, configuration},
     output::Folder,
-    say,
-    work_items::Pieces,
+    print_line,
+    work_items::WorkItems,
 };
 use carom_tables::{Check, Summary, Verdict};
 use rayon::prelude::*;
@@ -27,7 +27,7 @@ use super::{
     tally::{HEADER, Tally},
     timing::{self},
 };
-use crate::experiments::detectors::Detector;
+use carom_methods::AnyDetector;
 
 /// Largest number of violations that are printed in full.
 const MOST_PRINTED: usize = 20;
@@ -45,8 +45,8 @@ struct Answers {
 /// The folder is not empty or cannot be written, or a recorded run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
-    let experiment = Experiment::begin_in_pieces(
-        &options.resumption,
+    let experiment = Experiment::begin_resumable(
+        &options.common.destination,
         options.command(),
         &Opening {
             folder: "out/encounters",
@@ -56,23 +56,23 @@ pub fn run(options: &Options) -> Result<Verdict> {
             scenes: &[],
         },
     )?;
-    let (folder, pieces) = (&experiment.folder, &experiment.pieces);
-    let pool = threads(options.threads)?;
-    let (groups, totals) = pool.install(|| cases::groups(options.seed, &plan))?;
-    say(&format!(
+    let (folder, items) = (&experiment.folder, &experiment.items);
+    let pool = options.threads.pool()?;
+    let (groups, totals) = pool.install(|| cases::groups(options.random.seed, &plan))?;
+    print_line(&format!(
         "{} cases of {} classes",
         groups.iter().map(|g| g.cases.len()).sum::<usize>(),
         groups.len()
     ));
     let settings = settings();
-    let answers = pool.install(|| ask(&groups, &settings, &plan, pieces))?;
-    say("answers judged; measuring times");
-    let parries = ask_parry(&groups, &plan, pieces)?;
+    let answers = pool.install(|| search_all(&groups, &settings, &plan, items))?;
+    print_line("answers judged; measuring times");
+    let parries = search_with_parry(&groups, &plan, items)?;
     let class = |((group, answers), parry): ((&Group, Answers), ParryResult)| -> Result<ClassResult> {
         let Answers { unresolved, tallies } = answers;
-        let detectors: Vec<(Detector, &Tally)> =
+        let detectors: Vec<(AnyDetector, &Tally)> =
             settings.iter().map(|setting| setting.detector).zip(&tallies).collect();
-        let timings = pieces.finish(&format!("times of {}", group.name), || {
+        let timings = items.finish(&format!("times of {}", group.name), || {
             Ok(timing::time(&detectors, &group.cases, plan.rounds))
         })?;
         let (name, about) = (group.name.clone(), group.about.clone());
@@ -81,7 +81,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let classes = groups.iter().zip(answers).zip(parries).map(class).collect::<Result<_>>()?;
     let results = Results { settings, classes, totals };
     let summary = write(folder, &results, &groups, options)?;
-    say(&format!("{}", experiment.complete()?.path().join("report.html").display()));
+    print_line(&format!("{}", experiment.complete()?.path().join("report.html").display()));
     Ok(summary.verdict())
 }
 
@@ -89,14 +89,24 @@ fn settings_of(options: &Options, plan: &Plan) -> String {
     format!(
         "seed = {}\ncases_of_each_class = {}\nmost_intervals_of_the_oracle = {}\n\
          most_evaluations_of_each_detector_in_a_class = {}\nrounds_of_times = {}\ncalls_of_parry_in_a_class = {}\n",
-        options.seed, plan.cases, plan.most_intervals, plan.most_evaluations, plan.rounds, plan.parry_cases,
+        options.random.seed,
+        plan.cases,
+        plan.most_intervals,
+        plan.most_evaluations,
+        plan.rounds,
+        plan.parry_cases,
     )
 }
 
 /// Runs all detectors on all cases; for each group, the answers at each setting.
-fn ask(groups: &[Group], settings: &[Setting], plan: &Plan, pieces: &Pieces) -> Result<Vec<Answers>> {
+fn search_all(
+    groups: &[Group],
+    settings: &[Setting],
+    plan: &Plan,
+    items: &WorkItems,
+) -> Result<Vec<Answers>> {
     let of_group = |group: &Group| {
-        pieces.finish(&format!("answers about {}", group.name), || {
+        items.finish(&format!("answers about {}", group.name), || {
             group.solve();
             let of_setting = |setting: &Setting| Tally::of(setting.detector, &group.cases, plan);
             let tallies = settings.par_iter().map(of_setting).collect();
@@ -107,18 +117,18 @@ fn ask(groups: &[Group], settings: &[Setting], plan: &Plan, pieces: &Pieces) -> 
 }
 
 /// Runs parry on the first cases of all groups in turn, until too many calls have not returned.
-fn ask_parry(groups: &[Group], plan: &Plan, pieces: &Pieces) -> Result<Vec<ParryResult>> {
+fn search_with_parry(groups: &[Group], plan: &Plan, items: &WorkItems) -> Result<Vec<ParryResult>> {
     let mut worker = None;
     let mut rounds: Vec<Vec<ParryResult>> = Vec::new();
     let mut hung = 0;
     for index in 0..plan.parry_cases {
-        let round: Vec<ParryResult> = pieces.finish(&format!("parry about case {index}"), || {
+        let round: Vec<ParryResult> = items.finish(&format!("parry about case {index}"), || {
             let worker = match &mut worker {
                 Some(worker) => worker,
                 none => none.insert(Worker::start()?),
             };
             let mut hung = hung;
-            groups.iter().map(|group| ask_parry_once(worker, group, index, plan, &mut hung)).collect()
+            groups.iter().map(|group| search_once_with_parry(worker, group, index, plan, &mut hung)).collect()
         })?;
         hung += round.iter().map(|result| result.hung).sum::<usize>();
         rounds.push(round);
@@ -128,7 +138,7 @@ fn ask_parry(groups: &[Group], plan: &Plan, pieces: &Pieces) -> Result<Vec<Parry
 }
 
 /// Runs parry on one case, unless too many calls have not returned.
-fn ask_parry_once(
+fn search_once_with_parry(
     worker: &mut Worker,
     group: &Group,
     index: usize,
@@ -137,8 +147,8 @@ fn ask_parry_once(
 ) -> Result<ParryResult> {
     let mut result = ParryResult::default();
     let Some(case) = group.cases.get(index).filter(|_| *hung < plan.most_hung) else { return Ok(result) };
-    result.asked = 1;
-    let answer = match worker.ask(&case.encounter)? {
+    result.calls = 1;
+    let answer = match worker.search(&case.encounter)? {
         Cast::Hung => {
             *hung += 1;
             result.hung = 1;
@@ -175,7 +185,7 @@ fn write(folder: &Folder, results: &Results, groups: &[Group], options: &Options
     let broken = violations(results, groups);
     if !broken.is_empty() {
         folder.write("violations.txt", &broken)?;
-        say(&broken);
+        print_line(&broken);
     }
     let summary = Summary {
         title: "Encounters: the cost of accuracy in the search for one contact".to_owned(),
@@ -192,10 +202,10 @@ fn write(folder: &Folder, results: &Results, groups: &[Group], options: &Options
     folder.write("report.html", report::page(results, &summary, &charts, &options.command()).html())?;
     folder.write_json("summary.json", &summary)?;
     for line in report::lines(results) {
-        say(&line);
+        print_line(&line);
     }
     for check in summary.checks.iter().filter(|check| !check.passed) {
-        say(&format!("FAILED: {} is {}, allowed is {}", check.name, check.found, check.allowed));
+        print_line(&format!("FAILED: {} is {}, allowed is {}", check.name, check.found, check.allowed));
     }
     Ok(summary)
 }
@@ -203,7 +213,7 @@ fn write(folder: &Folder, results: &Results, groups: &[Group], options: &Options
 /// Checks of the guarantees of [`carom_detection::Exact`] over all classes.
 fn checks(results: &Results) -> Vec<Check> {
     use carom_testkit::oracle::Verdict::{Early, False, Late, Missed};
-    let exact = results.settings.iter().map(|setting| matches!(setting.detector, Detector::Exact(_)));
+    let exact = results.settings.iter().map(|setting| matches!(setting.detector, AnyDetector::Exact(_)));
     let exact: Vec<usize> = exact.enumerate().filter(|(_, is)| *is).map(|(index, _)| index).collect();
     let count = |verdict| -> u64 {
         let of_class =
@@ -225,14 +235,14 @@ fn violations(results: &Results, groups: &[Group]) -> String {
     let mut printed = 0;
     for (class, group) in results.classes.iter().zip(groups) {
         for (setting, tally) in results.settings.iter().zip(&class.tallies) {
-            if !matches!(setting.detector, Detector::Exact(_)) {
+            if !matches!(setting.detector, AnyDetector::Exact(_)) {
                 continue;
             }
             for (index, judgement) in tally.violations.iter().take(MOST_PRINTED.saturating_sub(printed)) {
                 printed += 1;
                 let case = &group.cases[*index];
                 let (encounter, reference) = (&case.encounter, case.reference());
-                let answer = setting.detector.ask(encounter);
+                let answer = encounter.first_contact(&setting.detector);
                 let _ = writeln!(
                     text,
                     "{} {index}, Exact with {}: {judgement:?}\n  {answer:?}\n  {reference:?}\n  {encounter:?}",

@@ -5,22 +5,20 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use carom_runs::{
     conclude,
-    experiment::{Experiment, Opening, configuration, threads},
+    experiment::{Experiment, Opening, configuration},
     output::Folder,
+    print_line,
     progress::Progress,
-    say,
 };
 use carom_tables::{Check, Figure, Summary, Totals, Verdict};
-use carom_testkit::extremes::{
-    Case, Effort, Engine, Finding, Ours, engine::Theses, exact_cases, thesis_cases,
-};
+use carom_testkit::extremes::{Case, Effort, Engine, Finding, cases};
 use rayon::prelude::*;
 
 use super::{
     Options,
     drift::{Drift, drift, scenes as scenes_of_drift},
-    edges::{Edge, edges},
     gaps::MOST_ROUNDINGS,
+    limits::{LimitSearch, limit_searches},
     options::Plan,
     report,
     results::Results,
@@ -41,7 +39,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let drifting = scenes_of_drift();
     let scenes_of: Vec<&carom::Scene> = drifting.iter().map(|(_, scene)| scene).collect();
     let experiment = Experiment::begin(
-        &options.destination,
+        &options.common.destination,
         &Opening {
             folder: "out/extremes",
             note: &options.note(),
@@ -51,7 +49,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         },
     )?;
     let folder = &experiment.folder;
-    let results = threads(options.threads)?.install(|| measure(&plan, &options.scene))?;
+    let results = options.threads.pool()?.install(|| measure(&plan, &options.scene))?;
     let summary = write(folder, &results, options)?;
     conclude(&experiment.complete()?, &summary);
     Ok(summary.verdict())
@@ -63,56 +61,58 @@ fn settings(plan: &Plan) -> String {
          halvings_of_an_edge = {}\nstarts_of_the_reversal = {}\ncollisions_of_the_drift = {:?}\n\
          patience_seconds_of_processor_time = {}\npatience_seconds_of_a_trial_of_an_edge = {}\n",
         plan.collisions,
-        plan.edge_collisions,
+        plan.limit_collisions,
         plan.halvings,
         plan.reversals,
         plan.drift,
         plan.patience.as_secs(),
-        plan.edge_patience.as_secs(),
+        plan.limit_patience.as_secs(),
     )
 }
 
 /// Runs everything, or only the scenes whose number begins with `number` if it is not empty.
 fn measure(plan: &Plan, number: &str) -> Result<Results> {
-    say("scenes");
-    let ask = |case: &Case, collisions: u64| {
-        let case = *case;
-        attempt(plan.patience, move || (case.run)(Effort { collisions }))
+    print_line("scenes");
+    let attempt_case = |case: &Case, engine: Engine, collisions: u64| {
+        let run = case.run;
+        attempt(plan.patience, move || run(engine, Effort { collisions }))
     };
-    let scenes = exact_cases()
+    let scenes = cases()
         .into_par_iter()
-        .zip(thesis_cases())
-        .filter(|(case, _)| case.id.starts_with(number))
-        .map(|(ours, theses)| {
-            let endings = [ask(&ours, plan.collisions), ask(&theses, plan.collisions.min(MOST_OF_THESIS))];
-            (ours, endings)
+        .filter(|case| case.id.starts_with(number))
+        .map(|case| {
+            let endings = [
+                attempt_case(&case, Engine::Ours, plan.collisions),
+                attempt_case(&case, Engine::Theses, plan.collisions.min(MOST_OF_THESIS)),
+            ];
+            (case, endings)
         })
         .collect();
     if !number.is_empty() {
-        return Ok(Results { scenes, edges: Vec::new(), reversals: Default::default(), drifts: Vec::new() });
+        return Ok(Results { scenes, limits: Vec::new(), reversals: Default::default(), drifts: Vec::new() });
     }
     let drifting = scenes_of_drift();
     let progress = Progress::new(plan.drift.iter().sum::<u64>() as f64);
-    say("reversal");
+    print_line("reversal");
     let reversals = [reversals(Engine::Ours, plan.reversals)?, reversals(Engine::Theses, plan.reversals)?];
-    say("drift");
+    print_line("drift");
     let drifts: Result<Vec<Drift>> = drifting
         .par_iter()
         .zip(plan.drift)
         .map(|((name, scene), collisions)| drift(Engine::Ours, name, scene, collisions, &progress))
         .collect();
     // The limits are last, because trials that hang continue in the background.
-    say("limits of the parameters");
-    let find = |edge: &Edge| edge.find(plan.edge_collisions, plan.halvings, plan.edge_patience);
-    let edges = edges(Engine::Ours)
+    print_line("limits of the parameters");
+    let find = |search: &LimitSearch| search.find(plan.limit_collisions, plan.halvings, plan.limit_patience);
+    let limits = limit_searches(Engine::Ours)
         .into_par_iter()
-        .zip(edges(Engine::Theses))
+        .zip(limit_searches(Engine::Theses))
         .map(|(ours, theses)| {
             let found = [find(&ours), find(&theses)];
             (ours, found)
         })
         .collect();
-    Ok(Results { scenes, edges, reversals, drifts: drifts? })
+    Ok(Results { scenes, limits, reversals, drifts: drifts? })
 }
 
 fn write(folder: &Folder, results: &Results, options: &Options) -> Result<Summary> {
@@ -133,11 +133,11 @@ fn write(folder: &Folder, results: &Results, options: &Options) -> Result<Summar
         })
     });
     folder.write_table("findings.csv", &["id", "engine", "what", "found", "allowed", "holds"], rows)?;
-    let rows = results.edges.iter().flat_map(|(edge, found)| {
+    let rows = results.limits.iter().flat_map(|(limit, found)| {
         found.iter().zip(engines).map(|(found, engine)| {
             let beyond = found.beyond.as_ref();
             let (value, seen) = (beyond.map(|beyond| beyond.0), beyond.map(|beyond| beyond.1.seen()));
-            (edge.parameter, edge.scene, edge.goal, engine, found.holds_up_to, value, seen, found.kinds())
+            (limit.parameter, limit.scene, limit.goal, engine, found.holds_up_to, value, seen, found.kinds())
         })
     });
     let header =
@@ -160,7 +160,7 @@ fn write(folder: &Folder, results: &Results, options: &Options) -> Result<Summar
     let broken = violations(results);
     if !broken.is_empty() {
         folder.write("violations.txt", &broken)?;
-        say(&broken);
+        print_line(&broken);
     }
     let totals: Vec<Totals> = results.drifts.iter().map(|drift| drift.totals).collect();
     let summary = Summary {
@@ -189,16 +189,16 @@ fn checks(results: &Results, totals: &[Totals]) -> Vec<Check> {
     let scenes = results.scenes.iter().map(|(case, endings)| {
         Check::at_most(&format!("{} {}: broken", case.id, case.name), failed(endings), 0.0)
     });
-    let edges = results.edges.iter().map(|(edge, [found, _])| {
+    let limits = results.limits.iter().map(|(limit, [found, _])| {
         // NaN, if the bounds never hold, exceeds every limit of a check.
         Check::at_most(
-            &format!("goal over edge of the {}", edge.parameter),
-            edge.goal / found.holds_up_to,
+            &format!("goal over limit of the {}", limit.parameter),
+            limit.goal / found.holds_up_to,
             1.0 + 1e-9,
         )
     });
-    let ends = results.edges.iter().map(|(edge, [found, _])| {
-        let name = format!("panic or hang beyond the edge of the {}", edge.parameter);
+    let ends = results.limits.iter().map(|(limit, [found, _])| {
+        let name = format!("panic or hang beyond the limit of the {}", limit.parameter);
         Check::at_most(&name, f64::from(u8::from(found.silent().is_some())), 0.0)
     });
     let reversals = results.reversals[0].iter().map(|reversal| {
@@ -212,12 +212,12 @@ fn checks(results: &Results, totals: &[Totals]) -> Vec<Check> {
             Check::at_most(&name, gap, MOST_ROUNDINGS)
         })
     });
-    scenes.chain(edges).chain(ends).chain(reversals).chain(drifts).chain(gaps).collect()
+    scenes.chain(limits).chain(ends).chain(reversals).chain(drifts).chain(gaps).collect()
 }
 
 fn figures(results: &Results) -> Vec<Figure> {
-    let edges = results.edges.iter().map(|(edge, [found, _])| {
-        Figure::new(format!("holds up to: {}", edge.parameter), found.holds_up_to, "1")
+    let limits = results.limits.iter().map(|(limit, [found, _])| {
+        Figure::new(format!("holds up to: {}", limit.parameter), found.holds_up_to, "1")
     });
     let reversals =
         results.reversals.iter().flatten().zip(super::reversal::DENSITIES.iter().cycle()).flat_map(
@@ -234,7 +234,7 @@ fn figures(results: &Results) -> Vec<Figure> {
         Figure::new(format!("exponent of the drift, {}", drift.name), drift.exponent, "1")
             .predicted(0.5, "random walk of roundings")
     });
-    edges.chain(reversals).chain(drifts).collect()
+    limits.chain(reversals).chain(drifts).collect()
 }
 
 /// All violations of the exact engine.
@@ -249,9 +249,10 @@ fn violations(results: &Results) -> String {
             }
         }
     }
-    for (edge, [ours, _]) in &results.edges {
+    for (limit, [ours, _]) in &results.limits {
         if let Some((at, ending)) = ours.silent() {
-            let _ = writeln!(text, "beyond the edge of the {}: at {at:e} {}", edge.parameter, ending.seen());
+            let _ =
+                writeln!(text, "beyond the limit of the {}: at {at:e} {}", limit.parameter, ending.seen());
         }
     }
     text

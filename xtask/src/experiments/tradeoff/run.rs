@@ -1,11 +1,12 @@
 //! Execution of the experiment: states of the exact run, times, replays, physics, and output files.
 
 use anyhow::{Context, Result};
-use carom::{Checkpoint, Simulation, kinematics::EpochTime};
+use carom::{Checkpoint, kinematics::EpochTime};
+use carom_methods::AnySimulation;
 use carom_runs::{
     experiment::{Experiment, Opening, configuration},
+    print_line,
     progress::Progress,
-    say,
 };
 use carom_tables::{Check, Figure, Summary, Totals, Verdict};
 use cpu_time::ThreadTime;
@@ -20,9 +21,8 @@ use super::{
     rapier,
     replay::{self, Tally},
     report,
-    results::{Found, SceneResult, TOLERANCE},
+    results::{SceneResult, SettingResult, TOLERANCE},
     reversal::{self},
-    runner::{Runner, begin},
     scenes::{self, Named},
     settle::settle,
 };
@@ -43,12 +43,12 @@ const GROWTH: f64 = 3.0;
 /// The folder is not empty or cannot be written, or an exact run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let plan = options.plan();
-    let mut scenes = scenes::all(options.seed);
+    let mut scenes = scenes::all(options.random.seed);
     scenes.retain(|named| named.name.starts_with(&options.scene));
     anyhow::ensure!(!scenes.is_empty(), "no scene has a name beginning with '{}'", options.scene);
     let scenes_of: Vec<&carom::Scene> = scenes.iter().map(|named| &named.scene).collect();
     let experiment = Experiment::begin(
-        &options.destination,
+        &options.common.destination,
         &Opening {
             folder: "out/tradeoff",
             note: &options.note(),
@@ -68,24 +68,24 @@ pub fn run(options: &Options) -> Result<Verdict> {
             folder.write(name, svg)?;
         }
         for line in report::lines(&result) {
-            say(&line);
+            print_line(&line);
         }
         results.push(result);
     }
     drop(progress);
     let mut compared = Vec::new();
     if options.rapier {
-        say("rapier in closed boxes");
+        print_line("rapier in closed boxes");
         for result in &results {
             let one = rapier::compare(&result.named, &plan)?;
             for line in rapier::lines(&one) {
-                say(&line);
+                print_line(&line);
             }
             compared.push(one);
         }
         folder.write_table("rapier.csv", &rapier::HEADER, compared.iter().flat_map(rapier::rows))?;
     } else {
-        say("rapier is not run; the option --rapier compiles and runs it");
+        print_line("rapier is not run; the option --rapier compiles and runs it");
     }
     let summary = Summary {
         title: "Cost of accuracy in whole simulations".to_owned(),
@@ -103,7 +103,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
 }
 
 /// Continues the exact run to a state from which every setting can start.
-fn state_at(simulation: &mut Simulation, time: f64) -> Result<Checkpoint> {
+fn state_at(simulation: &mut AnySimulation, time: f64) -> Result<Checkpoint> {
     while !simulation.observe_epoch(EpochTime::from(time), &mut ())? {}
     // The end of the epoch follows after a bounded number of contacts.
     loop {
@@ -115,7 +115,7 @@ fn state_at(simulation: &mut Simulation, time: f64) -> Result<Checkpoint> {
 }
 
 fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals) -> Result<SceneResult> {
-    let mut simulation = Simulation::new(&named.scene)?;
+    let mut simulation = AnySimulation::new(&named.scene)?;
     let (first, tau) = settle(&mut simulation)?;
     let settings = knobs::settings(&simulation.view(), plan.finest_step);
     let mut state = |index| state_at(&mut simulation, first + f64::from(index) * APART * tau);
@@ -147,7 +147,7 @@ fn of_scene(named: Named, plan: &Plan, progress: &Progress, totals: &mut Totals)
             let effective = (setting.family != MODEL)
                 .then(|| reversal::returns(&setting, &states, tau, plan).ok()?.effective_error(rate))
                 .flatten();
-            Ok(Found { setting, time, tally, effective, physics })
+            Ok(SettingResult { setting, time, tally, effective, physics })
         })
         .collect::<Result<Vec<_>>>()?;
     progress.advance(1.0, 0);
@@ -187,7 +187,7 @@ fn replays(
 
 /// One setting during the timing.
 struct Timed {
-    runner: Box<dyn Runner>,
+    simulation: AnySimulation,
     now: f64,
     /// Simulated time of a turn.
     length: f64,
@@ -200,17 +200,17 @@ struct Timed {
 impl Timed {
     /// One turn: processor seconds and collisions.
     fn turn(&mut self) -> (f64, u64) {
-        let before = self.runner.view().counters().collisions;
+        let before = self.simulation.view().counters().collisions;
         let clock = ThreadTime::now();
         let end = self.now + self.length;
         let interval = self.interval.unwrap_or(self.length);
         let pieces = (self.length / interval).round().max(1.0) as u64;
         for piece in 1..=pieces {
             let until = if piece == pieces { end } else { self.now + interval * piece as f64 };
-            self.broke_off |= self.runner.run(until).is_err();
+            self.broke_off |= self.simulation.run_until(until).is_err();
         }
         self.now = end;
-        (clock.elapsed().as_secs_f64(), self.runner.view().counters().collisions - before)
+        (clock.elapsed().as_secs_f64(), self.simulation.view().counters().collisions - before)
     }
 }
 
@@ -226,7 +226,7 @@ fn time(
         .iter()
         .map(|setting| {
             Ok(Timed {
-                runner: begin(setting, state)?,
+                simulation: setting.resume(state)?,
                 now: state.time().to_f64(),
                 length: tau,
                 interval: setting.sample_interval.map(|share| share * tau),
@@ -296,7 +296,7 @@ fn checks(results: &[SceneResult]) -> Vec<Check> {
 }
 
 fn figures(results: &[SceneResult]) -> Vec<Figure> {
-    let of = |result: &SceneResult, found: &Found| {
+    let of = |result: &SceneResult, found: &SettingResult| {
         let what = format!("{}, {}", result.named.name, found.setting.title());
         let wrong = (found.setting.family != MODEL)
             .then(|| Figure::new(format!("wrong contacts in a million: {what}"), found.tally.wrong(), "1"));
@@ -312,9 +312,9 @@ fn figures(results: &[SceneResult]) -> Vec<Figure> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::knobs::Order;
     use super::{super::settle::tau, *};
     use carom::CellsPerSide;
+    use carom_methods::{Method, Order};
 
     #[test]
     fn too_fine_a_grid_misses_contacts_and_the_exact_one_misses_none() {
@@ -322,7 +322,7 @@ mod tests {
             "[box]\nseed = 1\n[[gas]]\nradius = 0.05\nmass = 1.0\nenergy = 1.0\ncount = 50",
         )
         .unwrap();
-        let mut simulation = Simulation::new(&scene).unwrap();
+        let mut simulation = AnySimulation::new(&scene).unwrap();
         let tau = tau(&mut simulation, 1.0, 5.0).unwrap();
         let states: Vec<Checkpoint> =
             (0..20).map(|index| state_at(&mut simulation, 5.0 + f64::from(index) * tau).unwrap()).collect();
@@ -331,18 +331,21 @@ mod tests {
             .map(|state| replay::stretch(&knobs::exact(), state, STRETCH * tau).unwrap())
             .collect();
         let plan = Plan { rounds: 1, turn: 0.01, states: 20, blocks: 20, most_seconds: 60.0, finest_step: 2 };
-        let wrong = |order: Order| {
-            let setting = Setting { order, ..knobs::exact() };
-            let tally = replays(&setting, &states, &exact, [STRETCH, tau], &plan).unwrap();
-            let physics = measures::measure(&setting, &states[0], tau, &plan).unwrap();
+        let wrong = |setting: &Setting| {
+            let tally = replays(setting, &states, &exact, [STRETCH, tau], &plan).unwrap();
+            let physics = measures::measure(setting, &states[0], tau, &plan).unwrap();
             // Bodies with a wrong contact are excluded afterwards.
             assert!(tally.judged > 100, "{tally:?}");
             (tally.missed, tally.off + tally.invented, physics.overlapping)
         };
         // Ten cells a side are the finest safe grid.
-        assert_eq!(wrong(Order::HeapScheduler(CellsPerSide::Unchecked(10))), (0, 0, 0));
-        assert_eq!(wrong(Order::Epochs8), (0, 0, 0));
-        let (missed, other, overlapping) = wrong(Order::HeapScheduler(CellsPerSide::Unchecked(20)));
+        let grid = |cells| {
+            let method = Method { order: Order::Heap(CellsPerSide::Unchecked(cells)), ..Method::default() };
+            Setting { method, ..knobs::exact() }
+        };
+        assert_eq!(wrong(&grid(10)), (0, 0, 0));
+        assert_eq!(wrong(&Setting { contacts_per_epoch: Some(8), ..knobs::exact() }), (0, 0, 0));
+        let (missed, other, overlapping) = wrong(&grid(20));
         assert!(missed > 10 && overlapping > 0, "{missed} {other} {overlapping}");
     }
 }
