@@ -185,6 +185,8 @@ pub(crate) fn add_molecule(
         ..Motion::at_rest(DVec2::from(spec.at))
     };
     refuse_slow(entry, &motion, molecule.bounding_radius())?;
+    Grid::refuse_giant(molecule.bounding_radius(), world.bodies().len(), world)
+        .map_err(|reason| reason.named(|_| entry.to_owned()))?;
     let tags = tags(names, &spec.tags);
     Ok(insert(world, Arc::new(molecule), inertia, tags, motion))
 }

@@ -97,13 +97,8 @@ impl Grid {
         if reach > side {
             return Err(GridError::BoxTooSmall { reach, side, bodies });
         }
-        // Where nothing moves, a body may cover the box, but a scheduler may list it in every image
-        // of a cell.
-        let reaches = world.bodies().iter().map(crate::Body::reach).enumerate();
-        if let Some((body, reach)) = reaches.max_by(|one, other| one.1.total_cmp(&other.1))
-            && reach > LARGEST_FIXED * side
-        {
-            return Err(GridError::BoxTooSmall { reach, side, bodies: [body; 2] });
+        for (index, body) in world.bodies().iter().enumerate() {
+            Self::refuse_giant(body.reach(), index, world)?;
         }
         Self::refuse_large_box(world)?;
         // The margin keeps the rounding of the quotient, and the bounding radii, which are rounded
@@ -133,6 +128,16 @@ impl Grid {
                 Ok([count(sides.x), count(sides.y)])
             }
         }
+    }
+
+    /// Refuses a body of this reach (length) that covers many images of the box. Where nothing moves,
+    /// a body may cover the box, but it is listed in every image of a cell that it covers.
+    pub(crate) fn refuse_giant(reach: f64, body: usize, world: &World) -> Result<(), GridError> {
+        let side = world.bounds().sides().min_element();
+        if reach > LARGEST_FIXED * side {
+            return Err(GridError::BoxTooSmall { reach, side, bodies: [body; 2] });
+        }
+        Ok(())
     }
 
     /// Refuses a box in which the rounding of positions would be visible in the contacts of the
