@@ -9,8 +9,12 @@
 //! assert!(check.passed);
 //! ```
 
+pub mod block_sums;
 pub mod chi_square;
 pub mod power_law;
 pub mod summary;
+pub mod table;
 
+pub use block_sums::{BlockMean, BlockSums};
 pub use summary::*;
+pub use table::{Column, Role, Table};

@@ -1,0 +1,158 @@
+//! A table of a measured curve: columns with units, errors, and predictions with their sources.
+//!
+//! Writers, charts and pages show tables and know no physics.
+
+use serde::{Deserialize, Serialize};
+
+/// A table of equally long columns.
+///
+/// ```
+/// use carom_tables::Table;
+///
+/// let table = Table::new("fall", "Distance of a falling stone")
+///     .abscissa("time", "time", vec![1.0, 2.0])
+///     .value("distance", "length", vec![Some(4.9), Some(19.7)])
+///     .errors(vec![Some(0.1), Some(0.2)])
+///     .prediction("g t²/2", vec![Some(4.905), Some(19.62)], "Galilei (1638)");
+/// assert_eq!(table.header(), ["time", "distance", "distance_error", "distance_predicted"]);
+/// assert_eq!(table.rows().len(), 2);
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Table {
+    /// Name of its file, without ending.
+    pub name: String,
+    /// Heading of its charts.
+    pub title: String,
+    /// What the reader must know, below the chart.
+    pub caption: String,
+    /// The columns, the abscissa first.
+    pub columns: Vec<Column>,
+}
+
+/// A column of a table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Column {
+    /// Name in the header.
+    pub name: String,
+    /// Name in the legend of a chart.
+    pub label: String,
+    /// Unit, in the scene's units of mass, length and time; 1 for a pure number.
+    pub unit: String,
+    /// What the column holds.
+    pub role: Role,
+    /// Its values; `None` where there is none.
+    pub values: Vec<Option<f64>>,
+}
+
+/// What a column holds.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// The quantity that the others depend on.
+    Abscissa,
+    /// A number of events, which is not drawn.
+    Count,
+    /// A measured quantity.
+    Value,
+    /// The standard error of the value before it.
+    StandardError,
+    /// The prediction of the value before it.
+    Prediction {
+        /// Where it comes from.
+        source: String,
+    },
+}
+
+impl Table {
+    /// An empty table.
+    pub fn new(name: impl Into<String>, title: impl Into<String>) -> Self {
+        Self { name: name.into(), title: title.into(), caption: String::new(), columns: Vec::new() }
+    }
+
+    /// Sets the caption.
+    #[must_use]
+    pub fn caption(self, caption: impl Into<String>) -> Self {
+        Self { caption: caption.into(), ..self }
+    }
+
+    /// Adds the quantity that the others depend on.
+    #[must_use]
+    pub fn abscissa(self, name: &str, unit: &str, values: Vec<f64>) -> Self {
+        let values = values.into_iter().map(Some).collect();
+        self.column(name, name, unit, Role::Abscissa, values)
+    }
+
+    /// Adds a number of events.
+    #[must_use]
+    pub fn counts(self, name: &str, values: Vec<u64>) -> Self {
+        let values = values.into_iter().map(|count| Some(count as f64)).collect();
+        self.column(name, name, "1", Role::Count, values)
+    }
+
+    /// Adds a measured quantity.
+    #[must_use]
+    pub fn value(self, name: &str, unit: &str, values: Vec<Option<f64>>) -> Self {
+        self.column(name, &name.replace('_', " "), unit, Role::Value, values)
+    }
+
+    /// Adds the standard errors of the quantity before.
+    #[must_use]
+    pub fn errors(self, values: Vec<Option<f64>>) -> Self {
+        let (name, unit) = self.measured("error");
+        self.column(&name, &name, &unit, Role::StandardError, values)
+    }
+
+    /// Adds the prediction of the quantity before, with its name in the legend and its source.
+    #[must_use]
+    pub fn prediction(self, label: &str, values: Vec<Option<f64>>, source: &str) -> Self {
+        let (name, unit) = self.measured("predicted");
+        let role = Role::Prediction { source: source.to_owned() };
+        self.column(&name, label, &unit, role, values)
+    }
+
+    /// Names of the columns.
+    pub fn header(&self) -> Vec<&str> {
+        self.columns.iter().map(|column| column.name.as_str()).collect()
+    }
+
+    /// The rows.
+    pub fn rows(&self) -> Vec<Vec<Option<f64>>> {
+        let count = self.columns.iter().map(|column| column.values.len()).max().unwrap_or(0);
+        let cell = |column: &Column, row: usize| column.values.get(row).copied().flatten();
+        (0..count).map(|row| self.columns.iter().map(|column| cell(column, row)).collect()).collect()
+    }
+
+    /// Name and unit of a column that belongs to the last measured quantity.
+    fn measured(&self, suffix: &str) -> (String, String) {
+        let value = self.columns.iter().rev().find(|column| column.role == Role::Value);
+        value.map_or_else(
+            || (suffix.to_owned(), "1".to_owned()),
+            |value| (format!("{}_{suffix}", value.name), value.unit.clone()),
+        )
+    }
+
+    fn column(mut self, name: &str, label: &str, unit: &str, role: Role, values: Vec<Option<f64>>) -> Self {
+        let (name, label, unit) = (name.to_owned(), label.to_owned(), unit.to_owned());
+        // A number that is not finite is no result.
+        let values = values.into_iter().map(|value| value.filter(|value| value.is_finite())).collect();
+        self.columns.push(Column { name, label, unit, role, values });
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_without_a_finite_number_are_empty() {
+        let table = Table::new("t", "T")
+            .abscissa("x", "1", vec![0.0, 1.0, 2.0])
+            .counts("events", vec![3, 4, 5])
+            .value("y", "length", vec![Some(1.0), Some(f64::NAN)]);
+        let rows = table.rows();
+        assert_eq!(rows[1], [Some(1.0), Some(4.0), None]);
+        assert_eq!(rows[2], [Some(2.0), Some(5.0), None]);
+        assert_eq!(table.columns[2].unit, "length");
+    }
+}
