@@ -159,7 +159,7 @@ impl Variants<'_> {
         self.with(|case| case.scene.gas.clear());
         for index in 0..self.original.scene.gas.len() {
             self.with(|case| {
-                case.scene.gas[index].count = case.scene.gas[index].count.map(|count| count / 2)
+                case.scene.gas[index].count = case.scene.gas[index].count.map(|count| count / 2);
             });
         }
     }
