@@ -107,56 +107,12 @@ impl Scatter {
         let mut chart = canvas::plane(root, &self.title, x, y)?;
         chart.draw_series([PathElement::new(self.front.clone(), BLACK.mix(0.35))])?;
         for (index, family) in self.families.iter().enumerate() {
-            let colour = COLOURS[index % COLOURS.len()];
-            let own = || self.points.iter().filter(move |point| point.family == index);
-            if own().next().is_none() {
-                continue;
-            }
-            let dots = own().filter(|point| point.mark != Mark::Line).map(|point| {
-                let is_ring = matches!(point.mark, Mark::AtMost | Mark::Published);
-                let style = if is_ring { colour.stroke_width(2) } else { colour.filled() };
-                Circle::new((point.x, point.y), 5, style)
-            });
-            let all = |mark| own().all(|point| point.mark == mark);
-            let (is_published, is_curve) = (all(Mark::Published), all(Mark::Line));
-            let style = if is_published { colour.stroke_width(2) } else { colour.filled() };
-            let dots = chart.draw_series(dots)?;
-            if !is_curve {
-                dots.label(family).legend(move |(x, y)| Circle::new((x + 9, y), 5, style));
-            }
-            let joined =
-                own().filter(|point| matches!(point.mark, Mark::Joined | Mark::Published | Mark::Line));
-            let line: Vec<(f64, f64)> = joined.map(|point| (point.x, point.y)).collect();
-            let line = chart.draw_series([PathElement::new(line, colour.mix(0.5))])?;
-            if is_curve {
-                line.label(family)
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.mix(0.5)));
-            }
-            for point in own() {
-                let line =
-                    |to: f64| PathElement::new(vec![(point.x, point.y), (point.x, to)], colour.mix(0.6));
-                match point.mark {
-                    Mark::UpTo(top) => drop(chart.draw_series([line(top)])?),
-                    Mark::AtMost => drop(chart.draw_series([line(point.y / arrow(bottom, top))])?),
-                    Mark::Measured | Mark::Joined | Mark::Published | Mark::Line => {}
-                }
-            }
+            self.draw_family(&mut chart, index, family, [bottom, top])?;
         }
         let places: Vec<(i32, i32)> =
             self.points.iter().map(|point| chart.backend_coord(&(point.x, point.y))).collect();
         let rows = chart.plotting_area().get_pixel_range().1;
-        let labels: Vec<&str> = self.points.iter().map(|point| point.label.as_str()).collect();
-        for (index, (left, top)) in beside(&places, &labels, &rows).into_iter().enumerate() {
-            if labels[index].is_empty() {
-                continue;
-            }
-            let colour = COLOURS[self.points[index].family % COLOURS.len()];
-            root.draw(&Text::new(labels[index], (left, top), (FONT, 11).into_font().color(&colour)))?;
-            let (x, y) = places[index];
-            if (top + HEIGHT / 2 - y).abs() > HEIGHT {
-                root.draw(&PathElement::new(vec![(x, y), (left - 2, top + HEIGHT / 2)], colour.mix(0.5)))?;
-            }
-        }
+        self.draw_labels(root, &places, &rows)?;
         // In the upper corner with fewer points.
         let (middle, high) = ((left * right).sqrt(), (bottom * top).sqrt());
         let upper = || self.points.iter().filter(|point| point.y > high);
@@ -167,6 +123,71 @@ impl Scatter {
             SeriesLabelPosition::UpperRight
         };
         canvas::legend(&mut chart, corner)
+    }
+
+    /// Draws the points of a family, its joining line, and the lines of ranges and bounds; the
+    /// vertical axis is from `bottom` to `top`.
+    fn draw_family<'a, C: CoordTranslate<From = (f64, f64)>>(
+        &self,
+        chart: &mut ChartContext<'a, SVGBackend<'a>, C>,
+        index: usize,
+        family: &str,
+        [bottom, top]: [f64; 2],
+    ) -> Result<()> {
+        let colour = COLOURS[index % COLOURS.len()];
+        let own = || self.points.iter().filter(move |point| point.family == index);
+        if own().next().is_none() {
+            return Ok(());
+        }
+        let dots = own().filter(|point| point.mark != Mark::Line).map(|point| {
+            let is_ring = matches!(point.mark, Mark::AtMost | Mark::Published);
+            let style = if is_ring { colour.stroke_width(2) } else { colour.filled() };
+            Circle::new((point.x, point.y), 5, style)
+        });
+        let all = |mark| own().all(|point| point.mark == mark);
+        let (is_published, is_curve) = (all(Mark::Published), all(Mark::Line));
+        let style = if is_published { colour.stroke_width(2) } else { colour.filled() };
+        let dots = chart.draw_series(dots)?;
+        if !is_curve {
+            dots.label(family).legend(move |(x, y)| Circle::new((x + 9, y), 5, style));
+        }
+        let joined = own().filter(|point| matches!(point.mark, Mark::Joined | Mark::Published | Mark::Line));
+        let line: Vec<(f64, f64)> = joined.map(|point| (point.x, point.y)).collect();
+        let line = chart.draw_series([PathElement::new(line, colour.mix(0.5))])?;
+        if is_curve {
+            line.label(family).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.mix(0.5)));
+        }
+        for point in own() {
+            let line = |to: f64| PathElement::new(vec![(point.x, point.y), (point.x, to)], colour.mix(0.6));
+            match point.mark {
+                Mark::UpTo(top) => drop(chart.draw_series([line(top)])?),
+                Mark::AtMost => drop(chart.draw_series([line(point.y / arrow(bottom, top))])?),
+                Mark::Measured | Mark::Joined | Mark::Published | Mark::Line => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws the labels beside their points, whose positions are `places` (pixels), within `rows`.
+    fn draw_labels(
+        &self,
+        root: &DrawingArea<SVGBackend<'_>, Shift>,
+        places: &[(i32, i32)],
+        rows: &Range<i32>,
+    ) -> Result<()> {
+        let labels: Vec<&str> = self.points.iter().map(|point| point.label.as_str()).collect();
+        for (index, (left, top)) in beside(places, &labels, rows).into_iter().enumerate() {
+            if labels[index].is_empty() {
+                continue;
+            }
+            let colour = COLOURS[self.points[index].family % COLOURS.len()];
+            root.draw(&Text::new(labels[index], (left, top), (FONT, 11).into_font().color(&colour)))?;
+            let (x, y) = places[index];
+            if (top + HEIGHT / 2 - y).abs() > HEIGHT {
+                root.draw(&PathElement::new(vec![(x, y), (left - 2, top + HEIGHT / 2)], colour.mix(0.5)))?;
+            }
+        }
+        Ok(())
     }
 }
 

@@ -71,14 +71,14 @@ pub fn simulate(
     found: Option<FoundCheckpoint>,
     simulation: AnySimulation,
     run: &RunSpec,
-    (lookers, densities): (gas::AtSamples, gas::AtContacts),
+    (at_samples, at_contacts): (gas::AtSamples, gas::AtContacts),
 ) -> Result<Outcome> {
-    let asks_for_pressure = run.observe.iter().any(|name| name == "pressure");
-    if asks_for_pressure || !densities.is_empty() {
-        let watchers = (lookers, asks_for_pressure.then(Pressure::default), densities);
+    let with_pressure = run.observe.iter().any(|name| name == "pressure");
+    if with_pressure || !at_contacts.is_empty() {
+        let watchers = (at_samples, with_pressure.then(Pressure::default), at_contacts);
         simulate_with(task, found, simulation, run, watchers)
     } else {
-        simulate_with(task, found, simulation, run, lookers)
+        simulate_with(task, found, simulation, run, at_samples)
     }
 }
 
@@ -141,18 +141,7 @@ fn simulate_with<O: Watchers>(
             progress.skip(going.simulation.time().to_f64());
             *going
         }
-        Start::Anew => {
-            task.folder.write_lasting(PICTURES[0], picture_of(&simulation.view(), PICTURE))?;
-            let mut going = Resumable::begin(
-                task,
-                simulation,
-                (EnergyLedger::default(), CollisionRate::default(), OverlapCheck::default(), watchers),
-            );
-            going.observers.start(&going.simulation.view());
-            going.observers.sample(&going.simulation.view());
-            write_on(&mut going, run)?;
-            going
-        }
+        Start::Anew => begin(task, simulation, run, watchers)?,
     };
     // A run killed before its first checkpoint after this point records the animation again.
     let begun = going.simulation.time().to_f64();
@@ -168,16 +157,39 @@ fn simulate_with<O: Watchers>(
         }
         going.run_to(time, task)?;
         going.sample();
-        write_on(&mut going, run)?;
+        append_sample(&mut going, run)?;
         progress.advance(time - before.0, going.simulation.view().counters().collisions - before.1);
     }
     drop(progress);
+    task.folder.write_lasting(PICTURES[1], picture_of(&going.simulation.view(), PICTURE))?;
+    going.observers.3.write(task.folder)?;
+    let outcome = outcome_of(&going, run);
+    going.end(task, &outcome)?;
+    Ok(outcome)
+}
+
+/// Starts a run: initial picture, and the sample at time 0.
+fn begin<O: Watchers>(
+    task: &Task<'_>,
+    simulation: AnySimulation,
+    run: &RunSpec,
+    watchers: O,
+) -> Result<Resumable<Watched<O>>> {
+    task.folder.write_lasting(PICTURES[0], picture_of(&simulation.view(), PICTURE))?;
+    let observers = (EnergyLedger::default(), CollisionRate::default(), OverlapCheck::default(), watchers);
+    let mut going = Resumable::begin(task, simulation, observers);
+    going.observers.start(&going.simulation.view());
+    going.observers.sample(&going.simulation.view());
+    append_sample(&mut going, run)?;
+    Ok(going)
+}
+
+/// The outcome of a run that has reached its end.
+fn outcome_of<O: Watchers>(going: &Resumable<Watched<O>>, run: &RunSpec) -> Outcome {
     let view = going.simulation.view();
-    task.folder.write_lasting(PICTURES[1], picture_of(&view, PICTURE))?;
     let (energy, rate, overlaps, watchers) = &going.observers;
-    watchers.write(task.folder)?;
     let collisions = view.counters().collisions;
-    let outcome = Outcome {
+    Outcome {
         energy: energy.clone(),
         rate: rate.clone(),
         pressure: watchers.pressure().cloned(),
@@ -196,13 +208,11 @@ fn simulate_with<O: Watchers>(
             let ledger = view.ledger();
             (view.counters().guarded_collisions, ledger.spared / ledger.lost.max(ledger.spared))
         }),
-    };
-    going.end(task, &outcome)?;
-    Ok(outcome)
+    }
 }
 
 /// Writes the data of the last sample: a frame, and a row of each requested series.
-fn write_on<O: Watchers>(going: &mut Resumable<Watched<O>>, run: &RunSpec) -> Result<()> {
+fn append_sample<O: Watchers>(going: &mut Resumable<Watched<O>>, run: &RunSpec) -> Result<()> {
     let Resumable { simulation, observers: (energy, rate, _, watchers), files, .. } = going;
     if run.snapshots.is_some() {
         files.append_frame(TRAJECTORY, |out| write_extended_xyz(&simulation.view(), out))?;

@@ -142,13 +142,7 @@ fn deviations(hits: &Hits, comparison: &Comparison) -> Result<String> {
     .svg()
 }
 
-fn page(
-    setup: &Setup,
-    hits: &Hits,
-    summary: &Summary,
-    command: &str,
-    [chart, molecule, polar, deviations]: [&str; 4],
-) -> Page {
+fn page(setup: &Setup, hits: &Hits, summary: &Summary, command: &str, charts: [&str; 4]) -> Page {
     let mut page = Page::new(
         &summary.title,
         "A disc moves around a fixed molecule in a periodic box. Its mean free path, and the distributions \
@@ -179,6 +173,21 @@ fn page(
     page.checks(&summary.checks);
     page.heading("Results");
     page.figures(&summary.figures);
+    show_charts(&mut page, charts);
+    page.paragraph(
+        "The error of the mean free path is from the scatter of blocks: the box has straight corridors of \
+         infinite length, along which single free paths have infinite variance. The disc starts at a random \
+         free position with a random direction, which is the stationary state.",
+    );
+    page.heading("Reproduction");
+    page.paragraph("The same seed gives the same figures to the last bit for any number of threads.");
+    page.code(command);
+    page.links(["directions.csv", "atoms.csv", "blocks.csv", "summary.json", "manifest.json", "config.toml"]);
+    page
+}
+
+/// Charts of the directions, pictures of the molecule, and the deviations, with captions.
+fn show_charts(page: &mut Page, [chart, molecule, polar, deviations]: [&str; 4]) {
     page.pictures(
         Layout::Full,
         &[(
@@ -206,14 +215,4 @@ fn page(
              values beyond the axis are counted in the last bars.",
         )],
     );
-    page.paragraph(
-        "The error of the mean free path is from the scatter of blocks: the box has straight corridors of \
-         infinite length, along which single free paths have infinite variance. The disc starts at a random \
-         free position with a random direction, which is the stationary state.",
-    );
-    page.heading("Reproduction");
-    page.paragraph("The same seed gives the same figures to the last bit for any number of threads.");
-    page.code(command);
-    page.links(["directions.csv", "atoms.csv", "blocks.csv", "summary.json", "manifest.json", "config.toml"]);
-    page
 }

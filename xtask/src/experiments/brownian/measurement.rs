@@ -4,6 +4,7 @@ use anyhow::{Context, Result};
 use carom::{
     BodyKey, CollisionRate, ContactDensity, DirectionHistogram, EnergyLedger, Molecule, Observer,
     OverlapCheck, ProjectionHistogram, RunningAverage, Scene,
+    engine::Body,
     observers::{Axis, Blocks, Drift, ImpulseLog},
 };
 use carom_methods::AnySimulation;
@@ -84,17 +85,7 @@ pub fn measure(
     let times = plan.settling().chain(plan.measuring()).enumerate().skip(going.samples());
     for (index, time) in times {
         if index == settled && going.observers.2.is_none() {
-            let along =
-                |axis| ProjectionHistogram::new(key, axis, PROJECTION.1, PROJECTION.0).map(Blocks::new);
-            let kicked = (
-                Blocks::new(DirectionHistogram::new(key, SECTORS)),
-                along(Axis::X)?,
-                along(Axis::Y)?,
-                Blocks::new(ContactDensity::new(&body, GAS_RADIUS, CONTACT_BINS)?),
-            );
-            let drift = Blocks::new(Drift::new(key));
-            let (average, rate) = (RunningAverage::new(key), CollisionRate::default());
-            let measuring = going.observers.2.insert((FromGas(kicked), average, drift, rate));
+            let measuring = going.observers.2.insert(observers(&body)?);
             measuring.start(&going.simulation.view());
             going.observers.3 = Some(FromGas(ImpulseLog::new(key, impulses)));
             animation::record(&going.simulation, task.folder)?;
@@ -109,6 +100,20 @@ pub fn measure(
     snapshots::snapshot(&going.simulation.view(), "end", task.folder)?;
     going.end(task, &measured)?;
     Ok(measured)
+}
+
+/// Observers of a molecule during the measurement.
+fn observers(body: &Body) -> Result<Measuring> {
+    let key = body.key();
+    let along = |axis| ProjectionHistogram::new(key, axis, PROJECTION.1, PROJECTION.0).map(Blocks::new);
+    let kicked = (
+        Blocks::new(DirectionHistogram::new(key, SECTORS)),
+        along(Axis::X)?,
+        along(Axis::Y)?,
+        Blocks::new(ContactDensity::new(body, GAS_RADIUS, CONTACT_BINS)?),
+    );
+    let drift = Blocks::new(Drift::new(key));
+    Ok((FromGas(kicked), RunningAverage::new(key), drift, CollisionRate::default()))
 }
 
 /// Writes the data of the last sample.

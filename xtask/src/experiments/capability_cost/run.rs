@@ -1,6 +1,6 @@
 //! Execution of the experiment: instructions, times, memory, and output files.
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use carom_runs::{
     experiment::{Experiment, Opening, configuration},
     output::Folder,
@@ -56,25 +56,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let variants = Variant::all();
     print_line("times");
     let (mut found, totals) = time(&variants, plan)?;
-    let mut plain = None;
     let installed = callgrind::is_installed();
-    if installed {
-        print_line("instructions");
-        let progress = Progress::new(variants.len() as f64);
-        let counted: Vec<[Counted; 2]> = variants
-            .par_iter()
-            .map(|&variant| {
-                let counted = ends(variant, plan, folder)?;
-                progress.advance(1.0, counted[1].collisions);
-                Ok(counted)
-            })
-            .collect::<Result<_>>()?;
-        for (found, [short, long]) in found.iter_mut().zip(&counted) {
-            let instructions = callgrind::total(&long.profile) - callgrind::total(&short.profile);
-            found.instructions = Some(instructions as f64 / (long.collisions - short.collisions) as f64);
-        }
-        plain = counted.first().map(|[short, long]| difference(&short.profile, &long.profile));
-    }
+    let plain = if installed { Some(count(&mut found, plan, folder)?) } else { None };
     let results = Results { found, plain, needs: dependencies::needs() };
     let note = if installed {
         String::new()
@@ -98,6 +81,23 @@ pub fn run(options: &Options) -> Result<Verdict> {
     }
     carom_runs::conclude(&experiment.complete()?, &summary);
     Ok(summary.verdict())
+}
+
+/// Counts the instructions of all variants in parallel; returns those of the plain gas by source.
+fn count(found: &mut [VariantResult], plan: Plan, folder: &Folder) -> Result<Profile> {
+    print_line("instructions");
+    let progress = Progress::new(found.len() as f64);
+    let profiles: Vec<Profile> = found
+        .par_iter_mut()
+        .map(|found| {
+            let [short, long] = ends(found.variant, plan, folder)?;
+            progress.advance(1.0, long.collisions);
+            let instructions = callgrind::total(&long.profile) - callgrind::total(&short.profile);
+            found.instructions = Some(instructions as f64 / (long.collisions - short.collisions) as f64);
+            Ok(difference(&short.profile, &long.profile))
+        })
+        .collect::<Result<_>>()?;
+    profiles.into_iter().next().context("there are no variants")
 }
 
 /// The counts of a short and a long run: their difference is the run alone, without the

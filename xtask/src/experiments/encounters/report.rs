@@ -172,6 +172,22 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
         page.note(&summary.note);
     }
     page.checks(&summary.checks);
+    cost_section(&mut page, results, charts);
+    class_sections(&mut page, results);
+    page.heading("Method of the oracle");
+    let unresolved: usize = results.classes.iter().map(|class| class.unresolved).sum();
+    page.paragraph(&format!(
+        "It excludes intervals of time by a bound on the second derivative of the squared distance, in \
+         double-double arithmetic, and bisects the others; it shares no code with any detector. In \
+         {unresolved} cases it did not finish within its limit; these are excluded from all other counts.",
+    ));
+    page.heading("Again");
+    page.code(command);
+    page.links(["answers.csv", "times.csv", "parry.csv", "summary.json", "manifest.json"]);
+    page
+}
+
+fn cost_section(page: &mut Page, results: &Results, charts: &Charts) {
     page.heading("Cost of accuracy");
     page.pictures(
         Layout::Full,
@@ -200,6 +216,9 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
          a parameter of this experiment only. An error above {FAR_OFF:e} natural times is wrong at any \
          tolerance."
     ));
+}
+
+fn class_sections(page: &mut Page, results: &Results) {
     page.heading("Exact by class");
     page.paragraph(
         "A contact must be reported before the overlap exceeds 2 E, where E is the bound on rounding, and \
@@ -236,15 +255,4 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
     );
     let rows = results.classes.iter().map(|class| class_cells(&class.name, &class.parry.tally));
     page.table(&CLASS_HEADER, &rows.collect::<Vec<_>>());
-    page.heading("Method of the oracle");
-    let unresolved: usize = results.classes.iter().map(|class| class.unresolved).sum();
-    page.paragraph(&format!(
-        "It excludes intervals of time by a bound on the second derivative of the squared distance, in \
-         double-double arithmetic, and bisects the others; it shares no code with any detector. In \
-         {unresolved} cases it did not finish within its limit; these are excluded from all other counts.",
-    ));
-    page.heading("Again");
-    page.code(command);
-    page.links(["answers.csv", "times.csv", "parry.csv", "summary.json", "manifest.json"]);
-    page
 }

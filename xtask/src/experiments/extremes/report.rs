@@ -37,58 +37,9 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
         page.note(&summary.note);
     }
     page.code(command);
-    page.heading("Scenes");
-    page.paragraph(&format!(
-        "Results of the two engines: {} is the default; {} is that of Montanari (2017), for comparison.",
-        Engine::Ours.name(),
-        Engine::Theses.name()
-    ));
-    let rows: Vec<Vec<String>> = results
-        .scenes
-        .iter()
-        .map(|(case, [ours, theses])| {
-            let scene = format!("{} {}", case.id, case.name);
-            vec![scene, case.must.to_owned(), verdict(ours), ours.seen(), verdict(theses)]
-        })
-        .collect();
-    page.table(
-        &["scene", "requirement", Engine::Ours.name(), "nearest to its bound", Engine::Theses.name()],
-        &rows,
-    );
-    page.heading("Limits");
-    let rows: Vec<Vec<String>> = results
-        .limits
-        .iter()
-        .map(|(limit, [ours, theses])| {
-            let name = format!("{}: {}", limit.parameter, limit.scene);
-            vec![name, number(limit.goal), sentence(ours), ours.kinds(), sentence(theses)]
-        })
-        .collect();
-    page.table(&["parameter and scene", "goal", Engine::Ours.name(), "beyond", Engine::Theses.name()], &rows);
-    page.paragraph(
-        "Beyond a limit a run ends with a named error, or it continues and exceeds a bound that is measured \
-         here; larger values are tried up to the end of the search. A panic or a run without end would fail a \
-         check.",
-    );
-    page.heading("Reversal");
-    page.paragraph(
-        "64 discs run forward, all velocities are reversed, and the discs run back. The distance from the \
-         initial state grows exponentially at the Lyapunov rate; extrapolated to zero collisions, it is the \
-         effective error of the engine.",
-    );
-    let rows: Vec<Vec<String>> = results
-        .reversals
-        .iter()
-        .flatten()
-        .map(|reversal| {
-            let name = format!("{}, area fraction {}", reversal.engine, reversal.fraction);
-            vec![name, format!("{:.1}", reversal.effective_error), format!("{:.2}", reversal.rate)]
-        })
-        .collect();
-    page.table(
-        &["engine and density", "effective error (eps × side)", "e-foldings per collision of a disc"],
-        &rows,
-    );
+    scene_section(&mut page, results);
+    limit_section(&mut page, results);
+    reversal_section(&mut page, results);
     drift_section(&mut page, &results.drifts);
     for (_, svg) in charts {
         page.pictures(Layout::Full, &[(svg, "")]);
@@ -108,6 +59,67 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
         "manifest.json",
     ]);
     page
+}
+
+fn scene_section(page: &mut Page, results: &Results) {
+    page.heading("Scenes");
+    page.paragraph(&format!(
+        "Results of the two engines: {} is the default; {} is that of Montanari (2017), for comparison.",
+        Engine::Ours.name(),
+        Engine::Theses.name()
+    ));
+    let rows: Vec<Vec<String>> = results
+        .scenes
+        .iter()
+        .map(|(case, [ours, theses])| {
+            let scene = format!("{} {}", case.id, case.name);
+            vec![scene, case.must.to_owned(), verdict(ours), ours.seen(), verdict(theses)]
+        })
+        .collect();
+    page.table(
+        &["scene", "requirement", Engine::Ours.name(), "nearest to its bound", Engine::Theses.name()],
+        &rows,
+    );
+}
+
+fn limit_section(page: &mut Page, results: &Results) {
+    page.heading("Limits");
+    let rows: Vec<Vec<String>> = results
+        .limits
+        .iter()
+        .map(|(limit, [ours, theses])| {
+            let name = format!("{}: {}", limit.parameter, limit.scene);
+            vec![name, number(limit.goal), sentence(ours), ours.kinds(), sentence(theses)]
+        })
+        .collect();
+    page.table(&["parameter and scene", "goal", Engine::Ours.name(), "beyond", Engine::Theses.name()], &rows);
+    page.paragraph(
+        "Beyond a limit a run ends with a named error, or it continues and exceeds a bound that is measured \
+         here; larger values are tried up to the end of the search. A panic or a run without end would fail a \
+         check.",
+    );
+}
+
+fn reversal_section(page: &mut Page, results: &Results) {
+    page.heading("Reversal");
+    page.paragraph(
+        "64 discs run forward, all velocities are reversed, and the discs run back. The distance from the \
+         initial state grows exponentially at the Lyapunov rate; extrapolated to zero collisions, it is the \
+         effective error of the engine.",
+    );
+    let rows: Vec<Vec<String>> = results
+        .reversals
+        .iter()
+        .flatten()
+        .map(|reversal| {
+            let name = format!("{}, area fraction {}", reversal.engine, reversal.fraction);
+            vec![name, format!("{:.1}", reversal.effective_error), format!("{:.2}", reversal.rate)]
+        })
+        .collect();
+    page.table(
+        &["engine and density", "effective error (eps × side)", "e-foldings per collision of a disc"],
+        &rows,
+    );
 }
 
 fn drift_section(page: &mut Page, drifts: &[Drift]) {

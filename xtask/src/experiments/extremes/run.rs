@@ -116,6 +116,31 @@ fn measure(plan: &Plan, number: &str) -> Result<Results> {
 }
 
 fn write(folder: &Folder, results: &Results, options: &Options) -> Result<Summary> {
+    write_tables(folder, results)?;
+    let broken = violations(results);
+    if !broken.is_empty() {
+        folder.write("violations.txt", &broken)?;
+        print_line(&broken);
+    }
+    let totals: Vec<Totals> = results.drifts.iter().map(|drift| drift.totals).collect();
+    let summary = Summary {
+        title: "Extremes: limits of the guarantees".to_owned(),
+        note: options.note(),
+        totals: Totals::of(&totals),
+        checks: checks(results, &totals),
+        figures: figures(results),
+        runs: Vec::new(),
+    };
+    let charts = report::charts(results)?;
+    for (name, svg) in &charts {
+        folder.write(name, svg)?;
+    }
+    folder.write("report.html", report::page(results, &summary, &charts, &options.command()).html())?;
+    folder.write_json("summary.json", &summary)?;
+    Ok(summary)
+}
+
+fn write_tables(folder: &Folder, results: &Results) -> Result<()> {
     let engines = [Engine::Ours.name(), Engine::Theses.name()];
     let rows = results.scenes.iter().flat_map(|(case, endings)| {
         endings
@@ -156,28 +181,7 @@ fn write(folder: &Folder, results: &Results, options: &Options) -> Result<Summar
         .drifts
         .iter()
         .flat_map(|drift| drift.points.iter().map(|point| (drift.name, point.0, point.1)));
-    folder.write_table("drift.csv", &["scene", "collisions", "energy_change"], rows)?;
-    let broken = violations(results);
-    if !broken.is_empty() {
-        folder.write("violations.txt", &broken)?;
-        print_line(&broken);
-    }
-    let totals: Vec<Totals> = results.drifts.iter().map(|drift| drift.totals).collect();
-    let summary = Summary {
-        title: "Extremes: limits of the guarantees".to_owned(),
-        note: options.note(),
-        totals: Totals::of(&totals),
-        checks: checks(results, &totals),
-        figures: figures(results),
-        runs: Vec::new(),
-    };
-    let charts = report::charts(results)?;
-    for (name, svg) in &charts {
-        folder.write(name, svg)?;
-    }
-    folder.write("report.html", report::page(results, &summary, &charts, &options.command()).html())?;
-    folder.write_json("summary.json", &summary)?;
-    Ok(summary)
+    folder.write_table("drift.csv", &["scene", "collisions", "energy_change"], rows)
 }
 
 /// Largest effective error of the exact engine, in units of ε × side. Smaller: the fit over a few

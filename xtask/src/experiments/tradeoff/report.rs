@@ -120,24 +120,7 @@ pub fn page(results: &[SceneResult], compared: &[Compared], summary: &Summary, c
     }
     page.checks(&summary.checks);
     for result in results {
-        page.heading(&format!("{}: {}", result.named.name, result.named.about));
-        page.paragraph(&format!(
-            "The default takes {:.0} ns of processor time for each collision. Rounding errors grow by {:.2} \
-             e-foldings for each collision of a body; replays last {:.2} τ.",
-            result.nanoseconds, result.rate, result.stretch
-        ));
-        let captions = "One point for each setting; fast settings are left, accurate ones are low. Rings \
-                        with downward lines are upper bounds (no event, drawn at the 95 % bound; or less than two standard \
-                        errors). The line joins the settings that no other dominates in both.";
-        let pictures: Vec<(&str, &str)> =
-            result.charts.iter().map(|(_, svg)| (svg.as_str(), captions)).collect();
-        page.pictures(Layout::Full, &pictures);
-        let rows = rows(result);
-        for columns in PARTS {
-            let pick = |row: &[String]| columns.iter().map(|&column| row[column].clone()).collect::<Vec<_>>();
-            let header: Vec<&str> = columns.iter().map(|&column| HEADER[column]).collect();
-            page.table(&header, &rows.iter().map(|row| pick(row)).collect::<Vec<_>>());
-        }
+        scene_section(&mut page, result);
     }
     page.heading("Advice on the settings");
     for result in results {
@@ -146,6 +129,36 @@ pub fn page(results: &[SceneResult], compared: &[Compared], summary: &Summary, c
             page.paragraph(&sentence);
         }
     }
+    rapier_section(&mut page, compared);
+    method_section(&mut page);
+    page.heading("Again");
+    page.code(command);
+    let charts = results.iter().flat_map(|result| result.charts.iter().map(|(name, _)| name.as_str()));
+    page.links(["settings.csv", "summary.json", "manifest.json", "config.toml"].into_iter().chain(charts));
+    page
+}
+
+fn scene_section(page: &mut Page, result: &SceneResult) {
+    page.heading(&format!("{}: {}", result.named.name, result.named.about));
+    page.paragraph(&format!(
+        "The default takes {:.0} ns of processor time for each collision. Rounding errors grow by {:.2} \
+         e-foldings for each collision of a body; replays last {:.2} τ.",
+        result.nanoseconds, result.rate, result.stretch
+    ));
+    let captions = "One point for each setting; fast settings are left, accurate ones are low. Rings \
+                    with downward lines are upper bounds (no event, drawn at the 95 % bound; or less than two standard \
+                    errors). The line joins the settings that no other dominates in both.";
+    let pictures: Vec<(&str, &str)> = result.charts.iter().map(|(_, svg)| (svg.as_str(), captions)).collect();
+    page.pictures(Layout::Full, &pictures);
+    let rows = rows(result);
+    for columns in PARTS {
+        let pick = |row: &[String]| columns.iter().map(|&column| row[column].clone()).collect::<Vec<_>>();
+        let header: Vec<&str> = columns.iter().map(|&column| HEADER[column]).collect();
+        page.table(&header, &rows.iter().map(|row| pick(row)).collect::<Vec<_>>());
+    }
+}
+
+fn rapier_section(page: &mut Page, compared: &[Compared]) {
     page.heading("Comparison with rapier");
     if compared.is_empty() {
         page.paragraph("Not run: the option --rapier compiles rapier2d-f64 and runs it on the same gases.");
@@ -159,6 +172,9 @@ pub fn page(results: &[SceneResult], compared: &[Compared], summary: &Summary, c
         );
         page.table(&rapier::HEADER, &compared.iter().flat_map(rapier::rows).collect::<Vec<_>>());
     }
+}
+
+fn method_section(page: &mut Page) {
     page.heading("Methods");
     page.paragraph(
         "Time: processor time of one thread for each collision, relative to the exact default run; all \
@@ -196,9 +212,4 @@ pub fn page(results: &[SceneResult], compared: &[Compared], summary: &Summary, c
          corrections: crop ½ and a tolerance of five epsilon unless the name states otherwise. It treats \
          discs like any other molecule.",
     );
-    page.heading("Again");
-    page.code(command);
-    let charts = results.iter().flat_map(|result| result.charts.iter().map(|(name, _)| name.as_str()));
-    page.links(["settings.csv", "summary.json", "manifest.json", "config.toml"].into_iter().chain(charts));
-    page
 }

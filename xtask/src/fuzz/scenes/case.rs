@@ -90,70 +90,103 @@ impl Edit {
 impl Case {
     /// Cases with fewer runs, edits and bodies, or with simpler numbers.
     pub fn simpler(&self) -> Vec<Self> {
-        let mut list = Vec::new();
-        let mut with = |change: &dyn Fn(&mut Self)| {
-            let mut case = self.clone();
-            change(&mut case);
-            if case != *self {
-                list.push(case);
-            }
-        };
-        for count in 1..self.stretch.len() {
-            with(&|case| case.stretch.truncate(count));
+        let mut variants = Variants { original: self, list: Vec::new() };
+        variants.remove_runs();
+        variants.remove_bodies();
+        variants.simplify_rules();
+        variants.simplify_molecules();
+        variants.list
+    }
+}
+
+/// Changed copies of a case.
+struct Variants<'a> {
+    original: &'a Case,
+    list: Vec<Case>,
+}
+
+impl Variants<'_> {
+    /// Adds a changed copy, unless it equals the original.
+    fn with(&mut self, change: impl FnOnce(&mut Case)) {
+        let mut case = self.original.clone();
+        change(&mut case);
+        if case != *self.original {
+            self.list.push(case);
         }
-        for index in 0..self.stretch.len() {
-            with(&|case| case.stretch[index].edits.clear());
-            for edit in 0..self.stretch[index].edits.len() {
-                with(&|case| {
+    }
+
+    /// Fewer runs and edits.
+    fn remove_runs(&mut self) {
+        for count in 1..self.original.stretch.len() {
+            self.with(|case| case.stretch.truncate(count));
+        }
+        for index in 0..self.original.stretch.len() {
+            self.with(|case| case.stretch[index].edits.clear());
+            for edit in 0..self.original.stretch[index].edits.len() {
+                self.with(|case| {
                     case.stretch[index].edits.remove(edit);
                 });
             }
         }
-        let count = self.scene.molecule.len();
+    }
+
+    /// Fewer molecules, bumpers, walls and gases.
+    fn remove_bodies(&mut self) {
+        let count = self.original.scene.molecule.len();
         for width in [count / 2, count / 4, 1] {
             for begin in (0..count).step_by(width.max(1)) {
-                with(&|case| {
+                self.with(|case| {
                     case.scene.molecule.drain(begin..(begin + width).min(count));
                 });
             }
         }
-        for index in 0..self.scene.bumper.len() {
-            with(&|case| {
+        for index in 0..self.original.scene.bumper.len() {
+            self.with(|case| {
                 case.scene.bumper.remove(index);
             });
         }
-        for index in 0..self.scene.wall.len() {
-            with(&|case| {
+        for index in 0..self.original.scene.wall.len() {
+            self.with(|case| {
                 case.scene.wall.remove(index);
             });
         }
-        with(&|case| case.scene.gas.clear());
-        for index in 0..self.scene.gas.len() {
-            with(&|case| case.scene.gas[index].count = case.scene.gas[index].count.map(|count| count / 2));
+        self.with(|case| case.scene.gas.clear());
+        for index in 0..self.original.scene.gas.len() {
+            self.with(|case| {
+                case.scene.gas[index].count = case.scene.gas[index].count.map(|count| count / 2);
+            });
         }
-        with(&|case| case.scene.elasticity.pair.clear());
-        with(&|case| case.scene.elasticity.contact_time = ElasticitySpec::default().contact_time);
-        with(&|case| case.scene.elasticity.default = 1.0);
+    }
+
+    /// Simpler rules of elasticity, and a shorter last run.
+    fn simplify_rules(&mut self) {
+        self.with(|case| case.scene.elasticity.pair.clear());
+        self.with(|case| case.scene.elasticity.contact_time = ElasticitySpec::default().contact_time);
+        self.with(|case| case.scene.elasticity.default = 1.0);
         for factor in [0.1, 0.5, 0.8, 0.95] {
-            with(&|case| {
+            self.with(|case| {
                 if let Some(last) = case.stretch.last_mut() {
                     last.duration = shortened(factor * last.duration, 2);
                 }
             });
         }
-        for index in 0..count {
-            with(&|case| case.scene.molecule[index].tags.clear());
-            with(&|case| case.scene.molecule[index].angular_velocity = 0.0);
-            with(&|case| case.scene.molecule[index].velocity = [0.0; 2]);
-            with(&|case| case.scene.molecule[index].orientation_turns = None);
+    }
+
+    /// Molecules with simpler numbers and fewer atoms.
+    fn simplify_molecules(&mut self) {
+        for index in 0..self.original.scene.molecule.len() {
+            self.with(|case| case.scene.molecule[index].tags.clear());
+            self.with(|case| case.scene.molecule[index].angular_velocity = 0.0);
+            self.with(|case| case.scene.molecule[index].velocity = [0.0; 2]);
+            self.with(|case| case.scene.molecule[index].orientation_turns = None);
             for digits in [1, 3] {
-                with(&|case| {
+                self.with(|case| {
                     let molecule = &mut case.scene.molecule[index];
                     for number in [&mut molecule.at, &mut molecule.velocity].into_iter().flatten() {
                         *number = shortened(*number, digits);
                     }
                 });
-                with(&|case| {
+                self.with(|case| {
                     let molecule = &mut case.scene.molecule[index];
                     molecule.angular_velocity = shortened(molecule.angular_velocity, digits);
                     molecule.orientation_turns =
@@ -162,13 +195,12 @@ impl Case {
                     molecule.atom_mass = molecule.atom_mass.map(|mass| shortened(mass, digits));
                 });
             }
-            for atom in 0..self.scene.molecule[index].atoms.len() {
-                with(&|case| {
+            for atom in 0..self.original.scene.molecule[index].atoms.len() {
+                self.with(|case| {
                     case.scene.molecule[index].atoms.remove(atom);
                 });
             }
         }
-        list
     }
 }
 

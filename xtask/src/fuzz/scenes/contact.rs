@@ -105,6 +105,17 @@ fn energy(side: &Side<'_>, after: bool) -> f64 {
     energy
 }
 
+/// Sums over both bodies of a contact.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    /// Speeds of the bodies and of their rims, before and after (length per time).
+    speed: f64,
+    /// Magnitudes of the angular velocities, before and after (1 / time).
+    spins: f64,
+    /// Inverse effective mass along the normal (1 / mass).
+    inverse_mass: f64,
+}
+
 fn check_impulse(
     contact: &CollisionReport<'_>,
     touch: &Touch,
@@ -116,36 +127,8 @@ fn check_impulse(
     let impulse = contact.impulse.to_array();
     let size = length(impulse);
     let normal_error = 32.0 * U + 2.0 * place_error / touch.distance;
-    let (mut speed, mut spins, mut inverse_mass) = (0.0, 0.0, 0.0);
-    for (side, (sign, arm)) in sides.iter().zip([(-1.0, touch.arms[0]), (1.0, touch.arms[1])]) {
-        let inertia = side.body.inertia();
-        let [before, after] = [&side.before, &side.after].map(|motion| motion.velocity.to_array());
-        let change = along(after, -1.0, before);
-        let expected = [sign * inertia.inverse_mass * impulse[0], sign * inertia.inverse_mass * impulse[1]];
-        let speeds = length(before) + length(after);
-        if exceeds(length(along(change, -1.0, expected)), 32.0 * U * (speeds + length(expected))) {
-            report.fail("momentum", format!("velocity changes by {change:?}, not by {expected:?}"));
-        }
-        let turned = side.after.angular_velocity - side.before.angular_velocity;
-        let torque = sign * inertia.inverse_moment * cross(arm, impulse);
-        let spin = side.after.angular_velocity.abs() + side.before.angular_velocity.abs();
-        let arm_length = length(arm);
-        let allowed = 32.0 * U * spin + inertia.inverse_moment * size * (place_error + 32.0 * U * arm_length);
-        if exceeds((turned - torque).abs(), allowed) {
-            report.fail("torque", format!("spin changes by {turned:e}, not by {torque:e}"));
-        }
-        speed += speeds + spin * arm_length;
-        spins += spin;
-        let lever = cross(arm, touch.normal);
-        inverse_mass += inertia.inverse_mass + inertia.inverse_moment * lever * lever;
-    }
-    if exceeds(cross(impulse, touch.normal).abs(), size * normal_error) {
-        report.fail("friction", format!("impulse {impulse:?} is not along the normal {:?}", touch.normal));
-    }
-    let parts = dot(impulse, touch.normal);
-    if parts.is_nan() || parts <= 0.0 {
-        report.fail("impulse", format!("impulse {impulse:?} does not separate the bodies"));
-    }
+    let Sums { speed, spins, inverse_mass } = check_momentum(contact, touch, place_error, report);
+    check_direction(impulse, touch, normal_error, report);
     let relative = |after: bool| {
         along(rate(&sides[1], touch.arms[1], after), -1.0, rate(&sides[0], touch.arms[0], after))
     };
@@ -184,4 +167,50 @@ fn check_impulse(
         );
     }
     Measured { approach, speed, distance: touch.distance, lost: before - after }
+}
+
+/// Checks that the impulse changes the momentum and the spin of each body as it must.
+fn check_momentum(
+    contact: &CollisionReport<'_>,
+    touch: &Touch,
+    place_error: f64,
+    report: &mut Report,
+) -> Sums {
+    let impulse = contact.impulse.to_array();
+    let size = length(impulse);
+    let mut sums = Sums::default();
+    for (side, (sign, arm)) in contact.sides.iter().zip([(-1.0, touch.arms[0]), (1.0, touch.arms[1])]) {
+        let inertia = side.body.inertia();
+        let [before, after] = [&side.before, &side.after].map(|motion| motion.velocity.to_array());
+        let change = along(after, -1.0, before);
+        let expected = [sign * inertia.inverse_mass * impulse[0], sign * inertia.inverse_mass * impulse[1]];
+        let speeds = length(before) + length(after);
+        if exceeds(length(along(change, -1.0, expected)), 32.0 * U * (speeds + length(expected))) {
+            report.fail("momentum", format!("velocity changes by {change:?}, not by {expected:?}"));
+        }
+        let turned = side.after.angular_velocity - side.before.angular_velocity;
+        let torque = sign * inertia.inverse_moment * cross(arm, impulse);
+        let spin = side.after.angular_velocity.abs() + side.before.angular_velocity.abs();
+        let arm_length = length(arm);
+        let allowed = 32.0 * U * spin + inertia.inverse_moment * size * (place_error + 32.0 * U * arm_length);
+        if exceeds((turned - torque).abs(), allowed) {
+            report.fail("torque", format!("spin changes by {turned:e}, not by {torque:e}"));
+        }
+        sums.speed += speeds + spin * arm_length;
+        sums.spins += spin;
+        let lever = cross(arm, touch.normal);
+        sums.inverse_mass += inertia.inverse_mass + inertia.inverse_moment * lever * lever;
+    }
+    sums
+}
+
+/// Checks that the impulse is along the normal and separates the bodies.
+fn check_direction(impulse: Pair, touch: &Touch, normal_error: f64, report: &mut Report) {
+    if exceeds(cross(impulse, touch.normal).abs(), length(impulse) * normal_error) {
+        report.fail("friction", format!("impulse {impulse:?} is not along the normal {:?}", touch.normal));
+    }
+    let parts = dot(impulse, touch.normal);
+    if parts.is_nan() || parts <= 0.0 {
+        report.fail("impulse", format!("impulse {impulse:?} does not separate the bodies"));
+    }
 }

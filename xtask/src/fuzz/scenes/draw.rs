@@ -224,14 +224,9 @@ impl Sketch {
             .fold(room, f64::min)
     }
 
-    /// A body at a free position; next to the last one if `close`.
-    fn body(&mut self, draw: &mut Draw, class: &str, size: f64, close: bool) {
-        let Some((molecule, mut spec)) = molecule(draw, class, size) else { return };
-        let outline = Outline::of(&molecule);
-        let turns = draw.between(-0.5, 0.5);
-        let (sin, cos) = libm::sincos(turns * std::f64::consts::TAU);
-        let at = |place: Pair| Placed { place, rotation: [cos, sin] };
-        let mut found = None;
+    /// A free position for a body; next to the last body if `close` and possible.
+    fn free_position(&self, draw: &mut Draw, outline: &Outline, rotation: Pair, close: bool) -> Option<Pair> {
+        let at = |place: Pair| Placed { place, rotation };
         if close && let Some(last) = self.standing.last() {
             let (origin, reach) = (last.placed.place, last.outline.reach + outline.reach);
             let direction = draw.direction().to_array();
@@ -241,25 +236,31 @@ impl Sketch {
             let (mut near, mut far) = (0.0, 1.01 * reach);
             for _ in 0..80 {
                 let middle = 0.5 * (near + far);
-                let gap = self.gap(&outline, &at(along(origin, middle, direction)));
+                let gap = self.gap(outline, &at(along(origin, middle, direction)));
                 if gap < wanted { near = middle } else { far = middle }
             }
             let place = along(origin, far, direction);
-            if self.gap(&outline, &at(place)) >= wanted {
-                found = Some(place);
+            if self.gap(outline, &at(place)) >= wanted {
+                return Some(place);
             }
         }
         for _ in 0..TRIES {
-            if found.is_some() {
-                break;
-            }
             let place = self.anywhere(draw);
-            if self.gap(&outline, &at(place)) > 1e-12 {
-                found = Some(place);
+            if self.gap(outline, &at(place)) > 1e-12 {
+                return Some(place);
             }
         }
-        let Some(place) = found else { return };
-        let placed = at(place);
+        None
+    }
+
+    /// A body at a free position; next to the last one if `close`.
+    fn body(&mut self, draw: &mut Draw, class: &str, size: f64, close: bool) {
+        let Some((molecule, mut spec)) = molecule(draw, class, size) else { return };
+        let outline = Outline::of(&molecule);
+        let turns = draw.between(-0.5, 0.5);
+        let (sin, cos) = libm::sincos(turns * std::f64::consts::TAU);
+        let Some(place) = self.free_position(draw, &outline, [cos, sin], close) else { return };
+        let placed = Placed { place, rotation: [cos, sin] };
         let disc = molecule.is_disc();
         if disc && !close && draw.happens(0.1) {
             let radius = outline.atoms[0].1;

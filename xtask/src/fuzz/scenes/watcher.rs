@@ -388,6 +388,28 @@ impl Watcher {
         }
         (placed, error)
     }
+
+    /// Takes over the states of both bodies after a contact, and the largest energies.
+    fn track(&mut self, contact: &CollisionReport<'_>) {
+        for side in &contact.sides {
+            if let Some(tracked) = self.bodies.get_mut(&side.body.key()) {
+                let (sides, epoch) = (self.sides, self.epochs);
+                // Positions are wrapped into the box, as at the start of every epoch.
+                let placed = State::of(&side.after, contact.time).at(contact.time, sides);
+                tracked.state = State { place: placed.place, ..State::of(&side.after, contact.time) };
+                tracked.epoch = epoch;
+            }
+        }
+        let energy = |body: &Tracked| 0.5 * body.mass * dot(body.state.velocity, body.state.velocity);
+        let now: f64 = [&contact.sides[0], &contact.sides[1]]
+            .into_iter()
+            .filter(|side| !side.body.is_fixed())
+            .filter_map(|side| self.bodies.get(&side.body.key()))
+            .map(energy)
+            .sum();
+        self.largest_energy = self.largest_energy.max(now);
+        self.largest_entry = self.largest_entry.max(now);
+    }
 }
 
 impl Observer for Watcher {
@@ -433,24 +455,7 @@ impl Observer for Watcher {
         let measured = contact::check(contact, bodies, &rules, &mut self.report);
         self.lost += measured.lost;
         self.largest_entry = self.largest_entry.max((self.lost_before + self.lost).abs());
-        for side in &contact.sides {
-            if let Some(tracked) = self.bodies.get_mut(&side.body.key()) {
-                let (sides, epoch) = (self.sides, self.epochs);
-                // Positions are wrapped into the box, as at the start of every epoch.
-                let placed = State::of(&side.after, time).at(time, sides);
-                tracked.state = State { place: placed.place, ..State::of(&side.after, time) };
-                tracked.epoch = epoch;
-            }
-        }
-        let energy = |body: &Tracked| 0.5 * body.mass * dot(body.state.velocity, body.state.velocity);
-        let now: f64 = [&contact.sides[0], &contact.sides[1]]
-            .into_iter()
-            .filter(|side| !side.body.is_fixed())
-            .filter_map(|side| self.bodies.get(&side.body.key()))
-            .map(energy)
-            .sum();
-        self.largest_energy = self.largest_energy.max(now);
-        self.largest_entry = self.largest_entry.max(now);
+        self.track(contact);
         self.log.push(Logged {
             time: time.since(self.start),
             bodies: contact.sides.each_ref().map(|side| side.body.id()),
