@@ -277,6 +277,10 @@ pub struct RunSpec {
     #[serde(alias = "standby")]
     #[doc(alias = "standby")]
     pub sample_interval: f64,
+    /// Quantities are averaged from the first sample at or after this time on, so that the approach
+    /// to equilibrium does not count (time); from 0 to less than `until`.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub measure_from: f64,
     /// Names of the quantities to measure.
     pub observe: Vec<String>,
     /// Format of snapshots; none if absent.
@@ -309,6 +313,7 @@ impl Default for RunSpec {
         Self {
             until: 1.0,
             sample_interval: 1.0,
+            measure_from: 0.0,
             observe: Vec::new(),
             snapshots: None,
             animation: true,

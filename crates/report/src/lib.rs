@@ -13,3 +13,4 @@ pub mod page;
 pub mod plot;
 pub mod polar;
 pub mod scatter;
+pub mod table_chart;

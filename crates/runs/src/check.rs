@@ -38,7 +38,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let name = options.file.path.display();
     let scene = options.file.read()?;
     let mut simulation = AnySimulation::new(&scene).with_context(|| format!("scene {name}"))?;
-    crate::run::gas::observers(&scene.run, &simulation.view())?;
+    crate::run::outcome::observers(&scene.run, &simulation.view())?;
     print_line(&format!("{name}: valid"));
     print_line(&contents(&scene, &simulation.view())?);
     print_line(&Trial::of(&mut simulation, scene.run.until)?.to_string());

@@ -17,6 +17,7 @@ pub mod exit;
 pub mod experiment;
 pub mod interruption;
 pub mod manifest;
+pub mod measures;
 pub mod output;
 pub mod overrides;
 pub mod progress;

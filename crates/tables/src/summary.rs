@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// A measured figure.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     /// Name of the quantity.
     pub name: String,

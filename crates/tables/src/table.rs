@@ -46,7 +46,6 @@ pub struct Column {
 
 /// What a column holds.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
 pub enum Role {
     /// The quantity that the others depend on.
     Abscissa,
@@ -61,6 +60,19 @@ pub enum Role {
         /// Where it comes from.
         source: String,
     },
+}
+
+impl Role {
+    /// The role as a word, and the source of a prediction.
+    pub fn words(&self) -> (&'static str, Option<&str>) {
+        match self {
+            Self::Abscissa => ("abscissa", None),
+            Self::Count => ("count", None),
+            Self::Value => ("value", None),
+            Self::StandardError => ("standard error", None),
+            Self::Prediction { source } => ("prediction", Some(source)),
+        }
+    }
 }
 
 impl Table {

@@ -1,7 +1,7 @@
 //! `carom run`: runs any scene and writes what its `[run]` requests.
 
-pub(crate) mod gas;
-mod outcome;
+mod impulses;
+pub(crate) mod outcome;
 mod scene_file;
 
 use std::path::PathBuf;
@@ -42,7 +42,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let method = Method::try_from(&scene.method).context("[method]")?;
     let simulation =
         AnySimulation::new(&scene).with_context(|| format!("scene {}", options.file.path.display()))?;
-    let observers = gas::observers(&scene.run, &simulation.view())?;
+    let observers = outcome::observers(&scene.run, &simulation.view())?;
     let signals = Signals::watch()?;
     let folder = Folder::create(&folder_path(options), options.choices.resumption.existing())?;
     let _alone = folder.lock()?;
@@ -59,9 +59,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let found = task.find()?;
     let manifest = Manifest::begin(&folder, &command, &[&scene])?;
     folder.write("config.toml", scene.to_toml())?;
-    let outcome = simulate(&task, found, simulation, &scene.run, observers)?;
+    let outcome = simulate(&task, found, simulation, &scene, observers)?;
     let summary = outcome.summary(options, &task.method);
     folder.write("report.html", outcome.page(&folder, &summary, &scene, &command)?)?;
+    outcome.describe_tables(&folder, &scene.run)?;
     folder.write_json("summary.json", &summary)?;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);

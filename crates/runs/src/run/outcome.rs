@@ -4,21 +4,23 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use carom::{
-    CollisionRate, EnergyLedger, Observer, OverlapCheck, Scene,
+    CollisionRate, EnergyLedger, Observer, OverlapCheck, Scene, View,
     engine::RunSpec,
-    observers::{ImpulseLog, Pressure, PressurePoint, write_extended_xyz},
+    observers::{ImpulseLog, Pressure, write_extended_xyz},
 };
 use carom_methods::{AnySimulation, Method};
 use carom_report::{
     page::{Layout, Page},
-    plot::{Axis, Chart, Layer, Shape, colour},
+    table_chart,
 };
-use carom_tables::{Figure, OVERLAPPING_PAIRS, Summary, Totals};
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use carom_tables::{Figure, OVERLAPPING_PAIRS, Summary, Table, Totals};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 
-use super::{Options, gas};
+use super::{Options, impulses};
 use crate::{
     animation,
+    measures::{self, Delayed, ENSKOG, HENDERSON, HardDiscs, Measures, Results},
     output::Folder,
     progress::Progress,
     resumable::{FoundCheckpoint, Resumable, Start, Task},
@@ -27,7 +29,7 @@ use crate::{
     visible_region::{caption_of, picture_of},
 };
 
-/// Names allowed in `run.observe` besides those of [`gas`].
+/// Names allowed in `run.observe` besides those of the measures.
 pub const OBSERVERS: [&str; 4] = ["energy", "collision-rate", "pressure", "overlap"];
 
 /// Longer side of a picture of the system (pixels).
@@ -50,6 +52,10 @@ pub struct Outcome {
     /// `None` unless requested: it needs a report of every contact.
     pressure: Option<Pressure>,
     overlaps: OverlapCheck,
+    /// Tables and figures of the measures.
+    results: Results,
+    /// The gas, if it is one of equal hard discs.
+    hard_discs: Option<HardDiscs>,
     totals: Totals,
     bodies: usize,
     /// kT at the end (mass × length² / time²); `None` without thermal motion.
@@ -59,8 +65,22 @@ pub struct Outcome {
     guarded: Option<(u64, f64)>,
 }
 
-/// Observers of a run; the last is present only if requested.
-type Watched<O> = (EnergyLedger, CollisionRate, OverlapCheck, O);
+/// Observers of a run; the optional ones only if the scene requests them.
+type Watched = (EnergyLedger, OverlapCheck, Delayed<Measured>, Option<ImpulseLog>);
+
+/// What is averaged over the time of the measurement.
+type Measured = (CollisionRate, Option<Pressure>, Measures);
+
+/// Creates the observers that a scene requests.
+///
+/// # Errors
+/// No body carries a tag, or a body or gas is not unique.
+pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<Watched> {
+    let pressure = run.observe.iter().any(|name| name == "pressure").then(Pressure::default);
+    let measured = (CollisionRate::default(), pressure, Measures::begin(run, view)?);
+    let measured = Delayed::new(run.measure_from, measured);
+    Ok((EnergyLedger::default(), OverlapCheck::default(), measured, impulses::log(run, view)?))
+}
 
 /// Runs to the end, from the beginning or from a checkpoint, and writes series and snapshots.
 ///
@@ -70,67 +90,12 @@ pub fn simulate(
     task: &Task<'_>,
     found: Option<FoundCheckpoint>,
     simulation: AnySimulation,
-    run: &RunSpec,
-    (at_samples, at_contacts): (gas::AtSamples, gas::AtContacts),
+    scene: &Scene,
+    observers: Watched,
 ) -> Result<Outcome> {
-    let with_pressure = run.observe.iter().any(|name| name == "pressure");
-    if with_pressure || !at_contacts.is_empty() {
-        let watchers = (at_samples, with_pressure.then(Pressure::default), at_contacts);
-        simulate_with(task, found, simulation, run, watchers)
-    } else {
-        simulate_with(task, found, simulation, run, at_samples)
-    }
-}
-
-/// Observers that a scene requests in addition to the standard ones.
-trait Watchers: Observer + Serialize + DeserializeOwned {
-    fn pressure(&self) -> Option<&Pressure>;
-
-    fn impulses(&mut self) -> Option<&mut ImpulseLog>;
-
-    /// Writes the tables that exist at the end only.
-    fn write(&self, folder: &Folder) -> Result<()>;
-}
-
-/// Scenes that need no reports of contacts.
-impl Watchers for gas::AtSamples {
-    fn pressure(&self) -> Option<&Pressure> {
-        None
-    }
-
-    fn impulses(&mut self) -> Option<&mut ImpulseLog> {
-        None
-    }
-
-    fn write(&self, folder: &Folder) -> Result<()> {
-        self.write(folder)
-    }
-}
-
-impl Watchers for (gas::AtSamples, Option<Pressure>, gas::AtContacts) {
-    fn pressure(&self) -> Option<&Pressure> {
-        self.1.as_ref()
-    }
-
-    fn impulses(&mut self) -> Option<&mut ImpulseLog> {
-        self.2.impulses()
-    }
-
-    fn write(&self, folder: &Folder) -> Result<()> {
-        self.0.write(folder)?;
-        self.2.write(folder)
-    }
-}
-
-fn simulate_with<O: Watchers>(
-    task: &Task<'_>,
-    found: Option<FoundCheckpoint>,
-    simulation: AnySimulation,
-    run: &RunSpec,
-    watchers: O,
-) -> Result<Outcome> {
+    let run = &scene.run;
     let progress = Progress::new(run.until);
-    let mut going = match task.start::<Watched<O>, Outcome>(found)? {
+    let mut going = match task.start::<Watched, Outcome>(found)? {
         Start::Ended(outcome) => return Ok(outcome),
         Start::From(going) => {
             // The picture is needed at the end; a missing one is an error now rather than then.
@@ -141,7 +106,7 @@ fn simulate_with<O: Watchers>(
             progress.skip(going.simulation.time().to_f64());
             *going
         }
-        Start::Anew => begin(task, simulation, run, watchers)?,
+        Start::Anew => begin(task, simulation, run, observers)?,
     };
     // A run killed before its first checkpoint after this point records the animation again.
     let begun = going.simulation.time().to_f64();
@@ -162,21 +127,20 @@ fn simulate_with<O: Watchers>(
     }
     drop(progress);
     task.folder.write_lasting(PICTURES[1], picture_of(&going.simulation.view(), PICTURE))?;
-    going.observers.3.write(task.folder)?;
-    let outcome = outcome_of(&going, run);
+    let outcome = outcome_of(&going, scene);
+    outcome.results.write(task.folder)?;
     going.end(task, &outcome)?;
     Ok(outcome)
 }
 
 /// Starts a run: initial picture, and the sample at time 0.
-fn begin<O: Watchers>(
+fn begin(
     task: &Task<'_>,
     simulation: AnySimulation,
     run: &RunSpec,
-    watchers: O,
-) -> Result<Resumable<Watched<O>>> {
+    observers: Watched,
+) -> Result<Resumable<Watched>> {
     task.folder.write_lasting(PICTURES[0], picture_of(&simulation.view(), PICTURE))?;
-    let observers = (EnergyLedger::default(), CollisionRate::default(), OverlapCheck::default(), watchers);
     let mut going = Resumable::begin(task, simulation, observers);
     going.observers.start(&going.simulation.view());
     going.observers.sample(&going.simulation.view());
@@ -185,14 +149,17 @@ fn begin<O: Watchers>(
 }
 
 /// The outcome of a run that has reached its end.
-fn outcome_of<O: Watchers>(going: &Resumable<Watched<O>>, run: &RunSpec) -> Outcome {
-    let view = going.simulation.view();
-    let (energy, rate, overlaps, watchers) = &going.observers;
+fn outcome_of(going: &Resumable<Watched>, scene: &Scene) -> Outcome {
+    let (view, run) = (going.simulation.view(), &scene.run);
+    let (energy, overlaps, Delayed { observer: (rate, pressure, measures), .. }, _) = &going.observers;
+    let hard_discs = HardDiscs::of(&view, &scene.elasticity);
     let collisions = view.counters().collisions;
     Outcome {
         energy: energy.clone(),
         rate: rate.clone(),
-        pressure: watchers.pressure().cloned(),
+        pressure: pressure.clone(),
+        results: measures.results(run, &hard_discs),
+        hard_discs: hard_discs.ok(),
         overlaps: overlaps.clone(),
         totals: Totals {
             collisions,
@@ -212,12 +179,13 @@ fn outcome_of<O: Watchers>(going: &Resumable<Watched<O>>, run: &RunSpec) -> Outc
 }
 
 /// Writes the data of the last sample: a frame, and a row of each requested series.
-fn append_sample<O: Watchers>(going: &mut Resumable<Watched<O>>, run: &RunSpec) -> Result<()> {
-    let Resumable { simulation, observers: (energy, rate, _, watchers), files, .. } = going;
+fn append_sample(going: &mut Resumable<Watched>, run: &RunSpec) -> Result<()> {
+    let Resumable { simulation, observers: (energy, _, measured, impulses), files, .. } = going;
+    let (rate, pressure, _) = &measured.observer;
     if run.snapshots.is_some() {
         files.append_frame(TRAJECTORY, |out| write_extended_xyz(&simulation.view(), out))?;
     }
-    if let Some(impulses) = watchers.impulses() {
+    if let Some(impulses) = impulses {
         files.append_new(&series::IMPULSES, &impulses.take())?;
     }
     for name in &run.observe {
@@ -225,7 +193,7 @@ fn append_sample<O: Watchers>(going: &mut Resumable<Watched<O>>, run: &RunSpec) 
             "energy" => files.append(&series::ENERGY, energy.series())?,
             "collision-rate" => files.append(&series::RATES, rate.series())?,
             "pressure" => {
-                files.append(&series::PRESSURE, watchers.pressure().map_or(&[], Pressure::series))?;
+                files.append(&series::PRESSURE, pressure.as_ref().map_or(&[], Pressure::series))?;
             }
             // Its two figures are in the summary.
             _ => (),
@@ -242,15 +210,18 @@ impl Outcome {
             figures.push(Figure::new("temperature kT at the end", temperature, "mass·length²/time²"));
         }
         if let Some((mean, error)) = self.rate.mean() {
-            figures.push(Figure::new("collisions per body that moves", mean, "1/time").error(error));
+            let figure = Figure::new("collisions per body that moves", mean, "1/time").error(error);
+            figures.push(predicted(figure, self.hard_discs.map(|gas| gas.collision_rate()), ENSKOG));
         }
         if let Some((mean, error)) = self.pressure.as_ref().and_then(Pressure::mean) {
-            figures.push(Figure::new("pressure", mean, "mass/time²").error(error));
+            let figure = Figure::new("pressure", mean, "mass/time²").error(error);
+            figures.push(predicted(figure, self.hard_discs.map(|gas| gas.pressure()), HENDERSON));
         }
         let factor = self.pressure.as_ref().and_then(Pressure::compressibility_factor);
         if let Some((mean, error)) = factor {
             figures.push(Figure::new("compressibility factor βpA/N", mean, "1").error(error));
         }
+        figures.extend(self.results.figures.iter().cloned());
         if let Some((guarded, share)) = self.guarded {
             figures.push(Figure::new("contacts that the guard against collapse raised", guarded as f64, "1"));
             figures.push(Figure::new("energy that it spared, by energy lost", share, "1"));
@@ -279,6 +250,9 @@ impl Outcome {
     pub fn page(&self, folder: &Folder, summary: &Summary, scene: &Scene, command: &str) -> Result<String> {
         let run = &scene.run;
         let mut lead = format!("Run from t = 0 to {}, sampled every {}.", run.until, run.sample_interval);
+        if run.measure_from > 0.0 {
+            let _ = write!(lead, " Measured from t = {} on.", run.measure_from);
+        }
         if !run.observe.is_empty() {
             let _ = write!(lead, " Observed: {}.", run.observe.join(", "));
         }
@@ -292,10 +266,15 @@ impl Outcome {
         page.subheading("Checks");
         page.paragraph(&format!("The overlap check ran at {} samples.", self.overlaps.checks()));
         page.checks(&summary.checks);
-        let charts = self.charts(run)?;
-        let charts: Vec<(&str, &str)> =
-            charts.iter().map(|(svg, caption)| (svg.as_str(), *caption)).collect();
-        page.pictures(Layout::Full, &charts);
+        for (table, files) in self.tables(run) {
+            let charts = table_chart::charts(&table)?;
+            let last = charts.len().saturating_sub(1);
+            for (index, svg) in charts.iter().enumerate() {
+                let caption = if index == last { table.caption.as_str() } else { "" };
+                page.pictures(Layout::Full, &[(svg, caption)]);
+            }
+            page.links([files.as_str()]);
+        }
         page.heading("The system");
         let [start, end] = PICTURES.map(|name| folder.read(name));
         let (start, end) = (start?, end?);
@@ -326,84 +305,89 @@ impl Outcome {
         Ok(page.html())
     }
 
-    /// Data files that a run with these options writes.
+    /// Data files that a run with these options writes, besides those of the tables.
     fn data(run: &RunSpec) -> Vec<&'static str> {
-        let mut files = vec!["config.toml", "summary.json", "manifest.json"];
+        let mut files = vec!["config.toml", "summary.json", "tables.json", "manifest.json"];
         files.extend(run.animation.then_some(animation::FLIGHTS));
-        for name in &run.observe {
-            match name.split(':').next() {
-                Some("energy") => files.push(series::ENERGY.name),
-                Some("collision-rate") => files.push(series::RATES.name),
-                Some("pressure") => files.push(series::PRESSURE.name),
-                Some("impulses") => files.push(series::IMPULSES.name),
-                _ => (),
-            }
-        }
+        files.extend(run.observe.iter().any(|name| impulses::is_log(name)).then_some(series::IMPULSES.name));
         files.extend(run.snapshots.is_some().then_some(TRAJECTORY));
         files
     }
 
-    fn pressure_series(&self) -> &[PressurePoint] {
-        self.pressure.as_ref().map_or(&[], Pressure::series)
+    /// Writes what the columns of all tables hold, with units and sources of predictions.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn describe_tables(&self, folder: &Folder, run: &RunSpec) -> Result<()> {
+        let heads = self.tables(run).into_iter().map(|(table, file)| {
+            let columns = table.columns.iter().map(|column| {
+                let (role, source) = column.role.words();
+                json!({ "name": column.name, "unit": column.unit, "role": role, "source": source })
+            });
+            let columns: Vec<Value> = columns.collect();
+            json!({ "file": file, "title": table.title, "caption": table.caption, "columns": columns })
+        });
+        folder.write_json("tables.json", &heads.collect::<Vec<Value>>())
     }
 
-    /// Charts of the requested series.
-    fn charts(&self, run: &RunSpec) -> Result<Vec<(String, &'static str)>> {
-        let mut charts = Vec::new();
-        let observes = |name: &str| run.observe.iter().any(|observed| observed == name);
-        if observes("energy") {
-            let first = self.energy.series().first().map_or(0.0, |point| point.energy);
-            if first > 0.0 {
-                let drift: Vec<(f64, f64)> = self
-                    .energy
-                    .series()
-                    .iter()
-                    .map(|point| (point.time, (point.energy - point.booked) / first))
-                    .collect();
-                let svg = series_chart(
-                    "Energy drift relative to the ledger",
-                    "(E − booked E) / E(0)",
-                    run.until,
-                    drift,
-                )?;
-                charts.push((svg, "The difference is rounding error; it must stay below 10⁻¹²."));
-            }
+    /// All tables, each with the name of its file.
+    fn tables(&self, run: &RunSpec) -> Vec<(Table, String)> {
+        let is_asked = |name: &str| run.observe.iter().any(|observed| observed == name);
+        let mut tables = Vec::new();
+        if is_asked("energy") {
+            tables.push((self.drift_table(), series::ENERGY.name.to_owned()));
         }
-        if observes("collision-rate") {
-            let rates: Vec<(f64, f64)> =
-                self.rate.series().iter().map(|point| (point.time, point.rate)).collect();
-            let svg = series_chart("Collisions", "collisions per body and time [1/time]", run.until, rates)?;
-            charts.push((svg, "Mean over the moving bodies in each interval between samples."));
+        if is_asked("collision-rate") {
+            tables.push((self.rate_table(), series::RATES.name.to_owned()));
         }
-        if observes("pressure") {
-            let points = self.pressure_series().iter().map(|point| (point.time, point.pressure()));
-            let svg = series_chart("Pressure", "p [mass/time²]", run.until, points.collect())?;
-            charts.push((svg, "From the virial of the contacts in each interval between samples."));
+        if is_asked("pressure") {
+            tables.push((self.pressure_table(), series::PRESSURE.name.to_owned()));
         }
-        Ok(charts)
+        let measured = self.results.tables.iter().map(|table| (table.clone(), measures::file_name(table)));
+        tables.extend(measured);
+        tables
+    }
+
+    fn drift_table(&self) -> Table {
+        let points = self.energy.series();
+        let first = points.first().map_or(0.0, |point| point.energy);
+        let drift = points.iter().map(|point| Some((point.energy - point.booked) / first));
+        Table::new("energy", "Energy drift relative to the ledger")
+            .abscissa("time", "time", points.iter().map(|point| point.time).collect())
+            .value("(E − booked E) / E(0)", "1", drift.collect())
+            .caption("The difference is rounding error; it must stay below 10⁻¹².")
+    }
+
+    fn rate_table(&self) -> Table {
+        let points = self.rate.series();
+        let table = Table::new("collision-rate", "Collisions")
+            .abscissa("time", "time", points.iter().map(|point| point.time).collect())
+            .value("collisions per body", "1/time", points.iter().map(|point| Some(point.rate)).collect())
+            .caption("Mean over the moving bodies in each interval between samples.");
+        constant(table, points.len(), self.hard_discs.map(|gas| gas.collision_rate()), "Enskog", ENSKOG)
+    }
+
+    fn pressure_table(&self) -> Table {
+        let points = self.pressure.as_ref().map_or(&[][..], Pressure::series);
+        let table = Table::new("pressure", "Pressure")
+            .abscissa("time", "time", points.iter().map(|point| point.time).collect())
+            .value("pressure", "mass/time²", points.iter().map(|point| Some(point.pressure())).collect())
+            .caption("From the virial of the contacts in each interval between samples.");
+        constant(table, points.len(), self.hard_discs.map(|gas| gas.pressure()), "Henderson", HENDERSON)
     }
 }
 
-fn series_chart(title: &str, label: &str, until: f64, points: Vec<(f64, f64)>) -> Result<String> {
-    let values = || points.iter().map(|point| point.1);
-    let (low, high) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
-    let room = if high > low { 0.1 * (high - low) } else { 1e-15 };
-    Chart {
-        title: title.to_owned(),
-        x: Axis { label: "t [time]".to_owned(), range: (0.0, until) },
-        y: Axis { label: label.to_owned(), range: (if low < 0.0 { low - room } else { 0.0 }, high + room) },
-        layers: vec![Layer { name: String::new(), colour: colour::BLUE, shape: Shape::Line(points) }],
+/// Adds a prediction that does not depend on the abscissa.
+fn constant(table: Table, rows: usize, prediction: Option<f64>, label: &str, source: &str) -> Table {
+    match prediction {
+        Some(value) => table.prediction(label, vec![Some(value); rows], source),
+        None => table,
     }
-    .svg()
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_series_that_does_not_change_can_be_drawn() {
-        assert!(series_chart("E", "E", 1.0, vec![(0.0, 0.0), (1.0, 0.0)]).is_ok());
-        assert!(series_chart("E", "E", 1.0, Vec::new()).is_ok());
+fn predicted(figure: Figure, prediction: Option<f64>, source: &str) -> Figure {
+    match prediction {
+        Some(value) => figure.predicted(value, source),
+        None => figure,
     }
 }

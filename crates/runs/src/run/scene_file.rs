@@ -6,8 +6,8 @@ use anyhow::{Context, Result, bail, ensure};
 use carom::{Scene, engine::RunSpec};
 use clap::Args;
 
-use super::{gas, outcome::OBSERVERS};
-use crate::overrides::Override;
+use super::{impulses, outcome::OBSERVERS};
+use crate::{measures, overrides::Override};
 
 /// The only supported format of snapshots.
 const EXTENDED_XYZ: &str = "extxyz";
@@ -89,22 +89,31 @@ fn check(run: &RunSpec) -> Result<()> {
         run.sample_interval,
         run.until
     );
-    ensure!(
-        (0.0..run.until).contains(&run.animation_from),
-        "run.animation_from must be from 0 to before run.until = {}, but is {}",
-        run.until,
-        run.animation_from
-    );
+    for (entry, time) in [("run.animation_from", run.animation_from), ("run.measure_from", run.measure_from)]
+    {
+        ensure!(
+            (0.0..run.until).contains(&time),
+            "{entry} must be from 0 to before run.until = {}, but is {time}",
+            run.until
+        );
+    }
     for name in &run.observe {
-        if !OBSERVERS.contains(&name.as_str()) {
-            gas::check(name).with_context(|| {
-                format!(
-                    "run.observe; expected one of {}, {}",
-                    OBSERVERS.join(", "),
-                    gas::OBSERVERS.join(", ")
-                )
-            })?;
+        if OBSERVERS.contains(&name.as_str()) {
+            continue;
         }
+        if impulses::is_log(name) {
+            impulses::check(name)?;
+            continue;
+        }
+        measures::check(name).with_context(|| {
+            let kinds: Vec<&str> = measures::KINDS.iter().map(|kind| kind.name).collect();
+            format!(
+                "run.observe; expected one of {}, {}, {}",
+                OBSERVERS.join(", "),
+                kinds.join(", "),
+                impulses::NAME
+            )
+        })?;
     }
     match run.snapshots.as_deref() {
         None | Some(EXTENDED_XYZ) => Ok(()),
@@ -130,6 +139,7 @@ mod tests {
             (RunSpec { animation_from: -0.5, ..good.clone() }, "run.animation_from"),
             (RunSpec { animation_from: good.until, ..good.clone() }, "run.animation_from"),
             (RunSpec { animation_from: f64::NAN, ..good.clone() }, "run.animation_from"),
+            (RunSpec { measure_from: 2.0 * good.until, ..good.clone() }, "run.measure_from"),
         ];
         for (run, expected) in cases {
             let error = format!("{:#}", check(&run).unwrap_err());

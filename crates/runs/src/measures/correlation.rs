@@ -1,0 +1,95 @@
+//! `correlation`: mean squared displacement and velocity autocorrelation of a group.
+
+use carom::TimeCorrelation;
+use carom_tables::{BlockMean, Figure, Table};
+
+use super::{Context, Kind, Measured, Of, Results, hard_discs::ENSKOG, in_blocks, resumed};
+
+/// Longest lag in samples. It does not depend on the end of the run, so an extended run measures the
+/// same as a long one.
+const LONGEST_LAG: f64 = 1e6;
+
+/// The autocorrelation is compared with its exponential up to this many mean free times; later the
+/// tail that falls as 1/t (Alder and Wainwright, Phys. Rev. A 1 (1970) 18) dominates.
+const FREE_TIMES: f64 = 5.0;
+
+/// The diffusion coefficient is the slope of the mean squared displacement between these lags (mean
+/// free times). It grows slowly with them.
+const SLOPE_FROM: f64 = 10.0;
+const SLOPE_TO: f64 = 40.0;
+
+pub(super) const KIND: Kind = Kind {
+    name: "correlation",
+    summary: "mean squared displacement and velocity autocorrelation against the lag",
+    of: Of::Group,
+    begin: |selection| {
+        let interval = selection.run.sample_interval;
+        let longest = (interval * LONGEST_LAG).min(f64::MAX);
+        Ok(in_blocks(TimeCorrelation::new(selection.group, interval, longest)?))
+    },
+    resume: resumed::<TimeCorrelation>,
+};
+
+impl Measured for TimeCorrelation {
+    /// Of each lag, first the squared displacement and then the product of velocities. Longer lags
+    /// come later.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        let both = |point: carom::observers::CorrelationPoint| {
+            let pairs = point.pairs as f64;
+            [[point.mean_square_displacement * pairs, pairs], [point.autocorrelation * pairs, pairs]]
+        };
+        self.points().into_iter().flat_map(both).collect()
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let points = self.points();
+        let lags: Vec<f64> = points.iter().map(|point| point.lag).collect();
+        // A block shorter than the lag holds pairs whose first sample lies before it.
+        let column = |quantity: usize| -> (Vec<Option<f64>>, Vec<Option<f64>>) {
+            let of = means.iter().skip(quantity).step_by(2).zip(&lags);
+            of.map(|(mean, &lag)| (mean.value, mean.standard_error.filter(|_| lag < context.block))).unzip()
+        };
+        let ((squares, square_errors), (products, product_errors)) = (column(0), column(1));
+        let exponential: Vec<Option<f64>> = lags.iter().map(|&lag| exponential(lag, context)).collect();
+        let table = Table::new(
+            format!("correlation{}", context.suffix),
+            "Mean squared displacement and velocity autocorrelation",
+        )
+        .abscissa("lag", "time", lags.clone())
+        .counts("pairs", points.iter().map(|point| point.pairs).collect())
+        .value("mean_square_displacement", "length²", squares.clone())
+        .errors(square_errors)
+        .value("velocity_autocorrelation", "length²/time²", products)
+        .errors(product_errors)
+        .prediction("2kT/m exp(−Γt)", exponential, ENSKOG)
+        .caption(context.theory(
+            "The slope of the autocorrelation at lag 0 is exactly minus its value times the collision rate Γ.",
+        ));
+        let figures = diffusion(&lags, &squares, context).into_iter().collect();
+        Results { tables: vec![table], figures }
+    }
+}
+
+/// The autocorrelation of Enskog's theory at short lags.
+fn exponential(lag: f64, context: &Context<'_>) -> Option<f64> {
+    let gas = context.hard_discs.as_ref().ok()?;
+    let rate = gas.collision_rate();
+    (lag * rate < FREE_TIMES).then(|| 2.0 * gas.temperature / gas.mass * (-rate * lag).exp())
+}
+
+/// The diffusion coefficient from the slope of the mean squared displacement.
+fn diffusion(lags: &[f64], squares: &[Option<f64>], context: &Context<'_>) -> Option<Figure> {
+    let gas = context.hard_discs.as_ref().ok()?;
+    let rate = gas.collision_rate();
+    let at = |free_times: f64| {
+        let point = lags.iter().zip(squares).find(|(lag, _)| **lag * rate >= free_times)?;
+        Some((*point.0, (*point.1)?))
+    };
+    let ((begin, first), (end, last)) = (at(SLOPE_FROM)?, at(SLOPE_TO)?);
+    let slope = (last - first) / (end - begin);
+    let name = format!(
+        "diffusion coefficient, from lags {begin:.3} to {end:.3}{}",
+        context.suffix.replace('-', ", ")
+    );
+    Some(Figure::new(name, 0.25 * slope, "length²/time").predicted(gas.diffusion(), ENSKOG))
+}

@@ -1,0 +1,71 @@
+//! Observation from a later time on, so that the approach to equilibrium is not averaged into the
+//! results.
+
+use carom::{CollisionReport, Observer, View, engine::Body};
+use serde::{Deserialize, Serialize};
+
+/// An observer that begins at the first sample at or after a time.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Delayed<O> {
+    from: f64,
+    begun: bool,
+    /// The observer.
+    pub observer: O,
+}
+
+impl<O> Delayed<O> {
+    /// Begins at the first sample at or after `from` (time).
+    pub fn new(from: f64, observer: O) -> Self {
+        Self { from, begun: false, observer }
+    }
+}
+
+impl<O: Observer> Observer for Delayed<O> {
+    fn watches_any(&self) -> bool {
+        self.begun && self.observer.watches_any()
+    }
+
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.begun && self.observer.watches(bodies)
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        if self.begun {
+            self.observer.collision(report);
+        }
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        if !self.begun {
+            if view.time().to_f64() < self.from {
+                return;
+            }
+            self.begun = true;
+            self.observer.start(view);
+        }
+        self.observer.sample(view);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom::{CollisionRate, Scene};
+    use carom_methods::AnySimulation;
+
+    #[test]
+    fn the_time_before_is_not_observed() {
+        let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 50").unwrap();
+        let mut simulation = AnySimulation::new(&scene).unwrap();
+        let mut delayed = Delayed::new(0.45, CollisionRate::default());
+        delayed.start(&simulation.view());
+        for sample in 0..=10 {
+            simulation.observe_until(0.1 * f64::from(sample), &mut delayed).unwrap();
+            delayed.sample(&simulation.view());
+        }
+        // The first sample at or after 0.45 is that at 0.5, so the first interval ends at 0.6.
+        let series = delayed.observer.series();
+        assert_eq!(series.len(), 5);
+        assert!((series[0].time - 0.6).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,287 @@
+//! Measures: observers by name, whose results become tables, charts and figures of the page.
+//!
+//! A measure is one file with an observer's [`Measured`] and a [`Kind`], and a line in [`KINDS`].
+//! Its CSV file, chart with error band and prediction, figures and JSON follow from the tables.
+
+mod contact_density;
+mod correlation;
+mod delayed;
+mod hard_discs;
+mod pair_distribution;
+mod selection;
+mod thermostat;
+mod velocities;
+
+use anyhow::{Result, bail, ensure};
+use carom::{CollisionReport, Observer, View, engine::Body, engine::RunSpec};
+use carom_tables::{BlockMean, BlockSums, Figure, Table};
+use serde::{
+    Deserialize, Deserializer, Serialize, Serializer, de::DeserializeOwned, de::Error as _, ser::Error as _,
+};
+
+pub use self::delayed::Delayed;
+pub use self::hard_discs::{ENSKOG, HENDERSON, HardDiscs};
+pub use self::selection::{Selection, only_body};
+use crate::{
+    checkpoint_file::{decode, encode},
+    output::Folder,
+};
+
+/// All measures.
+pub const KINDS: [Kind; 5] =
+    [velocities::KIND, correlation::KIND, pair_distribution::KIND, contact_density::KIND, thermostat::KIND];
+
+/// A measure that can be asked for by name.
+#[derive(Debug, Clone, Copy)]
+pub struct Kind {
+    /// Its name in `run.observe`.
+    pub name: &'static str,
+    /// What it measures, in a sentence.
+    pub summary: &'static str,
+    /// The bodies that it can be restricted to.
+    pub of: Of,
+    /// Starts it.
+    begin: fn(&Selection<'_>) -> Result<Box<dyn Measure>>,
+    /// Restores it from a checkpoint.
+    resume: fn(&[u8]) -> Result<Box<dyn Measure>>,
+}
+
+/// The bodies of a measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Of {
+    /// All bodies that move, or those with the tag after the colon.
+    Group,
+    /// The only body with the tag after the colon, which is required.
+    OneBody,
+    /// The whole system; no tag is allowed.
+    System,
+}
+
+/// An observer whose results can be tabulated.
+pub trait Measured: Observer + Serialize + DeserializeOwned + 'static {
+    /// Σx and Σw so far of each quantity whose mean is Σx / Σw; their order never changes. They are
+    /// recorded at each sample and give the standard errors.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        Vec::new()
+    }
+
+    /// Tables and figures. `means` belong to [`Self::sums`].
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results;
+}
+
+/// What results depend on besides the observer.
+#[derive(Debug, Clone, Copy)]
+pub struct Context<'a> {
+    /// The tag in the name, with a hyphen before it; empty without a tag.
+    pub suffix: &'a str,
+    /// Duration of a block (time): means over longer times have no error.
+    pub block: f64,
+    /// The gas to which theory applies, or why it does not.
+    pub hard_discs: &'a Result<HardDiscs, String>,
+}
+
+impl Context<'_> {
+    /// A sentence on the prediction for the caption.
+    pub fn theory(&self, prediction: &str) -> String {
+        match self.hard_discs {
+            Ok(_) => prediction.to_owned(),
+            Err(reason) => format!("No prediction: {reason}."),
+        }
+    }
+}
+
+/// Tables and figures of a measure.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Results {
+    /// The tables, each a CSV file and one or more charts.
+    pub tables: Vec<Table>,
+    /// The figures.
+    pub figures: Vec<Figure>,
+}
+
+/// A measure in progress.
+trait Measure: Observer {
+    fn save(&self) -> Result<Vec<u8>>;
+    fn results(&self, context: &Context<'_>) -> Results;
+    fn records_per_block(&self) -> u64;
+}
+
+/// An observer with the sums of its blocks.
+#[derive(Serialize, Deserialize)]
+struct InBlocks<M> {
+    measured: M,
+    blocks: BlockSums,
+}
+
+fn in_blocks<M: Measured>(measured: M) -> Box<dyn Measure> {
+    Box::new(InBlocks { measured, blocks: BlockSums::default() })
+}
+
+fn resumed<M: Measured>(bytes: &[u8]) -> Result<Box<dyn Measure>> {
+    Ok(Box::new(decode::<InBlocks<M>>(bytes)?))
+}
+
+impl<M: Measured> Observer for InBlocks<M> {
+    fn watches_any(&self) -> bool {
+        self.measured.watches_any()
+    }
+
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.measured.watches(bodies)
+    }
+
+    fn start(&mut self, view: &View<'_>) {
+        self.measured.start(view);
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.measured.collision(report);
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        self.measured.sample(view);
+        self.blocks.record(&self.measured.sums());
+    }
+}
+
+impl<M: Measured> Measure for InBlocks<M> {
+    fn save(&self) -> Result<Vec<u8>> {
+        Ok(encode(self)?)
+    }
+
+    fn results(&self, context: &Context<'_>) -> Results {
+        self.measured.results(&self.blocks.means(), context)
+    }
+
+    fn records_per_block(&self) -> u64 {
+        self.blocks.records_per_block()
+    }
+}
+
+/// The measures of a run, in the order of their names in the scene.
+#[derive(Default)]
+pub struct Measures(Vec<(String, Box<dyn Measure>)>);
+
+impl Measures {
+    /// Starts the measures that a run asks for; other names are skipped.
+    ///
+    /// # Errors
+    /// No body carries a tag, or a body is not unique.
+    pub fn begin(run: &RunSpec, view: &View<'_>) -> Result<Self> {
+        let mut list = Vec::new();
+        for name in &run.observe {
+            let Some((kind, tag)) = find(name) else { continue };
+            let selection = Selection::new(name, tag, run, view)?;
+            list.push((name.clone(), (kind.begin)(&selection)?));
+        }
+        Ok(Self(list))
+    }
+
+    /// Tables and figures of all measures.
+    pub fn results(&self, run: &RunSpec, hard_discs: &Result<HardDiscs, String>) -> Results {
+        let mut all = Results::default();
+        for (name, measure) in &self.0 {
+            let suffix = name.split_once(':').map_or(String::new(), |(_, tag)| format!("-{tag}"));
+            let block = measure.records_per_block() as f64 * run.sample_interval;
+            let results = measure.results(&Context { suffix: &suffix, block, hard_discs });
+            all.tables.extend(results.tables);
+            all.figures.extend(results.figures);
+        }
+        all
+    }
+}
+
+impl Results {
+    /// Writes the tables as CSV files.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write(&self, folder: &Folder) -> Result<()> {
+        self.tables
+            .iter()
+            .try_for_each(|table| folder.write_table(&file_name(table), &table.header(), table.rows()))
+    }
+}
+
+/// Name of the file of a table.
+pub fn file_name(table: &Table) -> String {
+    format!("{}.csv", table.name)
+}
+
+/// The kind of measure that a name asks for, and its tag.
+fn find(name: &str) -> Option<(&'static Kind, Option<&str>)> {
+    let (kind, tag) = name.split_once(':').map_or((name, None), |(kind, tag)| (kind, Some(tag)));
+    KINDS.iter().find(|known| known.name == kind).map(|kind| (kind, tag))
+}
+
+/// Validates a name and its tag.
+///
+/// # Errors
+/// The name is unknown, a required tag is missing, or the tag is not allowed.
+pub fn check(name: &str) -> Result<()> {
+    let Some((kind, tag)) = find(name) else { bail!("unknown observer '{name}'") };
+    check_tag(name, kind.of, tag)
+}
+
+/// Validates the tag of a name.
+pub(crate) fn check_tag(name: &str, of: Of, tag: Option<&str>) -> Result<()> {
+    match (of, tag) {
+        (Of::OneBody, None) => bail!("'{name}' needs the tag of a body: {name}:TAG"),
+        (Of::System, Some(_)) => bail!("'{name}': it covers the whole system and takes no tag"),
+        // The tag becomes part of a file name.
+        (_, Some(tag)) => ensure!(
+            !tag.is_empty() && tag.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)),
+            "'{name}': the tag may contain letters, digits, - and _ only"
+        ),
+        _ => {}
+    }
+    Ok(())
+}
+
+impl Observer for Measures {
+    fn watches_any(&self) -> bool {
+        self.0.iter().any(|(_, measure)| measure.watches_any())
+    }
+
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.0.iter().any(|(_, measure)| measure.watches(bodies))
+    }
+
+    fn start(&mut self, view: &View<'_>) {
+        self.0.iter_mut().for_each(|(_, measure)| measure.start(view));
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        let bodies = report.sides.each_ref().map(|side| side.body);
+        let watching = self.0.iter_mut().filter(|(_, measure)| measure.watches(bodies));
+        watching.for_each(|(_, measure)| measure.collision(report));
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        self.0.iter_mut().for_each(|(_, measure)| measure.sample(view));
+    }
+}
+
+/// In a checkpoint each measure is its name and its encoded state.
+impl Serialize for Measures {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let encoded = self.0.iter().map(|(name, measure)| Ok((name, measure.save()?)));
+        let encoded: Vec<(&String, Vec<u8>)> = encoded.collect::<Result<_>>().map_err(S::Error::custom)?;
+        encoded.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Measures {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let encoded = Vec::<(String, Vec<u8>)>::deserialize(deserializer)?;
+        let restored = encoded.into_iter().map(|(name, bytes)| {
+            let Some((kind, _)) = find(&name) else { bail!("the measure '{name}' is unknown") };
+            let measure = (kind.resume)(&bytes)?;
+            Ok((name, measure))
+        });
+        restored.collect::<Result<_>>().map(Self).map_err(D::Error::custom)
+    }
+}
+
+#[cfg(test)]
+mod tests;

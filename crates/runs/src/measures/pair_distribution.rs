@@ -1,0 +1,71 @@
+//! `pair-distribution`: g(r) of the centres of mass of a group.
+
+use carom::PairDistribution;
+use carom_tables::{BlockMean, Figure, Table};
+
+use super::{Context, Kind, Measured, Of, Results, Selection, hard_discs::HENDERSON, in_blocks, resumed};
+
+/// Cutoff of distances in diameters of the largest body of the group, and bins for each diameter.
+const DIAMETERS: f64 = 5.0;
+const BINS_PER_DIAMETER: f64 = 50.0;
+
+/// Bins beyond contact through which a line gives the contact value. Fewer: a larger error. More:
+/// the curvature of g.
+const CONTACT_BINS: usize = 5;
+
+pub(super) const KIND: Kind = Kind {
+    name: "pair-distribution",
+    summary: "pair distribution function g(r) of the centres of mass",
+    of: Of::Group,
+    begin: |selection| Ok(in_blocks(observer(selection)?)),
+    resume: resumed::<PairDistribution>,
+};
+
+fn observer(selection: &Selection<'_>) -> anyhow::Result<PairDistribution> {
+    let diameter = 2.0 * selection.largest_radius();
+    // Slightly less than half the shorter side: beyond it, periodic images would be missed.
+    let half = 0.499 * selection.view.bounds().sides().min_element();
+    let cutoff = (DIAMETERS * diameter).min(half);
+    let bins = (cutoff / diameter * BINS_PER_DIAMETER).ceil() as usize;
+    Ok(PairDistribution::new([selection.group; 2], selection.view.bounds(), cutoff, bins)?)
+}
+
+impl Measured for PairDistribution {
+    fn sums(&self) -> Vec<[f64; 2]> {
+        self.sums()
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let points = self.points();
+        let table = Table::new(format!("pair-distribution{}", context.suffix), "Pair distribution g(r)")
+            .abscissa("distance", "length", points.iter().map(|point| point.distance).collect())
+            .counts("pairs", points.iter().map(|point| point.pairs).collect())
+            .value("g", "1", means.iter().map(|mean| mean.value).collect())
+            .errors(means.iter().map(|mean| mean.standard_error).collect())
+            .caption("Of the centres of mass; 1 where positions are independent.");
+        let distances: Vec<f64> = points.iter().map(|point| point.distance).collect();
+        Results {
+            tables: vec![table],
+            figures: contact_value(&distances, means, context).into_iter().collect(),
+        }
+    }
+}
+
+/// g at contact by a line through the first bins beyond it.
+fn contact_value(distances: &[f64], means: &[BlockMean], context: &Context<'_>) -> Option<Figure> {
+    let gas = context.hard_discs.as_ref().ok()?;
+    let beyond = distances.iter().zip(means).filter(|(distance, _)| **distance > gas.diameter);
+    let near: Vec<(f64, f64, f64)> = beyond
+        .take(CONTACT_BINS)
+        .map(|(distance, mean)| Some((distance - gas.diameter, mean.value?, mean.standard_error?)))
+        .collect::<Option<_>>()?;
+    // Σ c_i g_i with the weights c_i of the least-squares line at distance 0.
+    let count = near.len() as f64;
+    let centre = near.iter().map(|point| point.0).sum::<f64>() / count;
+    let spread: f64 = near.iter().map(|point| (point.0 - centre).powi(2)).sum();
+    let weight = |x: f64| 1.0 / count - centre * (x - centre) / spread;
+    let value: f64 = near.iter().map(|&(x, g, _)| weight(x) * g).sum();
+    let error = near.iter().map(|&(x, _, error)| (weight(x) * error).powi(2)).sum::<f64>().sqrt();
+    let figure = Figure::new(format!("g(r) at contact{}", context.suffix.replace('-', ", ")), value, "1");
+    Some(figure.error(error).predicted(gas.contact_value(), HENDERSON)).filter(|_| near.len() == CONTACT_BINS)
+}

@@ -1,0 +1,65 @@
+//! The bodies that a measure is restricted to.
+
+use anyhow::{Context, Result, ensure};
+use carom::{
+    Group, View,
+    engine::{BodyView, RunSpec},
+};
+
+/// The run and the bodies of a measure.
+#[derive(Debug, Clone, Copy)]
+pub struct Selection<'a> {
+    /// The name as in the scene, for error messages.
+    name: &'a str,
+    /// The bodies.
+    pub group: Group,
+    /// The system at the start of the measurement.
+    pub view: &'a View<'a>,
+    /// Duration and sampling of the run.
+    pub run: &'a RunSpec,
+}
+
+impl<'a> Selection<'a> {
+    /// The bodies with a tag; all bodies without one.
+    ///
+    /// # Errors
+    /// No body carries the tag.
+    pub fn new(name: &'a str, tag: Option<&str>, run: &'a RunSpec, view: &'a View<'a>) -> Result<Self> {
+        let group = match tag {
+            None => Group::All,
+            Some(tag) => {
+                let found = view.tag_names().find(tag);
+                let found = found.filter(|&found| view.tagged(found).next().is_some());
+                found.map(Group::from).with_context(|| {
+                    format!("run.observe: '{name}': no body in the scene carries the tag {tag:?}")
+                })?
+            }
+        };
+        Ok(Self { name, group, view, run })
+    }
+
+    /// The only body of the group.
+    ///
+    /// # Errors
+    /// There are several.
+    pub fn only_body(&self) -> Result<BodyView<'a>> {
+        only_body(self.group, self.view).with_context(|| format!("run.observe: '{}'", self.name))
+    }
+
+    /// The largest bounding radius of the group (length).
+    pub fn largest_radius(&self) -> f64 {
+        let members = self.view.bodies().filter(|body| self.group.contains(body.body));
+        members.map(|body| body.body.molecule().bounding_radius()).fold(0.0, f64::max)
+    }
+}
+
+/// The only body of a group.
+///
+/// # Errors
+/// There is none, or there are several.
+pub fn only_body<'a>(group: Group, view: &View<'a>) -> Result<BodyView<'a>> {
+    let mut members = view.bodies().filter(|body| group.contains(body.body));
+    let (body, another) = (members.next().context("no body carries that tag")?, members.next());
+    ensure!(another.is_none(), "several bodies carry that tag, but only one can be observed");
+    Ok(body)
+}
