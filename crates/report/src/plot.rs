@@ -82,8 +82,18 @@ pub fn staircase(first: f64, last: f64, values: &[f64]) -> Vec<(f64, f64)> {
 /// Points farther from the chart than this many of its widths are drawn at that distance.
 const FAR_OFF: f64 = 1000.0;
 
-/// A linear axis with tick marks from [`marks`].
+/// What the values along an axis are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Spacing {
+    /// The quantity itself.
+    Linear,
+    /// The decimal logarithm of the quantity; tick marks show the quantity.
+    Decades,
+}
+
+/// An axis with its tick marks.
 struct Scale {
+    spacing: Spacing,
     range: (f64, f64),
     places: RangedCoordf64,
 }
@@ -100,7 +110,13 @@ impl Ranged for Scale {
     }
 
     fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
-        marks(self.range)
+        match self.spacing {
+            Spacing::Linear => marks(self.range),
+            Spacing::Decades => {
+                let (low, high) = (self.range.0.ceil() as i64, self.range.1.floor() as i64);
+                (low..=high).map(|decade| decade as f64).collect()
+            }
+        }
     }
 
     fn range(&self) -> std::ops::Range<f64> {
@@ -109,8 +125,8 @@ impl Ranged for Scale {
 }
 
 impl Axis {
-    fn scale(&self) -> Scale {
-        Scale { range: self.range, places: (self.range.0..self.range.1).into() }
+    fn scale(&self, spacing: Spacing) -> Scale {
+        Scale { spacing, range: self.range, places: (self.range.0..self.range.1).into() }
     }
 }
 
@@ -131,19 +147,35 @@ impl Chart {
     /// # Errors
     /// An axis is empty or not finite.
     pub fn svg(&self) -> Result<String> {
+        self.spaced_svg(Spacing::Linear)
+    }
+
+    /// Draws the chart as SVG; its x values are decimal logarithms, and the tick marks along x are
+    /// powers of ten.
+    ///
+    /// # Errors
+    /// An axis is empty or not finite.
+    pub fn svg_in_decades_of_x(&self) -> Result<String> {
+        self.spaced_svg(Spacing::Decades)
+    }
+
+    fn spaced_svg(&self, spacing: Spacing) -> Result<String> {
         for axis in [&self.x, &self.y] {
             let (low, high) = axis.range;
             let sound = low.is_finite() && high.is_finite() && low < high;
             anyhow::ensure!(sound, "chart '{}': axis '{}' from {low} to {high}", self.title, axis.label);
         }
-        canvas::svg(&self.title, (920, 420), |root| self.draw(root))
+        canvas::svg(&self.title, (920, 420), |root| self.draw(root, spacing))
     }
 
-    fn draw(&self, root: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<()> {
-        let x_format = |value: &f64| tick(*value, self.x.range);
+    fn draw(&self, root: &DrawingArea<SVGBackend<'_>, Shift>, spacing: Spacing) -> Result<()> {
+        let x_format = |value: &f64| match spacing {
+            Spacing::Linear => tick(*value, self.x.range),
+            Spacing::Decades => power_of_ten(*value),
+        };
         let y_format = |value: &f64| tick(*value, self.y.range);
-        let x = Side { scale: self.x.scale(), label: &self.x.label, format: &x_format };
-        let y = Side { scale: self.y.scale(), label: &self.y.label, format: &y_format };
+        let x = Side { scale: self.x.scale(spacing), label: &self.x.label, format: &x_format };
+        let y = Side { scale: self.y.scale(Spacing::Linear), label: &self.y.label, format: &y_format };
         let mut chart = canvas::plane(root, &self.title, x, y)?;
         for layer in &self.layers {
             self.draw_layer(&mut chart, layer)?;
@@ -221,6 +253,12 @@ impl Chart {
         }
         Ok(())
     }
+}
+
+/// Formats a power of ten from 0.001 to 1000 as a decimal, others with an exponent.
+fn power_of_ten(exponent: f64) -> String {
+    let value = 10f64.powf(exponent.round());
+    if (-3.5..3.5).contains(&exponent) { format!("{value}") } else { format!("{value:.0e}") }
 }
 
 /// Formats a number at an axis with the digits that the range needs.

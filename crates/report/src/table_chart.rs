@@ -1,7 +1,7 @@
 //! Charts of a table: measured columns with error bands, and predictions.
 
 use anyhow::Result;
-use carom_tables::{Column, Role, Table};
+use carom_tables::{Column, Role, Spacing, Table};
 use plotters::style::RGBColor;
 
 use crate::plot::{Axis, Chart, Layer, Shape, colour};
@@ -35,10 +35,17 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
 }
 
 fn chart(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<Option<String>> {
-    let points = |column: &Column| -> Vec<(f64, f64)> {
-        abscissa.values.iter().zip(&column.values).filter_map(|(x, y)| Some(((*x)?, (*y)?))).collect()
+    let abscissae: Vec<Option<f64>> = match table.spacing {
+        Spacing::Linear => abscissa.values.clone(),
+        Spacing::Logarithmic => {
+            let logarithm = |x: &Option<f64>| x.filter(|x| *x > 0.0).map(f64::log10);
+            abscissa.values.iter().map(logarithm).collect()
+        }
     };
-    let (mut bands, mut lines) = (Vec::new(), Vec::new());
+    let points = |column: &Column| -> Vec<(f64, f64)> {
+        abscissae.iter().zip(&column.values).filter_map(|(x, y)| Some(((*x)?, (*y)?))).collect()
+    };
+    let (mut bands, mut lines, mut predictions) = (Vec::new(), Vec::new(), Vec::new());
     let mut value: Option<&Column> = None;
     let mut quantities = 0;
     for &column in group {
@@ -51,7 +58,7 @@ fn chart(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<Option<S
             }
             Role::StandardError => {
                 let Some(value) = value else { continue };
-                let band = abscissa.values.iter().zip(value.values.iter().zip(&column.values));
+                let band = abscissae.iter().zip(value.values.iter().zip(&column.values));
                 let band = band.filter_map(|(x, (y, error))| {
                     let (x, y, error) = ((*x)?, (*y)?, (*error)?);
                     Some((x, y - BAND * error, y + BAND * error))
@@ -61,7 +68,7 @@ fn chart(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<Option<S
             }
             Role::Prediction { .. } => {
                 let (name, colour) = (column.label.clone(), colour::VERMILLION);
-                lines.push(Layer { name, colour, shape: Shape::Thin(points(column)) });
+                predictions.push(Layer { name, colour, shape: Shape::Line(points(column)) });
             }
             Role::Abscissa | Role::Count => {}
         }
@@ -76,7 +83,7 @@ fn chart(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<Option<S
     if x.0 == x.1 {
         return Ok(None);
     }
-    let layers: Vec<Layer> = bands.into_iter().chain(lines).collect();
+    let layers: Vec<Layer> = bands.into_iter().chain(lines).chain(predictions).collect();
     let names = group.iter().filter(|column| column.role == Role::Value).map(|column| column.label.as_str());
     let quantity = names.collect::<Vec<_>>().join(", ");
     let label =
@@ -87,7 +94,10 @@ fn chart(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<Option<S
         y: Axis { label: label(&quantity, &group[0].unit), range: (low, high + room) },
         layers,
     };
-    chart.svg().map(Some)
+    match table.spacing {
+        Spacing::Linear => chart.svg().map(Some),
+        Spacing::Logarithmic => chart.svg_in_decades_of_x().map(Some),
+    }
 }
 
 /// Least and largest value; `None` without values.

@@ -17,4 +17,4 @@ pub mod table;
 
 pub use block_sums::{BlockMean, BlockSums};
 pub use summary::*;
-pub use table::{Column, Role, Table};
+pub use table::{Column, Role, Spacing, Table};

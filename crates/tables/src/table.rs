@@ -25,8 +25,20 @@ pub struct Table {
     pub title: String,
     /// What the reader must know, below the chart.
     pub caption: String,
+    /// How the abscissa is drawn.
+    pub spacing: Spacing,
     /// The columns, the abscissa first.
     pub columns: Vec<Column>,
+}
+
+/// How an abscissa is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Spacing {
+    /// In proportion.
+    #[default]
+    Linear,
+    /// By its logarithm; values that are not positive are left out.
+    Logarithmic,
 }
 
 /// A column of a table.
@@ -78,13 +90,25 @@ impl Role {
 impl Table {
     /// An empty table.
     pub fn new(name: impl Into<String>, title: impl Into<String>) -> Self {
-        Self { name: name.into(), title: title.into(), caption: String::new(), columns: Vec::new() }
+        Self {
+            name: name.into(),
+            title: title.into(),
+            caption: String::new(),
+            spacing: Spacing::Linear,
+            columns: Vec::new(),
+        }
     }
 
     /// Sets the caption.
     #[must_use]
     pub fn caption(self, caption: impl Into<String>) -> Self {
         Self { caption: caption.into(), ..self }
+    }
+
+    /// Draws the abscissa by its logarithm.
+    #[must_use]
+    pub fn logarithmic(self) -> Self {
+        Self { spacing: Spacing::Logarithmic, ..self }
     }
 
     /// Adds the quantity that the others depend on.

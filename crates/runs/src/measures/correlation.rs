@@ -62,6 +62,7 @@ impl Measured for TimeCorrelation {
         .value("velocity_autocorrelation", "length²/time²", products)
         .errors(product_errors)
         .prediction("2kT/m exp(−Γt)", exponential, ENSKOG)
+        .logarithmic()
         .caption(context.theory(
             "The slope of the autocorrelation at lag 0 is exactly minus its value times the collision rate Γ.",
         ));
