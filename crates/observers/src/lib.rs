@@ -32,6 +32,7 @@
 //! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | samples |
 //! | velocities, and Boltzmann's H | [`VelocityDistribution`] | samples |
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
+//! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
 //! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, samples |
 //! | every impulse on a body | [`ImpulseLog`] | contacts |
@@ -67,7 +68,9 @@ mod histogram;
 mod impulse_log;
 mod isotropy;
 mod kinds;
+mod lags;
 mod mean;
+mod orientational_correlation;
 mod overlap_check;
 mod pair_distribution;
 mod picture;
@@ -95,6 +98,7 @@ pub use histogram::Histogram;
 pub use impulse_log::{Impulse, ImpulseLog};
 pub use isotropy::Isotropy;
 pub use kinds::kinds;
+pub use orientational_correlation::{OrientationCorrelation, OrientationPoint};
 pub use overlap_check::OverlapCheck;
 pub use pair_distribution::{CutoffError, PairDistribution, PairPoint};
 pub use picture::{close_up, colour, picture};
