@@ -33,6 +33,7 @@
 //! | velocities, and Boltzmann's H | [`VelocityDistribution`] | samples |
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
 //! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
+//! | density waves: the structure factor S(k) | [`StructureFactor`] | samples |
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
 //! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, samples |
 //! | every impulse on a body | [`ImpulseLog`] | contacts |
@@ -77,8 +78,11 @@ mod picture;
 mod pressure;
 mod projection_histogram;
 mod running_average;
+mod structure_factor;
 mod subscriptions;
 mod tag_filter;
+#[cfg(test)]
+mod test_scenes;
 mod thermostat_ledger;
 mod time_correlation;
 mod velocity_distribution;
@@ -105,6 +109,7 @@ pub use picture::{close_up, colour, picture};
 pub use pressure::{Pressure, PressurePoint};
 pub use projection_histogram::{Axis, ProjectionHistogram};
 pub use running_average::{RunningAverage, RunningPoint};
+pub use structure_factor::{ShellsError, StructureFactor, StructurePoint};
 pub use subscriptions::{EventKind, SubscriptionKey, Subscriptions};
 pub use tag_filter::TagFilter;
 pub use thermostat_ledger::{ThermostatLedger, ThermostatPoint};
