@@ -34,6 +34,7 @@
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
 //! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
 //! | density waves: the structure factor S(k) | [`StructureFactor`] | samples |
+//! | bond orientation: ψ₆ | [`HexaticOrder`] | samples |
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
 //! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, samples |
 //! | every impulse on a body | [`ImpulseLog`] | contacts |
@@ -65,6 +66,7 @@ mod estimate;
 mod extended_xyz;
 mod flight_log;
 mod group;
+mod hexatic_order;
 mod histogram;
 mod impulse_log;
 mod isotropy;
@@ -98,6 +100,7 @@ pub use estimate::Estimate;
 pub use extended_xyz::write_extended_xyz;
 pub use flight_log::{Flight, FlightLog};
 pub use group::Group;
+pub use hexatic_order::{HexaticOrder, HexaticPoint};
 pub use histogram::Histogram;
 pub use impulse_log::{Impulse, ImpulseLog};
 pub use isotropy::Isotropy;
