@@ -29,6 +29,7 @@
 //! | energy and its expected value, momentum | [`EnergyLedger`] | samples |
 //! | collisions per body and time | [`CollisionRate`] | samples |
 //! | pressure from the virial of the contacts, momentum flux | [`Pressure`] | contacts, samples |
+//! | pressure tensor | [`PressureTensor`] | contacts, samples |
 //! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | samples |
 //! | velocities, and Boltzmann's H | [`VelocityDistribution`] | samples |
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
@@ -78,6 +79,7 @@ mod overlap_check;
 mod pair_distribution;
 mod picture;
 mod pressure;
+mod pressure_tensor;
 mod projection_histogram;
 mod running_average;
 mod structure_factor;
@@ -110,6 +112,7 @@ pub use overlap_check::OverlapCheck;
 pub use pair_distribution::{CutoffError, PairDistribution, PairPoint};
 pub use picture::{close_up, colour, picture};
 pub use pressure::{Pressure, PressurePoint};
+pub use pressure_tensor::{PressureTensor, TensorPoint};
 pub use projection_histogram::{Axis, ProjectionHistogram};
 pub use running_average::{RunningAverage, RunningPoint};
 pub use structure_factor::{ShellsError, StructureFactor, StructurePoint};
