@@ -30,6 +30,7 @@
 //! | collisions per body and time | [`CollisionRate`] | samples |
 //! | pressure from the virial of the contacts, momentum flux | [`Pressure`] | contacts, samples |
 //! | pressure tensor | [`PressureTensor`] | contacts, samples |
+//! | translational and rotational temperature of a group | [`TemperatureByTag`] | samples |
 //! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | samples |
 //! | velocities, and Boltzmann's H | [`VelocityDistribution`] | samples |
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
@@ -85,6 +86,7 @@ mod running_average;
 mod structure_factor;
 mod subscriptions;
 mod tag_filter;
+mod temperature;
 #[cfg(test)]
 mod test_scenes;
 mod thermostat_ledger;
@@ -118,6 +120,7 @@ pub use running_average::{RunningAverage, RunningPoint};
 pub use structure_factor::{ShellsError, StructureFactor, StructurePoint};
 pub use subscriptions::{EventKind, SubscriptionKey, Subscriptions};
 pub use tag_filter::TagFilter;
+pub use temperature::{TemperatureByTag, TemperaturePoint};
 pub use thermostat_ledger::{ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use velocity_distribution::{VelocityDistribution, VelocityPoint};
