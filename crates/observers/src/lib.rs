@@ -31,6 +31,7 @@
 //! | pressure from the virial of the contacts, momentum flux | [`Pressure`] | contacts, samples |
 //! | pressure tensor | [`PressureTensor`] | contacts, samples |
 //! | translational and rotational temperature of a group | [`TemperatureByTag`] | samples |
+//! | path lengths between contacts | [`FreePaths`] | contacts |
 //! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | samples |
 //! | velocities, and Boltzmann's H | [`VelocityDistribution`] | samples |
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
@@ -67,6 +68,7 @@ mod energy_ledger;
 mod estimate;
 mod extended_xyz;
 mod flight_log;
+mod free_paths;
 mod group;
 mod hexatic_order;
 mod histogram;
@@ -103,6 +105,7 @@ pub use energy_ledger::{EnergyLedger, LedgerPoint};
 pub use estimate::Estimate;
 pub use extended_xyz::write_extended_xyz;
 pub use flight_log::{Flight, FlightLog};
+pub use free_paths::FreePaths;
 pub use group::Group;
 pub use hexatic_order::{HexaticOrder, HexaticPoint};
 pub use histogram::Histogram;
