@@ -32,6 +32,7 @@
 //! | pressure tensor | [`PressureTensor`] | contacts, samples |
 //! | translational and rotational temperature of a group | [`TemperatureByTag`] | samples |
 //! | path lengths between contacts | [`FreePaths`] | contacts |
+//! | shear viscosity: the Helfand moment | [`HelfandMoment`] | contacts, samples |
 //! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | samples |
 //! | velocities, and Boltzmann's H | [`VelocityDistribution`] | samples |
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
@@ -70,6 +71,7 @@ mod extended_xyz;
 mod flight_log;
 mod free_paths;
 mod group;
+mod helfand;
 mod hexatic_order;
 mod histogram;
 mod impulse_log;
@@ -107,6 +109,7 @@ pub use extended_xyz::write_extended_xyz;
 pub use flight_log::{Flight, FlightLog};
 pub use free_paths::FreePaths;
 pub use group::Group;
+pub use helfand::{HelfandMoment, HelfandPoint};
 pub use hexatic_order::{HexaticOrder, HexaticPoint};
 pub use histogram::Histogram;
 pub use impulse_log::{Impulse, ImpulseLog};
