@@ -26,22 +26,22 @@ use crate::{Group, Histogram};
 /// Lengths of the flights of the bodies of a group from contact to contact, with any body.
 ///
 /// A contact without impulse does not end a flight, and neither does an edit of the velocity, if
-/// `start` is called after it. A flight counts if it begins and ends at an observed contact. Flights
-/// that have not ended are missing: a run must be long against the longest flights.
+/// `start` is called after it. A flight counts if it begins and ends at an observed contact.
+/// Flights that have not ended are missing: a run must be long against the longest flights.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
 /// use carom_observers::{FreePaths, Group};
 ///
 /// // A disc between the two sides of a wall: its centre moves from 0.1 to 0.9 and back.
-/// let scene = Scene::from_toml(r#"
+/// let scene = Scene::from_toml(r"
 ///     [[wall]]
 ///     x = 0.0
 ///     [[molecule]]
 ///     atoms = [{ at = [0, 0], radius = 0.1, mass = 1 }]
 ///     at = [0.5, 0.5]
 ///     velocity = [2.0, 0.0]
-/// "#)?;
+/// ")?;
 /// let mut simulation = Simulation::new(&scene)?;
 /// let mut paths = FreePaths::new(Group::All, 1.0, 10)?;
 /// simulation.observe_until(10.0, &mut paths)?;
@@ -175,7 +175,7 @@ mod tests {
     use carom_engine::{Scene, Simulation};
 
     /// Both bumpers are images of one; the disc's centre moves over 1 − 2 (0.1 + 0.05).
-    const ONE_PATH: &str = r#"
+    const ONE_PATH: &str = r"
         [[bumper]]
         radius = 0.1
         at = [0.0, 0.5]
@@ -183,7 +183,7 @@ mod tests {
         atoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]
         at = [0.3, 0.5]
         velocity = [1.0, 0.0]
-    "#;
+    ";
 
     #[test]
     fn a_disc_between_two_bumpers_has_one_path() {

@@ -204,7 +204,7 @@ mod tests {
     fn two_discs_on_a_diagonal_by_hand() {
         // They meet head-on, at (0.5, 0.5) and across the borders, three times: each contact makes
         // deviations from the diagonal ten times larger. The whole system drifts.
-        let scene = r#"
+        let scene = r"
             [[molecule]]
             atoms = [{ at = [0, 0], radius = 0.1, mass = 2 }]
             at = [0.3, 0.3]
@@ -213,15 +213,15 @@ mod tests {
             atoms = [{ at = [0, 0], radius = 0.1, mass = 2 }]
             at = [0.7, 0.7]
             velocity = [-0.5, -1.0]
-        "#;
+        ";
         let mut simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
         let mut moment = HelfandMoment::new(1.0, 1.0).unwrap();
         moment.start(&simulation.view());
         moment.sample(&simulation.view());
         simulation.observe_until(1.0, &mut moment).unwrap();
         moment.sample(&simulation.view());
-        // Relative to the drift (0.5, 0) both have the velocity ±(1, 1). They approach at 2√2, first
-        // over 0.4 √2 − σ, then over √2 − 2σ between contacts.
+        // Relative to the drift (0.5, 0) both have the velocity ±(1, 1). They approach at 2√2,
+        // first over 0.4 √2 − σ, then over √2 − 2σ between contacts.
         let (sigma, speed, root) = (0.2, 8f64.sqrt(), 2f64.sqrt());
         let contacts = ((speed - (0.4 * root - sigma)) / (root - 2.0 * sigma)).floor() + 1.0;
         assert_eq!(simulation.view().counters().collisions as f64, contacts);
@@ -243,7 +243,7 @@ mod tests {
         let mut simulation = Simulation::new(&Scene::from_toml(&scene).unwrap()).unwrap();
         simulation.run_until(5.0).unwrap();
         let kt = simulation.view().temperature().unwrap();
-        // About 6 and 12 collisions a body: the slope between both lags is free of the initial rise.
+        // About 6 and 12 collisions a body: the slope between both is free of the initial rise.
         let (early, late, spacing) = (3, 6, 0.12);
         let mut moment = HelfandMoment::new(spacing, 6.0 * spacing).unwrap();
         moment.start(&simulation.view());
@@ -267,7 +267,6 @@ mod tests {
         let dilute = 1.022 * f64::sqrt(kt / std::f64::consts::PI) / (4.0 * radius);
         let covered = 2.0 * fraction;
         let expected = dilute * (1.0 / chi + covered + 0.8729 * covered * covered * chi);
-        println!("XX {expected}");
         assert!((found.mean - expected).abs() < 5.0 * found.standard_error, "{found:?} {expected}");
         assert!(found.standard_error < 0.1 * expected, "{found:?} {expected}");
     }

@@ -71,8 +71,8 @@ struct Level<S, T> {
 }
 
 impl<S: Copy, T: PairSums<S>> Lags<S, T> {
-    /// Lags up to `longest` (time) of samples that are `spacing` (time) apart; a `longest` below one
-    /// spacing is taken as one spacing.
+    /// Lags up to `longest` (time) of samples that are `spacing` (time) apart; a `longest` below
+    /// one spacing is taken as one spacing.
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if `spacing` or `longest` is not positive and finite.

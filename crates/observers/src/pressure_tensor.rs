@@ -7,9 +7,9 @@
 //!
 //! The impulse of two discs is parallel to r, so that p_xy = p_yx. Molecules that turn have
 //! r_x J_y − r_y J_x = −Δ(Σ I ω), so that A t (p_xy − p_yx) is the decrease of Σ I ω in the
-//! interval; the mean over a long time vanishes. At a straight wall J is normal to the wall, and the
-//! component of r along the wall depends on where its centre is: of the off-diagonal components
-//! only that with r along the normal has a meaning then (p_xy for a wall along y).
+//! interval; the mean over a long time vanishes. At a straight wall J is normal to the wall, and
+//! the component of r along the wall depends on where its centre is: of the off-diagonal
+//! components only that with r along the normal has a meaning then (p_xy for a wall along y).
 
 use carom_engine::{CollisionReport, Observer, View};
 use carom_geometry::PeriodicBox;
@@ -228,14 +228,14 @@ mod tests {
     fn a_disc_between_two_walls_presses_along_one_axis_only() {
         // It bounces between x = 0.1 and 0.9 with speed 2: Δp = 4 every 0.4 units of time. Along y
         // it moves with the frame of the centre of mass.
-        let scene = r#"
+        let scene = r"
             [[wall]]
             x = 0.0
             [[molecule]]
             atoms = [{ at = [0, 0], radius = 0.1, mass = 1 }]
             at = [0.5, 0.5]
             velocity = [2.0, 3.0]
-        "#;
+        ";
         let (_, tensor, _) = observe(scene, 5, 0.8);
         for point in tensor.series() {
             // Σ m v² = 4, and r_x J_x = 0.1 × 4 at each of two contacts in an interval. 4 + 1
