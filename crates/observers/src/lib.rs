@@ -29,9 +29,16 @@
 //! | energy and its expected value, momentum | [`EnergyLedger`] | samples |
 //! | collisions per body and time | [`CollisionRate`] | samples |
 //! | pressure from the virial of the contacts, momentum flux | [`Pressure`] | contacts, samples |
+//! | pressure tensor | [`PressureTensor`] | contacts, samples |
+//! | translational and rotational temperature of a group | [`TemperatureByTag`] | samples |
+//! | path lengths between contacts | [`FreePaths`] | contacts |
+//! | shear viscosity: the Helfand moment | [`HelfandMoment`] | contacts, samples |
 //! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | samples |
 //! | velocities, and Boltzmann's H | [`VelocityDistribution`] | samples |
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
+//! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
+//! | density waves: the structure factor S(k) | [`StructureFactor`] | samples |
+//! | bond orientation: ψ₆ | [`HexaticOrder`] | samples |
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
 //! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, samples |
 //! | every impulse on a body | [`ImpulseLog`] | contacts |
@@ -62,20 +69,30 @@ mod energy_ledger;
 mod estimate;
 mod extended_xyz;
 mod flight_log;
+mod free_paths;
 mod group;
+mod helfand;
+mod hexatic_order;
 mod histogram;
 mod impulse_log;
 mod isotropy;
 mod kinds;
+mod lags;
 mod mean;
+mod orientational_correlation;
 mod overlap_check;
 mod pair_distribution;
 mod picture;
 mod pressure;
+mod pressure_tensor;
 mod projection_histogram;
 mod running_average;
+mod structure_factor;
 mod subscriptions;
 mod tag_filter;
+mod temperature;
+#[cfg(test)]
+mod test_scenes;
 mod thermostat_ledger;
 mod time_correlation;
 mod velocity_distribution;
@@ -90,19 +107,26 @@ pub use energy_ledger::{EnergyLedger, LedgerPoint};
 pub use estimate::Estimate;
 pub use extended_xyz::write_extended_xyz;
 pub use flight_log::{Flight, FlightLog};
+pub use free_paths::FreePaths;
 pub use group::Group;
+pub use helfand::{HelfandMoment, HelfandPoint};
+pub use hexatic_order::{HexaticOrder, HexaticPoint};
 pub use histogram::Histogram;
 pub use impulse_log::{Impulse, ImpulseLog};
 pub use isotropy::Isotropy;
 pub use kinds::kinds;
+pub use orientational_correlation::{OrientationCorrelation, OrientationPoint};
 pub use overlap_check::OverlapCheck;
 pub use pair_distribution::{CutoffError, PairDistribution, PairPoint};
 pub use picture::{close_up, colour, picture};
 pub use pressure::{Pressure, PressurePoint};
+pub use pressure_tensor::{PressureTensor, TensorPoint};
 pub use projection_histogram::{Axis, ProjectionHistogram};
 pub use running_average::{RunningAverage, RunningPoint};
+pub use structure_factor::{ShellsError, StructureFactor, StructurePoint};
 pub use subscriptions::{EventKind, SubscriptionKey, Subscriptions};
 pub use tag_filter::TagFilter;
+pub use temperature::{TemperatureByTag, TemperaturePoint};
 pub use thermostat_ledger::{ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use velocity_distribution::{VelocityDistribution, VelocityPoint};

@@ -1,0 +1,250 @@
+//! The free paths of the bodies: path lengths between successive contacts (length).
+//!
+//! Between contacts a body moves in a straight line, so that its free path is |v| t, in the frame
+//! of the box. For equal discs of diameter σ at equilibrium, n per area and with momentum 0, the
+//! mean free path is the mean speed √(π kT / 2m) over the collision rate 2 n σ χ √(π kT / m):
+//!
+//! λ = 1 / (√8 n σ χ),
+//!
+//! with χ the pair distribution at contact, 1 in the dilute limit (Maxwell's mean free path in two
+//! dimensions; Enskog's theory). With N discs n is (N − 1) / A, and λ is smaller by √(1 − 1/N),
+//! because the speeds are those relative to the centre of mass. The distribution is not quite
+//! exponential, since slow bodies have shorter paths. A body alone between fixed obstacles of
+//! perimeter P in the accessible area A has λ = π A / P exactly, if its motion is ergodic
+//! (Santaló's formula; Chernov 1997).
+
+use std::collections::BTreeMap;
+
+use carom_engine::{Body, CollisionReport, Observer, View};
+use carom_geometry::{GeometryError, check_positive};
+use carom_kinematics::EpochTime;
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+use crate::{Group, Histogram};
+
+/// Lengths of the flights of the bodies of a group from contact to contact, with any body.
+///
+/// A contact without impulse does not end a flight, and neither does an edit of the velocity, if
+/// `start` is called after it. A flight counts if it begins and ends at an observed contact.
+/// Flights that have not ended are missing: a run must be long against the longest flights.
+///
+/// ```
+/// use carom_engine::{Scene, Simulation};
+/// use carom_observers::{FreePaths, Group};
+///
+/// // A disc between the two sides of a wall: its centre moves from 0.1 to 0.9 and back.
+/// let scene = Scene::from_toml(r"
+///     [[wall]]
+///     x = 0.0
+///     [[molecule]]
+///     atoms = [{ at = [0, 0], radius = 0.1, mass = 1 }]
+///     at = [0.5, 0.5]
+///     velocity = [2.0, 0.0]
+/// ")?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// let mut paths = FreePaths::new(Group::All, 1.0, 10)?;
+/// simulation.observe_until(10.0, &mut paths)?;
+/// assert!((paths.mean().expect("there are contacts") - 0.8).abs() < 1e-12);
+/// assert_eq!(paths.flights(), 24);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[doc(alias = "mean free path")]
+pub struct FreePaths {
+    group: Group,
+    /// The flights that have begun, by the number of the body.
+    open: BTreeMap<u64, OpenFlight>,
+    lengths: Histogram,
+    sum: f64,
+    interrupted: u64,
+}
+
+/// A flight that has not ended.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct OpenFlight {
+    /// Its length until the last change of velocity (length).
+    length: f64,
+    /// The time of the last change of velocity, and the velocity since.
+    since: EpochTime,
+    velocity: DVec2,
+}
+
+impl OpenFlight {
+    fn length_until(&self, time: EpochTime) -> f64 {
+        self.length + self.velocity.length() * time.since(self.since)
+    }
+}
+
+impl FreePaths {
+    /// Free paths with a histogram from 0 to `longest` (length) of `bins` bins; `bins` = 0 is taken
+    /// as 1.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotPositive`] if `longest` is not positive and finite.
+    pub fn new(group: Group, longest: f64, bins: usize) -> Result<Self, GeometryError> {
+        let longest = check_positive("the longest free path of a histogram", longest)?;
+        let lengths = Histogram::new(0.0, longest, bins);
+        Ok(Self { group, open: BTreeMap::new(), lengths, sum: 0.0, interrupted: 0 })
+    }
+
+    /// Histogram of the lengths of the complete flights (length).
+    pub fn lengths(&self) -> &Histogram {
+        &self.lengths
+    }
+
+    /// The number of complete flights.
+    pub fn flights(&self) -> u64 {
+        self.lengths.total()
+    }
+
+    /// The mean free path (length); `None` without complete flights.
+    #[doc(alias = "mean free path")]
+    pub fn mean(&self) -> Option<f64> {
+        (self.flights() > 0).then(|| self.sum / self.flights() as f64)
+    }
+
+    /// [Σx, Σw] over all flights so far, w = 1 for each flight: the length, then the probability
+    /// density in each bin (x is 1 / width in the bin of the flight, else 0).
+    pub fn sums(&self) -> Vec<[f64; 2]> {
+        let flights = self.flights() as f64;
+        let bin = |&count: &u64| [count as f64 / self.lengths.width(), flights];
+        std::iter::once([self.sum, flights]).chain(self.lengths.counts().iter().map(bin)).collect()
+    }
+
+    /// The number of flights left out because an edit changed their velocity, and no `start`
+    /// followed it.
+    pub fn interrupted(&self) -> u64 {
+        self.interrupted
+    }
+
+    fn measures(&self, body: &Body) -> bool {
+        !body.is_fixed() && self.group.contains(body)
+    }
+}
+
+impl Observer for FreePaths {
+    #[inline]
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        bodies.into_iter().any(|body| self.measures(body))
+    }
+
+    /// Continues the flights with the velocities in the view; forgets those of bodies that were
+    /// removed or have left the group.
+    fn start(&mut self, view: &View<'_>) {
+        let mut before = std::mem::take(&mut self.open);
+        let mut open = BTreeMap::new();
+        for body in view.bodies().filter(|view| self.measures(view.body)) {
+            let (id, velocity) = (body.body.id(), body.motion.velocity);
+            let Some(mut flight) = before.remove(&id) else { continue };
+            if flight.velocity != velocity {
+                let length = flight.length_until(view.time());
+                flight = OpenFlight { length, since: view.time(), velocity };
+            }
+            open.insert(id, flight);
+        }
+        self.open = open;
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        // A contact without impulse bends no path.
+        if report.impulse == DVec2::ZERO {
+            return;
+        }
+        for side in &report.sides {
+            if !self.measures(side.body) {
+                continue;
+            }
+            let flight = OpenFlight { length: 0.0, since: report.time, velocity: side.after.velocity };
+            let Some(ended) = self.open.insert(side.body.id(), flight) else { continue };
+            if ended.velocity == side.before.velocity {
+                let length = ended.length_until(report.time);
+                self.lengths.add(length);
+                self.sum += length;
+            } else {
+                self.interrupted += 1;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Estimate;
+    use carom_engine::{Scene, Simulation};
+
+    /// Both bumpers are images of one; the disc's centre moves over 1 − 2 (0.1 + 0.05).
+    const ONE_PATH: &str = r"
+        [[bumper]]
+        radius = 0.1
+        at = [0.0, 0.5]
+        [[molecule]]
+        atoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]
+        at = [0.3, 0.5]
+        velocity = [1.0, 0.0]
+    ";
+
+    #[test]
+    fn a_disc_between_two_bumpers_has_one_path() {
+        let mut simulation = Simulation::new(&Scene::from_toml(ONE_PATH).unwrap()).unwrap();
+        let mut paths = FreePaths::new(Group::All, 1.0, 10).unwrap();
+        simulation.observe_until(7.3, &mut paths).unwrap();
+        // The first contact, at 0.55, ends no complete flight: 0.55 + 9 × 0.7 = 6.85.
+        assert_eq!((paths.flights(), paths.interrupted()), (9, 0));
+        assert_eq!(paths.lengths().counts().iter().sum::<u64>(), 9);
+        assert!((paths.mean().unwrap() - 0.7).abs() < 1e-12);
+        let sums = paths.sums();
+        assert_eq!(sums.len(), 11);
+        let density: f64 = sums[1..].iter().map(|[x, w]| x / w * 0.1).sum();
+        assert!((density - 1.0).abs() < 1e-12 && (sums[0][0] / sums[0][1] - 0.7).abs() < 1e-12);
+    }
+
+    #[test]
+    fn edits_of_the_energy_do_not_end_a_flight() {
+        let mut simulation = Simulation::new(&Scene::from_toml(ONE_PATH).unwrap()).unwrap();
+        let disc = simulation.view().bodies().find(|view| !view.body.is_fixed()).unwrap().body.key();
+        let mut paths = FreePaths::new(Group::All, 1.0, 10).unwrap();
+        paths.start(&simulation.view());
+        for (edit, energy) in (1..=20).zip([0.5, 2.0].into_iter().cycle()) {
+            simulation.observe_until(0.3 * f64::from(edit), &mut paths).unwrap();
+            simulation.reset_energy(disc, energy).unwrap();
+            paths.start(&simulation.view());
+        }
+        let seen = paths.flights();
+        assert!(seen > 5 && (paths.mean().unwrap() - 0.7).abs() < 1e-12, "{paths:?}");
+        // Without `start` the flight is left out.
+        simulation.reset_energy(disc, 8.0).unwrap();
+        simulation.observe_until(7.0, &mut paths).unwrap();
+        assert_eq!(paths.interrupted(), 1);
+        assert!(paths.flights() > seen && (paths.mean().unwrap() - 0.7).abs() < 1e-12);
+        simulation.remove(disc).unwrap();
+        paths.start(&simulation.view());
+        assert!(paths.open.is_empty());
+    }
+
+    #[test]
+    fn a_dilute_gas_has_maxwells_mean_free_path() {
+        let (count, radius) = (200.0, 0.004);
+        let scene =
+            format!("[box]\nseed = 8\n[[gas]]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}");
+        let mut simulation = Simulation::new(&Scene::from_toml(&scene).unwrap()).unwrap();
+        simulation.run_until(5.0).unwrap();
+        let mut paths = FreePaths::new(Group::All, 2.0, 20).unwrap();
+        simulation.observe_until(10.0, &mut paths).unwrap();
+        let mut blocks = Vec::new();
+        for block in 1..=40 {
+            let before = paths.sums()[0];
+            simulation.observe_until(10.0 + 2.0 * f64::from(block), &mut paths).unwrap();
+            let after = paths.sums()[0];
+            blocks.push((after[0] - before[0], after[1] - before[1]));
+        }
+        let estimate = Estimate::of_ratio(blocks).unwrap();
+        // χ at contact (Henderson 1975).
+        let eta = count * std::f64::consts::PI * radius * radius;
+        let chi = (1.0 - 7.0 / 16.0 * eta) / ((1.0 - eta) * (1.0 - eta));
+        let expected = (1.0 - 1.0 / count).sqrt() / (8f64.sqrt() * (count - 1.0) * 2.0 * radius * chi);
+        assert!((estimate.mean - expected).abs() < 5.0 * estimate.standard_error, "{estimate:?} {expected}");
+        assert!(estimate.standard_error < 0.01 * expected);
+    }
+}

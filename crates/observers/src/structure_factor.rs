@@ -1,0 +1,265 @@
+//! The structure factor S(k) of the centres of mass.
+//!
+//! S(k) = ⟨|Σ exp(i k·x)|²⟩ / N over the wave vectors of the box, k = 2π (n_x / Lx, n_y / Ly)
+//! without k = 0 (Hansen & McDonald 2013, section 4.1). It is 1 for independent, uniform positions
+//! of any number of bodies, and N at the reciprocal vectors of a perfect lattice. For a fluid at
+//! equilibrium it tends for k → 0 to n kT κ, with n bodies per area and κ the isothermal
+//! compressibility. Wave vectors of one length form a shell; S is its mean over the shell.
+
+use carom_engine::{Observer, View};
+use carom_geometry::PeriodicBox;
+use carom_kinematics::Orientation;
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::Group;
+
+/// The largest number of shells. The cost of a sample is the number of bodies times that of wave
+/// vectors, in a square box four to ten a shell.
+const MOST_SHELLS: usize = 10_000;
+
+/// The largest relative difference of two k² in one shell: far above the rounding of k², a few
+/// 1e-16, and below the distance of different k² in a square box with 10⁴ shells, 1e-5.
+const SAME_LENGTH: f64 = 1e-9;
+
+/// Doublings of the area that is searched for shells; 2⁶⁴ times the first is never reached.
+const MOST_DOUBLINGS: usize = 64;
+
+/// Structure factor of a group over the samples; fixed bodies count, too.
+///
+/// ```
+/// use carom_engine::{Observer, Scene, Simulation};
+/// use carom_observers::{Group, StructureFactor};
+///
+/// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 200")?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// let mut structure = StructureFactor::new(Group::All, simulation.view().bounds(), 5)?;
+/// for sample in 1..=20 {
+///     simulation.run_until(0.2 * f64::from(sample))?;
+///     structure.sample(&simulation.view());
+/// }
+/// // k² = 1, 2, 4, 5, 8 in units of (2π)². Discs with a size suppress long waves.
+/// let points = structure.points();
+/// assert_eq!(points.len(), 5);
+/// assert!((points[4].wave_number - 8f64.sqrt() * std::f64::consts::TAU).abs() < 1e-12);
+/// assert!(points.iter().all(|point| point.s < 0.7));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[doc(alias = "scattering")]
+pub struct StructureFactor {
+    group: Group,
+    bounds: PeriodicBox,
+    shells: Vec<Shell>,
+    samples: u64,
+    passed_over: u64,
+}
+
+/// The wave vectors of one length, one of each pair k and −k, which have the same S.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Shell {
+    wave_number: f64,
+    /// (n_x, n_y).
+    vectors: Vec<[i64; 2]>,
+    /// Σ |Σ exp(i k·x)|² / N over samples and vectors.
+    sum: f64,
+}
+
+/// The structure factor in one shell.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StructurePoint {
+    /// |k| (1 / length).
+    pub wave_number: f64,
+    /// Number of wave vectors of this length; k and −k count as one.
+    pub vectors: usize,
+    /// S, at least 0.
+    pub s: f64,
+}
+
+/// A number of shells that is 0 or too large.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("the number of shells must be 1 to {MOST_SHELLS}, but is {shells}")]
+pub struct ShellsError {
+    /// The number given.
+    pub shells: usize,
+}
+
+impl StructureFactor {
+    /// S in the `shells` shells of smallest |k| > 0 of this box, 1 to 10 000.
+    ///
+    /// # Errors
+    /// [`ShellsError`] if `shells` is 0 or larger.
+    pub fn new(group: Group, bounds: &PeriodicBox, shells: usize) -> Result<Self, ShellsError> {
+        if !(1..=MOST_SHELLS).contains(&shells) {
+            return Err(ShellsError { shells });
+        }
+        let shells = shortest_shells(bounds, shells);
+        Ok(Self { group, bounds: *bounds, shells, samples: 0, passed_over: 0 })
+    }
+
+    /// S in each shell, in ascending order of |k|; empty before the first sample.
+    pub fn points(&self) -> Vec<StructurePoint> {
+        let point = |shell: &Shell| StructurePoint {
+            wave_number: shell.wave_number,
+            vectors: shell.vectors.len(),
+            s: shell.sum / (self.samples as f64 * shell.vectors.len() as f64),
+        };
+        if self.samples == 0 { Vec::new() } else { self.shells.iter().map(point).collect() }
+    }
+
+    /// |k| of each shell in ascending order (1 / length).
+    pub fn wave_numbers(&self) -> Vec<f64> {
+        self.shells.iter().map(|shell| shell.wave_number).collect()
+    }
+
+    /// [Σx, Σw] of each shell over all samples so far: x is S of one wave vector in one sample, and
+    /// w is 1.
+    pub fn sums(&self) -> Vec<[f64; 2]> {
+        let samples = self.samples as f64;
+        self.shells.iter().map(|shell| [shell.sum, samples * shell.vectors.len() as f64]).collect()
+    }
+
+    /// The number of samples skipped because their box differs from that of the constructor, or
+    /// because the group was empty.
+    pub fn passed_over(&self) -> u64 {
+        self.passed_over
+    }
+}
+
+impl Observer for StructureFactor {
+    #[inline]
+    fn watches_any(&self) -> bool {
+        false
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        let sides = self.bounds.sides();
+        let members = view.bodies().filter(|view| self.group.contains(view.body));
+        let places: Vec<DVec2> = members.map(|view| view.motion.position / sides).collect();
+        if *view.bounds() != self.bounds || places.is_empty() {
+            self.passed_over += 1;
+            return;
+        }
+        for shell in &mut self.shells {
+            for &[x, y] in &shell.vectors {
+                let turns = DVec2::new(x as f64, y as f64);
+                // Phases in turns lose no digits to whole turns.
+                let waves = places.iter().map(|&place| Orientation::from_turns(turns.dot(place)).cos_sin());
+                shell.sum += waves.sum::<DVec2>().length_squared() / places.len() as f64;
+            }
+        }
+        self.samples += 1;
+    }
+}
+
+/// The `wanted` shells of smallest |k|. The circle of k in which they are searched doubles its area
+/// until it holds them.
+fn shortest_shells(bounds: &PeriodicBox, wanted: usize) -> Vec<Shell> {
+    let unit = bounds.sides().recip() * std::f64::consts::TAU;
+    let mut radius_squared = unit.min_element() * unit.min_element() * (1.0 + SAME_LENGTH);
+    let mut shells = shells_within(unit, radius_squared);
+    for _ in 0..MOST_DOUBLINGS {
+        if shells.len() >= wanted {
+            break;
+        }
+        radius_squared *= 2.0;
+        shells = shells_within(unit, radius_squared);
+    }
+    shells.truncate(wanted);
+    shells
+}
+
+/// All shells with k² up to a limit, in ascending order; `unit` is 2π / L.
+fn shells_within(unit: DVec2, radius_squared: f64) -> Vec<Shell> {
+    let [across, up] = (radius_squared.sqrt() / unit).floor().to_array().map(|most| most as i64);
+    // The half plane n_y > 0 and the half axis n_x > 0 have one of each pair k and −k.
+    let half_plane = (0..=up).flat_map(|y| (-across..=across).map(move |x| [x, y]));
+    let mut vectors: Vec<(f64, [i64; 2])> = half_plane
+        .filter(|&[x, y]| y > 0 || x > 0)
+        .map(|[x, y]| ((unit * DVec2::new(x as f64, y as f64)).length_squared(), [x, y]))
+        .filter(|&(squared, _)| squared <= radius_squared)
+        .collect();
+    vectors.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let mut shells: Vec<Shell> = Vec::new();
+    for (squared, vector) in vectors {
+        match shells.last_mut() {
+            Some(last) if squared <= last.wave_number * last.wave_number * (1.0 + SAME_LENGTH) => {
+                last.vectors.push(vector);
+            }
+            _ => shells.push(Shell { wave_number: squared.sqrt(), vectors: vec![vector], sum: 0.0 }),
+        }
+    }
+    shells
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_scenes::random_points;
+    use carom_engine::{BumperSpec, Scene, Simulation};
+
+    fn observe(scenes: &[Scene], shells: usize) -> StructureFactor {
+        let bounds = *Simulation::new(&scenes[0]).unwrap().view().bounds();
+        let mut structure = StructureFactor::new(Group::All, &bounds, shells).unwrap();
+        for scene in scenes {
+            structure.sample(&Simulation::new(scene).unwrap().view());
+        }
+        structure
+    }
+
+    #[test]
+    fn a_square_lattice_has_bragg_peaks_and_nothing_else() {
+        let mut scene = Scene::default();
+        scene.bounds.sides = [2.0, 2.0];
+        let sites = (0..64).map(|site| [f64::from(site % 8) * 0.25 + 0.03, f64::from(site / 8) * 0.25]);
+        scene.bumper = sites.map(|at| BumperSpec { radius: 0.01, at, tags: vec![] }).collect();
+        let structure = observe(&[scene], 40);
+        for point in structure.points() {
+            // In units of 2π / L: the peaks are at |n|² = 8² and 2 · 8².
+            let squared = (point.wave_number / std::f64::consts::PI).powi(2).round();
+            match squared {
+                // (8, 0) and (0, 8).
+                64.0 => assert!((point.s - 64.0).abs() < 1e-9 && point.vectors == 2, "{point:?}"),
+                _ => assert!(point.s < 1e-20, "{point:?}"),
+            }
+        }
+        let peak = std::f64::consts::TAU / 0.25;
+        assert!(structure.wave_numbers().iter().any(|k| (k - peak).abs() < 1e-9));
+    }
+
+    #[test]
+    fn shells_are_complete_and_ascend_in_square_and_long_boxes() {
+        let square = PeriodicBox::new(DVec2::ONE).unwrap();
+        let structure = StructureFactor::new(Group::All, &square, 12).unwrap();
+        let squares = [1, 2, 4, 5, 8, 9, 10, 13, 16, 17, 18, 20].map(f64::from);
+        // Half of the representations of these numbers as sums of two squares.
+        let vectors = [2, 2, 2, 4, 2, 2, 4, 4, 2, 4, 2, 4];
+        for ((shell, square), count) in structure.shells.iter().zip(squares).zip(vectors) {
+            assert!((shell.wave_number / square.sqrt() / std::f64::consts::TAU - 1.0).abs() < 1e-14);
+            assert_eq!(shell.vectors.len(), count, "{square}");
+        }
+        let long = PeriodicBox::new(DVec2::new(1e6, 1.0)).unwrap();
+        let structure = StructureFactor::new(Group::All, &long, 100).unwrap();
+        let numbers: Vec<[i64; 2]> = structure.shells.iter().map(|shell| shell.vectors[0]).collect();
+        assert_eq!(numbers, (1..=100).map(|x| [x, 0]).collect::<Vec<_>>());
+        for shells in [0, MOST_SHELLS + 1] {
+            assert_eq!(StructureFactor::new(Group::All, &long, shells).unwrap_err(), ShellsError { shells });
+        }
+    }
+
+    #[test]
+    fn random_positions_give_one() {
+        let scenes: Vec<Scene> = (0..100).map(|seed| random_points(100, [1.0, 1.5], seed)).collect();
+        let structure = observe(&scenes, 30);
+        let sums = structure.sums();
+        for (point, [x, w]) in structure.points().iter().zip(&sums) {
+            // |Σ|²/N has the variance 1 − 1/N for independent phases.
+            let error = 1.0 / w.sqrt();
+            assert!((x / w - 1.0).abs() < 5.0 * error, "{point:?}");
+            assert_eq!((point.s, *w), (x / w, 100.0 * point.vectors as f64));
+        }
+        let [x, w] = sums.iter().fold([0.0, 0.0], |all, sum| [all[0] + sum[0], all[1] + sum[1]]);
+        assert!((x / w - 1.0).abs() < 5.0 / w.sqrt());
+    }
+}
