@@ -7,7 +7,7 @@ use super::{Context, Kind, Measured, Of, Results, hard_discs::ENSKOG, in_blocks,
 
 /// Longest lag in samples. It does not depend on the end of the run, so an extended run measures the
 /// same as a long one.
-const LONGEST_LAG: f64 = 1e6;
+pub(super) const LONGEST_LAG: f64 = 1e6;
 
 /// The autocorrelation is compared with its exponential up to this many mean free times; later the
 /// tail that falls as 1/t (Alder and Wainwright, Phys. Rev. A 1 (1970) 18) dominates.
@@ -88,9 +88,6 @@ fn diffusion(lags: &[f64], squares: &[Option<f64>], context: &Context<'_>) -> Op
     };
     let ((begin, first), (end, last)) = (at(SLOPE_FROM)?, at(SLOPE_TO)?);
     let slope = (last - first) / (end - begin);
-    let name = format!(
-        "diffusion coefficient, from lags {begin:.3} to {end:.3}{}",
-        context.suffix.replace('-', ", ")
-    );
+    let name = context.named(&format!("diffusion coefficient, from lags {begin:.3} to {end:.3}"));
     Some(Figure::new(name, 0.25 * slope, "length²/time").predicted(gas.diffusion(), ENSKOG))
 }

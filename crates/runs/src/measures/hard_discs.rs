@@ -100,6 +100,21 @@ impl HardDiscs {
         2.0 * self.density() * self.diameter * self.contact_value() * speed
     }
 
+    /// Mean free path in the frame of the centre of mass (length), the mean speed over the rate.
+    pub fn mean_free_path(&self) -> f64 {
+        // Of N discs at fixed energy and momentum the speeds are smaller by √(1 − 1/N).
+        let few = (1.0 - 1.0 / self.count as f64).sqrt();
+        few * (0.5 * PI * self.temperature / self.mass).sqrt() / self.collision_rate()
+    }
+
+    /// Shear viscosity (mass / time): η₀ (1/χ + 2φ + 0.8729 (2φ)² χ) with the area fraction φ and
+    /// η₀ = 1.022 √(m kT/π) / 2σ (Gass 1971).
+    pub fn viscosity(&self) -> f64 {
+        let (chi, covered) = (self.contact_value(), 2.0 * self.area_fraction());
+        let dilute = 1.022 * (self.mass * self.temperature / PI).sqrt() / (2.0 * self.diameter);
+        dilute * (1.0 / chi + covered + 0.8729 * covered * covered * chi)
+    }
+
     /// Diffusion coefficient (length² / time).
     pub fn diffusion(&self) -> f64 {
         self.temperature / (self.mass * self.collision_rate())

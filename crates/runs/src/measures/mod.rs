@@ -6,11 +6,19 @@
 mod contact_density;
 mod correlation;
 mod delayed;
+mod directions;
+mod free_path;
 mod hard_discs;
+mod hexatic_order;
+mod orientation;
 mod pair_distribution;
+mod pressure_tensor;
 mod selection;
+mod structure_factor;
+mod temperature;
 mod thermostat;
 mod velocities;
+mod viscosity;
 
 use anyhow::{Result, bail, ensure};
 use carom::{CollisionReport, Observer, View, engine::Body, engine::RunSpec};
@@ -28,8 +36,21 @@ use crate::{
 };
 
 /// All measures.
-pub const KINDS: [Kind; 5] =
-    [velocities::KIND, correlation::KIND, pair_distribution::KIND, contact_density::KIND, thermostat::KIND];
+pub const KINDS: [Kind; 13] = [
+    velocities::KIND,
+    temperature::KIND,
+    correlation::KIND,
+    orientation::KIND,
+    pair_distribution::KIND,
+    structure_factor::KIND,
+    hexatic_order::KIND,
+    pressure_tensor::KIND,
+    free_path::KIND,
+    viscosity::KIND,
+    directions::KIND,
+    contact_density::KIND,
+    thermostat::KIND,
+];
 
 /// A measure that can be asked for by name.
 #[derive(Debug, Clone, Copy)]
@@ -81,6 +102,11 @@ pub struct Context<'a> {
 }
 
 impl Context<'_> {
+    /// The name of a figure, with the tag.
+    pub fn named(&self, name: &str) -> String {
+        self.suffix.strip_prefix('-').map_or_else(|| name.to_owned(), |tag| format!("{name}, {tag}"))
+    }
+
     /// A sentence on the prediction for the caption.
     pub fn theory(&self, prediction: &str) -> String {
         match self.hard_discs {

@@ -66,6 +66,6 @@ fn contact_value(distances: &[f64], means: &[BlockMean], context: &Context<'_>) 
     let weight = |x: f64| 1.0 / count - centre * (x - centre) / spread;
     let value: f64 = near.iter().map(|&(x, g, _)| weight(x) * g).sum();
     let error = near.iter().map(|&(x, _, error)| (weight(x) * error).powi(2)).sum::<f64>().sqrt();
-    let figure = Figure::new(format!("g(r) at contact{}", context.suffix.replace('-', ", ")), value, "1");
+    let figure = Figure::new(context.named("g(r) at contact"), value, "1");
     Some(figure.error(error).predicted(gas.contact_value(), HENDERSON)).filter(|_| near.len() == CONTACT_BINS)
 }

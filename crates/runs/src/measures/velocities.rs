@@ -83,7 +83,7 @@ fn kurtosis_figure(
     kurtosis: &BlockMean,
     context: &Context<'_>,
 ) -> Option<Figure> {
-    let name = format!("kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩²{}", context.suffix.replace('-', ", "));
+    let name = context.named("kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩²");
     let figure = Figure::new(name, kurtosis.value?, "1").error(kurtosis.standard_error);
     let bodies = velocities.series().last()?.bodies;
     let is_all = context.hard_discs.as_ref().is_ok_and(|gas| gas.count == bodies);

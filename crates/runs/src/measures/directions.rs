@@ -1,0 +1,43 @@
+//! `directions:TAG`: directions of the impulses on one body, in its own frame.
+
+use carom::DirectionHistogram;
+use carom_tables::{BlockMean, Table};
+
+use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
+
+/// Number of sectors of the full turn.
+const SECTORS: usize = 72;
+
+pub(super) const KIND: Kind = Kind {
+    name: "directions",
+    summary: "directions of the impulses on the only body with the tag, in the frame of the body",
+    of: Of::OneBody,
+    begin: |selection| Ok(in_blocks(DirectionHistogram::new(selection.only_body()?.body.key(), SECTORS))),
+    resume: resumed::<DirectionHistogram>,
+};
+
+impl Measured for DirectionHistogram {
+    /// The share of the contacts in each sector, then that of the impulse.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        let (hits, impulse) = (self.hits() as f64, self.total_impulse());
+        let by_count = self.counts().iter().map(|&count| [count as f64, hits]);
+        by_count.chain(self.impulse().iter().map(|&sum| [sum, impulse])).collect()
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let (by_count, by_impulse) = means.split_at(means.len().min(SECTORS));
+        let values = |means: &[BlockMean]| means.iter().map(|mean| mean.value).collect();
+        let errors = |means: &[BlockMean]| means.iter().map(|mean| mean.standard_error).collect();
+        let angle = |sector: usize| 360.0 * (sector as f64 + 0.5) / SECTORS as f64;
+        let table =
+            Table::new(format!("directions{}", context.suffix), "Directions of the impulses on the body")
+                .abscissa("direction", "°", (0..SECTORS).map(angle).collect())
+                .counts("contacts", self.counts().to_vec())
+                .value("share_of_contacts", "1", values(by_count))
+                .errors(errors(by_count))
+                .value("share_of_impulse", "1", values(by_impulse))
+                .errors(errors(by_impulse))
+                .caption("In the frame of the body, counter-clockwise from its x′ axis.");
+        Results { tables: vec![table], figures: Vec::new() }
+    }
+}

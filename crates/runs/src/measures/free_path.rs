@@ -1,0 +1,54 @@
+//! `free-path`: lengths of the flights of a group between contacts.
+
+use carom::observers::FreePaths;
+use carom_tables::{BlockMean, Figure, Table};
+
+use super::{Context, Kind, Measured, Of, Results, Selection, hard_discs::ENSKOG, in_blocks, resumed};
+
+/// Longest path in the histogram, in mean free paths of a dilute gas of the group's density, and the
+/// number of bins.
+const LONGEST: f64 = 6.0;
+const BINS: usize = 120;
+
+pub(super) const KIND: Kind = Kind {
+    name: "free-path",
+    summary: "distribution of the path lengths between successive contacts",
+    of: Of::Group,
+    begin: |selection| Ok(in_blocks(FreePaths::new(selection.group, longest(selection), BINS)?)),
+    resume: resumed::<FreePaths>,
+};
+
+fn longest(selection: &Selection<'_>) -> f64 {
+    let bounds = selection.view.bounds();
+    let density = selection.view.len().max(1) as f64 / bounds.area();
+    let diameter = 2.0 * selection.largest_radius();
+    let free_path = 1.0 / (8f64.sqrt() * density * diameter);
+    // At most some sides of the box, for few bodies.
+    (LONGEST * free_path).min(LONGEST * bounds.sides().max_element())
+}
+
+impl Measured for FreePaths {
+    /// The mean, then the density in each bin.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        self.sums()
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let (mean, densities) = means.split_at(means.len().min(1));
+        let lengths = self.lengths();
+        let table = Table::new(format!("free-path{}", context.suffix), "Distribution of free paths")
+            .abscissa("length", "length", (0..densities.len()).map(|bin| lengths.centre(bin)).collect())
+            .value("density", "1/length", densities.iter().map(|mean| mean.value).collect())
+            .errors(densities.iter().map(|mean| mean.standard_error).collect())
+            .caption("Flights from contact to contact, in the frame of the box.");
+        let figure = |mean: &BlockMean| {
+            let name = context.named("mean free path");
+            let figure = Figure::new(name, mean.value?, "length").error(mean.standard_error);
+            Some(match context.hard_discs {
+                Ok(gas) => figure.predicted(gas.mean_free_path(), ENSKOG),
+                Err(_) => figure,
+            })
+        };
+        Results { tables: vec![table], figures: mean.iter().filter_map(figure).collect() }
+    }
+}

@@ -1,0 +1,39 @@
+//! `hexatic-order`: the bond-orientational order ψ₆ of a group.
+
+use carom::{HexaticOrder, observers::HexaticPoint};
+use carom_tables::{BlockMean, Figure, Table};
+
+use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
+
+pub(super) const KIND: Kind = Kind {
+    name: "hexatic-order",
+    summary: "bond-orientational order ψ6, local and global, at each sample",
+    of: Of::Group,
+    begin: |selection| Ok(in_blocks(HexaticOrder::new(selection.group))),
+    resume: resumed::<HexaticOrder>,
+};
+
+impl Measured for HexaticOrder {
+    /// Local order, its mean square, global order.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        self.sums()
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let points = self.series();
+        let of = |part: fn(&HexaticPoint) -> f64| points.iter().map(|point| Some(part(point))).collect();
+        let table = Table::new(format!("hexatic-order{}", context.suffix), "Bond-orientational order ψ₆")
+            .abscissa("time", "time", points.iter().map(|point| point.time).collect())
+            .value("local", "1", of(|point| point.local))
+            .value("global", "1", of(|point| point.global))
+            .caption(
+                "Mean of |ψ₆|, and |mean of ψ₆|, with the six nearest neighbours: 1 in a triangular lattice.",
+            );
+        let figure = |(name, mean): (&str, &BlockMean)| {
+            Some(Figure::new(context.named(name), mean.value?, "1").error(mean.standard_error))
+        };
+        let names = ["mean |ψ₆| of the bodies", "mean |ψ₆|² of the bodies", "|mean ψ₆|"];
+        let figures = names.into_iter().zip(means).filter_map(figure).collect();
+        Results { tables: vec![table], figures }
+    }
+}

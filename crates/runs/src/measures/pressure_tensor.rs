@@ -1,0 +1,51 @@
+//! `pressure-tensor`: the flux of momentum along both axes.
+
+use carom::PressureTensor;
+use carom_tables::{BlockMean, Figure, Table};
+
+use super::{Context, Kind, Measured, Of, Results, hard_discs::HENDERSON, in_blocks, resumed};
+
+pub(super) const KIND: Kind = Kind {
+    name: "pressure-tensor",
+    summary: "pressure tensor of the whole system in each interval between samples",
+    of: Of::System,
+    begin: |_| Ok(in_blocks(PressureTensor::default())),
+    resume: resumed::<PressureTensor>,
+};
+
+/// Unit of a pressure.
+const UNIT: &str = "mass/time²";
+
+impl Measured for PressureTensor {
+    /// p_xx, p_xy, p_yx, p_yy.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        self.sums()
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let points = self.series();
+        let of = |part: fn(&carom::observers::TensorPoint) -> f64| -> Vec<Option<f64>> {
+            points.iter().map(|point| Some(part(point))).collect()
+        };
+        // The flux lacks kT / A, because momentum conservation removes two degrees of freedom.
+        let normal = context.hard_discs.as_ref().ok().map(|gas| gas.pressure() - gas.temperature / gas.area);
+        let table = Table::new("pressure-tensor", "Pressure tensor")
+            .abscissa("time", "time", points.iter().map(|point| point.time).collect())
+            .value("p_xx", UNIT, of(carom::observers::TensorPoint::xx))
+            .value("p_xy", UNIT, of(carom::observers::TensorPoint::xy))
+            .value("p_yx", UNIT, of(carom::observers::TensorPoint::yx))
+            .value("p_yy", UNIT, of(carom::observers::TensorPoint::yy))
+            .caption("Flux of momentum relative to the centre of mass; p_xy = 0 on average without shear.");
+        let predictions = [normal, Some(0.0), Some(0.0), normal];
+        let names = ["p_xx", "p_xy", "p_yx", "p_yy"].into_iter().zip(predictions);
+        let figure = |((name, prediction), mean): ((&str, Option<f64>), &BlockMean)| {
+            let figure = Figure::new(name, mean.value?, UNIT).error(mean.standard_error);
+            let source = if name == "p_xx" || name == "p_yy" { HENDERSON } else { "isotropy" };
+            Some(match prediction {
+                Some(value) => figure.predicted(value, source),
+                None => figure,
+            })
+        };
+        Results { tables: vec![table], figures: names.zip(means).filter_map(figure).collect() }
+    }
+}

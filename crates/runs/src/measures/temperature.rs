@@ -1,0 +1,40 @@
+//! `temperature`: translational and rotational temperature of a group.
+
+use carom::TemperatureByTag;
+use carom_tables::{BlockMean, Figure, Table};
+
+use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
+
+pub(super) const KIND: Kind = Kind {
+    name: "temperature",
+    summary: "kT of the translation and of the rotation of a group at each sample",
+    of: Of::Group,
+    begin: |selection| Ok(in_blocks(TemperatureByTag::new(selection.group))),
+    resume: resumed::<TemperatureByTag>,
+};
+
+/// Unit of kT.
+const UNIT: &str = "mass·length²/time²";
+
+impl Measured for TemperatureByTag {
+    /// Translation, then rotation.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        self.sums()
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let points = self.series();
+        let table = Table::new(format!("temperature{}", context.suffix), "Temperature")
+            .abscissa("time", "time", points.iter().map(|point| point.time).collect())
+            .counts("bodies", points.iter().map(|point| point.bodies as u64).collect())
+            .value("translation", UNIT, points.iter().map(|point| point.translation).collect())
+            .value("rotation", UNIT, points.iter().map(|point| point.rotation).collect())
+            .caption("kT relative to the centre of mass; both have one mean at equilibrium (equipartition).");
+        let figure = |(name, mean): (&str, &BlockMean)| {
+            let name = context.named(&format!("kT of the {name}"));
+            Some(Figure::new(name, mean.value?, UNIT).error(mean.standard_error))
+        };
+        let figures = ["translation", "rotation"].into_iter().zip(means).filter_map(figure).collect();
+        Results { tables: vec![table], figures }
+    }
+}
