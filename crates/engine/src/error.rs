@@ -73,6 +73,26 @@ pub enum SceneError {
         /// Number of molecules requested.
         wanted: usize,
     },
+    /// The gases jam before they have grown to their size: at this density they cannot be placed.
+    #[error(
+        "the gases jam at an area fraction of {reached:.4}, below the {wanted:.4} that they would cover; reduce \
+         their number"
+    )]
+    Jammed {
+        /// Area of the gases where they jam, as a share of the box.
+        reached: f64,
+        /// Area of the gases of the scene, as a share of the box.
+        wanted: f64,
+    },
+    /// A run in which the gases grow or relax has ended early.
+    #[error("the gases cannot be grown and relaxed: {0}")]
+    Growth(Box<RunError>),
+    /// The state of a growth is not one that a growth has written.
+    #[error("the state of the growth {0}")]
+    GrowthState(&'static str),
+    /// The caller has interrupted the placement.
+    #[error("the placement of the gases has been interrupted")]
+    Interrupted,
     /// Two rules of elasticity of equal rank apply to a pair of existing bodies with different
     /// coefficients.
     #[error(

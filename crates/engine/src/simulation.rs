@@ -47,6 +47,32 @@ pub(crate) enum Epoch {
 }
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
+    /// A simulation before its first epoch, with counters of 0.
+    pub(crate) fn assemble(
+        world: World,
+        (detection, response): (D, R),
+        (scheduler, scheduler_options): (S, S::Options),
+        elasticity: ElasticityTable,
+        names: TagNames,
+    ) -> Self {
+        Self {
+            ledger: Ledger { initial: world.energy(), ..Ledger::default() },
+            world,
+            detection,
+            response,
+            scheduler,
+            scheduler_options,
+            elasticity,
+            names,
+            counters: Counters::default(),
+            work_before: SchedulerCounters::default(),
+            offset: 0.0,
+            epoch: Epoch::ToBegin,
+            simultaneous: SimultaneousContacts::default(),
+            unresolved: Unresolved::default(),
+        }
+    }
+
     /// The present time.
     pub fn time(&self) -> EpochTime {
         self.world.epoch.after(self.offset)
@@ -122,7 +148,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     }
 
     /// Runs to `until`, but through at most `most` contacts; returns the number of contacts.
-    fn advance<O: Observer + ?Sized>(
+    pub(crate) fn advance<O: Observer + ?Sized>(
         &mut self,
         until: EpochTime,
         most: u64,

@@ -4,10 +4,10 @@ pub(crate) mod gas;
 mod outcome;
 mod scene_file;
 
-use std::path::PathBuf;
+use std::{ops::ControlFlow, path::PathBuf};
 
 use anyhow::{Context, Result};
-use carom::Simulation;
+use carom::{Scene, Simulation, engine::SceneError};
 use carom_tables::Verdict;
 use clap::Args;
 use outcome::simulate;
@@ -17,6 +17,7 @@ use crate::{
     interruption::Signals,
     manifest::{Manifest, program},
     output::Folder,
+    progress::{Lines, Progress},
     resumable::{Choices, Task, without_end},
     sampling_times::sampling_times,
 };
@@ -39,8 +40,7 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<Verdict> {
     let scene = options.file.read()?;
     // Built before anything is written: an invalid scene leaves no folder.
-    let simulation =
-        Simulation::new(&scene).with_context(|| format!("scene {}", options.file.path.display()))?;
+    let simulation = placed(&scene).with_context(|| format!("scene {}", options.file.path.display()))?;
     let asked = gas::observers(&scene.run, &simulation.view())?;
     let signals = Signals::watch()?;
     let folder = Folder::create(&folder_path(options), options.choices.resumption.existing())?;
@@ -64,6 +64,20 @@ pub fn run(options: &Options) -> Result<Verdict> {
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
+}
+
+/// The simulation of a scene, with the progress of the placement if that takes steps of growth.
+fn placed(scene: &Scene) -> Result<Simulation, SceneError> {
+    let mut shown: Option<Progress> = None;
+    let (mut share, mut collisions) = (0.0, 0);
+    Simulation::new_with_progress(scene, &mut |now| {
+        // Growth and relaxation take about the same time.
+        let reached = 0.5 * (now.smallest_scale + now.relaxed);
+        let progress = shown.get_or_insert_with(|| Lines::default().add("placement", 1.0));
+        progress.advance(reached - share, now.collisions - collisions);
+        (share, collisions) = (reached, now.collisions);
+        ControlFlow::Continue(())
+    })
 }
 
 fn folder_path(options: &Options) -> PathBuf {

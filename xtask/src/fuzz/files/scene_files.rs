@@ -1,6 +1,6 @@
 //! Mutated scene files: each is refused by name, or builds a system that runs without overlap.
 
-use carom::engine::{GasSpec, RunError, Scene, Scheduler, Simulation, View};
+use carom::engine::{GasSpec, Placement, RunError, Scene, Scheduler, Simulation, View};
 use carom::response::Response;
 use carom_detection::Detection;
 use carom_kinematics::EpochTime;
@@ -14,6 +14,12 @@ const MOST_CONTACTS: u64 = 3000;
 
 /// Scenes with more atoms are skipped because they are slow.
 const MOST_ATOMS: f64 = 2e4;
+
+/// Scenes with more atoms are placed on lattices only.
+const MOST_ATOMS_TO_GROW: f64 = 200.0;
+
+/// Most collisions a molecule in a relaxation.
+const MOST_RELAXATION: f64 = 10.0;
 
 /// A mutated scene file.
 pub fn draw(draw: &mut Draw) -> Vec<u8> {
@@ -36,6 +42,10 @@ pub fn draw(draw: &mut Draw) -> Vec<u8> {
             gas.area_fraction = Some(0.2);
         }
     }
+    if draw.happens(0.1) {
+        scene.start.placement = Some(Placement::Grown);
+        scene.start.relax = Some(5.0);
+    }
     let text = scene.to_toml();
     if draw.happens(0.05) { text.into_bytes() } else { mutate::text(draw, &text) }
 }
@@ -46,7 +56,7 @@ pub fn check(bytes: &[u8], report: &mut Report) {
         report.count("scenes refused", 1);
         return;
     };
-    let Ok(scene) = Scene::from_toml(text) else {
+    let Ok(mut scene) = Scene::from_toml(text) else {
         report.count("scenes refused", 1);
         return;
     };
@@ -57,6 +67,11 @@ pub fn check(bytes: &[u8], report: &mut Report) {
         report.count("scenes too large to try", 1);
         return;
     }
+    // Many atoms take too long to grow or to relax.
+    if size(&scene) > MOST_ATOMS_TO_GROW {
+        scene.start.placement = Some(Placement::Lattice);
+    }
+    scene.start.relax = scene.start.relax.map(|collisions| collisions.min(MOST_RELAXATION)).or(Some(0.0));
     match Simulation::new(&scene) {
         Err(_) => report.count("scenes refused", 1),
         Ok(mut simulation) => {
