@@ -229,7 +229,7 @@ fn a_lattice_can_be_relaxed_too() {
 
 #[test]
 fn a_scene_grows_to_the_same_bits_in_any_thread_scheduler_and_pieces() {
-    let scene = Scene { gas: vec![covering("tee", 25, 0.4), corner(20, 0.18)], ..among_others(30.0) };
+    let scene = Scene { gas: vec![covering("tee", 25, 0.34), corner(20, 0.15)], ..among_others(30.0) };
     let mut whole = Growth::new(&scene).unwrap();
     let mut stored = whole.clone();
     let mut steps = 0;

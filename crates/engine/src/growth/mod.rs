@@ -303,8 +303,10 @@ impl Growth {
         let before = self.scales.clone();
         let packing = Packing { world: &self.world, first, species };
         let state = &mut self.state;
-        state.at_front = packing.grow(&mut self.scales, state.lead, &mut random);
-        state.lead = packing::next_lead(state.lead, state.at_front);
+        let behind = packing.grow(&mut self.scales, state.lead, &mut random);
+        let molecules = self.scales.len();
+        state.lead = packing::next_lead(state.lead, behind, molecules);
+        state.at_front = 1.0 - behind as f64 / molecules as f64;
         packing::resize(&mut self.world, first, species, &before, &self.scales)
     }
 
@@ -355,7 +357,12 @@ impl Growth {
         let parts = ((Exact::default(), Impact), (scheduler, options));
         let (elasticity, names) = (ElasticityTable::default(), TagNames::default());
         let mut simulation = Simulation::assemble(world, parts.0, parts.1, elasticity, names);
-        let ended = simulation.advance(EpochTime::from(time), most, &mut ());
+        let ended = simulation.advance(EpochTime::from(time), most, &mut ()).and_then(|contacts| {
+            // No run ends with a contact: the pair would touch when it next grows or is set in
+            // motion.
+            let pause = 0.5 * simulation.time().to_f64() / contacts.max(1) as f64;
+            simulation.advance(simulation.time().after(pause), u64::MAX, &mut ())
+        });
         simulation.end_epoch(simulation.offset);
         self.state.collisions += simulation.counters.collisions;
         self.world = simulation.world;

@@ -29,8 +29,17 @@ const SHARE: f64 = 0.9;
 /// rounding of positions, so that no pair starts a run in contact; too small to cost density.
 const MARGIN: f64 = 1e-10;
 
+/// Room that a molecule keeps, as a share of the lead of the front, unless it can grow to the front.
+/// Molecules that hold each other by their notches would else collide within less and less room,
+/// ever more often, and take all the collisions of a run, so that they never let go. Larger: growth
+/// takes longer.
+const CLEARANCE: f64 = 0.1;
+
 /// Largest lead of the front over the smallest molecule, as a share of its scale.
 pub(super) const LARGEST_LEAD: f64 = 0.05;
+
+/// Smallest lead of the front. With less, growth is given up in any case.
+const SMALLEST_LEAD: f64 = 1e-6;
 
 /// The lead changes by this factor from step to step.
 const CHANGE_OF_LEAD: f64 = 1.1;
@@ -38,6 +47,10 @@ const CHANGE_OF_LEAD: f64 = 1.1;
 /// The front advances faster if more than this share of the molecules stand at it, else more
 /// slowly. Smaller: faster growth that jams at lower density. Larger: slower growth.
 const FOLLOWERS: f64 = 0.95;
+
+/// So many molecules may stay behind the front in any case: two that hold each other do not slow
+/// down the growth of a few others.
+const STRAGGLERS: usize = 2;
 
 /// Molecules that grow among the other bodies of a world.
 pub(super) struct Packing<'a> {
@@ -48,11 +61,12 @@ pub(super) struct Packing<'a> {
 }
 
 impl Packing<'_> {
-    /// Increases the scales of the molecules, in random order; returns the share of them that then
-    /// stand at the front or beyond.
-    pub fn grow(&self, scales: &mut [f64], lead: f64, random: &mut Pcg64) -> f64 {
+    /// Increases the scales of the molecules, in random order; returns the number of them that are
+    /// then still behind the front.
+    pub fn grow(&self, scales: &mut [f64], lead: f64, random: &mut Pcg64) -> usize {
         let smallest = scales.iter().copied().fold(1.0, f64::min);
         let front = (smallest * (1.0 + lead)).min(1.0);
+        let clearance = CLEARANCE * (front - smallest);
         let kinds: Vec<&Species> =
             self.species.iter().flat_map(|kind| std::iter::repeat_n(kind, kind.count)).collect();
         let motions = &self.world.motions;
@@ -71,8 +85,8 @@ impl Packing<'_> {
                 }
             };
             let (own, place) = (scaled(body), motions[body].position);
-            let mut most = front;
-            let reach = front * own.molecule.bounding_radius() + margin;
+            let mut most = front + clearance;
+            let reach = most * own.molecule.bounding_radius() + margin;
             sites.for_each_body_near(self.world, place, reach, |other, separation| {
                 if other == body {
                     return;
@@ -86,9 +100,13 @@ impl Packing<'_> {
                 }
             });
             let scale = own.scale;
-            scales[index] = if most >= front { front } else { scale + SHARE * (most - scale) };
+            scales[index] = if most >= front + clearance {
+                front
+            } else {
+                (scale + SHARE * (most - scale)).min(most - clearance).max(scale)
+            };
         }
-        scales.iter().filter(|&&scale| scale >= front).count() as f64 / scales.len().max(1) as f64
+        scales.iter().filter(|&&scale| scale < front).count()
     }
 
     /// All bodies, listed with the radii that they may have at the end of the step.
@@ -103,9 +121,14 @@ impl Packing<'_> {
     }
 }
 
-/// The lead of the front in the next step, if this share of the molecules stand at the front.
-pub(super) fn next_lead(lead: f64, at_front: f64) -> f64 {
-    if at_front > FOLLOWERS { (lead * CHANGE_OF_LEAD).min(LARGEST_LEAD) } else { lead / CHANGE_OF_LEAD }
+/// The lead of the front in the next step, if this number of the molecules are behind the front.
+pub(super) fn next_lead(lead: f64, behind: usize, molecules: usize) -> f64 {
+    let is_followed = behind <= STRAGGLERS || (behind as f64) < (1.0 - FOLLOWERS) * molecules as f64;
+    if is_followed {
+        (lead * CHANGE_OF_LEAD).min(LARGEST_LEAD)
+    } else {
+        (lead / CHANGE_OF_LEAD).max(SMALLEST_LEAD)
+    }
 }
 
 /// Gives the molecules of the gases, the bodies from `first` on, these scales. Rotational energies
