@@ -75,8 +75,9 @@ pub enum SceneError {
     },
     /// The gases jam before they have grown to their size: at this density they cannot be placed.
     #[error(
-        "the gases jam at an area fraction of {reached:.4}, below the {wanted:.4} that they would cover; reduce \
-         their number"
+        "the gases jam at an area fraction of {}, below the {} that they would cover; reduce their number",
+        share(*reached),
+        share(*wanted)
     )]
     Jammed {
         /// Area of the gases where they jam, as a share of the box.
@@ -117,6 +118,11 @@ pub enum SceneError {
         /// The reason.
         reason: GridError,
     },
+}
+
+/// A share of the box with four digits.
+fn share(share: f64) -> String {
+    if share >= 1e-3 { format!("{share:.4}") } else { format!("{share:.3e}") }
 }
 
 /// A grid too fine, or a box too small or too large, for the bodies in it.

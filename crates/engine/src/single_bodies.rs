@@ -1,5 +1,5 @@
-//! The single bodies of a scene: molecules, bumpers and walls at given positions, with the checks of
-//! every entry.
+//! The single bodies of a scene: molecules, bumpers and walls at given positions, with the checks
+//! of every entry.
 
 use std::sync::Arc;
 

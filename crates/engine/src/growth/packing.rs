@@ -29,10 +29,13 @@ const SHARE: f64 = 0.9;
 /// rounding of positions, so that no pair starts a run in contact; too small to cost density.
 const MARGIN: f64 = 1e-10;
 
-/// Room that a molecule keeps, as a share of the lead of the front, unless it can grow to the front.
-/// Molecules that hold each other by their notches would else collide within less and less room,
-/// ever more often, and take all the collisions of a run, so that they never let go. Larger: growth
-/// takes longer.
+/// Least gap that growth leaves between surfaces, in roundings of the longer side. Pairs that turn
+/// fast and start nearer may sink into each other by some thousand roundings.
+const ROUNDINGS: f64 = 1e5;
+
+/// Room that a molecule keeps, as a share of the lead of the front, unless it can grow to the
+/// front. With less, molecules that hold each other by their notches collide within ever less room,
+/// take all the collisions of a run, and never let go. Larger: growth takes longer.
 const CLEARANCE: f64 = 0.1;
 
 /// Largest lead of the front over the smallest molecule, as a share of its scale.
@@ -72,7 +75,8 @@ impl Packing<'_> {
         let motions = &self.world.motions;
         let rotations: Vec<DVec2> = motions.iter().map(|motion| motion.orientation.cos_sin()).collect();
         let sites = self.sites(scales, &kinds, front);
-        let margin = MARGIN * self.world.bounds.sides().min_element();
+        let sides = self.world.bounds.sides();
+        let margin = (MARGIN * sides.min_element()).max(ROUNDINGS * f64::EPSILON * sides.max_element());
         let mut order: Vec<usize> = (0..scales.len()).filter(|&index| scales[index] < front).collect();
         order.shuffle(random);
         for index in order {
