@@ -42,15 +42,12 @@ fn tagged(tag: &str, gas: GasSpec) -> GasSpec {
 
 /// The molecule that the entry of a gas describes.
 fn molecule(gas: &GasSpec) -> Molecule {
-    match &gas.shape {
-        Some(shape) => {
-            Molecule::named(shape.parse().unwrap(), gas.atom_radius.unwrap(), gas.atom_mass.unwrap()).unwrap()
-        }
-        None => {
-            let atom = |spec: &AtomSpec| Atom::new(DVec2::from(spec.at), spec.radius, spec.mass).unwrap();
-            Molecule::new(gas.atoms.iter().map(atom)).unwrap()
-        }
+    if let Some(shape) = &gas.shape {
+        let (radius, mass) = (gas.atom_radius.unwrap(), gas.atom_mass.unwrap());
+        return Molecule::named(shape.parse().unwrap(), radius, mass).unwrap();
     }
+    let atom = |spec: &AtomSpec| Atom::new(DVec2::from(spec.at), spec.radius, spec.mass).unwrap();
+    Molecule::new(gas.atoms.iter().map(atom)).unwrap()
 }
 
 #[test]
@@ -176,14 +173,14 @@ fn the_gases_start_with_the_energy_and_the_momentum_of_the_scene() {
         simulation.view().momentum()
     };
     // A free molecule at rest, which the relaxation holds at its place, takes no momentum.
-    let tee = named("tee", 0.03, 1.0, [0.5, 0.5]);
+    let molecule = &[named("tee", 0.03, 1.0, [0.5, 0.5])];
     for relax in [0.0, 10.0] {
-        assert!(momentum(&[hot.clone()], relax, &[]).length() < 1e-12);
-        assert!(momentum(&[hot.clone(), hot.clone()], relax, &[tee.clone()]).length() < 1e-12);
+        assert!(momentum(std::slice::from_ref(&hot), relax, &[]).length() < 1e-12);
+        assert!(momentum(&[hot.clone(), hot.clone()], relax, molecule).length() < 1e-12);
     }
     // The drift of a gas whose velocities are independent remains.
     let gases = [hot.clone(), drifting];
-    let (drawn, relaxed) = (momentum(&gases, 0.0, &[tee.clone()]), momentum(&gases, 10.0, &[tee]));
+    let (drawn, relaxed) = (momentum(&gases, 0.0, molecule), momentum(&gases, 10.0, molecule));
     assert!(drawn.length() > 0.1 && (drawn - relaxed).length() < 1e-12, "{drawn} {relaxed}");
     // A gas at rest grows, and is at rest.
     let cold = GasSpec { energy: 0.0, ..hot };

@@ -90,9 +90,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
             "{:<9} {:>6} molecules at {:.4}: {least:>6.2} to {most:>6.2} s of {allowed:>5.1} s; first seed: {steps:>5} \
              steps, {:>5.0} collisions a molecule",
             goal.name,
-            simulation_size(options, goal),
+            molecules(options, goal),
             progress.area_fraction,
-            2.0 * progress.collisions as f64 / options.count as f64,
+            2.0 * progress.collisions as f64 / molecules(options, goal) as f64,
         ));
         if most > allowed && options.relax == 0.0 && options.area_fraction.is_none() {
             verdict = Verdict::Failed;
@@ -101,7 +101,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
     Ok(verdict)
 }
 
-fn simulation_size(options: &Options, goal: &Goal) -> usize {
+/// Number of molecules: a multiple of the number of kinds.
+fn molecules(options: &Options, goal: &Goal) -> usize {
     options.count / gases(goal).len() * gases(goal).len()
 }
 
@@ -132,7 +133,9 @@ fn gases(goal: &Goal) -> Vec<GasSpec> {
 fn scene(goal: &Goal, options: &Options, seed: u64) -> Scene {
     let mut gas = gases(goal);
     let each = options.count / gas.len();
-    gas.iter_mut().for_each(|gas| gas.count = Some(each));
+    for gas in &mut gas {
+        gas.count = Some(each);
+    }
     let atoms = |gas: &GasSpec| -> f64 {
         let name = gas.shape.as_deref().unwrap_or("rod:3");
         let shape = name.parse::<carom::geometry::Shape>().map(|shape| shape.atoms(1.0, 1.0));
