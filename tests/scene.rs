@@ -7,7 +7,7 @@ mod support;
 use carom_detection::Exact;
 use carom_engine::{
     AtomSpec, BumperSpec, CellScheduler, CellsPerSide, ElasticityRule, GasSpec, GridError, HeapScheduler,
-    Instructions, MoleculeSpec, Rotation, Scene, SceneError, Simulation, WallSpec,
+    Instructions, MoleculeSpec, Placement, Rotation, Scene, SceneError, Simulation, WallSpec,
 };
 use carom_geometry::GeometryError;
 use carom_response::Impact;
@@ -482,6 +482,9 @@ fn a_gas_can_be_placed_in_the_narrowest_box_that_is_accepted() {
     let mut narrow = Scene { gas: vec![gas("disc", 0.3, 30)], ..Scene::default() };
     narrow.bounds.sides = [1.0, 1e6];
     narrow.wall = vec![WallSpec { x: Some(0.5), radius: 0.3, ..WallSpec::default() }];
+    let error = Simulation::new(&narrow).unwrap_err();
+    assert!(matches!(error, SceneError::Jammed { .. }), "{error}");
+    narrow.start.placement = Some(Placement::Lattice);
     let error = Simulation::new(&narrow).unwrap_err();
     assert!(matches!(error, SceneError::Full { placed: 0, wanted: 30, .. }), "{error}");
     assert!(begun.elapsed().as_secs_f64() < 30.0, "{:?}", begun.elapsed());

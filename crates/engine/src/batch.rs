@@ -13,9 +13,9 @@ use crate::{
     SceneError, Scheduler, Simulation, Tag, TagNames, WallSpec, World,
     body::BodyKind,
     body_builder::inertia,
-    build::{add_molecule, add_wall, deepest_overlap},
     simulation::Epoch,
     simultaneous_contacts::SimultaneousContacts,
+    single_bodies::{add_molecule, add_wall, deepest_overlap},
     sites::Sites,
     unresolved::Unresolved,
 };

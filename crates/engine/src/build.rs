@@ -1,25 +1,13 @@
-//! Builds a simulation from the description of a scene and checks every entry.
+//! Builds a simulation from the description of a scene, and places its gases.
 
-use std::sync::Arc;
+use std::ops::ControlFlow;
 
 use carom_detection::{Detection, Exact};
-use carom_geometry::{GeometryError, Molecule, PeriodicBox, check_length};
-use carom_kinematics::{Inertia, Motion, Orientation};
 use carom_response::{Impact, Response};
-use glam::DVec2;
 
 use crate::{
-    AtomSpec, CellScheduler, Counters, ElasticityTable, Ledger, MoleculeSpec, Rotation, Scene, SceneError,
-    Scheduler, SchedulerCounters, Simulation, TagNames, WallSpec, World,
-    body_builder::{geometry, inertia, insert, molecule, tags},
-    grid::Grid,
-    limits::refuse_slow,
-    placement,
-    rounding_bound::rounding_bound,
-    simulation::Epoch,
-    simultaneous_contacts::SimultaneousContacts,
-    sites::Sites,
-    unresolved::Unresolved,
+    CellScheduler, ElasticityTable, Growth, GrowthProgress, Placement, Scene, SceneError, Scheduler,
+    Simulation, World, contents::Contents, placement,
 };
 
 impl Simulation {
@@ -36,6 +24,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Creates a simulation of the scene with the given detector, response and options of the
     /// scheduler.
     ///
+    /// Gases are placed, grown and relaxed ([`StartSpec`](crate::StartSpec)) with the exact
+    /// detector, elastic impacts and the default scheduler, so that all simulations of a scene
+    /// start from the same state.
+    ///
     /// ```
     /// use carom_detection::Exact;
     /// use carom_engine::{CellsPerSide, Scene, Simulation, HeapScheduler};
@@ -51,254 +43,101 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// # Errors
     /// [`SceneError`], with the name of the entry, if the scene cannot be built.
     pub fn with(scene: &Scene, detection: D, response: R, options: S::Options) -> Result<Self, SceneError> {
-        let bounds = PeriodicBox::new(DVec2::from(scene.bounds.sides)).map_err(geometry("box"))?;
-        let mut names = TagNames::default();
-        let mut world = World::new(bounds);
-        let mut entries = Vec::new();
-        for (index, spec) in scene.molecule.iter().enumerate() {
-            let entry = format!("molecule[{index}]");
-            add_molecule(&mut world, &mut names, spec, &entry)?;
-            entries.push(entry);
-        }
-        for (index, spec) in scene.bumper.iter().enumerate() {
-            let entry = format!("bumper[{index}]");
-            let molecule = MoleculeSpec {
-                tags: spec.tags.clone(),
-                atoms: vec![AtomSpec { at: [0.0; 2], radius: spec.radius, mass: 1.0 }],
-                at: spec.at,
-                fixed: true,
-                ..MoleculeSpec::default()
-            };
-            add_molecule(&mut world, &mut names, &molecule, &entry)?;
-            entries.push(entry);
-        }
-        for (index, spec) in scene.wall.iter().enumerate() {
-            let entry = format!("wall[{index}]");
-            add_wall(&mut world, &mut names, spec, &entry)?;
-            entries.push(entry);
-        }
-        let species = placement::species(scene, &bounds)?;
-        // Refused before placement: in such a box the number of lattice sites may be unbounded.
-        let (sample, counts) = placement::sample(&world, &species);
-        Grid::refuse_large_box(&sample)
-            .map_err(|reason| reason.named(|body| entry_of(body, &entries, &counts)))?;
-        refuse_overlaps(&world, &entries)?;
-        let gases = placement::fill(&mut world, &mut names, scene, species)?;
-        let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut names)?;
+        Self::with_progress(scene, detection, response, options, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// Creates a simulation like [`Self::with`], and calls `progress` after each step of growth and
+    /// relaxation ([`Growth::step`]), if the scene needs them.
+    ///
+    /// # Errors
+    /// Those of [`Self::with`], and [`SceneError::Interrupted`] if `progress` breaks.
+    pub fn with_progress(
+        scene: &Scene,
+        detection: D,
+        response: R,
+        options: S::Options,
+        progress: &mut dyn FnMut(&GrowthProgress) -> ControlFlow<()>,
+    ) -> Result<Self, SceneError> {
+        Self::of(scene, fill(scene, progress)?, detection, response, options)
+    }
+
+    /// Creates a simulation of a world that holds all bodies of the scene.
+    fn of(
+        scene: &Scene,
+        (mut world, contents): (World, Contents),
+        detection: D,
+        response: R,
+        options: S::Options,
+    ) -> Result<Self, SceneError> {
+        let counts = contents.counts();
+        let mut singles = contents.singles;
+        let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut singles.names)?;
         elasticity.classify(&mut world)?;
         world.shrink();
         let scheduler = S::new(&options, &world)
-            .map_err(|reason| reason.named(|body| entry_of(body, &entries, &gases)))?;
-        Ok(Self::assemble(world, (detection, response), (scheduler, options), elasticity, names))
-    }
-
-    /// A simulation before its first epoch, with counters of 0.
-    pub(crate) fn assemble(
-        world: World,
-        (detection, response): (D, R),
-        (scheduler, scheduler_options): (S, S::Options),
-        elasticity: ElasticityTable,
-        names: TagNames,
-    ) -> Self {
-        Self {
-            ledger: Ledger { initial: world.energy(), ..Ledger::default() },
-            world,
-            detection,
-            response,
-            scheduler,
-            scheduler_options,
-            contacts_per_epoch: S::CONTACTS_PER_EPOCH,
-            elasticity,
-            names,
-            counters: Counters::default(),
-            work_before: SchedulerCounters::default(),
-            offset: 0.0,
-            epoch: Epoch::ToBegin,
-            simultaneous: SimultaneousContacts::default(),
-            unresolved: Unresolved::default(),
-        }
+            .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
+        Ok(Self::assemble(world, (detection, response), (scheduler, options), elasticity, singles.names))
     }
 }
 
-/// The entry of the scene that describes a body.
-fn entry_of(body: usize, singles: &[String], gases: &[usize]) -> String {
-    singles.get(body).cloned().unwrap_or_else(|| {
-        let mut before = singles.len();
-        let within = |count: &usize| {
-            before += count;
-            body < before
-        };
-        format!("gas[{}]", gases.iter().position(within).unwrap_or(gases.len()))
-    })
+impl Growth {
+    /// Takes all steps that are left, and returns the simulation of the scene at time 0.
+    ///
+    /// # Errors
+    /// Those of [`Self::step`], and of [`Simulation::new`].
+    pub fn finish(self) -> Result<Simulation, SceneError> {
+        let options = <CellScheduler as Scheduler>::Options::default();
+        self.finish_with(Exact::default(), Impact, options)
+    }
+
+    /// Takes all steps that are left, and returns the simulation of the scene at time 0 with the
+    /// given detector, response and options of the scheduler.
+    ///
+    /// # Errors
+    /// Those of [`Self::step`], and of [`Simulation::with`].
+    pub fn finish_with<D: Detection, R: Response, S: Scheduler>(
+        self,
+        detection: D,
+        response: R,
+        options: S::Options,
+    ) -> Result<Simulation<D, R, S>, SceneError> {
+        let scene = self.scene().clone();
+        Simulation::of(&scene, self.into_world()?, detection, response, options)
+    }
 }
 
-/// Largest distance of a molecule from the box, in boxes: farther out, the position in the box
-/// loses half of its digits.
-const FARTHEST: f64 = 2_147_483_648.0;
-
-/// Adds a molecule of the scene; overlaps are checked by the caller.
-pub(crate) fn add_molecule(
-    world: &mut World,
-    names: &mut TagNames,
-    spec: &MoleculeSpec,
-    entry: &str,
-) -> Result<crate::BodyKey, SceneError> {
-    let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
-    let molecule = molecule(entry, spec.shape.as_deref(), &spec.atoms, spec.atom_radius, spec.atom_mass)?;
-    let orientation = match (spec.orientation, spec.orientation_turns) {
-        (Some(_), Some(_)) => return Err(problem("give `orientation` or `orientation_turns`, not both")),
-        (Some(radians), None) => {
-            Orientation::from_radians(check_length("orientation", radians).map_err(geometry(entry))?)
+/// Places all bodies of a scene; returns the world and what it has been built from.
+fn fill(
+    scene: &Scene,
+    progress: &mut dyn FnMut(&GrowthProgress) -> ControlFlow<()>,
+) -> Result<(World, Contents), SceneError> {
+    let mut contents = Contents::new(scene)?;
+    let mut growth = if scene.start.placement == Some(Placement::Grown) {
+        Growth::begin(scene, contents)?
+    } else {
+        let relaxes = scene.start.relax.is_some_and(|collisions| collisions > 0.0);
+        let mut singles = contents.singles.clone();
+        match placement::fill(&mut singles.world, &mut singles.names, scene, &contents.species) {
+            Ok(()) if relaxes => {
+                let first = contents.singles.world.bodies.len();
+                Growth::relaxation(scene, contents, &singles.world.motions[first..])?
+            }
+            Ok(()) => {
+                let world =
+                    std::mem::replace(&mut singles.world, World::new(*contents.singles.world.bounds()));
+                contents.singles = singles;
+                return Ok((world, contents));
+            }
+            Err(full @ SceneError::Full { .. }) if scene.start.placement.is_none() => {
+                Growth::after_lattice(scene, contents, full)?
+            }
+            Err(error) => return Err(error),
         }
-        (None, Some(turns)) => {
-            Orientation::from_turns(check_length("orientation_turns", turns).map_err(geometry(entry))?)
-        }
-        (None, None) => Orientation::default(),
     };
-    for number in [spec.at, spec.velocity].as_flattened() {
-        check_length("a place or velocity", *number).map_err(geometry(entry))?;
-    }
-    let sides = world.bounds().sides();
-    if (DVec2::from(spec.at) / sides).abs().max_element() > FARTHEST {
-        return Err(problem(
-            "`at` must be at most 2^31 boxes away: farther out, rounding loses the position in the box",
-        ));
-    }
-    check_length("angular_velocity", spec.angular_velocity).map_err(geometry(entry))?;
-    let moves = spec.velocity != [0.0; 2] || spec.angular_velocity != 0.0;
-    if spec.fixed && moves {
-        return Err(problem("a fixed molecule must have no velocity and no angular velocity"));
-    }
-    if spec.angular_velocity != 0.0 && spec.rotation == Rotation::Locked {
-        return Err(problem("a molecule of locked rotation must have angular velocity 0"));
-    }
-    if spec.angular_velocity != 0.0 && molecule.is_disc() {
-        return Err(problem(
-            "a single disc must have angular velocity 0, which contacts without friction never change",
-        ));
-    }
-    let inertia = if spec.fixed { Inertia::FIXED } else { inertia(&molecule, spec.rotation) };
-    let motion = Motion {
-        velocity: DVec2::from(spec.velocity),
-        orientation,
-        angular_velocity: spec.angular_velocity,
-        ..Motion::at_rest(DVec2::from(spec.at))
-    };
-    refuse_slow(entry, &motion, molecule.bounding_radius())?;
-    Grid::refuse_giant(molecule.bounding_radius(), world.bodies().len(), world)
-        .map_err(|reason| reason.named(|_| entry.to_owned()))?;
-    let tags = tags(names, &spec.tags);
-    Ok(insert(world, Arc::new(molecule), inertia, tags, motion))
-}
-
-/// Largest length of a wall along x and along y, in sides of the box: the wall is listed in that
-/// many images of each cell that it passes. A longer wall is most likely an error.
-const LONGEST: f64 = 16.0;
-
-/// Largest ratio of the sides of a box with walls. In a narrower box the margin for rounding along
-/// the longer side is many cells of the shorter one, and a wall would be listed in all of them.
-const NARROWEST: f64 = 1e9;
-
-/// Refuses a wall that crosses too many images of the box, or is so thick that no space is left
-/// beside it.
-pub(crate) fn refuse_large_wall(entry: &str, wall: &Molecule, sides: DVec2) -> Result<(), SceneError> {
-    let Some(face) = wall.face() else { return Ok(()) };
-    let problem = |problem: String| SceneError::Entry { entry: entry.to_owned(), problem };
-    if sides.max_element() > NARROWEST * sides.min_element() {
-        return Err(problem(format!(
-            "a wall needs a box whose sides differ by a factor of at most {NARROWEST:e}, but they are {:e} and {:e}",
-            sides.x, sides.y
-        )));
-    }
-    let extent = (2.0 * face.half_length()) * face.along().abs();
-    for (axis, name) in ["x", "y"].into_iter().enumerate() {
-        if extent[axis] > LONGEST * sides[axis] {
-            return Err(problem(format!(
-                "the wall must be at most 16 times as long as the box, but is {:e} along {name}, where the side is {:e}",
-                extent[axis], sides[axis]
-            )));
+    while !growth.is_done() {
+        if progress(&growth.step()?).is_break() {
+            return Err(SceneError::Interrupted);
         }
     }
-    let side = sides.min_element();
-    if face.radius() > side {
-        return Err(problem(format!(
-            "the radius of the wall must be at most the shorter side of the box, {side:e}, but is {:e}",
-            face.radius()
-        )));
-    }
-    Ok(())
-}
-
-/// A wall along an axis through the whole box, without end points: it meets its own images.
-fn wall_across(sides: DVec2, axis: DVec2, radius: f64) -> Result<Molecule, GeometryError> {
-    Molecule::wall_without_ends(axis * sides, radius)
-}
-
-/// Whether a wall has no end points although it does not meet its own images in a box of these
-/// sides. Detection would let bodies enter such a wall where it ends.
-pub(crate) fn is_open_wall(wall: &Molecule, orientation: Orientation, sides: DVec2) -> bool {
-    let Some(face) = wall.face().filter(|_| wall.atoms().is_empty()) else { return false };
-    let is_across = |axis| wall_across(sides, axis, face.radius()).is_ok_and(|across| across == *wall);
-    orientation.turns() != 0.0 || !(is_across(DVec2::X) || is_across(DVec2::Y))
-}
-
-/// Adds a wall of the scene; overlaps are checked by the caller.
-pub(crate) fn add_wall(
-    world: &mut World,
-    names: &mut TagNames,
-    spec: &WallSpec,
-    entry: &str,
-) -> Result<crate::BodyKey, SceneError> {
-    let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
-    let numbers = [spec.from, spec.to].into_iter().flatten().flatten().chain(spec.x).chain(spec.y);
-    for number in numbers {
-        check_length("a place of a wall", number).map_err(geometry(entry))?;
-    }
-    let sides = world.bounds().sides();
-    let (centre, wall) = match (spec.from, spec.to, spec.x, spec.y) {
-        (Some(from), Some(to), None, None) => {
-            let (from, to) = (DVec2::from(from), DVec2::from(to));
-            (0.5 * from + 0.5 * to, Molecule::wall(to - from, spec.radius))
-        }
-        (None, None, Some(x), None) => {
-            (DVec2::new(x, 0.5 * sides.y), wall_across(sides, DVec2::Y, spec.radius))
-        }
-        (None, None, None, Some(y)) => {
-            (DVec2::new(0.5 * sides.x, y), wall_across(sides, DVec2::X, spec.radius))
-        }
-        _ => return Err(problem("give a wall `from` and `to`, or `x`, or `y`")),
-    };
-    if (centre / sides).abs().max_element() > FARTHEST {
-        return Err(problem(
-            "the wall must be at most 2^31 boxes away: farther out, rounding loses the position in the box",
-        ));
-    }
-    let molecule = Arc::new(wall.map_err(geometry(entry))?);
-    refuse_large_wall(entry, &molecule, sides)?;
-    let tags = tags(names, &spec.tags);
-    Ok(insert(world, molecule, Inertia::FIXED, tags, Motion::at_rest(centre)))
-}
-
-/// Refuses overlaps between the single bodies of the scene; fixed bodies may overlap each other.
-fn refuse_overlaps(world: &World, entries: &[String]) -> Result<(), SceneError> {
-    let mut sites = Sites::new(world);
-    let is_fixed = |&index: &usize| world.bodies[index].is_fixed();
-    (0..world.bodies.len()).filter(is_fixed).for_each(|index| sites.add(world, index));
-    for index in (0..world.bodies.len()).filter(|index| !is_fixed(index)) {
-        if let Some((other, depth)) = deepest_overlap(world, &sites, index) {
-            let (first, second) = (entries[other.min(index)].clone(), entries[other.max(index)].clone());
-            return Err(SceneError::Overlap { first, second, depth });
-        }
-        sites.add(world, index);
-    }
-    Ok(())
-}
-
-/// The body with the deepest overlap with this one beyond rounding, and the depth (length); two
-/// fixed bodies may overlap.
-pub(crate) fn deepest_overlap(world: &World, sites: &Sites, index: usize) -> Option<(usize, f64)> {
-    let body = &world.bodies[index];
-    let (other, gap) = sites.nearest_to_body(world, index)?;
-    let reach = body.reach() + world.bodies[other].reach();
-    (gap < -rounding_bound(world.bounds.sides(), reach)).then_some((other, -gap))
+    growth.into_world()
 }

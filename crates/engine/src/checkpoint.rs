@@ -19,10 +19,10 @@ use crate::{
     Rotation, SceneError, Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
     body::BodyKind,
     body_builder::inertia,
-    build::{is_open_wall, refuse_large_wall},
     limits::too_slow,
     simulation::Epoch,
     simultaneous_contacts::SimultaneousContacts,
+    single_bodies::{is_open_wall, refuse_large_wall},
     unresolved::Unresolved,
 };
 

@@ -73,6 +73,27 @@ pub enum SceneError {
         /// Number of molecules requested.
         wanted: usize,
     },
+    /// The gases jam before they have grown to their size: at this density they cannot be placed.
+    #[error(
+        "the gases jam at an area fraction of {}, below the {} that they would cover; reduce their number",
+        share(*reached),
+        share(*wanted)
+    )]
+    Jammed {
+        /// Area of the gases where they jam, as a share of the box.
+        reached: f64,
+        /// Area of the gases of the scene, as a share of the box.
+        wanted: f64,
+    },
+    /// A run in which the gases grow or relax has ended early.
+    #[error("the gases cannot be grown and relaxed: {0}")]
+    Growth(Box<RunError>),
+    /// The state of a growth is not one that a growth has written.
+    #[error("the state of the growth {0}")]
+    GrowthState(&'static str),
+    /// The caller has interrupted the placement.
+    #[error("the placement of the gases has been interrupted")]
+    Interrupted,
     /// Two rules of elasticity of equal rank apply to a pair of existing bodies with different
     /// coefficients.
     #[error(
@@ -97,6 +118,11 @@ pub enum SceneError {
         /// The reason.
         reason: GridError,
     },
+}
+
+/// A share of the box with four digits.
+fn share(share: f64) -> String {
+    if share >= 1e-3 { format!("{share:.4}") } else { format!("{share:.3e}") }
 }
 
 /// A grid too fine, or a box too small or too large, for the bodies in it.

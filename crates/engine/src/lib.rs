@@ -50,12 +50,14 @@ mod cells;
 mod centre_of_mass;
 mod checkpoint;
 mod contact_event;
+mod contents;
 mod counters;
 mod edit;
 mod elasticity_table;
 mod epoch_loop;
 mod error;
 mod grid;
+mod growth;
 mod guard;
 mod heap_scheduler;
 mod invariants;
@@ -75,7 +77,9 @@ mod selection;
 mod separation;
 mod simulation;
 mod simultaneous_contacts;
+mod single_bodies;
 mod sites;
+mod species;
 mod tags;
 mod unresolved;
 mod view;
@@ -92,6 +96,7 @@ pub use counters::{Counters, Ledger, SchedulerCounters};
 pub use elasticity_table::ElasticityTable;
 pub use error::{EditError, GridError, RunError, SceneError};
 pub use grid::CellsPerSide;
+pub use growth::{Growth, GrowthProgress};
 pub use heap_scheduler::HeapScheduler;
 pub use invariants::Violation;
 pub use least_speed::LEAST_SPEED;
@@ -102,8 +107,8 @@ pub use placement::RandomStream;
 pub use report::{CollisionReport, Side};
 pub use rounding_bound::rounding_bound;
 pub use scene::{
-    AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, RunSpec, Scene,
-    WallSpec,
+    AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Placement, RunSpec,
+    Scene, StartSpec, WallSpec,
 };
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;

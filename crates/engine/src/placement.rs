@@ -8,21 +8,19 @@
 //! random; collisions complete the mixing. Where momentum is conserved along an axis, directions
 //! come in opposite pairs, so that each gas of two or more molecules starts with momentum 0.
 
-use std::sync::Arc;
-
-use carom_geometry::{Molecule, PeriodicBox, check_length};
-use carom_kinematics::{Inertia, Motion, Orientation};
+use carom_geometry::{Molecule, PeriodicBox};
+use carom_kinematics::{Motion, Orientation};
 use glam::DVec2;
 use rand::{RngExt, seq::SliceRandom};
 use rand_pcg::Pcg64;
 
 use crate::{
-    GasSpec, Rotation, Scene, SceneError, TagNames, Tags, World,
-    body_builder::{geometry, inertia, insert, molecule, tags},
+    Scene, SceneError, TagNames, World,
+    body_builder::geometry,
     centre_of_mass::conserved_momentum,
-    limits::refuse_slow,
     selection::Remaining,
     sites::Sites,
+    species::{Species, direction},
 };
 
 /// A stream of random numbers; each purpose has its own.
@@ -32,6 +30,8 @@ pub enum RandomStream {
     Placement = 0,
     /// Directions of motion.
     Velocities = 1,
+    /// Order and directions while molecules grow (see [`Growth`](crate::Growth)).
+    Growth = 2,
 }
 
 impl RandomStream {
@@ -46,9 +46,6 @@ impl RandomStream {
 /// contact.
 const ROOM: f64 = 1e-9;
 
-/// Most molecules of one kind. More exceed the memory and soon the range of their counters.
-const MOST_MOLECULES: usize = 1 << 27;
-
 /// Most sites of a lattice where fewer are needed: the check of each takes about a microsecond.
 const MOST_SITES: usize = 1 << 22;
 
@@ -56,46 +53,43 @@ const MOST_SITES: usize = 1 << 22;
 /// this: in a narrow box it may have any number of sites, even if few are needed.
 const FEW_SITES: usize = 1 << 20;
 
-/// One kind of molecule to be placed.
-pub(crate) struct Species<'a> {
-    entry: String,
-    spec: &'a GasSpec,
-    molecule: Arc<Molecule>,
-    count: usize,
-    places: Vec<DVec2>,
-}
-
-/// The kinds of molecules of the gases of a scene.
-pub(crate) fn species<'a>(scene: &'a Scene, bounds: &PeriodicBox) -> Result<Vec<Species<'a>>, SceneError> {
-    scene.gas.iter().enumerate().map(|(index, spec)| Species::new(spec, index, bounds)).collect()
-}
-
-/// A world of the bodies already placed and at most two molecules of each kind, at rest at the
-/// origin, and the number of molecules of each kind. The largest and the smallest contact distance
-/// do not depend on that number.
-pub(crate) fn sample(world: &World, species: &[Species<'_>]) -> (World, Vec<usize>) {
-    let mut sample = world.clone();
-    let counts: Vec<usize> = species.iter().map(|kind| kind.count.min(2)).collect();
-    for (kind, &count) in species.iter().zip(&counts) {
-        for _ in 0..count {
-            let inertia = inertia(&kind.molecule, kind.spec.rotation);
-            let motion = Motion::at_rest(DVec2::ZERO);
-            insert(&mut sample, Arc::clone(&kind.molecule), inertia, Tags::default(), motion);
-        }
-    }
-    (sample, counts)
-}
-
-/// Places all gases of the scene and sets them in motion; returns the number of bodies of each.
+/// Places all gases of the scene and sets them in motion.
 pub(crate) fn fill(
     world: &mut World,
     names: &mut TagNames,
     scene: &Scene,
-    mut species: Vec<Species<'_>>,
-) -> Result<Vec<usize>, SceneError> {
+    species: &[Species],
+) -> Result<(), SceneError> {
     let (seed, replica) = (scene.bounds.seed, scene.bounds.replica);
-    let mut places = RandomStream::Placement.generator(seed, replica);
+    let mut random = RandomStream::Placement.generator(seed, replica);
     let mut velocities = RandomStream::Velocities.generator(seed, replica);
+    let places = place(world, species, &mut random)?;
+    let keeps_momentum = conserved_momentum(world).any();
+    for (kind, places) in species.iter().zip(places) {
+        let motions = kind.velocities(keeps_momentum, &mut velocities).zip(places).map(
+            |((velocity, angular_velocity), place)| Motion {
+                velocity,
+                orientation: Orientation::from_turns(random.random()),
+                angular_velocity,
+                ..Motion::at_rest(place)
+            },
+        );
+        kind.insert(world, names, motions);
+    }
+    Ok(())
+}
+
+/// Positions for the molecules of each kind, around the bodies of a world.
+///
+/// # Errors
+/// [`SceneError::Full`] if they do not fit.
+pub(crate) fn place(
+    world: &World,
+    species: &[Species],
+    random: &mut Pcg64,
+) -> Result<Vec<Vec<DVec2>>, SceneError> {
+    let mut places: Vec<Vec<DVec2>> =
+        species.iter().map(|kind| Vec::with_capacity(kind.count.min(1 << 24))).collect();
     let mut by_size: Vec<usize> = (0..species.len()).collect();
     by_size.sort_by(|&i, &j| {
         let radius = |k: usize| species[k].molecule.bounding_radius();
@@ -121,110 +115,32 @@ pub(crate) fn fill(
                 continue;
             }
             tried = alike;
-            let random = &mut places.clone();
-            placed = place_class(world, &sites, &mut species, &rest[..alike], random).map(|()| alike);
+            let trial = &mut random.clone();
+            placed = place_class(world, &sites, species, &rest[..alike], &mut places, trial).map(|()| alike);
             if placed.is_ok() {
-                places = random.clone();
+                *random = trial.clone();
                 break;
             }
         }
         let class = &rest[..placed?];
         rest = &rest[class.len()..];
         if !rest.is_empty() {
-            for kind in class.iter().map(|&kind| &species[kind]) {
-                kind.places.iter().for_each(|&place| sites.add_circle(world.bounds(), place, &kind.molecule));
+            for &kind in class {
+                let molecule = &species[kind].molecule;
+                places[kind].iter().for_each(|&place| sites.add_circle(world.bounds(), place, molecule));
             }
         }
     }
-    // Opposite pairs by default where the whole system would otherwise drift forever.
-    let keeps_momentum = conserved_momentum(world).any();
-    for kind in &species {
-        let directions = if kind.spec.zero_momentum.unwrap_or(keeps_momentum) {
-            opposite_directions(kind.count, &mut velocities)
-        } else {
-            (0..kind.count).map(|_| direction(&mut velocities)).collect()
-        };
-        set_in_motion(world, names, kind, &directions, &mut places, &mut velocities);
-    }
-    Ok(species.iter().map(|kind| kind.count).collect())
-}
-
-impl<'a> Species<'a> {
-    fn new(spec: &'a GasSpec, index: usize, bounds: &PeriodicBox) -> Result<Self, SceneError> {
-        let entry = format!("gas[{index}]");
-        let problem = |problem: &str| SceneError::Entry { entry: entry.clone(), problem: problem.to_owned() };
-        let one = |first: Option<f64>, second: Option<f64>, problem_text: &str| match (first, second) {
-            (Some(_), Some(_)) => Err(problem(problem_text)),
-            _ => Ok(first.or(second)),
-        };
-        let radius = one(spec.radius, spec.atom_radius, "give either `radius` or `atom_radius`, not both")?;
-        let mass = one(spec.mass, spec.atom_mass, "give either `mass` or `atom_mass`, not both")?;
-        let shape = if spec.atoms.is_empty() {
-            Some(spec.shape.as_deref().unwrap_or("disc"))
-        } else {
-            spec.shape.as_deref()
-        };
-        let molecule = molecule(&entry, shape, &spec.atoms, radius, mass)?;
-        check_length("energy", spec.energy).map_err(geometry(&entry))?;
-        if spec.energy < 0.0 {
-            return Err(problem("`energy` must not be negative"));
-        }
-        let count = match (spec.area_fraction, spec.count) {
-            (None, Some(count)) => count,
-            (Some(fraction), None) if (0.0..1.0).contains(&fraction) => {
-                let (one, all) = (molecule.area(), bounds.area());
-                let count = (fraction * all / one).round() as usize;
-                if fraction > 0.0 && count == 0 {
-                    return Err(problem(&format!(
-                        "`area_fraction` = {fraction} of the box's area {all} is less than half of one \
-                         molecule's area {one}: it rounds to 0 molecules"
-                    )));
-                }
-                count
-            }
-            (Some(_), None) => return Err(problem("`area_fraction` must be at least 0 and below 1")),
-            _ => return Err(problem("give either `area_fraction` or `count`")),
-        };
-        if count > MOST_MOLECULES {
-            return Err(problem("there must be at most 2^27 molecules of one kind"));
-        }
-        if spec.zero_momentum == Some(true) && count == 1 && spec.energy > 0.0 {
-            return Err(problem(
-                "`zero_momentum` must not be true if `count` is 1: a molecule with `energy` above 0 cannot have momentum 0",
-            ));
-        }
-        let inertia = inertia(&molecule, spec.rotation);
-        let motion = Motion {
-            velocity: speed(share(spec, &molecule), &inertia) * DVec2::X,
-            angular_velocity: if turns(spec, &molecule) {
-                spin(share(spec, &molecule), &inertia)
-            } else {
-                0.0
-            },
-            ..Motion::at_rest(DVec2::ZERO)
-        };
-        check_length("the speed that `energy` gives", motion.velocity.x).map_err(geometry(&entry))?;
-        check_length("the angular velocity that `energy` gives", motion.angular_velocity)
-            .map_err(geometry(&entry))?;
-        if spec.energy > 0.0 {
-            refuse_slow(&entry, &motion, molecule.bounding_radius())?;
-        }
-        Ok(Self {
-            entry,
-            spec,
-            molecule: Arc::new(molecule),
-            count,
-            places: Vec::with_capacity(count.min(1 << 24)),
-        })
-    }
+    Ok(places)
 }
 
 /// Places all kinds of one class on one lattice.
 fn place_class(
     world: &World,
     sites: &Sites,
-    species: &mut [Species<'_>],
+    species: &[Species],
     class: &[usize],
+    places: &mut [Vec<DVec2>],
     random: &mut Pcg64,
 ) -> Result<(), SceneError> {
     let wanted: usize = class.iter().map(|&k| species[k].count).sum();
@@ -270,7 +186,7 @@ fn place_class(
     for (site, kind) in free.into_iter().zip(kinds) {
         let moved = site + lattice.slack * random.random::<f64>().sqrt() * direction(random);
         let place = if free_at(moved) { moved } else { site };
-        species[kind].places.push(place);
+        places[kind].push(place);
     }
     Ok(())
 }
@@ -427,76 +343,4 @@ impl Lattice {
         let shifted = column as f64 + 0.5 * (row % 2) as f64;
         self.origin + DVec2::new(shifted * self.step.x, row as f64 * self.step.y)
     }
-}
-
-/// Adds the molecules of one kind with random orientations and the given directions of motion.
-fn set_in_motion(
-    world: &mut World,
-    names: &mut TagNames,
-    kind: &Species<'_>,
-    directions: &[DVec2],
-    places: &mut Pcg64,
-    velocities: &mut Pcg64,
-) {
-    let inertia = inertia(&kind.molecule, kind.spec.rotation);
-    let tags = tags(names, &kind.spec.tags);
-    let (turning, share) = (turns(kind.spec, &kind.molecule), share(kind.spec, &kind.molecule));
-    for (&place, &direction) in kind.places.iter().zip(directions) {
-        let motion = Motion {
-            velocity: speed(share, &inertia) * direction,
-            orientation: Orientation::from_turns(places.random()),
-            angular_velocity: if turning { either_way(spin(share, &inertia), velocities) } else { 0.0 },
-            ..Motion::at_rest(place)
-        };
-        insert(world, Arc::clone(&kind.molecule), inertia, tags.clone(), motion);
-    }
-}
-
-fn direction(random: &mut Pcg64) -> DVec2 {
-    Orientation::from_turns(random.random()).cos_sin()
-}
-
-/// Random directions with sum 0, in random order: opposite pairs, and for an odd number three
-/// directions at a third of a turn. A single one has any direction.
-fn opposite_directions(count: usize, random: &mut Pcg64) -> Vec<DVec2> {
-    let mut directions = Vec::with_capacity(count);
-    if count % 2 == 1 && count > 1 {
-        let turns: f64 = random.random();
-        let thirds = [0.0, 1.0 / 3.0, 2.0 / 3.0];
-        directions.extend(thirds.map(|third| Orientation::from_turns(turns + third).cos_sin()));
-    }
-    while directions.len() + 1 < count {
-        let one = direction(random);
-        directions.extend([one, -one]);
-    }
-    if directions.len() < count {
-        directions.push(direction(random));
-    }
-    // Neighbours in the list are neighbours in space; the shuffle separates the pairs.
-    directions.shuffle(random);
-    directions
-}
-
-/// Whether contacts change the angular velocity of the molecules of a gas.
-fn turns(spec: &GasSpec, molecule: &Molecule) -> bool {
-    spec.rotation == Rotation::Free && !molecule.is_round()
-}
-
-/// The energy of each degree of freedom of a molecule (mass × length² / time²).
-fn share(spec: &GasSpec, molecule: &Molecule) -> f64 {
-    spec.energy / if turns(spec, molecule) { 3.0 } else { 2.0 }
-}
-
-/// The speed at which each of the two directions of motion has this energy (length / time).
-fn speed(energy: f64, inertia: &Inertia) -> f64 {
-    (4.0 * energy * inertia.inverse_mass).sqrt()
-}
-
-/// The angular velocity with this energy (radians per time).
-fn spin(energy: f64, inertia: &Inertia) -> f64 {
-    (2.0 * energy * inertia.inverse_moment).sqrt()
-}
-
-fn either_way(spin: f64, random: &mut Pcg64) -> f64 {
-    if random.random() { spin } else { -spin }
 }

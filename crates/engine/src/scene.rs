@@ -34,6 +34,9 @@ pub struct Scene {
     pub wall: Vec<WallSpec>,
     /// Many molecules of one kind each.
     pub gas: Vec<GasSpec>,
+    /// How the gases are placed.
+    #[serde(skip_serializing_if = "StartSpec::is_default")]
+    pub start: StartSpec,
     /// Coefficients of restitution.
     pub elasticity: ElasticitySpec,
     /// How contacts are found and events ordered; exact by default. Used by `carom run`, not by
@@ -173,7 +176,8 @@ pub struct WallSpec {
     pub radius: f64,
 }
 
-/// Many molecules of one kind, placed without overlap, with random directions of motion.
+/// Many molecules of one kind, placed without overlap ([`StartSpec`]), with random
+/// directions of motion.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GasSpec {
@@ -222,6 +226,68 @@ pub struct GasSpec {
     pub zero_momentum: Option<bool>,
     /// Whether the molecules turn (free) or not (locked).
     pub rotation: Rotation,
+}
+
+/// How the gases of a scene are placed, all together.
+///
+/// ```
+/// use carom_engine::{Scene, Simulation};
+///
+/// // No lattice holds 60 tees at this density: they are grown.
+/// let scene = Scene::from_toml(r#"
+///     [start]
+///     relax = 20
+///     [[gas]]
+///     shape = "tee"
+///     atom_radius = 0.025
+///     atom_mass = 1.0
+///     energy = 1.0
+///     count = 60
+/// "#)?;
+/// let simulation = Simulation::new(&scene)?;
+/// let area: f64 = simulation.view().bodies().map(|body| body.body.molecule().area()).sum();
+/// assert!(area > 0.58);
+/// assert_eq!(simulation.view().overlaps().pairs, 0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct StartSpec {
+    /// The method. Default: a lattice if the gases fit on one, else growth.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub placement: Option<Placement>,
+    /// Relaxation before the run: collisions a molecule of the gases (two molecules share one
+    /// collision), from 0 to 1e9. Default: 1000 after growth, 0 on a lattice.
+    ///
+    /// All contacts are elastic, whatever the elasticity of the scene; each `[[molecule]]` is held
+    /// at its place, and has its own velocity at the end. The total energy of the gases is that of
+    /// the scene, as is their momentum along an axis on which it is conserved; but collisions share
+    /// the energy among all gases. Gases without energy are not relaxed. Dilute gases are relaxed
+    /// for at most the time in which a molecule at the root mean square speed crosses the longer
+    /// side of the box as many times.
+    ///
+    /// A state just grown is not in equilibrium: its pressure falls for about a thousand collisions
+    /// a molecule.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relax: Option<f64>,
+}
+
+/// A method to place gases.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Placement {
+    /// Sites of a triangular lattice of bounding circles: for low densities.
+    Lattice,
+    /// Growth of the molecules from a dilute state; see [`Growth`](crate::Growth). For all
+    /// densities up to jamming.
+    #[doc(alias = "compression")]
+    Grown,
+}
+
+impl StartSpec {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// Elasticity of contacts.

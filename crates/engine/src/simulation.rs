@@ -49,6 +49,33 @@ pub(crate) enum Epoch {
 }
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
+    /// A simulation before its first epoch, with counters of 0.
+    pub(crate) fn assemble(
+        world: World,
+        (detection, response): (D, R),
+        (scheduler, scheduler_options): (S, S::Options),
+        elasticity: ElasticityTable,
+        names: TagNames,
+    ) -> Self {
+        Self {
+            ledger: Ledger { initial: world.energy(), ..Ledger::default() },
+            world,
+            detection,
+            response,
+            scheduler,
+            scheduler_options,
+            contacts_per_epoch: S::CONTACTS_PER_EPOCH,
+            elasticity,
+            names,
+            counters: Counters::default(),
+            work_before: SchedulerCounters::default(),
+            offset: 0.0,
+            epoch: Epoch::ToBegin,
+            simultaneous: SimultaneousContacts::default(),
+            unresolved: Unresolved::default(),
+        }
+    }
+
     /// The present time.
     pub fn time(&self) -> EpochTime {
         self.world.epoch.after(self.offset)
@@ -127,7 +154,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     }
 
     /// Runs to `until`, but through at most `most` contacts; returns the number of contacts.
-    fn advance(&mut self, until: EpochTime, most: u64, observer: &mut dyn Observer) -> Result<u64, RunError> {
+    pub(crate) fn advance(
+        &mut self,
+        until: EpochTime,
+        most: u64,
+        observer: &mut dyn Observer,
+    ) -> Result<u64, RunError> {
         let mut contacts = 0;
         while !self.advance_one_epoch(until, most, &mut contacts, observer)? {}
         Ok(contacts)

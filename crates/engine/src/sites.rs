@@ -44,6 +44,8 @@ struct Entry {
     /// The image of the box in which this cell touches the body, in boxes.
     image: [i32; 2],
     next: u32,
+    /// Whether other cells may list the same body.
+    is_repeated: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,19 +92,26 @@ impl Sites {
 
     /// Lists a body of the world.
     pub(crate) fn add(&mut self, world: &World, index: usize) {
-        for (cell, image) in self.cells_of(world, index) {
-            self.put(cell, image, Standing::Body(index as u32));
+        self.add_with_radius(world, index, world.bodies()[index].kind.molecule.bounding_radius());
+    }
+
+    /// Lists a body of the world that may have this bounding radius (length) when it is found; a
+    /// wall keeps its size.
+    pub(crate) fn add_with_radius(&mut self, world: &World, index: usize, radius: f64) {
+        let is_repeated = world.bodies()[index].is_wall() || !self.is_small(radius);
+        for (cell, image) in self.cells_of(world, index, radius) {
+            self.put(cell, image, Standing::Body(index as u32), is_repeated);
         }
-        let body = &world.bodies()[index];
-        if !body.is_wall() {
-            self.note_radius(body.kind.molecule.bounding_radius());
+        if !world.bodies()[index].is_wall() {
+            self.note_radius(radius);
         }
     }
 
     /// Removes a body of the world from the lists; it must have been listed with its present
     /// motion.
     pub(crate) fn remove(&mut self, world: &World, index: usize) {
-        for (cell, _) in self.cells_of(world, index) {
+        let radius = world.bodies()[index].kind.molecule.bounding_radius();
+        for (cell, _) in self.cells_of(world, index, radius) {
             let mut before = NONE;
             let mut at = self.heads[cell];
             while at != NONE {
@@ -126,15 +135,16 @@ impl Sites {
         let radius = molecule.bounding_radius();
         let standing = Standing::Circle(self.circles.len() as u32);
         self.circles.push((place, radius));
+        let is_repeated = !self.is_small(radius);
         for (cell, image) in self.cells_of_circle(place, radius) {
-            self.put(cell, image, standing);
+            self.put(cell, image, standing, is_repeated);
         }
         self.note_radius(radius);
     }
 
-    fn put(&mut self, cell: usize, image: [i32; 2], standing: Standing) {
+    fn put(&mut self, cell: usize, image: [i32; 2], standing: Standing, is_repeated: bool) {
         let next = std::mem::replace(&mut self.heads[cell], self.entries.len() as u32);
-        self.entries.push(Entry { standing, image, next });
+        self.entries.push(Entry { standing, image, next, is_repeated });
     }
 
     fn is_small(&self, radius: f64) -> bool {
@@ -147,13 +157,13 @@ impl Sites {
         }
     }
 
-    fn cells_of(&self, world: &World, index: usize) -> SmallVec<[(usize, [i32; 2]); 1]> {
+    fn cells_of(&self, world: &World, index: usize, radius: f64) -> SmallVec<[(usize, [i32; 2]); 1]> {
         let (body, motion) = (&world.bodies()[index], &world.motions()[index]);
         if let Some(wall) = StandingWall::of(body, motion) {
             let cells = wall.cells_within(0.0, self.side);
             return cells.into_iter().map(|cell| self.cell_at(cell)).collect();
         }
-        self.cells_of_circle(motion.position, body.kind.molecule.bounding_radius())
+        self.cells_of_circle(motion.position, radius)
     }
 
     fn cells_of_circle(&self, place: DVec2, radius: f64) -> SmallVec<[(usize, [i32; 2]); 1]> {
@@ -246,71 +256,96 @@ impl Sites {
         motion: &Motion,
         counts: impl Fn(usize) -> bool,
     ) -> Option<(usize, f64)> {
-        if self.entries.is_empty() {
-            return None;
-        }
         let bounds = world.bounds();
         let (place, _) = bounds.wrap(motion.position);
         let rotation = motion.orientation.cos_sin();
+        let mut nearest: Option<(usize, f64)> = None;
+        self.for_each_near(place, molecule.bounding_radius(), |standing, image| {
+            let (index, radius) = match standing {
+                Standing::Circle(circle) => (usize::MAX, self.circles[circle as usize].1),
+                Standing::Body(index) => {
+                    let other = &world.bodies()[index as usize].kind.molecule;
+                    (index as usize, other.bounding_radius())
+                }
+            };
+            if !counts(index) {
+                return;
+            }
+            let shift = bounds.shift(image);
+            let gap = match standing {
+                Standing::Circle(circle) => {
+                    let centre = self.circles[circle as usize].0;
+                    (centre - place + shift).length() - radius - molecule.bounding_radius()
+                }
+                Standing::Body(_) => {
+                    let other = &world.bodies()[index].kind.molecule;
+                    let there = &world.motions()[index];
+                    let separation = there.position - place + shift;
+                    let reach = molecule.bounding_radius() + radius;
+                    if other.face().is_none() && separation.length_squared() > reach * reach {
+                        return;
+                    }
+                    gap_between(molecule, rotation, other, there.orientation.cos_sin(), separation)
+                }
+            };
+            if nearest.is_none_or(|(_, least)| gap < least) {
+                nearest = Some((index, gap));
+            }
+        });
+        nearest
+    }
+
+    /// Calls `visit` for each body whose circle may overlap one of this radius (length) about a
+    /// place in the box, with its index and the separation from the place to its image (length).
+    pub(crate) fn for_each_body_near(
+        &self,
+        world: &World,
+        place: DVec2,
+        radius: f64,
+        mut visit: impl FnMut(usize, DVec2),
+    ) {
+        self.for_each_near(place, radius, |standing, image| {
+            if let Standing::Body(index) = standing {
+                let there = world.motions()[index as usize].position;
+                visit(index as usize, there - place + world.bounds().shift(image));
+            }
+        });
+    }
+
+    /// Calls `visit` once for each image of a body or circle that may overlap a circle of this
+    /// radius (length) about a place in the box.
+    fn for_each_near(&self, place: DVec2, radius: f64, mut visit: impl FnMut(Standing, [i64; 2])) {
+        if self.entries.is_empty() {
+            return;
+        }
         let [x, y] = self.cell(place);
-        let reach = (molecule.bounding_radius() + self.largest) * MARGIN;
+        let reach = (radius + self.largest) * MARGIN;
         let [columns, rows] = [0, 1]
             .map(|axis| ((reach / self.side[axis]) as i64).saturating_add(1).min(2 * self.counts[axis]));
-        let mut nearest: Option<(usize, f64)> = None;
-        // A body listed in several cells is compared once.
+        // A body listed in several cells is visited once.
         let mut seen = SmallVec::<[(Standing, [i64; 2]); 8]>::new();
         for v in y - rows..=y + rows {
             for u in x - columns..=x + columns {
                 let (cell, away) = self.cell_at([u, v]);
-                for Entry { standing, image, .. } in self.standing_in(cell) {
+                for Entry { standing, image, is_repeated, .. } in self.standing_in(cell) {
                     let image = [0, 1].map(|axis| i64::from(away[axis]) - i64::from(image[axis]));
-                    let (index, radius) = match standing {
-                        Standing::Circle(circle) => (usize::MAX, self.circles[circle as usize].1),
-                        Standing::Body(index) => {
-                            let other = &world.bodies()[index as usize].kind.molecule;
-                            (index as usize, other.bounding_radius())
-                        }
-                    };
-                    if !counts(index) {
-                        continue;
-                    }
-                    if !self.is_small(radius) {
+                    if is_repeated {
                         if seen.contains(&(standing, image)) {
                             continue;
                         }
                         seen.push((standing, image));
                     }
-                    let shift = bounds.shift(image);
-                    let gap = match standing {
-                        Standing::Circle(circle) => {
-                            let centre = self.circles[circle as usize].0;
-                            (centre - place + shift).length() - radius - molecule.bounding_radius()
-                        }
-                        Standing::Body(_) => {
-                            let other = &world.bodies()[index].kind.molecule;
-                            let there = &world.motions()[index];
-                            let separation = there.position - place + shift;
-                            let reach = molecule.bounding_radius() + radius;
-                            if other.face().is_none() && separation.length_squared() > reach * reach {
-                                continue;
-                            }
-                            gap_between(molecule, rotation, other, there.orientation.cos_sin(), separation)
-                        }
-                    };
-                    if nearest.is_none_or(|(_, least)| gap < least) {
-                        nearest = Some((index, gap));
-                    }
+                    visit(standing, image);
                 }
             }
         }
-        nearest
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{AtomSpec, GasSpec, MoleculeSpec, Scene, TagNames, WallSpec, build};
+    use crate::{AtomSpec, GasSpec, MoleculeSpec, Scene, TagNames, WallSpec, single_bodies};
     use carom_kinematics::Orientation;
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64;
@@ -326,7 +361,7 @@ mod tests {
             if number % 50 == 0 {
                 let to = [at[0] + sides[0] * random.random::<f64>(), at[1] + side * random.random::<f64>()];
                 let wall = WallSpec { from: Some(at), to: Some(to), ..WallSpec::default() };
-                build::add_wall(&mut world, &mut names, &wall, "wall").unwrap();
+                single_bodies::add_wall(&mut world, &mut names, &wall, "wall").unwrap();
                 continue;
             }
             let radius = 0.2 * side * random.random::<f64>().powi(12);
@@ -335,7 +370,7 @@ mod tests {
             let orientation_turns = Some(random.random());
             let molecule =
                 MoleculeSpec { atoms, at, orientation_turns, fixed: true, ..MoleculeSpec::default() };
-            build::add_molecule(&mut world, &mut names, &molecule, "molecule").unwrap();
+            single_bodies::add_molecule(&mut world, &mut names, &molecule, "molecule").unwrap();
         }
         world
     }

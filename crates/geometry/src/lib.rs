@@ -28,6 +28,7 @@ mod limits;
 mod molecule;
 mod outline;
 mod periodic_box;
+mod room;
 mod shape;
 
 pub use atom::Atom;
@@ -42,4 +43,5 @@ pub use limits::{LARGEST, SMALLEST, check_length, check_positive};
 pub use molecule::Molecule;
 pub use outline::Outline;
 pub use periodic_box::PeriodicBox;
+pub use room::{Scaled, room};
 pub use shape::Shape;

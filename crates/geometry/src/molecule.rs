@@ -75,12 +75,18 @@ impl Molecule {
 
     /// A molecule of atoms whose offsets are already relative to their centre of mass.
     fn of_centred(atoms: SmallVec<[Atom; 1]>) -> Self {
+        let area = area_of_atoms(&atoms);
+        Self::of_area(atoms, area)
+    }
+
+    /// A molecule of centred atoms whose union has this area (length²).
+    fn of_area(atoms: SmallVec<[Atom; 1]>, area: f64) -> Self {
         let bounding_radius = atoms.iter().map(reach).fold(0.0, f64::max);
         let is_few = (2..=CircleTree::CROSSOVER).contains(&atoms.len());
         Self {
             mass: atoms.iter().map(Atom::mass).sum(),
             moment_of_inertia: atoms.iter().map(inertia_about_origin).sum(),
-            area: area_of_atoms(&atoms),
+            area,
             bounding_radius,
             is_round: is_round(&atoms, bounding_radius),
             rectangle: rectangle(&atoms),
@@ -153,6 +159,26 @@ impl Molecule {
     /// [`GeometryError`] if the radius, the mass or the number of atoms is out of range.
     pub fn named(shape: Shape, atom_radius: f64, atom_mass: f64) -> Result<Self, GeometryError> {
         Self::new(shape.atoms(atom_radius, atom_mass)?)
+    }
+
+    /// This molecule with all lengths multiplied by `scale`; masses remain.
+    ///
+    /// At scale 1 it is equal to the bit. The centre of mass remains at the origin to rounding.
+    ///
+    /// # Errors
+    /// [`GeometryError`] if a length is then out of range.
+    pub fn scaled(&self, scale: f64) -> Result<Self, GeometryError> {
+        match self.face {
+            Some(face) if self.atoms.is_empty() => {
+                Self::wall_without_ends(scale * face.span(), scale * face.radius())
+            }
+            Some(face) => Self::wall(scale * face.span(), scale * face.radius()),
+            None => {
+                let atom = |atom: &Atom| Atom::new(scale * atom.offset(), scale * atom.radius(), atom.mass());
+                let atoms: Result<_, GeometryError> = self.atoms.iter().map(atom).collect();
+                atoms.map(|atoms| Self::of_area(atoms, scale * scale * self.area))
+            }
+        }
     }
 
     /// The atoms relative to the centre of mass, in the order given; for a wall, its end points.

@@ -1,12 +1,12 @@
 //! A simulation whose detector and scheduler are chosen at run time.
 
-use std::fmt;
+use std::{fmt, ops::ControlFlow};
 
 use carom_detection::{Detection, Exact};
 use carom_engine::{
-    Batch, BodyKey, CellScheduler, Checkpoint, CheckpointError, EditError, ElasticitySpec, HeapScheduler,
-    MoleculeSpec, Observer, Rotation, RunError, Scene, SceneError, Scheduler, Simulation, Tag, View,
-    Violation, WallSpec,
+    Batch, BodyKey, CellScheduler, Checkpoint, CheckpointError, EditError, ElasticitySpec, GrowthProgress,
+    HeapScheduler, MoleculeSpec, Observer, Rotation, RunError, Scene, SceneError, Scheduler, Simulation, Tag,
+    View, Violation, WallSpec,
 };
 use carom_kinematics::EpochTime;
 use carom_response::{Impact, Response};
@@ -52,18 +52,33 @@ impl AnySimulation {
     /// [`SceneError`], with the name of the entry, if the scene cannot be built or the grid of the
     /// method does not suit it.
     pub fn with(scene: &Scene, method: &Method) -> Result<Self, SceneError> {
+        Self::with_progress(scene, method, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// Creates a simulation like [`Self::with`], and calls `progress` after each step of growth and
+    /// relaxation of the gases, if the scene needs them.
+    ///
+    /// # Errors
+    /// Those of [`Self::with`], and [`SceneError::Interrupted`] if `progress` breaks.
+    pub fn with_progress(
+        scene: &Scene,
+        method: &Method,
+        progress: &mut dyn FnMut(&GrowthProgress) -> ControlFlow<()>,
+    ) -> Result<Self, SceneError> {
+        type Cells<D> = Simulation<D, Impact, CellScheduler>;
+        type Heap<D> = Simulation<D, Impact, HeapScheduler>;
         Ok(match (method.detector, method.order) {
             (AnyDetector::Exact(exact), Order::Cells(options)) => {
-                Self::from(Simulation::<_, _, CellScheduler>::with(scene, exact, Impact, options)?)
+                Cells::with_progress(scene, exact, Impact, options, progress)?.into()
             }
             (AnyDetector::Exact(exact), Order::Heap(options)) => {
-                Self::from(Simulation::<_, _, HeapScheduler>::with(scene, exact, Impact, options)?)
+                Heap::with_progress(scene, exact, Impact, options, progress)?.into()
             }
             (detector, Order::Cells(options)) => {
-                Self::from(Simulation::<_, _, CellScheduler>::with(scene, detector, Impact, options)?)
+                Cells::with_progress(scene, detector, Impact, options, progress)?.into()
             }
             (detector, Order::Heap(options)) => {
-                Self::from(Simulation::<_, _, HeapScheduler>::with(scene, detector, Impact, options)?)
+                Heap::with_progress(scene, detector, Impact, options, progress)?.into()
             }
         })
     }

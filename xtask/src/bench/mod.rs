@@ -6,6 +6,7 @@
 //! the clock, but not the effect of two threads on one core.
 
 mod clock;
+mod growth;
 mod scenes;
 mod setup;
 
@@ -27,6 +28,8 @@ pub enum Bench {
     Gas(Options),
     /// Construction of a gas, single steps, and edits in a batch
     Setup(setup::Options),
+    /// Growth of gases of many shapes to high densities
+    Growth(growth::Options),
 }
 
 /// Options of `cargo xtask bench gas`.
@@ -67,6 +70,7 @@ pub fn run(bench: &Bench) -> Result<Verdict> {
     let options = match bench {
         Bench::Gas(options) => options,
         Bench::Setup(options) => return setup::run(options),
+        Bench::Growth(options) => return growth::run(options),
     };
     let mut all = Vec::new();
     for (name, scene) in scenes::all().into_iter().filter(|(name, _)| name.starts_with(&options.scene)) {

@@ -4,9 +4,10 @@ mod impulses;
 pub(crate) mod outcome;
 mod scene_file;
 
-use std::path::PathBuf;
+use std::{ops::ControlFlow, path::PathBuf};
 
 use anyhow::{Context, Result};
+use carom::{Scene, engine::SceneError};
 use carom_methods::{AnySimulation, Method};
 use carom_tables::Verdict;
 use clap::Args;
@@ -17,6 +18,7 @@ use crate::{
     interruption::Signals,
     manifest::{Manifest, program},
     output::Folder,
+    progress::{Lines, Progress},
     resumable::{Choices, Task, without_end},
     sampling_times::sampling_times,
 };
@@ -41,7 +43,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     // Built before anything is written: an invalid scene leaves no folder.
     let method = Method::try_from(&scene.method).context("[method]")?;
     let simulation =
-        AnySimulation::new(&scene).with_context(|| format!("scene {}", options.file.path.display()))?;
+        placed(&scene, &method).with_context(|| format!("scene {}", options.file.path.display()))?;
     let observers = outcome::observers(&scene.run, &simulation.view())?;
     let signals = Signals::watch()?;
     let folder = Folder::create(&folder_path(options), options.choices.resumption.existing())?;
@@ -67,6 +69,20 @@ pub fn run(options: &Options) -> Result<Verdict> {
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
+}
+
+/// The simulation of a scene, with the progress of the placement if that takes steps of growth.
+fn placed(scene: &Scene, method: &Method) -> Result<AnySimulation, SceneError> {
+    let mut shown: Option<Progress> = None;
+    let (mut share, mut collisions) = (0.0, 0);
+    AnySimulation::with_progress(scene, method, &mut |now| {
+        // Growth and relaxation take about the same time.
+        let reached = 0.5 * (now.smallest_scale + now.relaxed);
+        let progress = shown.get_or_insert_with(|| Lines::default().add("placement", 1.0));
+        progress.advance(reached - share, now.collisions - collisions);
+        (share, collisions) = (reached, now.collisions);
+        ControlFlow::Continue(())
+    })
 }
 
 fn folder_path(options: &Options) -> PathBuf {

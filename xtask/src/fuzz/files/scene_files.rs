@@ -1,6 +1,6 @@
 //! Mutated scene files: each is refused by name, or builds a system that runs without overlap.
 
-use carom::engine::{GasSpec, RunError, Scene, View};
+use carom::engine::{GasSpec, Placement, RunError, Scene, View};
 use carom_kinematics::EpochTime;
 use carom_methods::AnySimulation;
 
@@ -13,6 +13,12 @@ const MOST_CONTACTS: u64 = 3000;
 
 /// Scenes with more atoms are skipped because they are slow.
 const MOST_ATOMS: f64 = 2e4;
+
+/// Scenes with more atoms are placed on lattices only.
+const MOST_ATOMS_TO_GROW: f64 = 200.0;
+
+/// Most collisions a molecule in a relaxation.
+const MOST_RELAXATION: f64 = 10.0;
 
 /// A mutated scene file.
 pub fn draw(draw: &mut Draw) -> Vec<u8> {
@@ -35,6 +41,10 @@ pub fn draw(draw: &mut Draw) -> Vec<u8> {
             gas.area_fraction = Some(0.2);
         }
     }
+    if draw.happens(0.1) {
+        scene.start.placement = Some(Placement::Grown);
+        scene.start.relax = Some(5.0);
+    }
     let text = scene.to_toml();
     if draw.happens(0.05) { text.into_bytes() } else { mutate::text(draw, &text) }
 }
@@ -45,7 +55,7 @@ pub fn check(bytes: &[u8], report: &mut Report) {
         report.count("scenes refused", 1);
         return;
     };
-    let Ok(scene) = Scene::from_toml(text) else {
+    let Ok(mut scene) = Scene::from_toml(text) else {
         report.count("scenes refused", 1);
         return;
     };
@@ -56,6 +66,11 @@ pub fn check(bytes: &[u8], report: &mut Report) {
         report.count("scenes too large to try", 1);
         return;
     }
+    // Many atoms take too long to grow or to relax.
+    if size(&scene) > MOST_ATOMS_TO_GROW {
+        scene.start.placement = Some(Placement::Lattice);
+    }
+    scene.start.relax = scene.start.relax.map(|collisions| collisions.min(MOST_RELAXATION)).or(Some(0.0));
     match AnySimulation::new(&scene) {
         Err(_) => report.count("scenes refused", 1),
         Ok(mut simulation) => {

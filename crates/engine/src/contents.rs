@@ -1,0 +1,50 @@
+//! The contents of a scene before its gases are placed: the single bodies at their places, and the
+//! kinds of molecules of the gases.
+
+use carom_geometry::PeriodicBox;
+use glam::DVec2;
+
+use crate::{
+    Scene, SceneError,
+    body_builder::geometry,
+    grid::Grid,
+    single_bodies::Singles,
+    species::{Species, sample, species},
+};
+
+/// Largest number of collisions a molecule in a relaxation: more are most likely an error.
+const LONGEST_RELAXATION: f64 = 1e9;
+
+/// Single bodies and kinds of molecules, each checked.
+#[derive(Debug, Clone)]
+pub(crate) struct Contents {
+    pub singles: Singles,
+    pub species: Vec<Species>,
+}
+
+impl Contents {
+    pub fn new(scene: &Scene) -> Result<Self, SceneError> {
+        let bounds = PeriodicBox::new(DVec2::from(scene.bounds.sides)).map_err(geometry("box"))?;
+        let singles = Singles::new(scene, bounds)?;
+        let species = species(scene, &bounds)?;
+        // Refused before placement: in such a box the number of lattice sites may be unbounded.
+        let (sample, counts) = sample(&singles.world, &species);
+        Grid::refuse_large_box(&sample)
+            .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
+        singles.refuse_overlaps()?;
+        if let Some(relax) = scene.start.relax
+            && !(0.0..=LONGEST_RELAXATION).contains(&relax)
+        {
+            let problem = format!(
+                "`relax` must be from 0 to {LONGEST_RELAXATION:e} collisions a molecule, but is {relax}"
+            );
+            return Err(SceneError::Entry { entry: "start".to_owned(), problem });
+        }
+        Ok(Self { singles, species })
+    }
+
+    /// The number of molecules of each gas.
+    pub fn counts(&self) -> Vec<usize> {
+        self.species.iter().map(|kind| kind.count).collect()
+    }
+}

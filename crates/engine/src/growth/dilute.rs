@@ -1,0 +1,107 @@
+//! The dilute state from which gases grow: small molecules on a lattice, in motion.
+
+use std::{f64::consts::PI, sync::Arc};
+
+use carom_kinematics::{Motion, Orientation};
+use rand::RngExt;
+
+use super::packing::gyration_squared;
+use crate::{
+    RandomStream, Scene, SceneError, World,
+    body_builder::geometry,
+    contents::Contents,
+    grid::{CellsPerSide, Grid},
+    placement,
+    species::{Species, either_way, opposite_directions, sample},
+};
+
+/// Share of the box that the bounding circles cover at the start, at most. Smaller: more steps.
+/// Larger: rods and other long molecules start in the order of the lattice, and may not fit around
+/// other bodies.
+const DILUTE: f64 = 0.3;
+
+/// Factor from one start that does not fit to the next, and the number of starts tried; the last
+/// has molecules a million times smaller than in the scene.
+const SMALLER: f64 = 0.8;
+const TRIALS: usize = 64;
+
+/// Refuses gases that cannot fit at any arrangement: those that cover more than the box, equal
+/// discs above the density of the hexagonal lattice (A. Thue 1910; L. Fejes Tóth 1940), and
+/// molecules larger than the box.
+pub(super) fn refuse_impossible(contents: &Contents) -> Result<(), SceneError> {
+    let species = &contents.species;
+    let area = contents.singles.world.bounds().area();
+    let covered = species.iter().map(Species::area).sum::<f64>() / area;
+    let mut kinds = species.iter().filter(|kind| kind.count > 0);
+    let first = kinds.next();
+    if let Some(first) = first
+        && covered > densest(first, kinds)
+    {
+        let wanted: usize = species.iter().map(|kind| kind.count).sum();
+        let placed = (wanted as f64 / covered) as usize;
+        return Err(SceneError::Full { entry: first.entry.clone(), placed, wanted });
+    }
+    let (sample, counts) = sample(&contents.singles.world, species);
+    Grid::counts_for(&sample, CellsPerSide::Automatic)
+        .map(|_| ())
+        .map_err(|reason| reason.named(|body| contents.singles.entry_of(body, &counts)))
+}
+
+/// An upper bound on the share of the box that these kinds can cover.
+fn densest<'a>(first: &Species, mut others: impl Iterator<Item = &'a Species>) -> f64 {
+    let radius = first.molecule.bounding_radius();
+    let is_equal = |kind: &Species| kind.molecule.is_disc() && kind.molecule.bounding_radius() == radius;
+    if is_equal(first) && others.all(is_equal) { PI / 12f64.sqrt() } else { 1.0 }
+}
+
+/// Whether gases that do not fit on a lattice may fit if they grow.
+pub(super) fn may_fit(contents: &Contents) -> bool {
+    refuse_impossible(contents).is_ok()
+}
+
+/// A scale at which the gases fit around the bodies of a world, and the motions of their molecules:
+/// positions and orientations at random, and the same energy for each direction of motion of each
+/// molecule, at mass 1.
+pub(super) fn place(
+    scene: &Scene,
+    world: &World,
+    species: &[Species],
+) -> Result<(f64, Vec<Motion>), SceneError> {
+    let bounds = &scene.bounds;
+    let circles: f64 =
+        species.iter().map(|kind| kind.count as f64 * PI * kind.molecule.bounding_radius().powi(2)).sum();
+    let mut scale = (DILUTE * world.bounds().area() / circles).sqrt().min(1.0);
+    let mut random = RandomStream::Placement.generator(bounds.seed, bounds.replica);
+    let mut trial = 1;
+    let places = loop {
+        let small: Result<Vec<Species>, SceneError> =
+            species.iter().map(|kind| scaled(kind, scale)).collect();
+        match placement::place(world, &small?, &mut random) {
+            Err(SceneError::Full { .. }) if trial < TRIALS => {}
+            ended => break ended?,
+        }
+        scale *= SMALLER;
+        trial += 1;
+    };
+    let mut motion = RandomStream::Growth.generator(bounds.seed, bounds.replica);
+    // The molecules cross the box in a unit of time.
+    let speed = world.bounds().sides().min_element();
+    let mut motions = Vec::new();
+    for (kind, places) in species.iter().zip(places) {
+        let spin = if kind.turns() { speed / (scale * (2.0 * gyration_squared(kind)).sqrt()) } else { 0.0 };
+        let directions = opposite_directions(kind.count, &mut motion);
+        motions.extend(places.into_iter().zip(directions).map(|(place, direction)| Motion {
+            velocity: speed * direction,
+            orientation: Orientation::from_turns(random.random()),
+            angular_velocity: if spin > 0.0 { either_way(spin, &mut motion) } else { 0.0 },
+            ..Motion::at_rest(place)
+        }));
+    }
+    Ok((scale, motions))
+}
+
+/// A kind with molecules at a smaller scale.
+fn scaled(kind: &Species, scale: f64) -> Result<Species, SceneError> {
+    let molecule = kind.molecule.scaled(scale).map_err(geometry(&kind.entry))?;
+    Ok(Species { molecule: Arc::new(molecule), ..kind.clone() })
+}

@@ -1,0 +1,185 @@
+//! One step of growth: how far each molecule can grow before it touches a neighbour.
+//!
+//! Each molecule in turn grows by [`SHARE`] of the room that its neighbours leave it at their
+//! present sizes, but not beyond a common front, which leads the smallest molecule by a few per
+//! cent at most. Its neighbours therefore set its growth, not the closest pair of all, so that the
+//! number of steps does not depend on the number of molecules. The front keeps single molecules
+//! from staying far behind: it slows down when too many cannot follow.
+//!
+//! Whole molecules are scaled about their centres of mass, and stop at scale 1: a molecule made
+//! smaller again could touch another in its notches, since unions of discs are not star-shaped.
+
+use std::sync::Arc;
+
+use carom_geometry::{Scaled, room};
+use carom_kinematics::Inertia;
+use glam::DVec2;
+use rand::seq::SliceRandom;
+use rand_pcg::Pcg64;
+
+use crate::{
+    Rotation, SceneError, Tags, World, body::BodyKind, body_builder::geometry, sites::Sites, species::Species,
+};
+
+/// Share of its room by which a molecule grows. At 1 molecules touch, and their neighbours cannot
+/// move.
+const SHARE: f64 = 0.9;
+
+/// Gap that growth leaves between surfaces, as a share of the shorter side. Much larger than the
+/// rounding of positions, so that no pair starts a run in contact; too small to cost density.
+const MARGIN: f64 = 1e-10;
+
+/// Least gap that growth leaves between surfaces, in roundings of the longer side. Pairs that turn
+/// fast and start nearer may sink into each other by some thousand roundings.
+const ROUNDINGS: f64 = 1e5;
+
+/// Room that a molecule keeps, as a share of the lead of the front, unless it can grow to the
+/// front. With less, molecules that hold each other by their notches collide within ever less room,
+/// take all the collisions of a run, and never let go. Larger: growth takes longer.
+const CLEARANCE: f64 = 0.1;
+
+/// Largest lead of the front over the smallest molecule, as a share of its scale.
+pub(super) const LARGEST_LEAD: f64 = 0.05;
+
+/// Smallest lead of the front. With less, growth is given up in any case.
+const SMALLEST_LEAD: f64 = 1e-6;
+
+/// The lead changes by this factor from step to step.
+const CHANGE_OF_LEAD: f64 = 1.1;
+
+/// The front advances faster if more than this share of the molecules stand at it, else more
+/// slowly. Smaller: faster growth that jams at lower density. Larger: slower growth.
+const FOLLOWERS: f64 = 0.95;
+
+/// So many molecules may stay behind the front in any case: two that hold each other do not slow
+/// down the growth of a few others.
+const STRAGGLERS: usize = 2;
+
+/// Molecules that grow among the other bodies of a world.
+pub(super) struct Packing<'a> {
+    /// Single bodies, and from `first` on the molecules of the gases.
+    pub world: &'a World,
+    pub first: usize,
+    pub species: &'a [Species],
+}
+
+impl Packing<'_> {
+    /// Increases the scales of the molecules, in random order; returns the number of them that are
+    /// then still behind the front.
+    pub fn grow(&self, scales: &mut [f64], lead: f64, random: &mut Pcg64) -> usize {
+        let smallest = scales.iter().copied().fold(1.0, f64::min);
+        let front = (smallest * (1.0 + lead)).min(1.0);
+        let clearance = CLEARANCE * (front - smallest);
+        let kinds: Vec<&Species> =
+            self.species.iter().flat_map(|kind| std::iter::repeat_n(kind, kind.count)).collect();
+        let motions = &self.world.motions;
+        let rotations: Vec<DVec2> = motions.iter().map(|motion| motion.orientation.cos_sin()).collect();
+        let sites = self.sites(scales, &kinds, front);
+        let sides = self.world.bounds.sides();
+        let margin = (MARGIN * sides.min_element()).max(ROUNDINGS * f64::EPSILON * sides.max_element());
+        let mut order: Vec<usize> = (0..scales.len()).filter(|&index| scales[index] < front).collect();
+        order.shuffle(random);
+        for index in order {
+            let body = self.first + index;
+            let scaled = |other: usize| {
+                let rotation = rotations[other];
+                match other.checked_sub(self.first) {
+                    None => Scaled { molecule: self.world.bodies[other].molecule(), rotation, scale: 1.0 },
+                    Some(gas) => Scaled { molecule: &kinds[gas].molecule, rotation, scale: scales[gas] },
+                }
+            };
+            let (own, place) = (scaled(body), motions[body].position);
+            let mut most = front + clearance;
+            let reach = most * own.molecule.bounding_radius() + margin;
+            sites.for_each_body_near(self.world, place, reach, |other, separation| {
+                if other == body {
+                    return;
+                }
+                let there = scaled(other);
+                let distance = reach + there.scale * there.molecule.bounding_radius();
+                let is_near =
+                    there.molecule.face().is_some() || separation.length_squared() <= distance * distance;
+                if is_near {
+                    most = most.min(room(there, own, -separation, margin));
+                }
+            });
+            let scale = own.scale;
+            scales[index] = if most >= front + clearance {
+                front
+            } else {
+                (scale + SHARE * (most - scale)).min(most - clearance).max(scale)
+            };
+        }
+        scales.iter().filter(|&&scale| scale < front).count()
+    }
+
+    /// All bodies, listed with the radii that they may have at the end of the step.
+    fn sites(&self, scales: &[f64], kinds: &[&Species], front: f64) -> Sites {
+        let mut sites = Sites::new(self.world);
+        (0..self.first).for_each(|index| sites.add(self.world, index));
+        for (index, (kind, &scale)) in kinds.iter().zip(scales).enumerate() {
+            let radius = scale.max(front) * kind.molecule.bounding_radius();
+            sites.add_with_radius(self.world, self.first + index, radius);
+        }
+        sites
+    }
+}
+
+/// The lead of the front in the next step, if this number of the molecules are behind the front.
+pub(super) fn next_lead(lead: f64, behind: usize, molecules: usize) -> f64 {
+    let is_followed = behind <= STRAGGLERS || (behind as f64) < (1.0 - FOLLOWERS) * molecules as f64;
+    if is_followed {
+        (lead * CHANGE_OF_LEAD).min(LARGEST_LEAD)
+    } else {
+        (lead / CHANGE_OF_LEAD).max(SMALLEST_LEAD)
+    }
+}
+
+/// Gives the molecules of the gases, the bodies from `first` on, these scales. Rotational energies
+/// stay, so that the spin of a molecule changes in proportion to 1/scale.
+pub(super) fn resize(
+    world: &mut World,
+    first: usize,
+    species: &[Species],
+    before: &[f64],
+    scales: &[f64],
+) -> Result<(), SceneError> {
+    let World { bodies, motions, .. } = world;
+    let mut index = 0;
+    for kind in species {
+        // Most molecules of a kind stand at the front: they share a description.
+        let mut last: Option<(f64, Arc<BodyKind>)> = None;
+        for _ in 0..kind.count {
+            let (body, motion) = (&mut bodies[first + index], &mut motions[first + index]);
+            if scales[index] != before[index] {
+                motion.angular_velocity *= before[index] / scales[index];
+                body.kind = match &last {
+                    Some((scale, shared)) if *scale == scales[index] => Arc::clone(shared),
+                    _ => Arc::new(kind_at(kind, scales[index])?),
+                };
+                last = Some((scales[index], Arc::clone(&body.kind)));
+            }
+            index += 1;
+        }
+    }
+    Ok(())
+}
+
+/// A molecule of a gas at a scale, of mass 1; at scale 1 its shape is that of the scene to the bit.
+pub(super) fn kind_at(kind: &Species, scale: f64) -> Result<BodyKind, SceneError> {
+    let molecule = if scale == 1.0 {
+        Arc::clone(&kind.molecule)
+    } else {
+        Arc::new(kind.molecule.scaled(scale).map_err(geometry(&kind.entry))?)
+    };
+    let inertia = match kind.spec.rotation {
+        Rotation::Free => Inertia::free(1.0, gyration_squared(kind) * scale * scale),
+        Rotation::Locked => Inertia::locked(1.0),
+    };
+    Ok(BodyKind { molecule, inertia, tags: Tags::default(), elasticity_class: 0 })
+}
+
+/// Square of the radius of gyration of a molecule at scale 1 (length²).
+pub(super) fn gyration_squared(kind: &Species) -> f64 {
+    kind.molecule.moment_of_inertia() / kind.molecule.mass()
+}

@@ -1,0 +1,222 @@
+//! The room of a molecule: how far it can grow about its centre of mass before it touches another.
+
+use glam::DVec2;
+
+use crate::{Face, Molecule};
+
+/// A molecule, turned, and with all its lengths multiplied by a scale.
+#[derive(Debug, Clone, Copy)]
+pub struct Scaled<'a> {
+    /// The molecule at scale 1.
+    pub molecule: &'a Molecule,
+    /// (cos θ, sin θ) of its orientation.
+    pub rotation: DVec2,
+    /// Factor of all its lengths; positive.
+    pub scale: f64,
+}
+
+/// Returns the scale at which `b`, growing about its centre of mass from its present scale, comes
+/// within `margin` (length, may be 0) of `a`, which keeps its scale.
+///
+/// The present scale of `b` if they are that close already; infinite if they never are.
+/// `separation` is the vector from the centre of `a` to the centre of the image of `b`. At a larger
+/// scale the two may be apart again, since molecules have notches: the result is the first contact,
+/// which a molecule that grows steadily cannot pass.
+///
+/// The surfaces of two atoms close as those of two discs that move on straight lines while their
+/// contact distance grows steadily, so that the contact is a root of a quadratic equation; the
+/// contact with a straight face is a root of a linear one.
+///
+/// ```
+/// use carom_geometry::{Molecule, Scaled, room};
+/// use glam::DVec2;
+///
+/// let disc = Molecule::disc(0.5, 1.0)?;
+/// let [a, b] = [2.0, 1.0].map(|scale| Scaled { molecule: &disc, rotation: DVec2::X, scale });
+/// // Between centres 3 apart, a disc of radius 1 leaves 2 for a disc of radius 0.5.
+/// assert_eq!(room(a, b, DVec2::new(3.0, 0.0), 0.0), 4.0);
+/// # Ok::<(), carom_geometry::GeometryError>(())
+/// ```
+pub fn room(a: Scaled<'_>, b: Scaled<'_>, separation: DVec2, margin: f64) -> f64 {
+    let mut least = f64::INFINITY;
+    for atom_a in a.molecule.atoms() {
+        let place_a = a.scale * a.rotation.rotate(atom_a.offset());
+        for atom_b in b.molecule.atoms() {
+            let rate = b.rotation.rotate(atom_b.offset());
+            let approach = Approach {
+                place: separation + (b.scale * rate - place_a),
+                place_rate: rate,
+                reach: a.scale * atom_a.radius() + b.scale * atom_b.radius() + margin,
+                reach_rate: atom_b.radius(),
+            };
+            least = least.min(approach.until_contact());
+        }
+    }
+    if let Some(face) = a.molecule.face() {
+        let back = inverse(a.rotation);
+        for atom in b.molecule.atoms() {
+            let rate = back.rotate(b.rotation.rotate(atom.offset()));
+            let approach = Approach {
+                place: back.rotate(separation) + b.scale * rate,
+                place_rate: rate,
+                reach: a.scale * face.radius() + b.scale * atom.radius() + margin,
+                reach_rate: atom.radius(),
+            };
+            least = least.min(approach.until_face(face, a.scale * face.half_length(), 0.0));
+        }
+    }
+    if let Some(face) = b.molecule.face() {
+        let back = inverse(b.rotation);
+        for atom in a.molecule.atoms() {
+            let approach = Approach {
+                place: back.rotate(a.scale * a.rotation.rotate(atom.offset()) - separation),
+                place_rate: DVec2::ZERO,
+                reach: a.scale * atom.radius() + b.scale * face.radius() + margin,
+                reach_rate: face.radius(),
+            };
+            let half = b.scale * face.half_length();
+            least = least.min(approach.until_face(face, half, face.half_length()));
+        }
+    }
+    b.scale + least
+}
+
+/// The inverse of a rotation is its conjugate.
+fn inverse(rotation: DVec2) -> DVec2 {
+    DVec2::new(rotation.x, -rotation.y)
+}
+
+/// A point that approaches the origin, and the distance at which they touch; both are linear in the
+/// increase u of the scale.
+#[derive(Clone, Copy)]
+struct Approach {
+    place: DVec2,
+    place_rate: DVec2,
+    reach: f64,
+    reach_rate: f64,
+}
+
+impl Approach {
+    /// The smallest u ≥ 0 with |place| ≤ reach; infinite if there is none.
+    fn until_contact(self) -> f64 {
+        let distance = self.place.length();
+        if distance <= self.reach {
+            return 0.0;
+        }
+        // A u² + 2 B u + C = 0, with C > 0 at the start.
+        let a = self.place_rate.length_squared() - self.reach_rate * self.reach_rate;
+        let b = self.place.dot(self.place_rate) - self.reach * self.reach_rate;
+        let c = (distance - self.reach) * (distance + self.reach);
+        let discriminant = b * b - a * c;
+        if discriminant < 0.0 {
+            return f64::INFINITY;
+        }
+        let root = discriminant.sqrt();
+        // Each form of the root adds numbers of one sign.
+        if b < 0.0 {
+            c / (root - b)
+        } else if a < 0.0 {
+            (b + root) / -a
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// The smallest u ≥ 0 at which the point touches a face about the origin; infinite if there is
+    /// none. `half` and `half_rate` are half the length of the face and its rate of growth.
+    fn until_face(self, face: &Face, half: f64, half_rate: f64) -> f64 {
+        let ends = [-1.0, 1.0].map(|side| {
+            let end = Self {
+                place: self.place - side * half * face.along(),
+                place_rate: self.place_rate - side * half_rate * face.along(),
+                ..self
+            };
+            end.until_contact()
+        });
+        let side = if face.is_solid_behind() { 1.0 } else { face.normal().dot(self.place).signum() };
+        let gap = side * face.normal().dot(self.place) - self.reach;
+        let closing = self.reach_rate - side * face.normal().dot(self.place_rate);
+        let until = if gap <= 0.0 { 0.0 } else { gap / closing };
+        // Beyond its ends the face is touched there first.
+        let is_beside =
+            |u: f64| face.along().dot(self.place + u * self.place_rate).abs() <= half + u * half_rate;
+        let face = if until >= 0.0 && is_beside(until) { until } else { f64::INFINITY };
+        ends[0].min(ends[1]).min(face)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Atom, gap_between};
+    use proptest::prelude::*;
+
+    fn molecules() -> impl Strategy<Value = Molecule> {
+        let atom = (-1.0..1.0, -1.0..1.0, 0.01..0.5, 0.1..10.0);
+        let atoms = prop::collection::vec(atom, 1..6).prop_map(|list| {
+            let atom = |(x, y, r, m)| Atom::new(DVec2::new(x, y), r, m).unwrap();
+            Molecule::new(list.into_iter().map(atom)).unwrap()
+        });
+        let wall = (-1.0..1.0f64, 0.1..1.0f64, 0.0..0.2f64, any::<bool>()).prop_map(|(x, y, r, ends)| {
+            let span = DVec2::new(x, y);
+            if ends {
+                Molecule::wall(span, r).unwrap()
+            } else {
+                Molecule::wall_without_ends(span, r).unwrap()
+            }
+        });
+        prop_oneof![3 => atoms, 1 => wall]
+    }
+
+    proptest! {
+        #[test]
+        fn the_first_contact_is_that_of_the_gap(
+            a in molecules(), b in molecules(), turns in prop::array::uniform2(-3.2..3.2f64),
+            scales in prop::array::uniform2(0.2..2.0f64), x in -4.0..4.0f64, y in -4.0..4.0f64,
+            margin in prop_oneof![Just(0.0), Just(0.05)],
+        ) {
+            prop_assume!(a.face().is_none() || b.face().is_none());
+            let (separation, rotations) = (DVec2::new(x, y), turns.map(DVec2::from_angle));
+            let scaled_a = a.scaled(scales[0]).unwrap();
+            let gap = |scale: f64| {
+                let scaled_b = b.scaled(scale).unwrap();
+                gap_between(&scaled_a, rotations[0], &scaled_b, rotations[1], separation) - margin
+            };
+            let scaled = |index: usize, molecule| {
+                Scaled { molecule, rotation: rotations[index], scale: scales[index] }
+            };
+            let room = room(scaled(0, &a), scaled(1, &b), separation, margin);
+            let from = scales[1];
+            prop_assert!(room >= from);
+            // Steps of the scale, and bisection in the first in which the gap changes its sign.
+            let most = if room.is_finite() { 1.1 * room } else { 40.0 * from };
+            let steps = 400;
+            let at = |step: i32| from + (most - from) * f64::from(step) / f64::from(steps);
+            let change = (0..=steps).find(|&step| gap(at(step)) <= 0.0);
+            let Some(change) = change else {
+                // Two surfaces may overlap for less than a step.
+                prop_assert!(room.is_infinite() || gap(room).abs() < 1e-12 * (1.0 + room));
+                return Ok(());
+            };
+            let (mut apart, mut touching) = (at((change - 1).max(0)), at(change));
+            for _ in 0..200 {
+                let middle = 0.5 * (apart + touching);
+                if gap(middle) <= 0.0 { touching = middle } else { apart = middle }
+            }
+            prop_assert!(room <= touching * (1.0 + 1e-12), "{room} after {touching}");
+            let is_first = gap(room).abs() < 1e-12 * (1.0 + room) || change == 0;
+            prop_assert!(is_first, "{room}, where the gap is {}, for {touching}", gap(room));
+        }
+
+        #[test]
+        fn a_molecule_scaled_up_and_down_keeps_its_shape(molecule in molecules(), scale in 0.01..100.0f64) {
+            prop_assert_eq!(&molecule.scaled(1.0).unwrap(), &molecule);
+            let scaled = molecule.scaled(scale).unwrap();
+            let close = |one: f64, other: f64| one == other || (one / other - 1.0).abs() < 1e-13;
+            prop_assert!(close(scaled.mass(), molecule.mass()));
+            prop_assert!(close(scaled.area(), scale * scale * molecule.area()));
+            prop_assert!(close(scaled.moment_of_inertia(), scale * scale * molecule.moment_of_inertia()));
+            prop_assert!(close(scaled.bounding_radius(), scale * molecule.bounding_radius()));
+        }
+    }
+}
