@@ -26,7 +26,8 @@ const AS_NEAR: f64 = 1e-9;
 /// Bodies per cell of the search. About nine cells, with 18 bodies, hold the six nearest.
 const BODIES_PER_CELL: f64 = 2.0;
 
-/// Bond-orientational order of a group at each sample; fixed bodies count, too.
+/// Bond-orientational order of a group at each sample; fixed discs and molecules count, walls do
+/// not.
 ///
 /// Samples with fewer than seven bodies in the group are omitted. A sample costs a search of a few
 /// cells for each body of a homogeneous system; at worst, with nearly all bodies in one small part
@@ -94,7 +95,7 @@ impl Observer for HexaticOrder {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let members = view.bodies().filter(|view| self.group.contains(view.body));
+        let members = view.bodies().filter(|view| !view.body.is_wall() && self.group.contains(view.body));
         let places: Vec<DVec2> = members.map(|view| view.motion.position).collect();
         if places.len() <= NEAREST {
             return;
@@ -120,7 +121,8 @@ fn orders(places: &[DVec2], bounds: &PeriodicBox) -> Vec<DVec2> {
     let mut found = Vec::new();
     let order = |index| {
         grid.nearest(index, &mut found);
-        let sum: DVec2 = found.iter().map(|&(_, displacement)| sixth_power(displacement.normalize())).sum();
+        let sum: DVec2 =
+            found.iter().map(|&(_, displacement)| sixth_power(displacement.normalize_or_zero())).sum();
         sum / found.len() as f64
     };
     (0..places.len()).map(order).collect()
@@ -238,6 +240,8 @@ mod tests {
     fn order_of(sides: [f64; 2], places: impl Iterator<Item = [f64; 2]>) -> HexaticPoint {
         let mut scene = Scene::default();
         scene.bounds.sides = sides;
+        // A wall does not count.
+        scene.wall = Scene::from_toml("[[wall]]\nx = 0.9").unwrap().wall;
         scene.bumper = places.map(|at| BumperSpec { radius: 0.01, at, tags: vec![] }).collect();
         let mut order = HexaticOrder::new(Group::All);
         order.sample(&Simulation::new(&scene).unwrap().view());

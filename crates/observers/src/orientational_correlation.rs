@@ -263,8 +263,8 @@ mod tests {
         simulation.run_until(5.0).unwrap();
         let kt = simulation.view().temperature().unwrap();
         let moment = 1.0 / simulation.view().bodies().next().unwrap().body.inertia().inverse_moment;
-        // One thermal angle of 1 radian, in which about one body in 250 has a contact; 40 independent
-        // origins each.
+        // One thermal angle of 1 radian, in which about one body in 250 has a contact; 40
+        // independent origins each.
         let lag = (moment / kt).sqrt();
         let origins = 40;
         let mut correlation = OrientationCorrelation::new(Group::All, lag, lag).unwrap();

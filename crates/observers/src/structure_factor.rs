@@ -16,7 +16,7 @@ use thiserror::Error;
 use crate::Group;
 
 /// The largest number of shells. The cost of a sample is the number of bodies times that of wave
-/// vectors, in a square box four to ten a shell.
+/// vectors, in a square box two to seven a shell.
 const MOST_SHELLS: usize = 10_000;
 
 /// The largest relative difference of two k² in one shell: far above the rounding of k², a few
@@ -26,7 +26,7 @@ const SAME_LENGTH: f64 = 1e-9;
 /// Doublings of the area that is searched for shells; 2⁶⁴ times the first is never reached.
 const MOST_DOUBLINGS: usize = 64;
 
-/// Structure factor of a group over the samples; fixed bodies count, too.
+/// Structure factor of a group over the samples; fixed discs and molecules count, walls do not.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -135,7 +135,7 @@ impl Observer for StructureFactor {
 
     fn sample(&mut self, view: &View<'_>) {
         let sides = self.bounds.sides();
-        let members = view.bodies().filter(|view| self.group.contains(view.body));
+        let members = view.bodies().filter(|view| !view.body.is_wall() && self.group.contains(view.body));
         let places: Vec<DVec2> = members.map(|view| view.motion.position / sides).collect();
         if *view.bounds() != self.bounds || places.is_empty() {
             self.passed_over += 1;

@@ -40,7 +40,8 @@ use crate::Group;
 /// simulation.observe_until(5.0, &mut temperature)?;
 /// temperature.sample(&simulation.view());
 /// // 3 per disc at first, relative to the centre of mass; then it is shared: 2 per disc.
-/// let found: Vec<f64> = temperature.series().iter().filter_map(|point| point.translation).collect();
+/// let points = temperature.series().iter();
+/// let found: Vec<f64> = points.filter_map(|point| point.translation).collect();
 /// assert!((found[0] - 3.0 / (1.0 - 1.0 / 200.0)).abs() < 1e-12);
 /// assert!((found[1] - 2.0).abs() < 0.6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
