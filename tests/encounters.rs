@@ -6,10 +6,10 @@ use std::{collections::BTreeMap, path::Path};
 
 use carom_detection::{Answer, BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Touch};
 use carom_kinematics::Motion;
-use carom_runs::encounters::{self, Encounter, Expected};
+use carom_runs::encounters::{self, EncounterRecord, Expected};
 use support::Pair;
 
-fn all() -> Vec<Encounter> {
+fn all() -> Vec<EncounterRecord> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/encounters.csv");
     let all = encounters::read(&file).unwrap();
     assert_eq!(all.len(), 450);
@@ -17,7 +17,7 @@ fn all() -> Vec<Encounter> {
     all
 }
 
-fn pair(encounter: &Encounter) -> Pair<'_> {
+fn pair(encounter: &EncounterRecord) -> Pair<'_> {
     let [a, b] = &encounter.molecules;
     Pair { a, b, motion: encounter.pair_at(0.0) }
 }
@@ -39,7 +39,7 @@ enum Verdict {
 }
 
 /// Times are right within the tolerance of the pair at the known contact.
-fn verdict(encounter: &Encounter, outcome: Outcome) -> Verdict {
+fn verdict(encounter: &EncounterRecord, outcome: Outcome) -> Verdict {
     match (encounter.expected.unwrap(), outcome) {
         (_, Outcome::FreeUntil(_) | Outcome::Unresolved(_) | Outcome::OutOfRange) => Verdict::Unresolved,
         (Expected::Free, Outcome::Free) => Verdict::Right,

@@ -425,7 +425,7 @@ fn boxes_and_walls_out_of_range_are_refused_quickly() {
     assert!(message.contains("differ by a factor of at most 1e9, but they are 1e0 and 9.4e18"), "{message}");
 
     // Molecules far too large for the box.
-    let mut large = scene(vec![named("tee", 1e40, 1.0, [0.5, 0.5])]);
+    let large = scene(vec![named("tee", 1e40, 1.0, [0.5, 0.5])]);
     assert!(refusal(&large).to_string().starts_with("molecule[0]: the box is too small"));
     let mut large = scene(vec![named("tee", 1.0, 1.0, [0.5, 0.5])]);
     large.molecule.push(disc(0.1, 1.0, [0.5, 0.5], [0.0; 2]));
