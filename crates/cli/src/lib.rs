@@ -2,7 +2,7 @@
 //! contacts.
 
 use anyhow::Result;
-use carom_runs::{check, detect, run};
+use carom_runs::{check, detect, measures, run};
 use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
@@ -27,6 +27,8 @@ pub enum Command {
     Check(check::Options),
     /// Find the first contacts of pairs of molecules
     Detect(detect::Options),
+    /// List the quantities that a scene can ask for in run.observe
+    Measures,
 }
 
 impl Cli {
@@ -39,6 +41,7 @@ impl Cli {
             Command::Run(options) => run::run(options),
             Command::Check(options) => check::run(options),
             Command::Detect(options) => detect::run(options),
+            Command::Measures => Ok(measures::list()),
         }
     }
 }

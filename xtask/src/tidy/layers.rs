@@ -9,18 +9,19 @@ use super::{Fault, crates, read};
 
 /// Each crate with its allowed dependencies; `carom` is the facade of the six layers. Detection and
 /// response do not import each other. Tables and reports do not import the engine.
-const ARROWS: [(&str, &[&str]); 11] = [
+const ARROWS: [(&str, &[&str]); 12] = [
     ("geometry", &[]),
     ("kinematics", &["geometry"]),
     ("detection", &["geometry", "kinematics"]),
     ("response", &["geometry", "kinematics"]),
     ("engine", &["geometry", "kinematics", "detection", "response"]),
     ("observers", &["geometry", "kinematics", "detection", "response", "engine"]),
+    ("methods", &["geometry", "kinematics", "detection", "response", "engine"]),
     ("tables", &[]),
     ("report", &["geometry", "tables"]),
-    ("runs", &["carom", "geometry", "kinematics", "detection", "tables", "report"]),
+    ("runs", &["carom", "geometry", "kinematics", "detection", "methods", "tables", "report"]),
     ("cli", &["carom", "tables", "runs"]),
-    ("testkit", &["carom", "geometry", "kinematics", "detection"]),
+    ("testkit", &["carom", "geometry", "kinematics", "detection", "methods"]),
 ];
 
 /// Forbidden dependencies in all manifests.

@@ -22,7 +22,7 @@ mod viscosity;
 
 use anyhow::{Result, bail, ensure};
 use carom::{CollisionReport, Observer, View, engine::Body, engine::RunSpec};
-use carom_tables::{BlockMean, BlockSums, Figure, Table};
+use carom_tables::{BlockMean, BlockSums, Figure, Table, Verdict};
 use serde::{
     Deserialize, Deserializer, Serialize, Serializer, de::DeserializeOwned, de::Error as _, ser::Error as _,
 };
@@ -33,6 +33,7 @@ pub use self::selection::{Selection, only_body};
 use crate::{
     checkpoint_file::{decode, encode},
     output::Folder,
+    print_line,
 };
 
 /// All measures.
@@ -233,6 +234,31 @@ impl Results {
 pub fn file_name(table: &Table) -> String {
     format!("{}.csv", table.name)
 }
+
+/// Prints all names that `run.observe` accepts, with what they measure.
+pub fn list() -> Verdict {
+    for (name, summary) in SERIES {
+        print_line(&format!("{name:<24}{summary}"));
+    }
+    for kind in KINDS {
+        let tag = match kind.of {
+            Of::Group => "[:TAG]",
+            Of::OneBody => ":TAG",
+            Of::System => "",
+        };
+        print_line(&format!("{:<24}{}", format!("{}{tag}", kind.name), kind.summary));
+    }
+    Verdict::Passed
+}
+
+/// The series that every run can record, besides the measures.
+pub const SERIES: [(&str, &str); 5] = [
+    ("energy", "energy, ledger and momentum at each sample"),
+    ("collision-rate", "collisions per body in each interval between samples"),
+    ("pressure", "pressure from the virial of the contacts in each interval"),
+    ("overlap", "overlapping pairs at each sample; always checked"),
+    ("impulses:TAG", "every impulse on the only body with the tag, as a table"),
+];
 
 /// The kind of measure that a name asks for, and its tag.
 fn find(name: &str) -> Option<(&'static Kind, Option<&str>)> {
