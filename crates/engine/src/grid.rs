@@ -130,8 +130,8 @@ impl Grid {
         }
     }
 
-    /// Refuses a body of this reach (length) that covers many images of the box. Where nothing moves,
-    /// a body may cover the box, but it is listed in every image of a cell that it covers.
+    /// Refuses a body of this reach (length) that covers many images of the box. Where nothing
+    /// moves, a body may cover the box, but it is listed in every image of a cell that it covers.
     pub(crate) fn refuse_giant(reach: f64, body: usize, world: &World) -> Result<(), GridError> {
         let side = world.bounds().sides().min_element();
         if reach > LARGEST_FIXED * side {

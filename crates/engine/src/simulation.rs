@@ -97,9 +97,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
     }
 
-    /// Changes the number of contacts per moving body after which an epoch ends, from the next epoch
-    /// on; the default is the scheduler's own ([`Scheduler::CONTACTS_PER_EPOCH`]), and 0 counts
-    /// as 1. It changes the speed, and the trajectory by rounding. A checkpoint does not hold it.
+    /// Changes the number of contacts per moving body after which an epoch ends, from the next
+    /// epoch on; the default is the scheduler's own ([`Scheduler::CONTACTS_PER_EPOCH`]), and 0
+    /// counts as 1. It changes the speed, and the trajectory by rounding. A checkpoint does not
+    /// hold it.
     pub fn set_contacts_per_epoch(&mut self, contacts: u64) {
         self.contacts_per_epoch = contacts.max(1);
     }

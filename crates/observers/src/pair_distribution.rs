@@ -110,8 +110,8 @@ impl PairDistribution {
         self.distances.counts().iter().enumerate().map(point).collect()
     }
 
-    /// Σ pairs / (2π r w) and Σ pairs of all distances / A over the samples so far, for each bin: g is
-    /// their ratio.
+    /// Σ pairs / (2π r w) and Σ pairs of all distances / A over the samples so far, for each bin: g
+    /// is their ratio.
     pub fn sums(&self) -> Vec<[f64; 2]> {
         let of = |(bin, &pairs): (usize, &u64)| {
             let shell = std::f64::consts::TAU * self.distances.centre(bin) * self.distances.width();

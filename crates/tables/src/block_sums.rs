@@ -3,14 +3,14 @@
 //! Each quantity is a ratio R = Σx / Σw of two sums that grow with time: w may be a number of
 //! samples, of pairs, or a duration. The sums at the borders of blocks are kept; when there are 64
 //! blocks, neighbours are joined (blocking; Flyvbjerg and Petersen, J. Chem. Phys. 91 (1989) 461).
-//! With n blocks and d = x − R w, se² = n/(n − 1) (Σ dᵢ² + 2 Σ dᵢ dᵢ₊₁) / (Σw)²: the ratio estimator
-//! (Cochran 1977, "Sampling Techniques", chapter 6) with the covariance of neighbouring blocks. It
-//! holds if the correlation time is not longer than a block.
+//! With n blocks and d = x − R w, se² = n/(n − 1) (Σ dᵢ² + 2 Σ dᵢ dᵢ₊₁) / (Σw)²: the ratio
+//! estimator (Cochran 1977, "Sampling Techniques", chapter 6) with the covariance of neighbouring
+//! blocks. It holds if the correlation time is not longer than a block.
 
 use serde::{Deserialize, Serialize};
 
-/// The number of blocks at which pairs are joined. Smaller: the relative error of the standard error
-/// exceeds 1/√(2 · 32) = 1/8. Larger: blocks of long runs are correlated.
+/// The number of blocks at which pairs are joined. Smaller: the relative error of the standard
+/// error exceeds 1/√(2 · 32) = 1/8. Larger: blocks of long runs are correlated.
 const MOST: usize = 64;
 
 /// The correlation of neighbouring blocks changes the square of an error by at least this factor.

@@ -5,8 +5,8 @@ use carom_tables::{BlockMean, Figure, Table};
 
 use super::{Context, Kind, Measured, Of, Results, hard_discs::ENSKOG, in_blocks, resumed};
 
-/// Longest lag in samples. It does not depend on the end of the run, so an extended run measures the
-/// same as a long one.
+/// Longest lag in samples. It does not depend on the end of the run, so an extended run measures
+/// the same as a long one.
 pub(super) const LONGEST_LAG: f64 = 1e6;
 
 /// The autocorrelation is compared with its exponential up to this many mean free times; later the

@@ -5,8 +5,8 @@ use carom_tables::{BlockMean, Figure, Table};
 
 use super::{Context, Kind, Measured, Of, Results, Selection, hard_discs::ENSKOG, in_blocks, resumed};
 
-/// Longest path in the histogram, in mean free paths of a dilute gas of the group's density, and the
-/// number of bins.
+/// Longest path in the histogram, in mean free paths of a dilute gas of the group's density, and
+/// the number of bins.
 const LONGEST: f64 = 6.0;
 const BINS: usize = 120;
 
