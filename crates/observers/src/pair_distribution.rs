@@ -15,7 +15,7 @@ use thiserror::Error;
 use crate::{Group, Histogram};
 
 /// Pair distribution of the centres of mass of two groups over the samples; fixed bodies count,
-/// too.
+/// too, but no walls.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -139,6 +139,7 @@ impl Observer for PairDistribution {
         }
         let members: Vec<Member> = view
             .bodies()
+            .filter(|view| !view.body.is_wall())
             .map(|view| Member {
                 place: view.motion.position,
                 is_in: self.groups.map(|group| group.contains(view.body)),

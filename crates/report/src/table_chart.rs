@@ -9,6 +9,10 @@ use crate::plot::{Axis, Chart, Layer, Shape, colour};
 /// Colours of measured quantities in one chart, in order.
 const COLOURS: [RGBColor; 4] = [colour::BLUE, colour::GREEN, colour::ORANGE, colour::PURPLE];
 
+/// Most points of a line; of longer columns every second, third, … value is drawn. More: pages of
+/// long runs grow to many megabytes.
+const MOST_POINTS: usize = 4000;
+
 /// Half width of an error band, in standard errors.
 const BAND: f64 = 2.0;
 
@@ -43,7 +47,8 @@ fn chart(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<Option<S
         }
     };
     let points = |column: &Column| -> Vec<(f64, f64)> {
-        abscissae.iter().zip(&column.values).filter_map(|(x, y)| Some(((*x)?, (*y)?))).collect()
+        let points = abscissae.iter().zip(&column.values).filter_map(|(x, y)| Some(((*x)?, (*y)?)));
+        points.step_by(abscissae.len().div_ceil(MOST_POINTS).max(1)).collect()
     };
     let (mut bands, mut lines, mut predictions) = (Vec::new(), Vec::new(), Vec::new());
     let mut value: Option<&Column> = None;

@@ -99,16 +99,19 @@ fn methods(scenes: &[&Scene]) -> Vec<String> {
 
 /// The streams that a scene draws from: number 16 × replica + purpose, see
 /// [`carom::engine::RandomStream`].
-fn streams(scene: &Scene) -> [Stream; 2] {
+fn streams(scene: &Scene) -> [Stream; 3] {
     use carom::engine::RandomStream;
-    [("placement", RandomStream::Placement), ("velocities", RandomStream::Velocities)].map(
-        |(name, purpose)| Stream {
-            purpose: name,
-            generator: "PCG-64",
-            seed: scene.bounds.seed,
-            number: 16 * u128::from(scene.bounds.replica) + purpose as u128,
-        },
-    )
+    [
+        ("placement", RandomStream::Placement),
+        ("velocities", RandomStream::Velocities),
+        ("growth", RandomStream::Growth),
+    ]
+    .map(|(name, purpose)| Stream {
+        purpose: name,
+        generator: "PCG-64",
+        seed: scene.bounds.seed,
+        number: 16 * u128::from(scene.bounds.replica) + purpose as u128,
+    })
 }
 
 fn revision() -> Option<String> {

@@ -32,10 +32,10 @@ impl Figure {
         }
     }
 
-    /// Adds a standard error.
+    /// Adds a standard error; one that is not finite is left out.
     #[must_use]
     pub fn error(self, standard_error: impl Into<Option<f64>>) -> Self {
-        Self { standard_error: standard_error.into(), ..self }
+        Self { standard_error: standard_error.into().filter(|error| error.is_finite()), ..self }
     }
 
     /// Adds a prediction and its source.

@@ -45,7 +45,7 @@ impl Measured for ContactDensity {
                 points.iter().map(|point| point.standard_error).collect(),
             );
         let angle = |bin: usize| (bin as f64 + 0.5) * std::f64::consts::TAU / TURN_BINS as f64;
-        let name = format!("contact-density-by-angle{}", context.suffix);
+        let name = format!("contact-density{}.by-angle", context.suffix);
         let mut by_angle = Table::new(name, "Pressure of the contacts along the boundary of each atom")
             .abscissa("angle", "radian", (0..TURN_BINS).map(angle).collect())
             .caption("In the frame of the body. The band supposes independent contacts.");

@@ -75,7 +75,10 @@ impl Measured for TimeCorrelation {
 fn exponential(lag: f64, context: &Context<'_>) -> Option<f64> {
     let gas = context.hard_discs.as_ref().ok()?;
     let rate = gas.collision_rate();
-    (lag * rate < FREE_TIMES).then(|| 2.0 * gas.temperature / gas.mass * (-rate * lag).exp())
+    let count = gas.count as f64;
+    // ⟨v²⟩ relative to the centre of mass.
+    let square = 2.0 * gas.temperature / gas.mass * (1.0 - 1.0 / count);
+    (lag * rate < FREE_TIMES).then(|| square * (-rate * lag).exp())
 }
 
 /// The diffusion coefficient from the slope of the mean squared displacement.
@@ -87,6 +90,9 @@ fn diffusion(lags: &[f64], squares: &[Option<f64>], context: &Context<'_>) -> Op
         Some((*point.0, (*point.1)?))
     };
     let ((begin, first), (end, last)) = (at(SLOPE_FROM)?, at(SLOPE_TO)?);
+    if end <= begin {
+        return None;
+    }
     let slope = (last - first) / (end - begin);
     let name = context.named(&format!("diffusion coefficient, from lags {begin:.3} to {end:.3}"));
     Some(Figure::new(name, 0.25 * slope, "length²/time").predicted(gas.diffusion(), ENSKOG))

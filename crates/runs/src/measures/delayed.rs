@@ -4,6 +4,9 @@
 use carom::{CollisionReport, Observer, View, engine::Body};
 use serde::{Deserialize, Serialize};
 
+/// A sample counts as reached if its time is too early by this share: times of samples are rounded.
+const ROUNDING: f64 = 1e-9;
+
 /// An observer that begins at the first sample at or after a time.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Delayed<O> {
@@ -37,7 +40,7 @@ impl<O: Observer> Observer for Delayed<O> {
 
     fn sample(&mut self, view: &View<'_>) {
         if !self.begun {
-            if view.time().to_f64() < self.from {
+            if view.time().to_f64() < self.from * (1.0 - ROUNDING) {
                 return;
             }
             self.begun = true;

@@ -20,10 +20,11 @@ pub(super) const KIND: Kind = Kind {
 
 fn longest(selection: &Selection<'_>) -> f64 {
     let bounds = selection.view.bounds();
-    let density = selection.view.len().max(1) as f64 / bounds.area();
-    let diameter = 2.0 * selection.largest_radius();
+    let density = selection.moving().count().max(1) as f64 / bounds.area();
+    let radii = selection.moving().map(|body| body.body.molecule().bounding_radius());
+    let diameter = 2.0 * radii.fold(0.0, f64::max);
     let free_path = 1.0 / (8f64.sqrt() * density * diameter);
-    // At most some sides of the box, for few bodies.
+    // At most some sides of the box, for few or very small bodies.
     (LONGEST * free_path).min(LONGEST * bounds.sides().max_element())
 }
 

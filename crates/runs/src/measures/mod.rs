@@ -20,15 +20,15 @@ mod thermostat;
 mod velocities;
 mod viscosity;
 
-use anyhow::{Result, bail, ensure};
-use carom::{CollisionReport, Observer, View, engine::Body, engine::RunSpec};
+use anyhow::{Context as _, Result, bail, ensure};
+use carom::{CollisionReport, Observer, Scene, View, engine::Body, engine::RunSpec};
 use carom_tables::{BlockMean, BlockSums, Figure, Table, Verdict};
 use serde::{
     Deserialize, Deserializer, Serialize, Serializer, de::DeserializeOwned, de::Error as _, ser::Error as _,
 };
 
 pub use self::delayed::Delayed;
-pub use self::hard_discs::{ENSKOG, HENDERSON, HardDiscs};
+pub use self::hard_discs::{ENSKOG, HardDiscs, LIU};
 pub use self::selection::{Selection, only_body};
 use crate::{
     checkpoint_file::{decode, encode},
@@ -71,7 +71,7 @@ pub struct Kind {
 /// The bodies of a measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Of {
-    /// All bodies that move, or those with the tag after the colon.
+    /// All bodies, or those with the tag after the colon; each measure says whether fixed ones count.
     Group,
     /// The only body with the tag after the colon, which is required.
     OneBody,
@@ -98,6 +98,8 @@ pub struct Context<'a> {
     pub suffix: &'a str,
     /// Duration of a block (time): means over longer times have no error.
     pub block: f64,
+    /// Whether all contacts conserve energy.
+    pub is_elastic: bool,
     /// The gas to which theory applies, or why it does not.
     pub hard_discs: &'a Result<HardDiscs, String>,
 }
@@ -199,18 +201,21 @@ impl Measures {
         for name in &run.observe {
             let Some((kind, tag)) = find(name) else { continue };
             let selection = Selection::new(name, tag, run, view)?;
-            list.push((name.clone(), (kind.begin)(&selection)?));
+            let measure = (kind.begin)(&selection).with_context(|| format!("run.observe: '{name}'"))?;
+            list.push((name.clone(), measure));
         }
         Ok(Self(list))
     }
 
     /// Tables and figures of all measures.
-    pub fn results(&self, run: &RunSpec, hard_discs: &Result<HardDiscs, String>) -> Results {
+    pub fn results(&self, scene: &Scene, hard_discs: &Result<HardDiscs, String>) -> Results {
+        let rules = scene.elasticity.pair.iter().map(|rule| rule.coefficient);
+        let is_elastic = rules.chain([scene.elasticity.default]).all(|coefficient| coefficient == 1.0);
         let mut all = Results::default();
         for (name, measure) in &self.0 {
             let suffix = name.split_once(':').map_or(String::new(), |(_, tag)| format!("-{tag}"));
-            let block = measure.records_per_block() as f64 * run.sample_interval;
-            let results = measure.results(&Context { suffix: &suffix, block, hard_discs });
+            let block = measure.records_per_block() as f64 * scene.run.sample_interval;
+            let results = measure.results(&Context { suffix: &suffix, block, is_elastic, hard_discs });
             all.tables.extend(results.tables);
             all.figures.extend(results.figures);
         }

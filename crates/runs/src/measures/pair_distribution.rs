@@ -3,7 +3,7 @@
 use carom::PairDistribution;
 use carom_tables::{BlockMean, Figure, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Selection, hard_discs::HENDERSON, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Selection, hard_discs::LIU, in_blocks, resumed};
 
 /// Cutoff of distances in diameters of the largest body of the group, and bins for each diameter.
 const DIAMETERS: f64 = 5.0;
@@ -25,8 +25,10 @@ fn observer(selection: &Selection<'_>) -> anyhow::Result<PairDistribution> {
     let diameter = 2.0 * selection.largest_radius();
     // Slightly less than half the shorter side: beyond it, periodic images would be missed.
     let half = 0.499 * selection.view.bounds().sides().min_element();
-    let cutoff = (DIAMETERS * diameter).min(half);
-    let bins = (cutoff / diameter * BINS_PER_DIAMETER).ceil() as usize;
+    // A whole number of bins, so that contact is the edge of a bin.
+    let width = diameter / BINS_PER_DIAMETER;
+    let bins = ((DIAMETERS * diameter).min(half) / width).floor().max(1.0);
+    let (cutoff, bins) = (bins * width, bins as usize);
     Ok(PairDistribution::new([selection.group; 2], selection.view.bounds(), cutoff, bins)?)
 }
 
@@ -54,7 +56,9 @@ impl Measured for PairDistribution {
 /// g at contact by a line through the first bins beyond it.
 fn contact_value(distances: &[f64], means: &[BlockMean], context: &Context<'_>) -> Option<Figure> {
     let gas = context.hard_discs.as_ref().ok()?;
-    let beyond = distances.iter().zip(means).filter(|(distance, _)| **distance > gas.diameter);
+    // Centres of bins that begin at contact, to rounding, or beyond.
+    let begin = gas.diameter * (1.0 + 0.49 / BINS_PER_DIAMETER);
+    let beyond = distances.iter().zip(means).filter(|(distance, _)| **distance > begin);
     let near: Vec<(f64, f64, f64)> = beyond
         .take(CONTACT_BINS)
         .map(|(distance, mean)| Some((distance - gas.diameter, mean.value?, mean.standard_error?)))
@@ -67,5 +71,5 @@ fn contact_value(distances: &[f64], means: &[BlockMean], context: &Context<'_>) 
     let value: f64 = near.iter().map(|&(x, g, _)| weight(x) * g).sum();
     let error = near.iter().map(|&(x, _, error)| (weight(x) * error).powi(2)).sum::<f64>().sqrt();
     let figure = Figure::new(context.named("g(r) at contact"), value, "1");
-    Some(figure.error(error).predicted(gas.contact_value(), HENDERSON)).filter(|_| near.len() == CONTACT_BINS)
+    Some(figure.error(error).predicted(gas.contact_value(), LIU)).filter(|_| near.len() == CONTACT_BINS)
 }

@@ -3,7 +3,7 @@
 use carom::PressureTensor;
 use carom_tables::{BlockMean, Figure, Table};
 
-use super::{Context, Kind, Measured, Of, Results, hard_discs::HENDERSON, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, hard_discs::LIU, in_blocks, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "pressure-tensor",
@@ -40,7 +40,7 @@ impl Measured for PressureTensor {
         let names = ["p_xx", "p_xy", "p_yx", "p_yy"].into_iter().zip(predictions);
         let figure = |((name, prediction), mean): ((&str, Option<f64>), &BlockMean)| {
             let figure = Figure::new(name, mean.value?, UNIT).error(mean.standard_error);
-            let source = if name == "p_xx" || name == "p_yy" { HENDERSON } else { "isotropy" };
+            let source = if name == "p_xx" || name == "p_yy" { LIU } else { "isotropy" };
             Some(match prediction {
                 Some(value) => figure.predicted(value, source),
                 None => figure,

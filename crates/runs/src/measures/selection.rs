@@ -46,10 +46,18 @@ impl<'a> Selection<'a> {
         only_body(self.group, self.view).with_context(|| format!("run.observe: '{}'", self.name))
     }
 
-    /// The largest bounding radius of the group (length).
+    /// The moving bodies of the group.
+    pub fn moving(&self) -> impl Iterator<Item = BodyView<'a>> {
+        self.view.bodies().filter(|body| !body.body.is_fixed() && self.group.contains(body.body))
+    }
+
+    /// The largest bounding radius of a body of the group, without walls (length).
     pub fn largest_radius(&self) -> f64 {
         let members = self.view.bodies().filter(|body| self.group.contains(body.body));
-        members.map(|body| body.body.molecule().bounding_radius()).fold(0.0, f64::max)
+        members
+            .filter(|body| !body.body.is_wall())
+            .map(|body| body.body.molecule().bounding_radius())
+            .fold(0.0, f64::max)
     }
 }
 

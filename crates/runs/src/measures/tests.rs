@@ -41,7 +41,7 @@ fn measured(text: &str) -> (Results, Result<HardDiscs, String>) {
         measures.sample(&simulation.view());
     }
     let gas = HardDiscs::of(&simulation.view(), &scene.elasticity);
-    (measures.observer.results(&scene.run, &gas), gas)
+    (measures.observer.results(&scene, &gas), gas)
 }
 
 fn table<'a>(results: &'a Results, name: &str) -> &'a Table {

@@ -53,9 +53,13 @@ fn viscosity(lags: &[f64], means: &[BlockMean], context: &Context<'_>) -> Option
         Some((*lag, *mean))
     };
     let ((begin, first), (end, last)) = (at(SLOPE_FROM)?, at(SLOPE_TO)?);
+    if end <= begin {
+        return None;
+    }
     let scale = 1.0 / (2.0 * gas.area * gas.temperature * (end - begin));
     let value = scale * (last.value? - first.value?);
-    let error = last.standard_error.map(|error| scale * error);
+    // Both have the same origins: the later one has nearly all of the error.
+    let error = last.standard_error.filter(|_| end < context.block).map(|error| scale * error);
     let name = format!("shear viscosity, from lags {begin:.3} to {end:.3}");
     Some(Figure::new(name, value, "mass/time").error(error).predicted(gas.viscosity(), ENSKOG))
 }

@@ -40,11 +40,16 @@ pub struct Options {
 /// The scene is invalid, the folder is not empty, or the run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
     let scene = options.file.read()?;
-    // Built before anything is written: an invalid scene leaves no folder.
     let method = Method::try_from(&scene.method).context("[method]")?;
-    let simulation =
-        placed(&scene, &method).with_context(|| format!("scene {}", options.file.path.display()))?;
-    let observers = outcome::observers(&scene.run, &simulation.view())?;
+    let start = || -> Result<_> {
+        let simulation =
+            placed(&scene, &method).with_context(|| format!("scene {}", options.file.path.display()))?;
+        let observers = outcome::observers(&scene.run, &simulation.view())?;
+        Ok((simulation, observers))
+    };
+    // Built before anything is written, so that an invalid scene leaves no folder. A run that is
+    // resumed need not place its bodies again.
+    let started = if options.choices.resumption.resume { None } else { Some(start()?) };
     let signals = Signals::watch()?;
     let folder = Folder::create(&folder_path(options), options.choices.resumption.existing())?;
     let _alone = folder.lock()?;
@@ -61,10 +66,10 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let found = task.find()?;
     let manifest = Manifest::begin(&folder, &command, &[&scene])?;
     folder.write("config.toml", scene.to_toml())?;
-    let outcome = simulate(&task, found, simulation, &scene, observers)?;
+    let outcome = simulate(&task, found, &scene, || started.map_or_else(start, Ok))?;
     let summary = outcome.summary(options, &task.method);
     folder.write("report.html", outcome.page(&folder, &summary, &scene, &command)?)?;
-    outcome.describe_tables(&folder, &scene.run)?;
+    outcome.describe_tables(&folder)?;
     folder.write_json("summary.json", &summary)?;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);

@@ -13,14 +13,14 @@ use carom_report::{
     page::{Layout, Page},
     table_chart,
 };
-use carom_tables::{Figure, OVERLAPPING_PAIRS, Summary, Table, Totals};
+use carom_tables::{BlockSums, Figure, OVERLAPPING_PAIRS, Summary, Table, Totals};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::{Options, impulses};
 use crate::{
     animation,
-    measures::{self, Delayed, ENSKOG, HENDERSON, HardDiscs, Measures, Results},
+    measures::{self, Delayed, ENSKOG, HardDiscs, LIU, Measures, Results},
     output::Folder,
     progress::Progress,
     resumable::{FoundCheckpoint, Resumable, Start, Task},
@@ -66,10 +66,10 @@ pub struct Outcome {
 }
 
 /// Observers of a run; the optional ones only if the scene requests them.
-type Watched = (EnergyLedger, OverlapCheck, Delayed<Measured>, Option<ImpulseLog>);
+type Watched = (EnergyLedger, OverlapCheck, Delayed<Averages>, Option<ImpulseLog>);
 
 /// What is averaged over the time of the measurement.
-type Measured = (CollisionRate, Option<Pressure>, Measures);
+type Averages = (CollisionRate, Option<Pressure>, Measures);
 
 /// Creates the observers that a scene requests.
 ///
@@ -82,16 +82,16 @@ pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<Watched> {
     Ok((EnergyLedger::default(), OverlapCheck::default(), measured, impulses::log(run, view)?))
 }
 
-/// Runs to the end, from the beginning or from a checkpoint, and writes series and snapshots.
+/// Runs to the end, from the beginning (`start`) or from a checkpoint, and writes series and
+/// snapshots.
 ///
 /// # Errors
 /// The run fails, a file cannot be written, or a signal has been received.
 pub fn simulate(
     task: &Task<'_>,
     found: Option<FoundCheckpoint>,
-    simulation: AnySimulation,
     scene: &Scene,
-    observers: Watched,
+    start: impl FnOnce() -> Result<(AnySimulation, Watched)>,
 ) -> Result<Outcome> {
     let run = &scene.run;
     let progress = Progress::new(run.until);
@@ -106,7 +106,7 @@ pub fn simulate(
             progress.skip(going.simulation.time().to_f64());
             *going
         }
-        Start::Anew => begin(task, simulation, run, observers)?,
+        Start::Anew => begin(task, start()?, run)?,
     };
     // A run killed before its first checkpoint after this point records the animation again.
     let begun = going.simulation.time().to_f64();
@@ -136,9 +136,8 @@ pub fn simulate(
 /// Starts a run: initial picture, and the sample at time 0.
 fn begin(
     task: &Task<'_>,
-    simulation: AnySimulation,
+    (simulation, observers): (AnySimulation, Watched),
     run: &RunSpec,
-    observers: Watched,
 ) -> Result<Resumable<Watched>> {
     task.folder.write_lasting(PICTURES[0], picture_of(&simulation.view(), PICTURE))?;
     let mut going = Resumable::begin(task, simulation, observers);
@@ -158,7 +157,7 @@ fn outcome_of(going: &Resumable<Watched>, scene: &Scene) -> Outcome {
         energy: energy.clone(),
         rate: rate.clone(),
         pressure: pressure.clone(),
-        results: measures.results(run, &hard_discs),
+        results: measures.results(scene, &hard_discs),
         hard_discs: hard_discs.ok(),
         overlaps: overlaps.clone(),
         totals: Totals {
@@ -209,17 +208,20 @@ impl Outcome {
         if let Some(temperature) = self.temperature {
             figures.push(Figure::new("temperature kT at the end", temperature, "mass·length²/time²"));
         }
-        if let Some((mean, error)) = self.rate.mean() {
+        if let Some((mean, error)) = in_blocks(self.rate.series().iter().map(|p| (p.time, p.rate))) {
             let figure = Figure::new("collisions per body that moves", mean, "1/time").error(error);
             figures.push(predicted(figure, self.hard_discs.map(|gas| gas.collision_rate()), ENSKOG));
         }
-        if let Some((mean, error)) = self.pressure.as_ref().and_then(Pressure::mean) {
+        let pressures = self.pressure.as_ref().map_or(&[][..], Pressure::series).iter();
+        if let Some((mean, error)) = in_blocks(pressures.clone().map(|p| (p.time, p.pressure()))) {
             let figure = Figure::new("pressure", mean, "mass/time²").error(error);
-            figures.push(predicted(figure, self.hard_discs.map(|gas| gas.pressure()), HENDERSON));
+            figures.push(predicted(figure, self.hard_discs.map(|gas| gas.pressure()), LIU));
         }
-        let factor = self.pressure.as_ref().and_then(Pressure::compressibility_factor);
-        if let Some((mean, error)) = factor {
-            figures.push(Figure::new("compressibility factor βpA/N", mean, "1").error(error));
+        let factors = pressures.map(|p| Some((p.time, p.compressibility_factor()?)));
+        let factors: Option<Vec<(f64, f64)>> = factors.collect();
+        if let Some((mean, error)) = factors.and_then(|factors| in_blocks(factors.into_iter())) {
+            let figure = Figure::new("compressibility factor βpA/N", mean, "1").error(error);
+            figures.push(predicted(figure, self.hard_discs.map(|gas| gas.compressibility_factor()), LIU));
         }
         figures.extend(self.results.figures.iter().cloned());
         if let Some((guarded, share)) = self.guarded {
@@ -314,12 +316,13 @@ impl Outcome {
         files
     }
 
-    /// Writes what the columns of all tables hold, with units and sources of predictions.
+    /// Writes what the columns of the measures' tables hold, with units and sources of predictions.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn describe_tables(&self, folder: &Folder, run: &RunSpec) -> Result<()> {
-        let heads = self.tables(run).into_iter().map(|(table, file)| {
+    pub fn describe_tables(&self, folder: &Folder) -> Result<()> {
+        let heads = self.results.tables.iter().map(|table| {
+            let file = measures::file_name(table);
             let columns = table.columns.iter().map(|column| {
                 let (role, source) = column.role.words();
                 json!({ "name": column.name, "unit": column.unit, "role": role, "source": source })
@@ -373,8 +376,23 @@ impl Outcome {
             .abscissa("time", "time", points.iter().map(|point| point.time).collect())
             .value("pressure", "mass/time²", points.iter().map(|point| Some(point.pressure())).collect())
             .caption("From the virial of the contacts in each interval between samples.");
-        constant(table, points.len(), self.hard_discs.map(|gas| gas.pressure()), "Henderson", HENDERSON)
+        constant(table, points.len(), self.hard_discs.map(|gas| gas.pressure()), "Liu", LIU)
     }
+}
+
+/// Mean over time of a series of (end of an interval, mean in it), and its standard error from
+/// blocks. The first interval is taken as long as the second.
+fn in_blocks(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<(f64, Option<f64>)> {
+    let (first, second) = (points.clone().next()?.0, points.clone().nth(1)?.0);
+    let mut blocks = BlockSums::default();
+    let (mut before, mut sums) = (2.0 * first - second, [0.0; 2]);
+    for (time, value) in points {
+        sums = [sums[0] + value * (time - before), sums[1] + (time - before)];
+        before = time;
+        blocks.record(&[sums]);
+    }
+    let mean = blocks.means()[0];
+    Some((mean.value?, mean.standard_error))
 }
 
 /// Adds a prediction that does not depend on the abscissa.

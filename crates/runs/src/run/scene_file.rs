@@ -97,7 +97,16 @@ fn check(run: &RunSpec) -> Result<()> {
             run.until
         );
     }
-    for name in &run.observe {
+    ensure!(
+        run.measure_from == 0.0 || run.measure_from + run.sample_interval <= run.until,
+        "run.measure_from = {} leaves no interval of {} before run.until = {}",
+        run.measure_from,
+        run.sample_interval,
+        run.until
+    );
+    for (index, name) in run.observe.iter().enumerate() {
+        ensure!(!run.observe[..index].contains(name), "run.observe: '{name}' is named twice");
+
         if OBSERVERS.contains(&name.as_str()) {
             continue;
         }
@@ -140,6 +149,8 @@ mod tests {
             (RunSpec { animation_from: good.until, ..good.clone() }, "run.animation_from"),
             (RunSpec { animation_from: f64::NAN, ..good.clone() }, "run.animation_from"),
             (RunSpec { measure_from: 2.0 * good.until, ..good.clone() }, "run.measure_from"),
+            (RunSpec { measure_from: 0.5, ..good.clone() }, "leaves no interval"),
+            (RunSpec { observe: vec!["energy".to_owned(); 2], ..good.clone() }, "named twice"),
         ];
         for (run, expected) in cases {
             let error = format!("{:#}", check(&run).unwrap_err());
