@@ -232,12 +232,13 @@ impl Observer for ContactDensity {
             molecule.is_disc() && molecule.bounding_radius() == self.radius
         });
         let boundary = side.atom.filter(|_| is_of_the_gas).and_then(|atom| self.atoms.get_mut(atom as usize));
-        let Some(boundary) = boundary else {
+        // The impulse points inwards.
+        let index = bin_of(-in_body_frame(impulse, side.before.orientation), self.bins);
+        // A boundary read from a damaged file may have fewer bins.
+        let Some(bin) = boundary.and_then(|boundary| boundary.get_mut(index)) else {
             self.others += 1;
             return;
         };
-        // The impulse points inwards.
-        let bin = &mut boundary[bin_of(-in_body_frame(impulse, side.before.orientation), self.bins)];
         bin.contacts += 1;
         bin.impulse += impulse.length();
         bin.squares += impulse.length_squared();

@@ -209,7 +209,8 @@ fn predicted(value: f64, figure: &Figure) -> String {
 /// Formats a value to the digits that its standard error justifies, or to six.
 pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
     match standard_error {
-        Some(error) if error > 0.0 && error.is_finite() => {
+        // A smaller error is that of rounding.
+        Some(error) if error > 1e-12 * value.abs() && error.is_finite() => {
             let decimals = (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize;
             format!("{value:.decimals$} ± {error:.decimals$}")
         }
