@@ -205,6 +205,12 @@ fn velocities_depend_on_the_seed_alone() {
     other.bounds.seed = 11;
     other.bounds.replica = 1;
     assert!(velocity_bits(&other).iter().zip(&first).all(|(one, other)| one != other));
+    // On every processor: FNV-1a, 64 bits (Fowler, Noll, Vo 1991).
+    let bytes = first.as_flattened().iter().flat_map(|word| word.to_le_bytes());
+    let fingerprint = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    assert_eq!(fingerprint, 0x9209_dbf5_82ae_5aad, "{fingerprint:#x}");
 }
 
 #[test]

@@ -50,9 +50,10 @@ pub struct GasSpec {
     /// Mass of a disc; equivalent to `atom_mass`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
-    /// Mean kinetic energy of a molecule at the start (mass × length² / time²), from 0 to 1e60; with
-    /// equal energies, that of each molecule. It is shared over the degrees of freedom by
-    /// equipartition. A file gives either this or `temperature`; with `temperature`, this must be 0.
+    /// Mean kinetic energy of a molecule at the start (mass × length² / time²), from 0 to 1e60.
+    /// With equal energies, that of each molecule, shared over its degrees of freedom by
+    /// equipartition. A file gives either this or `temperature`; with `temperature`, this must be
+    /// 0.
     pub energy: f64,
     /// Temperature kT at the start (mass × length² / time²), from 0 to 1e60. Excludes `energy`.
     ///
@@ -62,9 +63,9 @@ pub struct GasSpec {
     /// * The gas starts without momentum (see `zero_momentum`): f = N f₁ − c m/M, with the number c
     ///   of axes along which momentum is conserved, the mass m of the gas, and the mass M of all
     ///   bodies that move. [`View::temperature`](crate::View::temperature) of the gas alone in the
-    ///   box, where m/M = 1, is kT to rounding. Several such gases of one temperature have it
-    ///   together, and each such gas has its own by itself
-    ///   ([`CentreOfMassFrame::thermal`](crate::CentreOfMassFrame::thermal)), if nothing else moves.
+    ///   box, where m/M = 1, is kT to rounding. If nothing else moves, several such gases of one
+    ///   temperature have it together, and each such gas by itself has its own
+    ///   ([`CentreOfMassFrame::thermal`](crate::CentreOfMassFrame::thermal)).
     /// * Other gases, and gases of one molecule: f = N f₁. `View::temperature` of such a gas alone
     ///   is kT to rounding where no momentum is conserved. Elsewhere it leaves out the energy of
     ///   the drift, and is random with the mean kT; for a single molecule that does not turn it is

@@ -149,6 +149,11 @@ impl Species {
         if self.turns() { 3.0 } else { 2.0 }
     }
 
+    /// Number of molecules that contacts turn: all or none.
+    pub fn turning(&self) -> usize {
+        if self.turns() { self.count } else { 0 }
+    }
+
     /// Mass of all molecules.
     pub fn mass(&self) -> f64 {
         self.count as f64 / self.inertia().inverse_mass

@@ -37,6 +37,18 @@ impl ConservedMomentum {
     }
 }
 
+/// What the velocities of a gas must satisfy.
+struct Start<'a> {
+    kind: &'a Species,
+    /// Mean energy of a molecule (mass × length² / time²).
+    energy: f64,
+    /// Whether the momentum is 0, unless there is only one molecule.
+    without_momentum: bool,
+}
+
+/// Velocities of all molecules, and their angular velocities if they turn.
+type Drawn = (Vec<DVec2>, Vec<f64>);
+
 impl Species {
     /// Velocities and angular velocities of all molecules, as the scene requests.
     ///
@@ -47,75 +59,82 @@ impl Species {
         conserved: &ConservedMomentum,
         random: &mut Pcg64,
     ) -> Result<impl Iterator<Item = (DVec2, f64)> + use<>, SceneError> {
-        // By default no momentum where the whole system would otherwise drift forever.
-        let opposite = self.spec.zero_momentum.unwrap_or(conserved.components > 0);
-        let energy = self.mean_energy(conserved, opposite);
+        let start = Start::new(self, conserved);
         let (velocities, spins) = match self.spec.velocities {
-            StartVelocities::EqualEnergy => self.equal_energies(energy, opposite, random)?,
-            StartVelocities::Maxwell => self.maxwell(energy, opposite, random)?,
+            StartVelocities::EqualEnergy => start.equal_energies(random)?,
+            StartVelocities::Maxwell => start.maxwell(random)?,
         };
-        // No list of angular velocities for molecules that do not turn.
-        let spins = spins.into_iter().chain(std::iter::repeat(0.0));
-        Ok(velocities.into_iter().zip(spins))
+        Ok(velocities.into_iter().zip(spins.into_iter().chain(std::iter::repeat(0.0))))
+    }
+}
+
+impl<'a> Start<'a> {
+    fn new(kind: &'a Species, conserved: &ConservedMomentum) -> Self {
+        // By default no momentum where the whole system would otherwise drift forever.
+        let without_momentum = kind.spec.zero_momentum.unwrap_or(conserved.components > 0);
+        let mut start = Self { kind, energy: kind.spec.energy, without_momentum };
+        if let Some(temperature) = kind.spec.temperature {
+            // ½ f kT / N, see `GasSpec::temperature`.
+            let mut freedom = kind.degrees_of_freedom();
+            if start.removes_mean() {
+                let share = kind.mass() / conserved.mass;
+                freedom -= f64::from(conserved.components) * share / kind.count as f64;
+            }
+            start.energy = 0.5 * freedom * temperature;
+        }
+        start
     }
 
-    /// The mean energy of a molecule: that of the scene, or ½ f kT / N (see
-    /// [`GasSpec::temperature`](crate::GasSpec::temperature)).
-    fn mean_energy(&self, conserved: &ConservedMomentum, opposite: bool) -> f64 {
-        let Some(temperature) = self.spec.temperature else { return self.spec.energy };
-        let (count, mut freedom) = (self.count as f64, self.degrees_of_freedom());
-        if opposite && self.count > 1 {
-            freedom -= f64::from(conserved.components) * (self.mass() / conserved.mass) / count;
-        }
-        0.5 * freedom * temperature
+    /// Whether the velocities depend on each other so that their sum is 0. A single molecule moves.
+    fn removes_mean(&self) -> bool {
+        self.without_momentum && self.kind.count > 1
     }
 
     /// Random directions at one speed and, for molecules that turn, one angular velocity either
     /// way.
-    fn equal_energies(
-        &self,
-        energy: f64,
-        opposite: bool,
-        random: &mut Pcg64,
-    ) -> Result<(Vec<DVec2>, Vec<f64>), SceneError> {
-        let (speed, spin) = self.equal_shares(energy);
-        self.check_motion(speed * DVec2::X, spin)?;
-        let mut velocities = if opposite {
-            opposite_directions(self.count, random)
+    fn equal_energies(&self, random: &mut Pcg64) -> Result<Drawn, SceneError> {
+        let Self { kind, energy, without_momentum } = *self;
+        let (speed, spin) = kind.equal_shares(energy);
+        kind.check_motion(speed * DVec2::X, spin)?;
+        let mut velocities = if without_momentum {
+            opposite_directions(kind.count, random)
         } else {
-            (0..self.count).map(|_| direction(random)).collect()
+            (0..kind.count).map(|_| direction(random)).collect()
         };
-        velocities.iter_mut().for_each(|velocity| *velocity *= speed);
-        let turning = if self.turns() { self.count } else { 0 };
-        Ok((velocities, (0..turning).map(|_| either_way(spin, random)).collect()))
+        for velocity in &mut velocities {
+            *velocity *= speed;
+        }
+        let spins = (0..kind.turning()).map(|_| either_way(spin, random)).collect();
+        Ok((velocities, spins))
     }
 
-    /// Normal numbers, without their mean if the gas has no momentum, scaled to the energy.
-    fn maxwell(
-        &self,
-        energy: f64,
-        opposite: bool,
-        random: &mut Pcg64,
-    ) -> Result<(Vec<DVec2>, Vec<f64>), SceneError> {
-        let count = self.count as f64;
-        let mut velocities: Vec<DVec2> = (0..self.count).map(|_| normal_pair(random)).collect();
-        let turning = if self.turns() { self.count } else { 0 };
-        let mut spins: Vec<f64> = (0..turning).map(|_| normal_pair(random).x).collect();
-        if opposite && self.count > 1 {
+    /// Normal numbers, without the mean of the velocities if the gas has no momentum, scaled to the
+    /// energy.
+    fn maxwell(&self, random: &mut Pcg64) -> Result<Drawn, SceneError> {
+        let (kind, count) = (self.kind, self.kind.count as f64);
+        let mut velocities: Vec<DVec2> = (0..kind.count).map(|_| normal_pair(random)).collect();
+        let mut spins: Vec<f64> = (0..kind.turning()).map(|_| normal_pair(random).x).collect();
+        if self.removes_mean() {
             let mean = velocities.iter().sum::<DVec2>() / count;
-            velocities.iter_mut().for_each(|velocity| *velocity -= mean);
+            for velocity in &mut velocities {
+                *velocity -= mean;
+            }
         }
         let squares = velocities.iter().map(|velocity| velocity.length_squared()).sum::<f64>()
             + spins.iter().map(|spin| spin * spin).sum::<f64>();
         // All numbers are 0 if there is no molecule, and by a chance of 2⁻¹⁰⁰ if there are two.
-        let twice_energy = 2.0 * energy * count / squares.max(f64::MIN_POSITIVE);
-        let inertia = self.inertia();
+        let twice_energy = 2.0 * self.energy * count / squares.max(f64::MIN_POSITIVE);
+        let inertia = kind.inertia();
         let speed = (twice_energy * inertia.inverse_mass).sqrt();
-        velocities.iter_mut().for_each(|velocity| *velocity *= speed);
+        for velocity in &mut velocities {
+            *velocity *= speed;
+        }
         let spin = (twice_energy * inertia.inverse_moment).sqrt();
-        spins.iter_mut().for_each(|one| *one *= spin);
-        for (index, &velocity) in velocities.iter().enumerate() {
-            self.check_motion(velocity, spins.get(index).copied().unwrap_or(0.0))?;
+        for number in &mut spins {
+            *number *= spin;
+        }
+        for (&velocity, &spin) in velocities.iter().zip(spins.iter().chain(std::iter::repeat(&0.0))) {
+            kind.check_motion(velocity, spin)?;
         }
         Ok((velocities, spins))
     }
