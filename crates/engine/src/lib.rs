@@ -42,6 +42,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod atom_spec;
 mod batch;
 mod body;
 mod body_builder;
@@ -56,6 +57,7 @@ mod edit;
 mod elasticity_table;
 mod epoch_loop;
 mod error;
+mod gas_spec;
 mod grid;
 mod growth;
 mod guard;
@@ -82,11 +84,13 @@ mod sites;
 mod species;
 mod tags;
 mod unresolved;
+mod velocities;
 mod view;
 mod wall;
 mod world;
 mod wrapped;
 
+pub use atom_spec::AtomSpec;
 pub use batch::Batch;
 pub use body::{Body, BodyKey, BodyName, Rotation};
 pub use cells::{CellScheduler, Instructions};
@@ -95,6 +99,7 @@ pub use checkpoint::{Checkpoint, CheckpointError};
 pub use counters::{Counters, Ledger, SchedulerCounters};
 pub use elasticity_table::ElasticityTable;
 pub use error::{EditError, GridError, RunError, SceneError};
+pub use gas_spec::{GasSpec, StartVelocities};
 pub use grid::CellsPerSide;
 pub use growth::{Growth, GrowthProgress};
 pub use heap_scheduler::HeapScheduler;
@@ -107,8 +112,8 @@ pub use placement::RandomStream;
 pub use report::{CollisionReport, Side};
 pub use rounding_bound::rounding_bound;
 pub use scene::{
-    AtomSpec, BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Placement, RunSpec,
-    Scene, StartSpec, WallSpec,
+    BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, MoleculeSpec, Placement, RunSpec, Scene, StartSpec,
+    WallSpec,
 };
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;

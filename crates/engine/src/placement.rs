@@ -4,9 +4,8 @@
 //! Molecules of similar size share a triangular lattice of sites, as wide as possible for their
 //! number. Sites at which they would touch bodies already placed are left out, the others are
 //! occupied at random, and each molecule is displaced at random as far as its neighbours' sites
-//! allow. Larger kinds are placed before smaller ones. Orientations and directions of motion are
-//! random; collisions complete the mixing. Where momentum is conserved along an axis, directions
-//! come in opposite pairs, so that each gas of two or more molecules starts with momentum 0.
+//! allow. Larger kinds are placed before smaller ones. Orientations and velocities are random
+//! (`velocities.rs`); collisions complete the mixing.
 
 use carom_geometry::{Molecule, PeriodicBox};
 use carom_kinematics::{Motion, Orientation};
@@ -17,10 +16,10 @@ use rand_pcg::Pcg64;
 use crate::{
     Scene, SceneError, TagNames, World,
     body_builder::geometry,
-    centre_of_mass::conserved_momentum,
     selection::Remaining,
     sites::Sites,
-    species::{Species, direction},
+    species::Species,
+    velocities::{ConservedMomentum, direction},
 };
 
 /// A stream of random numbers; each purpose has its own.
@@ -28,7 +27,7 @@ use crate::{
 pub enum RandomStream {
     /// Positions and orientations of the molecules.
     Placement = 0,
-    /// Directions of motion.
+    /// Velocities at the start.
     Velocities = 1,
     /// Order and directions while molecules grow (see [`Growth`](crate::Growth)).
     Growth = 2,
@@ -64,9 +63,9 @@ pub(crate) fn fill(
     let mut random = RandomStream::Placement.generator(seed, replica);
     let mut velocities = RandomStream::Velocities.generator(seed, replica);
     let places = place(world, species, &mut random)?;
-    let keeps_momentum = conserved_momentum(world).any();
+    let conserved = ConservedMomentum::new(world, species);
     for (kind, places) in species.iter().zip(places) {
-        let motions = kind.velocities(keeps_momentum, &mut velocities).zip(places).map(
+        let motions = kind.velocities(&conserved, &mut velocities)?.zip(places).map(
             |((velocity, angular_velocity), place)| Motion {
                 velocity,
                 orientation: Orientation::from_turns(random.random()),

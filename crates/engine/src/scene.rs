@@ -5,7 +5,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{MethodSpec, Rotation, SceneError};
+use crate::{
+    AtomSpec, GasSpec, MethodSpec, Rotation, SceneError,
+    gas_spec::{energy_or_temperature, serialize_gases},
+};
 
 /// A scene, read from a file or built in code.
 ///
@@ -33,6 +36,7 @@ pub struct Scene {
     /// Fixed straight walls.
     pub wall: Vec<WallSpec>,
     /// Many molecules of one kind each.
+    #[serde(serialize_with = "serialize_gases")]
     pub gas: Vec<GasSpec>,
     /// How the gases are placed.
     #[serde(skip_serializing_if = "StartSpec::is_default")]
@@ -63,18 +67,6 @@ impl Default for BoxSpec {
     fn default() -> Self {
         Self { sides: [1.0, 1.0], seed: 0, replica: 0 }
     }
-}
-
-/// One atom of a molecule given by a list of atoms.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct AtomSpec {
-    /// Centre of the atom, in any frame of the molecule (length).
-    pub at: [f64; 2],
-    /// Radius (length).
-    pub radius: f64,
-    /// Mass.
-    pub mass: f64,
 }
 
 /// A single molecule.
@@ -174,58 +166,6 @@ pub struct WallSpec {
     /// Half the thickness (length): the wall includes all points within this distance of it; 0 for
     /// a wall without thickness.
     pub radius: f64,
-}
-
-/// Many molecules of one kind, placed without overlap ([`StartSpec`]), with random
-/// directions of motion.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct GasSpec {
-    /// Tags of the molecules.
-    pub tags: Vec<String>,
-    /// A shape by name; `disc` if neither this nor `atoms` is given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shape: Option<String>,
-    /// The list of atoms. Excludes `shape`.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub atoms: Vec<AtomSpec>,
-    /// Radius of each atom of a named shape (length).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub atom_radius: Option<f64>,
-    /// Mass of each atom of a named shape.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub atom_mass: Option<f64>,
-    /// Radius of a disc (length); equivalent to `atom_radius`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub radius: Option<f64>,
-    /// Mass of a disc; equivalent to `atom_mass`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mass: Option<f64>,
-    /// Kinetic energy of each molecule at the start, shared over its degrees of freedom by
-    /// equipartition (mass × length² / time²).
-    pub energy: f64,
-    /// Share of the whole box that they cover, with overlaps of atoms counted once; rounded to the
-    /// nearest number of molecules. A share above 0 that rounds to no molecule is an error. Either
-    /// this or `count`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub area_fraction: Option<f64>,
-    /// Number of molecules. Either this or `area_fraction`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub count: Option<usize>,
-    /// Whether the total momentum of this gas is 0 at the start. `true`: all molecules have one
-    /// speed, and their directions are drawn in opposite pairs (of an odd number, three directions
-    /// are a third of a turn apart). `false`: directions are independent of each other, and the gas
-    /// drifts as a whole. Default: `true` where momentum is conserved along an axis, that is in a
-    /// scene without fixed bodies, or whose only fixed bodies are parallel walls across the whole
-    /// box.
-    ///
-    /// One molecule with energy cannot have momentum 0: for a gas of one molecule `true` is an
-    /// error, and the default lets it move. The total momentum of a scene with such a gas, or with
-    /// a `[[molecule]]` that moves, is therefore not 0 in general.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub zero_momentum: Option<bool>,
-    /// Whether the molecules turn (free) or not (locked).
-    pub rotation: Rotation,
 }
 
 /// How the gases of a scene are placed, all together.
@@ -398,7 +338,7 @@ impl Scene {
         let scene: Self = toml::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
         let table: toml::Table = text.parse().map_err(|error| SceneError::Syntax(format!("{error}")))?;
         require(&table, "molecule", "at")?;
-        require(&table, "gas", "energy")?;
+        energy_or_temperature(&table)?;
         Ok(scene)
     }
 

@@ -1,17 +1,16 @@
-//! The kinds of molecules of the gases of a scene: shape, number, and the motions that their energy
+//! The kinds of molecules of the gases of a scene: shape, number, and the speeds that their energy
 //! gives them.
 
 use std::sync::Arc;
 
-use carom_geometry::{Molecule, PeriodicBox, check_length};
-use carom_kinematics::{Inertia, Motion, Orientation};
+use carom_geometry::{LARGEST, Molecule, PeriodicBox, check_length};
+use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;
-use rand::{RngExt, seq::SliceRandom};
-use rand_pcg::Pcg64;
 
 use crate::{
     GasSpec, Rotation, Scene, SceneError, TagNames, Tags, World,
     body_builder::{geometry, inertia, insert, molecule, tags},
+    gas_spec::TWO_ENERGIES,
     limits::refuse_slow,
 };
 
@@ -68,6 +67,16 @@ impl Species {
         if spec.energy < 0.0 {
             return Err(problem("`energy` must not be negative"));
         }
+        if let Some(temperature) = spec.temperature {
+            if spec.energy != 0.0 {
+                return Err(problem(TWO_ENERGIES));
+            }
+            if !(0.0..=LARGEST).contains(&temperature) {
+                return Err(problem(&format!(
+                    "`temperature` must be from 0 to {LARGEST:e} (mass × length² / time²), but is {temperature}"
+                )));
+            }
+        }
         let count = match (spec.area_fraction, spec.count) {
             (None, Some(count)) => count,
             (Some(fraction), None) if (0.0..1.0).contains(&fraction) => {
@@ -87,28 +96,42 @@ impl Species {
         if count > MOST_MOLECULES {
             return Err(problem("there must be at most 2^27 molecules of one kind"));
         }
-        if spec.zero_momentum == Some(true) && count == 1 && spec.energy > 0.0 {
+        let moves = spec.energy > 0.0 || spec.temperature.is_some_and(|temperature| temperature > 0.0);
+        if spec.zero_momentum == Some(true) && count == 1 && moves {
             return Err(problem(
-                "`zero_momentum` must not be true if `count` is 1: a molecule with `energy` above 0 cannot have momentum 0",
+                "`zero_momentum` must not be true if `count` is 1: a molecule with `energy` or `temperature` above \
+                 0 cannot have momentum 0",
             ));
         }
-        let inertia = inertia(&molecule, spec.rotation);
-        let motion = Motion {
-            velocity: speed(share(spec, &molecule), &inertia) * DVec2::X,
-            angular_velocity: if turns(spec, &molecule) {
-                spin(share(spec, &molecule), &inertia)
-            } else {
-                0.0
-            },
-            ..Motion::at_rest(DVec2::ZERO)
+        let kind = Self { entry, spec: spec.clone(), molecule: Arc::new(molecule), count };
+        let freedom = kind.degrees_of_freedom();
+        let energy = spec.temperature.map_or(spec.energy, |temperature| 0.5 * freedom * temperature);
+        let (speed, spin) = kind.equal_shares(energy);
+        kind.check_motion(speed * DVec2::X, spin)?;
+        Ok(kind)
+    }
+
+    /// Speed and angular velocity of a molecule of this energy, shared equally over its degrees of
+    /// freedom (length / time, radians per time).
+    pub fn equal_shares(&self, energy: f64) -> (f64, f64) {
+        let (share, inertia) = (energy / self.degrees_of_freedom(), self.inertia());
+        let speed = (4.0 * share * inertia.inverse_mass).sqrt();
+        (speed, if self.turns() { (2.0 * share * inertia.inverse_moment).sqrt() } else { 0.0 })
+    }
+
+    /// Refuses a molecule that moves or turns too fast or too slowly to compute with.
+    pub fn check_motion(&self, velocity: DVec2, angular_velocity: f64) -> Result<(), SceneError> {
+        let [speed, spin] = if self.spec.temperature.is_some() {
+            ["the speed that `temperature` gives", "the angular velocity that `temperature` gives"]
+        } else {
+            ["the speed that `energy` gives", "the angular velocity that `energy` gives"]
         };
-        check_length("the speed that `energy` gives", motion.velocity.x).map_err(geometry(&entry))?;
-        check_length("the angular velocity that `energy` gives", motion.angular_velocity)
-            .map_err(geometry(&entry))?;
-        if spec.energy > 0.0 {
-            refuse_slow(&entry, &motion, molecule.bounding_radius())?;
+        for component in velocity.to_array() {
+            check_length(speed, component).map_err(geometry(&self.entry))?;
         }
-        Ok(Self { entry, spec: spec.clone(), molecule: Arc::new(molecule), count })
+        check_length(spin, angular_velocity).map_err(geometry(&self.entry))?;
+        let motion = Motion { velocity, angular_velocity, ..Motion::at_rest(DVec2::ZERO) };
+        refuse_slow(&self.entry, &motion, self.molecule.bounding_radius())
     }
 
     /// Mass and moment of inertia of one molecule.
@@ -118,32 +141,27 @@ impl Species {
 
     /// Whether contacts change the angular velocity of the molecules.
     pub fn turns(&self) -> bool {
-        turns(&self.spec, &self.molecule)
+        self.spec.rotation == Rotation::Free && !self.molecule.is_round()
+    }
+
+    /// Degrees of freedom of one molecule that contacts change: 2, or 3 if it turns.
+    pub fn degrees_of_freedom(&self) -> f64 {
+        if self.turns() { 3.0 } else { 2.0 }
+    }
+
+    /// Number of molecules that contacts turn: all or none.
+    pub fn turning(&self) -> usize {
+        if self.turns() { self.count } else { 0 }
+    }
+
+    /// Mass of all molecules.
+    pub fn mass(&self) -> f64 {
+        self.count as f64 / self.inertia().inverse_mass
     }
 
     /// Area of all molecules (length²).
     pub fn area(&self) -> f64 {
         self.count as f64 * self.molecule.area()
-    }
-
-    /// Velocities and angular velocities of all molecules, which have the energy of the scene.
-    /// `keeps_momentum`: whether momentum is conserved along an axis.
-    pub fn velocities<'a>(
-        &'a self,
-        keeps_momentum: bool,
-        random: &'a mut Pcg64,
-    ) -> impl Iterator<Item = (DVec2, f64)> + 'a {
-        // Opposite pairs by default where the whole system would otherwise drift forever.
-        let directions = if self.spec.zero_momentum.unwrap_or(keeps_momentum) {
-            opposite_directions(self.count, random)
-        } else {
-            (0..self.count).map(|_| direction(random)).collect()
-        };
-        let (turns, share, inertia) = (self.turns(), share(&self.spec, &self.molecule), self.inertia());
-        let (speed, spin) = (speed(share, &inertia), if turns { spin(share, &inertia) } else { 0.0 });
-        directions
-            .into_iter()
-            .map(move |direction| (speed * direction, if turns { either_way(spin, random) } else { 0.0 }))
     }
 
     /// Adds the molecules with these motions to a world.
@@ -153,55 +171,4 @@ impl Species {
             insert(world, Arc::clone(&self.molecule), inertia, tags.clone(), motion);
         }
     }
-}
-
-/// A random direction.
-pub(crate) fn direction(random: &mut Pcg64) -> DVec2 {
-    Orientation::from_turns(random.random()).cos_sin()
-}
-
-/// Random directions with sum 0, in random order: opposite pairs, and for an odd number three
-/// directions at a third of a turn. A single one has any direction.
-pub(crate) fn opposite_directions(count: usize, random: &mut Pcg64) -> Vec<DVec2> {
-    let mut directions = Vec::with_capacity(count);
-    if count % 2 == 1 && count > 1 {
-        let turns: f64 = random.random();
-        let thirds = [0.0, 1.0 / 3.0, 2.0 / 3.0];
-        directions.extend(thirds.map(|third| Orientation::from_turns(turns + third).cos_sin()));
-    }
-    while directions.len() + 1 < count {
-        let one = direction(random);
-        directions.extend([one, -one]);
-    }
-    if directions.len() < count {
-        directions.push(direction(random));
-    }
-    // Neighbours in the list are neighbours in space; the shuffle separates the pairs.
-    directions.shuffle(random);
-    directions
-}
-
-/// Whether contacts change the angular velocity of the molecules of a gas.
-fn turns(spec: &GasSpec, molecule: &Molecule) -> bool {
-    spec.rotation == Rotation::Free && !molecule.is_round()
-}
-
-/// The energy of each degree of freedom of a molecule (mass × length² / time²).
-fn share(spec: &GasSpec, molecule: &Molecule) -> f64 {
-    spec.energy / if turns(spec, molecule) { 3.0 } else { 2.0 }
-}
-
-/// The speed at which each of the two directions of motion has this energy (length / time).
-fn speed(energy: f64, inertia: &Inertia) -> f64 {
-    (4.0 * energy * inertia.inverse_mass).sqrt()
-}
-
-/// The angular velocity with this energy (radians per time).
-fn spin(energy: f64, inertia: &Inertia) -> f64 {
-    (2.0 * energy * inertia.inverse_moment).sqrt()
-}
-
-/// This angular velocity, or its opposite.
-pub(crate) fn either_way(spin: f64, random: &mut Pcg64) -> f64 {
-    if random.random() { spin } else { -spin }
 }

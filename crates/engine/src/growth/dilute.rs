@@ -12,7 +12,8 @@ use crate::{
     contents::Contents,
     grid::{CellsPerSide, Grid},
     placement,
-    species::{Species, either_way, opposite_directions, sample},
+    species::{Species, sample},
+    velocities::{either_way, opposite_directions},
 };
 
 /// Share of the box that the bounding circles cover at the start, at most. Smaller: more steps.

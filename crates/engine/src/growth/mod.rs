@@ -292,7 +292,7 @@ impl Growth {
         if self.smallest() < 1.0 {
             return self.run(COLLISIONS_PER_STEP);
         }
-        self.draw_velocities();
+        self.draw_velocities()?;
         self.begin_relaxation(RELAXATION_AFTER_GROWTH);
         Ok(())
     }

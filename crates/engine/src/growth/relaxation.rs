@@ -9,7 +9,7 @@ use glam::{BVec2, DVec2};
 use super::{Growth, Stage};
 use crate::{
     RandomStream, SceneError, Tags, World, body::BodyKind, centre_of_mass::conserved_momentum,
-    species::Species,
+    species::Species, velocities::ConservedMomentum,
 };
 
 /// Collisions a molecule in one step of the relaxation. Fewer: predictions are begun anew too
@@ -22,21 +22,25 @@ pub(super) const RELAXATION_AFTER_GROWTH: f64 = 1000.0;
 
 impl Growth {
     /// Gives the molecules the mass and the velocities of the scene.
-    pub(super) fn draw_velocities(&mut self) {
+    ///
+    /// # Errors
+    /// [`SceneError`] with the name of the entry if a molecule is too fast or too slow.
+    pub(super) fn draw_velocities(&mut self) -> Result<(), SceneError> {
         let first = self.contents.singles.world.bodies.len();
-        let keeps_momentum = self.conserved().any();
+        let conserved = ConservedMomentum::new(&self.contents.singles.world, &self.contents.species);
         let bounds = &self.scene.bounds;
         let mut random = RandomStream::Velocities.generator(bounds.seed, bounds.replica);
         let World { bodies, motions, .. } = &mut self.world;
         let mut rest = bodies[first..].iter_mut().zip(&mut motions[first..]);
         for kind in &self.contents.species {
             let real = Arc::new(real_kind(kind));
-            let velocities = kind.velocities(keeps_momentum, &mut random);
+            let velocities = kind.velocities(&conserved, &mut random)?;
             for ((velocity, spin), (body, motion)) in velocities.zip(rest.by_ref()) {
                 body.kind = Arc::clone(&real);
                 (motion.velocity, motion.angular_velocity) = (velocity, spin);
             }
         }
+        Ok(())
     }
 
     /// Begins the relaxation, of this length unless the scene has another.
