@@ -25,9 +25,9 @@ use crate::{Body, CollisionReport, View};
 /// }
 /// ```
 pub trait Observer {
-    /// Whether the observer wants reports of collisions at all; with `false` the run costs as much as
-    /// without an observer. It is evaluated at the start of each epoch, and must not change between
-    /// two samples. Composite observers must OR their members.
+    /// Whether the observer wants reports of collisions at all; with `false` the run costs as much
+    /// as without an observer. It is evaluated at the start of each epoch, and must not change
+    /// between two samples. Composite observers must OR their members.
     #[inline]
     fn watches_any(&self) -> bool {
         true

@@ -3,16 +3,16 @@
 //! Z = βp/n = (1 + η²/8 + η³/18 − 4η⁴/21)/(1 − η)² with the area fraction η (Liu, Mol. Phys. 119
 //! (2021) e1886364). Of N discs in a periodic box it is lower by (S₀/2N) η d²[η(Z − 1)]/dη², S₀ =
 //! 1/(d(ηZ)/dη) (Lebowitz and Percus, Phys. Rev. 124 (1961) 1673). χ = (Z − 1)/2η gives, with
-//! Enskog's theory, the collision rate of a disc Γ = 2 n σ χ √(π kT/m) and the diffusion coefficient
-//! kT/(m Γ) (first Sonine approximation; Gass, J. Chem. Phys. 54 (1971) 1898).
+//! Enskog's theory, the collision rate of a disc Γ = 2 n σ χ √(π kT/m) and the diffusion
+//! coefficient kT/(m Γ) (first Sonine approximation; Gass, J. Chem. Phys. 54 (1971) 1898).
 
 use std::f64::consts::PI;
 
 use carom::{View, engine::ElasticitySpec};
 use serde::{Deserialize, Serialize};
 
-/// Above this area fraction Z is uncertain by more than a third of a per cent, and discs freeze soon
-/// after.
+/// Above this area fraction Z is uncertain by more than a third of a per cent, and discs freeze
+/// soon after.
 const DENSEST: f64 = 0.65;
 
 /// Below this area fraction Z − 1 = 2η (1 − 1/N) to a part in 10⁵, and its difference from 1 loses

@@ -71,7 +71,8 @@ pub struct Kind {
 /// The bodies of a measure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Of {
-    /// All bodies, or those with the tag after the colon; each measure says whether fixed ones count.
+    /// All bodies, or those with the tag after the colon; each measure says whether fixed ones
+    /// count.
     Group,
     /// The only body with the tag after the colon, which is required.
     OneBody,
