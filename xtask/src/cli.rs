@@ -7,7 +7,9 @@ use clap::{Parser, Subcommand};
 
 use crate::{
     bench, ci,
-    experiments::{billiard, brownian, capability_cost, encounters, extremes, thesis_tests, tradeoff},
+    experiments::{
+        billiard, brownian, capability_cost, encounters, equilibrium, extremes, thesis_tests, tradeoff,
+    },
     fuzz, tidy,
 };
 
@@ -79,6 +81,8 @@ pub enum Experiment {
     Encounters(encounters::Options),
     /// Extreme scenes: guarantees that must hold, and their limits
     Extremes(extremes::Options),
+    /// Equilibrium of hard discs and of a mixture, against theory and published pressures
+    Equilibrium(equilibrium::Options),
     /// Cost of each capability when it is absent, idle, or used
     CapabilityCost(capability_cost::Options),
     /// Whole simulations with different settings: accuracy and speed
@@ -98,6 +102,7 @@ impl Cli {
             Command::Experiment(Experiment::Pair(options)) => thesis_tests::pair(options),
             Command::Experiment(Experiment::Encounters(options)) => encounters::run(options),
             Command::Experiment(Experiment::Extremes(options)) => extremes::run(options),
+            Command::Experiment(Experiment::Equilibrium(options)) => equilibrium::run(options),
             Command::Experiment(Experiment::CapabilityCost(options)) => capability_cost::run(options),
             Command::Experiment(Experiment::Tradeoff(options)) => tradeoff::run(options),
             Command::Run(options) => run::run(options),

@@ -5,6 +5,7 @@ pub mod brownian;
 pub mod capability_cost;
 pub mod common;
 pub mod encounters;
+pub mod equilibrium;
 pub mod extremes;
 pub mod fixed_energy;
 pub mod thesis_scene;

@@ -10,7 +10,7 @@ const DIAMETERS: f64 = 5.0;
 const BINS_PER_DIAMETER: f64 = 50.0;
 
 /// Bins beyond contact through which a line gives the contact value. Fewer: a larger error. More:
-/// the curvature of g.
+/// the curvature of ln g.
 const CONTACT_BINS: usize = 5;
 
 pub(super) const KIND: Kind = Kind {
@@ -53,7 +53,7 @@ impl Measured for PairDistribution {
     }
 }
 
-/// g at contact by a line through the first bins beyond it.
+/// g at contact by a line through the logarithms of the first bins beyond it.
 fn contact_value(distances: &[f64], means: &[BlockMean], context: &Context<'_>) -> Option<Figure> {
     let gas = context.hard_discs.as_ref().ok()?;
     // Centres of bins that begin at contact, to rounding, or beyond.
@@ -63,13 +63,17 @@ fn contact_value(distances: &[f64], means: &[BlockMean], context: &Context<'_>) 
         .take(CONTACT_BINS)
         .map(|(distance, mean)| Some((distance - gas.diameter, mean.value?, mean.standard_error?)))
         .collect::<Option<_>>()?;
-    // Σ c_i g_i with the weights c_i of the least-squares line at distance 0.
+    if near.iter().any(|point| point.1 <= 0.0) {
+        return None;
+    }
+    // ln g falls nearly in proportion: Σ c_i ln g_i with the weights c_i of the least-squares line
+    // at distance 0.
     let count = near.len() as f64;
     let centre = near.iter().map(|point| point.0).sum::<f64>() / count;
     let spread: f64 = near.iter().map(|point| (point.0 - centre).powi(2)).sum();
     let weight = |x: f64| 1.0 / count - centre * (x - centre) / spread;
-    let value: f64 = near.iter().map(|&(x, g, _)| weight(x) * g).sum();
-    let error = near.iter().map(|&(x, _, error)| (weight(x) * error).powi(2)).sum::<f64>().sqrt();
+    let value = near.iter().map(|&(x, g, _)| weight(x) * g.ln()).sum::<f64>().exp();
+    let error = value * near.iter().map(|&(x, g, error)| (weight(x) * error / g).powi(2)).sum::<f64>().sqrt();
     let figure = Figure::new(context.named("g(r) at contact"), value, "1");
     Some(figure.error(error).predicted(gas.contact_value(), LIU)).filter(|_| near.len() == CONTACT_BINS)
 }

@@ -9,7 +9,7 @@ use std::{ops::ControlFlow, path::PathBuf};
 use anyhow::{Context, Result};
 use carom::{Scene, engine::SceneError};
 use carom_methods::{AnySimulation, Method};
-use carom_tables::Verdict;
+use carom_tables::{Summary, Verdict};
 use clap::Args;
 use outcome::simulate;
 pub use scene_file::SceneFile;
@@ -67,13 +67,22 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let manifest = Manifest::begin(&folder, &command, &[&scene])?;
     folder.write("config.toml", scene.to_toml())?;
     let outcome = simulate(&task, found, &scene, || started.map_or_else(start, Ok))?;
-    let summary = outcome.summary(options, &task.method);
+    let summary = outcome.summary(format!("Scene {}", options.file.path.display()), &task.method);
     folder.write("report.html", outcome.page(&folder, &summary, &scene, &command)?)?;
     outcome.describe_tables(&folder)?;
     folder.write_json("summary.json", &summary)?;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
+}
+
+/// Runs a scene in memory, without a folder, and returns its figures and checks.
+///
+/// # Errors
+/// The scene is invalid, the run fails, or a signal has been received.
+pub fn measure(title: &str, scene: &Scene, signals: &Signals) -> Result<Summary> {
+    let method = Method::try_from(&scene.method).context("[method]")?;
+    Ok(outcome::in_memory(scene, signals)?.summary(title.to_owned(), &method))
 }
 
 /// The simulation of a scene, with the progress of the placement if that takes steps of growth.

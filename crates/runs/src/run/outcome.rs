@@ -14,12 +14,14 @@ use carom_report::{
     table_chart,
 };
 use carom_tables::{BlockSums, Figure, OVERLAPPING_PAIRS, Summary, Table, Totals};
+use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::{Options, impulses};
+use super::impulses;
 use crate::{
     animation,
+    interruption::Signals,
     measures::{self, Delayed, ENSKOG, HardDiscs, LIU, Measures, Results},
     output::Folder,
     progress::Progress,
@@ -127,10 +129,29 @@ pub fn simulate(
     }
     drop(progress);
     task.folder.write_lasting(PICTURES[1], picture_of(&going.simulation.view(), PICTURE))?;
-    let outcome = outcome_of(&going, scene);
+    let outcome = outcome_of(&going.simulation.view(), &going.observers, going.seconds(), scene);
     outcome.results.write(task.folder)?;
     going.end(task, &outcome)?;
     Ok(outcome)
+}
+
+/// Runs a scene in memory and writes nothing.
+///
+/// # Errors
+/// The scene is invalid, the run fails, or a signal has been received.
+pub fn in_memory(scene: &Scene, signals: &Signals) -> Result<Outcome> {
+    let clock = ThreadTime::now();
+    let run = &scene.run;
+    let mut simulation = AnySimulation::new(scene)?;
+    let mut observers = observers(run, &simulation.view())?;
+    observers.start(&simulation.view());
+    observers.sample(&simulation.view());
+    for time in sampling_times(0.0, run.until, run.sample_interval) {
+        signals.check()?;
+        simulation.observe_until(time, &mut observers)?;
+        observers.sample(&simulation.view());
+    }
+    Ok(outcome_of(&simulation.view(), &observers, clock.elapsed().as_secs_f64(), scene))
 }
 
 /// Starts a run: initial picture, and the sample at time 0.
@@ -148,10 +169,10 @@ fn begin(
 }
 
 /// The outcome of a run that has reached its end.
-fn outcome_of(going: &Resumable<Watched>, scene: &Scene) -> Outcome {
-    let (view, run) = (going.simulation.view(), &scene.run);
-    let (energy, overlaps, Delayed { observer: (rate, pressure, measures), .. }, _) = &going.observers;
-    let hard_discs = HardDiscs::of(&view, &scene.elasticity);
+fn outcome_of(view: &View<'_>, observers: &Watched, seconds: f64, scene: &Scene) -> Outcome {
+    let run = &scene.run;
+    let (energy, overlaps, Delayed { observer: (rate, pressure, measures), .. }, _) = observers;
+    let hard_discs = HardDiscs::of(view, &scene.elasticity);
     let collisions = view.counters().collisions;
     Outcome {
         energy: energy.clone(),
@@ -163,7 +184,7 @@ fn outcome_of(going: &Resumable<Watched>, scene: &Scene) -> Outcome {
         totals: Totals {
             collisions,
             simulated_time: run.until,
-            collisions_per_second: collisions as f64 / going.seconds().max(1e-9),
+            collisions_per_second: collisions as f64 / seconds.max(1e-9),
             energy_drift: energy.drift(),
             overlapping_pairs: overlaps.worst_pairs(),
             max_overlap: overlaps.deepest(),
@@ -203,7 +224,7 @@ fn append_sample(going: &mut Resumable<Watched>, run: &RunSpec) -> Result<()> {
 
 impl Outcome {
     /// Figures and checks.
-    pub fn summary(&self, options: &Options, method: &Method) -> Summary {
+    pub fn summary(&self, title: String, method: &Method) -> Summary {
         let mut figures = vec![Figure::new("bodies", self.bodies as f64, "1")];
         if let Some(temperature) = self.temperature {
             figures.push(Figure::new("temperature kT at the end", temperature, "mass·length²/time²"));
@@ -241,7 +262,6 @@ impl Outcome {
             let depth = self.totals.max_overlap;
             figures.push(Figure::new("deepest overlap at a sample, by the smaller diameter", depth, "1"));
         }
-        let title = format!("Scene {}", options.file.path.display());
         Summary { title, note, totals: self.totals, checks, figures, runs: Vec::new() }
     }
 
