@@ -7,12 +7,15 @@ mod contact_density;
 mod correlation;
 mod delayed;
 mod directions;
+mod drift;
 mod free_path;
 mod hard_discs;
 mod hexatic_order;
 mod orientation;
 mod pair_distribution;
 mod pressure_tensor;
+mod projections;
+mod running_average;
 mod selection;
 mod structure_factor;
 mod temperature;
@@ -37,7 +40,7 @@ use crate::{
 };
 
 /// All measures.
-pub const KINDS: [Kind; 13] = [
+pub const KINDS: [Kind; 16] = [
     velocities::KIND,
     temperature::KIND,
     correlation::KIND,
@@ -49,7 +52,10 @@ pub const KINDS: [Kind; 13] = [
     free_path::KIND,
     viscosity::KIND,
     directions::KIND,
+    projections::KIND,
     contact_density::KIND,
+    drift::KIND,
+    running_average::KIND,
     thermostat::KIND,
 ];
 

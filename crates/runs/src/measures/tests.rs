@@ -73,7 +73,9 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
             [run]
             until = 2.0
             sample_interval = 0.1
-            observe = ["velocities:gas", "correlation", "pair-distribution:gas", "contact-density:tee", "thermostat"]
+            observe = ["velocities:gas", "correlation", "pair-distribution:gas", "contact-density:tee", "thermostat",
+                "directions:tee", "projections:tee", "drift:tee", "running-average:tee", "temperature:gas", "orientation:tee",
+                "structure-factor", "hexatic-order:gas", "pressure-tensor", "free-path:gas", "viscosity"]
         "#,
     );
     assert!(gas.unwrap_err().contains("equal discs"));
@@ -98,6 +100,27 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
         column(table(&results, "contact-density-tee"), "contacts").iter().any(|count| *count > Some(0.0))
     );
     assert!(column(table(&results, "thermostat"), "put_in").iter().all(|energy| *energy == Some(0.0)));
+    // Every measure has a result, each table one length, and each file one writer.
+    for kind in KINDS {
+        let is_of = |name: &str| name.starts_with(kind.name);
+        let has_table = results.tables.iter().any(|table| is_of(&table.name));
+        assert!(has_table || kind.name == "drift", "{}", kind.name);
+    }
+    assert_eq!(results.figures.iter().filter(|figure| figure.name.ends_with(", tee")).count(), 6);
+    for table in &results.tables {
+        let rows = table.columns[0].values.len();
+        assert!(rows > 0 && table.columns.iter().all(|column| column.values.len() == rows), "{}", table.name);
+    }
+    let mut names: Vec<&String> = results.tables.iter().map(|table| &table.name).collect();
+    names.sort();
+    assert!(names.windows(2).all(|pair| pair[0] != pair[1]));
+    // Shares of all sectors, and densities times the width of a bin, sum to 1.
+    let shares: f64 = column(table(&results, "directions-tee"), "share_of_contacts").iter().flatten().sum();
+    assert!((shares - 1.0).abs() < 1e-12);
+    let projections = table(&results, "projections-tee");
+    let (impulses, density) = (column(projections, "impulse"), column(projections, "density_x"));
+    let width = impulses[1].unwrap() - impulses[0].unwrap();
+    assert!((density.iter().flatten().sum::<f64>() * width - 1.0).abs() < 1e-9);
 }
 
 /// A dense gas of 400 discs agrees with its predictions within their errors and a few per cent of
