@@ -9,8 +9,8 @@ use super::{Context, Kind, Measured, Of, Results, Selection, in_blocks, resumed}
 /// Number of bins.
 const BINS: usize = 160;
 
-/// Half of the range in thermal momenta √(2 m kT) of the lightest other body: beyond it lies a share
-/// of about 10⁻⁷ of the impulses of a heavy body.
+/// Half of the range in thermal momenta √(2 m kT) of the lightest other body: beyond it lies a
+/// share of about 10⁻⁷ of the impulses of a heavy body.
 const THERMAL_MOMENTA: f64 = 8.0;
 
 pub(super) const KIND: Kind = Kind {
