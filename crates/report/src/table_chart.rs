@@ -133,6 +133,18 @@ mod tests {
     }
 
     #[test]
+    fn a_quantity_that_does_not_change_can_be_drawn() {
+        for value in [0.0, 2.5] {
+            let table = Table::new("t", "T").abscissa("time", "time", vec![0.0, 1.0]).value(
+                "x",
+                "1",
+                vec![Some(value); 2],
+            );
+            assert_eq!(charts(&table).unwrap().len(), 1);
+        }
+    }
+
+    #[test]
     fn a_table_without_two_points_has_no_chart() {
         let table = Table::new("t", "T").abscissa("time", "time", vec![1.0]).value("x", "1", vec![Some(2.0)]);
         assert!(charts(&table).unwrap().is_empty());

@@ -22,6 +22,21 @@ fn names_are_refused_with_their_reason() {
     }
 }
 
+#[test]
+fn bodies_that_are_missing_or_not_unique_are_refused() {
+    let scene =
+        Scene::from_toml("[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100")
+            .unwrap();
+    let simulation = AnySimulation::new(&scene).unwrap();
+    let refused = |name: &str| {
+        let run = RunSpec { observe: vec![name.to_owned()], ..RunSpec::default() };
+        format!("{:#}", Measures::begin(&run, &simulation.view()).err().expect("an error"))
+    };
+    assert!(refused("velocities:none").contains("no body in the scene carries"));
+    assert!(refused("contact-density:gas").contains("several bodies"));
+    assert!(refused("drift:gas").contains("several bodies"));
+}
+
 /// Runs a scene with its measures from time 0 and returns the results.
 fn measured(text: &str) -> (Results, Result<HardDiscs, String>) {
     let scene = Scene::from_toml(text).unwrap();

@@ -38,3 +38,24 @@ pub fn is_log(name: &str) -> bool {
 pub fn check(name: &str) -> Result<()> {
     check_tag(name, Of::OneBody, name.split_once(':').map(|(_, tag)| tag)).context("run.observe")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom::Scene;
+    use carom_methods::AnySimulation;
+
+    #[test]
+    fn a_log_needs_the_tag_of_one_body() {
+        assert!(check("impulses:tee").is_ok());
+        for (bad, said) in [("impulses", "impulses:TAG"), ("impulses:", "letters")] {
+            let error = format!("{:#}", check(bad).unwrap_err());
+            assert!(error.contains(said), "{error}");
+        }
+        let gas = "[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100";
+        let simulation = AnySimulation::new(&Scene::from_toml(gas).unwrap()).unwrap();
+        let run = RunSpec { observe: vec!["impulses:gas".to_owned()], ..RunSpec::default() };
+        let error = format!("{:#}", log(&run, &simulation.view()).err().expect("an error"));
+        assert!(error.contains("several bodies"), "{error}");
+    }
+}
