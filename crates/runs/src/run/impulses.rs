@@ -55,7 +55,7 @@ mod tests {
         let gas = "[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100";
         let simulation = AnySimulation::new(&Scene::from_toml(gas).unwrap()).unwrap();
         let run = RunSpec { observe: vec!["impulses:gas".to_owned()], ..RunSpec::default() };
-        let error = format!("{:#}", log(&run, &simulation.view()).err().expect("an error"));
+        let error = format!("{:#}", log(&run, &simulation.view()).expect_err("an error"));
         assert!(error.contains("several bodies"), "{error}");
     }
 }
