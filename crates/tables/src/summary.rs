@@ -38,10 +38,15 @@ impl Figure {
         Self { standard_error: standard_error.into().filter(|error| error.is_finite()), ..self }
     }
 
-    /// Adds a prediction and its source.
+    /// Adds a prediction and its source; `None` adds nothing.
     #[must_use]
-    pub fn predicted(self, prediction: f64, source: &str) -> Self {
-        Self { prediction: Some(prediction), source: Some(source.to_owned()), ..self }
+    pub fn predicted(self, prediction: impl Into<Option<f64>>, source: &str) -> Self {
+        match prediction.into() {
+            Some(prediction) => {
+                Self { prediction: Some(prediction), source: Some(source.to_owned()), ..self }
+            }
+            None => self,
+        }
     }
 }
 

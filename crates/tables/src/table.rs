@@ -4,6 +4,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::BlockMean;
+
 /// A table of equally long columns.
 ///
 /// ```
@@ -129,6 +131,13 @@ impl Table {
     #[must_use]
     pub fn value(self, name: &str, unit: &str, values: Vec<Option<f64>>) -> Self {
         self.column(name, &name.replace('_', " "), unit, Role::Value, values)
+    }
+
+    /// Adds a quantity by its means, with their standard errors.
+    #[must_use]
+    pub fn means(self, name: &str, unit: &str, means: &[BlockMean]) -> Self {
+        let errors = means.iter().map(|mean| mean.standard_error).collect();
+        self.value(name, unit, means.iter().map(|mean| mean.value).collect()).errors(errors)
     }
 
     /// Adds the standard errors of the quantity before.

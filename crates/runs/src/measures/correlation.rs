@@ -3,11 +3,7 @@
 use carom::TimeCorrelation;
 use carom_tables::{BlockMean, Figure, Table};
 
-use super::{Context, Kind, Measured, Of, Results, hard_discs::ENSKOG, in_blocks, resumed};
-
-/// Longest lag in samples. It does not depend on the end of the run, so an extended run measures
-/// the same as a long one.
-pub(super) const LONGEST_LAG: f64 = 1e6;
+use super::{Context, Kind, Measured, Of, Results, hard_discs::ENSKOG, in_blocks, resumed, slope::Slope};
 
 /// The autocorrelation is compared with its exponential up to this many mean free times; later the
 /// tail that falls as 1/t (Alder and Wainwright, Phys. Rev. A 1 (1970) 18) dominates.
@@ -23,8 +19,7 @@ pub(super) const KIND: Kind = Kind {
     summary: "mean squared displacement and velocity autocorrelation against the lag",
     of: Of::Group,
     begin: |selection| {
-        let interval = selection.run.sample_interval;
-        let longest = (interval * LONGEST_LAG).min(f64::MAX);
+        let (interval, longest) = (selection.run.sample_interval, selection.longest_lag());
         Ok(in_blocks(TimeCorrelation::new(selection.group, interval, longest)?))
     },
     resume: resumed::<TimeCorrelation>,
@@ -44,12 +39,11 @@ impl Measured for TimeCorrelation {
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.points();
         let lags: Vec<f64> = points.iter().map(|point| point.lag).collect();
-        // A block shorter than the lag holds pairs whose first sample lies before it.
-        let column = |quantity: usize| -> (Vec<Option<f64>>, Vec<Option<f64>>) {
-            let of = means.iter().skip(quantity).step_by(2).zip(&lags);
-            of.map(|(mean, &lag)| (mean.value, mean.standard_error.filter(|_| lag < context.block))).unzip()
+        let quantity = |index: usize| -> Vec<BlockMean> {
+            let of_one: Vec<BlockMean> = means.iter().skip(index).step_by(2).copied().collect();
+            context.resolved(&of_one, &lags)
         };
-        let ((squares, square_errors), (products, product_errors)) = (column(0), column(1));
+        let (squares, products) = (quantity(0), quantity(1));
         let exponential: Vec<Option<f64>> = lags.iter().map(|&lag| exponential(lag, context)).collect();
         let table = Table::new(
             format!("correlation{}", context.suffix),
@@ -57,10 +51,8 @@ impl Measured for TimeCorrelation {
         )
         .abscissa("lag", "time", lags.clone())
         .counts("pairs", points.iter().map(|point| point.pairs).collect())
-        .value("mean_square_displacement", "length²", squares.clone())
-        .errors(square_errors)
-        .value("velocity_autocorrelation", "length²/time²", products)
-        .errors(product_errors)
+        .means("mean_square_displacement", "length²", &squares)
+        .means("velocity_autocorrelation", "length²/time²", &products)
         .prediction("2kT/m exp(−Γt)", exponential, ENSKOG)
         .logarithmic()
         .caption(context.theory(
@@ -82,18 +74,9 @@ fn exponential(lag: f64, context: &Context<'_>) -> Option<f64> {
 }
 
 /// The diffusion coefficient from the slope of the mean squared displacement.
-fn diffusion(lags: &[f64], squares: &[Option<f64>], context: &Context<'_>) -> Option<Figure> {
+fn diffusion(lags: &[f64], squares: &[BlockMean], context: &Context<'_>) -> Option<Figure> {
     let gas = context.hard_discs.as_ref().ok()?;
-    let rate = gas.collision_rate();
-    let at = |free_times: f64| {
-        let point = lags.iter().zip(squares).find(|(lag, _)| **lag * rate >= free_times)?;
-        Some((*point.0, (*point.1)?))
-    };
-    let ((begin, first), (end, last)) = (at(SLOPE_FROM)?, at(SLOPE_TO)?);
-    if end <= begin {
-        return None;
-    }
-    let slope = (last - first) / (end - begin);
-    let name = context.named(&format!("diffusion coefficient, from lags {begin:.3} to {end:.3}"));
-    Some(Figure::new(name, 0.25 * slope, "length²/time").predicted(gas.diffusion(), ENSKOG))
+    let slope = Slope::between([SLOPE_FROM, SLOPE_TO], lags, squares, gas)?;
+    let name = context.named(&format!("diffusion coefficient, from lags {}", slope.lags()));
+    Some(Figure::new(name, 0.25 * slope.value, "length²/time").predicted(gas.diffusion(), ENSKOG))
 }

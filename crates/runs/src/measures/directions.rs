@@ -26,17 +26,13 @@ impl Measured for DirectionHistogram {
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let (by_count, by_impulse) = means.split_at(means.len().min(SECTORS));
-        let values = |means: &[BlockMean]| means.iter().map(|mean| mean.value).collect();
-        let errors = |means: &[BlockMean]| means.iter().map(|mean| mean.standard_error).collect();
         let angle = |sector: usize| 360.0 * (sector as f64 + 0.5) / SECTORS as f64;
         let table =
             Table::new(format!("directions{}", context.suffix), "Directions of the impulses on the body")
                 .abscissa("direction", "°", (0..SECTORS).map(angle).collect())
                 .counts("contacts", self.counts().to_vec())
-                .value("share_of_contacts", "1", values(by_count))
-                .errors(errors(by_count))
-                .value("share_of_impulse", "1", values(by_impulse))
-                .errors(errors(by_impulse))
+                .means("share_of_contacts", "1", by_count)
+                .means("share_of_impulse", "1", by_impulse)
                 .caption("In the frame of the body, counter-clockwise from its x′ axis.");
         Results { tables: vec![table], figures: Vec::new() }
     }

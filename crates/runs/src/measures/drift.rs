@@ -1,7 +1,7 @@
 //! `drift:TAG`: mean force, torque and velocities of one body in its own frame.
 
 use carom::observers::Drift;
-use carom_tables::{BlockMean, Figure};
+use carom_tables::BlockMean;
 
 use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
 
@@ -34,8 +34,8 @@ impl Measured for Drift {
     /// At equilibrium all are 0 on average, if the system has no elasticity below 1.
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let figure = |((name, unit), mean): (&(&str, &str), &BlockMean)| {
-            let figure = Figure::new(context.named(name), mean.value?, unit).error(mean.standard_error);
-            Some(if context.is_elastic { figure.predicted(0.0, "equilibrium") } else { figure })
+            let prediction = context.is_elastic.then_some(0.0);
+            Some(context.figure(name, unit, mean)?.predicted(prediction, "equilibrium"))
         };
         Results { tables: Vec::new(), figures: MEANS.iter().zip(means).filter_map(figure).collect() }
     }

@@ -1,9 +1,11 @@
 //! `free-path`: lengths of the flights of a group between contacts.
 
 use carom::observers::FreePaths;
-use carom_tables::{BlockMean, Figure, Table};
+use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Selection, hard_discs::ENSKOG, in_blocks, resumed};
+use super::{
+    Context, HardDiscs, Kind, Measured, Of, Results, Selection, hard_discs::ENSKOG, in_blocks, resumed,
+};
 
 /// Longest path in the histogram, in mean free paths of a dilute gas of the group's density, and
 /// the number of bins.
@@ -39,16 +41,11 @@ impl Measured for FreePaths {
         let lengths = self.lengths();
         let table = Table::new(format!("free-path{}", context.suffix), "Distribution of free paths")
             .abscissa("length", "length", (0..densities.len()).map(|bin| lengths.centre(bin)).collect())
-            .value("density", "1/length", densities.iter().map(|mean| mean.value).collect())
-            .errors(densities.iter().map(|mean| mean.standard_error).collect())
+            .means("density", "1/length", densities)
             .caption("Flights from contact to contact, in the frame of the box.");
+        let prediction = context.hard_discs.as_ref().ok().map(HardDiscs::mean_free_path);
         let figure = |mean: &BlockMean| {
-            let name = context.named("mean free path");
-            let figure = Figure::new(name, mean.value?, "length").error(mean.standard_error);
-            Some(match context.hard_discs {
-                Ok(gas) => figure.predicted(gas.mean_free_path(), ENSKOG),
-                Err(_) => figure,
-            })
+            Some(context.figure("mean free path", "length", mean)?.predicted(prediction, ENSKOG))
         };
         Results { tables: vec![table], figures: mean.iter().filter_map(figure).collect() }
     }

@@ -1,7 +1,7 @@
 //! `hexatic-order`: the bond-orientational order ψ₆ of a group.
 
 use carom::{HexaticOrder, observers::HexaticPoint};
-use carom_tables::{BlockMean, Figure, Table};
+use carom_tables::{BlockMean, Table};
 
 use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
 
@@ -29,9 +29,7 @@ impl Measured for HexaticOrder {
             .caption(
                 "Mean of |ψ₆|, and |mean of ψ₆|, with the six nearest neighbours: 1 in a triangular lattice.",
             );
-        let figure = |(name, mean): (&str, &BlockMean)| {
-            Some(Figure::new(context.named(name), mean.value?, "1").error(mean.standard_error))
-        };
+        let figure = |(name, mean): (&str, &BlockMean)| context.figure(name, "1", mean);
         let names = ["mean |ψ₆| of the bodies", "mean |ψ₆|² of the bodies", "|mean ψ₆|"];
         let figures = names.into_iter().zip(means).filter_map(figure).collect();
         Results { tables: vec![table], figures }

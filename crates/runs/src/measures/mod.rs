@@ -17,6 +17,7 @@ mod pressure_tensor;
 mod projections;
 mod running_average;
 mod selection;
+mod slope;
 mod structure_factor;
 mod temperature;
 mod thermostat;
@@ -32,7 +33,7 @@ use serde::{
 
 pub use self::delayed::Delayed;
 pub use self::hard_discs::{ENSKOG, HardDiscs, LIU};
-pub use self::selection::{Selection, only_body};
+pub use self::selection::Selection;
 use crate::{
     checkpoint_file::{decode, encode},
     output::Folder,
@@ -115,6 +116,21 @@ impl Context<'_> {
     /// The name of a figure, with the tag.
     pub fn named(&self, name: &str) -> String {
         self.suffix.strip_prefix('-').map_or_else(|| name.to_owned(), |tag| format!("{name}, {tag}"))
+    }
+
+    /// A mean as a figure, with its error and the tag; `None` without a mean.
+    pub fn figure(&self, name: &str, unit: &str, mean: &BlockMean) -> Option<Figure> {
+        Some(Figure::new(self.named(name), mean.value?, unit).error(mean.standard_error))
+    }
+
+    /// Means at these lags (time), without the errors of lags as long as a block: such a block
+    /// holds pairs whose first sample lies before it.
+    pub fn resolved(&self, means: &[BlockMean], lags: &[f64]) -> Vec<BlockMean> {
+        let of = |(mean, &lag): (&BlockMean, &f64)| BlockMean {
+            standard_error: mean.standard_error.filter(|_| lag < self.block),
+            ..*mean
+        };
+        means.iter().zip(lags).map(of).collect()
     }
 
     /// A sentence on the prediction for the caption.

@@ -42,8 +42,7 @@ impl Measured for PairDistribution {
         let table = Table::new(format!("pair-distribution{}", context.suffix), "Pair distribution g(r)")
             .abscissa("distance", "length", points.iter().map(|point| point.distance).collect())
             .counts("pairs", points.iter().map(|point| point.pairs).collect())
-            .value("g", "1", means.iter().map(|mean| mean.value).collect())
-            .errors(means.iter().map(|mean| mean.standard_error).collect())
+            .means("g", "1", means)
             .caption("Of the centres of mass; 1 where positions are independent.");
         let distances: Vec<f64> = points.iter().map(|point| point.distance).collect();
         Results {

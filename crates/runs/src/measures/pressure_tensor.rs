@@ -1,7 +1,7 @@
 //! `pressure-tensor`: the flux of momentum along both axes.
 
 use carom::PressureTensor;
-use carom_tables::{BlockMean, Figure, Table};
+use carom_tables::{BlockMean, Table};
 
 use super::{Context, Kind, Measured, Of, Results, hard_discs::LIU, in_blocks, resumed};
 
@@ -39,12 +39,8 @@ impl Measured for PressureTensor {
         let predictions = [normal, Some(0.0), Some(0.0), normal];
         let names = ["p_xx", "p_xy", "p_yx", "p_yy"].into_iter().zip(predictions);
         let figure = |((name, prediction), mean): ((&str, Option<f64>), &BlockMean)| {
-            let figure = Figure::new(name, mean.value?, UNIT).error(mean.standard_error);
             let source = if name == "p_xx" || name == "p_yy" { LIU } else { "isotropy" };
-            Some(match prediction {
-                Some(value) => figure.predicted(value, source),
-                None => figure,
-            })
+            Some(context.figure(name, UNIT, mean)?.predicted(prediction, source))
         };
         Results { tables: vec![table], figures: names.zip(means).filter_map(figure).collect() }
     }

@@ -64,8 +64,6 @@ impl Measured for Projections {
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let bins = self.0[0].components();
         let (along_x, along_y) = means.split_at(means.len() / 2);
-        let values = |means: &[BlockMean]| means.iter().map(|mean| mean.value).collect();
-        let errors = |means: &[BlockMean]| means.iter().map(|mean| mean.standard_error).collect();
         let unit = "time/(mass·length)";
         let table =
             Table::new(format!("projections{}", context.suffix), "Components of the impulses on the body")
@@ -74,10 +72,8 @@ impl Measured for Projections {
                     "mass·length/time",
                     (0..along_x.len()).map(|bin| bins.centre(bin)).collect(),
                 )
-                .value("density_x", unit, values(along_x))
-                .errors(errors(along_x))
-                .value("density_y", unit, values(along_y))
-                .errors(errors(along_y))
+                .means("density_x", unit, along_x)
+                .means("density_y", unit, along_y)
                 .caption("Along the body's own axes x′ and y′.");
         Results { tables: vec![table], figures: Vec::new() }
     }

@@ -6,6 +6,10 @@ use carom::{
     engine::{BodyView, RunSpec},
 };
 
+/// Longest lag of correlations in samples. It does not depend on the end of the run, so an extended
+/// run measures the same as a long one.
+const LONGEST_LAG: f64 = 1e6;
+
 /// The run and the bodies of a measure.
 #[derive(Debug, Clone, Copy)]
 pub struct Selection<'a> {
@@ -43,7 +47,16 @@ impl<'a> Selection<'a> {
     /// # Errors
     /// There are several.
     pub fn only_body(&self) -> Result<BodyView<'a>> {
-        only_body(self.group, self.view).with_context(|| format!("run.observe: '{}'", self.name))
+        let mut members = self.view.bodies().filter(|body| self.group.contains(body.body));
+        let (first, another) = (members.next(), members.next());
+        let entry = format!("run.observe: '{}'", self.name);
+        ensure!(another.is_none(), "{entry}: several bodies carry that tag, but only one can be observed");
+        first.with_context(|| format!("{entry}: no body carries that tag"))
+    }
+
+    /// Longest lag of correlations (time).
+    pub fn longest_lag(&self) -> f64 {
+        (self.run.sample_interval * LONGEST_LAG).min(f64::MAX)
     }
 
     /// The moving bodies of the group.
@@ -59,15 +72,4 @@ impl<'a> Selection<'a> {
             .map(|body| body.body.molecule().bounding_radius())
             .fold(0.0, f64::max)
     }
-}
-
-/// The only body of a group.
-///
-/// # Errors
-/// There is none, or there are several.
-pub fn only_body<'a>(group: Group, view: &View<'a>) -> Result<BodyView<'a>> {
-    let mut members = view.bodies().filter(|body| group.contains(body.body));
-    let (body, another) = (members.next().context("no body carries that tag")?, members.next());
-    ensure!(another.is_none(), "several bodies carry that tag, but only one can be observed");
-    Ok(body)
 }

@@ -24,8 +24,7 @@ impl Measured for StructureFactor {
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let table = Table::new(format!("structure-factor{}", context.suffix), "Structure factor S(k)")
             .abscissa("wave_number", "1/length", self.wave_numbers())
-            .value("s", "1", means.iter().map(|mean| mean.value).collect())
-            .errors(means.iter().map(|mean| mean.standard_error).collect())
+            .means("s", "1", means)
             .caption(
                 "Of the centres of mass, averaged over the directions of k; 1 for independent positions.",
             );

@@ -1,7 +1,7 @@
 //! `temperature`: translational and rotational temperature of a group.
 
 use carom::TemperatureByTag;
-use carom_tables::{BlockMean, Figure, Table};
+use carom_tables::{BlockMean, Table};
 
 use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
 
@@ -30,10 +30,8 @@ impl Measured for TemperatureByTag {
             .value("translation", UNIT, points.iter().map(|point| point.translation).collect())
             .value("rotation", UNIT, points.iter().map(|point| point.rotation).collect())
             .caption("kT relative to the centre of mass; both have one mean at equilibrium (equipartition).");
-        let figure = |(name, mean): (&str, &BlockMean)| {
-            let name = context.named(&format!("kT of the {name}"));
-            Some(Figure::new(name, mean.value?, UNIT).error(mean.standard_error))
-        };
+        let figure =
+            |(name, mean): (&str, &BlockMean)| context.figure(&format!("kT of the {name}"), UNIT, mean);
         let figures = ["translation", "rotation"].into_iter().zip(means).filter_map(figure).collect();
         Results { tables: vec![table], figures }
     }

@@ -113,10 +113,8 @@ impl Velocities {
         let name = format!("velocity-components{}", context.suffix);
         let table = Table::new(name, "Distribution of velocity components")
             .abscissa("velocity", "length/time", centres(histogram))
-            .value("density_x", "time/length", values(x))
-            .errors(errors(x))
-            .value("density_y", "time/length", values(y))
-            .errors(errors(y));
+            .means("density_x", "time/length", x)
+            .means("density_y", "time/length", y);
         if let Some(reason) = reason {
             return table.caption(format!("No prediction: {reason}."));
         }
@@ -136,8 +134,7 @@ impl Velocities {
         let maxwell = |v: f64| v / variance * (-v * v / (2.0 * variance)).exp();
         let table = Table::new(format!("speeds{}", context.suffix), "Distribution of speeds")
             .abscissa("speed", "length/time", centres(histogram))
-            .value("density", "time/length", values(means))
-            .errors(errors(means));
+            .means("density", "time/length", means);
         if let Some(reason) = reason {
             return table.caption(format!("No prediction: {reason}."));
         }
@@ -154,17 +151,12 @@ impl Velocities {
 
     /// The mean kurtosis. Its prediction is that of fixed energy and momentum, 2 (N − 1)/N.
     fn kurtosis_figure(&self, kurtosis: &BlockMean, context: &Context<'_>) -> Option<Figure> {
-        let name = context.named("kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩²");
-        let figure = Figure::new(name, kurtosis.value?, "1").error(kurtosis.standard_error);
+        let figure = context.figure("kurtosis of the velocities ⟨v⁴⟩/⟨v²⟩²", "1", kurtosis)?;
         let bodies = self.distribution.series().last()?.bodies;
         let is_all = context.hard_discs.as_ref().is_ok_and(|gas| gas.count == bodies);
         let count = bodies as f64;
-        let prediction = 2.0 * (count - 1.0) / count;
-        Some(if is_all {
-            figure.predicted(prediction, "Maxwell, at fixed energy and momentum")
-        } else {
-            figure
-        })
+        let prediction = is_all.then(|| 2.0 * (count - 1.0) / count);
+        Some(figure.predicted(prediction, "Maxwell, at fixed energy and momentum"))
     }
 }
 
@@ -197,12 +189,4 @@ fn series(velocities: &VelocityDistribution, reason: Option<&str>, context: &Con
 
 fn centres(histogram: &Histogram) -> Vec<f64> {
     (0..histogram.counts().len()).map(|bin| histogram.centre(bin)).collect()
-}
-
-fn values(means: &[BlockMean]) -> Vec<Option<f64>> {
-    means.iter().map(|mean| mean.value).collect()
-}
-
-fn errors(means: &[BlockMean]) -> Vec<Option<f64>> {
-    means.iter().map(|mean| mean.standard_error).collect()
 }

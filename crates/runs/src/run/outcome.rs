@@ -231,18 +231,18 @@ impl Outcome {
         }
         if let Some((mean, error)) = in_blocks(self.rate.series().iter().map(|p| (p.time, p.rate))) {
             let figure = Figure::new("collisions per body that moves", mean, "1/time").error(error);
-            figures.push(predicted(figure, self.hard_discs.map(|gas| gas.collision_rate()), ENSKOG));
+            figures.push(figure.predicted(self.hard_discs.map(|gas| gas.collision_rate()), ENSKOG));
         }
         let pressures = self.pressure.as_ref().map_or(&[][..], Pressure::series).iter();
         if let Some((mean, error)) = in_blocks(pressures.clone().map(|p| (p.time, p.pressure()))) {
             let figure = Figure::new("pressure", mean, "mass/time²").error(error);
-            figures.push(predicted(figure, self.hard_discs.map(|gas| gas.pressure()), LIU));
+            figures.push(figure.predicted(self.hard_discs.map(|gas| gas.pressure()), LIU));
         }
         let factors = pressures.map(|p| Some((p.time, p.compressibility_factor()?)));
         let factors: Option<Vec<(f64, f64)>> = factors.collect();
         if let Some((mean, error)) = factors.and_then(|factors| in_blocks(factors.into_iter())) {
             let figure = Figure::new("compressibility factor βpA/N", mean, "1").error(error);
-            figures.push(predicted(figure, self.hard_discs.map(|gas| gas.compressibility_factor()), LIU));
+            figures.push(figure.predicted(self.hard_discs.map(|gas| gas.compressibility_factor()), LIU));
         }
         figures.extend(self.results.figures.iter().cloned());
         if let Some((guarded, share)) = self.guarded {
@@ -420,12 +420,5 @@ fn constant(table: Table, rows: usize, prediction: Option<f64>, label: &str, sou
     match prediction {
         Some(value) => table.prediction(label, vec![Some(value); rows], source),
         None => table,
-    }
-}
-
-fn predicted(figure: Figure, prediction: Option<f64>, source: &str) -> Figure {
-    match prediction {
-        Some(value) => figure.predicted(value, source),
-        None => figure,
     }
 }
