@@ -12,7 +12,9 @@ use carom_methods::{AnySimulation, Method};
 use carom_tables::{Summary, Verdict};
 use clap::Args;
 use outcome::simulate;
-pub use scene_file::SceneFile;
+#[cfg(test)]
+pub(crate) use scene_file::check;
+pub use scene_file::{EXTENDED_XYZ, SceneFile};
 
 use crate::{
     interruption::Signals,
