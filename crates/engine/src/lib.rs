@@ -82,6 +82,7 @@ mod simultaneous_contacts;
 mod single_bodies;
 mod sites;
 mod species;
+mod spelling;
 mod tags;
 mod unresolved;
 mod velocities;
@@ -117,6 +118,7 @@ pub use scene::{
 };
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;
+pub use spelling::did_you_mean;
 pub use tags::{Tag, TagNames, Tags};
 pub use view::{BodyView, View};
 pub use world::World;
