@@ -7,7 +7,7 @@ use carom_response::{Impact, Response};
 
 use crate::{
     CellScheduler, ElasticityTable, Growth, GrowthProgress, Placement, Scene, SceneError, Scheduler,
-    Simulation, World, contents::Contents, placement,
+    Simulation, World, contents::Contents, placement, start_from,
 };
 
 impl Simulation {
@@ -111,6 +111,9 @@ fn fill(
     scene: &Scene,
     progress: &mut dyn FnMut(&GrowthProgress) -> ControlFlow<()>,
 ) -> Result<(World, Contents), SceneError> {
+    if scene.start.from.is_some() || scene.start.snapshot.is_some() {
+        return start_from::fill(scene);
+    }
     let mut contents = Contents::new(scene)?;
     let mut growth = if scene.start.placement == Some(Placement::Grown) {
         Growth::begin(scene, contents)?

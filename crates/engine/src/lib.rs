@@ -83,7 +83,9 @@ mod simulation;
 mod simultaneous_contacts;
 mod single_bodies;
 mod sites;
+mod snapshot;
 mod species;
+mod start_from;
 mod tags;
 mod unresolved;
 mod velocities;
@@ -120,6 +122,7 @@ pub use scene::{
 };
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;
+pub use snapshot::frame_of;
 pub use tags::{Tag, TagNames, Tags};
 pub use view::{BodyView, View};
 pub use world::World;

@@ -3,6 +3,8 @@
 //! Each struct here is a table of the scene file; unknown keys are errors. Lengths, masses and
 //! times are in the user's units.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -210,6 +212,29 @@ pub struct StartSpec {
     /// a molecule.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relax: Option<f64>,
+    /// A file of extended XYZ with the places of all atoms of the scene, relative to the folder of
+    /// the scene file: bodies start there, with the orientations and velocities of the file if it
+    /// has them. Excludes `placement` and `relax`.
+    ///
+    /// `carom run` writes such files as snapshots, and other programs do. The atoms are those of
+    /// the single molecules, the bumpers and the gases, in order; fixed bodies may be left out. A
+    /// box, a radius or a place of a fixed body other than in the scene is refused, as are overlaps
+    /// and molecules with displaced atoms. Atoms may lie outside the box by up to one side.
+    /// Orientations and velocities that the file lacks are drawn as for a gas on a lattice; a
+    /// `[[molecule]]` then keeps its own. The run starts at time 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// The frame of that file, from 0. Default: the last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<usize>,
+    /// CRC-32 (IEEE 802.3) of the text of that frame: another text is refused. `carom run` enters
+    /// it, so that a run is resumed with the same start.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub checksum: Option<u32>,
+    /// The text of that frame. Programs set it, as [`frame_of`](crate::frame_of) returns it: the
+    /// engine reads no files.
+    #[serde(skip)]
+    pub snapshot: Option<Arc<str>>,
 }
 
 /// A method to place gases.

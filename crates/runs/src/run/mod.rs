@@ -12,7 +12,7 @@ use carom_methods::{AnySimulation, Method};
 use carom_tables::{Summary, Verdict};
 use clap::Args;
 use outcome::simulate;
-pub use scene_file::SceneFile;
+pub use scene_file::{START, SceneFile};
 
 use crate::{
     interruption::Signals,
@@ -65,6 +65,9 @@ pub fn run(options: &Options) -> Result<Verdict> {
     };
     let found = task.find()?;
     let manifest = Manifest::begin(&folder, &command, &[&scene])?;
+    if let Some(frame) = &scene.start.snapshot {
+        folder.write_lasting(START, frame.as_bytes())?;
+    }
     folder.write("config.toml", scene.to_toml())?;
     let outcome = simulate(&task, found, &scene, || started.map_or_else(start, Ok))?;
     let summary = outcome.summary(format!("Scene {}", options.file.path.display()), &task.method);
