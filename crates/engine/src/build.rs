@@ -73,6 +73,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let mut singles = contents.singles;
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut singles.names)?;
         elasticity.classify(&mut world)?;
+        world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();
         let scheduler = S::new(&options, &world)
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;

@@ -87,6 +87,7 @@ mod snapshot;
 mod species;
 mod start_from;
 mod tags;
+mod thermal_wall;
 mod unresolved;
 mod velocities;
 mod view;

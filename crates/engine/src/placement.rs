@@ -35,6 +35,9 @@ pub enum RandomStream {
     Growth = 2,
     /// Sizes and masses of the molecules (see [`Distribution`](crate::Distribution)).
     Sizes = 3,
+    /// Velocities with which bodies leave walls that have a temperature (see
+    /// [`WallSpec::temperature`](crate::WallSpec::temperature)).
+    Walls = 4,
 }
 
 impl RandomStream {

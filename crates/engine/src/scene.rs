@@ -168,6 +168,16 @@ pub struct WallSpec {
     /// Half the thickness (length): the wall includes all points within this distance of it; 0 for
     /// a wall without thickness.
     pub radius: f64,
+    /// Temperature kT (mass × length² / time²), from 1e-60 to 1e60: bodies leave the wall, on both
+    /// sides, with random velocities of this temperature, whatever their velocities were. Their
+    /// distribution is Maxwell's weighted by the speed at which the point of contact leaves, for
+    /// molecules including their rotation ([`thermal_motion`](carom_response::thermal_motion)).
+    /// Elasticities have no effect on such contacts. [`Ledger::heat`](crate::Ledger::heat) is the
+    /// energy received. Without a temperature the wall is smooth and reflects.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[doc(alias = "thermostat")]
+    #[doc(alias = "diffuse reflection")]
+    pub temperature: Option<f64>,
 }
 
 /// How the gases of a scene are placed, all together.

@@ -177,7 +177,7 @@ pub(super) fn kind_at(kind: &Species, index: usize, scale: f64) -> Result<BodyKi
         Rotation::Free => Inertia::free(1.0, gyration_squared(whole) * scale * scale),
         Rotation::Locked => Inertia::locked(1.0),
     };
-    Ok(BodyKind { molecule, inertia, tags: Tags::default(), elasticity_class: 0 })
+    Ok(BodyKind { molecule, inertia, tags: Tags::default(), elasticity_class: 0, temperature: None })
 }
 
 /// Square of the radius of gyration of a molecule at scale 1 (length²).

@@ -114,5 +114,6 @@ pub(super) fn real_kind(kind: &Species, index: usize) -> BodyKind {
         inertia: kind.inertia(index),
         tags: Tags::default(),
         elasticity_class: 0,
+        temperature: None,
     }
 }
