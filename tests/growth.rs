@@ -18,7 +18,7 @@ use support::{bits, bumper, gas, named, simulate};
 
 /// Gases that are grown, and relaxed for so many collisions a molecule.
 fn grown(gas: Vec<GasSpec>, relax: f64) -> Scene {
-    let start = StartSpec { placement: Some(Placement::Grown), relax: Some(relax) };
+    let start = StartSpec { placement: Some(Placement::Grown), relax: Some(relax), ..StartSpec::default() };
     let mut scene = Scene { gas, start, ..Scene::default() };
     scene.bounds.seed = 3;
     scene
@@ -331,7 +331,10 @@ fn invalid_starts_are_refused_by_name() {
     assert!(Scene::from_toml("[start]\nplacement = \"random\"").is_err());
     let text = "[start]\nplacement = \"grown\"\nrelax = 10\n";
     let read = Scene::from_toml(text).unwrap();
-    assert_eq!(read.start, StartSpec { placement: Some(Placement::Grown), relax: Some(10.0) });
+    assert_eq!(
+        read.start,
+        StartSpec { placement: Some(Placement::Grown), relax: Some(10.0), ..StartSpec::default() }
+    );
     assert_eq!(Scene::from_toml(&read.to_toml()).unwrap(), read);
     assert!(!Scene::default().to_toml().contains("start"));
 }

@@ -7,6 +7,8 @@
 //! allow. Larger kinds are placed before smaller ones. Orientations and velocities are random
 //! (`velocities.rs`); collisions complete the mixing.
 
+use std::sync::Arc;
+
 use carom_geometry::{Molecule, PeriodicBox};
 use carom_kinematics::{Motion, Orientation};
 use glam::DVec2;
@@ -31,6 +33,11 @@ pub enum RandomStream {
     Velocities = 1,
     /// Order and directions while molecules grow (see [`Growth`](crate::Growth)).
     Growth = 2,
+    /// Sizes and masses of the molecules (see [`Distribution`](crate::Distribution)).
+    Sizes = 3,
+    /// Velocities with which bodies leave walls that have a temperature (see
+    /// [`WallSpec::temperature`](crate::WallSpec::temperature)).
+    Walls = 4,
 }
 
 impl RandomStream {
@@ -87,6 +94,31 @@ pub(crate) fn place(
     species: &[Species],
     random: &mut Pcg64,
 ) -> Result<Vec<Vec<DVec2>>, SceneError> {
+    let kinds: Vec<Kind<'_>> = species.iter().flat_map(Kind::all_of).collect();
+    let mut by_kind = place_kinds(world, &kinds, random)?.into_iter();
+    let places_of = |gas: &Species| by_kind.by_ref().take(gas.groups().count()).flatten().collect();
+    Ok(species.iter().map(places_of).collect())
+}
+
+/// Equal molecules of a gas: all of them, or one of drawn size.
+struct Kind<'a> {
+    gas: &'a Species,
+    molecule: &'a Arc<Molecule>,
+    count: usize,
+}
+
+impl<'a> Kind<'a> {
+    fn all_of(gas: &'a Species) -> impl Iterator<Item = Self> {
+        gas.groups().map(move |(index, count)| Self { gas, molecule: gas.molecule(index), count })
+    }
+}
+
+/// Positions for the molecules of each kind.
+fn place_kinds(
+    world: &World,
+    species: &[Kind<'_>],
+    random: &mut Pcg64,
+) -> Result<Vec<Vec<DVec2>>, SceneError> {
     let mut places: Vec<Vec<DVec2>> =
         species.iter().map(|kind| Vec::with_capacity(kind.count.min(1 << 24))).collect();
     let mut by_size: Vec<usize> = (0..species.len()).collect();
@@ -137,7 +169,7 @@ pub(crate) fn place(
 fn place_class(
     world: &World,
     sites: &Sites,
-    species: &[Species],
+    species: &[Kind<'_>],
     class: &[usize],
     places: &mut [Vec<DVec2>],
     random: &mut Pcg64,
@@ -147,13 +179,23 @@ fn place_class(
         return Ok(());
     }
     let radius = species[class[0]].molecule.bounding_radius() * (1.0 + ROOM);
-    let full = |placed: usize| SceneError::Full { entry: species[class[0]].entry.clone(), placed, wanted };
+    let gas = species[class[0]].gas;
+    let full = |placed: usize| {
+        // Molecules of drawn sizes are counted with those of their gas that are already placed.
+        let before = |k: usize| if std::ptr::eq(species[k].gas, gas) { places[k].len() } else { 0 };
+        let (placed, wanted) = if gas.is_equal() {
+            (placed, wanted)
+        } else {
+            (placed + (0..species.len()).map(before).sum::<usize>(), wanted.max(gas.count))
+        };
+        SceneError::Full { entry: gas.entry.clone(), placed, wanted }
+    };
     // More molecules than fit in any case are refused before a lattice is built.
     let densest = world.bounds().area() / (3f64.sqrt() * 2.0 * radius * radius);
     if wanted as f64 > 1.1 * densest + 2.0 {
         return Err(full(densest as usize));
     }
-    let probe = Molecule::disc(radius, 1.0).map_err(geometry(&species[class[0]].entry))?;
+    let probe = Molecule::disc(radius, 1.0).map_err(geometry(&species[class[0]].gas.entry))?;
     let free_at =
         |place: DVec2| sites.nearest(world, &probe, &Motion::at_rest(place)).is_none_or(|(_, gap)| gap > 0.0);
     let mut most = 0;
