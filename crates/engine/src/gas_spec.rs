@@ -13,8 +13,8 @@ pub(crate) const TWO_RADII: &str = "give either `radius` or `atom_radius`, not b
 /// The problem of a gas with two masses.
 pub(crate) const TWO_MASSES: &str = "give either `mass` or `atom_mass`, not both";
 
-/// Many molecules of one shape, equal or of drawn sizes and masses, placed without overlap ([`StartSpec`](crate::StartSpec)), with
-/// random velocities.
+/// Many molecules of one shape, equal or of drawn sizes and masses, placed without overlap
+/// ([`StartSpec`](crate::StartSpec)), with random velocities.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -77,8 +77,8 @@ pub struct GasSpec {
     pub density: Option<f64>,
     /// Mean kinetic energy of a molecule at the start (mass × length² / time²), from 0 to 1e60.
     /// With equal energies, that of each molecule, shared over its degrees of freedom by
-    /// equipartition (see [`StartVelocities::EqualEnergy`] for molecules of different masses). A file gives either this or `temperature`; with `temperature`, this must be
-    /// 0.
+    /// equipartition (see [`StartVelocities::EqualEnergy`] for molecules of different masses). A
+    /// file gives either this or `temperature`; with `temperature`, this must be 0.
     pub energy: f64,
     /// Temperature kT at the start (mass × length² / time²), from 0 to 1e60. Excludes `energy`.
     ///
@@ -195,9 +195,10 @@ pub enum StartVelocities {
     #[default]
     EqualEnergy,
     /// Each component of velocity and each angular velocity is drawn from a normal distribution,
-    /// with variances kT/m and kT/I, where masses may differ. Then all are multiplied by one factor, so that the total
-    /// energy is the same as with equal energies: the distribution is that of a gas at equilibrium
-    /// with this energy, and, if it starts without momentum, with momentum 0.
+    /// with variances kT/m and kT/I, where masses may differ. Then all are multiplied by one
+    /// factor, so that the total energy is the same as with equal energies: the distribution is
+    /// that of a gas at equilibrium with this energy, and, if it starts without momentum, with
+    /// momentum 0.
     #[doc(alias = "Boltzmann")]
     #[doc(alias = "Gaussian")]
     Maxwell,
