@@ -346,7 +346,7 @@ fn growth_and_relaxation_of_gases_that_seldom_collide_end() {
     let gas = GasSpec { radius: Some(0.02), mass: Some(1.0), count: Some(20), ..GasSpec::default() };
     let mut scene = Scene { gas: vec![GasSpec { energy: 1.0, ..gas }], ..Scene::default() };
     scene.bounds.sides = [1.0, 1e6];
-    scene.start = StartSpec { placement: Some(Placement::Grown), relax: Some(5.0) };
+    scene.start = StartSpec { placement: Some(Placement::Grown), relax: Some(5.0), ..StartSpec::default() };
     let simulation = Simulation::new(&scene).unwrap();
     assert_eq!(simulation.view().overlaps().pairs, 0);
     assert!((simulation.view().energy() - 20.0).abs() < 1e-12);

@@ -84,9 +84,9 @@ fn a_list_of_atoms_has_a_scale() {
         let molecule = body.body.molecule();
         assert!((molecule.mass() - 4.0).abs() < 1e-12);
         if molecule.bounding_radius() > 0.9 * largest {
-            large += 1
+            large += 1;
         } else {
-            small += 1
+            small += 1;
         }
         assert!(molecule.bounding_radius() > 0.499 * largest);
     }

@@ -1,6 +1,6 @@
 //! Walls with a temperature: equal ones bring a gas to that temperature, in translation and in
-//! rotation; between unequal ones flows the heat of a collisionless gas; the ledger closes; and runs
-//! are the same for both schedulers, in pieces and after a resume.
+//! rotation; between unequal ones flows the heat of a collisionless gas; the ledger closes; and
+//! runs are the same for both schedulers, in pieces and after a resume.
 
 #[path = "support/engine.rs"]
 mod support;
@@ -38,7 +38,6 @@ fn mean(blocks: &[f64]) -> (f64, f64) {
 
 fn assert_near(blocks: &[f64], expected: f64, what: &str) {
     let (mean, error) = mean(blocks);
-    println!("{what}: {mean} ± {error}, expected {expected}");
     assert!(error < 0.01 * expected.abs(), "{what}: {mean} ± {error} is too uncertain");
     assert!((mean - expected).abs() < TOLERANCE * error, "{what}: {mean} ± {error}, expected {expected}");
 }
@@ -166,9 +165,9 @@ impl Observer for Heat {
 #[test]
 fn heat_flows_between_walls_as_in_a_collisionless_gas() {
     // Free molecular flow in two dimensions, exact for points that never meet. A body leaves a wall
-    // of temperature T with the flux-weighted energy ⟨½ m v²⟩ = kT (normal: ∫ ½ m v³ e / ∫ v e = kT)
-    // + ½ kT (along the wall) = 3/2 kT, and carries it to the other wall. With ⟨1/v_x⟩ = √(π m/2kT)
-    // over the flux, a round trip over the width W of the channel takes W √(π m/2) (1/√kT₁ +
+    // of temperature T with the flux-weighted energy ⟨½ m v²⟩ = kT (normal: ∫ ½ m v³ e / ∫ v e =
+    // kT) + ½ kT (along the wall) = 3/2 kT, and carries it to the other wall. With ⟨1/v_x⟩ = √(π
+    // m/2kT) over the flux, a round trip over the width W of the channel takes W √(π m/2) (1/√kT₁ +
     // 1/√kT₂) on average, so that the heat per time and body is
     //     q = 3/2 (kT₁ − kT₂) / (W √(π m/2) (1/√kT₁ + 1/√kT₂)).
     // One disc between the walls on each side: the two never touch.

@@ -14,7 +14,7 @@ use serde::{
     ser::SerializeMap,
 };
 
-use crate::velocities::normal_pair;
+use crate::random::normal_pair;
 
 /// Numbers farther than this many standard deviations from the mean of a normal distribution are
 /// drawn again: one such number among 10⁴ molecules would set the size of all cells. The standard

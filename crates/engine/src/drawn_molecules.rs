@@ -13,7 +13,7 @@ use crate::{
 /// The molecule that a gas describes, or the rule by which each of its molecules is drawn.
 pub(crate) enum Described {
     Equal(Box<Molecule>),
-    Drawn(Drawing),
+    Drawn(Box<Drawing>),
 }
 
 /// The rule by which molecules of different sizes and masses are drawn.
@@ -37,76 +37,85 @@ impl Described {
         let spec = &scene.gas[index];
         let problem =
             |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
-        let is_named = spec.atoms.is_empty() || spec.shape.is_some();
-        let shape = if is_named { Some(spec.shape.as_deref().unwrap_or("disc")) } else { None };
         let radius = one(spec.radius, spec.atom_radius, spec.radius_distribution.as_ref())
             .ok_or_else(|| problem(TWO_RADII))?;
         let mass = one(spec.mass, spec.atom_mass, spec.mass_distribution.as_ref())
             .ok_or_else(|| problem(TWO_MASSES))?;
-        if spec.density.is_some() && mass.is_some() {
-            return Err(problem("give either `density` or a mass, not both"));
-        }
-        if let Some(density) = spec.density
-            && !(1e-60..=1e60).contains(&density)
-        {
-            return Err(problem(&format!(
-                "`density` must be from 1e-60 to 1e60 (mass / length²), but is {density}"
-            )));
-        }
-        for (key, distribution) in
-            [("radius", &spec.radius_distribution), ("mass", &spec.mass_distribution), ("scale", &spec.scale)]
-        {
-            if let Some(Err(reason)) = distribution.as_ref().map(Distribution::check) {
-                return Err(problem(&format!("`{key}`: {reason}")));
-            }
-        }
+        check(spec, mass.is_some()).map_err(|reason| problem(&reason))?;
         let is_drawn = spec.radius_distribution.is_some() || spec.mass_distribution.is_some();
         if !is_drawn && spec.scale.is_none() && spec.density.is_none() {
-            let molecule = molecule(
-                entry,
-                shape,
-                &spec.atoms,
-                spec.radius.or(spec.atom_radius),
-                spec.mass.or(spec.atom_mass),
-            )?;
+            let (radius, mass) = (spec.radius.or(spec.atom_radius), spec.mass.or(spec.atom_mass));
+            let molecule = molecule(entry, shape(spec), &spec.atoms, radius, mass)?;
             return Ok(Self::Equal(Box::new(molecule)));
         }
-        if !is_named && (radius.is_some() || mass.is_some()) {
-            return Err(problem(
-                "`radius` and `mass` go with a named `shape`; a list of atoms has a `scale` and a `density`",
-            ));
-        }
-        let atoms = match shape {
-            Some(_) if !spec.atoms.is_empty() => return Err(problem("give `shape` or `atoms`, not both")),
-            Some(_) if radius.is_none() => return Err(problem("a named shape needs `atom_radius`")),
-            Some(_) if mass.is_none() && spec.density.is_none() => {
-                return Err(problem("a named shape needs `atom_mass` or `density`"));
-            }
-            Some(name) => name.parse().and_then(|shape: Shape| shape.atoms(1.0, 1.0)),
-            None => spec
-                .atoms
-                .iter()
-                .map(|atom: &AtomSpec| Atom::new(DVec2::from(atom.at), atom.radius, atom.mass))
-                .collect(),
-        };
+        let atoms = atoms(spec, radius.is_some(), mass.is_some()).map_err(|reason| problem(&reason))?;
         let mut random = RandomStream::Sizes.generator(scene.bounds.seed, scene.bounds.replica);
         // A gas needs fewer than 2^64 numbers: its sizes do not depend on the gases before it.
         random.advance((index as u128) << 64);
-        let drawing = Drawing {
-            entry: entry.to_owned(),
-            atoms: atoms.map_err(geometry(entry))?,
-            radius,
-            mass,
-            scale: spec.scale.clone(),
-            density: spec.density,
-            random,
-        };
+        let (entry, scale, density) = (entry.to_owned(), spec.scale.clone(), spec.density);
+        let atoms = atoms.map_err(geometry(&entry))?;
+        let mut drawing = Drawing { entry, atoms, radius, mass, scale, density, random };
         if has_one_size(spec) {
-            let mut drawing = drawing;
-            return Ok(Self::Equal(Box::new(drawing.next()?)));
+            Ok(Self::Equal(Box::new(drawing.next()?)))
+        } else {
+            Ok(Self::Drawn(Box::new(drawing)))
         }
-        Ok(Self::Drawn(drawing))
     }
+}
+
+/// The name of the shape of a gas; `None` for a list of atoms.
+fn shape(spec: &GasSpec) -> Option<&str> {
+    let is_named = spec.atoms.is_empty() || spec.shape.is_some();
+    is_named.then(|| spec.shape.as_deref().unwrap_or("disc"))
+}
+
+/// Validates the distributions and the density of a gas.
+fn check(spec: &GasSpec, has_mass: bool) -> Result<(), String> {
+    if let Some(density) = spec.density {
+        if has_mass {
+            return Err("give either `density` or a mass, not both".to_owned());
+        }
+        if !(1e-60..=1e60).contains(&density) {
+            return Err(format!("`density` must be from 1e-60 to 1e60 (mass / length²), but is {density}"));
+        }
+    }
+    let GasSpec { radius_distribution, mass_distribution, scale, .. } = spec;
+    for (key, distribution) in
+        [("radius", radius_distribution), ("mass", mass_distribution), ("scale", scale)]
+    {
+        if let Some(Err(reason)) = distribution.as_ref().map(Distribution::check) {
+            return Err(format!("`{key}`: {reason}"));
+        }
+    }
+    Ok(())
+}
+
+/// The atoms of a gas whose molecules are drawn: for a named shape, of radius 1 and mass 1.
+fn atoms(
+    spec: &GasSpec,
+    has_radius: bool,
+    has_mass: bool,
+) -> Result<Result<Vec<Atom>, GeometryError>, String> {
+    let Some(name) = shape(spec) else {
+        if has_radius || has_mass {
+            return Err(
+                "`radius` and `mass` go with a named `shape`; a list of atoms has a `scale` and a `density`"
+                    .to_owned(),
+            );
+        }
+        let atom = |atom: &AtomSpec| Atom::new(DVec2::from(atom.at), atom.radius, atom.mass);
+        return Ok(spec.atoms.iter().map(atom).collect());
+    };
+    if !spec.atoms.is_empty() {
+        return Err("give `shape` or `atoms`, not both".to_owned());
+    }
+    if !has_radius {
+        return Err("a named shape needs `atom_radius`".to_owned());
+    }
+    if !has_mass && spec.density.is_none() {
+        return Err("a named shape needs `atom_mass` or `density`".to_owned());
+    }
+    Ok(name.parse().and_then(|shape: Shape| shape.atoms(1.0, 1.0)))
 }
 
 /// Whether all molecules are equal: `density` alone makes no difference between them.

@@ -71,6 +71,7 @@ mod method_spec;
 mod observer;
 mod overlap;
 mod placement;
+mod random;
 mod report;
 mod resolution;
 mod rounding_bound;
@@ -115,7 +116,7 @@ pub use least_speed::LEAST_SPEED;
 pub use method_spec::{DetectorName, InstructionsName, MethodSpec, SchedulerName};
 pub use observer::Observer;
 pub use overlap::OverlapCensus;
-pub use placement::RandomStream;
+pub use random::RandomStream;
 pub use report::{CollisionReport, Side};
 pub use rounding_bound::rounding_bound;
 pub use scene::{

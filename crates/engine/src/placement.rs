@@ -16,37 +16,9 @@ use rand::{RngExt, seq::SliceRandom};
 use rand_pcg::Pcg64;
 
 use crate::{
-    Scene, SceneError, TagNames, World,
-    body_builder::geometry,
-    selection::Remaining,
-    sites::Sites,
-    species::Species,
-    velocities::{ConservedMomentum, direction},
+    RandomStream, Scene, SceneError, TagNames, World, body_builder::geometry, random::direction,
+    selection::Remaining, sites::Sites, species::Species, velocities::ConservedMomentum,
 };
-
-/// A stream of random numbers; each purpose has its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RandomStream {
-    /// Positions and orientations of the molecules.
-    Placement = 0,
-    /// Velocities at the start.
-    Velocities = 1,
-    /// Order and directions while molecules grow (see [`Growth`](crate::Growth)).
-    Growth = 2,
-    /// Sizes and masses of the molecules (see [`Distribution`](crate::Distribution)).
-    Sizes = 3,
-    /// Velocities with which bodies leave walls that have a temperature (see
-    /// [`WallSpec::temperature`](crate::WallSpec::temperature)).
-    Walls = 4,
-}
-
-impl RandomStream {
-    /// Returns the random generator of this stream: PCG-64 with the state `seed` and the stream
-    /// number 16 × `replica` + this stream's number.
-    pub fn generator(self, seed: u64, replica: u64) -> Pcg64 {
-        Pcg64::new(u128::from(seed), 16 * u128::from(replica) + self as u128)
-    }
-}
 
 /// Smallest gap, relative to the size of the molecules, at which they are placed: none starts in
 /// contact.

@@ -88,7 +88,7 @@ impl Species {
                 (Molecules::Equal(Arc::from(molecule)), count)
             }
             Described::Drawn(drawing) => {
-                let drawn = drawn(&entry, spec, bounds, drawing)?;
+                let drawn = drawn(&entry, spec, bounds, *drawing)?;
                 let count = drawn.len();
                 (Molecules::Drawn(drawn), count)
             }

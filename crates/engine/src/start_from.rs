@@ -2,10 +2,10 @@
 //! has them.
 //!
 //! The atoms of the file belong to the bodies of the scene in order: single molecules, bumpers,
-//! then the gases; walls have no atoms. Fixed bodies may be left out, and must have the place of the
-//! scene otherwise. A molecule of several atoms has its orientation from `angle`, or else from the
-//! places of its atoms by least squares; its velocity and angular velocity follow from those of its
-//! atoms in the same way. What the file lacks is drawn as for a gas on a lattice.
+//! then the gases; walls have no atoms. Fixed bodies may be left out, and must have the place of
+//! the scene otherwise. A molecule of several atoms has its orientation from `angle`, or else from
+//! the places of its atoms by least squares; its velocity and angular velocity follow from those of
+//! its atoms in the same way. What the file lacks is drawn as for a gas on a lattice.
 
 use carom_geometry::{Atom, Molecule, PeriodicBox, check_length};
 use carom_kinematics::{Motion, Orientation};

@@ -1,20 +1,19 @@
 //! Contacts with walls that have a temperature: bodies leave them with random velocities.
 //!
 //! The random numbers of a contact depend on the seed, the replica, and the number of such contacts
-//! before it in the whole run, [`Counters::thermal_collisions`](crate::Counters::thermal_collisions).
-//! Contacts are resolved in order of time, so that these numbers are the same for all schedulers and
-//! after a resume.
+//! before it in the whole run
+//! ([`Counters::thermal_collisions`](crate::Counters::thermal_collisions)). Contacts are resolved
+//! in order of time, so that these numbers are the same for all schedulers and after a resume.
 
 use carom_kinematics::kinetic_energy;
 use carom_response::{Elasticity, ThermalDraw, thermal_motion};
 use glam::DVec2;
-use rand::{RngExt, distr::Open01};
 
 use crate::{
     RandomStream, World,
+    random::{normal_pair, rayleigh},
     resolution::{Encounter, Resolved, contact_geometry},
     separation::{missing_impulse, round_outwards},
-    velocities::normal_pair,
 };
 
 /// Random numbers reserved for each contact; it needs five.
@@ -39,8 +38,7 @@ pub(crate) fn resolve(world: &World, encounter: &Encounter, number: u64) -> Opti
     let (old, inertia, arm) = (&before[moving], inertias[moving], frame.arms[moving]);
     let mut after = *before;
     after[moving] = thermal_motion(old, inertia, arm, away, temperature, &draw, turns);
-    let motions = |motions: &[carom_kinematics::Motion; 2]| [motions[0], motions[1]];
-    let [first, second] = motions(&after);
+    let [first, second] = after;
     // So slow a body, one among 10²⁰, gets the least speed of separation, like any other.
     if let Some(missing) =
         missing_impulse(world, &frame, contact.parts, pair, [&before[0], &before[1]], [&first, &second])
@@ -71,6 +69,5 @@ fn draw([seed, replica]: [u64; 2], number: u64) -> ThermalDraw {
     let mut random = RandomStream::Walls.generator(seed, replica);
     random.advance(u128::from(number) * NUMBERS_PER_CONTACT);
     let (one, other) = (normal_pair(&mut random), normal_pair(&mut random));
-    let rayleigh = (-2.0 * libm::log(random.sample(Open01))).sqrt();
-    ThermalDraw { normal: [one.x, one.y, other.x], rayleigh }
+    ThermalDraw { normal: [one.x, one.y, other.x], rayleigh: rayleigh(&mut random) }
 }

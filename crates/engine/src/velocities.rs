@@ -1,20 +1,21 @@
 //! Velocities of the molecules of a gas at the start: of equal energy, or from Maxwell's
 //! distribution.
 //!
-//! Normal numbers are drawn in pairs by the method of G. E. P. Box and M. E. Muller, Ann. Math.
-//! Stat. 29 (1958) 610: a vector of random direction and length √(−2 ln u), with u uniform from 0
-//! to 1. The logarithm is that of `libm`, so that all processors give the same bits.
-//!
 //! Maxwell velocities are scaled to a given energy: at equilibrium, a gas of N molecules with f
 //! degrees of freedom is uniform on the sphere of its energy in the space of the f momenta, and f
 //! normal numbers divided by their length are uniform on the unit sphere.
 
 use carom_kinematics::{Inertia, Orientation};
 use glam::DVec2;
-use rand::{RngExt, distr::Open01, seq::SliceRandom};
+use rand::{RngExt, seq::SliceRandom};
 use rand_pcg::Pcg64;
 
-use crate::{SceneError, StartVelocities, World, centre_of_mass::conserved_momentum, species::Species};
+use crate::{
+    SceneError, StartVelocities, World,
+    centre_of_mass::conserved_momentum,
+    random::{direction, normal_pair},
+    species::Species,
+};
 
 /// The momentum that a scene conserves, on which the velocities at the start depend.
 #[derive(Debug, Clone, Copy)]
@@ -141,7 +142,9 @@ impl<'a> Start<'a> {
         if self.removes_mean() {
             let momentum: DVec2 = velocities.iter().zip(&inertia).map(|(&v, i)| v / i.inverse_mass).sum();
             let drift = momentum / kind.mass();
-            velocities.iter_mut().for_each(|velocity| *velocity -= drift);
+            for velocity in &mut velocities {
+                *velocity -= drift;
+            }
         }
         let moving: f64 =
             velocities.iter().zip(&inertia).map(|(v, i)| v.length_squared() / i.inverse_mass).sum();
@@ -149,8 +152,12 @@ impl<'a> Start<'a> {
         let twice_energy = 2.0 * self.energy * kind.count as f64;
         // All numbers are 0 without energy.
         let factor = (twice_energy / (moving + turning).max(f64::MIN_POSITIVE)).sqrt();
-        velocities.iter_mut().for_each(|velocity| *velocity *= factor);
-        spins.iter_mut().for_each(|spin| *spin *= factor);
+        for velocity in &mut velocities {
+            *velocity *= factor;
+        }
+        for spin in &mut spins {
+            *spin *= factor;
+        }
         let all_spins = spins.iter().chain(std::iter::repeat(&0.0));
         for (index, (&velocity, &spin)) in velocities.iter().zip(all_spins).enumerate() {
             kind.check_motion(index, velocity, spin)?;
@@ -191,17 +198,6 @@ impl<'a> Start<'a> {
         }
         Ok((velocities, spins))
     }
-}
-
-/// Two independent numbers of the standard normal distribution, not both 0.
-pub(crate) fn normal_pair(random: &mut Pcg64) -> DVec2 {
-    let length = (-2.0 * libm::log(random.sample(Open01))).sqrt();
-    length * direction(random)
-}
-
-/// A random direction.
-pub(crate) fn direction(random: &mut Pcg64) -> DVec2 {
-    Orientation::from_turns(random.random()).cos_sin()
 }
 
 /// Random directions with sum 0, in random order: opposite pairs, and for an odd number three

@@ -2,8 +2,8 @@
 //! sample.
 //!
 //! E(t) − E(0) = Σ (work of resets) + Σ (heat of walls) − Σ ½ (1 − e²) μ u² (mass × length² /
-//! time²), u being the speed of approach of a contact and μ its reduced mass. The power of each is its change in an interval
-//! divided by the duration of the interval.
+//! time²), u being the speed of approach of a contact and μ its reduced mass. The power of each is
+//! its change in an interval divided by the duration of the interval.
 
 use carom_engine::{Observer, View};
 use carom_kinematics::EpochTime;
@@ -108,8 +108,8 @@ impl ThermostatLedger {
         (duration > 0.0).then(|| self.total_put_in() / duration)
     }
 
-    /// Largest |E − E(first) − put in − heat + lost| over the samples, relative to the largest energy; 0
-    /// if that is 0.
+    /// Largest |E − E(first) − put in − heat + lost| over the samples, relative to the largest
+    /// energy; 0 if that is 0.
     pub fn imbalance(&self) -> f64 {
         let Some([first, _]) = self.books else { return 0.0 };
         let (mut booked, mut worst, mut largest) = (first.energy, 0.0f64, first.energy);

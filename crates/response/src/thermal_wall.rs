@@ -1,20 +1,20 @@
 //! The motion with which a body leaves a wall of a given temperature.
 //!
 //! Let u = (√m v_x, √m v_y, √I ω) be the motion of a body in mass-weighted coordinates, n the unit
-//! normal from the wall to the body, r the arm from the centre of mass to the touching atom, and
-//! w = (n_x/√m, n_y/√m, r × n/√I). The point of contact moves away from the wall with speed u·w, and
+//! normal from the wall to the body, r the arm from the centre of mass to the touching atom, and w
+//! = (n_x/√m, n_y/√m, r × n/√I). The point of contact moves away from the wall with speed u·w, and
 //! |w|² = 1/μ, the inverse reduced mass of the contact.
 //!
 //! 1. In equilibrium at kT the components of u are normal numbers of variance kT, in any orthogonal
-//!    basis. The rate of contacts in a given configuration is the density of u times −u·w, where u·w
-//!    is below 0.
-//! 2. The body leaves with u′ of density proportional to (u′·w) exp(−|u′|²/2kT), where u′·w is above
-//!    0, whatever u is: along w a number of Rayleigh's distribution, p(s) = (s/kT) exp(−s²/2kT), and
-//!    across w normal numbers of variance kT.
-//! 3. The rate from u to u′ is then proportional to (−u·w) exp(−|u|²/2kT) (u′·w) exp(−|u′|²/2kT). It
-//!    is that from −u′ to −u: detailed balance, for molecules of any shape. For a disc, w = n/√m, and
-//!    this is the flux-weighted Maxwell distribution: the cosine law of Knudsen, Ann. Phys. 353
-//!    (1915) 1113.
+//!    basis. The rate of contacts in a given configuration is the density of u times −u·w, where
+//!    u·w is below 0.
+//! 2. The body leaves with u′ of density proportional to (u′·w) exp(−|u′|²/2kT), where u′·w is
+//!    above 0, whatever u is: along w a number of Rayleigh's distribution, p(s) = (s/kT)
+//!    exp(−s²/2kT), and across w normal numbers of variance kT.
+//! 3. The rate from u to u′ is then proportional to (−u·w) exp(−|u|²/2kT) (u′·w) exp(−|u′|²/2kT).
+//!    It is that from −u′ to −u: detailed balance, for molecules of any shape. For a disc, w =
+//!    n/√m, and this is the flux-weighted Maxwell distribution: the cosine law of Knudsen, Ann.
+//!    Phys. 353 (1916) 1113.
 //!
 //! Rotation that contacts never change, of discs and of locked bodies, takes no part.
 
@@ -30,8 +30,8 @@ pub struct ThermalDraw {
     pub rayleigh: f64,
 }
 
-/// Returns the motion of a body after a contact with a fixed wall of temperature kT (mass × length² /
-/// time²), at the same place and time.
+/// Returns the motion of a body after a contact with a fixed wall of temperature kT (mass × length²
+/// / time²), at the same place and time.
 ///
 /// `away` is the unit normal from the wall to the body, and `arm` points from the centre of mass to
 /// the centre of the touching atom (length). `turns` says whether contacts change the angular
