@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    BodyKey, BodyName, CellScheduler, Counters, ElasticitySpec, ElasticityTable, LEAST_SPEED, Ledger,
-    Rotation, SceneError, Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
+    BodyKey, BodyName, CellScheduler, Counters, ElasticitySpec, ElasticityTable, HeatByTag, LEAST_SPEED,
+    Ledger, Rotation, SceneError, Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
     body::BodyKind,
     body_builder::inertia,
     limits::too_slow,
@@ -62,6 +62,7 @@ pub struct Checkpoint {
     elasticity: ElasticitySpec,
     counters: Counters,
     ledger: Ledger,
+    heat: HeatByTag,
     simultaneous: SimultaneousContacts,
     unresolved: Unresolved,
 }
@@ -123,6 +124,9 @@ pub enum CheckpointError {
         "the checkpoint has {0} times of last contacts; it must have one per body with a guard, else none"
     )]
     LastContacts(usize),
+    /// A tag with heat has no name.
+    #[error("the checkpoint has heat of a tag without a name")]
+    UnnamedHeat,
     /// Bodies, box and rules do not fit each other.
     #[error("the checkpoint cannot be resumed: {0}")]
     Scene(#[from] SceneError),
@@ -164,6 +168,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             // Already included in the counters.
             work_before: _,
             ledger,
+            heat,
             offset,
             epoch,
             simultaneous,
@@ -186,9 +191,20 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             elasticity: elasticity.spec(),
             counters: *counters,
             ledger: *ledger,
+            heat: heat.clone(),
             simultaneous: simultaneous.clone(),
             unresolved: *unresolved,
         })
+    }
+
+    /// Ends the epoch at the present time and returns the state. Unlike [`Self::checkpoint`], this is
+    /// possible at any time, but it changes the later trajectory by rounding.
+    ///
+    /// # Panics
+    /// Never: an epoch that has ended has a state.
+    pub fn end_epoch_here(&mut self) -> Checkpoint {
+        self.end_epoch(self.offset);
+        self.checkpoint().expect("an epoch that has ended has a state")
     }
 
     /// Resumes from a checkpoint with the given detector, response and options of the scheduler.
@@ -221,6 +237,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             counters: checkpoint.counters,
             work_before: checkpoint.counters.scheduler,
             ledger: checkpoint.ledger,
+            heat: checkpoint.heat.clone(),
             simultaneous: checkpoint.simultaneous.clone(),
             unresolved: checkpoint.unresolved,
             ..Self::assemble(world, (detection, response), (scheduler, options), elasticity, names)
@@ -234,6 +251,27 @@ impl Checkpoint {
         self.epoch
     }
 
+    /// The names of the tags.
+    pub fn tag_names(&self) -> &TagNames {
+        &self.names
+    }
+
+    /// This state as the start of another run: at time 0, with all counts 0, no heat, and a ledger
+    /// that begins with the present energy. Bodies, motions, windings and rules remain.
+    ///
+    /// # Errors
+    /// [`CheckpointError`] if no simulation can have written it.
+    pub fn as_start(self) -> Result<Self, CheckpointError> {
+        let initial = self.world()?.energy();
+        Ok(Self {
+            epoch: EpochTime::ZERO,
+            counters: Counters::default(),
+            ledger: Ledger { initial, ..Ledger::default() },
+            heat: HeatByTag::default(),
+            ..self
+        })
+    }
+
     fn refuse_infinite(&self) -> Result<(), CheckpointError> {
         let Ledger { initial, lost, spared, put_in } = self.ledger;
         let finite = |what, numbers: &[f64]| {
@@ -243,6 +281,12 @@ impl Checkpoint {
         finite("time", &[self.epoch.epoch(), self.epoch.epoch_low(), self.epoch.offset()])?;
         finite("time of the last contact", &[self.simultaneous.time, self.unresolved.since])?;
         finite("ledger", &[initial, lost, spared, put_in])?;
+        if !self.heat.is_finite() {
+            return Err(CheckpointError::NotFinite("heat of a tag"));
+        }
+        if !self.heat.is_named(&self.names) {
+            return Err(CheckpointError::UnnamedHeat);
+        }
         if self.last_contacts.iter().any(|&time| time.is_nan() || time == f64::INFINITY) {
             return Err(CheckpointError::NotFinite("time of a last contact"));
         }
@@ -448,6 +492,8 @@ mod tests {
             ("out of the box", refusal(|c| c.bodies[0].motion.position.y = 1.5)),
             ("time is not finite", refusal(|c| c.epoch = EpochTime::from(f64::INFINITY))),
             ("ledger is not finite", refusal(|c| c.ledger.lost = f64::NAN)),
+            ("heat of a tag is not finite", refusal(|c| c.heat.give(Tag(0), f64::NAN))),
+            ("heat of a tag without a name", refusal(|c| c.heat.give(Tag(9), 1.0))),
             ("last contact is not finite", refusal(|c| c.simultaneous.time = f64::NAN)),
             (
                 "a component of the velocity of body 0 of the checkpoint must be 0 or from 1e-70 to 1e60, but is 1e61",

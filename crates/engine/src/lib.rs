@@ -62,12 +62,14 @@ mod grid;
 mod growth;
 mod guard;
 mod heap_scheduler;
+mod heat;
 mod invariants;
 mod least_speed;
 mod limits;
 mod method_spec;
 mod observer;
 mod overlap;
+mod philox;
 mod placement;
 mod report;
 mod resolution;
@@ -82,7 +84,9 @@ mod simultaneous_contacts;
 mod single_bodies;
 mod sites;
 mod species;
+mod stage_spec;
 mod tags;
+mod thermostat;
 mod unresolved;
 mod velocities;
 mod view;
@@ -103,6 +107,7 @@ pub use gas_spec::{GasSpec, StartVelocities};
 pub use grid::CellsPerSide;
 pub use growth::{Growth, GrowthProgress};
 pub use heap_scheduler::HeapScheduler;
+pub use heat::HeatByTag;
 pub use invariants::Violation;
 pub use least_speed::LEAST_SPEED;
 pub use method_spec::{DetectorName, InstructionsName, MethodSpec, SchedulerName};
@@ -112,11 +117,13 @@ pub use placement::RandomStream;
 pub use report::{CollisionReport, Side};
 pub use rounding_bound::rounding_bound;
 pub use scene::{
-    BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, MoleculeSpec, Placement, RunSpec, Scene, StartSpec,
-    WallSpec,
+    BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, MoleculeSpec, Placement, RunSpec, Scene, StageSpec,
+    StartSpec, WallSpec,
 };
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;
+pub use stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpec};
 pub use tags::{Tag, TagNames, Tags};
+pub use thermostat::{DrawKey, ThermostatCounts, ThermostatTarget};
 pub use view::{BodyView, View};
 pub use world::World;

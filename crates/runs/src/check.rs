@@ -13,7 +13,11 @@ use carom_tables::Verdict;
 use clap::Args;
 use cpu_time::ProcessTime;
 
-use crate::{print_line, run::SceneFile, sampling_times::sampling_times};
+use crate::{
+    print_line,
+    run::{SceneFile, stages},
+    sampling_times::sampling_times,
+};
 
 /// Processor time of the trial run for the estimate (seconds).
 const TRIAL_SECONDS: f64 = 1.0;
@@ -38,7 +42,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let name = options.file.path.display();
     let scene = options.file.read()?;
     let mut simulation = AnySimulation::new(&scene).with_context(|| format!("scene {name}"))?;
-    crate::run::outcome::observers(&scene.run, &simulation.view())?;
+    stages::prepare(&mut simulation, &scene, 0)?;
+    crate::run::outcome::observers(&scene, &simulation.view())?;
     print_line(&format!("{name}: valid"));
     print_line(&contents(&scene, &simulation.view())?);
     print_line(&Trial::of(&mut simulation, scene.run.until)?.to_string());

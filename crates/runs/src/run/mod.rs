@@ -3,6 +3,8 @@
 mod impulses;
 pub(crate) mod outcome;
 mod scene_file;
+pub(crate) mod schedule;
+pub(crate) mod stages;
 
 use std::{ops::ControlFlow, path::PathBuf};
 
@@ -42,10 +44,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let scene = options.file.read()?;
     let method = Method::try_from(&scene.method).context("[method]")?;
     let start = || -> Result<_> {
-        let simulation =
+        let mut simulation =
             placed(&scene, &method).with_context(|| format!("scene {}", options.file.path.display()))?;
-        let observers = outcome::observers(&scene.run, &simulation.view())?;
-        Ok((simulation, observers))
+        let actions = stages::prepare(&mut simulation, &scene, 0)?;
+        let observers = outcome::observers(&scene, &simulation.view())?;
+        Ok((simulation, observers, actions))
     };
     // Built before anything is written, so that an invalid scene leaves no folder. A run that is
     // resumed need not place its bodies again.

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail, ensure};
 use carom::{Scene, engine::RunSpec};
 use clap::Args;
 
-use super::{impulses, outcome::OBSERVERS};
+use super::{impulses, outcome::OBSERVERS, stages};
 use crate::{measures, overrides::Override};
 
 /// The only supported format of snapshots.
@@ -51,43 +51,52 @@ impl SceneFile {
             scene = Scene::from_toml(&toml::to_string(&table)?)
                 .with_context(|| format!("scene {path} after --set"))?;
         }
-        scene.run.until = self.until.unwrap_or(scene.run.until);
+        if let Some(until) = self.until {
+            scene.run.until = until;
+            // A new end of the run is the end of its last stage.
+            if let Some(last) = scene.stage.last_mut() {
+                last.until = until;
+            }
+        }
         scene.bounds.seed = self.seed.unwrap_or(scene.bounds.seed);
         check(&scene.run)?;
-        refuse_unknown_tags(&scene)?;
+        stages::check(&scene)?;
+        stages::refuse_unknown_tags(&scene, tags(&scene))?;
         Ok(scene)
     }
 }
 
-/// Refuses a rule of elasticity for a tag that no body carries: a misspelt tag would change the
-/// physics.
-fn refuse_unknown_tags(scene: &Scene) -> Result<()> {
+/// The tags that bodies carry at the start.
+fn tags(scene: &Scene) -> impl Iterator<Item = String> {
     let molecules = scene.molecule.iter().map(|entry| &entry.tags);
     let bumpers = scene.bumper.iter().map(|entry| &entry.tags);
     let walls = scene.wall.iter().map(|entry| &entry.tags);
     let gases = scene.gas.iter().map(|entry| &entry.tags);
-    let carried: Vec<&String> = molecules.chain(bumpers).chain(walls).chain(gases).flatten().collect();
-    for (index, rule) in scene.elasticity.pair.iter().enumerate() {
-        for name in &rule.between {
-            ensure!(
-                carried.contains(&name),
-                "elasticity.pair[{index}]: no body in the scene carries the tag {name:?}"
-            );
-        }
-    }
-    Ok(())
+    molecules.chain(bumpers).chain(walls).chain(gases).flatten().cloned()
 }
 
 /// Validates `[run]`.
 fn check(run: &RunSpec) -> Result<()> {
-    for (entry, time) in [("run.until", run.until), ("run.sample_interval", run.sample_interval)] {
+    let intervals = [
+        ("run.sample_interval", Some(run.sample_interval)),
+        ("run.snapshot_interval", run.snapshot_interval),
+        ("run.check_interval", run.check_interval),
+    ];
+    for (entry, time) in [("run.until", Some(run.until))].iter().chain(&intervals) {
+        let time = time.unwrap_or(1.0);
         ensure!(time.is_finite() && time > 0.0, "{entry} must be positive and finite, but is {time}");
     }
+    for (entry, interval) in intervals {
+        let interval = interval.unwrap_or(run.sample_interval);
+        ensure!(
+            run.until / interval <= MOST_SAMPLES,
+            "{entry} = {interval} gives more than {MOST_SAMPLES:e} samples until {}",
+            run.until
+        );
+    }
     ensure!(
-        run.until / run.sample_interval <= MOST_SAMPLES,
-        "run.sample_interval = {} gives more than {MOST_SAMPLES:e} samples until {}",
-        run.sample_interval,
-        run.until
+        run.snapshot_interval.is_none() || run.snapshots.is_some(),
+        "run.snapshot_interval is given, but run.snapshots is not"
     );
     for (entry, time) in [("run.animation_from", run.animation_from), ("run.measure_from", run.measure_from)]
     {

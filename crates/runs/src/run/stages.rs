@@ -1,0 +1,433 @@
+//! The stages of a run: their validation, the edits at their starts, and the actions of their
+//! thermostats.
+
+use std::collections::BTreeSet;
+
+use anyhow::{Context, Result, ensure};
+use carom::{
+    EditError, Scene, SceneError,
+    engine::{
+        Batch, DrawKey, ElasticitySpec, HeatSpec, MoleculeSpec, Rotation, StageSpec, Tag, ThermostatKind,
+    },
+};
+use carom_methods::AnySimulation;
+
+use super::schedule::{What, actions, spans};
+use crate::sampling_times::sampling_times;
+
+/// Largest number of actions of the thermostats of a run; more are refused as a mistake.
+const MOST_ACTIONS: f64 = 1e7;
+
+/// Rounding of the times of samples, as a share of the time.
+const ROUNDING: f64 = 1e-9;
+
+/// Validates the stages without their effect on the bodies, see [`rehearse`].
+///
+/// # Errors
+/// A time or energy is out of range, a tag is carried by no body, or keys contradict each other.
+pub fn check(scene: &Scene) -> Result<()> {
+    let (run, stages) = (&scene.run, &scene.stage);
+    let Some(last) = stages.last() else { return Ok(()) };
+    ensure!(
+        run.until == last.until,
+        "run.until = {} differs from the end of the last stage, {}",
+        run.until,
+        last.until
+    );
+    ensure!(
+        run.measure_from == 0.0,
+        "run.measure_from cannot be given with [[stage]]: give the first stages `measure = false` instead"
+    );
+    for (index, (stage, span)) in stages.iter().zip(spans(stages)).enumerate() {
+        check_times(stage, span).with_context(|| format!("stage[{index}]"))?;
+        let both = stage.lock.iter().find(|tag| stage.unlock.contains(tag));
+        ensure!(
+            both.is_none(),
+            "stage[{index}]: the tag {:?} is in `lock` and in `unlock`",
+            both.map_or("", String::as_str)
+        );
+        for (number, heat) in stage.set_energy.iter().enumerate() {
+            heat.target(&format!("stage[{index}].set_energy[{number}]"))?;
+        }
+        for (number, thermostat) in stage.thermostat.iter().enumerate() {
+            thermostat.action().target(&format!("stage[{index}].thermostat[{number}]"))?;
+        }
+    }
+    check_measured(scene)
+}
+
+fn check_times(stage: &StageSpec, span: (f64, f64)) -> Result<()> {
+    let (start, end) = span;
+    ensure!(
+        end.is_finite() && end > start,
+        "`until` must be finite and later than the start of the stage, {start}, but is {end}"
+    );
+    for (index, thermostat) in stage.thermostat.iter().enumerate() {
+        let every = thermostat.every;
+        ensure!(
+            every.is_finite() && every > 0.0,
+            "thermostat[{index}].every must be positive and finite, but is {every}"
+        );
+        ensure!(
+            (end - start) / every <= MOST_ACTIONS,
+            "thermostat[{index}].every = {every} gives more than {MOST_ACTIONS:e} actions in this stage"
+        );
+    }
+    Ok(())
+}
+
+/// Refuses measured stages with others between them, or too short for a sample interval.
+fn check_measured(scene: &Scene) -> Result<()> {
+    let measured: Vec<usize> = (0..scene.stage.len()).filter(|&index| scene.stage[index].measure).collect();
+    let gap = measured.windows(2).find(|pair| pair[1] != pair[0] + 1);
+    if let Some(pair) = gap {
+        anyhow::bail!(
+            "stage[{}]: stages that are measured must follow on one another, but stage[{}] before it is not \
+             measured: use a run of its own for each, the second by `carom run --from`",
+            pair[1],
+            pair[1] - 1
+        );
+    }
+    let (from, last) = window(scene);
+    ensure!(
+        measured.is_empty()
+            || from + scene.run.sample_interval * (1.0 - ROUNDING) <= last.min(scene.run.until),
+        "stage[{}]: the measured stages leave no interval of run.sample_interval = {}",
+        measured[0],
+        scene.run.sample_interval
+    );
+    Ok(())
+}
+
+/// The time from which on a run is measured, and the time of the last sample that is measured; that
+/// is infinite if the run is measured to its end.
+pub fn window(scene: &Scene) -> (f64, f64) {
+    if scene.stage.is_empty() {
+        return (scene.run.measure_from, f64::INFINITY);
+    }
+    let mut measured = scene.stage.iter().zip(spans(&scene.stage)).filter(|(stage, _)| stage.measure);
+    let Some((_, (from, first_end))) = measured.next() else { return (f64::INFINITY, f64::INFINITY) };
+    let end = measured.last().map_or(first_end, |(_, (_, end))| end);
+    if end >= scene.run.until {
+        return (from, f64::INFINITY);
+    }
+    let times = sampling_times(0.0, scene.run.until, scene.run.sample_interval);
+    (from, times.take_while(|time| *time <= end * (1.0 + ROUNDING)).last().unwrap_or(0.0))
+}
+
+/// The rules of elasticity in force in the measured part of a run.
+pub fn measured_elasticities(scene: &Scene) -> Vec<&ElasticitySpec> {
+    let mut in_force = &scene.elasticity;
+    let mut measured = Vec::new();
+    for stage in &scene.stage {
+        in_force = stage.elasticity.as_ref().unwrap_or(in_force);
+        if stage.measure {
+            measured.push(in_force);
+        }
+    }
+    if measured.is_empty() { vec![in_force] } else { measured }
+}
+
+/// Whether a thermostat acts, or energies are set, after the start of the measured part.
+pub fn is_heated_while_measured(scene: &Scene) -> bool {
+    let measured = scene.stage.iter().filter(|stage| stage.measure).enumerate();
+    let mut heated = measured
+        .map(|(index, stage)| !stage.thermostat.is_empty() || (index > 0 && !stage.set_energy.is_empty()));
+    heated.any(|is_heated| is_heated)
+}
+
+/// Refuses tags that no body carries when a stage needs them: a misspelt tag would change the
+/// physics. `carried` are the tags of the bodies at the start.
+///
+/// # Errors
+/// A tag is not carried, with its entry.
+pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = String>) -> Result<()> {
+    let mut carried: BTreeSet<String> = carried.into_iter().collect();
+    refuse_unknown_rules("elasticity", &scene.elasticity, &carried)?;
+    for (index, stage) in scene.stage.iter().enumerate() {
+        let known = |carried: &BTreeSet<String>, entry: &str, tag: &str| {
+            ensure!(
+                carried.contains(tag),
+                "stage[{index}].{entry}: no body carries the tag {tag:?} at that time"
+            );
+            Ok(())
+        };
+        for tag in &stage.remove {
+            known(&carried, "remove", tag)?;
+        }
+        carried.extend(stage.add.iter().flat_map(|molecule| molecule.tags.iter().cloned()));
+        for (number, relabel) in stage.tag.iter().enumerate() {
+            known(&carried, &format!("tag[{number}]"), &relabel.of)?;
+            carried.insert(relabel.name.clone());
+        }
+        for (number, relabel) in stage.untag.iter().enumerate() {
+            known(&carried, &format!("untag[{number}]"), &relabel.of)?;
+            known(&carried, &format!("untag[{number}]"), &relabel.name)?;
+        }
+        if let Some(elasticity) = &stage.elasticity {
+            refuse_unknown_rules(&format!("stage[{index}].elasticity"), elasticity, &carried)?;
+        }
+        let locked = stage.lock.iter().map(|tag| ("lock", tag));
+        for (entry, tag) in locked.chain(stage.unlock.iter().map(|tag| ("unlock", tag))) {
+            known(&carried, entry, tag)?;
+        }
+        for (number, heat) in stage.set_energy.iter().enumerate() {
+            known(&carried, &format!("set_energy[{number}]"), &heat.tag)?;
+        }
+        for (number, thermostat) in stage.thermostat.iter().enumerate() {
+            known(&carried, &format!("thermostat[{number}]"), &thermostat.tag)?;
+        }
+    }
+    Ok(())
+}
+
+fn refuse_unknown_rules(entry: &str, elasticity: &ElasticitySpec, carried: &BTreeSet<String>) -> Result<()> {
+    for (index, rule) in elasticity.pair.iter().enumerate() {
+        for name in &rule.between {
+            ensure!(
+                carried.contains(name),
+                "{entry}.pair[{index}]: no body in the scene carries the tag {name:?}"
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Makes the edits at the start of a stage, all or none. `action` is the number of draws before;
+/// returns the number of draws made.
+///
+/// # Errors
+/// The edit that is refused, with its entry.
+fn begin(simulation: &mut AnySimulation, scene: &Scene, stage: usize, action: u64) -> Result<u64> {
+    begin_with(simulation, scene, stage, action, |batch, molecule| batch.add(molecule).map(|_| ()))
+}
+
+/// Makes the edits of all stages one after another on a copy of the system, so that most of those
+/// that would be refused are refused before the run. Molecules that overlap now are left out: they
+/// may have room when their stage starts.
+///
+/// # Errors
+/// The edit that is refused, with its entry.
+fn rehearse(simulation: &AnySimulation, scene: &Scene) -> Result<()> {
+    let mut copy = simulation.clone();
+    for stage in 1..scene.stage.len() {
+        begin_with(&mut copy, scene, stage, 0, |batch, molecule| match batch.add(molecule) {
+            Err(EditError::Scene(SceneError::Overlap { .. })) => Ok(()),
+            other => other.map(|_| ()),
+        })?;
+    }
+    Ok(())
+}
+
+fn begin_with(
+    simulation: &mut AnySimulation,
+    scene: &Scene,
+    stage: usize,
+    action: u64,
+    add: impl Fn(&mut Batch, &MoleculeSpec) -> Result<(), EditError>,
+) -> Result<u64> {
+    let spec = &scene.stage[stage];
+    let mut entry = String::new();
+    let edited = simulation.edit(|batch| {
+        let mut edits = Edits { batch, scene, entry: &mut entry };
+        edits.contents(spec, &add)?;
+        edits.rules(spec)?;
+        edits.energies(spec, action)
+    });
+    edited.with_context(|| match entry.as_str() {
+        "" => format!("stage[{stage}]"),
+        entry => format!("stage[{stage}].{entry}"),
+    })?;
+    Ok(spec.set_energy.len() as u64)
+}
+
+/// Makes the edits of the first stage, before the run, and rehearses those of the others. `action` is
+/// the number of draws before; returns the number of draws made.
+///
+/// # Errors
+/// The edit that is refused, with its entry.
+pub fn prepare(simulation: &mut AnySimulation, scene: &Scene, action: u64) -> Result<u64> {
+    if scene.stage.is_empty() {
+        return Ok(0);
+    }
+    let draws = begin(simulation, scene, 0, action)?;
+    rehearse(simulation, scene)?;
+    Ok(draws)
+}
+
+/// Makes the change of a step: the start of a stage or the action of a thermostat. `action` is the
+/// number of draws before; returns the number of draws made.
+///
+/// # Errors
+/// The edit that is refused, with its entry.
+pub fn change(simulation: &mut AnySimulation, scene: &Scene, what: What, action: u64) -> Result<u64> {
+    match what {
+        What::Stage(stage) => begin(simulation, scene, stage, action),
+        What::Thermostat { stage, index } => act(simulation, scene, (stage, index), action).map(|()| 1),
+        What::Sample | What::Snapshot | What::Check => Ok(0),
+    }
+}
+
+/// One action of a thermostat. `action` is the number of draws before.
+///
+/// # Errors
+/// The energies are out of range for a body, with the entry.
+fn act(
+    simulation: &mut AnySimulation,
+    scene: &Scene,
+    (stage, index): (usize, usize),
+    action: u64,
+) -> Result<()> {
+    let (entry, heat) =
+        (format!("stage[{stage}].thermostat[{index}]"), scene.stage[stage].thermostat[index].action());
+    simulation
+        .edit(|batch| match batch.find_tag(&heat.tag) {
+            Some(tag) => give_heat(batch, tag, &heat, &entry, draw_key(scene, action)),
+            None => Ok(()),
+        })
+        .with_context(|| entry.clone())
+}
+
+fn draw_key(scene: &Scene, action: u64) -> DrawKey {
+    DrawKey { seed: scene.bounds.seed, replica: scene.bounds.replica, action }
+}
+
+fn give_heat(
+    batch: &mut Batch,
+    tag: Tag,
+    heat: &HeatSpec,
+    entry: &str,
+    key: DrawKey,
+) -> Result<(), EditError> {
+    let target = heat.target(entry)?;
+    match heat.kind {
+        ThermostatKind::EnergyReset => batch.thermostat_energy(tag, target)?,
+        ThermostatKind::Maxwell => batch.thermostat_maxwell(tag, target, key)?,
+    };
+    Ok(())
+}
+
+/// The edits of a stage in progress.
+struct Edits<'a> {
+    batch: &'a mut Batch,
+    scene: &'a Scene,
+    /// The entry of the present edit, for errors.
+    entry: &'a mut String,
+}
+
+impl Edits<'_> {
+    /// The bodies with a tag, at most so many.
+    fn tagged(&self, name: &str, count: Option<usize>) -> Vec<carom::BodyKey> {
+        let tag = self.batch.find_tag(name);
+        let keys = tag.into_iter().flat_map(|tag| self.batch.tagged(tag));
+        keys.take(count.unwrap_or(usize::MAX)).collect()
+    }
+
+    /// Bodies and their tags.
+    fn contents(
+        &mut self,
+        spec: &StageSpec,
+        add: &impl Fn(&mut Batch, &MoleculeSpec) -> Result<(), EditError>,
+    ) -> Result<(), EditError> {
+        for (index, name) in spec.remove.iter().enumerate() {
+            *self.entry = format!("remove[{index}]");
+            self.tagged(name, None).into_iter().try_for_each(|key| self.batch.remove(key))?;
+        }
+        for (index, molecule) in spec.add.iter().enumerate() {
+            *self.entry = format!("add[{index}]");
+            add(self.batch, molecule)?;
+        }
+        for (index, relabel) in spec.tag.iter().enumerate() {
+            *self.entry = format!("tag[{index}]");
+            for key in self.tagged(&relabel.of, relabel.count) {
+                self.batch.tag(key, &relabel.name)?;
+            }
+        }
+        for (index, relabel) in spec.untag.iter().enumerate() {
+            *self.entry = format!("untag[{index}]");
+            for key in self.tagged(&relabel.of, relabel.count) {
+                self.batch.untag(key, &relabel.name)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Elasticity and rotation.
+    fn rules(&mut self, spec: &StageSpec) -> Result<(), EditError> {
+        if let Some(elasticity) = &spec.elasticity {
+            "elasticity".clone_into(self.entry);
+            self.batch.set_elasticity(elasticity)?;
+        }
+        let locks = [(Rotation::Locked, "lock", &spec.lock), (Rotation::Free, "unlock", &spec.unlock)];
+        for (rotation, key_name, tags) in locks {
+            for (index, name) in tags.iter().enumerate() {
+                *self.entry = format!("{key_name}[{index}]");
+                for key in self.tagged(name, None) {
+                    self.batch.set_rotation(key, rotation)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn energies(&mut self, spec: &StageSpec, action: u64) -> Result<(), EditError> {
+        for (index, heat) in spec.set_energy.iter().enumerate() {
+            *self.entry = format!("set_energy[{index}]");
+            if let Some(tag) = self.batch.find_tag(&heat.tag) {
+                let key = draw_key(self.scene, action + index as u64);
+                let entry = self.entry.clone();
+                give_heat(self.batch, tag, heat, &entry, key)?;
+            }
+        }
+        // Errors of the batch as a whole belong to no single edit.
+        self.entry.clear();
+        Ok(())
+    }
+}
+
+/// Each stage in words.
+pub fn describe(scene: &Scene) -> Vec<String> {
+    let counts = action_counts(scene);
+    let stages = scene.stage.iter().zip(spans(&scene.stage)).zip(&counts);
+    stages.map(|((stage, (start, end)), counts)| words(stage, (start, end), counts)).collect()
+}
+
+fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String {
+    let name = stage.name.as_deref().map_or_else(String::new, |name| format!("{name}, "));
+    let measured = if stage.measure { "" } else { ", not measured" };
+    let mut parts = vec![format!("{name}t = {start} to {end}{measured}")];
+    let edits = [
+        ("remove", stage.remove.len()),
+        ("add", stage.add.len()),
+        ("tag", stage.tag.len() + stage.untag.len()),
+        ("elasticity", usize::from(stage.elasticity.is_some())),
+        ("lock", stage.lock.len()),
+        ("unlock", stage.unlock.len()),
+        ("set_energy", stage.set_energy.len()),
+    ];
+    let edits: Vec<&str> = edits.iter().filter(|edit| edit.1 > 0).map(|edit| edit.0).collect();
+    if !edits.is_empty() {
+        parts.push(format!("edits at its start: {}", edits.join(", ")));
+    }
+    for (thermostat, count) in stage.thermostat.iter().zip(counts) {
+        let kind = match thermostat.kind {
+            ThermostatKind::EnergyReset => "energy reset",
+            ThermostatKind::Maxwell => "Maxwell",
+        };
+        let to = match (thermostat.energy, thermostat.temperature) {
+            (Some(energy), _) => format!("energy {energy}"),
+            (None, kt) => format!("kT {}", kt.unwrap_or(f64::NAN)),
+        };
+        parts.push(format!("thermostat of {} to {to} ({kind}) {count} times", thermostat.tag));
+    }
+    parts.join("; ")
+}
+
+/// Number of actions of each thermostat of each stage.
+pub fn action_counts(scene: &Scene) -> Vec<Vec<u64>> {
+    let counts = scene.stage.iter().zip(spans(&scene.stage));
+    let of_stage = |(stage, span): (&StageSpec, (f64, f64))| {
+        stage.thermostat.iter().map(|thermostat| actions(span, thermostat.every)).collect()
+    };
+    counts.map(of_stage).collect()
+}
