@@ -13,6 +13,7 @@ use crate::{
     MoleculeSpec, Rotation, SceneError, Scheduler, Simulation, Tag, TagNames, WallSpec, World,
     body::BodyKind,
     body_builder::inertia,
+    heat::exact_sum,
     simulation::Epoch,
     simultaneous_contacts::SimultaneousContacts,
     single_bodies::{add_molecule, add_wall, deepest_overlap},
@@ -399,7 +400,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         elasticity.classify(&mut world)?;
         let scheduler = S::new(&self.scheduler_options, &world)
             .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
-        self.ledger.put_in += world.energy() - self.world.energy();
+        self.ledger.put_in += exact_sum(world.energies().chain(self.world.energies().map(|energy| -energy)));
         self.work_before = self.counters.scheduler;
         (self.offset, self.epoch) = (0.0, Epoch::ToBegin);
         (self.simultaneous, self.unresolved) = (SimultaneousContacts::default(), Unresolved::default());

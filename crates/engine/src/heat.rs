@@ -11,6 +11,18 @@ use crate::{Tag, TagNames};
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct HeatByTag(Vec<(Tag, f64)>);
 
+/// The sum of numbers without the accumulation of rounding errors (A. Neumaier, Z. Angew. Math. Mech.
+/// 54 (1974) 39): a ledger of many edits remains exact to some roundings of its largest entry.
+pub(crate) fn exact_sum(numbers: impl Iterator<Item = f64>) -> f64 {
+    let (mut sum, mut lost) = (0.0f64, 0.0f64);
+    for number in numbers {
+        let next = sum + number;
+        lost += if sum.abs() >= number.abs() { (sum - next) + number } else { (number - next) + sum };
+        sum = next;
+    }
+    sum + lost
+}
+
 impl HeatByTag {
     /// The tags to which a thermostat has been applied, in the order of their first use, with the
     /// energy given (mass × length² / time²).

@@ -13,6 +13,7 @@ use glam::DVec2;
 use crate::{
     Batch, Body, EditError, LEAST_SPEED, Tag,
     batch::energy_factor,
+    heat::exact_sum,
     philox::{open_unit, philox},
 };
 
@@ -104,9 +105,9 @@ impl Batch {
             }
         }
         counts.changed = factors.len() as u64;
-        let before = self.energy_of(tag);
+        let before = self.energies_of(tag);
         self.scale(&factors);
-        self.heat.give(tag, self.energy_of(tag) - before);
+        self.book(tag, &before);
         Ok(counts)
     }
 
@@ -156,7 +157,7 @@ impl Batch {
         if motions.is_empty() {
             return Ok(counts);
         }
-        let before = self.energy_of(tag);
+        let before = self.energies_of(tag);
         self.begin_to_move();
         for (index, (velocity, angular_velocity)) in motions {
             let motion = &mut self.world.motions[index];
@@ -164,17 +165,23 @@ impl Batch {
             motion.angular_velocity = angular_velocity.unwrap_or(motion.angular_velocity);
         }
         self.moves = true;
-        self.heat.give(tag, self.energy_of(tag) - before);
+        self.book(tag, &before);
         Ok(counts)
     }
 
-    /// Kinetic energy of the bodies with a tag (mass × length² / time²).
-    fn energy_of(&self, tag: Tag) -> f64 {
+    /// Kinetic energy of each body with a tag (mass × length² / time²).
+    fn energies_of(&self, tag: Tag) -> Vec<f64> {
         let world = &self.world;
         let energies = self
             .members(tag)
             .map(|index| kinetic_energy(&world.motions[index], world.bodies[index].inertia()));
-        energies.sum()
+        energies.collect()
+    }
+
+    /// Books the change of the energies of the bodies with a tag as heat.
+    fn book(&mut self, tag: Tag, before: &[f64]) {
+        let change = self.energies_of(tag).into_iter().chain(before.iter().map(|energy| -energy));
+        self.heat.give(tag, exact_sum(change));
     }
 }
 

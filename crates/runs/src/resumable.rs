@@ -11,14 +11,15 @@
 //!   may have none, so a run is extended from the checkpoint before it.
 //!
 //! A checkpoint consists of:
-//! 1. the head: the run as text, its end, whether it has ended, and the numbers of steps done;
+//! 1. the head: the run as text, its end, whether it has ended, the numbers of steps done, and the
+//!    state at its end, from which another run can start;
 //! 2. the state: simulation, observers, number of samples, lengths of the files appended to, and
 //!    processor time;
 //! 3. the result, once the run has ended.
 
 use std::{
     fs, io,
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
     time::{Duration, Instant as WallTime},
 };
@@ -137,6 +138,14 @@ struct Head {
     ended: bool,
     time: EpochTime,
     progress: Done,
+    end: Option<End>,
+}
+
+/// The end of a run.
+#[derive(Debug, Serialize, Deserialize)]
+struct End {
+    state: Checkpoint,
+    actions: u64,
 }
 
 /// The steps of a run that have been done.
@@ -153,6 +162,33 @@ struct State<O> {
     observers: O,
     seconds: f64,
     files: Vec<Length>,
+}
+
+/// The last state of a run.
+#[derive(Debug)]
+pub struct LastState {
+    /// The description of the run, see [`Task::what`].
+    pub what: String,
+    /// The state: at the end of the run, or of its last checkpoint.
+    pub state: Checkpoint,
+    /// Whether the run has ended.
+    pub is_end: bool,
+    /// Number of draws of random numbers by thermostats.
+    pub actions: u64,
+}
+
+/// Reads the last state of a run from its checkpoint.
+///
+/// # Errors
+/// The file cannot be read or is no checkpoint of a run in time.
+pub fn last_state(path: &Path) -> Result<LastState> {
+    let mut body = Body::read(path)?;
+    let Head { what, progress, end, .. } = body.take()?;
+    Ok(match end {
+        Some(End { state, actions }) => LastState { what, state, is_end: true, actions },
+        // The first value of the state is that of the simulation.
+        None => LastState { what, state: body.take()?, is_end: false, actions: progress.actions },
+    })
 }
 
 /// Returns the description that identifies a run in its checkpoint: the command and the scene
@@ -273,7 +309,8 @@ impl Task<'_> {
     /// Writes the checkpoint of a run that has not ended.
     fn write<O: Serialize>(&self, progress: Done, state: &State<O>) -> Result<()> {
         let time = state.simulation.time();
-        let head = Head { what: self.what.clone(), until: self.until, ended: false, time, progress };
+        let head =
+            Head { what: self.what.clone(), until: self.until, ended: false, time, progress, end: None };
         checkpoint_file::write(
             &self.path(),
             &[&checkpoint_file::encode(&head)?, &checkpoint_file::encode(state)?],
@@ -362,6 +399,10 @@ impl<O: Observer + Serialize> Resumable<O> {
         Ok(interrupted?)
     }
 
+    fn done(&self) -> Done {
+        Done { samples: self.samples, steps: self.steps, actions: self.actions }
+    }
+
     /// Counts a step that is not a sample.
     pub fn pass(&mut self) {
         self.steps += 1;
@@ -398,7 +439,8 @@ impl<O: Observer + Serialize> Resumable<O> {
         // The files are now longer than at the checkpoint and must not be truncated.
         lengths.set(None);
         let mut body = Body::read(&task.path())?;
-        let head = Head { ended: true, until: task.until, ..body.take()? };
+        let end = End { state: self.simulation.end_epoch_here(), actions: self.actions };
+        let head = Head { ended: true, until: task.until, end: Some(end), ..body.take()? };
         checkpoint_file::write(
             &task.path(),
             &[&checkpoint_file::encode(&head)?, body.rest(), &checkpoint_file::encode(result)?],
@@ -413,8 +455,7 @@ impl<O: Observer + Serialize> Resumable<O> {
         // The lock keeps the signal handler from truncating files to an older checkpoint than the
         // one on disk.
         let mut lengths = self.lengths.lock().unwrap_or_else(PoisonError::into_inner);
-        let progress = Done { samples: self.samples, steps: self.steps, actions: self.actions };
-        task.write(progress, &state)?;
+        task.write(self.done(), &state)?;
         lengths.set(Some(state.files));
         drop(lengths);
         self.saved = Some(WallTime::now());
@@ -457,6 +498,7 @@ mod tests {
             ended: false,
             time: EpochTime::ZERO,
             progress: Done::default(),
+            end: None,
         };
         let simulation = simulation.checkpoint().unwrap();
         let kept = encode(&(head, State { simulation, observers, seconds: 0.5, files: Vec::new() })).unwrap();

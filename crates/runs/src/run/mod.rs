@@ -2,18 +2,20 @@
 
 mod impulses;
 pub(crate) mod outcome;
+pub(crate) mod parent;
 mod scene_file;
 pub(crate) mod schedule;
 pub(crate) mod stages;
 
-use std::{ops::ControlFlow, path::PathBuf};
+use std::{collections::BTreeSet, fmt::Write as _, ops::ControlFlow, path::PathBuf};
 
 use anyhow::{Context, Result};
 use carom::{Scene, engine::SceneError};
 use carom_methods::{AnySimulation, Method};
 use carom_tables::{Summary, Verdict};
 use clap::Args;
-use outcome::simulate;
+use outcome::{Begun, simulate};
+use parent::Parent;
 pub use scene_file::SceneFile;
 
 use crate::{
@@ -41,25 +43,26 @@ pub struct Options {
 /// # Errors
 /// The scene is invalid, the folder is not empty, or the run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
-    let scene = options.file.read()?;
+    let from = options.file.from.as_deref();
+    let parent = Parent::find(from, &folder_path(options), options.choices.resumption.resume)?;
+    let scene = options.file.read(parent.as_ref())?;
     let method = Method::try_from(&scene.method).context("[method]")?;
-    let start = || -> Result<_> {
-        let mut simulation =
-            placed(&scene, &method).with_context(|| format!("scene {}", options.file.path.display()))?;
-        let actions = stages::prepare(&mut simulation, &scene, 0)?;
-        let observers = outcome::observers(&scene, &simulation.view())?;
-        Ok((simulation, observers, actions))
-    };
+    let start = || start(options, parent.as_ref(), &scene, &method);
     // Built before anything is written, so that an invalid scene leaves no folder. A run that is
     // resumed need not place its bodies again.
     let started = if options.choices.resumption.resume { None } else { Some(start()?) };
     let signals = Signals::watch()?;
     let folder = Folder::create(&folder_path(options), options.choices.resumption.existing())?;
     let _alone = folder.lock()?;
-    let command = format!("{} run {}", program(), folder.path().join("config.toml").display());
+    let mut command = format!("{} run {}", program(), folder.path().join("config.toml").display());
+    let mut what = without_end("run", &scene);
+    if let Some(parent) = &parent {
+        let _ = write!(command, " --from {}", parent.origin.folder);
+        what.insert_str("run\n".len(), &parent.line());
+    }
     let task = Task {
         folder: &folder,
-        what: without_end("run", &scene),
+        what,
         until: scene.run.until,
         samples: sampling_times(0.0, scene.run.until, scene.run.sample_interval).count(),
         method,
@@ -67,16 +70,49 @@ pub fn run(options: &Options) -> Result<Verdict> {
         signals: &signals,
     };
     let found = task.find()?;
-    let manifest = Manifest::begin(&folder, &command, &[&scene])?;
+    let origin = parent.as_ref().map(|parent| &parent.origin);
+    let note = origin.map(serde_json::to_value).transpose()?;
+    let manifest = Manifest::begin_from(&folder, &command, &[&scene], note)?;
+    Parent::store(parent.as_ref(), &folder)?;
     folder.write("config.toml", scene.to_toml())?;
     let outcome = simulate(&task, found, &scene, || started.map_or_else(start, Ok))?;
-    let summary = outcome.summary(format!("Scene {}", options.file.path.display()), &task.method);
+    let mut summary = outcome.summary(format!("Scene {}", options.file.path.display()), &task.method);
+    if let Some(origin) = origin {
+        summary.note = format!("{} {}", origin.sentence(), summary.note).trim_end().to_owned();
+    }
     folder.write("report.html", outcome.page(&folder, &summary, &scene, &command)?)?;
     outcome.describe_tables(&folder)?;
     folder.write_json("summary.json", &summary)?;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
+}
+
+/// The start of a run: placed bodies or those of another run, after the edits of the first stage.
+fn start(options: &Options, parent: Option<&Parent>, scene: &Scene, method: &Method) -> Result<Begun> {
+    let (mut simulation, before) = match parent {
+        None => {
+            let placed = placed(scene, method);
+            (placed.with_context(|| format!("scene {}", options.file.path.display()))?, 0)
+        }
+        Some(parent) => (continued(parent, scene, method)?, parent.actions),
+    };
+    let actions = before + stages::prepare(&mut simulation, scene, before)?;
+    let observers = outcome::observers(scene, &simulation.view())?;
+    Ok((simulation, observers, actions))
+}
+
+/// The simulation of a run that starts from another run, with the rules of its scene.
+///
+/// # Errors
+/// The state does not fit the scene.
+pub(crate) fn continued(parent: &Parent, scene: &Scene, method: &Method) -> Result<AnySimulation> {
+    let simulation = parent.start(scene, method)?;
+    let view = simulation.view();
+    let tags = view.bodies().flat_map(|body| body.body.tags().iter().copied());
+    let names: BTreeSet<String> = tags.map(|tag| view.tag_names().name(tag).to_owned()).collect();
+    stages::refuse_unknown_tags(scene, names)?;
+    Ok(simulation)
 }
 
 /// Runs a scene in memory, without a folder, and returns its figures and checks.

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail, ensure};
 use carom::{Scene, engine::RunSpec};
 use clap::Args;
 
-use super::{impulses, outcome::OBSERVERS, stages};
+use super::{impulses, outcome::OBSERVERS, parent::Parent, stages};
 use crate::{measures, overrides::Override};
 
 /// The only supported format of snapshots.
@@ -27,29 +27,37 @@ pub struct SceneFile {
     /// Seed of all random numbers, instead of the scene's box.seed
     #[arg(long)]
     pub seed: Option<u64>,
+    /// Start from the end, or the last checkpoint, of the run in that folder, under the rules of this
+    /// scene; its contents of the box are those of that run
+    #[arg(long, value_name = "DIR")]
+    pub from: Option<PathBuf>,
     /// Change an entry, such as gas.0.count=100; may be repeated
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     pub set: Vec<Override>,
 }
 
 impl SceneFile {
-    /// Reads the scene and applies the changes from the command line.
+    /// Reads the scene and applies the changes from the command line. The contents of the box come
+    /// from `parent`, if there is one.
     ///
     /// # Errors
     /// The file cannot be read or is no scene, or an entry of `[run]` or a rule of elasticity is
     /// invalid.
-    pub fn read(&self) -> Result<Scene> {
+    pub fn read(&self, parent: Option<&Parent>) -> Result<Scene> {
         let path = self.path.display();
         let text =
             fs::read_to_string(&self.path).with_context(|| format!("cannot read the scene file {path}"))?;
         let mut scene = Scene::from_toml(&text).with_context(|| format!("scene {path}"))?;
-        if !self.set.is_empty() {
+        if !self.set.is_empty() || parent.is_some() {
             let mut table: toml::Table = text.parse().with_context(|| format!("scene {path}"))?;
             for change in &self.set {
                 change.apply(&mut table)?;
             }
+            if let Some(parent) = parent {
+                parent.complete(&mut table)?;
+            }
             scene = Scene::from_toml(&toml::to_string(&table)?)
-                .with_context(|| format!("scene {path} after --set"))?;
+                .with_context(|| format!("scene {path} after --set or --from"))?;
         }
         if let Some(until) = self.until {
             scene.run.until = until;
@@ -61,7 +69,10 @@ impl SceneFile {
         scene.bounds.seed = self.seed.unwrap_or(scene.bounds.seed);
         check(&scene.run)?;
         stages::check(&scene)?;
-        stages::refuse_unknown_tags(&scene, tags(&scene))?;
+        match parent {
+            Some(parent) => parent.refuse_other_contents(&scene)?,
+            None => stages::refuse_unknown_tags(&scene, tags(&scene))?,
+        }
         Ok(scene)
     }
 }

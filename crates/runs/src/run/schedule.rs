@@ -120,15 +120,6 @@ impl Schedule {
         let shortest = series.iter().map(|series| series.interval).fold(until, f64::min);
         Self { series, tolerance: ROUNDING * shortest }
     }
-
-    /// Number of samples, and number of all other steps.
-    pub fn counts(&self) -> (u64, u64) {
-        let count = |is_sample: bool| {
-            let counted = self.series.iter().filter(|series| (series.what == What::Sample) == is_sample);
-            counted.map(|series| series.count).sum()
-        };
-        (count(true), count(false))
-    }
 }
 
 impl Iterator for Schedule {
@@ -201,7 +192,5 @@ mod tests {
         let shared = short.iter().take_while(|step| step.0 < 3.05).count();
         assert_eq!(short[..shared], long[..shared]);
         assert_eq!(short.len() - shared, 2);
-        let (samples, others) = Schedule::new(&Scene::from_toml(&text(3.05)).unwrap()).counts();
-        assert_eq!((samples + others) as usize, short.len());
     }
 }
