@@ -1,4 +1,5 @@
-//! `thermostat`: the energy that edits put in and contacts lose, in each interval between samples.
+//! `thermostat`: the energy that edits put in and contacts lose, and the heat that thermostats give
+//! to each tag, in each interval between samples.
 
 use carom::ThermostatLedger;
 use carom_tables::{BlockMean, Figure, Table};
@@ -26,25 +27,34 @@ impl Measured for ThermostatLedger {
             self.series().iter().map(|point| Some(value(point))).collect()
         };
         let unit = "mass·length²/time²";
-        let mut table = Table::new("thermostat", "Energy put in, lost, and present")
-            .abscissa("time", "time", self.series().iter().map(|point| point.time).collect())
-            .abscissa("duration", "time", self.series().iter().map(|point| point.duration).collect())
+        let begun = |name: &str, title: &str| {
+            let times = self.series().iter().map(|point| point.time).collect();
+            let durations = self.series().iter().map(|point| point.duration).collect();
+            Table::new(name, title).abscissa("time", "time", times).abscissa("duration", "time", durations)
+        };
+        let table = begun("thermostat", "Energy put in, lost, and present")
             .value("put_in", unit, of(|point| point.put_in))
             .value("lost", unit, of(|point| point.lost))
             .value("energy", unit, of(|point| point.energy))
             .caption(
-                "Put in by edits and lost in contacts in each interval between samples; energy at its end; heat \
-                 given by thermostats to the bodies of each tag, a part of what is put in.",
+                "Put in by edits and lost in contacts in each interval between samples; energy at its end.",
             );
-        for heat in self.heats() {
-            let values = heat.series().iter().map(|&value| Some(value)).collect();
-            table = table.value(&format!("heat_{}", heat.name()), unit, values);
+        let mut tables = vec![table];
+        if !self.heats().is_empty() {
+            let mut heat = begun("heat", "Heat given by thermostats, by tag").caption(
+                "Energy given to the bodies of each tag in each interval between samples; negative if it is taken \
+                 away.",
+            );
+            for of_tag in self.heats() {
+                heat = heat.value(of_tag.name(), unit, of_tag.series().iter().copied().map(Some).collect());
+            }
+            tables.push(heat);
         }
         let mut names = vec![context.named("energy lost in contacts per time")];
         names.extend(self.heats().iter().map(|heat| format!("heat given per time, {}", heat.name())));
         let figure = |(name, mean): (&String, &BlockMean)| {
             Some(Figure::new(name, mean.value?, "mass·length²/time³").error(mean.standard_error))
         };
-        Results { tables: vec![table], figures: names.iter().zip(means).filter_map(figure).collect() }
+        Results { tables, figures: names.iter().zip(means).filter_map(figure).collect() }
     }
 }

@@ -463,11 +463,15 @@ impl Outcome {
     fn drift_table(&self) -> Table {
         let points = self.energy.series();
         let first = points.first().map_or(0.0, |point| point.energy);
-        let drift = points.iter().map(|point| Some((point.energy - point.booked) / first));
+        let drift =
+            points.iter().map(|point| Some((point.energy - point.booked) / first.max(point.exchanged)));
         Table::new("energy", "Energy drift relative to the ledger")
             .abscissa("time", "time", points.iter().map(|point| point.time).collect())
             .value("(E − booked E) / E(0)", "1", drift.collect())
-            .caption("The difference is rounding error; it must stay below 10⁻¹².")
+            .caption(
+                "The difference is rounding error; it must stay below 10⁻¹². Once contacts have lost, or edits put \
+                 in, more than E(0), it is relative to that.",
+            )
     }
 
     fn rate_table(&self) -> Table {
