@@ -200,6 +200,23 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Ends the epoch at the present time and returns the state. Unlike [`Self::checkpoint`], this is
     /// possible at any time, but it changes the later trajectory by rounding.
     ///
+    /// ```
+    /// use carom_engine::{Scene, Simulation};
+    ///
+    /// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 50")?;
+    /// let mut simulation = Simulation::new(&scene)?;
+    /// simulation.run_until(0.3)?;
+    /// let state = simulation.end_epoch_here();
+    /// simulation.run_until(1.3)?;
+    /// // Another run from that state, whose clock begins at 0.
+    /// let mut other = Simulation::resume(&state.as_start()?)?;
+    /// assert_eq!(other.view().counters().collisions, 0);
+    /// other.run_until(1.0)?;
+    /// let [one, two] = [&simulation, &other].map(|run| run.view().bodies().next().unwrap().motion);
+    /// assert!((one.position - two.position).length() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Panics
     /// Never: an epoch that has ended has a state.
     pub fn end_epoch_here(&mut self) -> Checkpoint {
@@ -312,6 +329,7 @@ impl Checkpoint {
             self.next_key.0,
             self.simultaneous.counts.values().copied().max().map_or(0, |count| u64::from(count) << 32),
             u64::from(self.unresolved.count) << 32,
+            self.heat.largest_count(),
         ];
         let windings = self.bodies.iter().flat_map(|body| body.winding).map(i64::unsigned_abs);
         let largest = counts.into_iter().chain(windings).max().unwrap_or(0);
@@ -427,7 +445,7 @@ fn records(world: &World) -> (Vec<Molecule>, Vec<BodyRecord>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{GasSpec, Scene, Tag};
+    use crate::{GasSpec, Scene, Tag, ThermostatCounts};
     use carom_kinematics::Orientation;
 
     fn sound() -> Checkpoint {
@@ -492,8 +510,14 @@ mod tests {
             ("out of the box", refusal(|c| c.bodies[0].motion.position.y = 1.5)),
             ("time is not finite", refusal(|c| c.epoch = EpochTime::from(f64::INFINITY))),
             ("ledger is not finite", refusal(|c| c.ledger.lost = f64::NAN)),
-            ("heat of a tag is not finite", refusal(|c| c.heat.give(Tag(0), f64::NAN))),
-            ("heat of a tag without a name", refusal(|c| c.heat.give(Tag(9), 1.0))),
+            (
+                "heat of a tag is not finite",
+                refusal(|c| c.heat.give(Tag(0), f64::NAN, ThermostatCounts::default())),
+            ),
+            (
+                "heat of a tag without a name",
+                refusal(|c| c.heat.give(Tag(9), 1.0, ThermostatCounts::default())),
+            ),
             ("last contact is not finite", refusal(|c| c.simultaneous.time = f64::NAN)),
             (
                 "a component of the velocity of body 0 of the checkpoint must be 0 or from 1e-70 to 1e60, but is 1e61",
@@ -515,6 +539,16 @@ mod tests {
             ("largest count must be at most 2^62", refusal(|c| c.bodies[1].winding[0] = i64::MAX)),
             ("largest count", refusal(|c| c.counters.collisions = u64::MAX)),
             ("largest count", refusal(|c| c.counters.scheduler.pairs = u64::MAX)),
+            (
+                "largest count",
+                refusal(|c| {
+                    c.heat.give(
+                        Tag(0),
+                        1.0,
+                        ThermostatCounts { fixed: u64::MAX, ..ThermostatCounts::default() },
+                    );
+                }),
+            ),
             ("largest count", refusal(|c| c.simultaneous.counts = [(0, u32::MAX)].into())),
             ("largest count", refusal(|c| c.unresolved.count = u32::MAX)),
             ("last contact is not finite", refusal(|c| c.unresolved.since = f64::NAN)),

@@ -11,7 +11,7 @@ use carom_kinematics::{Orientation, kinetic_energy};
 use glam::DVec2;
 
 use crate::{
-    Batch, Body, EditError, LEAST_SPEED, Tag,
+    Batch, Body, EditError, LEAST_SPEED, Tag, ThermostatCounts,
     batch::energy_factor,
     heat::exact_sum,
     philox::{open_unit, philox},
@@ -66,17 +66,6 @@ pub struct DrawKey {
     pub action: u64,
 }
 
-/// The bodies of a tag that a thermostat has changed or left out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct ThermostatCounts {
-    /// Bodies with a new motion.
-    pub changed: u64,
-    /// Bodies at rest, which have no direction of motion to keep and remain at rest.
-    pub at_rest: u64,
-    /// Fixed bodies, which have no energy.
-    pub fixed: u64,
-}
-
 impl Batch {
     /// Scales the kinetic energy of each body with this tag, like [`Self::reset_energy_of_tag`],
     /// but leaves out bodies at rest and counts them. The change is booked as heat of the tag
@@ -107,7 +96,7 @@ impl Batch {
         counts.changed = factors.len() as u64;
         let before = self.energies_of(tag);
         self.scale(&factors);
-        self.book(tag, &before);
+        self.book(tag, &before, counts);
         Ok(counts)
     }
 
@@ -155,6 +144,7 @@ impl Batch {
         }
         counts.changed = motions.len() as u64;
         if motions.is_empty() {
+            self.heat.give(tag, 0.0, counts);
             return Ok(counts);
         }
         let before = self.energies_of(tag);
@@ -165,7 +155,7 @@ impl Batch {
             motion.angular_velocity = angular_velocity.unwrap_or(motion.angular_velocity);
         }
         self.moves = true;
-        self.book(tag, &before);
+        self.book(tag, &before, counts);
         Ok(counts)
     }
 
@@ -179,9 +169,9 @@ impl Batch {
     }
 
     /// Books the change of the energies of the bodies with a tag as heat.
-    fn book(&mut self, tag: Tag, before: &[f64]) {
+    fn book(&mut self, tag: Tag, before: &[f64], counts: ThermostatCounts) {
         let change = self.energies_of(tag).into_iter().chain(before.iter().map(|energy| -energy));
-        self.heat.give(tag, exact_sum(change));
+        self.heat.give(tag, exact_sum(change), counts);
     }
 }
 
@@ -276,6 +266,8 @@ mod tests {
         assert!((ledger.booked() - simulation.view().energy()).abs() < 1e-14);
         let counts = simulation.edit(|batch| batch.thermostat_maxwell(a, target, KEY)).unwrap();
         assert_eq!(counts, ThermostatCounts { changed: 3, at_rest: 0, fixed: 1 });
+        let all = ThermostatCounts { changed: 5, at_rest: 1, fixed: 2 };
+        assert_eq!(simulation.view().heat().all()[0].counts, all);
         for (index, body) in simulation.view().bodies().enumerate() {
             // Molecules first: the dumbbell is locked, the disc is round, the last tee has tag b.
             assert_eq!(body.motion.angular_velocity != 0.0, index == 2, "{index}");

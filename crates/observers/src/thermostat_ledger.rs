@@ -5,7 +5,7 @@
 //! of approach of a contact and μ its reduced mass. The power of each is its change in an interval
 //! divided by the duration of the interval.
 
-use carom_engine::{Observer, Tag, View};
+use carom_engine::{Observer, Tag, TagHeat, View};
 use carom_kinematics::EpochTime;
 use serde::{Deserialize, Serialize};
 
@@ -182,11 +182,12 @@ impl Observer for ThermostatLedger {
         let now = Books { time, put_in: ledger.put_in, lost: ledger.lost, energy: view.energy() };
         let Some([first, before]) = self.books else {
             self.books = Some([now; 2]);
-            self.heats = view.heat().all().iter().map(|&(tag, heat)| begun(view, tag, heat)).collect();
+            let heats = view.heat().all().iter();
+            self.heats = heats.map(|heat| begun(view, heat.tag, heat.energy)).collect();
             return;
         };
         let intervals = self.series.len();
-        for &(tag, heat) in view.heat().all() {
+        for &TagHeat { tag, energy: heat, .. } in view.heat().all() {
             let place = self.heats.iter().position(|of| of.tag == tag).unwrap_or(self.heats.len());
             if place == self.heats.len() {
                 self.heats.push(begun(view, tag, 0.0));

@@ -78,7 +78,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let outcome = simulate(&task, found, &scene, || started.map_or_else(start, Ok))?;
     let mut summary = outcome.summary(format!("Scene {}", options.file.path.display()), &task.method);
     if let Some(origin) = origin {
-        summary.note = format!("{} {}", origin.sentence(), summary.note).trim_end().to_owned();
+        let note = [origin.sentence(), summary.note];
+        summary.note = note.join(" ").trim_end().into();
     }
     folder.write("report.html", outcome.page(&folder, &summary, &scene, &command)?)?;
     outcome.describe_tables(&folder)?;

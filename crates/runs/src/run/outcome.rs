@@ -68,6 +68,8 @@ pub struct Outcome {
     /// Number of contacts whose elasticity the guard against inelastic collapse raised, and the
     /// energy that it spared divided by the energy lost; `None` if there was none.
     guarded: Option<(u64, f64)>,
+    /// Number of bodies at rest that thermostats have left out, summed over their actions, by tag.
+    left_at_rest: Vec<(String, u64)>,
 }
 
 /// Observers of a run; the optional ones only if the scene requests them.
@@ -253,6 +255,7 @@ fn outcome_of(view: &View<'_>, observers: &Watched, seconds: f64, scene: &Scene)
         },
         bodies: view.len(),
         temperature: view.temperature(),
+        left_at_rest: left_at_rest(view),
         guarded: (view.ledger().spared > 0.0).then(|| {
             let ledger = view.ledger();
             (view.counters().guarded_collisions, ledger.spared / ledger.lost.max(ledger.spared))
@@ -267,12 +270,18 @@ fn theory(view: &View<'_>, scene: &Scene) -> (Result<HardDiscs, String>, Scene) 
     let is_elastic =
         |spec: &ElasticitySpec| spec.default == 1.0 && spec.pair.iter().all(|rule| rule.coefficient == 1.0);
     let judged = in_force.iter().find(|spec| !is_elastic(spec)).unwrap_or(&in_force[0]);
-    let hard_discs = if stages::is_heated_while_measured(scene) {
-        Err("energies are set while it is measured".to_owned())
-    } else {
-        HardDiscs::of(view, judged)
+    let hard_discs = match stages::is_disturbed(scene) {
+        Some(reason) => Err(reason.to_owned()),
+        None => HardDiscs::of(view, judged),
     };
     (hard_discs, Scene { elasticity: (*judged).clone(), ..scene.clone() })
+}
+
+/// Names of tags with bodies that thermostats have left out because they were at rest, with their
+/// number.
+fn left_at_rest(view: &View<'_>) -> Vec<(String, u64)> {
+    let heats = view.heat().all().iter().filter(|heat| heat.counts.at_rest > 0);
+    heats.map(|heat| (view.tag_names().name(heat.tag).to_owned(), heat.counts.at_rest)).collect()
 }
 
 /// Writes a snapshot.
@@ -331,6 +340,10 @@ impl Outcome {
         if let Some((guarded, share)) = self.guarded {
             figures.push(Figure::new("contacts that the guard against collapse raised", guarded as f64, "1"));
             figures.push(Figure::new("energy that it spared, by energy lost", share, "1"));
+        }
+        for (tag, count) in &self.left_at_rest {
+            let name = format!("bodies at rest that thermostats left out, {tag}");
+            figures.push(Figure::new(name, *count as f64, "1"));
         }
         let mut checks = self.totals.checks();
         let mut note = String::new();

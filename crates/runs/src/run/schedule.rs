@@ -80,7 +80,7 @@ impl Series {
             What::Sample | What::Snapshot | What::Check => (self.next <= self.count)
                 .then(|| sampling_time(self.begin, self.end, self.interval, self.next, self.count)),
             What::Stage(_) | What::Thermostat { .. } => {
-                (self.next < self.count).then(|| self.begin + self.next as f64 * self.interval)
+                (self.next < self.count).then_some(self.begin + self.next as f64 * self.interval)
             }
         }
     }

@@ -128,12 +128,24 @@ pub fn measured_elasticities(scene: &Scene) -> Vec<&ElasticitySpec> {
     if measured.is_empty() { vec![in_force] } else { measured }
 }
 
-/// Whether a thermostat acts, or energies are set, after the start of the measured part.
-pub fn is_heated_while_measured(scene: &Scene) -> bool {
-    let measured = scene.stage.iter().filter(|stage| stage.measure).enumerate();
-    let mut heated = measured
-        .map(|(index, stage)| !stage.thermostat.is_empty() || (index > 0 && !stage.set_energy.is_empty()));
-    heated.any(|is_heated| is_heated)
+/// The reason why no theory of a gas that is left alone predicts what is measured; `None` if nothing
+/// changes the system after the start of the measured part.
+pub fn is_disturbed(scene: &Scene) -> Option<&'static str> {
+    let first = scene.stage.iter().position(|stage| stage.measure)?;
+    let stages = scene.stage.iter().enumerate().skip(first);
+    let mut reasons = stages.filter_map(|(index, stage)| {
+        let is_edited = index > first && has_edits(stage);
+        let is_heated = !stage.thermostat.is_empty();
+        is_edited
+            .then_some("the system is edited after the start of the measurement")
+            .or(is_heated.then_some("thermostats act after the start of the measurement"))
+    });
+    reasons.next()
+}
+
+fn has_edits(stage: &StageSpec) -> bool {
+    let StageSpec { name, until, measure, thermostat, .. } = StageSpec::default();
+    StageSpec { name, until, measure, thermostat, ..stage.clone() } != StageSpec::default()
 }
 
 /// Refuses tags that no body carries when a stage needs them: a misspelt tag would change the
