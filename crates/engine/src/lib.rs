@@ -84,6 +84,7 @@ mod simultaneous_contacts;
 mod single_bodies;
 mod sites;
 mod species;
+mod spelling;
 mod stage_spec;
 mod tags;
 mod thermostat;
@@ -122,6 +123,7 @@ pub use scene::{
 };
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;
+pub use spelling::did_you_mean;
 pub use stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpec};
 pub use tags::{Tag, TagNames, Tags};
 pub use thermostat::{DrawKey, ThermostatTarget};

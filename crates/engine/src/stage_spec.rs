@@ -7,6 +7,7 @@ use crate::{SceneError, ThermostatTarget};
 
 /// How a thermostat changes the motions of bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum ThermostatKind {
     /// Velocity and angular velocity of each body are scaled to a given kinetic energy; directions
@@ -23,42 +24,52 @@ pub enum ThermostatKind {
 /// It acts at the times start + k · `every` of its stage, with k = 0, 1, 2, …, as long as they lie
 /// before the end of the stage. Fixed bodies are left out.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ThermostatSpec {
     /// The tag of the bodies.
     pub tag: String,
     /// Interval between two actions (time), above 0.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0.0)))]
     pub every: f64,
     /// What the thermostat does. Default: energy resets.
     pub kind: ThermostatKind,
     /// Kinetic energy of each body, or the mean energy of a body for `maxwell`
     /// (mass × length² / time²), above 0 and at most 1e60. Either this or `temperature`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(max = LARGEST), extend("exclusiveMinimum" = 0.0)))]
     pub energy: Option<f64>,
     /// Temperature kT (mass × length² / time²), above 0 and at most 1e60: energy ½ f kT for a body
     /// of f = 2 degrees of freedom, or 3 if contacts turn it. Either this or `energy`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(max = LARGEST), extend("exclusiveMinimum" = 0.0)))]
     pub temperature: Option<f64>,
 }
 
 /// A single change of the energies of the bodies of a tag, at the start of a stage.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct HeatSpec {
     /// The tag of the bodies.
     pub tag: String,
     /// What is done. Default: an energy reset.
     pub kind: ThermostatKind,
-    /// As [`ThermostatSpec::energy`].
+    /// Kinetic energy of each body, or the mean energy of a body for `maxwell`
+    /// (mass × length² / time²), above 0 and at most 1e60. Either this or `temperature`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(max = LARGEST), extend("exclusiveMinimum" = 0.0)))]
     pub energy: Option<f64>,
-    /// As [`ThermostatSpec::temperature`].
+    /// Temperature kT (mass × length² / time²), above 0 and at most 1e60: energy ½ f kT for a body
+    /// of f = 2 degrees of freedom, or 3 if contacts turn it. Either this or `energy`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(max = LARGEST), extend("exclusiveMinimum" = 0.0)))]
     pub temperature: Option<f64>,
 }
 
 /// A tag that bodies get or lose at the start of a stage.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct RelabelSpec {
     /// The tag of the bodies concerned.

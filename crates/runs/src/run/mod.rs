@@ -3,26 +3,27 @@
 mod impulses;
 pub(crate) mod outcome;
 pub(crate) mod parent;
+mod placement;
 mod scene_file;
 pub(crate) mod schedule;
 pub(crate) mod stages;
 
-use std::{collections::BTreeSet, fmt::Write as _, ops::ControlFlow, path::PathBuf};
+use std::{collections::BTreeSet, fmt::Write as _, fs::File, path::PathBuf};
 
 use anyhow::{Context, Result};
-use carom::{Scene, engine::SceneError};
+use carom::{Scene, engine::Growth};
 use carom_methods::{AnySimulation, Method};
 use carom_tables::{Summary, Verdict};
 use clap::Args;
 use outcome::{Begun, simulate};
 use parent::Parent;
-pub use scene_file::SceneFile;
+use placement::Placement;
+pub use scene_file::{EXTENDED_XYZ, SceneFile};
 
 use crate::{
     interruption::Signals,
     manifest::{Manifest, program},
-    output::Folder,
-    progress::{Lines, Progress},
+    output::{Existing, Folder},
     resumable::{Choices, Task, without_end},
     sampling_times::sampling_times,
 };
@@ -47,22 +48,34 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let parent = Parent::find(from, &folder_path(options), options.choices.resumption.resume)?;
     let scene = options.file.read(parent.as_ref())?;
     let method = Method::try_from(&scene.method).context("[method]")?;
-    let start = || start(options, parent.as_ref(), &scene, &method);
-    // Built before anything is written, so that an invalid scene leaves no folder. A run that is
-    // resumed need not place its bodies again.
-    let started = if options.choices.resumption.resume { None } else { Some(start()?) };
+    let what = describe(&scene, parent.as_ref());
     let signals = Signals::watch()?;
-    let folder = Folder::create(&folder_path(options), options.choices.resumption.existing())?;
-    let _alone = folder.lock()?;
-    let mut command = format!("{} run {}", program(), folder.path().join("config.toml").display());
-    let mut what = without_end("run", &scene);
-    if let Some(parent) = &parent {
-        let _ = write!(command, " --from {}", parent.origin.folder);
-        what.insert_str("run\n".len(), &parent.line());
-    }
+    let mut place = Place::new(options, &scene, parent.as_ref());
+    let start = |place: &mut Place| -> Result<_> {
+        if let Some(parent) = place.parent {
+            return begin(continued(parent, &scene, &method)?, &scene, parent.actions);
+        }
+        let growth = match &place.opened {
+            Some((folder, _)) => placement::stored(&what, folder.path())?,
+            None => None,
+        };
+        let mut store = |growth: &Growth| placement::store(growth, &what, place.describe()?.path());
+        let placement = Placement::new(&method, &signals, options.choices.checkpoint_every, &mut store);
+        let simulation = match growth {
+            Some(growth) => placement.resume(growth),
+            None => placement.begin(&scene),
+        };
+        let simulation = simulation.with_context(|| format!("scene {}", options.file.path.display()))?;
+        begin(simulation, &scene, 0)
+    };
+    // Built before anything is written, so that an invalid scene leaves no folder, except for a
+    // growth that takes long. A run that is resumed need not place its bodies again.
+    let resumes = options.choices.resumption.resume;
+    let started = if resumes { None } else { Some(start(&mut place)?) };
+    let folder = place.open()?;
     let task = Task {
         folder: &folder,
-        what,
+        what: what.clone(),
         until: scene.run.until,
         samples: sampling_times(0.0, scene.run.until, scene.run.sample_interval).count(),
         method,
@@ -70,34 +83,41 @@ pub fn run(options: &Options) -> Result<Verdict> {
         signals: &signals,
     };
     let found = task.find()?;
-    let origin = parent.as_ref().map(|parent| &parent.origin);
-    let note = origin.map(serde_json::to_value).transpose()?;
-    let manifest = Manifest::begin_from(&folder, &command, &[&scene], note)?;
-    Parent::store(parent.as_ref(), &folder)?;
-    folder.write("config.toml", scene.to_toml())?;
-    let outcome = simulate(&task, found, &scene, || started.map_or_else(start, Ok))?;
+    place.describe()?;
+    let outcome = simulate(&task, found, &scene, || started.map_or_else(|| start(&mut place), Ok))?;
     let mut summary = outcome.summary(format!("Scene {}", options.file.path.display()), &task.method);
-    if let Some(origin) = origin {
-        let note = [origin.sentence(), summary.note];
+    if let Some(parent) = &parent {
+        let note = [parent.origin.sentence(), summary.note];
         summary.note = note.join(" ").trim_end().into();
     }
-    folder.write("report.html", outcome.page(&folder, &summary, &scene, &command)?)?;
+    folder.write("report.html", outcome.page(&folder, &summary, &scene, &place.command)?)?;
     outcome.describe_tables(&folder)?;
     folder.write_json("summary.json", &summary)?;
-    manifest.complete(&folder, summary.totals.cpu_seconds())?;
+    placement::remove(folder.path())?;
+    place.complete(summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
 }
 
-/// The start of a run: placed bodies or those of another run, after the edits of the first stage.
-fn start(options: &Options, parent: Option<&Parent>, scene: &Scene, method: &Method) -> Result<Begun> {
-    let (mut simulation, before) = match parent {
-        None => {
-            let placed = placed(scene, method);
-            (placed.with_context(|| format!("scene {}", options.file.path.display()))?, 0)
-        }
-        Some(parent) => (continued(parent, scene, method)?, parent.actions),
-    };
+/// Validates `[run]` and the times of the stages.
+#[cfg(test)]
+pub(crate) fn check(scene: &Scene) -> Result<()> {
+    scene_file::check(&scene.run)?;
+    stages::check(scene)
+}
+
+/// The description that identifies a run in its checkpoint.
+fn describe(scene: &Scene, parent: Option<&Parent>) -> String {
+    let mut what = without_end("run", scene);
+    if let Some(parent) = parent {
+        what.insert_str("run\n".len(), &parent.line());
+    }
+    what
+}
+
+/// The start of a run, after the edits of the first stage. `before` is the number of draws of random
+/// numbers by thermostats before.
+fn begin(mut simulation: AnySimulation, scene: &Scene, before: u64) -> Result<Begun> {
     let actions = before + stages::prepare(&mut simulation, scene, before)?;
     let observers = outcome::observers(scene, &simulation.view())?;
     Ok((simulation, observers, actions))
@@ -116,6 +136,61 @@ pub(crate) fn continued(parent: &Parent, scene: &Scene, method: &Method) -> Resu
     Ok(simulation)
 }
 
+/// The folder of a run, which is created when it is first needed.
+struct Place<'a> {
+    scene: &'a Scene,
+    /// The run from which it starts.
+    parent: Option<&'a Parent>,
+    path: PathBuf,
+    existing: Existing,
+    /// The command that repeats the run.
+    command: String,
+    /// The folder and its lock.
+    opened: Option<(Folder, Option<File>)>,
+    manifest: Option<Manifest>,
+}
+
+impl<'a> Place<'a> {
+    fn new(options: &Options, scene: &'a Scene, parent: Option<&'a Parent>) -> Self {
+        let path = folder_path(options);
+        let mut command = format!("{} run {}", program(), path.join("config.toml").display());
+        if let Some(parent) = parent {
+            let _ = write!(command, " --from {}", parent.origin.folder);
+        }
+        let existing = options.choices.resumption.existing();
+        Self { scene, parent, path, existing, command, opened: None, manifest: None }
+    }
+
+    /// Creates and locks the folder.
+    fn open(&mut self) -> Result<Folder> {
+        if let Some((folder, _)) = &self.opened {
+            return Ok(folder.clone());
+        }
+        let folder = Folder::create(&self.path, self.existing)?;
+        let lock = folder.lock()?;
+        self.opened = Some((folder.clone(), lock));
+        Ok(folder)
+    }
+
+    /// Creates the folder, with the manifest and the scene.
+    fn describe(&mut self) -> Result<Folder> {
+        let folder = self.open()?;
+        if self.manifest.is_none() {
+            let note = self.parent.map(|parent| serde_json::to_value(&parent.origin)).transpose()?;
+            self.manifest = Some(Manifest::begin_from(&folder, &self.command, &[self.scene], note)?);
+            Parent::store(self.parent, &folder)?;
+            folder.write("config.toml", self.scene.to_toml())?;
+        }
+        Ok(folder)
+    }
+
+    /// Records that the run has ended.
+    fn complete(mut self, cpu_seconds: f64) -> Result<()> {
+        let folder = self.describe()?;
+        self.manifest.take().map_or(Ok(()), |manifest| manifest.complete(&folder, cpu_seconds))
+    }
+}
+
 /// Runs a scene in memory, without a folder, and returns its figures and checks.
 ///
 /// # Errors
@@ -123,20 +198,6 @@ pub(crate) fn continued(parent: &Parent, scene: &Scene, method: &Method) -> Resu
 pub fn measure(title: &str, scene: &Scene, signals: &Signals) -> Result<Summary> {
     let method = Method::try_from(&scene.method).context("[method]")?;
     Ok(outcome::in_memory(scene, signals)?.summary(title.to_owned(), &method))
-}
-
-/// The simulation of a scene, with the progress of the placement if that takes steps of growth.
-fn placed(scene: &Scene, method: &Method) -> Result<AnySimulation, SceneError> {
-    let mut shown: Option<Progress> = None;
-    let (mut share, mut collisions) = (0.0, 0);
-    AnySimulation::with_progress(scene, method, &mut |now| {
-        // Growth and relaxation take about the same time.
-        let reached = 0.5 * (now.smallest_scale + now.relaxed);
-        let progress = shown.get_or_insert_with(|| Lines::default().add("placement", 1.0));
-        progress.advance(reached - share, now.collisions - collisions);
-        (share, collisions) = (reached, now.collisions);
-        ControlFlow::Continue(())
-    })
 }
 
 fn folder_path(options: &Options) -> PathBuf {

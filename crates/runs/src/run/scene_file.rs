@@ -10,7 +10,7 @@ use super::{impulses, outcome::OBSERVERS, parent::Parent, stages};
 use crate::{measures, overrides::Override};
 
 /// The only supported format of snapshots.
-const EXTENDED_XYZ: &str = "extxyz";
+pub const EXTENDED_XYZ: &str = "extxyz";
 
 /// Largest number of samples of a run; more are refused as a mistake.
 const MOST_SAMPLES: f64 = 1e7;
@@ -87,7 +87,7 @@ fn tags(scene: &Scene) -> impl Iterator<Item = String> {
 }
 
 /// Validates `[run]`.
-fn check(run: &RunSpec) -> Result<()> {
+pub fn check(run: &RunSpec) -> Result<()> {
     let intervals = [
         ("run.sample_interval", Some(run.sample_interval)),
         ("run.snapshot_interval", run.snapshot_interval),

@@ -8,6 +8,7 @@ use carom::{
     EditError, Scene, SceneError,
     engine::{
         Batch, DrawKey, ElasticitySpec, HeatSpec, MoleculeSpec, Rotation, StageSpec, Tag, ThermostatKind,
+        did_you_mean,
     },
 };
 use carom_methods::AnySimulation;
@@ -160,7 +161,8 @@ pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = Stri
         let known = |carried: &BTreeSet<String>, entry: &str, tag: &str| {
             ensure!(
                 carried.contains(tag),
-                "stage[{index}].{entry}: no body carries the tag {tag:?} at that time"
+                "stage[{index}].{entry}: no body carries the tag {tag:?} at that time{}",
+                did_you_mean(tag, carried.iter().map(String::as_str))
             );
             Ok(())
         };
@@ -198,7 +200,8 @@ fn refuse_unknown_rules(entry: &str, elasticity: &ElasticitySpec, carried: &BTre
         for name in &rule.between {
             ensure!(
                 carried.contains(name),
-                "{entry}.pair[{index}]: no body in the scene carries the tag {name:?}"
+                "{entry}.pair[{index}]: no body in the scene carries the tag {name:?}{}",
+                did_you_mean(name, carried.iter().map(String::as_str))
             );
         }
     }
