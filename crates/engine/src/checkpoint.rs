@@ -197,8 +197,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         })
     }
 
-    /// Ends the epoch at the present time and returns the state. Unlike [`Self::checkpoint`], this is
-    /// possible at any time, but it changes the later trajectory by rounding.
+    /// Ends the epoch at the present time and returns the state. Unlike [`Self::checkpoint`], this
+    /// is possible at any time, but it changes the later trajectory by rounding.
     ///
     /// ```
     /// use carom_engine::{Scene, Simulation};

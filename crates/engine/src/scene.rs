@@ -465,8 +465,8 @@ impl Scene {
 }
 
 impl Scene {
-    /// Validates the presence of the keys of stages, and sets the end of the run to that of the last
-    /// stage.
+    /// Validates the presence of the keys of stages, and sets the end of the run to that of the
+    /// last stage.
     fn finish_stages(&mut self, table: &toml::Table) -> Result<(), SceneError> {
         let Some(last) = self.stage.last() else { return Ok(()) };
         require(table, "stage", "until", "")?;

@@ -16,7 +16,7 @@ use cpu_time::ProcessTime;
 
 use crate::{
     print_line,
-    run::{SceneFile, continued, parent::Parent, schedule::What, stages},
+    run::{SceneFile, continued, parent::Parent, schedule::What, stage_edits, stages},
     sampling_times::sampling_times,
 };
 
@@ -48,7 +48,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         None => AnySimulation::new(&scene).with_context(|| format!("scene {name}"))?,
         Some(parent) => continued(parent, &scene, &method)?,
     };
-    stages::prepare(&mut simulation, &scene, 0)?;
+    stage_edits::prepare(&mut simulation, &scene, 0)?;
     crate::run::outcome::observers(&scene, &simulation.view())?;
     print_line(&format!("{name}: valid"));
     print_line(&contents(&scene, &simulation.view())?);
@@ -227,7 +227,7 @@ impl Actions {
                 let tag = copy.find_tag(&scene.stage[stage].thermostat[index].tag);
                 let members = tag.map_or(0, |tag| copy.view().tagged(tag).count());
                 let clock = ProcessTime::now();
-                stages::change(&mut copy, scene, What::Thermostat { stage, index }, 0)?;
+                stage_edits::change(&mut copy, scene, What::Thermostat { stage, index }, 0)?;
                 copy.run_until(copy.time().to_f64()).context("the run fails")?;
                 all.seconds += count as f64 * clock.elapsed().as_secs_f64();
                 all.count += count;

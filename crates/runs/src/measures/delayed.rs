@@ -85,8 +85,8 @@ mod tests {
             simulation.observe_until(0.1 * f64::from(sample), &mut delayed).unwrap();
             delayed.sample(&simulation.view());
         }
-        // The first sample at or after 0.45 is that at 0.5, so the first interval ends at 0.6, and the
-        // last at 0.8.
+        // The first sample at or after 0.45 is that at 0.5, so the first interval ends at 0.6, and
+        // the last at 0.8.
         let series = delayed.observer.series();
         assert_eq!(series.len(), 3);
         assert!((series[0].time - 0.6).abs() < 1e-12);

@@ -6,6 +6,7 @@ pub(crate) mod parent;
 mod placement;
 mod scene_file;
 pub(crate) mod schedule;
+pub(crate) mod stage_edits;
 pub(crate) mod stages;
 
 use std::{collections::BTreeSet, fmt::Write as _, fs::File, path::PathBuf};
@@ -115,10 +116,10 @@ fn describe(scene: &Scene, parent: Option<&Parent>) -> String {
     what
 }
 
-/// The start of a run, after the edits of the first stage. `before` is the number of draws of random
-/// numbers by thermostats before.
+/// The start of a run, after the edits of the first stage. `before` is the number of draws of
+/// random numbers by thermostats before.
 fn begin(mut simulation: AnySimulation, scene: &Scene, before: u64) -> Result<Begun> {
-    let actions = before + stages::prepare(&mut simulation, scene, before)?;
+    let actions = before + stage_edits::prepare(&mut simulation, scene, before)?;
     let observers = outcome::observers(scene, &simulation.view())?;
     Ok((simulation, observers, actions))
 }

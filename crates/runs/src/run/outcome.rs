@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 use super::{
     impulses,
     schedule::{Schedule, Step, What},
-    stages,
+    stage_edits, stages,
 };
 use crate::{
     animation,
@@ -173,7 +173,7 @@ pub fn in_memory(scene: &Scene, signals: &Signals) -> Result<Outcome> {
     let clock = ThreadTime::now();
     stages::check(scene)?;
     let mut simulation = AnySimulation::new(scene)?;
-    let mut actions = stages::prepare(&mut simulation, scene, 0)?;
+    let mut actions = stage_edits::prepare(&mut simulation, scene, 0)?;
     let mut observers = observers(scene, &simulation.view())?;
     observers.start(&simulation.view());
     observers.sample(&simulation.view());
@@ -185,7 +185,7 @@ pub fn in_memory(scene: &Scene, signals: &Signals) -> Result<Outcome> {
             What::Check => observers.1.check.sample(&simulation.view()),
             What::Snapshot => (),
             What::Stage(_) | What::Thermostat { .. } => {
-                actions += stages::change(&mut simulation, scene, what, actions)?;
+                actions += stage_edits::change(&mut simulation, scene, what, actions)?;
                 observers.start(&simulation.view());
             }
         }
@@ -203,7 +203,8 @@ fn take(going: &mut Resumable<Watched>, task: &Task<'_>, scene: &Scene, what: Wh
         What::Snapshot => append_frame(going)?,
         What::Check => going.observers.1.check.sample(&going.simulation.view()),
         What::Stage(_) | What::Thermostat { .. } => {
-            return going.edit(task, |simulation, actions| stages::change(simulation, scene, what, actions));
+            return going
+                .edit(task, |simulation, actions| stage_edits::change(simulation, scene, what, actions));
         }
     }
     going.pass();

@@ -27,8 +27,8 @@ pub struct SceneFile {
     /// Seed of all random numbers, instead of the scene's box.seed
     #[arg(long)]
     pub seed: Option<u64>,
-    /// Start from the end, or the last checkpoint, of the run in that folder, under the rules of this
-    /// scene; its contents of the box are those of that run
+    /// Start from the end, or the last checkpoint, of the run in that folder, under the rules of
+    /// this scene; its contents of the box are those of that run
     #[arg(long, value_name = "DIR")]
     pub from: Option<PathBuf>,
     /// Change an entry, such as gas.0.count=100; may be repeated
