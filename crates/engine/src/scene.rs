@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    AtomSpec, GasSpec, MethodSpec, Rotation, SceneError,
+    AtomSpec, GasSpec, MeasureSpec, MethodSpec, Rotation, SceneError,
     gas_spec::{energy_or_temperature, serialize_gases},
 };
 
@@ -49,6 +49,9 @@ pub struct Scene {
     pub method: MethodSpec,
     /// Duration of the run, and the quantities to observe.
     pub run: RunSpec,
+    /// Quantities to measure with parameters, besides those of `run.observe`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub measure: Vec<MeasureSpec>,
 }
 
 /// The periodic box, and the seed of all random numbers.

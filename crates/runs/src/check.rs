@@ -13,7 +13,7 @@ use carom_tables::Verdict;
 use clap::Args;
 use cpu_time::ProcessTime;
 
-use crate::{print_line, run::SceneFile, sampling_times::sampling_times};
+use crate::{measures::Measures, print_line, run::SceneFile, sampling_times::sampling_times};
 
 /// Processor time of the trial run for the estimate (seconds).
 const TRIAL_SECONDS: f64 = 1.0;
@@ -38,7 +38,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let name = options.file.path.display();
     let scene = options.file.read()?;
     let mut simulation = AnySimulation::new(&scene).with_context(|| format!("scene {name}"))?;
-    crate::run::outcome::observers(&scene.run, &simulation.view())?;
+    Measures::begin(&scene, &simulation.view())?;
     print_line(&format!("{name}: valid"));
     print_line(&contents(&scene, &simulation.view())?);
     print_line(&Trial::of(&mut simulation, scene.run.until)?.to_string());

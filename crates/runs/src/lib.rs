@@ -18,13 +18,16 @@ pub mod experiment;
 pub mod interruption;
 pub mod manifest;
 pub mod measures;
+pub mod merge;
 pub mod output;
 pub mod overrides;
 pub mod progress;
+pub mod record;
 pub mod resumable;
 pub mod run;
 pub mod sampling_times;
 pub mod series;
+pub mod spelling;
 pub mod visible_region;
 pub mod work_items;
 

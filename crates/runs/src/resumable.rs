@@ -305,11 +305,27 @@ impl<O: Observer + Serialize> Resumable<O> {
     /// The run fails, a checkpoint cannot be written, or a signal has been received and a
     /// checkpoint exists.
     pub fn run_to(&mut self, time: f64, task: &Task<'_>) -> Result<()> {
+        self.run_to_and(time, task, |_, _| Ok(()))
+    }
+
+    /// Runs to the next sample at `time`, writes checkpoints on the way, and calls `at_end` after
+    /// each epoch: an observer of every contact can then empty its memory into a file.
+    ///
+    /// # Errors
+    /// The run fails, `at_end` fails, a checkpoint cannot be written, or a signal has been received
+    /// and a checkpoint exists.
+    pub fn run_to_and(
+        &mut self,
+        time: f64,
+        task: &Task<'_>,
+        at_end: impl Fn(&mut O, &mut AppendFiles) -> Result<()>,
+    ) -> Result<()> {
         let until = EpochTime::from(time);
         if self.saved.is_none() {
             self.save(task)?;
         }
         while !self.simulation.observe_epoch(until, &mut self.observers)? {
+            at_end(&mut self.observers, &mut self.files)?;
             let interrupted = task.signals.check();
             let near_end = task.is_nearly_done(self.simulation.time());
             let timely = self.saved.is_none_or(|saved| saved.elapsed() >= task.choices.checkpoint_every);
@@ -404,6 +420,6 @@ mod tests {
             Head { what: "run".to_owned(), until: 1.0, ended: false, time: EpochTime::ZERO, samples: 0 };
         let simulation = simulation.checkpoint().unwrap();
         let kept = encode(&(head, State { simulation, observers, seconds: 0.5, files: Vec::new() })).unwrap();
-        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (5, 831, 2_239_407_009));
+        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (6, 831, 2_239_407_009));
     }
 }

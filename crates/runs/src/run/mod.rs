@@ -1,6 +1,5 @@
 //! `carom run`: runs any scene and writes what its `[run]` requests.
 
-mod impulses;
 pub(crate) mod outcome;
 mod scene_file;
 
@@ -17,6 +16,7 @@ pub use scene_file::SceneFile;
 use crate::{
     interruption::Signals,
     manifest::{Manifest, program},
+    measures::Measures,
     output::Folder,
     progress::{Lines, Progress},
     resumable::{Choices, Task, without_end},
@@ -44,7 +44,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let start = || -> Result<_> {
         let simulation =
             placed(&scene, &method).with_context(|| format!("scene {}", options.file.path.display()))?;
-        let observers = outcome::observers(&scene.run, &simulation.view())?;
+        let observers = Measures::begin(&scene, &simulation.view())?;
         Ok((simulation, observers))
     };
     // Built before anything is written, so that an invalid scene leaves no folder. A run that is
@@ -69,7 +69,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let outcome = simulate(&task, found, &scene, || started.map_or_else(start, Ok))?;
     let summary = outcome.summary(format!("Scene {}", options.file.path.display()), &task.method);
     folder.write("report.html", outcome.page(&folder, &summary, &scene, &command)?)?;
-    outcome.describe_tables(&folder)?;
+    outcome::describe_tables(&outcome.results, &folder)?;
+    outcome.record(&scene, &task.method).write(&folder)?;
     folder.write_json("summary.json", &summary)?;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);

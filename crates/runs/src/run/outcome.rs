@@ -3,36 +3,28 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use carom::{
-    CollisionRate, EnergyLedger, Observer, OverlapCheck, Scene, View,
-    engine::RunSpec,
-    observers::{ImpulseLog, Pressure, write_extended_xyz},
-};
+use carom::{Observer, Scene, View, engine::RunSpec, observers::write_extended_xyz};
 use carom_methods::{AnySimulation, Method};
 use carom_report::{
     page::{Layout, Page},
     table_chart,
 };
-use carom_tables::{BlockSums, Figure, OVERLAPPING_PAIRS, Summary, Table, Totals};
+use carom_tables::{Figure, OVERLAPPING_PAIRS, Summary, Totals};
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::impulses;
 use crate::{
     animation,
     interruption::Signals,
-    measures::{self, Delayed, ENSKOG, HardDiscs, LIU, Measures, Results},
+    measures::{self, HardDiscs, Measures, Results},
     output::Folder,
     progress::Progress,
+    record::{Record, RunRecord},
     resumable::{FoundCheckpoint, Resumable, Start, Task},
     sampling_times::sampling_times,
-    series,
     visible_region::{caption_of, picture_of},
 };
-
-/// Names allowed in `run.observe` besides those of the measures.
-pub const OBSERVERS: [&str; 4] = ["energy", "collision-rate", "pressure", "overlap"];
 
 /// Longer side of a picture of the system (pixels).
 const PICTURE: u32 = 720;
@@ -49,15 +41,8 @@ const TRAJECTORY: &str = "trajectory.extxyz";
 /// Results of a run.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Outcome {
-    energy: EnergyLedger,
-    rate: CollisionRate,
-    /// `None` unless requested: it needs a report of every contact.
-    pressure: Option<Pressure>,
-    overlaps: OverlapCheck,
     /// Tables and figures of the measures.
-    results: Results,
-    /// The gas, if it is one of equal hard discs.
-    hard_discs: Option<HardDiscs>,
+    pub results: Results,
     totals: Totals,
     bodies: usize,
     /// kT at the end (mass × length² / time²); `None` without thermal motion.
@@ -65,23 +50,6 @@ pub struct Outcome {
     /// Number of contacts whose elasticity the guard against inelastic collapse raised, and the
     /// energy that it spared divided by the energy lost; `None` if there was none.
     guarded: Option<(u64, f64)>,
-}
-
-/// Observers of a run; the optional ones only if the scene requests them.
-type Watched = (EnergyLedger, OverlapCheck, Delayed<Averages>, Option<ImpulseLog>);
-
-/// What is averaged over the time of the measurement.
-type Averages = (CollisionRate, Option<Pressure>, Measures);
-
-/// Creates the observers that a scene requests.
-///
-/// # Errors
-/// No body carries a tag, or a body or gas is not unique.
-pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<Watched> {
-    let pressure = run.observe.iter().any(|name| name == "pressure").then(Pressure::default);
-    let measured = (CollisionRate::default(), pressure, Measures::begin(run, view)?);
-    let measured = Delayed::new(run.measure_from, measured);
-    Ok((EnergyLedger::default(), OverlapCheck::default(), measured, impulses::log(run, view)?))
 }
 
 /// Runs to the end, from the beginning (`start`) or from a checkpoint, and writes series and
@@ -93,11 +61,11 @@ pub fn simulate(
     task: &Task<'_>,
     found: Option<FoundCheckpoint>,
     scene: &Scene,
-    start: impl FnOnce() -> Result<(AnySimulation, Watched)>,
+    start: impl FnOnce() -> Result<(AnySimulation, Measures)>,
 ) -> Result<Outcome> {
     let run = &scene.run;
     let progress = Progress::new(run.until);
-    let mut going = match task.start::<Watched, Outcome>(found)? {
+    let mut going = match task.start::<Measures, Outcome>(found)? {
         Start::Ended(outcome) => return Ok(outcome),
         Start::From(going) => {
             // The picture is needed at the end; a missing one is an error now rather than then.
@@ -118,19 +86,20 @@ pub fn simulate(
         if let Some(from) = animation_from.take_if(|from| *from < time) {
             // A run split in two makes the same contacts, to the bit.
             if going.simulation.time().to_f64() < from {
-                going.run_to(from, task)?;
+                going.run_to_and(from, task, Measures::append_contacts)?;
             }
             animation::record(&going.simulation, task.folder)?;
         }
-        going.run_to(time, task)?;
+        going.run_to_and(time, task, Measures::append_contacts)?;
         going.sample();
         append_sample(&mut going, run)?;
         progress.advance(time - before.0, going.simulation.view().counters().collisions - before.1);
     }
     drop(progress);
     task.folder.write_lasting(PICTURES[1], picture_of(&going.simulation.view(), PICTURE))?;
+    going.observers.finish(&going.simulation.view());
     let outcome = outcome_of(&going.simulation.view(), &going.observers, going.seconds(), scene);
-    outcome.results.write(task.folder)?;
+    outcome.results.write(task.folder, |name| going.files.holds(name))?;
     going.end(task, &outcome)?;
     Ok(outcome)
 }
@@ -143,7 +112,7 @@ pub fn in_memory(scene: &Scene, signals: &Signals) -> Result<Outcome> {
     let clock = ThreadTime::now();
     let run = &scene.run;
     let mut simulation = AnySimulation::new(scene)?;
-    let mut observers = observers(run, &simulation.view())?;
+    let mut observers = Measures::begin(scene, &simulation.view())?;
     observers.start(&simulation.view());
     observers.sample(&simulation.view());
     for time in sampling_times(0.0, run.until, run.sample_interval) {
@@ -151,15 +120,16 @@ pub fn in_memory(scene: &Scene, signals: &Signals) -> Result<Outcome> {
         simulation.observe_until(time, &mut observers)?;
         observers.sample(&simulation.view());
     }
+    observers.finish(&simulation.view());
     Ok(outcome_of(&simulation.view(), &observers, clock.elapsed().as_secs_f64(), scene))
 }
 
 /// Starts a run: initial picture, and the sample at time 0.
 fn begin(
     task: &Task<'_>,
-    (simulation, observers): (AnySimulation, Watched),
+    (simulation, observers): (AnySimulation, Measures),
     run: &RunSpec,
-) -> Result<Resumable<Watched>> {
+) -> Result<Resumable<Measures>> {
     task.folder.write_lasting(PICTURES[0], picture_of(&simulation.view(), PICTURE))?;
     let mut going = Resumable::begin(task, simulation, observers);
     going.observers.start(&going.simulation.view());
@@ -169,26 +139,17 @@ fn begin(
 }
 
 /// The outcome of a run that has reached its end.
-fn outcome_of(view: &View<'_>, observers: &Watched, seconds: f64, scene: &Scene) -> Outcome {
-    let run = &scene.run;
-    let (energy, overlaps, Delayed { observer: (rate, pressure, measures), .. }, _) = observers;
-    let hard_discs = HardDiscs::of(view, &scene.elasticity);
+fn outcome_of(view: &View<'_>, measures: &Measures, seconds: f64, scene: &Scene) -> Outcome {
+    let results = measures.results(scene, &HardDiscs::of(view, &scene.elasticity));
     let collisions = view.counters().collisions;
     Outcome {
-        energy: energy.clone(),
-        rate: rate.clone(),
-        pressure: pressure.clone(),
-        results: measures.results(scene, &hard_discs),
-        hard_discs: hard_discs.ok(),
-        overlaps: overlaps.clone(),
         totals: Totals {
             collisions,
-            simulated_time: run.until,
+            simulated_time: scene.run.until,
             collisions_per_second: collisions as f64 / seconds.max(1e-9),
-            energy_drift: energy.drift(),
-            overlapping_pairs: overlaps.worst_pairs(),
-            max_overlap: overlaps.deepest(),
+            ..results.totals
         },
+        results,
         bodies: view.len(),
         temperature: view.temperature(),
         guarded: (view.ledger().spared > 0.0).then(|| {
@@ -199,51 +160,25 @@ fn outcome_of(view: &View<'_>, observers: &Watched, seconds: f64, scene: &Scene)
 }
 
 /// Writes the data of the last sample: a frame, and a row of each requested series.
-fn append_sample(going: &mut Resumable<Watched>, run: &RunSpec) -> Result<()> {
-    let Resumable { simulation, observers: (energy, _, measured, impulses), files, .. } = going;
-    let (rate, pressure, _) = &measured.observer;
+fn append_sample(going: &mut Resumable<Measures>, run: &RunSpec) -> Result<()> {
+    let Resumable { simulation, observers, files, .. } = going;
     if run.snapshots.is_some() {
         files.append_frame(TRAJECTORY, |out| write_extended_xyz(&simulation.view(), out))?;
     }
-    if let Some(impulses) = impulses {
-        files.append_new(&series::IMPULSES, &impulses.take())?;
-    }
-    for name in &run.observe {
-        match name.as_str() {
-            "energy" => files.append(&series::ENERGY, energy.series())?,
-            "collision-rate" => files.append(&series::RATES, rate.series())?,
-            "pressure" => {
-                files.append(&series::PRESSURE, pressure.as_ref().map_or(&[], Pressure::series))?;
-            }
-            // Its two figures are in the summary.
-            _ => (),
-        }
-    }
-    Ok(())
+    observers.append(files)
 }
 
 impl Outcome {
+    /// Figures of the whole system at the end.
+    fn system_figures(&self) -> Vec<Figure> {
+        let bodies = Figure::new("bodies", self.bodies as f64, "1");
+        let temperature = |kt: f64| Figure::new("temperature kT at the end", kt, "mass·length²/time²");
+        std::iter::once(bodies).chain(self.temperature.map(temperature)).collect()
+    }
+
     /// Figures and checks.
     pub fn summary(&self, title: String, method: &Method) -> Summary {
-        let mut figures = vec![Figure::new("bodies", self.bodies as f64, "1")];
-        if let Some(temperature) = self.temperature {
-            figures.push(Figure::new("temperature kT at the end", temperature, "mass·length²/time²"));
-        }
-        if let Some((mean, error)) = in_blocks(self.rate.series().iter().map(|p| (p.time, p.rate))) {
-            let figure = Figure::new("collisions per body that moves", mean, "1/time").error(error);
-            figures.push(figure.predicted(self.hard_discs.map(|gas| gas.collision_rate()), ENSKOG));
-        }
-        let pressures = self.pressure.as_ref().map_or(&[][..], Pressure::series).iter();
-        if let Some((mean, error)) = in_blocks(pressures.clone().map(|p| (p.time, p.pressure()))) {
-            let figure = Figure::new("pressure", mean, "mass/time²").error(error);
-            figures.push(figure.predicted(self.hard_discs.map(|gas| gas.pressure()), LIU));
-        }
-        let factors = pressures.map(|p| Some((p.time, p.compressibility_factor()?)));
-        let factors: Option<Vec<(f64, f64)>> = factors.collect();
-        if let Some((mean, error)) = factors.and_then(|factors| in_blocks(factors.into_iter())) {
-            let figure = Figure::new("compressibility factor βpA/N", mean, "1").error(error);
-            figures.push(figure.predicted(self.hard_discs.map(|gas| gas.compressibility_factor()), LIU));
-        }
+        let mut figures = self.system_figures();
         figures.extend(self.results.figures.iter().cloned());
         if let Some((guarded, share)) = self.guarded {
             figures.push(Figure::new("contacts that the guard against collapse raised", guarded as f64, "1"));
@@ -275,8 +210,10 @@ impl Outcome {
         if run.measure_from > 0.0 {
             let _ = write!(lead, " Measured from t = {} on.", run.measure_from);
         }
-        if !run.observe.is_empty() {
-            let _ = write!(lead, " Observed: {}.", run.observe.join(", "));
+        let measured = scene.measure.iter().map(|entry| entry.name.as_ref().unwrap_or(&entry.kind));
+        let observed: Vec<&str> = run.observe.iter().chain(measured).map(String::as_str).collect();
+        if !observed.is_empty() {
+            let _ = write!(lead, " Observed: {}.", observed.join(", "));
         }
         let mut page = Page::new(&summary.title, &lead);
         if !summary.note.is_empty() {
@@ -286,17 +223,9 @@ impl Outcome {
         page.totals(&summary.totals);
         page.figures(&summary.figures);
         page.subheading("Checks");
-        page.paragraph(&format!("The overlap check ran at {} samples.", self.overlaps.checks()));
+        page.paragraph(&format!("The overlap check ran at {} samples.", self.results.overlap_checks));
         page.checks(&summary.checks);
-        for (table, files) in self.tables(run) {
-            let charts = table_chart::charts(&table)?;
-            let last = charts.len().saturating_sub(1);
-            for (index, svg) in charts.iter().enumerate() {
-                let caption = if index == last { table.caption.as_str() } else { "" };
-                page.pictures(Layout::Full, &[(svg, caption)]);
-            }
-            page.links([files.as_str()]);
-        }
+        draw_tables(&self.results, &mut page)?;
         page.heading("The system");
         let [start, end] = PICTURES.map(|name| folder.read(name));
         let (start, end) = (start?, end?);
@@ -314,7 +243,7 @@ impl Outcome {
             page.animation(&folder.read(animation::ANIMATION)?, &caption);
         }
         page.heading("Data");
-        page.links(Self::data(run));
+        page.links(self.data(run));
         page.heading("Reproduction");
         page.code(command);
         let text = scene.to_toml();
@@ -327,98 +256,58 @@ impl Outcome {
         Ok(page.html())
     }
 
-    /// Data files that a run with these options writes, besides those of the tables.
-    fn data(run: &RunSpec) -> Vec<&'static str> {
-        let mut files = vec!["config.toml", "summary.json", "tables.json", "manifest.json"];
+    /// Data files of the run, besides those of the tables.
+    fn data(&self, run: &RunSpec) -> Vec<&str> {
+        let mut files = vec!["config.toml", "summary.json", "tables.json", "manifest.json", "sums"];
         files.extend(run.animation.then_some(animation::FLIGHTS));
-        files.extend(run.observe.iter().any(|name| impulses::is_log(name)).then_some(series::IMPULSES.name));
+        files.extend(self.results.files.iter().map(String::as_str));
         files.extend(run.snapshots.is_some().then_some(TRAJECTORY));
         files
     }
 
-    /// Writes what the columns of the measures' tables hold, with units and sources of predictions.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub fn describe_tables(&self, folder: &Folder) -> Result<()> {
-        let heads = self.results.tables.iter().map(|table| {
-            let file = measures::file_name(table);
-            let columns = table.columns.iter().map(|column| {
-                let (role, source) = column.role.words();
-                json!({ "name": column.name, "unit": column.unit, "role": role, "source": source })
-            });
-            let columns: Vec<Value> = columns.collect();
-            json!({ "file": file, "title": table.title, "caption": table.caption, "columns": columns })
+    /// What other runs of the scene are merged with.
+    pub fn record(&self, scene: &Scene, method: &Method) -> Record {
+        let note = self.summary(String::new(), method).note;
+        let run = RunRecord {
+            totals: self.totals,
+            note,
+            figures: self.system_figures(),
+            measures: self.results.records.clone(),
+        };
+        Record::of(scene, run)
+    }
+}
+
+/// Draws the charts of all tables, each with its caption and a link to its file.
+///
+/// # Errors
+/// A chart cannot be drawn.
+pub fn draw_tables(results: &Results, page: &mut Page) -> Result<()> {
+    for table in &results.tables {
+        let charts = table_chart::charts(table)?;
+        let last = charts.len().saturating_sub(1);
+        for (index, svg) in charts.iter().enumerate() {
+            let caption = if index == last { table.caption.as_str() } else { "" };
+            page.pictures(Layout::Full, &[(svg, caption)]);
+        }
+        page.links([measures::file_name(table).as_str()]);
+    }
+    Ok(())
+}
+
+/// Writes what the columns of the measures' tables hold, with units and sources of predictions.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn describe_tables(results: &Results, folder: &Folder) -> Result<()> {
+    let heads = results.tables.iter().map(|table| {
+        let file = measures::file_name(table);
+        let columns = table.in_file().map(|column| {
+            let (role, source) = column.role.words();
+            json!({ "name": column.name, "unit": column.unit, "role": role, "source": source })
         });
-        folder.write_json("tables.json", &heads.collect::<Vec<Value>>())
-    }
-
-    /// All tables, each with the name of its file.
-    fn tables(&self, run: &RunSpec) -> Vec<(Table, String)> {
-        let is_asked = |name: &str| run.observe.iter().any(|observed| observed == name);
-        let mut tables = Vec::new();
-        if is_asked("energy") {
-            tables.push((self.drift_table(), series::ENERGY.name.to_owned()));
-        }
-        if is_asked("collision-rate") {
-            tables.push((self.rate_table(), series::RATES.name.to_owned()));
-        }
-        if is_asked("pressure") {
-            tables.push((self.pressure_table(), series::PRESSURE.name.to_owned()));
-        }
-        let measured = self.results.tables.iter().map(|table| (table.clone(), measures::file_name(table)));
-        tables.extend(measured);
-        tables
-    }
-
-    fn drift_table(&self) -> Table {
-        let points = self.energy.series();
-        let first = points.first().map_or(0.0, |point| point.energy);
-        let drift = points.iter().map(|point| Some((point.energy - point.booked) / first));
-        Table::new("energy", "Energy drift relative to the ledger")
-            .abscissa("time", "time", points.iter().map(|point| point.time).collect())
-            .value("(E − booked E) / E(0)", "1", drift.collect())
-            .caption("The difference is rounding error; it must stay below 10⁻¹².")
-    }
-
-    fn rate_table(&self) -> Table {
-        let points = self.rate.series();
-        let table = Table::new("collision-rate", "Collisions")
-            .abscissa("time", "time", points.iter().map(|point| point.time).collect())
-            .value("collisions per body", "1/time", points.iter().map(|point| Some(point.rate)).collect())
-            .caption("Mean over the moving bodies in each interval between samples.");
-        constant(table, points.len(), self.hard_discs.map(|gas| gas.collision_rate()), "Enskog", ENSKOG)
-    }
-
-    fn pressure_table(&self) -> Table {
-        let points = self.pressure.as_ref().map_or(&[][..], Pressure::series);
-        let table = Table::new("pressure", "Pressure")
-            .abscissa("time", "time", points.iter().map(|point| point.time).collect())
-            .value("pressure", "mass/time²", points.iter().map(|point| Some(point.pressure())).collect())
-            .caption("From the virial of the contacts in each interval between samples.");
-        constant(table, points.len(), self.hard_discs.map(|gas| gas.pressure()), "Liu", LIU)
-    }
-}
-
-/// Mean over time of a series of (end of an interval, mean in it), and its standard error from
-/// blocks. The first interval is taken as long as the second.
-fn in_blocks(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<(f64, Option<f64>)> {
-    let (first, second) = (points.clone().next()?.0, points.clone().nth(1)?.0);
-    let mut blocks = BlockSums::default();
-    let (mut before, mut sums) = (2.0 * first - second, [0.0; 2]);
-    for (time, value) in points {
-        sums = [sums[0] + value * (time - before), sums[1] + (time - before)];
-        before = time;
-        blocks.record(&[sums]);
-    }
-    let mean = blocks.means()[0];
-    Some((mean.value?, mean.standard_error))
-}
-
-/// Adds a prediction that does not depend on the abscissa.
-fn constant(table: Table, rows: usize, prediction: Option<f64>, label: &str, source: &str) -> Table {
-    match prediction {
-        Some(value) => table.prediction(label, vec![Some(value); rows], source),
-        None => table,
-    }
+        let columns: Vec<Value> = columns.collect();
+        json!({ "file": file, "title": table.title, "caption": table.caption, "columns": columns })
+    });
+    folder.write_json("tables.json", &heads.collect::<Vec<Value>>())
 }

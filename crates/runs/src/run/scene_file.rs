@@ -6,7 +6,6 @@ use anyhow::{Context, Result, bail, ensure};
 use carom::{Scene, engine::RunSpec};
 use clap::Args;
 
-use super::{impulses, outcome::OBSERVERS};
 use crate::{measures, overrides::Override};
 
 /// The only supported format of snapshots.
@@ -54,6 +53,7 @@ impl SceneFile {
         scene.run.until = self.until.unwrap_or(scene.run.until);
         scene.bounds.seed = self.seed.unwrap_or(scene.bounds.seed);
         check(&scene.run)?;
+        measures::requests(&scene)?;
         refuse_unknown_tags(&scene)?;
         Ok(scene)
     }
@@ -104,26 +104,6 @@ fn check(run: &RunSpec) -> Result<()> {
         run.sample_interval,
         run.until
     );
-    for (index, name) in run.observe.iter().enumerate() {
-        ensure!(!run.observe[..index].contains(name), "run.observe: '{name}' is named twice");
-
-        if OBSERVERS.contains(&name.as_str()) {
-            continue;
-        }
-        if impulses::is_log(name) {
-            impulses::check(name)?;
-            continue;
-        }
-        measures::check(name).with_context(|| {
-            let kinds: Vec<&str> = measures::KINDS.iter().map(|kind| kind.name).collect();
-            format!(
-                "run.observe; expected one of {}, {}, {}",
-                OBSERVERS.join(", "),
-                kinds.join(", "),
-                impulses::NAME
-            )
-        })?;
-    }
     match run.snapshots.as_deref() {
         None | Some(EXTENDED_XYZ) => Ok(()),
         Some(other) => bail!("run.snapshots: unknown format '{other}'; expected {EXTENDED_XYZ}"),
@@ -143,14 +123,12 @@ mod tests {
             (RunSpec { until: f64::NAN, ..good.clone() }, "run.until"),
             (RunSpec { sample_interval: -1.0, ..good.clone() }, "run.sample_interval"),
             (RunSpec { sample_interval: 1e-9, ..good.clone() }, "samples"),
-            (RunSpec { observe: vec!["colour".to_owned()], ..good.clone() }, "collision-rate"),
             (RunSpec { snapshots: Some("gsd".to_owned()), ..good.clone() }, "extxyz"),
             (RunSpec { animation_from: -0.5, ..good.clone() }, "run.animation_from"),
             (RunSpec { animation_from: good.until, ..good.clone() }, "run.animation_from"),
             (RunSpec { animation_from: f64::NAN, ..good.clone() }, "run.animation_from"),
             (RunSpec { measure_from: 2.0 * good.until, ..good.clone() }, "run.measure_from"),
             (RunSpec { measure_from: 0.5, ..good.clone() }, "leaves no interval"),
-            (RunSpec { observe: vec!["energy".to_owned(); 2], ..good.clone() }, "named twice"),
         ];
         for (run, expected) in cases {
             let error = format!("{:#}", check(&run).unwrap_err());

@@ -1,0 +1,108 @@
+//! One measure of a run: when it begins, and which samples it receives.
+
+use anyhow::{Context as _, Result, bail};
+use carom::{CollisionReport, Observer, View, engine::Body, engine::RunSpec};
+use serde::{Deserialize, Serialize};
+
+use super::{Kind, Label, Measure, Request, Selection, Span, request::find};
+
+/// A sample counts as reached if its time is too early by this share: times of samples are rounded.
+const ROUNDING: f64 = 1e-9;
+
+/// A measure in progress.
+pub(super) struct Entry {
+    pub(super) head: Head,
+    pub(super) kind: &'static Kind,
+    pub(super) measure: Box<dyn Measure>,
+}
+
+/// What an entry needs besides its measure.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Head {
+    kind: String,
+    pub(super) label: Label,
+    /// Whether the scene asks for its tables and files.
+    pub(super) is_asked: bool,
+    /// It begins at the first sample at or after this time.
+    from: f64,
+    has_begun: bool,
+    /// It receives each sample of this number.
+    pub(super) every: u64,
+    /// Samples of the run since it began.
+    seen: u64,
+}
+
+impl Entry {
+    /// Starts what a scene asks for.
+    ///
+    /// # Errors
+    /// No body carries a tag, or a body is not unique.
+    pub(super) fn begin(request: &Request, is_asked: bool, run: &RunSpec, view: &View<'_>) -> Result<Self> {
+        let selection = Selection::new(request, run, view)?;
+        let measure = (request.kind.begin)(&selection).with_context(|| request.entry.clone())?;
+        let from = if request.kind.span == Span::Measurement { run.measure_from } else { 0.0 };
+        let head = Head {
+            kind: request.kind.name.to_owned(),
+            label: Label { tag: request.tag(), name: request.name.clone() },
+            is_asked,
+            from,
+            has_begun: false,
+            every: request.every,
+            seen: 0,
+        };
+        Ok(Self { head, kind: request.kind, measure })
+    }
+
+    /// Restores a measure from a checkpoint.
+    ///
+    /// # Errors
+    /// Its kind is unknown, or its state cannot be read.
+    pub(super) fn resume(head: Head, bytes: &[u8]) -> Result<Self> {
+        let Some(kind) = find(&head.kind) else { bail!("the measure '{}' is unknown", head.kind) };
+        let measure = (kind.resume)(bytes)?;
+        Ok(Self { head, kind, measure })
+    }
+
+    /// Gives the measure the last sample of the run, if it lies between two of its own.
+    pub(super) fn finish(&mut self, view: &View<'_>) {
+        let is_between = self.head.seen > 0 && (self.head.seen - 1) % self.head.every != 0;
+        if self.head.has_begun && is_between {
+            self.measure.finish(view);
+        }
+    }
+}
+
+impl Observer for Entry {
+    fn watches_any(&self) -> bool {
+        self.head.has_begun && self.measure.watches_any()
+    }
+
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.head.has_begun && self.measure.watches(bodies)
+    }
+
+    fn start(&mut self, view: &View<'_>) {
+        if self.head.has_begun {
+            self.measure.start(view);
+        }
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.measure.collision(report);
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        let head = &mut self.head;
+        if !head.has_begun {
+            if view.time().to_f64() < head.from * (1.0 - ROUNDING) {
+                return;
+            }
+            head.has_begun = true;
+            self.measure.start(view);
+        }
+        if head.seen.is_multiple_of(head.every.max(1)) {
+            self.measure.sample(view);
+        }
+        head.seen += 1;
+    }
+}
