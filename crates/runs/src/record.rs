@@ -25,7 +25,7 @@ pub struct Record {
 /// What is kept of one run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunRecord {
-    /// Totals of the run.
+    /// Totals of the run, without its speed.
     pub totals: Totals,
     /// First note to the reader.
     pub note: String,

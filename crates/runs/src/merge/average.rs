@@ -203,15 +203,20 @@ fn scatter(columns: &[&Column], row: usize) -> Option<f64> {
     error_of(&columns.iter().filter_map(|column| at(column, row)).collect::<Vec<_>>())
 }
 
+/// A scatter below this share of the value is rounding.
+const ROUNDING: f64 = 1e-12;
+
 /// A figure averaged over the runs that have it, with the error of its scatter.
 fn averaged(figure: &Figure, all: &[Vec<Figure>]) -> Figure {
     let same: Vec<&Figure> =
         all.iter().filter_map(|figures| figures.iter().find(|other| other.name == figure.name)).collect();
     let values: Vec<f64> = same.iter().map(|figure| figure.value).collect();
     let predictions: Option<Vec<f64>> = same.iter().map(|figure| figure.prediction).collect();
+    let value = mean_of(values.clone()).unwrap_or(figure.value);
+    let is_scatter = |error: &f64| *error > ROUNDING * value.abs();
     Figure {
-        value: mean_of(values.clone()).unwrap_or(figure.value),
-        standard_error: error_of(&values).filter(|error| *error > 0.0).or(figure.standard_error),
+        value,
+        standard_error: error_of(&values).filter(is_scatter).or(figure.standard_error),
         prediction: predictions.and_then(mean_of),
         ..figure.clone()
     }

@@ -2,12 +2,16 @@
 
 mod average;
 
-use std::path::PathBuf;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, Result};
 use carom_report::page::Page;
-use carom_tables::{OneRun, Summary, Totals, Verdict};
+use carom_tables::{Summary, Totals, Verdict};
 use clap::Args;
+use serde_json::Value;
 
 use crate::{
     manifest::{Manifest, program},
@@ -45,27 +49,41 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let folders: Vec<String> = options.folders.iter().map(|folder| folder.display().to_string()).collect();
     let command = format!("{} merge {}", program(), folders.join(" "));
     let manifest = Manifest::begin(&folder, &command, &[])?;
-    let summary = write(&record, &folder, &command)?;
+    let seconds = options.folders.iter().map(|folder| seconds_of(folder)).sum();
+    let summary = write(&record, &folder, &command, seconds)?;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
 }
 
-/// Writes tables, figures, sums and page of merged runs.
-fn write(record: &Record, folder: &Folder, command: &str) -> Result<Summary> {
+/// Processor time of the runs in a folder, from its summary; 0 without one (seconds).
+fn seconds_of(folder: &Path) -> f64 {
+    let text = fs::read_to_string(folder.join("summary.json")).unwrap_or_default();
+    let summary: Value = serde_json::from_str(&text).unwrap_or_default();
+    let number = |key: &str| summary[key].as_f64().unwrap_or(0.0);
+    let (collisions, speed) = (number("collisions"), number("collisions_per_second"));
+    if speed > 0.0 { collisions / speed } else { 0.0 }
+}
+
+/// Writes tables, figures, sums and page of merged runs, which took `seconds` of processor time.
+fn write(record: &Record, folder: &Folder, command: &str, seconds: f64) -> Result<Summary> {
     let results = average::results(record);
     let totals: Vec<Totals> = record.runs.values().map(|run| run.totals).collect();
+    let totals = Totals::of(&totals);
+    let totals = Totals { collisions_per_second: totals.collisions as f64 / seconds.max(1e-9), ..totals };
     let runs = record.runs.iter().map(|(replica, run)| {
-        OneRun::new(format!("seed {}, replica {}", replica.seed, replica.number), &run.totals)
+        let numbers = [replica.seed, replica.number, run.totals.collisions].map(|number| number.to_string());
+        [numbers.to_vec(), vec![run.totals.simulated_time.to_string()]].concat()
     });
+    let runs: Vec<Vec<String>> = runs.collect();
     let notes = record.runs.values().map(|run| &run.note);
     let summary = Summary {
         title: format!("{} merged runs", record.runs.len()),
         note: notes.into_iter().find(|note| !note.is_empty()).cloned().unwrap_or_default(),
-        totals: Totals::of(&totals),
-        checks: Totals::of(&totals).checks(),
+        totals,
+        checks: totals.checks(),
         figures: results.figures.clone(),
-        runs: runs.collect(),
+        runs: Vec::new(),
     };
     results.write(folder, |_| false)?;
     describe_tables(&results, folder)?;
@@ -85,7 +103,7 @@ fn write(record: &Record, folder: &Folder, command: &str) -> Result<Summary> {
     page.checks(&summary.checks);
     draw_tables(&results, &mut page)?;
     page.heading("Runs");
-    page.runs(&summary.runs);
+    page.table(&["seed", "replica", "collisions", "simulated time"], &runs);
     page.heading("Data");
     page.links(["config.toml", "summary.json", "tables.json", "manifest.json", SUMS]);
     page.heading("Reproduction");

@@ -8,7 +8,7 @@ use std::{ops::ControlFlow, path::PathBuf};
 use anyhow::{Context, Result};
 use carom::{Scene, engine::SceneError};
 use carom_methods::{AnySimulation, Method};
-use carom_tables::{Summary, Verdict};
+use carom_tables::{Summary, Totals, Verdict};
 use clap::Args;
 use outcome::simulate;
 pub use scene_file::SceneFile;
@@ -16,7 +16,7 @@ pub use scene_file::SceneFile;
 use crate::{
     interruption::Signals,
     manifest::{Manifest, program},
-    measures::Measures,
+    measures::{Measures, Results},
     output::Folder,
     progress::{Lines, Progress},
     resumable::{Choices, Task, without_end},
@@ -84,6 +84,16 @@ pub fn run(options: &Options) -> Result<Verdict> {
 pub fn measure(title: &str, scene: &Scene, signals: &Signals) -> Result<Summary> {
     let method = Method::try_from(&scene.method).context("[method]")?;
     Ok(outcome::in_memory(scene, signals)?.summary(title.to_owned(), &method))
+}
+
+/// Runs a scene in memory, without a folder, and returns the tables and figures of its measures.
+///
+/// # Errors
+/// The scene is invalid, the run fails, or a signal has been received.
+pub fn tables(scene: &Scene, signals: &Signals) -> Result<(Results, Totals)> {
+    let outcome = outcome::in_memory(scene, signals)?;
+    let totals = outcome.totals();
+    Ok((outcome.results, totals))
 }
 
 /// The simulation of a scene, with the progress of the placement if that takes steps of growth.
