@@ -149,7 +149,7 @@ mod tests {
         let (sums, means) = (expected.total(), expected.means());
         // All 720 orders.
         let mut order: Vec<u64> = (0..6).collect();
-        let mut stack = vec![0usize; 6];
+        let mut stack = [0usize; 6];
         let mut index = 0;
         while index < 6 {
             if stack[index] < index {

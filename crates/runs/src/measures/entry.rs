@@ -65,7 +65,7 @@ impl Entry {
 
     /// Gives the measure the last sample of the run, if it lies between two of its own.
     pub(super) fn finish(&mut self, view: &View<'_>) {
-        let is_between = self.head.seen > 0 && (self.head.seen - 1) % self.head.every != 0;
+        let is_between = self.head.seen > 0 && !(self.head.seen - 1).is_multiple_of(self.head.every);
         if self.head.has_begun && is_between {
             self.measure.finish(view);
         }

@@ -90,5 +90,5 @@ fn runs_that_do_not_fit_are_refused() {
     let mut other = one(2);
     other.what = other.what.replace("count = 40", "count = 41");
     assert!(a.merge(other).unwrap_err().to_string().contains("count = 40"));
-    assert!(format!("{:#}", Record::read(std::path::Path::new("no/such")).unwrap_err()).contains("sums"));
+    assert!(format!("{:#}", Record::read(Path::new("no/such")).unwrap_err()).contains("sums"));
 }
