@@ -26,8 +26,8 @@ use serde::{Deserialize, Serialize};
 pub struct MeasureSpec {
     /// What is measured, such as `velocities`; a name that `run.observe` accepts, without tag.
     pub kind: String,
-    /// The tag of the bodies; two tags separated by a comma for a kind that measures pairs. Default:
-    /// all bodies.
+    /// The tag of the bodies; two tags separated by a comma for a kind that measures pairs.
+    /// Default: all bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub of: Option<String>,
     /// Name in files and figures. Default: the tag.

@@ -24,8 +24,8 @@ pub struct Contact {
     pub normal: DVec2,
     /// Impulse on the second body (mass × length / time).
     pub impulse: DVec2,
-    /// Velocity of the second body relative to the first at the point of contact, before the contact
-    /// and with rotation (length / time). Its component along the normal is negative.
+    /// Velocity of the second body relative to the first at the point of contact, before the
+    /// contact and with rotation (length / time). Its component along the normal is negative.
     pub relative_velocity: DVec2,
     /// Coefficient of restitution of the contact.
     pub elasticity: f64,

@@ -27,7 +27,8 @@
 //! λ/k = lim (t → ∞) M(t) / (2 A (kT)² t)
 //!
 //! for bodies of one kind: total momentum 0 then makes the flux of enthalpy vanish (Helfand 1960).
-//! Enskog's theory: λ = λ₀ [1/χ + 3φ + 0.8718 (2φ)² χ], λ₀ = 1.029 · 2 k √(kT / π m) / σ (Gass 1971).
+//! Enskog's theory: λ = λ₀ [1/χ + 3φ + 0.8718 (2φ)² χ], λ₀ = 1.029 · 2 k √(kT / π m) / σ (Gass
+//! 1971).
 
 use carom_engine::{Body, CollisionReport, Observer, Side, View};
 use carom_geometry::{GeometryError, PeriodicBox};
@@ -125,8 +126,8 @@ impl HelfandPoint {
 }
 
 impl HelfandMoment {
-    /// M of the shear stress up to the lag `longest` (time) of samples that are `spacing` (time) apart; a `longest`
-    /// below one spacing is taken as one spacing.
+    /// M of the shear stress up to the lag `longest` (time) of samples that are `spacing` (time)
+    /// apart; a `longest` below one spacing is taken as one spacing.
     ///
     /// Lags are 0, 1, 2, …, 9, 10, 20, …, 90, 100, … spacings.
     ///
@@ -323,9 +324,9 @@ mod tests {
         assert!((point.viscosity(2.0, 1.0) - point.mean_square / 4.0).abs() < 1e-9);
     }
 
-    /// Three equal discs on a line exchange their velocities at contacts, as rods do: relative to the
-    /// drift v/3 one moves at 2v/3 and two at −v/3, so that Σ e v = v³/9 always, and each contact of
-    /// the fast one carries the energy v²/6 over one diameter.
+    /// Three equal discs on a line exchange their velocities at contacts, as rods do: relative to
+    /// the drift v/3 one moves at 2v/3 and two at −v/3, so that Σ e v = v³/9 always, and each
+    /// contact of the fast one carries the energy v²/6 over one diameter.
     #[test]
     fn energy_that_is_handed_on_along_a_line_by_hand() {
         let disc = |x: f64, v: f64| {
@@ -348,8 +349,8 @@ mod tests {
         assert!((point.mean_square / (0.5 * expected * expected) - 1.0).abs() < 1e-9, "{point:?}");
     }
 
-    /// The slope of M in a gas of 150 discs of mass 1 at this area fraction, in a box of area 1; kT;
-    /// and the radius.
+    /// The slope of M in a gas of 150 discs of mass 1 at this area fraction, in a box of area 1;
+    /// kT; and the radius.
     fn slope(
         fraction: f64,
         moment: fn(f64, f64) -> Result<HelfandMoment, GeometryError>,

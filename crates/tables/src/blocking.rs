@@ -1,4 +1,5 @@
-//! Blocks of equal length that cover a run of any length, for statistical errors of correlated data.
+//! Blocks of equal length that cover a run of any length, for statistical errors of correlated
+//! data.
 //!
 //! A block is 2ᵏ records long. When there are 64 blocks, neighbours are joined and k increases by
 //! one. A run of any length, unknown beforehand, is thus covered by 32 to 63 blocks (blocking;

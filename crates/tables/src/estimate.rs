@@ -2,8 +2,8 @@
 //!
 //! With n blocks and d = x − R w, se² = n/(n − 1) Σ dᵢ² / (Σw)² (ratio estimator; Cochran 1977,
 //! "Sampling Techniques", chapter 6). It holds for independent blocks. With the covariance of
-//! neighbouring blocks, Σ dᵢ² + 2 Σ dᵢ dᵢ₊₁ takes the place of Σ dᵢ²; it then holds if the correlation
-//! time is not longer than a block.
+//! neighbouring blocks, Σ dᵢ² + 2 Σ dᵢ dᵢ₊₁ takes the place of Σ dᵢ²; it then holds if the
+//! correlation time is not longer than a block.
 
 use serde::{Deserialize, Serialize};
 
@@ -66,8 +66,9 @@ impl Estimate {
         Some(Self { mean: ratio, standard_error: (squares * count / (count - 1.0)).sqrt() / weight })
     }
 
-    /// The estimate from [x, w] of the blocks of each run, in the order of time. Neighbouring blocks
-    /// of a run may be correlated; runs are independent. Blocks without weight do not count as such.
+    /// The estimate from [x, w] of the blocks of each run, in the order of time. Neighbouring
+    /// blocks of a run may be correlated; runs are independent. Blocks without weight do not count
+    /// as such.
     ///
     /// `None` with fewer than two blocks of weight.
     ///

@@ -144,8 +144,8 @@ impl HardDiscs {
         dilute * (1.0 / chi + covered + 0.8729 * covered * covered * chi)
     }
 
-    /// Heat conductivity by k (1 / time): λ₀ (1/χ + 3φ + 0.8718 (2φ)² χ) with the area fraction φ and
-    /// λ₀ = 1.029 · 2 √(kT/π m) / σ (Gass 1971).
+    /// Heat conductivity by k (1 / time): λ₀ (1/χ + 3φ + 0.8718 (2φ)² χ) with the area fraction φ
+    /// and λ₀ = 1.029 · 2 √(kT/π m) / σ (Gass 1971).
     pub fn heat_conductivity(&self) -> f64 {
         let (chi, covered) = (self.contact_factor(), 2.0 * self.area_fraction());
         let dilute = 1.029 * 2.0 * (self.temperature / (PI * self.mass)).sqrt() / self.diameter;
@@ -201,8 +201,8 @@ mod tests {
         }
     }
 
-    /// Enskog's theory in d dimensions with y = (2φ)χ, in the first Sonine approximation: η = η₀/χ (1 +
-    /// y/2)² + ζ/2 and λ = λ₀/χ (1 + 3y/4)² + kζ/m, with one bulk viscosity ζ. Both of Gass's
+    /// Enskog's theory in d dimensions with y = (2φ)χ, in the first Sonine approximation: η = η₀/χ
+    /// (1 + y/2)² + ζ/2 and λ = λ₀/χ (1 + 3y/4)² + kζ/m, with one bulk viscosity ζ. Both of Gass's
     /// coefficients of (2φ)²χ give it.
     #[test]
     fn viscosity_and_heat_conductivity_have_one_bulk_viscosity() {

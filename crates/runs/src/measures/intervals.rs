@@ -11,8 +11,8 @@ pub(super) struct IntervalSums {
 }
 
 impl IntervalSums {
-    /// Ends an interval at this sample (time). `values` has the mean of each quantity in it; without
-    /// values the interval is left out.
+    /// Ends an interval at this sample (time). `values` has the mean of each quantity in it;
+    /// without values the interval is left out.
     pub(super) fn end(&mut self, time: f64, values: &[f64]) {
         let duration = time - self.began.replace(time).unwrap_or(time);
         if duration <= 0.0 {

@@ -1,8 +1,8 @@
 //! Tables and figures of merged runs.
 //!
 //! Means are those of all sums, with errors from the blocks of all runs. What is no mean of sums is
-//! averaged over the runs, with the error of its scatter among them. All sums are added in the order
-//! of the runs' keys.
+//! averaged over the runs, with the error of its scatter among them. All sums are added in the
+//! order of the runs' keys.
 
 use carom_tables::{BlockMean, Column, Figure, MergedSums, Role, RunSums, Table, block_sums};
 

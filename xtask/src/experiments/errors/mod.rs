@@ -2,7 +2,8 @@
 //!
 //! `cargo xtask experiment errors`: many short runs of one gas that differ in their random numbers.
 //! The mean squared error, as each run estimates it from its blocks, over the variance of the mean
-//! among the runs is 1 on average; with a probability of 99 % it lies in a band given by Fisher's F.
+//! among the runs is 1 on average; with a probability of 99 % it lies in a band given by Fisher's
+//! F.
 
 mod options;
 mod report;

@@ -20,8 +20,8 @@ const SHARE: f64 = 0.99;
 /// Fisher's F has a probability of 99 % within this many standard deviations of its logarithm.
 const BAND: f64 = 2.576;
 
-/// Blocks in which a run is divided, at least: the degrees of freedom of one error. The covariance of
-/// neighbours makes its relative variance about three times as large.
+/// Blocks in which a run is divided, at least: the degrees of freedom of one error. The covariance
+/// of neighbours makes its relative variance about three times as large.
 const BLOCKS: f64 = 32.0 / 3.0;
 
 /// The errors of one quantity in all replicas.
@@ -86,8 +86,8 @@ fn compared(name: &str, rows: &[Vec<Measured>]) -> Option<Compared> {
     let ratios: Vec<(f64, f64)> = rows.iter().filter_map(ratio).collect();
     let count = ratios.first()?.1;
     let mean = ratios.iter().map(|(ratio, _)| ratio).sum::<f64>() / ratios.len() as f64;
-    // ln F of (n BLOCKS, n − 1) degrees of freedom has the variance 2/ν₁ + 2/ν₂. Rows of a curve are
-    // correlated, and count as one.
+    // ln F of (n BLOCKS, n − 1) degrees of freedom has the variance 2/ν₁ + 2/ν₂. Rows of a curve
+    // are correlated, and count as one.
     let width = BAND * (2.0 / (count * BLOCKS) + 2.0 / (count - 1.0)).sqrt();
     let band = [(-width).exp(), width.exp()];
     Some(Compared { name: name.to_owned(), rows: ratios.len(), ratio: mean, band })

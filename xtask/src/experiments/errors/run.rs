@@ -16,8 +16,8 @@ use super::{
     results::{Compared, compare},
 };
 
-/// The gas: 106 discs of diameter 1 at area fraction 0.3 and kT = 1. A disc has about 1.7 collisions
-/// a unit of time; a run has about 700 for each.
+/// The gas: 106 discs of diameter 1 at area fraction 0.3 and kT = 1. A disc has about 2.4
+/// collisions a unit of time; a run measures about 950 of each.
 const SCENE: &str = r#"
 [box]
 sides = [16.66, 16.66]
