@@ -2,7 +2,7 @@
 //! contacts.
 
 use anyhow::Result;
-use carom_runs::{check, detect, measures, merge, run};
+use carom_runs::{check, detect, measures, merge, reference, run};
 use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
@@ -31,6 +31,8 @@ pub enum Command {
     Merge(merge::Options),
     /// List the quantities that a scene can measure, with their parameters
     Measures,
+    /// Print the JSON Schema of scene files, with which editors complete and check keys
+    Schema(reference::Options),
 }
 
 impl Cli {
@@ -45,6 +47,7 @@ impl Cli {
             Command::Detect(options) => detect::run(options),
             Command::Merge(options) => merge::run(options),
             Command::Measures => Ok(measures::list()),
+            Command::Schema(options) => reference::run(options),
         }
     }
 }

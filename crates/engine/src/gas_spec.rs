@@ -1,14 +1,19 @@
 //! The description of a gas: its molecules, their number, and their velocities at the start.
 
+#[cfg(feature = "schema")]
+use carom_geometry::{LARGEST, SMALLEST};
 use serde::{Deserialize, Serialize, Serializer, ser::Error};
 
 use crate::{AtomSpec, Rotation, SceneError};
 
+/// Most molecules of one kind. More exceed the memory and soon the range of their counters.
+pub(crate) const MOST_MOLECULES: usize = 1 << 27;
+
 /// The problem of a gas with two energies.
 pub(crate) const TWO_ENERGIES: &str = "give either `energy` or `temperature`, not both";
 
-/// Many molecules of one kind, placed without overlap ([`StartSpec`](crate::StartSpec)), with
-/// random velocities.
+/// Many molecules of one kind, placed without overlap ([`[start]`](crate::StartSpec)), with random
+/// velocities.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -28,6 +33,7 @@ pub(crate) const TWO_ENERGIES: &str = "give either `energy` or `temperature`, no
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct GasSpec {
     /// Tags of the molecules.
@@ -40,20 +46,25 @@ pub struct GasSpec {
     pub atoms: Vec<AtomSpec>,
     /// Radius of each atom of a named shape (length).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub atom_radius: Option<f64>,
-    /// Mass of each atom of a named shape.
+    /// Mass of each atom of a named shape (mass).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub atom_mass: Option<f64>,
     /// Radius of a disc (length); equivalent to `atom_radius`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub radius: Option<f64>,
-    /// Mass of a disc; equivalent to `atom_mass`.
+    /// Mass of a disc (mass); equivalent to `atom_mass`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub mass: Option<f64>,
     /// Mean kinetic energy of a molecule at the start (mass × length² / time²), from 0 to 1e60.
     /// With equal energies, that of each molecule, shared over its degrees of freedom by
     /// equipartition. A file gives either this or `temperature`; with `temperature`, this must be
     /// 0.
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = LARGEST)))]
     pub energy: f64,
     /// Temperature kT at the start (mass × length² / time²), from 0 to 1e60. Excludes `energy`.
     ///
@@ -71,6 +82,7 @@ pub struct GasSpec {
     ///   the drift, and is random with the mean kT; for a single molecule that does not turn it is
     ///   `None`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = LARGEST)))]
     pub temperature: Option<f64>,
     /// How the energy is shared among the molecules. Default: equally.
     #[serde(skip_serializing_if = "StartVelocities::is_default")]
@@ -79,9 +91,11 @@ pub struct GasSpec {
     /// nearest number of molecules. A share above 0 that rounds to no molecule is an error. Either
     /// this or `count`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0)))]
     pub area_fraction: Option<f64>,
     /// Number of molecules. Either this or `area_fraction`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(max = MOST_MOLECULES)))]
     pub count: Option<usize>,
     /// Whether the total momentum of this gas is 0 at the start. `true`: molecules of equal energy
     /// have directions in opposite pairs (of an odd number, three directions are a third of a turn
@@ -101,6 +115,7 @@ pub struct GasSpec {
 
 /// How the molecules of a gas share its energy at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum StartVelocities {
     /// All molecules have the same energy and the same share of it in rotation; directions are

@@ -83,6 +83,7 @@ mod simultaneous_contacts;
 mod single_bodies;
 mod sites;
 mod species;
+mod spelling;
 mod tags;
 mod unresolved;
 mod velocities;
@@ -119,6 +120,7 @@ pub use scene::{
 };
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;
+pub use spelling::did_you_mean;
 pub use tags::{Tag, TagNames, Tags};
 pub use view::{BodyView, View};
 pub use world::World;

@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), carom_engine::SceneError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MeasureSpec {
     /// What is measured, such as `velocities`; a name that `run.observe` accepts, without tag.
     pub kind: String,
@@ -40,6 +41,7 @@ pub struct MeasureSpec {
 
 /// The value of a parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum MeasureParameter {
     /// A number; an integer of the file is read as a number.

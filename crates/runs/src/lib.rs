@@ -23,11 +23,12 @@ pub mod output;
 pub mod overrides;
 pub mod progress;
 pub mod record;
+pub mod reference;
 pub mod resumable;
 pub mod run;
 pub mod sampling_times;
+pub mod schema;
 pub mod series;
-pub mod spelling;
 pub mod visible_region;
 pub mod work_items;
 

@@ -4,13 +4,12 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context as _, Result, bail, ensure};
 use carom::Scene;
-use carom::engine::{MeasureParameter, MeasureSpec};
+use carom::engine::{MeasureParameter, MeasureSpec, did_you_mean};
 
 use super::{
     KINDS, Kind,
     kind::{EVERY, INTERVAL, check_word},
 };
-use crate::spelling::suggestion;
 
 /// The interval of a measure may differ from a multiple of the run's by this share: rounding.
 const ROUNDING: f64 = 1e-9;
@@ -62,7 +61,7 @@ impl Request {
         let entry = format!("run.observe: '{name}'");
         let (kind, tags) = name.split_once(':').map_or((name, None), |(kind, tags)| (kind, Some(tags)));
         let Some(kind) = find(kind) else {
-            bail!("unknown observer '{name}'{}; {}", suggestion(kind, names()), expected());
+            bail!("unknown observer '{name}'{}; {}", did_you_mean(kind, names()), expected());
         };
         let tags: Vec<&str> = tags.map_or_else(Vec::new, |tags| tags.split(',').collect());
         kind.check_tags(name, &tags)?;
@@ -73,7 +72,7 @@ impl Request {
     /// From an entry `[[measure]]` of a run with this sample interval (time).
     fn from_spec(spec: &MeasureSpec, sample_interval: f64) -> Result<Self> {
         let Some(kind) = find(&spec.kind) else {
-            bail!("unknown kind '{}'{}; {}", spec.kind, suggestion(&spec.kind, names()), expected());
+            bail!("unknown kind '{}'{}; {}", spec.kind, did_you_mean(&spec.kind, names()), expected());
         };
         let tags: Vec<&str> =
             spec.of.as_deref().map_or_else(Vec::new, |of| of.split(',').map(str::trim).collect());
@@ -89,7 +88,7 @@ impl Request {
                 bail!(
                     "unknown key '{key}' of '{}'{}; expected one of {}",
                     kind.name,
-                    suggestion(key, keys()),
+                    did_you_mean(key, keys()),
                     allowed.join(", ")
                 );
             };

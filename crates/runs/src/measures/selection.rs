@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, ensure};
 use carom::{
     Group, View,
-    engine::{BodyView, RunSpec, Tag},
+    engine::{BodyView, RunSpec, Tag, did_you_mean},
 };
 
 use super::{
@@ -39,7 +39,9 @@ impl<'a> Selection<'a> {
             let found = view.tag_names().find(name);
             let found = found.filter(|&found| view.tagged(found).next().is_some());
             *tag = Some(found.with_context(|| {
-                format!("{}: no body in the scene carries the tag {name:?}", request.entry)
+                let tags = view.bodies().flat_map(|body| body.body.tags().iter());
+                let nearest = did_you_mean(name, tags.map(|&tag| view.tag_names().name(tag)));
+                format!("{}: no body in the scene carries the tag {name:?}{nearest}", request.entry)
             })?);
         }
         Ok(Self { request, tags, group: tags[0].map_or(Group::All, Group::from), view, run })

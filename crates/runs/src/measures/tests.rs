@@ -23,7 +23,7 @@ fn names_are_refused_with_their_reason() {
     for (bad, said) in [
         ("colour", "unknown observer"),
         ("colour", "collision-rate"),
-        ("presure", "did you mean 'pressure'?"),
+        ("presure", "did you mean `pressure`?"),
         ("contact-density", "contact-density:TAG"),
         ("impulses", "impulses:TAG"),
         ("thermostat:gas", "whole system"),
@@ -50,9 +50,9 @@ fn parameters_are_refused_by_name() {
         )
     };
     for (entry, said) in [
-        ("kind = \"velocity\"", "did you mean 'velocities'?"),
+        ("kind = \"velocity\"", "did you mean `velocities`?"),
         ("of = \"gas\"", "missing field `kind`"),
-        ("kind = \"directions\"\nof = \"tee\"\nbin = 9", "did you mean 'bins'?"),
+        ("kind = \"directions\"\nof = \"tee\"\nbin = 9", "did you mean `bins`?"),
         (
             "kind = \"directions\"\nof = \"tee\"\nmax = 9",
             "expected one of kind, of, name, every, interval, bins",

@@ -3,13 +3,16 @@
 use std::{fs, path::PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use carom::{Scene, engine::RunSpec};
+use carom::{
+    Scene,
+    engine::{RunSpec, did_you_mean},
+};
 use clap::Args;
 
 use crate::{measures, overrides::Override};
 
 /// The only supported format of snapshots.
-const EXTENDED_XYZ: &str = "extxyz";
+pub const EXTENDED_XYZ: &str = "extxyz";
 
 /// Largest number of samples of a run; more are refused as a mistake.
 const MOST_SAMPLES: f64 = 1e7;
@@ -71,7 +74,8 @@ fn refuse_unknown_tags(scene: &Scene) -> Result<()> {
         for name in &rule.between {
             ensure!(
                 carried.contains(&name),
-                "elasticity.pair[{index}]: no body in the scene carries the tag {name:?}"
+                "elasticity.pair[{index}]: no body in the scene carries the tag {name:?}{}",
+                did_you_mean(name, carried.iter().map(|tag| tag.as_str()))
             );
         }
     }
@@ -79,7 +83,7 @@ fn refuse_unknown_tags(scene: &Scene) -> Result<()> {
 }
 
 /// Validates `[run]`.
-fn check(run: &RunSpec) -> Result<()> {
+pub fn check(run: &RunSpec) -> Result<()> {
     for (entry, time) in [("run.until", run.until), ("run.sample_interval", run.sample_interval)] {
         ensure!(time.is_finite() && time > 0.0, "{entry} must be positive and finite, but is {time}");
     }

@@ -1,0 +1,103 @@
+//! The quantities that a run can measure: what each covers, and which files, figures and predictions
+//! it gives.
+
+use std::collections::BTreeSet;
+
+use anyhow::Result;
+use carom::{Observer as _, Scene};
+use carom_methods::AnySimulation;
+use carom_tables::Role;
+
+use super::table;
+use crate::measures::{HardDiscs, KINDS, Kind, Measures, Of, Results, file_name};
+
+/// Head of the section.
+const HEAD: &str = "
+## Names in `run.observe`
+
+`TAG` is the tag of a body or of a group of bodies, and becomes part of the names of the files. The
+same names without tag are those of `kind` in `[[measure]]`; `carom measures` lists parameters.
+
+Measures give CSV files, charts, and figures in `summary.json`, with standard errors. Predictions are
+those for a gas of equal elastic discs, or for equilibrium.
+
+";
+
+/// A gas to which all predictions apply; long enough that each measure has results.
+const GAS: &str = "
+[[gas]]
+tags = [\"gas\"]
+radius = 0.02
+mass = 1.0
+energy = 1.0
+count = 100
+
+[run]
+until = 2.0
+sample_interval = 0.1
+";
+
+/// A body for the measures of one body.
+const BODY: &str = "
+[[molecule]]
+tags = [\"body\"]
+shape = \"tee\"
+atom_radius = 0.02
+atom_mass = 1.0
+at = [0.5, 0.5]
+";
+
+/// Returns the section of Markdown.
+///
+/// # Errors
+/// A measure cannot be run.
+pub fn section() -> Result<String> {
+    let mut text = HEAD.to_owned();
+    let rows = KINDS.iter().map(measure).collect::<Result<Vec<_>>>()?;
+    text += &table(&["name", "measures", "files", "figures", "predictions"], &rows);
+    Ok(text)
+}
+
+/// The row of a measure, from a short run.
+fn measure(kind: &Kind) -> Result<Vec<String>> {
+    let name = kind.usage();
+    let (asked, text) = match kind.of {
+        Of::OneBody => (format!("{}:body", kind.name), format!("{BODY}{GAS}")),
+        Of::Group | Of::Pair | Of::System => (kind.name.to_owned(), GAS.to_owned()),
+    };
+    let results = run(&format!("{text}observe = [\"{asked}\"]\n"))?;
+    let written = |name: &str| name.replace("-body", "-TAG").replace(", body", "");
+    let files = results.tables.iter().map(file_name).chain(results.files.iter().cloned());
+    let files = files.map(|file| format!("`{}`", written(&file)));
+    let figures = results.figures.iter().map(|figure| written(&figure.name));
+    let columns = results.tables.iter().flat_map(|table| &table.columns);
+    let of_tables = columns.filter_map(|column| match &column.role {
+        Role::Prediction { source } => Some(source.clone()),
+        _ => None,
+    });
+    let of_figures = results.figures.iter().filter_map(|figure| figure.source.clone());
+    let sources: BTreeSet<String> = of_tables.chain(of_figures).collect();
+    Ok(vec![
+        format!("`{name}`"),
+        kind.summary.to_owned(),
+        files.collect::<Vec<_>>().join(", "),
+        figures.collect::<Vec<_>>().join("; "),
+        sources.into_iter().collect::<Vec<_>>().join("; "),
+    ])
+}
+
+/// Results of the measures of a scene.
+fn run(text: &str) -> Result<Results> {
+    let scene = Scene::from_toml(text)?;
+    let mut simulation = AnySimulation::new(&scene)?;
+    let mut measures = Measures::begin(&scene, &simulation.view())?;
+    measures.start(&simulation.view());
+    measures.sample(&simulation.view());
+    let samples = (scene.run.until / scene.run.sample_interval).round() as u32;
+    for sample in 1..=samples {
+        simulation.observe_until(scene.run.sample_interval * f64::from(sample), &mut measures)?;
+        measures.sample(&simulation.view());
+    }
+    let gas = HardDiscs::of(&simulation.view(), &scene.elasticity);
+    Ok(measures.results(&scene, &gas))
+}
