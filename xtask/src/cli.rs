@@ -8,7 +8,8 @@ use clap::{Parser, Subcommand};
 use crate::{
     bench, ci,
     experiments::{
-        billiard, brownian, capability_cost, encounters, equilibrium, extremes, thesis_tests, tradeoff,
+        billiard, brownian, capability_cost, encounters, equilibrium, errors, extremes, thesis_tests,
+        tradeoff,
     },
     fuzz, tidy,
 };
@@ -83,6 +84,8 @@ pub enum Experiment {
     Extremes(extremes::Options),
     /// Equilibrium of hard discs and of a mixture, against theory and published pressures
     Equilibrium(equilibrium::Options),
+    /// Standard errors of measures against the scatter of replicas
+    Errors(errors::Options),
     /// Cost of each capability when it is absent, idle, or used
     CapabilityCost(capability_cost::Options),
     /// Whole simulations with different settings: accuracy and speed
@@ -103,6 +106,7 @@ impl Cli {
             Command::Experiment(Experiment::Encounters(options)) => encounters::run(options),
             Command::Experiment(Experiment::Extremes(options)) => extremes::run(options),
             Command::Experiment(Experiment::Equilibrium(options)) => equilibrium::run(options),
+            Command::Experiment(Experiment::Errors(options)) => errors::run(options),
             Command::Experiment(Experiment::CapabilityCost(options)) => capability_cost::run(options),
             Command::Experiment(Experiment::Tradeoff(options)) => tradeoff::run(options),
             Command::Run(options) => run::run(options),

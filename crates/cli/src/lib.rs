@@ -2,7 +2,7 @@
 //! contacts.
 
 use anyhow::Result;
-use carom_runs::{check, detect, measures, reference, run};
+use carom_runs::{check, detect, measures, merge, reference, run};
 use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
@@ -27,7 +27,9 @@ pub enum Command {
     Check(check::Options),
     /// Find the first contacts of pairs of molecules
     Detect(detect::Options),
-    /// List the quantities that a scene can ask for in run.observe
+    /// Merge the runs of several replicas of a scene
+    Merge(merge::Options),
+    /// List the quantities that a scene can measure, with their parameters
     Measures,
     /// Print the JSON Schema of scene files, with which editors complete and check keys
     Schema(reference::Options),
@@ -43,6 +45,7 @@ impl Cli {
             Command::Run(options) => run::run(options),
             Command::Check(options) => check::run(options),
             Command::Detect(options) => detect::run(options),
+            Command::Merge(options) => merge::run(options),
             Command::Measures => Ok(measures::list()),
             Command::Schema(options) => reference::run(options),
         }

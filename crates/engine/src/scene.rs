@@ -10,7 +10,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    AtomSpec, GasSpec, HeatSpec, MethodSpec, RelabelSpec, Rotation, SceneError, ThermostatSpec,
+    AtomSpec, GasSpec, HeatSpec, MeasureSpec, MethodSpec, RelabelSpec, Rotation, SceneError, ThermostatSpec,
     gas_spec::{energy_or_temperature, serialize_gases},
     spelling::suggestion,
 };
@@ -59,6 +59,9 @@ pub struct Scene {
     /// `carom run`, not by [`Simulation::new`](crate::Simulation::new).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub stage: Vec<StageSpec>,
+    /// Quantities to measure with parameters, besides those of `run.observe`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub measure: Vec<MeasureSpec>,
 }
 
 /// The periodic box, and the seed of all random numbers.

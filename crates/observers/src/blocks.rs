@@ -1,16 +1,11 @@
 //! Blocks of time of an observer's record; their scatter gives its statistical error.
 //!
-//! A block is 2ᵏ samples long. When there are 64 blocks, neighbours are joined and k increases by
-//! one. A run of any length, unknown beforehand, is thus covered by 32 to 63 blocks (blocking;
-//! Flyvbjerg & Petersen 1989).
+//! The lengths of the blocks are those of [`Blocking`]: 32 to 63 blocks cover a run of any length.
 
 use carom_engine::{Body, CollisionReport, Observer, View};
 use carom_kinematics::EpochTime;
+use carom_tables::Blocking;
 use serde::{Deserialize, Serialize};
-
-/// The number of blocks at which pairs are joined. Smaller: the relative error of the standard
-/// error exceeds 1/√(2 · 32) = 1/8. Larger: blocks of long runs are correlated.
-const MOST: usize = 64;
 
 /// An observer whose records of two successive intervals of time can be added.
 pub trait Additive {
@@ -47,12 +42,9 @@ pub trait Additive {
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Blocks<O> {
-    complete: Vec<Block<O>>,
+    complete: Blocking<Block<O>>,
     open: Block<O>,
     began: Option<EpochTime>,
-    /// The number of samples in the open block, and the number that completes it.
-    samples: u64,
-    length: u64,
 }
 
 /// The record of one block.
@@ -68,39 +60,21 @@ impl<O: Additive> Blocks<O> {
     /// No blocks yet; `observer` must be empty.
     pub fn new(observer: O) -> Self {
         let open = Block { duration: 0.0, observed: observer };
-        Self { complete: Vec::new(), open, began: None, samples: 0, length: 1 }
+        Self { complete: Blocking::default(), open, began: None }
     }
 
     /// The complete blocks in the order of time, all of the same number of samples.
     pub fn complete(&self) -> &[Block<O>] {
-        &self.complete
+        self.complete.complete()
     }
 
     /// The sum of all blocks up to the last sample, including the incomplete one.
     pub fn total(&self) -> Block<O> {
         let mut total = Block { duration: 0.0, observed: self.open.observed.emptied() };
-        for block in self.complete.iter().chain([&self.open]) {
+        for block in self.complete().iter().chain([&self.open]) {
             total.absorb(block);
         }
         total
-    }
-
-    fn close(&mut self) {
-        let next = Block { duration: 0.0, observed: self.open.observed.emptied() };
-        self.complete.push(std::mem::replace(&mut self.open, next));
-        self.samples = 0;
-        if self.complete.len() < MOST {
-            return;
-        }
-        self.length *= 2;
-        let mut joined: Vec<Block<O>> = Vec::with_capacity(MOST);
-        for (index, block) in self.complete.drain(..).enumerate() {
-            match joined.last_mut() {
-                Some(last) if index % 2 == 1 => last.absorb(&block),
-                _ => joined.push(block),
-            }
-        }
-        self.complete = joined;
     }
 }
 
@@ -137,10 +111,12 @@ impl<O: Observer + Additive> Observer for Blocks<O> {
         self.open.observed.sample(view);
         self.open.duration += view.time().since(began);
         self.began = Some(view.time());
-        self.samples += 1;
-        if self.samples == self.length {
-            self.close();
-        }
+        let open = &mut self.open;
+        let close = || {
+            let next = Block { duration: 0.0, observed: open.observed.emptied() };
+            std::mem::replace(open, next)
+        };
+        self.complete.record(close, |earlier, later| earlier.absorb(&later));
     }
 }
 
@@ -184,7 +160,11 @@ mod tests {
                 simulation.observe_until(0.5 * f64::from(sample), &mut ()).unwrap();
                 diary.sample(&simulation.view());
             }
-            assert_eq!((diary.complete().len(), diary.length), (blocks, length), "{samples} samples");
+            assert_eq!(
+                (diary.complete().len(), diary.complete.records_per_block()),
+                (blocks, length),
+                "{samples} samples"
+            );
             for block in diary.complete() {
                 assert_eq!(block.observed.0.len() as u64, length);
                 assert_eq!(block.duration, 0.5 * length as f64);

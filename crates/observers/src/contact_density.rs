@@ -124,6 +124,11 @@ impl ContactDensity {
         self.body
     }
 
+    /// Number of bins of the whole turn around each atom.
+    pub fn turn_bins(&self) -> usize {
+        self.bins
+    }
+
     /// Every bin that contains a piece of the boundary, for every atom; empty before any time has
     /// passed.
     pub fn points(&self) -> Vec<ContactPoint> {

@@ -32,7 +32,7 @@
 //! | pressure tensor | [`PressureTensor`] | contacts, samples |
 //! | translational and rotational temperature of a group | [`TemperatureByTag`] | samples |
 //! | path lengths between contacts | [`FreePaths`] | contacts |
-//! | shear viscosity: the Helfand moment | [`HelfandMoment`] | contacts, samples |
+//! | shear viscosity and heat conductivity: Helfand moments | [`HelfandMoment`] | contacts, samples |
 //! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | samples |
 //! | velocities, and Boltzmann's H | [`VelocityDistribution`] | samples |
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
@@ -42,6 +42,7 @@
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
 //! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, samples |
 //! | every impulse on a body | [`ImpulseLog`] | contacts |
+//! | every contact between bodies of two tags | [`ContactLog`] | contacts |
 //! | every flight of every body, up to a capacity | [`FlightLog`] | contacts |
 //! | overlapping pairs | [`OverlapCheck`] | samples |
 //! | user-defined: closures, by event and by tag | [`Subscriptions`] | contacts, samples |
@@ -63,10 +64,10 @@ mod body_frame;
 mod coarse_atoms;
 mod collision_rate;
 mod contact_density;
+mod contact_log;
 mod direction_histogram;
 mod drift;
 mod energy_ledger;
-mod estimate;
 mod extended_xyz;
 mod flight_log;
 mod free_paths;
@@ -102,10 +103,10 @@ pub use blocks::{Additive, Block, Blocks};
 pub use coarse_atoms::{MOST_CIRCLES, drawn_circles};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
+pub use contact_log::{Contact, ContactLog};
 pub use direction_histogram::DirectionHistogram;
 pub use drift::Drift;
 pub use energy_ledger::{EnergyLedger, LedgerPoint};
-pub use estimate::Estimate;
 pub use extended_xyz::write_extended_xyz;
 pub use flight_log::{Flight, FlightLog};
 pub use free_paths::FreePaths;
@@ -132,3 +133,5 @@ pub use thermostat_ledger::{HeatOfTag, ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use velocity_distribution::{VelocityDistribution, VelocityPoint};
 pub use wall_heat::{WallHeat, WallHeatPoint};
+
+pub use carom_tables::Estimate;

@@ -17,7 +17,7 @@ use carom_kinematics::EpochTime;
 use glam::DMat2;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::Estimate;
+use crate::Estimate;
 
 /// Pressure tensor in each interval between samples, of all bodies.
 ///

@@ -1,7 +1,7 @@
 //! Charts of a table: measured columns with error bands, and predictions.
 
 use anyhow::Result;
-use carom_tables::{Column, Role, Spacing, Table};
+use carom_tables::{Column, Level, Role, Spacing, Table};
 use plotters::style::RGBColor;
 
 use crate::plot::{Axis, Chart, Layer, Shape, colour};
@@ -27,69 +27,68 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
     };
     let mut groups: Vec<Vec<&Column>> = Vec::new();
     for column in &table.columns {
-        let begins =
-            column.role == Role::Value && groups.last().is_none_or(|group| group[0].unit != column.unit);
+        let begins = column.role.is_curve() && groups.last().is_none_or(|group| group[0].unit != column.unit);
         match groups.last_mut() {
-            _ if matches!(column.role, Role::Abscissa | Role::Count) => {}
+            _ if matches!(column.role, Role::Abscissa | Role::Count | Role::Undrawn) => {}
             Some(group) if !begins => group.push(column),
             _ => groups.push(vec![column]),
         }
     }
-    groups.iter().filter_map(|group| chart(table, abscissa, group).transpose()).collect()
+    let places = Places::of(abscissa, table.spacing);
+    groups.iter().filter_map(|group| chart(table, abscissa, &places, group).transpose()).collect()
 }
 
-fn chart(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<Option<String>> {
-    let abscissae: Vec<Option<f64>> = match table.spacing {
-        Spacing::Linear => abscissa.values.clone(),
-        Spacing::Logarithmic => {
-            let logarithm = |x: &Option<f64>| x.filter(|x| *x > 0.0).map(f64::log10);
-            abscissa.values.iter().map(logarithm).collect()
-        }
-    };
-    let points = |column: &Column| -> Vec<(f64, f64)> {
-        let points = abscissae.iter().zip(&column.values).filter_map(|(x, y)| Some(((*x)?, (*y)?)));
-        points.step_by(abscissae.len().div_ceil(MOST_POINTS).max(1)).collect()
-    };
-    let (mut bands, mut lines, mut predictions) = (Vec::new(), Vec::new(), Vec::new());
-    let mut value: Option<&Column> = None;
-    let mut quantities = 0;
-    for &column in group {
-        let measured = COLOURS[quantities.max(1).min(COLOURS.len()) - 1];
-        match &column.role {
-            Role::Value => {
-                let colour = COLOURS[quantities.min(COLOURS.len() - 1)];
-                (value, quantities) = (Some(column), quantities + 1);
-                lines.push(Layer { name: column.label.clone(), colour, shape: Shape::Line(points(column)) });
+/// The abscissae of a chart: as drawn, `None` where there is no place.
+struct Places(Vec<Option<f64>>);
+
+impl Places {
+    fn of(abscissa: &Column, spacing: Spacing) -> Self {
+        Self(match spacing {
+            Spacing::Linear => abscissa.values.clone(),
+            Spacing::Logarithmic => {
+                let logarithm = |x: &Option<f64>| x.filter(|x| *x > 0.0).map(f64::log10);
+                abscissa.values.iter().map(logarithm).collect()
             }
-            Role::StandardError => {
-                let Some(value) = value else { continue };
-                let band = abscissae.iter().zip(value.values.iter().zip(&column.values));
-                let band = band.filter_map(|(x, (y, error))| {
-                    let (x, y, error) = ((*x)?, (*y)?, (*error)?);
-                    Some((x, y - BAND * error, y + BAND * error))
-                });
-                let shape = Shape::Band(band.collect());
-                bands.push(Layer { name: String::new(), colour: measured, shape });
-            }
-            Role::Prediction { .. } => {
-                let (name, colour) = (column.label.clone(), colour::VERMILLION);
-                predictions.push(Layer { name, colour, shape: Shape::Line(points(column)) });
-            }
-            Role::Abscissa | Role::Count => {}
-        }
+        })
     }
-    let values = || group.iter().filter(|column| column.role != Role::StandardError).flat_map(|c| points(c));
-    let Some(x) = range(values().map(|point| point.0)) else { return Ok(None) };
-    let Some((low, high)) = range(values().map(|point| point.1)) else { return Ok(None) };
+
+    /// At most [`MOST_POINTS`] of some rows, at equal distances.
+    fn thinned<T>(&self, rows: impl Iterator<Item = T>) -> Vec<T> {
+        rows.step_by(self.0.len().div_ceil(MOST_POINTS).max(1)).collect()
+    }
+
+    fn points(&self, column: &Column) -> Vec<(f64, f64)> {
+        self.thinned(self.0.iter().zip(&column.values).filter_map(|(x, y)| Some(((*x)?, (*y)?))))
+    }
+
+    /// The band around a column, from its errors.
+    fn band(&self, column: &Column, errors: &Column) -> Vec<(f64, f64, f64)> {
+        let rows = self.0.iter().zip(column.values.iter().zip(&errors.values));
+        self.thinned(rows.filter_map(|(x, (y, error))| {
+            let (x, y, error) = ((*x)?, (*y)?, (*error)?);
+            Some((x, y - BAND * error, y + BAND * error))
+        }))
+    }
+}
+
+fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -> Result<Option<String>> {
+    let levels: Vec<&Level> =
+        table.levels.iter().filter(|level| group.iter().any(|column| column.name == level.column)).collect();
+    let curves: Vec<(f64, f64)> = group
+        .iter()
+        .filter(|column| column.role != Role::StandardError)
+        .flat_map(|column| places.points(column))
+        .collect();
+    let Some(x) = range(curves.iter().map(|point| point.0)).filter(|(first, last)| first != last) else {
+        return Ok(None);
+    };
+    let heights = curves.iter().map(|point| point.1).chain(levels.iter().map(|level| level.value));
+    let Some((low, high)) = range(heights) else { return Ok(None) };
     // From 0 on where 0 is near.
     let low = if low > 0.0 && low < 0.5 * high { 0.0 } else { low };
     let room = if high > low { 0.08 * (high - low) } else { high.abs().max(1e-15) };
     let low = if low == 0.0 { 0.0 } else { low - room };
-    if x.0 == x.1 {
-        return Ok(None);
-    }
-    let layers: Vec<Layer> = bands.into_iter().chain(lines).chain(predictions).collect();
-    let names = group.iter().filter(|column| column.role == Role::Value).map(|column| column.label.as_str());
+    let names = group.iter().filter(|column| column.role.is_curve()).map(|column| column.label.as_str());
     let quantity = names.collect::<Vec<_>>().join(", ");
     let label =
         |name: &str, unit: &str| if unit == "1" { name.to_owned() } else { format!("{name} [{unit}]") };
@@ -97,12 +96,43 @@ fn chart(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<Option<S
         title: table.title.clone(),
         x: Axis { label: label(&abscissa.label, &abscissa.unit), range: x },
         y: Axis { label: label(&quantity, &group[0].unit), range: (low, high + room) },
-        layers,
+        layers: layers(places, group, &levels, x),
     };
     match table.spacing {
         Spacing::Linear => chart.svg().map(Some),
         Spacing::Logarithmic => chart.svg_in_decades_of_x().map(Some),
     }
+}
+
+/// Error bands, measured curves and predictions, from back to front.
+fn layers(places: &Places, group: &[&Column], levels: &[&Level], x: (f64, f64)) -> Vec<Layer> {
+    let (mut bands, mut lines, mut predictions) = (Vec::new(), Vec::new(), Vec::new());
+    let mut last: Option<(&Column, RGBColor)> = None;
+    for &column in group {
+        match &column.role {
+            Role::Value | Role::Derived => {
+                let colour = COLOURS[lines.len().min(COLOURS.len() - 1)];
+                last = Some((column, colour));
+                let shape = Shape::Line(places.points(column));
+                lines.push(Layer { name: column.label.clone(), colour, shape });
+            }
+            Role::StandardError => {
+                let Some((value, colour)) = last else { continue };
+                let shape = Shape::Band(places.band(value, column));
+                bands.push(Layer { name: String::new(), colour, shape });
+            }
+            Role::Prediction { .. } => {
+                predictions.push(prediction(&column.label, places.points(column)));
+            }
+            Role::Abscissa | Role::Count | Role::Undrawn => {}
+        }
+    }
+    let level = |level: &&Level| prediction(&level.label, vec![(x.0, level.value), (x.1, level.value)]);
+    bands.into_iter().chain(lines).chain(predictions).chain(levels.iter().map(level)).collect()
+}
+
+fn prediction(name: &str, points: Vec<(f64, f64)>) -> Layer {
+    Layer { name: name.to_owned(), colour: colour::VERMILLION, shape: Shape::Line(points) }
 }
 
 /// Least and largest value; `None` without values.
@@ -142,6 +172,32 @@ mod tests {
             );
             assert_eq!(charts(&table).unwrap().len(), 1);
         }
+    }
+
+    #[test]
+    fn a_level_is_drawn_over_the_whole_width_and_within_the_range() {
+        let table = Table::new("t", "T")
+            .abscissa("time", "time", vec![0.0, 1.0])
+            .value("pressure", "1", vec![Some(1.0), Some(1.1)])
+            .level("theory", Some(2.0), "definition")
+            .undrawn("other", "1", vec![100.0, 200.0]);
+        let charts = charts(&table).unwrap();
+        assert_eq!(charts.len(), 1);
+        assert!(charts[0].contains("theory") && !charts[0].contains("other"));
+    }
+
+    /// A long series with errors stays a small picture.
+    #[test]
+    fn long_columns_are_thinned() {
+        let count = 300_000;
+        let wave = |scale: f64| (0..count).map(|i| Some(scale * f64::from(i).sin())).collect::<Vec<_>>();
+        let table = Table::new("t", "T")
+            .abscissa("time", "time", (0..count).map(f64::from).collect())
+            .value("x", "1", wave(1.0))
+            .errors(wave(0.1))
+            .prediction("theory", wave(0.9), "definition");
+        let bytes = charts(&table).unwrap()[0].len();
+        assert!(bytes < 400_000, "{bytes}");
     }
 
     #[test]

@@ -106,8 +106,17 @@ impl AppendFiles {
     /// # Errors
     /// The table cannot be written.
     pub fn append<T>(&mut self, table: &Table<T>, series: &[T]) -> Result<()> {
-        let written = self.files.iter().find(|file| file.name == table.name).map_or(0, |file| file.records);
-        self.append_new(table, &series[written.min(series.len())..])
+        self.append_to(table.name, table, series)
+    }
+
+    /// Writes the points of a series that are not yet in its table, whose file has another name
+    /// than usual. The first call creates the table, even for an empty series.
+    ///
+    /// # Errors
+    /// The table cannot be written.
+    pub fn append_to<T>(&mut self, name: &str, table: &Table<T>, series: &[T]) -> Result<()> {
+        let written = self.files.iter().find(|file| file.name == name).map_or(0, |file| file.records);
+        self.append_new_to(name, table, &series[written.min(series.len())..])
     }
 
     /// Writes points that are stored nowhere else. The first call creates the table, even without
@@ -116,10 +125,24 @@ impl AppendFiles {
     /// # Errors
     /// The table cannot be written.
     pub fn append_new<T>(&mut self, table: &Table<T>, points: &[T]) -> Result<()> {
-        let file = self.file(table.name, |out| write_csv(out, |csv| csv.write_record(table.header)))?;
+        self.append_new_to(table.name, table, points)
+    }
+
+    /// Writes points that are stored nowhere else to a file of another name than usual. The first
+    /// call creates the table, even without points.
+    ///
+    /// # Errors
+    /// The table cannot be written.
+    pub fn append_new_to<T>(&mut self, name: &str, table: &Table<T>, points: &[T]) -> Result<()> {
+        let file = self.file(name, |out| write_csv(out, |csv| csv.write_record(table.header)))?;
         file.records += points.len();
         write_csv(&mut file.out, |csv| points.iter().try_for_each(|point| (table.row)(csv, point)))
-            .with_context(|| format!("cannot write {}", table.name))
+            .with_context(|| format!("cannot write {name}"))
+    }
+
+    /// Whether a file of this name has been begun.
+    pub fn holds(&self, name: &str) -> bool {
+        self.files.iter().any(|file| file.name == name)
     }
 
     /// Appends one frame to a trajectory.

@@ -18,6 +18,7 @@ use clap::Args;
 use cpu_time::ProcessTime;
 
 use crate::{
+    measures::Measures,
     print_line,
     run::{SceneFile, continued, parent::Parent, schedule::What, stage_edits, stages},
     sampling_times::sampling_times,
@@ -52,7 +53,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         Some(parent) => continued(parent, &scene, &method)?,
     };
     stage_edits::prepare(&mut simulation, &scene, 0)?;
-    crate::run::outcome::observers(&scene, &simulation.view())?;
+    Measures::begin(&scene, &simulation.view())?;
     print_line(&format!("{name}: valid"));
     print_line(&contents(&scene, &simulation.view())?);
     let trial = Trial::of(&mut simulation, scene.run.until)?;

@@ -361,11 +361,27 @@ impl<O: Observer + Serialize> Resumable<O> {
     /// The run fails, a checkpoint cannot be written, or a signal has been received and a
     /// checkpoint exists.
     pub fn run_to(&mut self, time: f64, task: &Task<'_>) -> Result<()> {
+        self.run_to_and(time, task, |_, _| Ok(()))
+    }
+
+    /// Runs to the next sample at `time`, writes checkpoints on the way, and calls `at_end` after
+    /// each epoch: an observer of every contact can then empty its memory into a file.
+    ///
+    /// # Errors
+    /// The run fails, `at_end` fails, a checkpoint cannot be written, or a signal has been received
+    /// and a checkpoint exists.
+    pub fn run_to_and(
+        &mut self,
+        time: f64,
+        task: &Task<'_>,
+        at_end: impl Fn(&mut O, &mut AppendFiles) -> Result<()>,
+    ) -> Result<()> {
         let until = EpochTime::from(time);
         if self.saved.is_none() {
             self.save(task)?;
         }
         while !self.simulation.observe_epoch(until, &mut self.observers)? {
+            at_end(&mut self.observers, &mut self.files)?;
             self.save_if_due(task)?;
         }
         Ok(())

@@ -8,7 +8,7 @@ use schemars::{generate::SchemaSettings, transform::RecursiveTransform};
 use serde_json::{Map, Value, json};
 
 use crate::{
-    measures::{KINDS, Of, SERIES},
+    measures::{KINDS, Of},
     overrides::RENAMED,
     run::EXTENDED_XYZ,
 };
@@ -57,6 +57,7 @@ pub fn scene_schema() -> Value {
             add(&mut gas[&key], json!({ "allOf": [{ "$ref": "#/definitions/Distribution" }] }));
         }
     }
+    add(&mut types["MeasureSpec"]["properties"]["kind"], one_of(KINDS.iter().map(|kind| kind.name)));
     let run = &mut types["RunSpec"]["properties"];
     add(&mut run["snapshots"], json!({ "enum": [EXTENDED_XYZ] }));
     add(&mut run["observe"]["items"], one_of(observable().iter().map(String::as_str)));
@@ -83,21 +84,27 @@ pub fn text() -> String {
 
 /// The names of `run.observe`: `name`, `name:TAG`, or both for a measure of any group.
 fn observable() -> Vec<String> {
-    let series = SERIES.iter().map(|(name, _)| (*name).to_owned());
     let measures = KINDS.iter().flat_map(|kind| match kind.of {
         Of::Group => vec![kind.name.to_owned(), format!("{}:TAG", kind.name)],
         Of::OneBody => vec![format!("{}:TAG", kind.name)],
+        Of::Pair => ["", ":TAG", ":TAG,:TAG"].map(|tags| format!("{}{tags}", kind.name)).to_vec(),
         Of::System => vec![kind.name.to_owned()],
     });
-    series.chain(measures).collect()
+    measures.collect()
 }
 
 /// A schema of a string with one of these names, where `:N` stands for a number and `:TAG` for a
 /// tag.
 fn one_of<'a>(names: impl Iterator<Item = &'a str>) -> Value {
     let (open, fixed): (Vec<&str>, Vec<&str>) = names.partition(|name| name.contains(':'));
-    let pattern =
-        |name: &str| format!("^{}$", name.replace(":N", ":[0-9]+").replace(":TAG", &format!(":{TAG}")));
+    let pattern = |name: &str| {
+        format!(
+            "^{}$",
+            name.replace(":N", ":[0-9]+")
+                .replace(",:TAG", &format!(",{TAG}"))
+                .replace(":TAG", &format!(":{TAG}"))
+        )
+    };
     let patterns = open.into_iter().map(|name| json!({ "pattern": pattern(name) }));
     let choices: Vec<Value> = [json!({ "enum": fixed })].into_iter().chain(patterns).collect();
     json!({ "anyOf": choices })

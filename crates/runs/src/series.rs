@@ -1,6 +1,6 @@
 //! Tables of the series that a run samples.
 
-use carom::observers::{Impulse, LedgerPoint, PressurePoint, RatePoint, RunningPoint};
+use carom::observers::{Contact, Impulse, LedgerPoint, PressurePoint, RatePoint, RunningPoint};
 
 use crate::append_file::Table;
 
@@ -37,6 +37,34 @@ pub const AVERAGES: Table<RunningPoint> = Table {
     row: |csv, point| {
         let (force, velocity) = (point.momentum, point.velocity);
         csv.serialize((point.time, force.x, force.y, velocity.x, velocity.y))
+    },
+};
+
+/// `events.csv`: every contact, with the first body the one inserted earlier; the normal points to
+/// the second body, and the impulse acts on it.
+pub const EVENTS: Table<Contact> = Table {
+    name: "events.csv",
+    header: &[
+        "time",
+        "body_a",
+        "atom_a",
+        "body_b",
+        "atom_b",
+        "x",
+        "y",
+        "normal_x",
+        "normal_y",
+        "impulse_x",
+        "impulse_y",
+        "relative_velocity_x",
+        "relative_velocity_y",
+        "elasticity",
+    ],
+    row: |csv, contact| {
+        let Contact { point, normal, impulse, relative_velocity: velocity, .. } = contact;
+        let ([a, b], [atom_a, atom_b]) = (contact.bodies, contact.atoms);
+        let vectors = [point, normal, impulse, velocity].map(|vector| [vector.x, vector.y]);
+        csv.serialize((contact.time, a, atom_a, b, atom_b, vectors, contact.elasticity))
     },
 };
 

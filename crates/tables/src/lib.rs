@@ -10,11 +10,17 @@
 //! ```
 
 pub mod block_sums;
+pub mod blocking;
 pub mod chi_square;
+pub mod estimate;
 pub mod power_law;
+pub mod run_sums;
 pub mod summary;
 pub mod table;
 
-pub use block_sums::{BlockMean, BlockSums};
+pub use block_sums::{BlockMean, BlockSums, Sums};
+pub use blocking::Blocking;
+pub use estimate::Estimate;
+pub use run_sums::{MergeError, MergedSums, Replica, RunSums};
 pub use summary::*;
-pub use table::{Column, Role, Spacing, Table};
+pub use table::{Column, Level, Role, Spacing, Table};

@@ -17,6 +17,10 @@ pub struct Figure {
     pub prediction: Option<f64>,
     /// Source of the prediction.
     pub source: Option<String>,
+    /// The number of its sums, see [`BlockMean::quantity`](crate::BlockMean::quantity); `None` for
+    /// a figure that is no mean.
+    #[serde(skip)]
+    pub quantity: Option<usize>,
 }
 
 impl Figure {
@@ -29,6 +33,7 @@ impl Figure {
             unit: unit.to_owned(),
             prediction: None,
             source: None,
+            quantity: None,
         }
     }
 

@@ -31,6 +31,21 @@ pub struct Table {
     pub spacing: Spacing,
     /// The columns, the abscissa first.
     pub columns: Vec<Column>,
+    /// Predictions that do not depend on the abscissa.
+    pub levels: Vec<Level>,
+}
+
+/// A prediction that does not depend on the abscissa; it is drawn, but is no column of the file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Level {
+    /// Name of the column that it predicts.
+    pub column: String,
+    /// Name in the legend of a chart.
+    pub label: String,
+    /// The predicted value, in the unit of the column.
+    pub value: f64,
+    /// Where it comes from.
+    pub source: String,
 }
 
 /// How an abscissa is drawn.
@@ -56,6 +71,9 @@ pub struct Column {
     pub role: Role,
     /// Its values; `None` where there is none.
     pub values: Vec<Option<f64>>,
+    /// Of a measured quantity: the number of its sums at each row, see [`BlockMean::quantity`];
+    /// empty for one that is no mean.
+    pub quantities: Vec<Option<usize>>,
 }
 
 /// What a column holds.
@@ -65,8 +83,12 @@ pub enum Role {
     Abscissa,
     /// A number of events, which is not drawn.
     Count,
+    /// Another quantity that is not drawn.
+    Undrawn,
     /// A measured quantity.
     Value,
+    /// A measured quantity that follows from other columns: it is drawn, but is not in the file.
+    Derived,
     /// The standard error of the value before it.
     StandardError,
     /// The prediction of the value before it.
@@ -77,12 +99,19 @@ pub enum Role {
 }
 
 impl Role {
+    /// Whether a column is a curve of its own in a chart.
+    pub fn is_curve(&self) -> bool {
+        matches!(self, Self::Value | Self::Derived)
+    }
+
     /// The role as a word, and the source of a prediction.
     pub fn words(&self) -> (&'static str, Option<&str>) {
         match self {
             Self::Abscissa => ("abscissa", None),
             Self::Count => ("count", None),
+            Self::Undrawn => ("quantity", None),
             Self::Value => ("value", None),
+            Self::Derived => ("derived", None),
             Self::StandardError => ("standard error", None),
             Self::Prediction { source } => ("prediction", Some(source)),
         }
@@ -98,6 +127,7 @@ impl Table {
             caption: String::new(),
             spacing: Spacing::Linear,
             columns: Vec::new(),
+            levels: Vec::new(),
         }
     }
 
@@ -127,6 +157,40 @@ impl Table {
         self.column(name, name, "1", Role::Count, values)
     }
 
+    /// Adds a quantity that is in the file, but is not drawn.
+    #[must_use]
+    pub fn undrawn(self, name: &str, unit: &str, values: Vec<f64>) -> Self {
+        let values = values.into_iter().map(Some).collect();
+        self.column(name, name, unit, Role::Undrawn, values)
+    }
+
+    /// Adds a quantity that follows from other columns and is drawn, but is not in the file.
+    #[must_use]
+    pub fn derived(self, label: &str, unit: &str, values: Vec<Option<f64>>) -> Self {
+        self.column(label, label, unit, Role::Derived, values)
+    }
+
+    /// Gives the last column another name in the legend.
+    #[must_use]
+    pub fn labelled(mut self, label: &str) -> Self {
+        if let Some(column) = self.columns.last_mut() {
+            label.clone_into(&mut column.label);
+        }
+        self
+    }
+
+    /// Adds a prediction of the quantity before that does not depend on the abscissa, with its name
+    /// in the legend and its source; `None` adds nothing.
+    #[must_use]
+    pub fn level(mut self, label: &str, value: Option<f64>, source: &str) -> Self {
+        let column = self.columns.iter().rev().find(|column| column.role.is_curve());
+        if let (Some(column), Some(value)) = (column, value) {
+            let (column, label, source) = (column.name.clone(), label.to_owned(), source.to_owned());
+            self.levels.push(Level { column, label, value, source });
+        }
+        self
+    }
+
     /// Adds a measured quantity.
     #[must_use]
     pub fn value(self, name: &str, unit: &str, values: Vec<Option<f64>>) -> Self {
@@ -137,7 +201,11 @@ impl Table {
     #[must_use]
     pub fn means(self, name: &str, unit: &str, means: &[BlockMean]) -> Self {
         let errors = means.iter().map(|mean| mean.standard_error).collect();
-        self.value(name, unit, means.iter().map(|mean| mean.value).collect()).errors(errors)
+        let mut table = self.value(name, unit, means.iter().map(|mean| mean.value).collect());
+        if let Some(column) = table.columns.last_mut() {
+            column.quantities = means.iter().map(|mean| mean.quantity).collect();
+        }
+        table.errors(errors)
     }
 
     /// Adds the standard errors of the quantity before.
@@ -155,16 +223,21 @@ impl Table {
         self.column(&name, label, &unit, role, values)
     }
 
-    /// Names of the columns.
-    pub fn header(&self) -> Vec<&str> {
-        self.columns.iter().map(|column| column.name.as_str()).collect()
+    /// The columns of the file, without the [derived](Role::Derived) ones.
+    pub fn in_file(&self) -> impl Iterator<Item = &Column> {
+        self.columns.iter().filter(|column| column.role != Role::Derived)
     }
 
-    /// The rows.
+    /// Names of the columns of the file.
+    pub fn header(&self) -> Vec<&str> {
+        self.in_file().map(|column| column.name.as_str()).collect()
+    }
+
+    /// The rows of the file.
     pub fn rows(&self) -> Vec<Vec<Option<f64>>> {
         let count = self.columns.iter().map(|column| column.values.len()).max().unwrap_or(0);
         let cell = |column: &Column, row: usize| column.values.get(row).copied().flatten();
-        (0..count).map(|row| self.columns.iter().map(|column| cell(column, row)).collect()).collect()
+        (0..count).map(|row| self.in_file().map(|column| cell(column, row)).collect()).collect()
     }
 
     /// Name and unit of a column that belongs to the last measured quantity.
@@ -180,7 +253,7 @@ impl Table {
         let (name, label, unit) = (name.to_owned(), label.to_owned(), unit.to_owned());
         // A number that is not finite is no result.
         let values = values.into_iter().map(|value| value.filter(|value| value.is_finite())).collect();
-        self.columns.push(Column { name, label, unit, role, values });
+        self.columns.push(Column { name, label, unit, role, values, quantities: Vec::new() });
         self
     }
 }
@@ -199,5 +272,21 @@ mod tests {
         assert_eq!(rows[1], [Some(1.0), Some(4.0), None]);
         assert_eq!(rows[2], [Some(2.0), Some(5.0), None]);
         assert_eq!(table.columns[2].unit, "length");
+    }
+
+    #[test]
+    fn derived_columns_and_levels_are_not_in_the_file() {
+        let table = Table::new("t", "T")
+            .abscissa("x", "1", vec![0.0])
+            .undrawn("total", "1", vec![5.0])
+            .value("y", "length", vec![Some(1.0)])
+            .labelled("height")
+            .level("theory", Some(1.5), "definition")
+            .level("no theory", None, "")
+            .derived("y over total", "length", vec![Some(0.2)]);
+        assert_eq!(table.header(), ["x", "total", "y"]);
+        assert_eq!(table.rows(), [[Some(0.0), Some(5.0), Some(1.0)]]);
+        assert_eq!((table.levels.len(), table.levels[0].column.as_str()), (1, "y"));
+        assert_eq!(table.columns[2].label, "height");
     }
 }

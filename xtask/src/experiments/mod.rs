@@ -6,6 +6,7 @@ pub mod capability_cost;
 pub mod common;
 pub mod encounters;
 pub mod equilibrium;
+pub mod errors;
 pub mod extremes;
 pub mod fixed_energy;
 pub mod thesis_scene;

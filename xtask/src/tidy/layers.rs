@@ -15,7 +15,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
     ("detection", &["geometry", "kinematics"]),
     ("response", &["geometry", "kinematics"]),
     ("engine", &["geometry", "kinematics", "detection", "response"]),
-    ("observers", &["geometry", "kinematics", "detection", "response", "engine"]),
+    ("observers", &["geometry", "kinematics", "detection", "response", "engine", "tables"]),
     ("methods", &["geometry", "kinematics", "detection", "response", "engine"]),
     ("tables", &[]),
     ("report", &["geometry", "tables"]),

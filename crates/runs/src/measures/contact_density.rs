@@ -1,62 +1,64 @@
 //! `contact-density:TAG`: contacts of the discs of a gas along the boundary of one body.
 
 use anyhow::{Context as _, Result, ensure};
-use carom::{ContactDensity, View, engine::BodyView};
+use carom::{ContactDensity, engine::BodyView};
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
-
-/// Number of bins of the full angle around each atom.
-const TURN_BINS: usize = 72;
+use super::{Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "contact-density",
     summary: "contacts of the discs of a gas along the boundary of the only body with the tag",
     of: Of::OneBody,
-    begin: |selection| Ok(in_blocks(observer(selection.only_body()?, selection.view)?)),
+    span: Span::Measurement,
+    parameters: &[Parameter::whole("bins", Default::Number(72.0), "bins of the whole turn around each atom")],
+    begin: |selection| Ok(in_blocks(observer(selection)?)),
     resume: resumed::<ContactDensity>,
 };
 
 /// The contacts of a body with the discs of a gas, all of one radius.
-fn observer(body: BodyView<'_>, view: &View<'_>) -> Result<ContactDensity> {
+fn observer(selection: &Selection<'_>) -> Result<ContactDensity> {
+    let body = selection.only_body()?;
     let is_of_a_gas = |other: &BodyView<'_>| {
         let disc = other.body.molecule().is_disc() && !other.body.is_fixed();
         disc && other.body.key() != body.body.key()
     };
-    let mut radii = view.bodies().filter(is_of_a_gas).map(|other| other.body.molecule().bounding_radius());
+    let mut radii =
+        selection.view.bodies().filter(is_of_a_gas).map(|other| other.body.molecule().bounding_radius());
     let disc = radii.next().context("the scene has no gas of discs")?;
     ensure!(radii.all(|radius| radius == disc), "the discs of the gas have several radii");
-    Ok(ContactDensity::new(body.body, disc, TURN_BINS)?)
+    Ok(ContactDensity::new(body.body, disc, selection.whole("bins"))?)
 }
 
 impl Measured for ContactDensity {
     fn results(&self, _: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.points();
         let atoms = points.iter().map(|point| point.atom + 1).max().unwrap_or(0);
-        let all = Table::new(format!("contact-density{}", context.suffix), "Contacts along the boundary")
+        let all = Table::new(context.table("contact-density"), "Contacts along the boundary")
             .counts("atom", points.iter().map(|point| point.atom as u64).collect())
-            .abscissa("angle", "radian", points.iter().map(|point| point.angle).collect())
-            .abscissa("arc", "length", points.iter().map(|point| point.arc).collect())
+            .undrawn("angle", "radian", points.iter().map(|point| point.angle).collect())
+            .undrawn("arc", "length", points.iter().map(|point| point.arc).collect())
             .counts("contacts", points.iter().map(|point| point.contacts).collect())
-            .abscissa("pressure", "mass/time²", points.iter().map(|point| point.pressure).collect())
-            .abscissa(
+            .undrawn("pressure", "mass/time²", points.iter().map(|point| point.pressure).collect())
+            .undrawn(
                 "standard_error",
                 "mass/time²",
                 points.iter().map(|point| point.standard_error).collect(),
             );
-        let angle = |bin: usize| (bin as f64 + 0.5) * std::f64::consts::TAU / TURN_BINS as f64;
-        let name = format!("contact-density{}.by-angle", context.suffix);
+        let bins = self.turn_bins();
+        let angle = |bin: usize| (bin as f64 + 0.5) * std::f64::consts::TAU / bins as f64;
+        let name = context.table("contact-density.by-angle");
         let mut by_angle = Table::new(name, "Pressure of the contacts along the boundary of each atom")
-            .abscissa("angle", "radian", (0..TURN_BINS).map(angle).collect())
+            .abscissa("angle", "radian", (0..bins).map(angle).collect())
             .caption("In the frame of the body. The band supposes independent contacts.");
         for atom in 0..atoms {
-            let mut values = vec![None; TURN_BINS];
+            let mut values = vec![None; bins];
             let mut errors = values.clone();
             for point in points.iter().filter(|point| point.atom == atom) {
                 (values[point.bin], errors[point.bin]) = (Some(point.pressure), Some(point.standard_error));
             }
             by_angle = by_angle.value(&format!("atom_{atom}"), "mass/time²", values).errors(errors);
         }
-        Results { tables: vec![all, by_angle], figures: Vec::new() }
+        Results { tables: vec![all, by_angle], ..Results::default() }
     }
 }

@@ -3,7 +3,10 @@
 use carom::TimeCorrelation;
 use carom_tables::{BlockMean, Figure, Table};
 
-use super::{Context, Kind, Measured, Of, Results, hard_discs::ENSKOG, in_blocks, resumed, slope::Slope};
+use super::{
+    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, hard_discs::ENSKOG, in_blocks, resumed,
+    slope::Slope,
+};
 
 /// The autocorrelation is compared with its exponential up to this many mean free times; later the
 /// tail that falls as 1/t (Alder and Wainwright, Phys. Rev. A 1 (1970) 18) dominates.
@@ -18,35 +21,33 @@ pub(super) const KIND: Kind = Kind {
     name: "correlation",
     summary: "mean squared displacement and velocity autocorrelation against the lag",
     of: Of::Group,
+    span: Span::Measurement,
+    parameters: &[LONGEST_LAG],
     begin: |selection| {
-        let (interval, longest) = (selection.run.sample_interval, selection.longest_lag());
+        let (interval, longest) = (selection.interval(), selection.longest_lag());
         Ok(in_blocks(TimeCorrelation::new(selection.group, interval, longest)?))
     },
     resume: resumed::<TimeCorrelation>,
 };
 
 impl Measured for TimeCorrelation {
-    /// Of each lag, first the squared displacement and then the product of velocities. Longer lags
-    /// come later.
+    /// The squared displacement at each lag, then the product of velocities.
     fn sums(&self) -> Vec<[f64; 2]> {
-        let both = |point: carom::observers::CorrelationPoint| {
-            let pairs = point.pairs as f64;
-            [[point.mean_square_displacement * pairs, pairs], [point.autocorrelation * pairs, pairs]]
-        };
-        self.points().into_iter().flat_map(both).collect()
+        self.sums()
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.points();
         let lags: Vec<f64> = points.iter().map(|point| point.lag).collect();
         let quantity = |index: usize| -> Vec<BlockMean> {
-            let of_one: Vec<BlockMean> = means.iter().skip(index).step_by(2).copied().collect();
-            context.resolved(&of_one, &lags)
+            // Lags without pairs are the longest.
+            let begin = (index * self.lags().len()).min(means.len());
+            context.resolved(&means[begin..], &lags)
         };
         let (squares, products) = (quantity(0), quantity(1));
         let exponential: Vec<Option<f64>> = lags.iter().map(|&lag| exponential(lag, context)).collect();
         let table = Table::new(
-            format!("correlation{}", context.suffix),
+            context.table("correlation"),
             "Mean squared displacement and velocity autocorrelation",
         )
         .abscissa("lag", "time", lags.clone())
@@ -59,13 +60,13 @@ impl Measured for TimeCorrelation {
             "The slope of the autocorrelation at lag 0 is exactly minus its value times the collision rate Γ.",
         ));
         let figures = diffusion(&lags, &squares, context).into_iter().collect();
-        Results { tables: vec![table], figures }
+        Results { tables: vec![table], figures, ..Results::default() }
     }
 }
 
 /// The autocorrelation of Enskog's theory at short lags.
 fn exponential(lag: f64, context: &Context<'_>) -> Option<f64> {
-    let gas = context.hard_discs.as_ref().ok()?;
+    let gas = context.gas()?;
     let rate = gas.collision_rate();
     let count = gas.count as f64;
     // ⟨v²⟩ relative to the centre of mass.
@@ -75,7 +76,7 @@ fn exponential(lag: f64, context: &Context<'_>) -> Option<f64> {
 
 /// The diffusion coefficient from the slope of the mean squared displacement.
 fn diffusion(lags: &[f64], squares: &[BlockMean], context: &Context<'_>) -> Option<Figure> {
-    let gas = context.hard_discs.as_ref().ok()?;
+    let gas = context.gas()?;
     let slope = Slope::between([SLOPE_FROM, SLOPE_TO], lags, squares, gas)?;
     let name = context.named(&format!("diffusion coefficient, from lags {}", slope.lags()));
     Some(Figure::new(name, 0.25 * slope.value, "length²/time").predicted(gas.diffusion(), ENSKOG))

@@ -3,16 +3,17 @@
 use carom::DirectionHistogram;
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
-
-/// Number of sectors of the full turn.
-const SECTORS: usize = 72;
+use super::{Context, Default, Kind, Measured, Of, Parameter, Results, Span, in_blocks, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "directions",
     summary: "directions of the impulses on the only body with the tag, in the frame of the body",
     of: Of::OneBody,
-    begin: |selection| Ok(in_blocks(DirectionHistogram::new(selection.only_body()?.body.key(), SECTORS))),
+    span: Span::Measurement,
+    parameters: &[Parameter::whole("bins", Default::Number(72.0), "sectors of the whole turn")],
+    begin: |selection| {
+        Ok(in_blocks(DirectionHistogram::new(selection.only_body()?.body.key(), selection.whole("bins"))))
+    },
     resume: resumed::<DirectionHistogram>,
 };
 
@@ -25,15 +26,15 @@ impl Measured for DirectionHistogram {
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let (by_count, by_impulse) = means.split_at(means.len().min(SECTORS));
-        let angle = |sector: usize| 360.0 * (sector as f64 + 0.5) / SECTORS as f64;
-        let table =
-            Table::new(format!("directions{}", context.suffix), "Directions of the impulses on the body")
-                .abscissa("direction", "°", (0..SECTORS).map(angle).collect())
-                .counts("contacts", self.counts().to_vec())
-                .means("share_of_contacts", "1", by_count)
-                .means("share_of_impulse", "1", by_impulse)
-                .caption("In the frame of the body, counter-clockwise from its x′ axis.");
-        Results { tables: vec![table], figures: Vec::new() }
+        let (by_count, by_impulse) = means.split_at(means.len() / 2);
+        let sectors = self.counts().len();
+        let angle = |sector: usize| 360.0 * (sector as f64 + 0.5) / sectors as f64;
+        let table = Table::new(context.table("directions"), "Directions of the impulses on the body")
+            .abscissa("direction", "°", (0..sectors).map(angle).collect())
+            .counts("contacts", self.counts().to_vec())
+            .means("share_of_contacts", "1", by_count)
+            .means("share_of_impulse", "1", by_impulse)
+            .caption("In the frame of the body, counter-clockwise from its x′ axis.");
+        Results { tables: vec![table], ..Results::default() }
     }
 }

@@ -3,12 +3,14 @@
 use carom::observers::Drift;
 use carom_tables::BlockMean;
 
-use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "drift",
     summary: "mean force, torque, velocity and spin of the only body with the tag, in its own frame",
     of: Of::OneBody,
+    span: Span::Measurement,
+    parameters: &[],
     begin: |selection| Ok(in_blocks(Drift::new(selection.only_body()?.body.key()))),
     resume: resumed::<Drift>,
 };
@@ -37,6 +39,6 @@ impl Measured for Drift {
             let prediction = context.is_elastic.then_some(0.0);
             Some(context.figure(name, unit, mean)?.predicted(prediction, "equilibrium"))
         };
-        Results { tables: Vec::new(), figures: MEANS.iter().zip(means).filter_map(figure).collect() }
+        Results { figures: MEANS.iter().zip(means).filter_map(figure).collect(), ..Results::default() }
     }
 }

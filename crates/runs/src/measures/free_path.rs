@@ -4,23 +4,36 @@ use carom::observers::FreePaths;
 use carom_tables::{BlockMean, Table};
 
 use super::{
-    Context, HardDiscs, Kind, Measured, Of, Results, Selection, hard_discs::ENSKOG, in_blocks, resumed,
+    Context, Default, HardDiscs, Kind, Measured, Of, Parameter, Results, Selection, Span, hard_discs::ENSKOG,
+    in_blocks, resumed,
 };
 
-/// Longest path in the histogram, in mean free paths of a dilute gas of the group's density, and
-/// the number of bins.
+/// Longest path in the histogram, in mean free paths of a dilute gas of the group's density.
 const LONGEST: f64 = 6.0;
-const BINS: usize = 120;
 
 pub(super) const KIND: Kind = Kind {
     name: "free-path",
     summary: "distribution of the path lengths between successive contacts",
     of: Of::Group,
-    begin: |selection| Ok(in_blocks(FreePaths::new(selection.group, longest(selection), BINS)?)),
+    span: Span::Measurement,
+    parameters: &[
+        Parameter::whole("bins", Default::Number(120.0), "bins of the histogram"),
+        Parameter::positive(
+            "max",
+            Default::FromScene("6 mean free paths when dilute"),
+            "longest path (length)",
+        ),
+    ],
+    begin: |selection| {
+        Ok(in_blocks(FreePaths::new(selection.group, longest(selection), selection.whole("bins"))?))
+    },
     resume: resumed::<FreePaths>,
 };
 
 fn longest(selection: &Selection<'_>) -> f64 {
+    if let Some(given) = selection.given("max") {
+        return given;
+    }
     let bounds = selection.view.bounds();
     let density = selection.moving().count().max(1) as f64 / bounds.area();
     let radii = selection.moving().map(|body| body.body.molecule().bounding_radius());
@@ -39,14 +52,18 @@ impl Measured for FreePaths {
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let (mean, densities) = means.split_at(means.len().min(1));
         let lengths = self.lengths();
-        let table = Table::new(format!("free-path{}", context.suffix), "Distribution of free paths")
+        let table = Table::new(context.table("free-path"), "Distribution of free paths")
             .abscissa("length", "length", (0..densities.len()).map(|bin| lengths.centre(bin)).collect())
             .means("density", "1/length", densities)
             .caption("Flights from contact to contact, in the frame of the box.");
-        let prediction = context.hard_discs.as_ref().ok().map(HardDiscs::mean_free_path);
+        let prediction = context.gas().map(HardDiscs::mean_free_path);
         let figure = |mean: &BlockMean| {
             Some(context.figure("mean free path", "length", mean)?.predicted(prediction, ENSKOG))
         };
-        Results { tables: vec![table], figures: mean.iter().filter_map(figure).collect() }
+        Results {
+            tables: vec![table],
+            figures: mean.iter().filter_map(figure).collect(),
+            ..Results::default()
+        }
     }
 }

@@ -144,6 +144,14 @@ impl HardDiscs {
         dilute * (1.0 / chi + covered + 0.8729 * covered * covered * chi)
     }
 
+    /// Heat conductivity by k (1 / time): λ₀ (1/χ + 3φ + 0.8718 (2φ)² χ) with the area fraction φ
+    /// and λ₀ = 1.029 · 2 √(kT/π m) / σ (Gass 1971).
+    pub fn heat_conductivity(&self) -> f64 {
+        let (chi, covered) = (self.contact_factor(), 2.0 * self.area_fraction());
+        let dilute = 1.029 * 2.0 * (self.temperature / (PI * self.mass)).sqrt() / self.diameter;
+        dilute * (1.0 / chi + 1.5 * covered + 0.8718 * covered * covered * chi)
+    }
+
     /// Diffusion coefficient (length² / time).
     pub fn diffusion(&self) -> f64 {
         self.temperature / (self.mass * self.collision_rate())
@@ -191,6 +199,21 @@ mod tests {
             let found = (gas.compressibility_factor() - infinite(eta)) * 256.0;
             assert!((found / shift - 1.0).abs() < 0.01, "{eta}: {found}");
         }
+    }
+
+    /// Enskog's theory in d dimensions with y = (2φ)χ, in the first Sonine approximation: η = η₀/χ
+    /// (1 + y/2)² + ζ/2 and λ = λ₀/χ (1 + 3y/4)² + kζ/m, with one bulk viscosity ζ. Both of Gass's
+    /// coefficients of (2φ)²χ give it.
+    #[test]
+    fn viscosity_and_heat_conductivity_have_one_bulk_viscosity() {
+        let gas = HardDiscs { count: 1000, diameter: 0.02, mass: 3.0, temperature: 2.0, area: 1.0 };
+        let (chi, covered) = (gas.contact_factor(), 2.0 * gas.area_fraction());
+        let y = covered * chi;
+        let viscosity = 1.022 * (gas.mass * gas.temperature / PI).sqrt() / (2.0 * gas.diameter);
+        let conductivity = 1.029 * 2.0 * (gas.temperature / (PI * gas.mass)).sqrt() / gas.diameter;
+        let from_viscosity = 2.0 * (gas.viscosity() - viscosity / chi * (1.0 + 0.5 * y).powi(2));
+        let rest = gas.heat_conductivity() - conductivity / chi * (1.0 + 0.75 * y).powi(2);
+        assert!((gas.mass * rest / from_viscosity - 1.0).abs() < 1e-3, "{rest} {from_viscosity}");
     }
 
     #[test]

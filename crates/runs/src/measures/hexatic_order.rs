@@ -3,12 +3,14 @@
 use carom::{HexaticOrder, observers::HexaticPoint};
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "hexatic-order",
     summary: "bond-orientational order ψ6, local and global, at each sample",
     of: Of::Group,
+    span: Span::Measurement,
+    parameters: &[],
     begin: |selection| Ok(in_blocks(HexaticOrder::new(selection.group))),
     resume: resumed::<HexaticOrder>,
 };
@@ -22,7 +24,7 @@ impl Measured for HexaticOrder {
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.series();
         let of = |part: fn(&HexaticPoint) -> f64| points.iter().map(|point| Some(part(point))).collect();
-        let table = Table::new(format!("hexatic-order{}", context.suffix), "Bond-orientational order ψ₆")
+        let table = Table::new(context.table("hexatic-order"), "Bond-orientational order ψ₆")
             .abscissa("time", "time", points.iter().map(|point| point.time).collect())
             .value("local", "1", of(|point| point.local))
             .value("global", "1", of(|point| point.global))
@@ -32,6 +34,6 @@ impl Measured for HexaticOrder {
         let figure = |(name, mean): (&str, &BlockMean)| context.figure(name, "1", mean);
         let names = ["mean |ψ₆| of the bodies", "mean |ψ₆|² of the bodies", "|mean ψ₆|"];
         let figures = names.into_iter().zip(means).filter_map(figure).collect();
-        Results { tables: vec![table], figures }
+        Results { tables: vec![table], figures, ..Results::default() }
     }
 }

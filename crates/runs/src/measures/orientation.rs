@@ -3,14 +3,16 @@
 use carom::OrientationCorrelation;
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
+use super::{Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, in_blocks, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "orientation",
     summary: "orientational correlations and angular velocity autocorrelation against the lag",
     of: Of::Group,
+    span: Span::Measurement,
+    parameters: &[LONGEST_LAG],
     begin: |selection| {
-        let (interval, longest) = (selection.run.sample_interval, selection.longest_lag());
+        let (interval, longest) = (selection.interval(), selection.longest_lag());
         Ok(in_blocks(OrientationCorrelation::new(selection.group, interval, longest)?))
     },
     resume: resumed::<OrientationCorrelation>,
@@ -31,7 +33,7 @@ impl Measured for OrientationCorrelation {
             context.resolved(&means[begin..], &lags[..measured])
         };
         let table = Table::new(
-            format!("orientation{}", context.suffix),
+            context.table("orientation"),
             "Correlation of orientations and of angular velocities",
         )
         .logarithmic()
@@ -43,6 +45,6 @@ impl Measured for OrientationCorrelation {
         .caption(
             "⟨cos Δθ⟩ and ⟨cos 2Δθ⟩ of the bodies that turn: 1 at lag 0, 0 when orientations are forgotten.",
         );
-        Results { tables: vec![table], figures: Vec::new() }
+        Results { tables: vec![table], ..Results::default() }
     }
 }

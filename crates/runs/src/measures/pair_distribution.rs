@@ -3,11 +3,17 @@
 use carom::PairDistribution;
 use carom_tables::{BlockMean, Figure, Table};
 
-use super::{Context, Kind, Measured, Of, Results, Selection, hard_discs::LIU, in_blocks, resumed};
+use super::{
+    Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, hard_discs::LIU, in_blocks,
+    resumed,
+};
 
 /// Cutoff of distances in diameters of the largest body of the group, and bins for each diameter.
 const DIAMETERS: f64 = 5.0;
 const BINS_PER_DIAMETER: f64 = 50.0;
+
+/// Largest number of bins that the scene does not give.
+const MOST_BINS: f64 = 1e5;
 
 /// Bins beyond contact through which a line gives the contact value. Fewer: a larger error. More:
 /// the curvature of ln g.
@@ -17,6 +23,15 @@ pub(super) const KIND: Kind = Kind {
     name: "pair-distribution",
     summary: "pair distribution function g(r) of the centres of mass",
     of: Of::Group,
+    span: Span::Measurement,
+    parameters: &[
+        Parameter::whole("bins", Default::FromScene("50 for each diameter"), "bins up to 'max'"),
+        Parameter::positive(
+            "max",
+            Default::FromScene("5 diameters of the largest body"),
+            "longest distance (length)",
+        ),
+    ],
     begin: |selection| Ok(in_blocks(observer(selection)?)),
     resume: resumed::<PairDistribution>,
 };
@@ -27,8 +42,12 @@ fn observer(selection: &Selection<'_>) -> anyhow::Result<PairDistribution> {
     let half = 0.499 * selection.view.bounds().sides().min_element();
     // A whole number of bins, so that contact is the edge of a bin.
     let width = diameter / BINS_PER_DIAMETER;
-    let bins = ((DIAMETERS * diameter).min(half) / width).floor().max(1.0);
-    let (cutoff, bins) = (bins * width, bins as usize);
+    let longest = selection.given("max").unwrap_or((DIAMETERS * diameter).min(half));
+    let bins = (longest / width).floor().clamp(1.0, MOST_BINS);
+    let (cutoff, bins) = match selection.given("bins") {
+        Some(bins) => (longest, bins as usize),
+        None => (bins * width, bins as usize),
+    };
     Ok(PairDistribution::new([selection.group; 2], selection.view.bounds(), cutoff, bins)?)
 }
 
@@ -39,7 +58,7 @@ impl Measured for PairDistribution {
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.points();
-        let table = Table::new(format!("pair-distribution{}", context.suffix), "Pair distribution g(r)")
+        let table = Table::new(context.table("pair-distribution"), "Pair distribution g(r)")
             .abscissa("distance", "length", points.iter().map(|point| point.distance).collect())
             .counts("pairs", points.iter().map(|point| point.pairs).collect())
             .means("g", "1", means)
@@ -48,15 +67,17 @@ impl Measured for PairDistribution {
         Results {
             tables: vec![table],
             figures: contact_value(&distances, means, context).into_iter().collect(),
+            ..Results::default()
         }
     }
 }
 
 /// g at contact by a line through the logarithms of the first bins beyond it.
 fn contact_value(distances: &[f64], means: &[BlockMean], context: &Context<'_>) -> Option<Figure> {
-    let gas = context.hard_discs.as_ref().ok()?;
+    let gas = context.gas()?;
     // Centres of bins that begin at contact, to rounding, or beyond.
-    let begin = gas.diameter * (1.0 + 0.49 / BINS_PER_DIAMETER);
+    let [first, second] = distances.first_chunk()?;
+    let begin = gas.diameter + 0.49 * (second - first);
     let beyond = distances.iter().zip(means).filter(|(distance, _)| **distance > begin);
     let near: Vec<(f64, f64, f64)> = beyond
         .take(CONTACT_BINS)

@@ -3,12 +3,14 @@
 use carom::PressureTensor;
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, hard_discs::LIU, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Span, hard_discs::LIU, in_blocks, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "pressure-tensor",
     summary: "pressure tensor of the whole system in each interval between samples",
     of: Of::System,
+    span: Span::Measurement,
+    parameters: &[],
     begin: |_| Ok(in_blocks(PressureTensor::default())),
     resume: resumed::<PressureTensor>,
 };
@@ -28,8 +30,8 @@ impl Measured for PressureTensor {
             points.iter().map(|point| Some(part(point))).collect()
         };
         // The flux lacks kT / A, because momentum conservation removes two degrees of freedom.
-        let normal = context.hard_discs.as_ref().ok().map(|gas| gas.pressure() - gas.temperature / gas.area);
-        let table = Table::new("pressure-tensor", "Pressure tensor")
+        let normal = context.gas().map(|gas| gas.pressure() - gas.temperature / gas.area);
+        let table = Table::new(context.table("pressure-tensor"), "Pressure tensor")
             .abscissa("time", "time", points.iter().map(|point| point.time).collect())
             .value("p_xx", UNIT, of(carom::observers::TensorPoint::xx))
             .value("p_xy", UNIT, of(carom::observers::TensorPoint::xy))
@@ -42,6 +44,10 @@ impl Measured for PressureTensor {
             let source = if name == "p_xx" || name == "p_yy" { LIU } else { "isotropy" };
             Some(context.figure(name, UNIT, mean)?.predicted(prediction, source))
         };
-        Results { tables: vec![table], figures: names.zip(means).filter_map(figure).collect() }
+        Results {
+            tables: vec![table],
+            figures: names.zip(means).filter_map(figure).collect(),
+            ..Results::default()
+        }
     }
 }

@@ -4,10 +4,7 @@ use carom::{CollisionReport, Observer, ProjectionHistogram, engine::Body, observ
 use carom_tables::{BlockMean, Table};
 use serde::{Deserialize, Serialize};
 
-use super::{Context, Kind, Measured, Of, Results, Selection, in_blocks, resumed};
-
-/// Number of bins.
-const BINS: usize = 160;
+use super::{Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, resumed};
 
 /// Half of the range in thermal momenta √(2 m kT) of the lightest other body: beyond it lies a
 /// share of about 10⁻⁷ of the impulses of a heavy body.
@@ -17,6 +14,15 @@ pub(super) const KIND: Kind = Kind {
     name: "projections",
     summary: "components of the impulses on the only body with the tag, along its own axes",
     of: Of::OneBody,
+    span: Span::Measurement,
+    parameters: &[
+        Parameter::whole("bins", Default::Number(160.0), "bins of the histogram"),
+        Parameter::positive(
+            "max",
+            Default::FromScene("8 thermal momenta"),
+            "half the range (mass·length/time)",
+        ),
+    ],
     begin: |selection| Ok(in_blocks(Projections::new(selection)?)),
     resume: resumed::<Projections>,
 };
@@ -34,8 +40,9 @@ impl Projections {
         let own = selection.only_body()?.body.molecule().mass();
         let mass = if lightest.is_finite() { lightest } else { own };
         let kt = selection.view.temperature().filter(|kt| *kt > 0.0).unwrap_or(selection.view.energy());
-        let half_width = THERMAL_MOMENTA * (2.0 * mass * kt).sqrt();
-        let along = |axis| ProjectionHistogram::new(body, axis, half_width, BINS);
+        let thermal = THERMAL_MOMENTA * (2.0 * mass * kt).sqrt();
+        let half_width = selection.given("max").unwrap_or(thermal);
+        let along = |axis| ProjectionHistogram::new(body, axis, half_width, selection.whole("bins"));
         Ok(Self([along(Axis::X)?, along(Axis::Y)?]))
     }
 }
@@ -65,16 +72,11 @@ impl Measured for Projections {
         let bins = self.0[0].components();
         let (along_x, along_y) = means.split_at(means.len() / 2);
         let unit = "time/(mass·length)";
-        let table =
-            Table::new(format!("projections{}", context.suffix), "Components of the impulses on the body")
-                .abscissa(
-                    "impulse",
-                    "mass·length/time",
-                    (0..along_x.len()).map(|bin| bins.centre(bin)).collect(),
-                )
-                .means("density_x", unit, along_x)
-                .means("density_y", unit, along_y)
-                .caption("Along the body's own axes x′ and y′.");
-        Results { tables: vec![table], figures: Vec::new() }
+        let table = Table::new(context.table("projections"), "Components of the impulses on the body")
+            .abscissa("impulse", "mass·length/time", (0..along_x.len()).map(|bin| bins.centre(bin)).collect())
+            .means("density_x", unit, along_x)
+            .means("density_y", unit, along_y)
+            .caption("Along the body's own axes x′ and y′.");
+        Results { tables: vec![table], ..Results::default() }
     }
 }

@@ -3,12 +3,14 @@
 use carom::{RunningAverage, observers::RunningPoint};
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "running-average",
     summary: "mean force and velocity so far of the only body with the tag, in its own frame",
     of: Of::OneBody,
+    span: Span::Measurement,
+    parameters: &[],
     begin: |selection| Ok(in_blocks(RunningAverage::new(selection.only_body()?.body.key()))),
     resume: resumed::<RunningAverage>,
 };
@@ -18,13 +20,13 @@ impl Measured for RunningAverage {
         let points = self.series();
         let of = |part: fn(&RunningPoint) -> f64| points.iter().map(|point| Some(part(point))).collect();
         let force = "mass·length/time²";
-        let table = Table::new(format!("running-average{}", context.suffix), "Running averages")
+        let table = Table::new(context.table("running-average"), "Running averages")
             .abscissa("time", "time", points.iter().map(|point| point.time).collect())
             .value("force_x", force, of(|point| point.momentum.x))
             .value("force_y", force, of(|point| point.momentum.y))
             .value("velocity_x", "length/time", of(|point| point.velocity.x))
             .value("velocity_y", "length/time", of(|point| point.velocity.y))
             .caption("Means since the start of the measurement, along the body's own axes x′ and y′.");
-        Results { tables: vec![table], figures: Vec::new() }
+        Results { tables: vec![table], ..Results::default() }
     }
 }

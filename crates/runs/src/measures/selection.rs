@@ -1,26 +1,31 @@
-//! The bodies that a measure is restricted to.
+//! The bodies and parameters of a measure.
 
 use anyhow::{Context, Result, ensure};
 use carom::{
     Group, View,
-    engine::{BodyView, RunSpec, did_you_mean},
+    engine::{BodyView, RunSpec, Tag, did_you_mean},
+};
+
+use super::{
+    Request,
+    kind::{Default, LONGEST_LAG},
 };
 
 /// Longest lag of correlations in samples. It does not depend on the end of the run, so an extended
 /// run measures the same as a long one.
-const LONGEST_LAG: f64 = 1e6;
+const MOST_LAGS: f64 = 1e6;
 
-/// The run and the bodies of a measure.
+/// The run, the bodies and the parameters of a measure.
 #[derive(Debug, Clone, Copy)]
 pub struct Selection<'a> {
-    /// The name as in the scene, for error messages.
-    name: &'a str,
+    request: &'a Request,
+    /// The tags of the bodies.
+    tags: [Option<Tag>; 2],
     /// The bodies.
     pub group: Group,
     /// The system at the start of the measurement.
     pub view: &'a View<'a>,
-    /// Duration and sampling of the run.
-    pub run: &'a RunSpec,
+    run: &'a RunSpec,
 }
 
 impl<'a> Selection<'a> {
@@ -28,20 +33,23 @@ impl<'a> Selection<'a> {
     ///
     /// # Errors
     /// No body carries the tag.
-    pub fn new(name: &'a str, tag: Option<&str>, run: &'a RunSpec, view: &'a View<'a>) -> Result<Self> {
-        let group = match tag {
-            None => Group::All,
-            Some(tag) => {
-                let found = view.tag_names().find(tag);
-                let found = found.filter(|&found| view.tagged(found).next().is_some());
-                found.map(Group::from).with_context(|| {
-                    let tags = view.bodies().flat_map(|body| body.body.tags().iter());
-                    let nearest = did_you_mean(tag, tags.map(|&tag| view.tag_names().name(tag)));
-                    format!("run.observe: '{name}': no body in the scene carries the tag {tag:?}{nearest}")
-                })?
-            }
-        };
-        Ok(Self { name, group, view, run })
+    pub fn new(request: &'a Request, run: &'a RunSpec, view: &'a View<'a>) -> Result<Self> {
+        let mut tags = [None; 2];
+        for (tag, name) in tags.iter_mut().zip(&request.tags) {
+            let found = view.tag_names().find(name);
+            let found = found.filter(|&found| view.tagged(found).next().is_some());
+            *tag = Some(found.with_context(|| {
+                let tags = view.bodies().flat_map(|body| body.body.tags().iter());
+                let nearest = did_you_mean(name, tags.map(|&tag| view.tag_names().name(tag)));
+                format!("{}: no body in the scene carries the tag {name:?}{nearest}", request.entry)
+            })?);
+        }
+        Ok(Self { request, tags, group: tags[0].map_or(Group::All, Group::from), view, run })
+    }
+
+    /// The tags of the two bodies of a pair.
+    pub fn tags(&self) -> [Option<Tag>; 2] {
+        self.tags
     }
 
     /// The only body of the group.
@@ -51,14 +59,37 @@ impl<'a> Selection<'a> {
     pub fn only_body(&self) -> Result<BodyView<'a>> {
         let mut members = self.view.bodies().filter(|body| self.group.contains(body.body));
         let (first, another) = (members.next(), members.next());
-        let entry = format!("run.observe: '{}'", self.name);
+        let entry = &self.request.entry;
         ensure!(another.is_none(), "{entry}: several bodies carry that tag, but only one can be observed");
         first.with_context(|| format!("{entry}: no body carries that tag"))
     }
 
+    /// A parameter, if the scene gives it.
+    pub fn given(&self, name: &str) -> Option<f64> {
+        self.request.given.get(name).copied()
+    }
+
+    /// A parameter that is a number of things: as given, or its default.
+    ///
+    /// # Panics
+    /// The kind has no such parameter with a number as default.
+    pub fn whole(&self, name: &str) -> usize {
+        let of_kind = || self.request.kind.all_parameters().find(|parameter| parameter.name == name);
+        let default = || match of_kind().map(|parameter| parameter.default) {
+            Some(Default::Number(number)) => number,
+            _ => unreachable!("the kind has no parameter {name} with a default"),
+        };
+        self.given(name).unwrap_or_else(default) as usize
+    }
+
+    /// Time between two samples of the measure.
+    pub fn interval(&self) -> f64 {
+        self.run.sample_interval * self.request.every as f64
+    }
+
     /// Longest lag of correlations (time).
     pub fn longest_lag(&self) -> f64 {
-        (self.run.sample_interval * LONGEST_LAG).min(f64::MAX)
+        self.given(LONGEST_LAG.name).unwrap_or((self.interval() * MOST_LAGS).min(f64::MAX))
     }
 
     /// The moving bodies of the group.

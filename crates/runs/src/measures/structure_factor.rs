@@ -3,16 +3,22 @@
 use carom::StructureFactor;
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
-
-/// Number of shells of wave vectors. More: a sample costs more, in proportion.
-const SHELLS: usize = 200;
+use super::{Context, Default, Kind, Measured, Of, Parameter, Results, Span, in_blocks, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "structure-factor",
-    summary: "structure factor S(k) in the 200 smallest shells of wave vectors",
+    summary: "structure factor S(k) in the smallest shells of wave vectors",
     of: Of::Group,
-    begin: |selection| Ok(in_blocks(StructureFactor::new(selection.group, selection.view.bounds(), SHELLS)?)),
+    span: Span::Measurement,
+    // More: a sample costs more, in proportion.
+    parameters: &[Parameter::whole("shells", Default::Number(200.0), "smallest shells of wave vectors")],
+    begin: |selection| {
+        Ok(in_blocks(StructureFactor::new(
+            selection.group,
+            selection.view.bounds(),
+            selection.whole("shells"),
+        )?))
+    },
     resume: resumed::<StructureFactor>,
 };
 
@@ -22,12 +28,12 @@ impl Measured for StructureFactor {
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let table = Table::new(format!("structure-factor{}", context.suffix), "Structure factor S(k)")
+        let table = Table::new(context.table("structure-factor"), "Structure factor S(k)")
             .abscissa("wave_number", "1/length", self.wave_numbers())
             .means("s", "1", means)
             .caption(
                 "Of the centres of mass, averaged over the directions of k; 1 for independent positions.",
             );
-        Results { tables: vec![table], figures: Vec::new() }
+        Results { tables: vec![table], ..Results::default() }
     }
 }

@@ -3,12 +3,14 @@
 use carom::TemperatureByTag;
 use carom_tables::{BlockMean, Table};
 
-use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "temperature",
     summary: "kT of the translation and of the rotation of a group at each sample",
     of: Of::Group,
+    span: Span::Measurement,
+    parameters: &[],
     begin: |selection| Ok(in_blocks(TemperatureByTag::new(selection.group))),
     resume: resumed::<TemperatureByTag>,
 };
@@ -24,7 +26,7 @@ impl Measured for TemperatureByTag {
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.series();
-        let table = Table::new(format!("temperature{}", context.suffix), "Temperature")
+        let table = Table::new(context.table("temperature"), "Temperature")
             .abscissa("time", "time", points.iter().map(|point| point.time).collect())
             .counts("bodies", points.iter().map(|point| point.bodies as u64).collect())
             .value("translation", UNIT, points.iter().map(|point| point.translation).collect())
@@ -33,6 +35,6 @@ impl Measured for TemperatureByTag {
         let figure =
             |(name, mean): (&str, &BlockMean)| context.figure(&format!("kT of the {name}"), UNIT, mean);
         let figures = ["translation", "rotation"].into_iter().zip(means).filter_map(figure).collect();
-        Results { tables: vec![table], figures }
+        Results { tables: vec![table], figures, ..Results::default() }
     }
 }

@@ -1,48 +1,100 @@
 //! Tests of the measures: by name, in checkpoints, and against theory.
 
 use super::*;
-use crate::output::Existing;
-use carom::Scene;
+use crate::{
+    checkpoint_file::{decode, encode},
+    output::{Existing, Folder},
+};
 use carom_methods::AnySimulation;
+use carom_tables::Table;
+
+/// The requests of a scene with these names in `run.observe`.
+fn asked(names: &[&str]) -> Result<Vec<Request>> {
+    let mut scene = Scene::default();
+    scene.run.observe = names.iter().map(|&name| name.to_owned()).collect();
+    requests(&scene)
+}
 
 #[test]
 fn names_are_refused_with_their_reason() {
-    for good in ["velocities", "velocities:gas", "contact-density:the_tee", "thermostat"] {
-        assert!(check(good).is_ok(), "{good}");
+    for good in ["velocities", "velocities:gas", "contact-density:the_tee", "thermostat", "events:a,b"] {
+        assert!(asked(&[good]).is_ok(), "{good}");
     }
     for (bad, said) in [
         ("colour", "unknown observer"),
+        ("colour", "collision-rate"),
+        ("presure", "did you mean `pressure`?"),
         ("contact-density", "contact-density:TAG"),
+        ("impulses", "impulses:TAG"),
         ("thermostat:gas", "whole system"),
         ("velocities:", "letters"),
         ("velocities:../x", "letters"),
+        ("velocities:a,b", "one tag"),
+        ("events:a,b,c", "two tags"),
     ] {
-        let error = check(bad).unwrap_err().to_string();
+        let error = format!("{:#}", asked(&[bad]).unwrap_err());
         assert!(error.contains(said), "{error}");
     }
+    assert!(asked(&["energy", "energy"]).unwrap_err().to_string().contains("named twice"));
+    let error = asked(&["impulses:a", "impulses:b"]).unwrap_err().to_string();
+    assert!(error.contains("same files"), "{error}");
+}
+
+#[test]
+fn parameters_are_refused_by_name() {
+    let refused = |entry: &str| {
+        let text = format!("[run]\nsample_interval = 0.1\nobserve = [\"velocities\"]\n[[measure]]\n{entry}");
+        format!(
+            "{:#}",
+            Scene::from_toml(&text).map_err(anyhow::Error::from).and_then(|s| requests(&s)).unwrap_err()
+        )
+    };
+    for (entry, said) in [
+        ("kind = \"velocity\"", "did you mean `velocities`?"),
+        ("of = \"gas\"", "missing field `kind`"),
+        ("kind = \"directions\"\nof = \"tee\"\nbin = 9", "did you mean `bins`?"),
+        (
+            "kind = \"directions\"\nof = \"tee\"\nmax = 9",
+            "expected one of kind, of, name, every, interval, bins",
+        ),
+        ("kind = \"directions\"\nof = \"tee\"\nbins = 0", "whole number from 1"),
+        ("kind = \"directions\"\nof = \"tee\"\nbins = 1e9", "whole number from 1"),
+        ("kind = \"directions\"\nof = \"tee\"\nbins = \"many\"", "'bins' must be a number"),
+        ("kind = \"correlation\"\nmax = -1.0", "'max' must be positive"),
+        ("kind = \"correlation\"\ninterval = 0.25", "multiple of run.sample_interval"),
+        ("kind = \"correlation\"\nevery = 2\ninterval = 0.2", "exclude each other"),
+        ("kind = \"correlation\"\nname = \"../x\"", "letters"),
+        ("kind = \"events\"\nevery = 2", "unknown key 'every'"),
+        ("kind = \"velocities\"\nbins = 9", "measure[0] would write the same files"),
+    ] {
+        let error = refused(entry);
+        assert!(error.contains(said), "{entry}: {error}");
+    }
+    assert!(refused("kind = \"correlation\"\nmax = -1.0").contains("measure[0]"));
 }
 
 #[test]
 fn bodies_that_are_missing_or_not_unique_are_refused() {
-    let scene =
+    let mut scene =
         Scene::from_toml("[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100")
             .unwrap();
     let simulation = AnySimulation::new(&scene).unwrap();
-    let refused = |name: &str| {
-        let run = RunSpec { observe: vec![name.to_owned()], ..RunSpec::default() };
-        format!("{:#}", Measures::begin(&run, &simulation.view()).err().expect("an error"))
+    let mut refused = |name: &str| {
+        scene.run.observe = vec![name.to_owned()];
+        format!("{:#}", Measures::begin(&scene, &simulation.view()).err().expect("an error"))
     };
     assert!(refused("velocities:none").contains("no body in the scene carries"));
-    assert!(refused("contact-density:gas").contains("several bodies"));
-    assert!(refused("drift:gas").contains("several bodies"));
+    assert!(refused("events:gas,none").contains("no body in the scene carries"));
+    for kind in ["contact-density", "drift", "impulses"] {
+        assert!(refused(&format!("{kind}:gas")).contains("several bodies"));
+    }
 }
 
 /// Runs a scene with its measures from time 0 and returns the results.
 fn measured(text: &str) -> (Results, Result<HardDiscs, String>) {
     let scene = Scene::from_toml(text).unwrap();
     let mut simulation = AnySimulation::new(&scene).unwrap();
-    let measures = Measures::begin(&scene.run, &simulation.view()).unwrap();
-    let mut measures = Delayed::new(scene.run.measure_from, f64::INFINITY, measures);
+    let mut measures = Measures::begin(&scene, &simulation.view()).unwrap();
     measures.start(&simulation.view());
     measures.sample(&simulation.view());
     let samples = (scene.run.until / scene.run.sample_interval).round() as u32;
@@ -55,8 +107,9 @@ fn measured(text: &str) -> (Results, Result<HardDiscs, String>) {
         simulation.observe_until(time, &mut measures).unwrap();
         measures.sample(&simulation.view());
     }
+    measures.finish(&simulation.view());
     let gas = HardDiscs::of(&simulation.view(), &scene.elasticity);
-    (measures.observer.results(&scene, &gas), gas)
+    (measures.results(&scene, &gas), gas)
 }
 
 fn table<'a>(results: &'a Results, name: &str) -> &'a Table {
@@ -90,13 +143,14 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
             sample_interval = 0.1
             observe = ["velocities:gas", "correlation", "pair-distribution:gas", "contact-density:tee", "thermostat",
                 "directions:tee", "projections:tee", "drift:tee", "running-average:tee", "temperature:gas", "orientation:tee",
-                "structure-factor", "hexatic-order:gas", "pressure-tensor", "free-path:gas", "viscosity"]
+                "structure-factor", "hexatic-order:gas", "pressure-tensor", "free-path:gas", "viscosity",
+                "heat-conductivity", "energy", "collision-rate", "pressure", "impulses:tee", "events:gas,tee"]
         "#,
     );
     assert!(gas.unwrap_err().contains("equal discs"));
     let root = tempfile::tempdir().unwrap();
     let folder = Folder::create(root.path(), Existing::Refuse).unwrap();
-    results.write(&folder).unwrap();
+    results.write(&folder, |_| false).unwrap();
     let lines = |name: &str| std::fs::read_to_string(root.path().join(name)).unwrap().lines().count();
     assert_eq!((lines("velocities-gas.csv"), lines("correlation.csv")), (22, 13));
     // 100 discs of unit mass and energy: ⟨v²⟩ = 2 at first.
@@ -119,8 +173,10 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
     for kind in KINDS {
         let is_of = |name: &str| name.starts_with(kind.name);
         let has_table = results.tables.iter().any(|table| is_of(&table.name));
+        let has_file = results.files.iter().any(|file| is_of(file));
         // No wall of this scene has a temperature.
-        assert!(has_table || ["drift", "wall-heat"].contains(&kind.name), "{}", kind.name);
+        let is_absent = ["drift", "overlap", "wall-heat"].contains(&kind.name);
+        assert!(has_table || has_file || is_absent, "{}", kind.name);
     }
     assert_eq!(results.figures.iter().filter(|figure| figure.name.ends_with(", tee")).count(), 6);
     for table in &results.tables {
@@ -201,9 +257,152 @@ fn the_heat_of_walls_is_that_of_the_ledger() {
     let figure =
         results.figures.iter().find(|figure| figure.name == "heat received from walls, hot").unwrap();
     assert!((figure.value - hot / 20.0).abs() < 1e-9 * hot && figure.standard_error.is_some());
-    let gas = Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\ntemperature = 2.0\ncount = 100").unwrap();
-    let run = RunSpec { observe: vec!["wall-heat".to_owned()], ..RunSpec::default() };
+    let text =
+        "run.observe = [\"wall-heat\"]\n[[gas]]\nradius = 0.01\nmass = 1.0\ntemperature = 2.0\ncount = 100";
+    let gas = Scene::from_toml(text).unwrap();
     let simulation = AnySimulation::new(&gas).unwrap();
-    let error = Measures::begin(&run, &simulation.view()).err().expect("no wall");
+    let error = Measures::begin(&gas, &simulation.view()).err().expect("no wall");
     assert!(format!("{error:#}").contains("no such wall has a temperature"), "{error:#}");
+}
+
+/// The time before `measure_from` is left out, and each measure has its own interval.
+#[test]
+fn measures_begin_late_and_have_their_own_intervals() {
+    let (results, _) = measured(
+        r#"
+            [[gas]]
+            radius = 0.02
+            mass = 1.0
+            energy = 1.0
+            count = 50
+            [run]
+            until = 1.05
+            sample_interval = 0.05
+            measure_from = 0.43
+            observe = ["collision-rate", "energy"]
+            [[measure]]
+            kind = "pressure"
+            every = 2
+            [[measure]]
+            kind = "pressure"
+            name = "coarse"
+            interval = 0.25
+            [[measure]]
+            kind = "correlation"
+            every = 3
+            max = 0.3
+        "#,
+    );
+    let times = |name: &str| -> Vec<f64> {
+        column(table(&results, name), "time").iter().map(|time| time.unwrap()).collect()
+    };
+    // The first sample at or after 0.43 is that at 0.45, so the first interval ends at 0.5.
+    let rates = times("collision-rate");
+    assert_eq!(rates.len(), 12);
+    assert!((rates[0] - 0.5).abs() < 1e-12);
+    assert_eq!(times("energy").len(), 22);
+    assert_eq!(times("pressure").len(), 6);
+    assert!((times("pressure")[0] - 0.55).abs() < 1e-12);
+    // 0.7, 0.95, and the rest of the run.
+    assert_eq!(times("pressure-coarse").len(), 3);
+    let lags = column(table(&results, "correlation"), "lag");
+    assert_eq!(lags.iter().map(|lag| (100.0 * lag.unwrap()).round()).collect::<Vec<_>>(), [0.0, 15.0, 30.0]);
+    // The mean is that over the whole time, whatever the interval.
+    let mean = |name: &str| results.figures.iter().find(|figure| figure.name == name).unwrap().value;
+    assert!((mean("pressure") / mean("pressure, coarse") - 1.0).abs() < 1e-9);
+}
+
+/// Streamed files have the columns of their tables.
+#[test]
+fn files_that_grow_with_the_run_have_the_columns_of_their_tables() {
+    use crate::series;
+    let (results, _) = measured(
+        r#"
+            [[gas]]
+            radius = 0.02
+            mass = 1.0
+            energy = 1.0
+            count = 50
+            [run]
+            until = 0.2
+            sample_interval = 0.1
+            observe = ["pressure", "collision-rate", "energy"]
+        "#,
+    );
+    assert_eq!(table(&results, "energy").header(), series::ENERGY.header);
+    assert_eq!(table(&results, "pressure").header(), series::PRESSURE.header);
+    assert_eq!(table(&results, "collision-rate").header(), series::RATES.header);
+}
+
+/// Every parameter of every kind changes the tables.
+#[test]
+fn parameters_have_their_effect() {
+    let (results, _) = measured(
+        r#"
+            [[molecule]]
+            tags = ["tee"]
+            shape = "tee"
+            atom_radius = 0.02
+            atom_mass = 1.0
+            at = [0.5, 0.5]
+            [[gas]]
+            tags = ["gas"]
+            radius = 0.02
+            mass = 1.0
+            energy = 1.0
+            count = 100
+            [run]
+            until = 1.0
+            sample_interval = 0.1
+            observe = ["directions:tee"]
+            [[measure]]
+            kind = "directions"
+            of = "tee"
+            name = "coarse"
+            bins = 8
+            [[measure]]
+            kind = "projections"
+            of = "tee"
+            bins = 10
+            max = 4.0
+            [[measure]]
+            kind = "contact-density"
+            of = "tee"
+            bins = 12
+            [[measure]]
+            kind = "pair-distribution"
+            bins = 20
+            max = 0.1
+            [[measure]]
+            kind = "free-path"
+            bins = 7
+            max = 0.07
+            [[measure]]
+            kind = "structure-factor"
+            shells = 5
+            [[measure]]
+            kind = "velocities"
+            bins = 6
+            [[measure]]
+            kind = "viscosity"
+            max = 0.2
+            [[measure]]
+            kind = "heat-conductivity"
+            max = 0.3
+            [[measure]]
+            kind = "orientation"
+            max = 0.4
+        "#,
+    );
+    let rows = |name: &str| table(&results, name).rows().len();
+    assert_eq!((rows("directions-tee"), rows("directions-coarse")), (72, 8));
+    let impulses = column(table(&results, "projections-tee"), "impulse");
+    assert_eq!((impulses.len(), impulses[0]), (10, Some(-3.6)));
+    assert_eq!(rows("contact-density-tee.by-angle"), 12);
+    let distances = column(table(&results, "pair-distribution"), "distance");
+    assert!(distances.len() == 20 && (distances[19].unwrap() - 0.0975).abs() < 1e-12);
+    let lengths = column(table(&results, "free-path"), "length");
+    assert!(lengths.len() == 7 && (lengths[0].unwrap() - 0.005).abs() < 1e-12);
+    assert_eq!((rows("structure-factor"), rows("speeds"), rows("velocity-components")), (5, 6, 12));
+    assert_eq!((rows("viscosity"), rows("heat-conductivity"), rows("orientation")), (3, 4, 5));
 }

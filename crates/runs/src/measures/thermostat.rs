@@ -4,18 +4,22 @@
 use carom::ThermostatLedger;
 use carom_tables::{BlockMean, Figure, Table};
 
-use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
+use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "thermostat",
     summary: "energy put in by edits, lost in contacts and received from walls, between samples",
     of: Of::System,
+    span: Span::Measurement,
+    parameters: &[],
     begin: |_| Ok(in_blocks(ThermostatLedger::default())),
     resume: resumed::<ThermostatLedger>,
 };
 
 impl Measured for ThermostatLedger {
-    /// Heat per time of each tag, then energy lost per time.
+    const OF_INTERVALS: bool = true;
+
+    /// Energy lost per time, then heat per time of each tag.
     fn sums(&self) -> Vec<[f64; 2]> {
         let time = self.duration();
         let heats = self.heats().iter().map(|heat| [heat.total(), time]);
@@ -30,7 +34,9 @@ impl Measured for ThermostatLedger {
         let begun = |name: &str, title: &str| {
             let times = self.series().iter().map(|point| point.time).collect();
             let durations = self.series().iter().map(|point| point.duration).collect();
-            Table::new(name, title).abscissa("time", "time", times).abscissa("duration", "time", durations)
+            Table::new(context.table(name), title)
+                .abscissa("time", "time", times)
+                .undrawn("duration", "time", durations)
         };
         let table = begun("thermostat", "Energy put in, lost, and present")
             .value("put_in", unit, of(|point| point.put_in))
@@ -55,8 +61,10 @@ impl Measured for ThermostatLedger {
         let mut names = vec![context.named("energy lost in contacts per time")];
         names.extend(self.heats().iter().map(|heat| format!("heat given per time, {}", heat.name())));
         let figure = |(name, mean): (&String, &BlockMean)| {
-            Some(Figure::new(name, mean.value?, "mass·length²/time³").error(mean.standard_error))
+            let figure = Figure::new(name, mean.value?, "mass·length²/time³").error(mean.standard_error);
+            Some(Figure { quantity: mean.quantity, ..figure })
         };
-        Results { tables, figures: names.iter().zip(means).filter_map(figure).collect() }
+        let figures = names.iter().zip(means).filter_map(figure).collect();
+        Results { tables, figures, ..Results::default() }
     }
 }

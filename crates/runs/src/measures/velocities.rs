@@ -7,10 +7,7 @@ use carom::{
 use carom_tables::{BlockMean, Figure, Table};
 use serde::{Deserialize, Serialize};
 
-use super::{Context, Kind, Measured, Of, Results, Selection, in_blocks, resumed};
-
-/// Number of bins for speeds; components have twice as many.
-const SPEED_BINS: usize = 60;
+use super::{Context, Default, Kind, Measured, Of, Parameter, Results, Selection, Span, in_blocks, resumed};
 
 const MAXWELL: &str = "Maxwell's distribution";
 
@@ -18,6 +15,12 @@ pub(super) const KIND: Kind = Kind {
     name: "velocities",
     summary: "distributions of velocity components and speeds, kurtosis and Boltzmann's H",
     of: Of::Group,
+    span: Span::Measurement,
+    parameters: &[Parameter::whole(
+        "bins",
+        Default::Number(60.0),
+        "bins of the speeds; components have twice as many",
+    )],
     begin: |selection| Ok(in_blocks(Velocities::new(selection))),
     resume: resumed::<Velocities>,
 };
@@ -37,7 +40,7 @@ impl Velocities {
         let mut masses = selection.moving().map(|body| body.body.molecule().mass());
         let first = masses.next();
         Self {
-            distribution: VelocityDistribution::adaptive(selection.group, SPEED_BINS),
+            distribution: VelocityDistribution::adaptive(selection.group, selection.whole("bins")),
             kurtosis: [0.0; 2],
             has_one_mass: masses.all(|mass| Some(mass) == first),
         }
@@ -95,7 +98,7 @@ impl Measured for Velocities {
             tables.push(self.speeds(speeds, of_speeds, reason, context));
         }
         let figures = kurtosis.iter().filter_map(|mean| self.kurtosis_figure(mean, context)).collect();
-        Results { tables, figures }
+        Results { tables, figures, ..Results::default() }
     }
 }
 
@@ -110,7 +113,7 @@ impl Velocities {
     ) -> Table {
         let variance = self.variance();
         let gaussian = |v: f64| (-v * v / (2.0 * variance)).exp() / (std::f64::consts::TAU * variance).sqrt();
-        let name = format!("velocity-components{}", context.suffix);
+        let name = context.table("velocity-components");
         let table = Table::new(name, "Distribution of velocity components")
             .abscissa("velocity", "length/time", centres(histogram))
             .means("density_x", "time/length", x)
@@ -132,7 +135,7 @@ impl Velocities {
     ) -> Table {
         let variance = self.variance();
         let maxwell = |v: f64| v / variance * (-v * v / (2.0 * variance)).exp();
-        let table = Table::new(format!("speeds{}", context.suffix), "Distribution of speeds")
+        let table = Table::new(context.table("speeds"), "Distribution of speeds")
             .abscissa("speed", "length/time", centres(histogram))
             .means("density", "time/length", means);
         if let Some(reason) = reason {
@@ -165,7 +168,7 @@ fn series(velocities: &VelocityDistribution, reason: Option<&str>, context: &Con
     let points = velocities.series();
     let of =
         |value: fn(&VelocityPoint) -> Option<f64>| -> Vec<Option<f64>> { points.iter().map(value).collect() };
-    let name = format!("velocities{}", context.suffix);
+    let name = context.table("velocities");
     let table = Table::new(name, "Moments of the velocities and Boltzmann's H")
         .abscissa("time", "time", points.iter().map(|point| point.time).collect())
         .counts("bodies", points.iter().map(|point| point.bodies as u64).collect())

@@ -3,7 +3,10 @@
 use carom::observers::HelfandMoment;
 use carom_tables::{BlockMean, Figure, Table};
 
-use super::{Context, Kind, Measured, Of, Results, hard_discs::ENSKOG, in_blocks, resumed, slope::Slope};
+use super::{
+    Context, Kind, LONGEST_LAG, Measured, Of, Results, Span, hard_discs::ENSKOG, in_blocks, resumed,
+    slope::Slope,
+};
 
 /// The viscosity is the slope of the mean square between these lags (mean free times).
 const SLOPE_FROM: f64 = 5.0;
@@ -13,8 +16,10 @@ pub(super) const KIND: Kind = Kind {
     name: "viscosity",
     summary: "shear viscosity of the whole system from the Helfand moment of the stress",
     of: Of::System,
+    span: Span::Measurement,
+    parameters: &[LONGEST_LAG],
     begin: |selection| {
-        let (interval, longest) = (selection.run.sample_interval, selection.longest_lag());
+        let (interval, longest) = (selection.interval(), selection.longest_lag());
         Ok(in_blocks(HelfandMoment::new(interval, longest)?))
     },
     resume: resumed::<HelfandMoment>,
@@ -29,22 +34,26 @@ impl Measured for HelfandMoment {
         let points = self.points();
         let lags: Vec<f64> = points.iter().map(|point| point.lag).collect();
         let means = context.resolved(means, &lags);
-        let table = Table::new("viscosity", "Mean squared Helfand moment of the shear stress")
+        let table = Table::new(context.table("viscosity"), "Mean squared Helfand moment of the shear stress")
             .logarithmic()
             .abscissa("lag", "time", lags.clone())
             .counts("origins", points.iter().map(|point| point.origins).collect())
             .means("mean_square", "mass²·length⁴/time²", &means)
             .caption(context.theory("Its slope over 2 A kT is the shear viscosity."));
-        Results { tables: vec![table], figures: viscosity(&lags, &means, context).into_iter().collect() }
+        Results {
+            tables: vec![table],
+            figures: viscosity(&lags, &means, context).into_iter().collect(),
+            ..Results::default()
+        }
     }
 }
 
 /// The viscosity from the slope of the mean square.
 fn viscosity(lags: &[f64], means: &[BlockMean], context: &Context<'_>) -> Option<Figure> {
-    let gas = context.hard_discs.as_ref().ok()?;
+    let gas = context.gas()?;
     let slope = Slope::between([SLOPE_FROM, SLOPE_TO], lags, means, gas)?;
     let scale = 1.0 / (2.0 * gas.area * gas.temperature);
     let error = slope.standard_error.map(|error| scale * error);
-    let name = format!("shear viscosity, from lags {}", slope.lags());
+    let name = context.named(&format!("shear viscosity, from lags {}", slope.lags()));
     Some(Figure::new(name, scale * slope.value, "mass/time").error(error).predicted(gas.viscosity(), ENSKOG))
 }

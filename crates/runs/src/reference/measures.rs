@@ -9,19 +9,15 @@ use carom_methods::AnySimulation;
 use carom_tables::Role;
 
 use super::table;
-use crate::measures::{HardDiscs, KINDS, Kind, Measures, Of, Results, SERIES, file_name};
+use crate::measures::{HardDiscs, KINDS, Kind, Measures, Of, Results, file_name};
 
 /// Head of the section.
 const HEAD: &str = "
 ## Names in `run.observe`
 
-`TAG` is the tag of a body or of a group of bodies, and becomes part of the names of the files.
-Series are CSV files with a row for each sample, or for each impulse:
+`TAG` is the tag of a body or of a group of bodies, and becomes part of the names of the files. The
+same names without tag are those of `kind` in `[[measure]]`; `carom measures` lists parameters.
 
-";
-
-/// Head of the table of measures.
-const MEASURES: &str = "
 Measures give CSV files, charts, and figures in `summary.json`, with standard errors. Predictions are
 those for a gas of equal elastic discs, or for equilibrium.
 
@@ -64,10 +60,6 @@ temperature = 1.0
 /// A measure cannot be run.
 pub fn section() -> Result<String> {
     let mut text = HEAD.to_owned();
-    let series: Vec<Vec<String>> =
-        SERIES.iter().map(|(name, what)| vec![format!("`{name}`"), (*what).to_owned()]).collect();
-    text += &table(&["name", "series"], &series);
-    text += MEASURES;
     let rows = KINDS.iter().map(measure).collect::<Result<Vec<_>>>()?;
     text += &table(&["name", "measures", "files", "figures", "predictions"], &rows);
     Ok(text)
@@ -75,17 +67,16 @@ pub fn section() -> Result<String> {
 
 /// The row of a measure, from a short run.
 fn measure(kind: &Kind) -> Result<Vec<String>> {
-    let (name, asked, text) = match kind.of {
-        Of::Group if kind.name == "wall-heat" => {
-            (format!("{}[:TAG]", kind.name), kind.name.to_owned(), format!("{THERMAL_WALL}{GAS}"))
-        }
-        Of::Group => (format!("{}[:TAG]", kind.name), kind.name.to_owned(), GAS.to_owned()),
-        Of::OneBody => (format!("{}:TAG", kind.name), format!("{}:body", kind.name), format!("{BODY}{GAS}")),
-        Of::System => (kind.name.to_owned(), kind.name.to_owned(), GAS.to_owned()),
+    let name = kind.usage();
+    let (asked, text) = match kind.of {
+        Of::Group if kind.name == "wall-heat" => (kind.name.to_owned(), format!("{THERMAL_WALL}{GAS}")),
+        Of::OneBody => (format!("{}:body", kind.name), format!("{BODY}{GAS}")),
+        Of::Group | Of::Pair | Of::System => (kind.name.to_owned(), GAS.to_owned()),
     };
     let results = run(&format!("{text}observe = [\"{asked}\"]\n"))?;
     let written = |name: &str| name.replace("-body", "-TAG").replace(", body", "");
-    let files = results.tables.iter().map(|table| format!("`{}`", written(&file_name(table))));
+    let files = results.tables.iter().map(file_name).chain(results.files.iter().cloned());
+    let files = files.map(|file| format!("`{}`", written(&file)));
     let figures = results.figures.iter().map(|figure| written(&figure.name));
     let columns = results.tables.iter().flat_map(|table| &table.columns);
     let of_tables = columns.filter_map(|column| match &column.role {
@@ -107,7 +98,7 @@ fn measure(kind: &Kind) -> Result<Vec<String>> {
 fn run(text: &str) -> Result<Results> {
     let scene = Scene::from_toml(text)?;
     let mut simulation = AnySimulation::new(&scene)?;
-    let mut measures = Measures::begin(&scene.run, &simulation.view())?;
+    let mut measures = Measures::begin(&scene, &simulation.view())?;
     measures.start(&simulation.view());
     measures.sample(&simulation.view());
     let samples = (scene.run.until / scene.run.sample_interval).round() as u32;

@@ -1,6 +1,5 @@
 //! `carom run`: runs any scene and writes what its `[run]` requests.
 
-mod impulses;
 pub(crate) mod outcome;
 pub(crate) mod parent;
 mod placement;
@@ -14,7 +13,7 @@ use std::{collections::BTreeSet, fmt::Write as _, fs::File, path::PathBuf};
 use anyhow::{Context, Result};
 use carom::{Scene, engine::Growth};
 use carom_methods::{AnySimulation, Method};
-use carom_tables::{Summary, Verdict};
+use carom_tables::{Summary, Totals, Verdict};
 use clap::Args;
 use outcome::{Begun, simulate};
 use parent::Parent;
@@ -24,6 +23,7 @@ pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
 use crate::{
     interruption::Signals,
     manifest::{Manifest, program},
+    measures::{Measures, Results},
     output::{Existing, Folder},
     resumable::{Choices, Task, without_end},
     sampling_times::sampling_times,
@@ -92,7 +92,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
         summary.note = note.join(" ").trim_end().into();
     }
     folder.write("report.html", outcome.page(&folder, &summary, &scene, &place.command)?)?;
-    outcome.describe_tables(&folder)?;
+    outcome::describe_tables(&outcome.results, &folder)?;
+    outcome.record(&scene, &task.method).write(&folder)?;
     folder.write_json("summary.json", &summary)?;
     placement::remove(folder.path())?;
     place.complete(summary.totals.cpu_seconds())?;
@@ -120,8 +121,8 @@ fn describe(scene: &Scene, parent: Option<&Parent>) -> String {
 /// random numbers by thermostats before.
 fn begin(mut simulation: AnySimulation, scene: &Scene, before: u64) -> Result<Begun> {
     let actions = before + stage_edits::prepare(&mut simulation, scene, before)?;
-    let observers = outcome::observers(scene, &simulation.view())?;
-    Ok((simulation, observers, actions))
+    let measures = Measures::begin(scene, &simulation.view())?;
+    Ok((simulation, measures, actions))
 }
 
 /// The simulation of a run that starts from another run, with the rules of its scene.
@@ -202,6 +203,16 @@ impl<'a> Place<'a> {
 pub fn measure(title: &str, scene: &Scene, signals: &Signals) -> Result<Summary> {
     let method = Method::try_from(&scene.method).context("[method]")?;
     Ok(outcome::in_memory(scene, signals)?.summary(title.to_owned(), &method))
+}
+
+/// Runs a scene in memory, without a folder, and returns the tables and figures of its measures.
+///
+/// # Errors
+/// The scene is invalid, the run fails, or a signal has been received.
+pub fn tables(scene: &Scene, signals: &Signals) -> Result<(Results, Totals)> {
+    let outcome = outcome::in_memory(scene, signals)?;
+    let totals = outcome.totals();
+    Ok((outcome.results, totals))
 }
 
 fn folder_path(options: &Options) -> PathBuf {

@@ -12,7 +12,7 @@ use carom::{
 };
 use clap::Args;
 
-use super::{impulses, outcome::OBSERVERS, parent::Parent, stages};
+use super::{parent::Parent, stages};
 use crate::{measures, overrides::Override};
 
 /// The only supported format of snapshots.
@@ -80,6 +80,7 @@ impl SceneFile {
         }
         scene.bounds.seed = self.seed.unwrap_or(scene.bounds.seed);
         check(&scene.run)?;
+        measures::requests(&scene)?;
         stages::check(&scene)?;
         match parent {
             Some(parent) => parent.refuse_other_contents(&scene)?,
@@ -163,26 +164,6 @@ pub fn check(run: &RunSpec) -> Result<()> {
         run.sample_interval,
         run.until
     );
-    for (index, name) in run.observe.iter().enumerate() {
-        ensure!(!run.observe[..index].contains(name), "run.observe: '{name}' is named twice");
-
-        if OBSERVERS.contains(&name.as_str()) {
-            continue;
-        }
-        if impulses::is_log(name) {
-            impulses::check(name)?;
-            continue;
-        }
-        measures::check(name).with_context(|| {
-            let kinds: Vec<&str> = measures::KINDS.iter().map(|kind| kind.name).collect();
-            format!(
-                "run.observe; expected one of {}, {}, {}",
-                OBSERVERS.join(", "),
-                kinds.join(", "),
-                impulses::NAME
-            )
-        })?;
-    }
     match run.snapshots.as_deref() {
         None | Some(EXTENDED_XYZ) => Ok(()),
         Some(other) => bail!("run.snapshots: unknown format '{other}'; expected {EXTENDED_XYZ}"),
@@ -202,14 +183,12 @@ mod tests {
             (RunSpec { until: f64::NAN, ..good.clone() }, "run.until"),
             (RunSpec { sample_interval: -1.0, ..good.clone() }, "run.sample_interval"),
             (RunSpec { sample_interval: 1e-9, ..good.clone() }, "samples"),
-            (RunSpec { observe: vec!["colour".to_owned()], ..good.clone() }, "collision-rate"),
             (RunSpec { snapshots: Some("gsd".to_owned()), ..good.clone() }, "extxyz"),
             (RunSpec { animation_from: -0.5, ..good.clone() }, "run.animation_from"),
             (RunSpec { animation_from: good.until, ..good.clone() }, "run.animation_from"),
             (RunSpec { animation_from: f64::NAN, ..good.clone() }, "run.animation_from"),
             (RunSpec { measure_from: 2.0 * good.until, ..good.clone() }, "run.measure_from"),
             (RunSpec { measure_from: 0.5, ..good.clone() }, "leaves no interval"),
-            (RunSpec { observe: vec!["energy".to_owned(); 2], ..good.clone() }, "named twice"),
         ];
         for (run, expected) in cases {
             let error = format!("{:#}", check(&run).unwrap_err());

@@ -3,6 +3,10 @@
 use std::{fmt, str::FromStr};
 
 use anyhow::{Error, bail};
+use carom_runs::measures;
+
+/// Measures of every run.
+pub const EVERY_RUN: [&str; 3] = ["energy", "overlap", "collision-rate"];
 
 /// An extension of a scene beyond equal elastic discs without observers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +49,9 @@ pub enum Variant {
     Plain(u64),
     /// The gas with a capability.
     With(Capability, Level),
+    /// The gas with a measure, by the name of its kind, sampled about every three collisions of a
+    /// disc.
+    Measure(&'static str),
 }
 
 impl Capability {
@@ -159,12 +166,19 @@ impl fmt::Display for Level {
 }
 
 impl Variant {
+    /// Every run's own measures, which are those of `energy`, then each other measure with them.
+    pub fn measures() -> impl Iterator<Item = Self> {
+        let others = |name: &&str| !EVERY_RUN[1..].contains(name);
+        measures::KINDS.iter().map(|kind| kind.name).filter(others).map(Self::Measure)
+    }
+
     /// All variants: the plain gas first, the plain gas with another seed second.
     pub fn all() -> Vec<Self> {
         let levels = |capability| [Level::Idle, Level::Used].map(|level| Self::With(capability, level));
         [Self::Plain(1), Self::Plain(2)]
             .into_iter()
             .chain(Capability::ALL.into_iter().flat_map(levels))
+            .chain(Self::measures())
             .collect()
     }
 }
@@ -174,6 +188,7 @@ impl fmt::Display for Variant {
         match self {
             Self::Plain(seed) => write!(f, "plain {seed}"),
             Self::With(capability, level) => write!(f, "{} {level}", capability.name()),
+            Self::Measure(name) => write!(f, "measure {name}"),
         }
     }
 }

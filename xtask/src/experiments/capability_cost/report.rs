@@ -1,6 +1,7 @@
 //! Table and page of the experiment.
 
 use carom_report::page::Page;
+use carom_runs::measures;
 use carom_tables::Summary;
 
 use super::{
@@ -24,6 +25,10 @@ fn about(variant: Variant) -> &'static str {
         Variant::Plain(1) => "4000 equal elastic discs, area fraction 0.5",
         Variant::Plain(_) => "the plain gas with another seed: statistical error",
         Variant::With(capability, level) => capability.about(level),
+        Variant::Measure("energy") => "what every run measures: energy, overlaps, collision rate",
+        Variant::Measure(name) => {
+            measures::KINDS.iter().find(|kind| kind.name == name).map_or("", |k| k.summary)
+        }
     }
 }
 
@@ -115,6 +120,10 @@ pub fn page(results: &Results, summary: &Summary, command: &str) -> Page {
          the trajectory adds statistical error; the second plain gas shows its size. Time: processor time of \
          one thread, all variants in turn, median over rounds of the ratio to the plain gas in the same \
          round.",
+    );
+    page.paragraph(
+        "Measure: a sample about every three collisions of each disc, and a report of every contact where the \
+         measure needs it. Each row includes what every run measures; its price is the difference to that row.",
     );
     if !results.needs.is_empty() {
         page.heading("Dependencies of each layer when used alone");

@@ -76,12 +76,19 @@ impl Results {
             let variant = found.variant;
             let figure = |what: &str, value, unit| Figure::new(format!("{what}: {variant}"), value, unit);
             let instructions = found.instructions.map(|count| figure("instructions a collision", count, "1"));
+            let every_run = self.of(Variant::Measure("energy")).and_then(|found| found.instructions);
+            let price = match (variant, found.instructions, every_run) {
+                (Variant::Measure(_), Some(count), Some(every_run)) => {
+                    Some(figure("instructions a collision for it alone", count - every_run, "1"))
+                }
+                _ => None,
+            };
             let rest = [
                 figure("processor time of a collision", found.nanoseconds, "ns"),
                 figure("time over that of the plain gas", found.time_ratio, "1"),
                 figure("bytes a body", found.bytes_per_body, "byte"),
             ];
-            instructions.into_iter().chain(rest).collect::<Vec<_>>()
+            instructions.into_iter().chain(price).chain(rest).collect::<Vec<_>>()
         };
         self.found.iter().flat_map(of).collect()
     }

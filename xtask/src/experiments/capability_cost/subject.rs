@@ -4,7 +4,7 @@ use std::{cell::Cell, f64::consts::PI, io, rc::Rc};
 
 use anyhow::{Context, Result};
 use carom::{
-    Scene, Subscriptions,
+    Observer as _, Scene, Subscriptions,
     engine::{
         AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Rotation, Tag, WallSpec,
     },
@@ -13,6 +13,11 @@ use carom::{
 
 use super::capability::{Capability, Level, Variant};
 use carom_methods::AnySimulation;
+use carom_runs::{
+    append_file::AppendFiles,
+    measures::{self, Measures, Of},
+    output::{Existing, Folder},
+};
 
 /// Number of discs, and of additional bodies where a capability is used.
 const DISCS: usize = 4000;
@@ -42,6 +47,32 @@ enum Work {
     Sample,
     Snapshots,
     Thermostat(Tag),
+    Measures(Box<Measuring>),
+}
+
+/// The measures of a run, with the files that they append to.
+struct Measuring {
+    measures: Measures,
+    files: AppendFiles,
+    folder: Folder,
+}
+
+impl Measuring {
+    fn begin(scene: &Scene, simulation: &AnySimulation) -> Result<Self> {
+        let name =
+            format!("carom-cost-{}-{}", std::process::id(), scene.run.observe.join("-").replace(':', "-"));
+        let folder = Folder::create(&std::env::temp_dir().join(name), Existing::Replace)?;
+        let mut measures = Measures::begin(scene, &simulation.view())?;
+        measures.sample(&simulation.view());
+        Ok(Self { measures, files: AppendFiles::begin(&folder), folder })
+    }
+}
+
+impl Drop for Measuring {
+    fn drop(&mut self) {
+        // A folder that stays behind is in the system's folder for temporary files.
+        let _ = std::fs::remove_dir_all(self.folder.path());
+    }
 }
 
 impl Subject {
@@ -50,7 +81,8 @@ impl Subject {
     /// # Errors
     /// The scene cannot be built.
     pub fn new(variant: Variant) -> Result<Self> {
-        let mut simulation = AnySimulation::new(&scene(variant))?;
+        let scene = scene(variant);
+        let mut simulation = AnySimulation::new(&scene)?;
         let work = match variant {
             Variant::With(Capability::Subscriptions, level) => {
                 let mut subscriptions = Subscriptions::default();
@@ -77,6 +109,7 @@ impl Subject {
                 simulation.untag(key, "unused")?;
                 Work::Thermostat(tag)
             }
+            Variant::Measure(_) => Work::Measures(Box::new(Measuring::begin(&scene, &simulation)?)),
             _ => Work::None,
         };
         Ok(Self { simulation, work, intervals: 0 })
@@ -94,6 +127,14 @@ impl Subject {
             Work::None => self.simulation.run_until(at(self.intervals))?,
             Work::Subscriptions(subscriptions) => {
                 self.simulation.observe_until(at(self.intervals), subscriptions)?;
+            }
+            Work::Measures(measuring) => {
+                for interval in begin + 1..=self.intervals {
+                    let Measuring { measures, files, .. } = measuring.as_mut();
+                    self.simulation.observe_until(at(interval), measures)?;
+                    measures.sample(&self.simulation.view());
+                    measures.append(files)?;
+                }
             }
             Work::Sample | Work::Snapshots | Work::Thermostat(_) => {
                 for interval in begin + 1..=self.intervals {
@@ -130,6 +171,25 @@ fn radius() -> f64 {
     (AREA_FRACTION / (PI * DISCS as f64)).sqrt()
 }
 
+/// The plain gas with a measure; one disc is a tracer, for measures of one body.
+fn measured(mut scene: Scene, name: &str) -> Scene {
+    let kind = measures::KINDS.iter().find(|kind| kind.name == name);
+    scene.bounds.seed = 1;
+    scene.run.sample_interval = INTERVAL;
+    let tag = match kind.map(|kind| kind.of) {
+        Some(Of::OneBody) => {
+            let atoms = vec![AtomSpec { at: [0.0; 2], radius: radius(), mass: 1.0 }];
+            let tags = vec!["tracer".to_owned()];
+            scene.molecule = vec![MoleculeSpec { tags, atoms, at: [0.5, 0.5], ..MoleculeSpec::default() }];
+            scene.gas[0].count = Some(DISCS - 1);
+            ":tracer"
+        }
+        _ => "",
+    };
+    scene.run.observe = vec![format!("{name}{tag}")];
+    scene
+}
+
 /// The scene of a variant.
 pub fn scene(variant: Variant) -> Scene {
     let radius = radius();
@@ -148,6 +208,7 @@ pub fn scene(variant: Variant) -> Scene {
             return scene;
         }
         Variant::With(capability, level) => (capability, level),
+        Variant::Measure(name) => return measured(scene, name),
     };
     scene.bounds.seed = 1;
     let used = level == Level::Used;

@@ -1,0 +1,46 @@
+//! `energy`: energy, its expected value and momentum at each sample of the whole run.
+
+use anyhow::Result;
+use carom::{EnergyLedger, observers::LedgerPoint};
+use carom_tables::{BlockMean, Table, Totals};
+
+use super::{Context, Kind, Label, Measured, Of, Results, Span, in_blocks, resumed};
+use crate::{append_file::AppendFiles, series::ENERGY};
+
+pub(super) const KIND: Kind = Kind {
+    name: "energy",
+    summary: "energy, ledger and momentum at each sample; always checked",
+    of: Of::System,
+    span: Span::WholeRun,
+    parameters: &[],
+    begin: |_| Ok(in_blocks(EnergyLedger::default())),
+    resume: resumed::<EnergyLedger>,
+};
+
+impl Measured for EnergyLedger {
+    fn results(&self, _: &[BlockMean], context: &Context<'_>) -> Results {
+        let points = self.series();
+        let of = |part: fn(&LedgerPoint) -> f64| -> Vec<f64> { points.iter().map(part).collect() };
+        let first = points.first().map_or(0.0, |point| point.energy);
+        let drift =
+            points.iter().map(|point| Some((point.energy - point.booked) / first.max(point.exchanged)));
+        let (energy, momentum) = ("mass·length²/time²", "mass·length/time");
+        let table = Table::new(context.table("energy"), "Energy drift relative to the ledger")
+            .abscissa("time", "time", of(|point| point.time))
+            .undrawn("energy", energy, of(|point| point.energy))
+            .undrawn("booked_energy", energy, of(|point| point.booked))
+            .undrawn("momentum_x", momentum, of(|point| point.momentum.x))
+            .undrawn("momentum_y", momentum, of(|point| point.momentum.y))
+            .derived("(E − booked E) / E(0)", "1", drift.collect())
+            .caption(
+                "The difference is rounding error; it must stay below 10⁻¹². Once contacts have lost, or edits put \
+                 in, more than E(0), it is relative to that.",
+            );
+        let totals = Totals { energy_drift: self.drift(), ..Totals::default() };
+        Results { tables: vec![table], totals, ..Results::default() }
+    }
+
+    fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {
+        files.append_to(&label.file(ENERGY.name), &ENERGY, self.series())
+    }
+}

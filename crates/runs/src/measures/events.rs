@@ -1,0 +1,36 @@
+//! `events`, `events:A,B`: every contact between bodies of two tags, written while the run goes on.
+
+use anyhow::Result;
+use carom::observers::{ContactLog, TagFilter};
+use carom_tables::BlockMean;
+
+use super::{Context, Kind, Label, Measured, Of, Results, Selection, Span, in_blocks, resumed};
+use crate::{append_file::AppendFiles, series::EVENTS};
+
+pub(super) const KIND: Kind = Kind {
+    name: "events",
+    summary: "every contact: time, bodies, place, normal, impulse, relative velocity (0.2 kB each)",
+    of: Of::Pair,
+    span: Span::EveryContact,
+    parameters: &[],
+    begin: |selection| Ok(in_blocks(ContactLog::new(filter(selection)))),
+    resume: resumed::<ContactLog>,
+};
+
+fn filter(selection: &Selection<'_>) -> TagFilter {
+    match selection.tags() {
+        [Some(one), Some(other)] => TagFilter::Pair(one, other),
+        [Some(one), None] => TagFilter::One(one),
+        _ => TagFilter::Any,
+    }
+}
+
+impl Measured for ContactLog {
+    fn results(&self, _: &[BlockMean], context: &Context<'_>) -> Results {
+        Results { files: vec![context.label.file(EVENTS.name)], ..Results::default() }
+    }
+
+    fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {
+        files.append_new_to(&label.file(EVENTS.name), &EVENTS, &self.take())
+    }
+}

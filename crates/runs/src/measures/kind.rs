@@ -1,0 +1,176 @@
+//! The kinds of measures: names, bodies, parameters with their defaults.
+
+use anyhow::{Result, bail, ensure};
+
+use super::{Measure, Selection};
+
+/// A measure that can be asked for by name.
+#[derive(Debug, Clone, Copy)]
+pub struct Kind {
+    /// Its name in `run.observe`, and `kind` of `[[measure]]`.
+    pub name: &'static str,
+    /// What it measures, in a sentence.
+    pub summary: &'static str,
+    /// The bodies that it can be restricted to.
+    pub of: Of,
+    /// When it observes.
+    pub span: Span,
+    /// Its parameters besides those of [`Span::parameters`].
+    pub parameters: &'static [Parameter],
+    /// Starts it.
+    pub(super) begin: fn(&Selection<'_>) -> Result<Box<dyn Measure>>,
+    /// Restores it from a checkpoint.
+    pub(super) resume: fn(&[u8]) -> Result<Box<dyn Measure>>,
+}
+
+/// The bodies of a measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Of {
+    /// All bodies, or those with the tag after the colon; each measure says whether fixed ones
+    /// count.
+    Group,
+    /// The only body with the tag after the colon, which is required.
+    OneBody,
+    /// All pairs of bodies, those with a body of one tag, or those of two tags, `A,B`.
+    Pair,
+    /// The whole system; no tag is allowed.
+    System,
+}
+
+/// When a measure observes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Span {
+    /// At samples, from `run.measure_from` on, so that the approach to equilibrium is left out.
+    Measurement,
+    /// At all samples of the run.
+    WholeRun,
+    /// Every contact of the run, written to a file while the run goes on.
+    EveryContact,
+}
+
+/// A number that changes what a measure does.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Its key in `[[measure]]`.
+    pub name: &'static str,
+    /// Its value if it is not given.
+    pub default: Default,
+    /// What it is, with its unit.
+    pub about: &'static str,
+    /// Largest value, if it must be a whole number; else it must be positive.
+    most: Option<f64>,
+}
+
+/// The value of a parameter that is not given.
+#[derive(Debug, Clone, Copy)]
+pub enum Default {
+    /// This number.
+    Number(f64),
+    /// A number that depends on the scene, in words.
+    FromScene(&'static str),
+}
+
+/// Largest number of bins, shells, … of a measure: more would fill the memory with its blocks.
+const MOST_BINS: f64 = 1e5;
+
+/// Largest number of samples or rows; more is taken as a mistake.
+const MOST_RECORDS: f64 = 1e12;
+
+impl Parameter {
+    /// A number of bins, shells or the like, from 1 to 100 000.
+    pub const fn whole(name: &'static str, default: Default, about: &'static str) -> Self {
+        Self { name, default, about, most: Some(MOST_BINS) }
+    }
+
+    /// A number of samples or rows, from 1 to 10¹².
+    pub const fn records(name: &'static str, default: Default, about: &'static str) -> Self {
+        Self { name, default, about, most: Some(MOST_RECORDS) }
+    }
+
+    /// A positive quantity.
+    pub const fn positive(name: &'static str, default: Default, about: &'static str) -> Self {
+        Self { name, default, about, most: None }
+    }
+
+    /// Validates a value.
+    pub(super) fn check(&self, value: f64) -> Result<()> {
+        if let Some(most) = self.most {
+            ensure!(
+                value.fract() == 0.0 && (1.0..=most).contains(&value),
+                "'{}' must be a whole number from 1 to {most:e}, but is {value}",
+                self.name
+            );
+        }
+        ensure!(
+            value.is_finite() && value > 0.0,
+            "'{}' must be positive and finite, but is {value}",
+            self.name
+        );
+        Ok(())
+    }
+}
+
+/// Samples of the run for each sample of a measure.
+pub(super) const EVERY: Parameter =
+    Parameter::records("every", Default::Number(1.0), "samples of the run for one sample of the measure");
+
+/// Time between samples of a measure.
+pub(super) const INTERVAL: Parameter = Parameter::positive(
+    "interval",
+    Default::FromScene("run.sample_interval"),
+    "time between its samples, a multiple of run.sample_interval; excludes 'every'",
+);
+
+/// The longest lag of correlations in time.
+pub(super) const LONGEST_LAG: Parameter =
+    Parameter::positive("max", Default::FromScene("1e6 samples"), "longest lag (time)");
+
+impl Span {
+    /// The parameters of all measures with this span.
+    pub fn parameters(self) -> &'static [Parameter] {
+        match self {
+            Self::Measurement | Self::WholeRun => &[EVERY, INTERVAL],
+            Self::EveryContact => &[],
+        }
+    }
+}
+
+impl Kind {
+    /// All parameters that an entry `[[measure]]` may have.
+    pub fn all_parameters(&self) -> impl Iterator<Item = &'static Parameter> {
+        self.span.parameters().iter().chain(self.parameters)
+    }
+
+    /// Validates the tags of a name.
+    pub(super) fn check_tags(&self, name: &str, tags: &[&str]) -> Result<()> {
+        let kind = self.name;
+        match (self.of, tags.len()) {
+            (Of::OneBody, 0) => bail!("'{name}' needs the tag of a body: {kind}:TAG"),
+            (Of::System, 1..) => bail!("'{name}': it covers the whole system and takes no tag"),
+            (Of::Pair, 3..) => bail!("'{name}': it takes at most two tags: {kind}:TAG,TAG"),
+            (Of::Group | Of::OneBody, 2..) => bail!("'{name}': it takes one tag"),
+            _ => {}
+        }
+        tags.iter().try_for_each(|tag| check_word(name, "the tag", tag))
+    }
+
+    /// The name with the place of its tags, such as `velocities[:TAG]`.
+    pub fn usage(&self) -> String {
+        let tag = match self.of {
+            Of::Group => "[:TAG]",
+            Of::OneBody => ":TAG",
+            Of::Pair => "[:TAG[,TAG]]",
+            Of::System => "",
+        };
+        format!("{}{tag}", self.name)
+    }
+}
+
+/// Validates a word that becomes part of a file name.
+pub(super) fn check_word(name: &str, what: &str, word: &str) -> Result<()> {
+    ensure!(
+        !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "-_".contains(c)),
+        "'{name}': {what} may contain letters, digits, - and _ only"
+    );
+    Ok(())
+}

@@ -1,0 +1,251 @@
+//! What makes an observer a measure: sums for errors, tables, figures, and files.
+
+use anyhow::Result;
+use carom::{CollisionReport, Observer, View, engine::Body};
+use carom_tables::{BlockMean, BlockSums, Figure, RunSums, Sums, Table, Totals};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use super::HardDiscs;
+use crate::{
+    append_file::AppendFiles,
+    checkpoint_file::{decode, encode},
+    output::Folder,
+    record::MeasureRecord,
+};
+
+/// An observer whose results can be tabulated.
+pub trait Measured: Observer + Serialize + DeserializeOwned + 'static {
+    /// Whether the sums belong to the intervals between samples, so that the first sample, which
+    /// ends none, gives no record.
+    const OF_INTERVALS: bool = false;
+
+    /// Σx and Σw so far of each quantity whose mean is Σx / Σw; their order never changes. They are
+    /// recorded at the borders of blocks and give the standard errors.
+    fn sums(&self) -> Sums {
+        Vec::new()
+    }
+
+    /// Tables and figures. `means` belong to [`Self::sums`].
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results;
+
+    /// Writes what is new to a file that grows with the run, after each sample; for a kind of
+    /// [`Span::EveryContact`](super::Span), after each epoch too.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {
+        let _ = (files, label);
+        Ok(())
+    }
+}
+
+/// What distinguishes a measure from others of its kind.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Label {
+    /// The tags of its bodies, if it has any.
+    pub tag: Option<String>,
+    /// Its name, if it has one; it replaces the tag.
+    pub name: Option<String>,
+}
+
+impl Label {
+    /// The name, or else the tag.
+    pub fn word(&self) -> Option<&str> {
+        self.name.as_deref().or(self.tag.as_deref())
+    }
+
+    /// The name of a file or table, with the label before the ending.
+    pub fn file(&self, name: &str) -> String {
+        let Some(word) = self.word() else { return name.to_owned() };
+        match name.split_once('.') {
+            Some((stem, ending)) => format!("{stem}-{word}.{ending}"),
+            None => format!("{name}-{word}"),
+        }
+    }
+}
+
+/// What results depend on besides the observer.
+#[derive(Debug, Clone, Copy)]
+pub struct Context<'a> {
+    /// What distinguishes the measure from others of its kind.
+    pub label: &'a Label,
+    /// Duration of a block (time): means over longer times have no error.
+    pub block: f64,
+    /// Whether all contacts conserve energy.
+    pub is_elastic: bool,
+    /// The gas to which theory applies, or why it does not.
+    pub hard_discs: &'a Result<HardDiscs, String>,
+}
+
+impl Context<'_> {
+    /// The name of a table, with the label.
+    pub fn table(&self, name: &str) -> String {
+        self.label.file(name)
+    }
+
+    /// The name of a figure, with the label.
+    pub fn named(&self, name: &str) -> String {
+        self.label.word().map_or_else(|| name.to_owned(), |word| format!("{name}, {word}"))
+    }
+
+    /// The gas to which theory applies.
+    pub fn gas(&self) -> Option<&HardDiscs> {
+        self.hard_discs.as_ref().ok()
+    }
+
+    /// A mean as a figure, with its error and the label; `None` without a mean.
+    pub fn figure(&self, name: &str, unit: &str, mean: &BlockMean) -> Option<Figure> {
+        let figure = Figure::new(self.named(name), mean.value?, unit).error(mean.standard_error);
+        Some(Figure { quantity: mean.quantity, ..figure })
+    }
+
+    /// Means at these lags (time), without the errors of lags as long as a block: such a block
+    /// holds pairs whose first sample lies before it.
+    pub fn resolved(&self, means: &[BlockMean], lags: &[f64]) -> Vec<BlockMean> {
+        let of = |(mean, &lag): (&BlockMean, &f64)| BlockMean {
+            standard_error: mean.standard_error.filter(|_| lag < self.block),
+            ..*mean
+        };
+        means.iter().zip(lags).map(of).collect()
+    }
+
+    /// A sentence on the prediction for the caption.
+    pub fn theory(&self, prediction: &str) -> String {
+        match self.hard_discs {
+            Ok(_) => prediction.to_owned(),
+            Err(reason) => format!("No prediction: {reason}."),
+        }
+    }
+}
+
+/// Tables and figures of a measure.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Results {
+    /// The tables, each a CSV file and one or more charts.
+    pub tables: Vec<Table>,
+    /// The figures.
+    pub figures: Vec<Figure>,
+    /// Data files that no table describes.
+    pub files: Vec<String>,
+    /// Energy drift and overlaps, from the measures that find them.
+    pub totals: Totals,
+    /// Number of samples at which overlaps were searched.
+    pub overlap_checks: u64,
+    /// Sums, tables and figures of each measure, for merging with other runs.
+    pub records: Vec<MeasureRecord>,
+}
+
+impl Results {
+    /// Adds the results of another measure. Tables, figures and files are taken if `is_asked`
+    /// requests them; what every run reports is always taken.
+    pub(super) fn absorb(&mut self, other: Self) {
+        self.tables.extend(other.tables);
+        self.figures.extend(other.figures);
+        self.files.extend(other.files);
+        let (totals, found) = (&mut self.totals, other.totals);
+        totals.energy_drift = totals.energy_drift.max(found.energy_drift);
+        totals.overlapping_pairs = totals.overlapping_pairs.max(found.overlapping_pairs);
+        totals.max_overlap = totals.max_overlap.max(found.max_overlap);
+        self.overlap_checks += other.overlap_checks;
+        self.records.extend(other.records);
+    }
+
+    /// Writes the tables as CSV files, except those that `is_written` names: they have grown with
+    /// the run.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write(&self, folder: &Folder, is_written: impl Fn(&str) -> bool) -> Result<()> {
+        let tables = self.tables.iter().filter(|table| !is_written(&file_name(table)));
+        tables
+            .into_iter()
+            .try_for_each(|table| folder.write_table(&file_name(table), &table.header(), table.rows()))
+    }
+}
+
+/// Name of the file of a table.
+pub fn file_name(table: &Table) -> String {
+    format!("{}.csv", table.name)
+}
+
+/// A measure in progress, whatever it measures.
+pub(super) trait Measure: Observer {
+    fn save(&self) -> Result<Vec<u8>>;
+    fn results(&self, context: &Context<'_>) -> Results;
+    fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()>;
+    fn records_per_block(&self) -> u64;
+    /// Samples without a record of the sums: the interval before may be shorter than the others.
+    fn finish(&mut self, view: &View<'_>);
+    fn run_sums(&self) -> RunSums;
+}
+
+/// An observer with the sums of its blocks.
+#[derive(Serialize, Deserialize)]
+struct InBlocks<M> {
+    measured: M,
+    blocks: BlockSums,
+    /// Whether it has received a sample.
+    is_sampled: bool,
+}
+
+/// Starts a measure.
+pub(super) fn in_blocks<M: Measured>(measured: M) -> Box<dyn Measure> {
+    Box::new(InBlocks { measured, blocks: BlockSums::default(), is_sampled: false })
+}
+
+/// Restores a measure from a checkpoint.
+pub(super) fn resumed<M: Measured>(bytes: &[u8]) -> Result<Box<dyn Measure>> {
+    Ok(Box::new(decode::<InBlocks<M>>(bytes)?))
+}
+
+impl<M: Measured> Observer for InBlocks<M> {
+    fn watches_any(&self) -> bool {
+        self.measured.watches_any()
+    }
+
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.measured.watches(bodies)
+    }
+
+    fn start(&mut self, view: &View<'_>) {
+        self.measured.start(view);
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.measured.collision(report);
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        self.measured.sample(view);
+        if self.is_sampled || !M::OF_INTERVALS {
+            self.blocks.record(|| self.measured.sums());
+        }
+        self.is_sampled = true;
+    }
+}
+
+impl<M: Measured> Measure for InBlocks<M> {
+    fn save(&self) -> Result<Vec<u8>> {
+        Ok(encode(self)?)
+    }
+
+    fn results(&self, context: &Context<'_>) -> Results {
+        self.measured.results(&self.blocks.means(&self.measured.sums()), context)
+    }
+
+    fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {
+        self.measured.append(files, label)
+    }
+
+    fn records_per_block(&self) -> u64 {
+        self.blocks.records_per_block()
+    }
+
+    fn finish(&mut self, view: &View<'_>) {
+        self.measured.sample(view);
+    }
+
+    fn run_sums(&self) -> RunSums {
+        RunSums { total: self.measured.sums(), blocks: self.blocks.blocks() }
+    }
+}

@@ -1,0 +1,107 @@
+//! `pressure`: pressure from the virial of the contacts, in each interval between samples.
+
+use anyhow::Result;
+use carom::{
+    CollisionReport, Observer, View,
+    engine::Body,
+    observers::{Pressure, PressurePoint},
+};
+use carom_tables::{BlockMean, Sums, Table};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Context, HardDiscs, Kind, Label, Measured, Of, Results, Span, hard_discs::LIU, in_blocks,
+    intervals::IntervalSums, resumed,
+};
+use crate::{append_file::AppendFiles, series::PRESSURE};
+
+pub(super) const KIND: Kind = Kind {
+    name: "pressure",
+    summary: "pressure from the virial of the contacts in each interval",
+    of: Of::System,
+    span: Span::Measurement,
+    parameters: &[],
+    begin: |_| Ok(in_blocks(Virial::default())),
+    resume: resumed::<Virial>,
+};
+
+/// Unit of a pressure.
+const UNIT: &str = "mass/time²";
+
+/// The pressure and the sums of its mean and of the compressibility factor.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct Virial {
+    observer: Pressure,
+    pressure: IntervalSums,
+    factor: IntervalSums,
+    /// Whether an interval had no temperature, so that there is no mean of the factor.
+    lacks_factor: bool,
+}
+
+impl Observer for Virial {
+    fn watches_any(&self) -> bool {
+        self.observer.watches_any()
+    }
+
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.observer.watches(bodies)
+    }
+
+    fn start(&mut self, view: &View<'_>) {
+        self.observer.start(view);
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.observer.collision(report);
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        let before = self.observer.series().len();
+        self.observer.sample(view);
+        let new = &self.observer.series()[before..];
+        let time = view.time().to_f64();
+        let pressures: Vec<f64> = new.iter().map(PressurePoint::pressure).collect();
+        let factors: Vec<f64> = new.iter().filter_map(PressurePoint::compressibility_factor).collect();
+        self.lacks_factor |= factors.len() < pressures.len();
+        self.pressure.end(time, &pressures);
+        self.factor.end(time, &factors);
+    }
+}
+
+impl Measured for Virial {
+    const OF_INTERVALS: bool = true;
+
+    /// The pressure and the compressibility factor, weighted with the lengths of the intervals.
+    fn sums(&self) -> Sums {
+        let of = |sums: &IntervalSums| sums.sums().first().copied().unwrap_or_default();
+        vec![of(&self.pressure), if self.lacks_factor { [0.0; 2] } else { of(&self.factor) }]
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let points = self.observer.series();
+        let of = |part: fn(&PressurePoint) -> f64| -> Vec<f64> { points.iter().map(part).collect() };
+        let gas = context.gas();
+        let pressures = points.iter().map(|point| Some(point.pressure())).collect();
+        let table = Table::new(context.table("pressure"), "Pressure")
+            .abscissa("time", "time", of(|point| point.time))
+            .value("pressure", UNIT, pressures)
+            .level("Liu", gas.map(HardDiscs::pressure), LIU)
+            .undrawn("ideal", UNIT, of(|point| point.ideal))
+            .undrawn("virial", UNIT, of(|point| point.virial))
+            .undrawn("momentum_flux", UNIT, of(PressurePoint::momentum_flux))
+            .caption("From the virial of the contacts in each interval between samples.");
+        let names = [
+            ("pressure", UNIT, gas.map(HardDiscs::pressure)),
+            ("compressibility factor βpA/N", "1", gas.map(HardDiscs::compressibility_factor)),
+        ];
+        let figure = |((name, unit, prediction), mean): ((&str, &str, Option<f64>), &BlockMean)| {
+            Some(context.figure(name, unit, mean)?.predicted(prediction, LIU))
+        };
+        let figures = names.into_iter().zip(means).filter_map(figure).collect();
+        Results { tables: vec![table], figures, ..Results::default() }
+    }
+
+    fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {
+        files.append_to(&label.file(PRESSURE.name), &PRESSURE, self.observer.series())
+    }
+}

@@ -1,0 +1,159 @@
+//! What a scene asks for: the names in `run.observe` and the entries `[[measure]]`.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context as _, Result, bail, ensure};
+use carom::Scene;
+use carom::engine::{MeasureParameter, MeasureSpec, did_you_mean};
+
+use super::{
+    KINDS, Kind,
+    kind::{EVERY, INTERVAL, check_word},
+};
+
+/// The interval of a measure may differ from a multiple of the run's by this share: rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// A measure that a scene asks for.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// Its place in the scene, for error messages.
+    pub entry: String,
+    /// What is measured.
+    pub kind: &'static Kind,
+    /// The tags of the bodies.
+    pub tags: Vec<String>,
+    /// Its name in files and figures, if it has one.
+    pub name: Option<String>,
+    /// Samples of the run for each of its samples.
+    pub every: u64,
+    /// The parameters given.
+    pub given: BTreeMap<String, f64>,
+}
+
+impl Request {
+    /// A measure with default parameters.
+    pub fn plain(kind: &'static Kind) -> Self {
+        Self {
+            entry: format!("the measure '{}'", kind.name),
+            kind,
+            tags: Vec::new(),
+            name: None,
+            every: 1,
+            given: BTreeMap::new(),
+        }
+    }
+
+    /// The tags as part of a name.
+    pub fn tag(&self) -> Option<String> {
+        (!self.tags.is_empty()).then(|| self.tags.join("-"))
+    }
+
+    /// What distinguishes its files from those of other measures of its kind. The file of impulses
+    /// does not have the tag in its name.
+    fn distinction(&self) -> Option<String> {
+        let tag = if self.kind.name == super::impulses::NAME { None } else { self.tag() };
+        self.name.clone().or(tag)
+    }
+
+    /// From `kind`, `kind:TAG` or `kind:TAG,TAG`.
+    fn from_name(name: &str) -> Result<Self> {
+        let entry = format!("run.observe: '{name}'");
+        let (kind, tags) = name.split_once(':').map_or((name, None), |(kind, tags)| (kind, Some(tags)));
+        let Some(kind) = find(kind) else {
+            bail!("unknown observer '{name}'{}; {}", did_you_mean(kind, names()), expected());
+        };
+        let tags: Vec<&str> = tags.map_or_else(Vec::new, |tags| tags.split(',').collect());
+        kind.check_tags(name, &tags)?;
+        let tags = tags.into_iter().map(str::to_owned).collect();
+        Ok(Self { entry, tags, ..Self::plain(kind) })
+    }
+
+    /// From an entry `[[measure]]` of a run with this sample interval (time).
+    fn from_spec(spec: &MeasureSpec, sample_interval: f64) -> Result<Self> {
+        let Some(kind) = find(&spec.kind) else {
+            bail!("unknown kind '{}'{}; {}", spec.kind, did_you_mean(&spec.kind, names()), expected());
+        };
+        let tags: Vec<&str> =
+            spec.of.as_deref().map_or_else(Vec::new, |of| of.split(',').map(str::trim).collect());
+        kind.check_tags(&spec.kind, &tags)?;
+        if let Some(name) = &spec.name {
+            check_word(&spec.kind, "the name", name)?;
+        }
+        let mut given = BTreeMap::new();
+        for (key, value) in &spec.parameters {
+            let Some(parameter) = kind.all_parameters().find(|parameter| parameter.name == key) else {
+                let keys = || ["kind", "of", "name"].into_iter().chain(kind.all_parameters().map(|p| p.name));
+                let allowed: Vec<&str> = keys().collect();
+                bail!(
+                    "unknown key '{key}' of '{}'{}; expected one of {}",
+                    kind.name,
+                    did_you_mean(key, keys()),
+                    allowed.join(", ")
+                );
+            };
+            let MeasureParameter::Number(value) = value else { bail!("'{key}' must be a number") };
+            parameter.check(*value)?;
+            given.insert(key.clone(), *value);
+        }
+        let every = every(&given, sample_interval)?;
+        let tags = tags.into_iter().map(str::to_owned).collect();
+        Ok(Self { tags, name: spec.name.clone(), every, given, ..Self::plain(kind) })
+    }
+}
+
+/// Samples of the run for each sample of a measure.
+fn every(given: &BTreeMap<String, f64>, sample_interval: f64) -> Result<u64> {
+    let (every, interval) = (given.get(EVERY.name), given.get(INTERVAL.name));
+    ensure!(every.is_none() || interval.is_none(), "'every' and 'interval' exclude each other");
+    let Some(interval) = interval else { return Ok(every.map_or(1, |every| *every as u64)) };
+    let ratio = interval / sample_interval;
+    let whole = ratio.round().max(1.0);
+    ensure!(
+        (ratio - whole).abs() <= ROUNDING * whole,
+        "'interval' must be a multiple of run.sample_interval = {sample_interval}, but is {interval}"
+    );
+    Ok(whole as u64)
+}
+
+/// All measures of a scene, validated: those of `run.observe` first.
+///
+/// # Errors
+/// A name, tag, key or value is invalid, or two measures would write the same files.
+pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
+    let mut requests: Vec<Request> = Vec::new();
+    for (index, name) in scene.run.observe.iter().enumerate() {
+        ensure!(!scene.run.observe[..index].contains(name), "run.observe: '{name}' is named twice");
+        requests.push(Request::from_name(name).context("run.observe")?);
+    }
+    for (index, spec) in scene.measure.iter().enumerate() {
+        let entry = format!("measure[{index}]");
+        let request = Request::from_spec(spec, scene.run.sample_interval).with_context(|| entry.clone())?;
+        requests.push(Request { entry, ..request });
+    }
+    for (index, request) in requests.iter().enumerate() {
+        let key = |request: &Request| (request.kind.name, request.distinction());
+        let same = requests[..index].iter().find(|other| key(other) == key(request));
+        if let Some(same) = same {
+            bail!(
+                "{} and {} would write the same files: give one of them, as [[measure]], a 'name'",
+                same.entry,
+                request.entry
+            );
+        }
+    }
+    Ok(requests)
+}
+
+/// The kind of measure with this name.
+pub(super) fn find(kind: &str) -> Option<&'static Kind> {
+    KINDS.iter().find(|known| known.name == kind)
+}
+
+fn names() -> impl Iterator<Item = &'static str> {
+    KINDS.iter().map(|kind| kind.name)
+}
+
+fn expected() -> String {
+    format!("expected one of {}", names().collect::<Vec<_>>().join(", "))
+}

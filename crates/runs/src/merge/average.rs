@@ -1,0 +1,223 @@
+//! Tables and figures of merged runs.
+//!
+//! Means are those of all sums, with errors from the blocks of all runs. What is no mean of sums is
+//! averaged over the runs, with the error of its scatter among them. All sums are added in the
+//! order of the runs' keys.
+
+use carom_tables::{BlockMean, Column, Figure, MergedSums, Role, RunSums, Table, block_sums};
+
+use crate::{
+    measures::Results,
+    record::{MeasureRecord, Record},
+};
+
+/// Abscissae of different runs agree if they differ by at most this share: rounding.
+const SAME: f64 = 1e-9;
+
+/// Tables and figures of all runs.
+pub fn results(record: &Record) -> Results {
+    let mut results = Results::default();
+    let runs: Vec<_> = record.runs.values().collect();
+    let Some(first) = runs.first() else { return results };
+    let of_system: Vec<Vec<Figure>> = runs.iter().map(|run| run.figures.clone()).collect();
+    results.figures.extend(first.figures.iter().map(|figure| averaged(figure, &of_system)));
+    for index in 0..first.measures.len() {
+        let mut sums = MergedSums::default();
+        for (&replica, run) in &record.runs {
+            let of_run = run.measures.get(index).map(|measure| measure.sums.clone()).unwrap_or_default();
+            // The keys are those of a map, so none is there twice.
+            let _ = sums.merge(MergedSums::of(replica, of_run));
+        }
+        let parts: Vec<&MeasureRecord> = runs.iter().filter_map(|run| run.measures.get(index)).collect();
+        let merged = Merged::new(&sums, parts);
+        results.tables.extend(merged.tables());
+        results.figures.extend(merged.figures());
+    }
+    results
+}
+
+/// One measure of all runs.
+struct Merged<'a> {
+    parts: Vec<&'a MeasureRecord>,
+    means: Vec<BlockMean>,
+    /// Means with errors from the scatter of whole runs, for what a block is too short for.
+    by_run: Vec<BlockMean>,
+}
+
+impl<'a> Merged<'a> {
+    fn new(sums: &MergedSums, parts: Vec<&'a MeasureRecord>) -> Self {
+        let whole = |part: &&MeasureRecord| -> Vec<_> {
+            let RunSums { total, .. } = &part.sums;
+            vec![total.clone()]
+        };
+        let by_run = block_sums::means(&sums.total(), &parts.iter().map(whole).collect::<Vec<_>>());
+        Self { parts, means: sums.means(), by_run }
+    }
+
+    /// The mean of a quantity. `has_error` tells whether each run had an error of its own.
+    fn mean(&self, quantity: usize, has_error: bool) -> BlockMean {
+        let means = if has_error { &self.means } else { &self.by_run };
+        means.get(quantity).copied().unwrap_or_default()
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        let Some(first) = self.parts.first() else { return Vec::new() };
+        let all: Vec<Vec<Figure>> = self
+            .parts
+            .iter()
+            .map(|part| part.figures.iter().map(|(figure, _)| figure.clone()).collect())
+            .collect();
+        let figure = |(figure, quantity): &(Figure, Option<usize>)| {
+            let average = averaged(figure, &all);
+            let Some(quantity) = *quantity else { return average };
+            let same = all.iter().flatten().filter(|other| other.name == figure.name);
+            let has_error = same.into_iter().all(|other| other.standard_error.is_some());
+            let BlockMean { value, standard_error, .. } = self.mean(quantity, has_error);
+            Figure { value: value.unwrap_or(average.value), standard_error, ..average }
+        };
+        first.figures.iter().map(figure).collect()
+    }
+
+    fn tables(&self) -> Vec<Table> {
+        let Some(first) = self.parts.first() else { return Vec::new() };
+        let of_all = |table: &Table| -> Option<Vec<&Table>> {
+            let same = |part: &&'a MeasureRecord| part.tables.iter().find(|other| other.name == table.name);
+            self.parts.iter().map(same).collect()
+        };
+        let merged = |table: &Table| match of_all(table).filter(|tables| fit(table, tables)) {
+            Some(tables) => self.table(table, &tables),
+            None => Table {
+                columns: Vec::new(),
+                levels: Vec::new(),
+                caption: "Not merged: the runs have different abscissae.".to_owned(),
+                ..table.clone()
+            },
+        };
+        first.tables.iter().map(merged).collect()
+    }
+
+    fn table(&self, first: &Table, tables: &[&Table]) -> Table {
+        let rows = tables.iter().map(|table| rows(table)).min().unwrap_or(0);
+        let mut columns: Vec<Column> = Vec::new();
+        for (index, column) in first.columns.iter().enumerate() {
+            let same: Vec<&Column> = tables.iter().map(|table| &table.columns[index]).collect();
+            let next = first.columns.get(index + 1).filter(|next| next.role == Role::StandardError);
+            match &column.role {
+                Role::Value if !column.quantities.is_empty() => {
+                    let errors =
+                        next.map(|_| tables.iter().map(|t| &t.columns[index + 1]).collect::<Vec<_>>());
+                    let has_error = |row: usize| {
+                        errors.as_ref().is_some_and(|errors| errors.iter().all(|e| at(e, row).is_some()))
+                    };
+                    let mean = |row: usize| {
+                        let quantity = column.quantities.get(row).copied().flatten();
+                        quantity.map_or_else(BlockMean::default, |q| self.mean(q, has_error(row)))
+                    };
+                    let means: Vec<BlockMean> = (0..rows).map(mean).collect();
+                    columns.push(with(column, means.iter().map(|mean| mean.value).collect()));
+                    let errors = means.iter().map(|mean| mean.standard_error).collect();
+                    columns.push(error_column(column, errors));
+                }
+                Role::Value => {
+                    columns.push(with(column, each(rows, |row| average(&same, row))));
+                    columns.push(error_column(column, each(rows, |row| scatter(&same, row))));
+                }
+                Role::Count => columns.push(with(column, each(rows, |row| sum(&same, row)))),
+                Role::StandardError => {}
+                Role::Abscissa | Role::Undrawn | Role::Derived | Role::Prediction { .. } => {
+                    columns.push(with(column, each(rows, |row| average(&same, row))));
+                }
+            }
+        }
+        let mut levels = first.levels.clone();
+        for (index, level) in levels.iter_mut().enumerate() {
+            let values = tables.iter().filter_map(|table| table.levels.get(index)).map(|level| level.value);
+            level.value = mean_of(values.collect()).unwrap_or(level.value);
+        }
+        Table { columns, levels, ..first.clone() }
+    }
+}
+
+fn rows(table: &Table) -> usize {
+    table.columns.iter().map(|column| column.values.len()).max().unwrap_or(0)
+}
+
+/// Whether all tables have the columns and abscissae of the first, as far as they are long.
+fn fit(first: &Table, tables: &[&Table]) -> bool {
+    let is_same = |one: &Column, other: &Column| {
+        let pairs = || one.values.iter().zip(&other.values);
+        let near = |(x, y): (&Option<f64>, &Option<f64>)| match (x, y) {
+            (Some(x), Some(y)) => (x - y).abs() <= SAME * x.abs().max(y.abs()),
+            (x, y) => x == y,
+        };
+        one.name == other.name && (one.role != Role::Abscissa || pairs().all(near))
+    };
+    let fits = |table: &&Table| {
+        table.columns.len() == first.columns.len()
+            && first.columns.iter().zip(&table.columns).all(|(one, other)| is_same(one, other))
+    };
+    tables.iter().all(fits)
+}
+
+fn at(column: &Column, row: usize) -> Option<f64> {
+    column.values.get(row).copied().flatten()
+}
+
+fn each(rows: usize, value: impl Fn(usize) -> Option<f64>) -> Vec<Option<f64>> {
+    (0..rows).map(value).collect()
+}
+
+fn with(column: &Column, values: Vec<Option<f64>>) -> Column {
+    Column { values, ..column.clone() }
+}
+
+/// The errors of a column, as [`Table::errors`] names them.
+fn error_column(column: &Column, values: Vec<Option<f64>>) -> Column {
+    let name = format!("{}_error", column.name);
+    let (label, unit) = (name.clone(), column.unit.clone());
+    Column { name, label, unit, role: Role::StandardError, values, quantities: Vec::new() }
+}
+
+fn sum(columns: &[&Column], row: usize) -> Option<f64> {
+    columns.iter().filter_map(|column| at(column, row)).reduce(|sum, value| sum + value)
+}
+
+fn mean_of(values: Vec<f64>) -> Option<f64> {
+    let count = values.len() as f64;
+    values.into_iter().reduce(|sum, value| sum + value).map(|sum| sum / count)
+}
+
+/// Standard error of a mean of independent values; `None` with fewer than two.
+fn error_of(values: &[f64]) -> Option<f64> {
+    let mean = mean_of(values.to_vec())?;
+    let count = values.len() as f64;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (count >= 2.0).then(|| (squares / (count - 1.0) / count).sqrt())
+}
+
+fn average(columns: &[&Column], row: usize) -> Option<f64> {
+    mean_of(columns.iter().filter_map(|column| at(column, row)).collect())
+}
+
+fn scatter(columns: &[&Column], row: usize) -> Option<f64> {
+    error_of(&columns.iter().filter_map(|column| at(column, row)).collect::<Vec<_>>())
+}
+
+/// A scatter below this share of the value is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// A figure averaged over the runs that have it, with the error of its scatter.
+fn averaged(figure: &Figure, all: &[Vec<Figure>]) -> Figure {
+    let same: Vec<&Figure> =
+        all.iter().filter_map(|figures| figures.iter().find(|other| other.name == figure.name)).collect();
+    let values: Vec<f64> = same.iter().map(|figure| figure.value).collect();
+    let predictions: Option<Vec<f64>> = same.iter().map(|figure| figure.prediction).collect();
+    let value = mean_of(values.clone()).unwrap_or(figure.value);
+    let is_scatter = |error: &f64| *error > ROUNDING * value.abs();
+    Figure {
+        value,
+        standard_error: error_of(&values).filter(is_scatter).or(figure.standard_error),
+        prediction: predictions.and_then(mean_of),
+        ..figure.clone()
+    }
+}
