@@ -2,7 +2,7 @@
 //! contacts.
 
 use anyhow::Result;
-use carom_runs::{check, detect, measures, run};
+use carom_runs::{check, detect, measures, reference, run};
 use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
@@ -29,6 +29,8 @@ pub enum Command {
     Detect(detect::Options),
     /// List the quantities that a scene can ask for in run.observe
     Measures,
+    /// Print the JSON Schema of scene files, with which editors complete and check keys
+    Schema(reference::Options),
 }
 
 impl Cli {
@@ -42,6 +44,7 @@ impl Cli {
             Command::Check(options) => check::run(options),
             Command::Detect(options) => detect::run(options),
             Command::Measures => Ok(measures::list()),
+            Command::Schema(options) => reference::run(options),
         }
     }
 }

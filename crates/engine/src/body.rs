@@ -31,6 +31,7 @@ impl Default for BodyKey {
 
 /// Whether a body can turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Rotation {
     /// Impulses change its angular velocity.

@@ -183,6 +183,32 @@ impl<'de> Deserialize<'de> for Distribution {
     }
 }
 
+/// As [`GivenVisitor`] reads it.
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Distribution {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Distribution".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "anyOf": [
+                { "type": "number", "minimum": 1e-60, "maximum": 1e60 },
+                {
+                    "type": "object",
+                    "properties": {
+                        "uniform": { "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 },
+                        "normal": { "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 },
+                        "values": { "type": "array", "items": { "type": "number" } },
+                        "weights": { "type": "array", "items": { "type": "number" } }
+                    },
+                    "additionalProperties": false
+                }
+            ]
+        })
+    }
+}
+
 struct GivenVisitor;
 
 const FORMS: &str =

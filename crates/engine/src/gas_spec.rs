@@ -1,8 +1,13 @@
 //! The description of a gas: its molecules, their number, and their velocities at the start.
 
+#[cfg(feature = "schema")]
+use carom_geometry::{LARGEST, SMALLEST};
 use serde::{Deserialize, Serialize, Serializer, ser::Error};
 
 use crate::{AtomSpec, Distribution, Rotation, SceneError, distribution::Given};
+
+/// Most molecules of one kind. More exceed the memory and soon the range of their counters.
+pub(crate) const MOST_MOLECULES: usize = 1 << 27;
 
 /// The problem of a gas with two energies.
 pub(crate) const TWO_ENERGIES: &str = "give either `energy` or `temperature`, not both";
@@ -14,7 +19,7 @@ pub(crate) const TWO_RADII: &str = "give either `radius` or `atom_radius`, not b
 pub(crate) const TWO_MASSES: &str = "give either `mass` or `atom_mass`, not both";
 
 /// Many molecules of one shape, equal or of drawn sizes and masses, placed without overlap
-/// ([`StartSpec`](crate::StartSpec)), with random velocities.
+/// ([`[start]`](crate::StartSpec)), with random velocities.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -34,6 +39,8 @@ pub(crate) const TWO_MASSES: &str = "give either `mass` or `atom_mass`, not both
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(!try_from, deny_unknown_fields, default))]
 #[serde(try_from = "GasFile")]
 pub struct GasSpec {
     /// Tags of the molecules.
@@ -46,15 +53,23 @@ pub struct GasSpec {
     pub atoms: Vec<AtomSpec>,
     /// Radius of each atom of a named shape (length).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub atom_radius: Option<f64>,
-    /// Mass of each atom of a named shape.
+    /// Mass of each atom of a named shape (mass).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub atom_mass: Option<f64>,
     /// Radius of a disc (length); equivalent to `atom_radius`.
+    ///
+    /// In a file also a distribution, from which each molecule draws its own: `{ uniform = [a, b]
+    /// }`, `{ normal = [mean, deviation] }` or `{ values = [...], weights = [...] }`. So are
+    /// `mass`, `atom_radius` and `atom_mass`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub radius: Option<f64>,
-    /// Mass of a disc; equivalent to `atom_mass`.
+    /// Mass of a disc (mass); equivalent to `atom_mass`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub mass: Option<f64>,
     /// Distribution of the radius of all atoms of a molecule of a named shape (length); in a file,
     /// `radius` or `atom_radius` is a table. Excludes `radius` and `atom_radius`.
@@ -79,6 +94,7 @@ pub struct GasSpec {
     /// With equal energies, that of each molecule, shared over its degrees of freedom by
     /// equipartition (see [`StartVelocities::EqualEnergy`] for molecules of different masses). A
     /// file gives either this or `temperature`; with `temperature`, this must be 0.
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = LARGEST)))]
     pub energy: f64,
     /// Temperature kT at the start (mass × length² / time²), from 0 to 1e60. Excludes `energy`.
     ///
@@ -96,6 +112,7 @@ pub struct GasSpec {
     ///   the drift, and is random with the mean kT; for a single molecule that does not turn it is
     ///   `None`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = LARGEST)))]
     pub temperature: Option<f64>,
     /// How the energy is shared among the molecules. Default: equally.
     #[serde(skip_serializing_if = "StartVelocities::is_default")]
@@ -105,9 +122,11 @@ pub struct GasSpec {
     /// is nearest to this share, so that replicas may differ in their number. A share above 0 that
     /// rounds to no molecule is an error. Either this or `count`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0)))]
     pub area_fraction: Option<f64>,
     /// Number of molecules. Either this or `area_fraction`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(max = MOST_MOLECULES)))]
     pub count: Option<usize>,
     /// Whether the total momentum of this gas is 0 at the start. `true`: molecules of equal energy
     /// have directions in opposite pairs (of an odd number, three directions are a third of a turn
@@ -186,6 +205,7 @@ impl TryFrom<GasFile> for GasSpec {
 
 /// How the molecules of a gas share its energy at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum StartVelocities {
     /// All molecules have the same energy and the same share of it in rotation; directions are

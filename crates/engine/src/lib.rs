@@ -86,6 +86,7 @@ mod single_bodies;
 mod sites;
 mod snapshot;
 mod species;
+mod spelling;
 mod start_from;
 mod tags;
 mod thermal_wall;
@@ -125,6 +126,7 @@ pub use scene::{
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;
 pub use snapshot::frame_of;
+pub use spelling::did_you_mean;
 pub use tags::{Tag, TagNames, Tags};
 pub use view::{BodyView, View};
 pub use world::World;

@@ -11,12 +11,9 @@ use crate::{
     GasSpec, Rotation, Scene, SceneError, TagNames, Tags, World,
     body_builder::{geometry, inertia, insert, tags},
     drawn_molecules::{Described, Drawing},
-    gas_spec::TWO_ENERGIES,
+    gas_spec::{MOST_MOLECULES, TWO_ENERGIES},
     limits::refuse_slow,
 };
-
-/// Most molecules of one kind. More exceed the memory and soon the range of their counters.
-const MOST_MOLECULES: usize = 1 << 27;
 
 /// The molecules of one gas.
 #[derive(Debug, Clone)]

@@ -14,7 +14,9 @@ use carom_tables::{Summary, Verdict};
 use clap::Args;
 use outcome::simulate;
 use placement::Placement;
-pub use scene_file::{START, SceneFile};
+#[cfg(test)]
+pub(crate) use scene_file::check;
+pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
 
 use crate::{
     interruption::Signals,

@@ -8,7 +8,7 @@ use std::{
 use anyhow::{Context, Error, Result, bail, ensure};
 use carom::{
     Scene,
-    engine::{RunSpec, StartSpec, frame_of},
+    engine::{RunSpec, StartSpec, did_you_mean, frame_of},
 };
 use clap::Args;
 
@@ -16,7 +16,7 @@ use super::{impulses, outcome::OBSERVERS};
 use crate::{measures, overrides::Override};
 
 /// The only supported format of snapshots.
-const EXTENDED_XYZ: &str = "extxyz";
+pub const EXTENDED_XYZ: &str = "extxyz";
 
 /// The name of the frame from which bodies start, in the folder of the run.
 pub const START: &str = "start.extxyz";
@@ -107,7 +107,8 @@ fn refuse_unknown_tags(scene: &Scene) -> Result<()> {
         for name in &rule.between {
             ensure!(
                 carried.contains(&name),
-                "elasticity.pair[{index}]: no body in the scene carries the tag {name:?}"
+                "elasticity.pair[{index}]: no body in the scene carries the tag {name:?}{}",
+                did_you_mean(name, carried.iter().map(|tag| tag.as_str()))
             );
         }
     }
@@ -115,7 +116,7 @@ fn refuse_unknown_tags(scene: &Scene) -> Result<()> {
 }
 
 /// Validates `[run]`.
-fn check(run: &RunSpec) -> Result<()> {
+pub fn check(run: &RunSpec) -> Result<()> {
     for (entry, time) in [("run.until", run.until), ("run.sample_interval", run.sample_interval)] {
         ensure!(time.is_finite() && time > 0.0, "{entry} must be positive and finite, but is {time}");
     }
