@@ -186,7 +186,9 @@ fn kind(view: &View<'_>, body: &Body) -> String {
         }
     };
     let motion = match (body.is_fixed(), body.is_locked()) {
-        (true, _) => "fixed".to_owned(),
+        (true, _) => body
+            .wall_temperature()
+            .map_or_else(|| "fixed".to_owned(), |kt| format!("fixed, of temperature kT = {kt}")),
         (false, true) => format!("mass {}, does not turn", molecule.mass()),
         (false, false) => format!("mass {}", molecule.mass()),
     };
