@@ -19,7 +19,7 @@ use clap::Args;
 use outcome::{Begun, simulate};
 use parent::Parent;
 use placement::Placement;
-pub use scene_file::{EXTENDED_XYZ, SceneFile};
+pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
 
 use crate::{
     interruption::Signals,
@@ -180,6 +180,9 @@ impl<'a> Place<'a> {
             let note = self.parent.map(|parent| serde_json::to_value(&parent.origin)).transpose()?;
             self.manifest = Some(Manifest::begin_from(&folder, &self.command, &[self.scene], note)?);
             Parent::store(self.parent, &folder)?;
+            if let Some(frame) = &self.scene.start.snapshot {
+                folder.write_lasting(START, frame.as_bytes())?;
+            }
             folder.write("config.toml", self.scene.to_toml())?;
         }
         Ok(folder)

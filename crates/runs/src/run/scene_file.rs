@@ -1,9 +1,15 @@
 //! Scene files with changes from the command line; invalid entries are refused by name.
 
-use std::{fs, path::PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
-use anyhow::{Context, Result, bail, ensure};
-use carom::{Scene, engine::RunSpec};
+use anyhow::{Context, Error, Result, bail, ensure};
+use carom::{
+    Scene,
+    engine::{RunSpec, StartSpec, frame_of},
+};
 use clap::Args;
 
 use super::{impulses, outcome::OBSERVERS, parent::Parent, stages};
@@ -11,6 +17,12 @@ use crate::{measures, overrides::Override};
 
 /// The only supported format of snapshots.
 pub const EXTENDED_XYZ: &str = "extxyz";
+
+/// The name of the frame from which bodies start, in the folder of the run.
+pub const START: &str = "start.extxyz";
+
+/// Largest file with a frame to start from (bytes): it is read as a whole.
+const LARGEST_START: u64 = 1 << 32;
 
 /// Largest number of samples of a run; more are refused as a mistake.
 const MOST_SAMPLES: f64 = 1e7;
@@ -69,12 +81,43 @@ impl SceneFile {
         scene.bounds.seed = self.seed.unwrap_or(scene.bounds.seed);
         check(&scene.run)?;
         stages::check(&scene)?;
-        match parent {
-            Some(parent) => parent.refuse_other_contents(&scene)?,
-            None => stages::refuse_unknown_tags(&scene, tags(&scene))?,
+        let Some(parent) = parent else {
+            stages::refuse_unknown_tags(&scene, tags(&scene))?;
+            return self.with_start(scene);
+        };
+        // The bodies come from that run, not from the file from which it may have started.
+        parent.refuse_other_contents(&scene)?;
+        Ok(scene)
+    }
+
+    /// Reads the frame from which the bodies of a scene start, if it names one.
+    fn with_start(&self, mut scene: Scene) -> Result<Scene> {
+        if let Some(from) = scene.start.from.take() {
+            let file = self.path.parent().unwrap_or_else(|| Path::new("")).join(&from);
+            read_start(&mut scene.start, &file).with_context(|| format!("start.from: {}", file.display()))?;
         }
         Ok(scene)
     }
+}
+
+/// Reads the frame from which bodies start. Afterwards the entries are those of a scene in the
+/// folder of its run, which has a copy of this frame under the name [`START`].
+fn read_start(start: &mut StartSpec, file: &Path) -> Result<()> {
+    let length = fs::metadata(file).context("cannot read the file")?.len();
+    ensure!(length <= LARGEST_START, "the file has {length} bytes, more than {LARGEST_START}");
+    let text = fs::read_to_string(file).context("cannot read the file")?;
+    let frame = frame_of(&text, start.frame.take()).map_err(Error::msg)?;
+    let checksum = crc32fast::hash(frame.as_bytes());
+    if let Some(expected) = start.checksum {
+        ensure!(
+            checksum == expected,
+            "the checksum of the frame is {checksum}, but `start.checksum` is {expected}"
+        );
+    }
+    start.snapshot = Some(frame.into());
+    start.from = Some(START.to_owned());
+    start.checksum = Some(checksum);
+    Ok(())
 }
 
 /// The tags that bodies carry at the start.
