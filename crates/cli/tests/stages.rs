@@ -137,7 +137,7 @@ fn thermostats_equal_the_same_edits_by_code_to_the_bit() {
         lines.map(|line| line.split(',').map(|number| number.parse().unwrap()).collect()).collect()
     };
     let heat = rows("heat.csv", "time,duration,hot,cold");
-    let rows = rows("thermostat.csv", "time,duration,put_in,lost,energy");
+    let rows = rows("thermostat.csv", "time,duration,put_in,lost,heat,energy");
     let sum = |column: usize| rows.iter().map(|row| row[column]).sum::<f64>();
     let given = |column: usize| heat.iter().map(|row| row[column]).sum::<f64>();
     let scale = heats[0].abs() + heats[1].abs();
@@ -145,7 +145,7 @@ fn thermostats_equal_the_same_edits_by_code_to_the_bit() {
     assert!((sum(2) - heats[0] - heats[1]).abs() < 1e-10 * scale);
     assert!(sum(3) > 1.0, "contacts lose energy");
     let start = Simulation::new(&Scene::from_toml(&scene).unwrap()).unwrap().view().energy();
-    assert!((rows[1][4] - start - sum(2) + sum(3)).abs() < 1e-10 * scale);
+    assert!((rows[1][5] - start - sum(2) + sum(3)).abs() < 1e-10 * scale);
 }
 
 #[test]

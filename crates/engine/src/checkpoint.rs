@@ -224,7 +224,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// let state = simulation.end_epoch_here();
     /// simulation.run_until(1.3)?;
     /// // Another run from that state, whose clock begins at 0.
-    /// let mut other = Simulation::resume(&state.as_start()?)?;
+    /// let mut other = Simulation::resume(&state.as_start(0, 0)?)?;
     /// assert_eq!(other.view().counters().collisions, 0);
     /// other.run_until(1.0)?;
     /// let [one, two] = [&simulation, &other].map(|run| run.view().bodies().next().unwrap().motion);
@@ -288,16 +288,22 @@ impl Checkpoint {
         &self.names
     }
 
-    /// This state as the start of another run: at time 0, with all counts 0, no heat, and a ledger
-    /// that begins with the present energy. Bodies, motions, windings and rules remain.
+    /// This state as the start of another run with this seed and replica: at time 0, with no heat,
+    /// and a ledger that begins with the present energy. Bodies, motions, windings and rules remain.
+    /// All counts are 0 except that of contacts with walls that have a temperature, which selects
+    /// their random numbers: a run with the same seed does not repeat them.
     ///
     /// # Errors
     /// [`CheckpointError`] if no simulation can have written it.
-    pub fn as_start(self) -> Result<Self, CheckpointError> {
+    pub fn as_start(self, seed: u64, replica: u64) -> Result<Self, CheckpointError> {
         let initial = self.world()?.energy();
         Ok(Self {
             epoch: EpochTime::ZERO,
-            counters: Counters::default(),
+            random_key: [seed, replica],
+            counters: Counters {
+                thermal_collisions: self.counters.thermal_collisions,
+                ..Counters::default()
+            },
             ledger: Ledger { initial, ..Ledger::default() },
             heat: HeatByTag::default(),
             ..self

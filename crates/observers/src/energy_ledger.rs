@@ -39,8 +39,8 @@ pub struct LedgerPoint {
     pub energy: f64,
     /// The expected kinetic energy (mass × length² / time²).
     pub booked: f64,
-    /// The larger of the energy lost in contacts and the energy put in by edits so far, each by its
-    /// magnitude (mass × length² / time²).
+    /// The largest of the energies lost in contacts, put in by edits and given by thermal walls so
+    /// far, by magnitude (mass × length² / time²).
     pub exchanged: f64,
     /// Total momentum (mass × length / time).
     pub momentum: DVec2,
@@ -64,6 +64,12 @@ impl EnergyLedger {
     }
 }
 
+/// The largest of the energies lost in contacts, put in by edits, and given by walls.
+fn largest_exchange(view: &View<'_>) -> f64 {
+    let ledger = view.ledger();
+    ledger.lost.abs().max(ledger.put_in.abs()).max(ledger.heat.abs())
+}
+
 impl Observer for EnergyLedger {
     #[inline]
     fn watches_any(&self) -> bool {
@@ -75,7 +81,7 @@ impl Observer for EnergyLedger {
             time: view.time().to_f64(),
             energy: view.energy(),
             booked: view.ledger().booked(),
-            exchanged: view.ledger().lost.abs().max(view.ledger().put_in.abs()),
+            exchanged: largest_exchange(view),
             momentum: view.momentum(),
         });
     }

@@ -21,6 +21,9 @@ pub(super) const KIND: Kind = Kind {
     resume: resumed::<Rate>,
 };
 
+/// Name of its figure.
+pub(crate) const FIGURE: &str = "collisions per body that moves";
+
 /// The rate and the sums of its mean.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Rate {
@@ -66,7 +69,7 @@ impl Measured for Rate {
             .level("Enskog", prediction, ENSKOG)
             .caption("Mean over the moving bodies in each interval between samples.");
         let figure = |mean| {
-            let figure = context.figure("collisions per body that moves", "1/time", mean)?;
+            let figure = context.figure(FIGURE, "1/time", mean)?;
             Some(figure.predicted(prediction, ENSKOG))
         };
         let figures = means.iter().filter_map(figure).collect();

@@ -41,6 +41,7 @@ use carom::{CollisionReport, Observer, Scene, View, engine::Body};
 use carom_tables::Verdict;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _, ser::Error as _};
 
+pub(crate) use self::collision_rate::FIGURE as COLLISION_RATE;
 use self::entry::{Entry, Head};
 use self::kind::{Default, LONGEST_LAG};
 use self::measured::{Measure, in_blocks, resumed};

@@ -6,10 +6,10 @@ use std::collections::BTreeSet;
 use anyhow::Result;
 use carom::{Observer as _, Scene};
 use carom_methods::AnySimulation;
-use carom_tables::Role;
+use carom_tables::{Figure, Role};
 
 use super::table;
-use crate::measures::{HardDiscs, KINDS, Kind, Measures, Of, Results, file_name};
+use crate::measures::{COLLISION_RATE as RATE, HardDiscs, KINDS, Kind, Measures, Of, Results, file_name};
 
 /// Head of the section.
 const HEAD: &str = "
@@ -77,13 +77,15 @@ fn measure(kind: &Kind) -> Result<Vec<String>> {
     let written = |name: &str| name.replace("-body", "-TAG").replace(", body", "");
     let files = results.tables.iter().map(file_name).chain(results.files.iter().cloned());
     let files = files.map(|file| format!("`{}`", written(&file)));
-    let figures = results.figures.iter().map(|figure| written(&figure.name));
+    // The collision rate is a figure of every run; it belongs to its own row alone.
+    let is_own = |figure: &&Figure| kind.name == "collision-rate" || figure.name != RATE;
+    let figures = results.figures.iter().filter(is_own).map(|figure| written(&figure.name));
     let columns = results.tables.iter().flat_map(|table| &table.columns);
     let of_tables = columns.filter_map(|column| match &column.role {
         Role::Prediction { source } => Some(source.clone()),
         _ => None,
     });
-    let of_figures = results.figures.iter().filter_map(|figure| figure.source.clone());
+    let of_figures = results.figures.iter().filter(is_own).filter_map(|figure| figure.source.clone());
     let sources: BTreeSet<String> = of_tables.chain(of_figures).collect();
     Ok(vec![
         format!("`{name}`"),

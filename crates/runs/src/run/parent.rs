@@ -176,7 +176,10 @@ impl Parent {
     /// # Errors
     /// The state does not fit the method, or the rules of elasticity are invalid.
     pub fn start(&self, scene: &Scene, method: &Method) -> Result<AnySimulation> {
-        let mut simulation = AnySimulation::resume(&self.state.clone().as_start()?, method)?;
+        let mut simulation = AnySimulation::resume(
+            &self.state.clone().as_start(scene.bounds.seed, scene.bounds.replica)?,
+            method,
+        )?;
         simulation.set_elasticity(&scene.elasticity).context("elasticity")?;
         Ok(simulation)
     }

@@ -82,14 +82,18 @@ impl SceneFile {
         check(&scene.run)?;
         measures::requests(&scene)?;
         stages::check(&scene)?;
-        match parent {
-            Some(parent) => parent.refuse_other_contents(&scene)?,
-            None => stages::refuse_unknown_tags(&scene, tags(&scene))?,
-        }
-        // The bodies of another run start as they are there.
-        if parent.is_none()
-            && let Some(from) = scene.start.from.take()
-        {
+        let Some(parent) = parent else {
+            stages::refuse_unknown_tags(&scene, tags(&scene))?;
+            return self.with_start(scene);
+        };
+        // The bodies come from that run, not from the file from which it may have started.
+        parent.refuse_other_contents(&scene)?;
+        Ok(scene)
+    }
+
+    /// Reads the frame from which the bodies of a scene start, if it names one.
+    fn with_start(&self, mut scene: Scene) -> Result<Scene> {
+        if let Some(from) = scene.start.from.take() {
             let file = self.path.parent().unwrap_or_else(|| Path::new("")).join(&from);
             read_start(&mut scene.start, &file).with_context(|| format!("start.from: {}", file.display()))?;
         }
