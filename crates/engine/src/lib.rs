@@ -62,6 +62,7 @@ mod grid;
 mod growth;
 mod guard;
 mod heap_scheduler;
+mod index_or_none;
 mod invariants;
 mod least_speed;
 mod limits;
@@ -109,16 +110,21 @@ pub use least_speed::LEAST_SPEED;
 pub use method_spec::{DetectorName, InstructionsName, MethodSpec, SchedulerName};
 pub use observer::Observer;
 pub use overlap::OverlapCensus;
-pub use placement::RandomStream;
 pub use report::{CollisionReport, Side};
-pub use rounding_bound::rounding_bound;
 pub use scene::{
     BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, MoleculeSpec, Placement, RunSpec, Scene, StartSpec,
     WallSpec,
 };
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;
-pub use spelling::did_you_mean;
 pub use tags::{Tag, TagNames, Tags};
 pub use view::{BodyView, View};
 pub use world::World;
+
+// Parts that runs of scenes and tests of accuracy share; no user of the library needs them.
+#[doc(hidden)]
+pub use placement::RandomStream;
+#[doc(hidden)]
+pub use rounding_bound::rounding_bound;
+#[doc(hidden)]
+pub use spelling::did_you_mean;

@@ -98,7 +98,6 @@ mod time_correlation;
 mod velocity_distribution;
 
 pub use blocks::{Additive, Block, Blocks};
-pub use coarse_atoms::{MOST_CIRCLES, drawn_circles};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
 pub use direction_histogram::DirectionHistogram;
@@ -114,11 +113,10 @@ pub use hexatic_order::{HexaticOrder, HexaticPoint};
 pub use histogram::Histogram;
 pub use impulse_log::{Impulse, ImpulseLog};
 pub use isotropy::Isotropy;
-pub use kinds::kinds;
 pub use orientational_correlation::{OrientationCorrelation, OrientationPoint};
 pub use overlap_check::OverlapCheck;
 pub use pair_distribution::{CutoffError, PairDistribution, PairPoint};
-pub use picture::{close_up, colour, picture};
+pub use picture::picture;
 pub use pressure::{Pressure, PressurePoint};
 pub use pressure_tensor::{PressureTensor, TensorPoint};
 pub use projection_histogram::{Axis, ProjectionHistogram};
@@ -130,3 +128,11 @@ pub use temperature::{TemperatureByTag, TemperaturePoint};
 pub use thermostat_ledger::{ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use velocity_distribution::{VelocityDistribution, VelocityPoint};
+
+// Parts that pictures and reports of runs share; no user of the library needs them.
+#[doc(hidden)]
+pub use coarse_atoms::{MOST_CIRCLES, drawn_circles};
+#[doc(hidden)]
+pub use kinds::kinds;
+#[doc(hidden)]
+pub use picture::{close_up, colour};

@@ -46,10 +46,41 @@ fn chart(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<Option<S
             abscissa.values.iter().map(logarithm).collect()
         }
     };
-    let points = |column: &Column| -> Vec<(f64, f64)> {
-        let points = abscissae.iter().zip(&column.values).filter_map(|(x, y)| Some(((*x)?, (*y)?)));
-        points.step_by(abscissae.len().div_ceil(MOST_POINTS).max(1)).collect()
+    let points = |column: &Column| points(&abscissae, column);
+    let values = || group.iter().filter(|column| column.role != Role::StandardError).flat_map(|c| points(c));
+    let Some(x) = range(values().map(|point| point.0)) else { return Ok(None) };
+    let Some((low, high)) = range(values().map(|point| point.1)) else { return Ok(None) };
+    // From 0 on where 0 is near.
+    let low = if low > 0.0 && low < 0.5 * high { 0.0 } else { low };
+    let room = if high > low { 0.08 * (high - low) } else { high.abs().max(1e-15) };
+    let low = if low == 0.0 { 0.0 } else { low - room };
+    if x.0 == x.1 {
+        return Ok(None);
+    }
+    let names = group.iter().filter(|column| column.role == Role::Value).map(|column| column.label.as_str());
+    let quantity = names.collect::<Vec<_>>().join(", ");
+    let label =
+        |name: &str, unit: &str| if unit == "1" { name.to_owned() } else { format!("{name} [{unit}]") };
+    let chart = Chart {
+        title: table.title.clone(),
+        x: Axis { label: label(&abscissa.label, &abscissa.unit), range: x },
+        y: Axis { label: label(&quantity, &group[0].unit), range: (low, high + room) },
+        layers: layers(&abscissae, group),
     };
+    match table.spacing {
+        Spacing::Linear => chart.svg().map(Some),
+        Spacing::Logarithmic => chart.svg_in_decades_of_x().map(Some),
+    }
+}
+
+/// The points of a column that are drawn.
+fn points(abscissae: &[Option<f64>], column: &Column) -> Vec<(f64, f64)> {
+    let points = abscissae.iter().zip(&column.values).filter_map(|(x, y)| Some(((*x)?, (*y)?)));
+    points.step_by(abscissae.len().div_ceil(MOST_POINTS).max(1)).collect()
+}
+
+/// Error bands, then the lines of measured values, then those of predictions.
+fn layers(abscissae: &[Option<f64>], group: &[&Column]) -> Vec<Layer> {
     let (mut bands, mut lines, mut predictions) = (Vec::new(), Vec::new(), Vec::new());
     let mut value: Option<&Column> = None;
     let mut quantities = 0;
@@ -59,7 +90,11 @@ fn chart(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<Option<S
             Role::Value => {
                 let colour = COLOURS[quantities.min(COLOURS.len() - 1)];
                 (value, quantities) = (Some(column), quantities + 1);
-                lines.push(Layer { name: column.label.clone(), colour, shape: Shape::Line(points(column)) });
+                lines.push(Layer {
+                    name: column.label.clone(),
+                    colour,
+                    shape: Shape::Line(points(abscissae, column)),
+                });
             }
             Role::StandardError => {
                 let Some(value) = value else { continue };
@@ -73,36 +108,12 @@ fn chart(table: &Table, abscissa: &Column, group: &[&Column]) -> Result<Option<S
             }
             Role::Prediction { .. } => {
                 let (name, colour) = (column.label.clone(), colour::VERMILLION);
-                predictions.push(Layer { name, colour, shape: Shape::Line(points(column)) });
+                predictions.push(Layer { name, colour, shape: Shape::Line(points(abscissae, column)) });
             }
             Role::Abscissa | Role::Count => {}
         }
     }
-    let values = || group.iter().filter(|column| column.role != Role::StandardError).flat_map(|c| points(c));
-    let Some(x) = range(values().map(|point| point.0)) else { return Ok(None) };
-    let Some((low, high)) = range(values().map(|point| point.1)) else { return Ok(None) };
-    // From 0 on where 0 is near.
-    let low = if low > 0.0 && low < 0.5 * high { 0.0 } else { low };
-    let room = if high > low { 0.08 * (high - low) } else { high.abs().max(1e-15) };
-    let low = if low == 0.0 { 0.0 } else { low - room };
-    if x.0 == x.1 {
-        return Ok(None);
-    }
-    let layers: Vec<Layer> = bands.into_iter().chain(lines).chain(predictions).collect();
-    let names = group.iter().filter(|column| column.role == Role::Value).map(|column| column.label.as_str());
-    let quantity = names.collect::<Vec<_>>().join(", ");
-    let label =
-        |name: &str, unit: &str| if unit == "1" { name.to_owned() } else { format!("{name} [{unit}]") };
-    let chart = Chart {
-        title: table.title.clone(),
-        x: Axis { label: label(&abscissa.label, &abscissa.unit), range: x },
-        y: Axis { label: label(&quantity, &group[0].unit), range: (low, high + room) },
-        layers,
-    };
-    match table.spacing {
-        Spacing::Linear => chart.svg().map(Some),
-        Spacing::Logarithmic => chart.svg_in_decades_of_x().map(Some),
-    }
+    bands.into_iter().chain(lines).chain(predictions).collect()
 }
 
 /// Least and largest value; `None` without values.

@@ -8,7 +8,7 @@
 //! ```
 
 pub mod animation;
-pub mod append_file;
+mod append_file;
 pub mod check;
 pub mod checkpoint_file;
 pub mod detect;
@@ -19,15 +19,15 @@ pub mod interruption;
 pub mod manifest;
 pub mod measures;
 pub mod output;
-pub mod overrides;
+mod overrides;
 pub mod progress;
 pub mod reference;
 pub mod resumable;
 pub mod run;
 pub mod sampling_times;
-pub mod schema;
+mod schema;
 pub mod series;
-pub mod visible_region;
+mod visible_region;
 pub mod work_items;
 
 use std::io::Write as _;

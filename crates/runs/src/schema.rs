@@ -131,8 +131,8 @@ fn plain(documentation: &str) -> String {
             paragraphs.push(String::new());
         }
         if let Some(paragraph) = paragraphs.last_mut() {
-            let space = if paragraph.is_empty() { "" } else { " " };
-            *paragraph += &format!("{space}{line}");
+            *paragraph += if paragraph.is_empty() { "" } else { " " };
+            *paragraph += line;
         }
     }
     paragraphs.retain(|paragraph| !paragraph.is_empty());
