@@ -52,6 +52,27 @@ snapshots = "extxyz"
 /// `cargo xtask run` of that scene, with checkpoints so frequent that most kills leave one.
 const RUN: &[&str] = &["run", "scene.toml", "--out", "out", "--checkpoint-every", "0.02"];
 
+/// Tees at a density that no lattice reaches: most of the time is spent on the placement.
+const GROWN: &str = r#"
+[box]
+seed = 3
+[start]
+relax = 1000
+[[gas]]
+shape = "tee"
+atom_radius = 0.02
+atom_mass = 1.0
+energy = 1.0
+count = 90
+[run]
+until = 0.5
+sample_interval = 0.1
+observe = ["energy"]
+"#;
+
+/// `cargo xtask run` of that scene.
+const GROW: &[&str] = &["run", "grown.toml", "--out", "out", "--checkpoint-every", "0.02"];
+
 /// The Brownian experiment in miniature: two replicas in parallel.
 const CAMPAIGN: &[&str] = &[
     "experiment",
@@ -80,6 +101,7 @@ impl Place {
     fn new() -> Self {
         let place = Self(tempfile::tempdir().unwrap());
         place.write("scene.toml", SCENE);
+        place.write("grown.toml", GROWN);
         place
     }
 
@@ -191,6 +213,31 @@ fn kill(child: &mut Child) {
 #[test]
 fn a_scene_killed_at_any_moment_resumes_to_the_bit() {
     check_interrupted(RUN, 1, kill);
+}
+
+#[test]
+fn a_growth_killed_at_any_moment_resumes_to_the_bit() {
+    check_interrupted(GROW, 4, kill);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_growth_is_stored_and_another_scene_cannot_continue_it() {
+    let place = Place::new();
+    let child = place.start(&[GROW]);
+    while !place.path("out/growth").exists() {
+        sleep(Duration::from_millis(2));
+    }
+    let told = Command::new("kill").args(["-s", "INT", &child.id().to_string()]).status().unwrap();
+    assert!(told.success());
+    let (code, said) = said(&child.wait_with_output().unwrap());
+    assert!(code == Some(130) && said.contains("--resume"), "{said}");
+    assert!(!place.path("out/checkpoint").exists());
+    let (code, said) = place.finish(&[GROW, &["--seed", "5", "--resume"]]);
+    assert!(code == Some(2) && said.contains("another run"), "{said}");
+    let place = place.complete(&[GROW, &["--resume"]]);
+    assert!(!place.path("out/growth").exists());
+    assert_same(&place, &Place::new().complete(&[GROW]));
 }
 
 #[test]

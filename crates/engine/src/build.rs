@@ -6,8 +6,8 @@ use carom_detection::{Detection, Exact};
 use carom_response::{Impact, Response};
 
 use crate::{
-    CellScheduler, ElasticityTable, Growth, GrowthProgress, Placement, Scene, SceneError, Scheduler,
-    Simulation, World, contents::Contents, placement,
+    CellScheduler, ElasticityTable, Growth, Placement, Scene, SceneError, Scheduler, Simulation, World,
+    contents::Contents, placement,
 };
 
 impl Simulation {
@@ -47,7 +47,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     }
 
     /// Creates a simulation like [`Self::with`], and calls `progress` after each step of growth and
-    /// relaxation ([`Growth::step`]), if the scene needs them.
+    /// relaxation ([`Growth::step`]), if the scene needs them. A growth that `progress` stores can
+    /// be continued later, to the same result to the bit ([`Growth::finish_with`]).
     ///
     /// # Errors
     /// Those of [`Self::with`], and [`SceneError::Interrupted`] if `progress` breaks.
@@ -56,7 +57,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         detection: D,
         response: R,
         options: S::Options,
-        progress: &mut dyn FnMut(&GrowthProgress) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(&Growth) -> ControlFlow<()>,
     ) -> Result<Self, SceneError> {
         Self::of(scene, fill(scene, progress)?, detection, response, options)
     }
@@ -109,7 +110,7 @@ impl Growth {
 /// Places all bodies of a scene; returns the world and what it has been built from.
 fn fill(
     scene: &Scene,
-    progress: &mut dyn FnMut(&GrowthProgress) -> ControlFlow<()>,
+    progress: &mut dyn FnMut(&Growth) -> ControlFlow<()>,
 ) -> Result<(World, Contents), SceneError> {
     let mut contents = Contents::new(scene)?;
     let mut growth = if scene.start.placement == Some(Placement::Grown) {
@@ -135,7 +136,8 @@ fn fill(
         }
     };
     while !growth.is_done() {
-        if progress(&growth.step()?).is_break() {
+        growth.step()?;
+        if progress(&growth).is_break() {
             return Err(SceneError::Interrupted);
         }
     }

@@ -4,7 +4,7 @@ use std::{fmt, ops::ControlFlow};
 
 use carom_detection::{Detection, Exact};
 use carom_engine::{
-    Batch, BodyKey, CellScheduler, Checkpoint, CheckpointError, EditError, ElasticitySpec, GrowthProgress,
+    Batch, BodyKey, CellScheduler, Checkpoint, CheckpointError, EditError, ElasticitySpec, Growth,
     HeapScheduler, MoleculeSpec, Observer, Rotation, RunError, Scene, SceneError, Scheduler, Simulation, Tag,
     View, Violation, WallSpec,
 };
@@ -62,7 +62,7 @@ impl AnySimulation {
     pub fn with_progress(
         scene: &Scene,
         method: &Method,
-        progress: &mut dyn FnMut(&GrowthProgress) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(&Growth) -> ControlFlow<()>,
     ) -> Result<Self, SceneError> {
         type Cells<D> = Simulation<D, Impact, CellScheduler>;
         type Heap<D> = Simulation<D, Impact, HeapScheduler>;
@@ -78,6 +78,27 @@ impl AnySimulation {
             }
             (detector, Order::Heap(options)) => {
                 Heap::with_progress(scene, detector, Impact, options, progress)?.into()
+            }
+        })
+    }
+
+    /// Takes all steps of a growth that are left, and returns the simulation of its scene at time 0.
+    ///
+    /// # Errors
+    /// Those of [`Growth::step`] and of [`Self::with`].
+    pub fn grown(growth: Growth, method: &Method) -> Result<Self, SceneError> {
+        Ok(match (method.detector, method.order) {
+            (AnyDetector::Exact(exact), Order::Cells(options)) => {
+                growth.finish_with::<_, _, CellScheduler>(exact, Impact, options)?.into()
+            }
+            (AnyDetector::Exact(exact), Order::Heap(options)) => {
+                growth.finish_with::<_, _, HeapScheduler>(exact, Impact, options)?.into()
+            }
+            (detector, Order::Cells(options)) => {
+                growth.finish_with::<_, _, CellScheduler>(detector, Impact, options)?.into()
+            }
+            (detector, Order::Heap(options)) => {
+                growth.finish_with::<_, _, HeapScheduler>(detector, Impact, options)?.into()
             }
         })
     }

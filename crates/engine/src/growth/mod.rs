@@ -58,6 +58,12 @@ const PATIENCE: u64 = 200;
 /// Least rise of the smallest scale in [`PATIENCE`] steps.
 const LEAST_RISE: f64 = 1e-4;
 
+/// Events of the scheduler for each collision wanted, after which a run ends with fewer collisions.
+/// Gases of a usual scene need fewer than ten; molecules in a long narrow box, or small ones in a
+/// large box, cross millions of cells from one collision to the next. Smaller: dilute gases are
+/// mixed less. Larger: their placement takes longer.
+const EVENTS_PER_COLLISION: f64 = 1e3;
+
 /// A start at high density in the making: the gases of a scene grow, then relax.
 ///
 /// It can be stored between steps and continued with the same result to the bit. The result depends
@@ -335,7 +341,8 @@ impl Growth {
     }
 
     /// Runs for so many collisions a molecule, with elastic contacts, but at most for the time in
-    /// which a molecule at the root mean square speed crosses the longer side as many times.
+    /// which a molecule at the root mean square speed crosses the longer side as many times, and at
+    /// most until [`EVENTS_PER_COLLISION`] are exceeded.
     fn run(&mut self, collisions: f64) -> Result<(), SceneError> {
         let first = self.contents.singles.world.bodies.len();
         let gases = &self.world.motions[first..];
@@ -357,7 +364,8 @@ impl Growth {
         let parts = ((Exact::default(), Impact), (scheduler, options));
         let (elasticity, names) = (ElasticityTable::default(), TagNames::default());
         let mut simulation = Simulation::assemble(world, parts.0, parts.1, elasticity, names);
-        let ended = simulation.advance(EpochTime::from(time), most, &mut ()).and_then(|contacts| {
+        let spacing = (self.world.bounds.area() / self.scales.len() as f64).sqrt();
+        let ended = collide(&mut simulation, most, time, spacing / speed).and_then(|contacts| {
             // No run ends with a contact: the pair would touch when it next grows or is set in
             // motion.
             let pause = 0.5 * simulation.time().to_f64() / contacts.max(1) as f64;
@@ -381,6 +389,26 @@ impl Growth {
             squares * kind.molecule.area()
         });
         area.sum::<f64>() / self.world.bounds.area()
+    }
+}
+
+/// Runs through so many contacts, but at most for this time, and at most until the events of the
+/// scheduler exceed [`EVENTS_PER_COLLISION`]; returns the number of contacts. Events are counted
+/// after pieces of the run, the first as long as `piece` and each later one as long as all before.
+fn collide(simulation: &mut Simulation, most: u64, time: f64, piece: f64) -> Result<u64, RunError> {
+    let mut contacts = 0;
+    let mut until = piece;
+    loop {
+        let end = until.min(time);
+        contacts += simulation.advance(EpochTime::from(end), most - contacts, &mut ())?;
+        let work = simulation.counters.scheduler;
+        let events = (work.crossings + work.stale + work.rechecks + work.pairs) as f64;
+        let is_slow = events > EVENTS_PER_COLLISION * most as f64;
+        // A piece too short for its end to differ from its start ends the loop, too.
+        if contacts == most || is_slow || end >= time || 2.0 * until <= until {
+            return Ok(contacts);
+        }
+        until *= 2.0;
     }
 }
 

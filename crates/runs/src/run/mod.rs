@@ -2,16 +2,18 @@
 
 mod impulses;
 pub(crate) mod outcome;
+mod placement;
 mod scene_file;
 
-use std::{ops::ControlFlow, path::PathBuf};
+use std::{fs::File, path::PathBuf};
 
 use anyhow::{Context, Result};
-use carom::{Scene, engine::SceneError};
-use carom_methods::{AnySimulation, Method};
+use carom::{Scene, engine::Growth};
+use carom_methods::Method;
 use carom_tables::{Summary, Verdict};
 use clap::Args;
 use outcome::simulate;
+use placement::Placement;
 #[cfg(test)]
 pub(crate) use scene_file::check;
 pub use scene_file::{EXTENDED_XYZ, SceneFile};
@@ -19,8 +21,7 @@ pub use scene_file::{EXTENDED_XYZ, SceneFile};
 use crate::{
     interruption::Signals,
     manifest::{Manifest, program},
-    output::Folder,
-    progress::{Lines, Progress},
+    output::{Existing, Folder},
     resumable::{Choices, Task, without_end},
     sampling_times::sampling_times,
 };
@@ -43,22 +44,32 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<Verdict> {
     let scene = options.file.read()?;
     let method = Method::try_from(&scene.method).context("[method]")?;
-    let start = || -> Result<_> {
-        let simulation =
-            placed(&scene, &method).with_context(|| format!("scene {}", options.file.path.display()))?;
+    let what = without_end("run", &scene);
+    let signals = Signals::watch()?;
+    let mut place = Place::new(options, &scene);
+    let start = |place: &mut Place| -> Result<_> {
+        let growth = match &place.opened {
+            Some((folder, _)) => placement::stored(&what, folder.path())?,
+            None => None,
+        };
+        let mut store = |growth: &Growth| placement::store(growth, &what, place.describe()?.path());
+        let placement = Placement::new(&method, &signals, options.choices.checkpoint_every, &mut store);
+        let simulation = match growth {
+            Some(growth) => placement.resume(growth),
+            None => placement.begin(&scene),
+        };
+        let simulation = simulation.with_context(|| format!("scene {}", options.file.path.display()))?;
         let observers = outcome::observers(&scene.run, &simulation.view())?;
         Ok((simulation, observers))
     };
-    // Built before anything is written, so that an invalid scene leaves no folder. A run that is
-    // resumed need not place its bodies again.
-    let started = if options.choices.resumption.resume { None } else { Some(start()?) };
-    let signals = Signals::watch()?;
-    let folder = Folder::create(&folder_path(options), options.choices.resumption.existing())?;
-    let _alone = folder.lock()?;
-    let command = format!("{} run {}", program(), folder.path().join("config.toml").display());
+    // Built before anything is written, so that an invalid scene leaves no folder, except for a
+    // growth that takes long. A run that is resumed need not place its bodies again.
+    let resumes = options.choices.resumption.resume;
+    let started = if resumes { None } else { Some(start(&mut place)?) };
+    let folder = place.open()?;
     let task = Task {
         folder: &folder,
-        what: without_end("run", &scene),
+        what: what.clone(),
         until: scene.run.until,
         samples: sampling_times(0.0, scene.run.until, scene.run.sample_interval).count(),
         method,
@@ -66,16 +77,64 @@ pub fn run(options: &Options) -> Result<Verdict> {
         signals: &signals,
     };
     let found = task.find()?;
-    let manifest = Manifest::begin(&folder, &command, &[&scene])?;
-    folder.write("config.toml", scene.to_toml())?;
-    let outcome = simulate(&task, found, &scene, || started.map_or_else(start, Ok))?;
+    place.describe()?;
+    let outcome = simulate(&task, found, &scene, || started.map_or_else(|| start(&mut place), Ok))?;
     let summary = outcome.summary(format!("Scene {}", options.file.path.display()), &task.method);
-    folder.write("report.html", outcome.page(&folder, &summary, &scene, &command)?)?;
+    folder.write("report.html", outcome.page(&folder, &summary, &scene, &place.command)?)?;
     outcome.describe_tables(&folder)?;
     folder.write_json("summary.json", &summary)?;
-    manifest.complete(&folder, summary.totals.cpu_seconds())?;
+    placement::remove(folder.path())?;
+    place.complete(summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
+}
+
+/// The folder of a run, which is created when it is first needed.
+struct Place<'a> {
+    scene: &'a Scene,
+    path: PathBuf,
+    existing: Existing,
+    /// The command that repeats the run.
+    command: String,
+    /// The folder and its lock.
+    opened: Option<(Folder, Option<File>)>,
+    manifest: Option<Manifest>,
+}
+
+impl<'a> Place<'a> {
+    fn new(options: &Options, scene: &'a Scene) -> Self {
+        let path = folder_path(options);
+        let command = format!("{} run {}", program(), path.join("config.toml").display());
+        let existing = options.choices.resumption.existing();
+        Self { scene, path, existing, command, opened: None, manifest: None }
+    }
+
+    /// Creates and locks the folder.
+    fn open(&mut self) -> Result<Folder> {
+        if let Some((folder, _)) = &self.opened {
+            return Ok(folder.clone());
+        }
+        let folder = Folder::create(&self.path, self.existing)?;
+        let lock = folder.lock()?;
+        self.opened = Some((folder.clone(), lock));
+        Ok(folder)
+    }
+
+    /// Creates the folder, with the manifest and the scene.
+    fn describe(&mut self) -> Result<Folder> {
+        let folder = self.open()?;
+        if self.manifest.is_none() {
+            self.manifest = Some(Manifest::begin(&folder, &self.command, &[self.scene])?);
+            folder.write("config.toml", self.scene.to_toml())?;
+        }
+        Ok(folder)
+    }
+
+    /// Records that the run has ended.
+    fn complete(mut self, cpu_seconds: f64) -> Result<()> {
+        let folder = self.describe()?;
+        self.manifest.take().map_or(Ok(()), |manifest| manifest.complete(&folder, cpu_seconds))
+    }
 }
 
 /// Runs a scene in memory, without a folder, and returns its figures and checks.
@@ -85,20 +144,6 @@ pub fn run(options: &Options) -> Result<Verdict> {
 pub fn measure(title: &str, scene: &Scene, signals: &Signals) -> Result<Summary> {
     let method = Method::try_from(&scene.method).context("[method]")?;
     Ok(outcome::in_memory(scene, signals)?.summary(title.to_owned(), &method))
-}
-
-/// The simulation of a scene, with the progress of the placement if that takes steps of growth.
-fn placed(scene: &Scene, method: &Method) -> Result<AnySimulation, SceneError> {
-    let mut shown: Option<Progress> = None;
-    let (mut share, mut collisions) = (0.0, 0);
-    AnySimulation::with_progress(scene, method, &mut |now| {
-        // Growth and relaxation take about the same time.
-        let reached = 0.5 * (now.smallest_scale + now.relaxed);
-        let progress = shown.get_or_insert_with(|| Lines::default().add("placement", 1.0));
-        progress.advance(reached - share, now.collisions - collisions);
-        (share, collisions) = (reached, now.collisions);
-        ControlFlow::Continue(())
-    })
 }
 
 fn folder_path(options: &Options) -> PathBuf {

@@ -1,6 +1,6 @@
 //! Mutated scene files: each is refused by name, or builds a system that runs without overlap.
 
-use carom::engine::{GasSpec, Placement, RunError, Scene, View};
+use carom::engine::{GasSpec, Placement, RunError, Scene, StartVelocities, View};
 use carom_kinematics::EpochTime;
 use carom_methods::AnySimulation;
 
@@ -39,6 +39,12 @@ pub fn draw(draw: &mut Draw) -> Vec<u8> {
             && gas.count.is_none()
         {
             gas.area_fraction = Some(0.2);
+        }
+        if let Some(gas) = scene.gas.last_mut()
+            && draw.happens(0.3)
+        {
+            (gas.energy, gas.temperature) = (0.0, Some(1.0));
+            gas.velocities = draw.one_of(&[StartVelocities::EqualEnergy, StartVelocities::Maxwell]);
         }
     }
     if draw.happens(0.1) {

@@ -1,7 +1,8 @@
 //! Random scenes: bodies of all kinds, walls, elasticities, scales, and edits between runs.
 
 use carom::engine::{
-    AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Rotation, Scene, WallSpec,
+    AtomSpec, BumperSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec, Rotation, Scene,
+    StartVelocities, WallSpec,
 };
 use carom_geometry::{Atom, Molecule, Shape};
 use glam::DVec2;
@@ -75,6 +76,7 @@ pub fn draw(seed: u64) -> Case {
             mass: Some(draw.scale(0.1, 10.0)),
             energy: draw.scale(1e-3, 1.0),
             count: Some(draw.integer(1, 30) as usize),
+            velocities: draw.one_of(&[StartVelocities::EqualEnergy, StartVelocities::Maxwell]),
             ..GasSpec::default()
         });
     }
