@@ -1,7 +1,7 @@
 //! The numerical parameters of all searches, each with its purpose and the effect of changing it.
 //!
-//! All except [`LEAST_JERK`] and [`LEAST_SQUARE`] are relative or counts, so that velocities times
-//! a power of two give the same bits.
+//! All except `LEAST_JERK` and `LEAST_SQUARE` are relative or counts, so that velocities times a power
+//! of two give the same bits.
 
 use carom_kinematics::HALF_ULP;
 
@@ -69,21 +69,21 @@ pub(crate) const MOST_RECONTACT_STEPS: u32 = 64;
 /// Relative tolerance of the golden-section search and of the secant method: five machine epsilon
 /// (Montanari 2017, appendix A), relative to the time of the result. Smaller than about 2 epsilon:
 /// neither search can end before its limit of rounds.
-pub(crate) const THESIS_TOLERANCE: f64 = 5.0 * f64::EPSILON;
+pub const THESIS_TOLERANCE: f64 = 5.0 * f64::EPSILON;
 
 /// Length of a segment of [`GoldenSecant`](crate::GoldenSecant) as a share of the shortest quarter
 /// period: the 1/2 of equation 2.4, Montanari (2017). Smaller: more segments, and fewer dips that
 /// share one.
-pub(crate) const CROP_FACTOR: f64 = 0.5;
+pub const CROP_FACTOR: f64 = 0.5;
 
 /// Limit of rounds of one golden section (75 for five epsilon) or one secant (10; 210 with
 /// bisections only). Smaller: searches end unresolved.
-pub(crate) const MOST_ROUNDS: u32 = 250;
+pub const MOST_ROUNDS: u32 = 250;
 
 /// Limit of segments in one window: 512 turns of the faster body. Smaller: fast rotors end
 /// unresolved. Larger: one query can take seconds, since each atom pair costs about 80 evaluations
 /// per segment.
-pub(crate) const MOST_SEGMENTS: u32 = 4096;
+pub const MOST_SEGMENTS: u32 = 4096;
 
 /// The share of its length by which the window of [`GoldenSecant`](crate::GoldenSecant) begins
 /// earlier. Zero: two discs, whose bounding circles are the atoms, touch where the window begins,
@@ -92,7 +92,7 @@ pub(crate) const WINDOW_MARGIN: f64 = 1.0 / (1 << 20) as f64;
 
 /// Step of [`FixedStep`](crate::FixedStep) in natural times of the pair. Larger: grazes and
 /// contacts of thin atoms are missed.
-pub(crate) const FIXED_STEP: f64 = 1e-3;
+pub const FIXED_STEP: f64 = 1e-3;
 
 /// Step limit of [`FixedStep`](crate::FixedStep) in one window: a thousand natural times. Smaller:
 /// slow pairs that turn end unresolved.

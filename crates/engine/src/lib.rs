@@ -99,7 +99,7 @@ pub use cells::{CellScheduler, Instructions};
 pub use centre_of_mass::{CentreOfMassFrame, ThermalEnergy};
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use counters::{Counters, Ledger, SchedulerCounters};
-pub use elasticity_table::ElasticityTable;
+pub(crate) use elasticity_table::ElasticityTable;
 pub use error::{EditError, GridError, RunError, SceneError};
 pub use gas_spec::{GasSpec, StartVelocities};
 pub use grid::CellsPerSide;

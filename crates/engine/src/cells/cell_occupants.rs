@@ -119,10 +119,10 @@ impl CellOccupants {
 
     /// All blocks, for reading.
     #[inline(always)]
-    pub fn blocks(&self) -> Blocks<'_> {
+    pub fn blocks(&self) -> OccupantBlocks<'_> {
         // Slices of one length, so that one bounds check serves all three.
         let next = &self.next[..];
-        Blocks { flights: &self.flights[..next.len()], discs: &self.discs[..next.len()], next }
+        OccupantBlocks { flights: &self.flights[..next.len()], discs: &self.discs[..next.len()], next }
     }
 
     /// Adds a disc to the occupants of a cell.
@@ -220,13 +220,13 @@ impl CellOccupants {
 
 /// The blocks of all cells.
 #[derive(Clone, Copy)]
-pub(super) struct Blocks<'a> {
+pub(super) struct OccupantBlocks<'a> {
     flights: &'a [Block],
     discs: &'a [[u32; DISC_LANES]],
     next: &'a [IndexOrNone],
 }
 
-impl<'a> Blocks<'a> {
+impl<'a> OccupantBlocks<'a> {
     /// The discs of the cell in a slot, with their flights, block by block; free lanes hold the
     /// dummy.
     #[inline(always)]
