@@ -1,7 +1,7 @@
 //! The numerical parameters of all searches, each with its purpose and the effect of changing it.
 //!
-//! All except `LEAST_JERK` and `LEAST_SQUARE` are relative or counts, so that velocities times a power
-//! of two give the same bits.
+//! All except `LEAST_JERK` and `LEAST_SQUARE` are relative or counts, so that velocities times a
+//! power of two give the same bits.
 
 use carom_kinematics::HALF_ULP;
 

@@ -85,8 +85,8 @@ fn add(entry: &mut Value, more: Value) {
     }
 }
 
-/// Adapts the schema of a Rust type to TOML, which has no null, and turns its documentation to plain
-/// text.
+/// Adapts the schema of a Rust type to TOML, which has no null, and turns its documentation to
+/// plain text.
 fn clean(schema: &mut schemars::Schema) {
     let Some(entry) = schema.as_object_mut() else { return };
     entry.remove("format");

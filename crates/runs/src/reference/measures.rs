@@ -1,5 +1,5 @@
-//! The quantities that a run can measure: what each covers, and which files, figures and predictions
-//! it gives.
+//! The quantities that a run can measure: what each covers, and which files, figures and
+//! predictions it gives.
 
 use std::collections::BTreeSet;
 
@@ -22,8 +22,8 @@ Series are CSV files with a row for each sample, or for each impulse:
 
 /// Head of the table of measures.
 const MEASURES: &str = "
-Measures give CSV files, charts, and figures in `summary.json`, with standard errors. Predictions are
-those for a gas of equal elastic discs, or for equilibrium.
+Measures give CSV files, charts, and figures in `summary.json`, with standard errors. Predictions
+are those for a gas of equal elastic discs, or for equilibrium.
 
 ";
 
