@@ -53,6 +53,8 @@ mod checkpoint;
 mod contact_event;
 mod contents;
 mod counters;
+mod distribution;
+mod drawn_molecules;
 mod edit;
 mod elasticity_table;
 mod epoch_loop;
@@ -70,6 +72,7 @@ mod method_spec;
 mod observer;
 mod overlap;
 mod placement;
+mod random;
 mod report;
 mod resolution;
 mod rounding_bound;
@@ -82,9 +85,12 @@ mod simulation;
 mod simultaneous_contacts;
 mod single_bodies;
 mod sites;
+mod snapshot;
 mod species;
 mod spelling;
+mod start_from;
 mod tags;
+mod thermal_wall;
 mod unresolved;
 mod velocities;
 mod view;
@@ -99,6 +105,7 @@ pub use cells::{CellScheduler, Instructions};
 pub use centre_of_mass::{CentreOfMassFrame, ThermalEnergy};
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use counters::{Counters, Ledger, SchedulerCounters};
+pub use distribution::Distribution;
 pub(crate) use elasticity_table::ElasticityTable;
 pub use error::{EditError, GridError, RunError, SceneError};
 pub use gas_spec::{GasSpec, StartVelocities};
@@ -117,13 +124,14 @@ pub use scene::{
 };
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;
+pub use snapshot::frame_of;
 pub use tags::{Tag, TagNames, Tags};
 pub use view::{BodyView, View};
 pub use world::World;
 
 // Parts that runs of scenes and tests of accuracy share; no user of the library needs them.
 #[doc(hidden)]
-pub use placement::RandomStream;
+pub use random::RandomStream;
 #[doc(hidden)]
 pub use rounding_bound::rounding_bound;
 #[doc(hidden)]

@@ -5,6 +5,8 @@
 
 #[cfg(feature = "schema")]
 use carom_geometry::{LARGEST, SMALLEST};
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -179,6 +181,17 @@ pub struct WallSpec {
     /// a wall without thickness.
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = LARGEST)))]
     pub radius: f64,
+    /// Temperature kT (mass × length² / time²), from 1e-60 to 1e60: bodies leave the wall, on both
+    /// sides, with random velocities of this temperature, whatever their velocities were. Their
+    /// distribution is Maxwell's weighted by the speed at which the point of contact leaves, for
+    /// molecules including their rotation ([`thermal_motion`](carom_response::thermal_motion)).
+    /// Elasticities have no effect on such contacts. [`Ledger::heat`](crate::Ledger::heat) is the
+    /// energy received. Without a temperature the wall is smooth and reflects.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[doc(alias = "thermostat")]
+    #[doc(alias = "diffuse reflection")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
+    pub temperature: Option<f64>,
 }
 
 /// How the gases of a scene are placed, all together.
@@ -225,6 +238,29 @@ pub struct StartSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1e9)))]
     pub relax: Option<f64>,
+    /// A file of extended XYZ with the places of all atoms of the scene, relative to the folder of
+    /// the scene file: bodies start there, with the orientations and velocities of the file if it
+    /// has them. Excludes `placement` and `relax`.
+    ///
+    /// `carom run` writes such files as snapshots, and other programs do. The atoms are those of
+    /// the single molecules, the bumpers and the gases, in order; fixed bodies may be left out. A
+    /// box, a radius or a place of a fixed body other than in the scene is refused, as are overlaps
+    /// and molecules with displaced atoms. Atoms may lie outside the box by up to one side.
+    /// Orientations and velocities that the file lacks are drawn as for a gas on a lattice; a
+    /// `[[molecule]]` then keeps its own. The run starts at time 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// The frame of that file, from 0. Default: the last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<usize>,
+    /// CRC-32 (IEEE 802.3) of the text of that frame: another text is refused. `carom run` enters
+    /// it, so that a run is resumed with the same start.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub checksum: Option<u32>,
+    /// The text of that frame. Programs set it, as [`frame_of`](crate::frame_of) returns it: the
+    /// engine reads no files.
+    #[serde(skip)]
+    pub snapshot: Option<Arc<str>>,
 }
 
 /// A method to place gases.

@@ -33,6 +33,15 @@ pub fn scene_schema() -> Value {
     for gas_or_molecule in ["MoleculeSpec", "GasSpec"] {
         add(&mut types[gas_or_molecule]["properties"]["shape"], one_of(Shape::NAMES.into_iter()));
     }
+    // In a file a distribution stands in the place of the number.
+    let gas = &mut types["GasSpec"]["properties"];
+    for key in ["radius", "mass"] {
+        gas.as_object_mut().map(|keys| keys.remove(&format!("{key}_distribution")));
+        for key in [key.to_owned(), format!("atom_{key}")] {
+            gas[&key].as_object_mut().map(|entry| entry.remove("type"));
+            add(&mut gas[&key], json!({ "allOf": [{ "$ref": "#/definitions/Distribution" }] }));
+        }
+    }
     let run = &mut types["RunSpec"]["properties"];
     add(&mut run["snapshots"], json!({ "enum": [EXTENDED_XYZ] }));
     add(&mut run["observe"]["items"], one_of(observable().iter().map(String::as_str)));

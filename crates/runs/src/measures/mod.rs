@@ -23,6 +23,7 @@ mod temperature;
 mod thermostat;
 mod velocities;
 mod viscosity;
+mod wall_heat;
 
 use anyhow::{Context as _, Result, bail, ensure};
 use carom::{
@@ -44,7 +45,7 @@ use crate::{
 };
 
 /// All measures.
-pub const KINDS: [Kind; 16] = [
+pub const KINDS: [Kind; 17] = [
     velocities::KIND,
     temperature::KIND,
     correlation::KIND,
@@ -61,6 +62,7 @@ pub const KINDS: [Kind; 16] = [
     drift::KIND,
     running_average::KIND,
     thermostat::KIND,
+    wall_heat::KIND,
 ];
 
 /// A measure that can be asked for by name.

@@ -51,6 +51,13 @@ atom_mass = 1.0
 at = [0.5, 0.5]
 ";
 
+/// A wall for the measure of its heat.
+const THERMAL_WALL: &str = "
+[[wall]]
+x = 0.0
+temperature = 1.0
+";
+
 /// Returns the section of Markdown.
 ///
 /// # Errors
@@ -69,6 +76,9 @@ pub fn section() -> Result<String> {
 /// The row of a measure, from a short run.
 fn measure(kind: &Kind) -> Result<Vec<String>> {
     let (name, asked, text) = match kind.of {
+        Of::Group if kind.name == "wall-heat" => {
+            (format!("{}[:TAG]", kind.name), kind.name.to_owned(), format!("{THERMAL_WALL}{GAS}"))
+        }
         Of::Group => (format!("{}[:TAG]", kind.name), kind.name.to_owned(), GAS.to_owned()),
         Of::OneBody => (format!("{}:TAG", kind.name), format!("{}:body", kind.name), format!("{BODY}{GAS}")),
         Of::System => (kind.name.to_owned(), kind.name.to_owned(), GAS.to_owned()),

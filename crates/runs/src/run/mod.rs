@@ -16,7 +16,7 @@ use outcome::simulate;
 use placement::Placement;
 #[cfg(test)]
 pub(crate) use scene_file::check;
-pub use scene_file::{EXTENDED_XYZ, SceneFile};
+pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
 
 use crate::{
     interruption::Signals,
@@ -125,6 +125,9 @@ impl<'a> Place<'a> {
         let folder = self.open()?;
         if self.manifest.is_none() {
             self.manifest = Some(Manifest::begin(&folder, &self.command, &[self.scene])?);
+            if let Some(frame) = &self.scene.start.snapshot {
+                folder.write_lasting(START, frame.as_bytes())?;
+            }
             folder.write("config.toml", self.scene.to_toml())?;
         }
         Ok(folder)
