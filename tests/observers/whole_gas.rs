@@ -9,7 +9,7 @@ use carom::{
     engine::{BumperSpec, ElasticitySpec, GasSpec},
     geometry::Outline,
     kinematics::RelativeMotion,
-    observers::{Pressure, RatePoint},
+    observers::Pressure,
 };
 use glam::DVec2;
 
@@ -90,7 +90,8 @@ fn a_disc_between_images_of_a_bumper_hits_at_even_times() {
     let (rate, pressure) = observers;
     assert_eq!(rate.series().len(), 3);
     for (index, point) in rate.series().iter().enumerate() {
-        assert_eq!(*point, RatePoint { time: 8.0 * (index + 1) as f64, collisions: 10, rate: 1.25 });
+        let expected = (8.0 * (index + 1) as f64, 10, 1.25);
+        assert_eq!((point.time, point.collisions, point.rate), expected);
     }
     assert_eq!(rate.mean(), Some((1.25, 0.0)));
     let (mean, error) = pressure.mean().unwrap();

@@ -88,15 +88,21 @@ pub mod tolerance;
 mod walls;
 
 pub use bounding_circles::BoundingCircles;
-pub use error_bound::ErrorBound;
 pub use exact::Exact;
-pub use face_error::FaceErrorBound;
 pub use fixed_step::{FixedStep, natural_time};
 pub use golden_secant::GoldenSecant;
 pub use lanes::{DISC_LANES, DiscLanes};
 pub use outcome::{Answer, Contact, Outcome, Part, Touch};
 pub use query_body::QueryBody;
+
+// Parts that the other layers and tests of accuracy share; no user of the library needs them.
+#[doc(hidden)]
+pub use error_bound::ErrorBound;
+#[doc(hidden)]
+pub use face_error::FaceErrorBound;
+#[doc(hidden)]
 pub use resolved_speed::resolved_speed;
+#[doc(hidden)]
 pub use skimming::{Window, skim};
 
 use carom_geometry::{Atom, Outline};

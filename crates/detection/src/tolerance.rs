@@ -1,14 +1,14 @@
 //! The numerical parameters of all searches, each with its purpose and the effect of changing it.
 //!
-//! All except [`LEAST_JERK`] and [`LEAST_SQUARE`] are relative or counts, so that velocities times
-//! a power of two give the same bits.
+//! All except `LEAST_JERK` and `LEAST_SQUARE` are relative or counts, so that velocities times a
+//! power of two give the same bits.
 
 use carom_kinematics::HALF_ULP;
 
 /// Relative shortening of each certified step and window edge, to cover the rounding of the step
 /// itself (about twelve operations). Smaller: the proof fails by a unit in the last place. Larger:
 /// slower, no less exact.
-pub const STEP_MARGIN: f64 = 16.0 * HALF_ULP;
+pub(crate) const STEP_MARGIN: f64 = 16.0 * HALF_ULP;
 
 /// Step limit of [`Exact`](crate::Exact) for one atom pair; a search that reaches it ends as
 /// "certified free until". Ordinary pairs take 5 to 30 steps, grazes up to 80. Smaller: more
@@ -18,53 +18,53 @@ pub const MOST_STEPS: u32 = 4096;
 /// The number of first steps of an atom pair that do not look farther ahead for better bounds on
 /// the curvature. Smaller: ordinary pairs cost more. Larger: grazes and pairs with matched angular
 /// velocities cost more.
-pub const SHORT_STEPS: u32 = 6;
+pub(crate) const SHORT_STEPS: u32 = 6;
 
 /// The most further steps of all atom pairs together, after the first: one for each atom of the
 /// smaller body but the first, up to this number. Fewer: more pairs are searched one by one. More:
 /// unneeded steps of pairs that are already excluded.
-pub const SHARED_STEPS: usize = 2;
+pub(crate) const SHARED_STEPS: usize = 2;
 
 /// Most doublings of one certified step while better bounds on the curvature still lengthen it.
 /// Smaller than about 15: pairs with matched angular velocities take many steps.
-pub const MOST_DOUBLINGS: u32 = 20;
+pub(crate) const MOST_DOUBLINGS: u32 = 20;
 
 /// Two circles of the tree are split where their gap is below this share of the sum of their radii.
 /// Smaller: more steps before a split. Larger: splits that one further step would have avoided.
-pub const NEARNESS: f64 = 0.2;
+pub(crate) const NEARNESS: f64 = 0.2;
 
 /// A body turns fast for [`Exact`](crate::Exact) if it turns by more than this angle (radians)
 /// while an atom of the other body moves by its own arm. The orbit of its atom is then tested, too.
 /// Smaller: unneeded work for ordinary pairs. Larger: more steps for fast rotors.
-pub const FAST_ROTOR: f64 = 2.0;
+pub(crate) const FAST_ROTOR: f64 = 2.0;
 
 /// Bounds on third derivatives below this are not used: products of three velocities close to the
 /// smallest float have lost digits. Smaller than about 10⁻³⁰⁷: steps of the slowest rotors are too
 /// long. Larger: steps of slow bodies are shorter.
-pub const LEAST_JERK: f64 = 1e-300;
+pub(crate) const LEAST_JERK: f64 = 1e-300;
 
 /// Squares below this have lost digits to underflow; the length is then bounded by |x| + |y|
 /// instead of √(x² + y²).
-pub const LEAST_SQUARE: f64 = 1e-280;
+pub(crate) const LEAST_SQUARE: f64 = 1e-280;
 
 /// How many times the rounding bound E the sum of two radii must be for the bound on the third
 /// derivative of the gap to be used. That bound assumes |d| ≥ (1 − 1/64) s up to the first contact,
 /// while |d| ≥ s − 2 E is proved. Smaller than 128: the proof fails. Larger: more steps for tiny
 /// atoms.
-pub const LEAST_ATOM_ERRORS: f64 = 128.0;
+pub(crate) const LEAST_ATOM_ERRORS: f64 = 128.0;
 
 /// A touching pair that is deeper than this share of its rounding bound is deep. It is in contact
 /// however slowly it closes. Larger: bodies that rest on each other overlap by more. Smaller:
 /// contacts of bodies that slide on each other occur at random times.
-pub const RESTING_DEPTH: f64 = 0.125;
+pub(crate) const RESTING_DEPTH: f64 = 0.125;
 
 /// A pair that may return within this share of the time in which it moves by its own size is
 /// searched by its gap relative to the contact that it leaves. Smaller than 10⁻⁷: rattling pairs
 /// lose digits of the interval. Larger: unneeded work.
-pub const SOON: f64 = 1e-3;
+pub(crate) const SOON: f64 = 1e-3;
 
 /// Step limit of that search; past it the ordinary search continues.
-pub const MOST_RECONTACT_STEPS: u32 = 64;
+pub(crate) const MOST_RECONTACT_STEPS: u32 = 64;
 
 /// Relative tolerance of the golden-section search and of the secant method: five machine epsilon
 /// (Montanari 2017, appendix A), relative to the time of the result. Smaller than about 2 epsilon:
@@ -88,7 +88,7 @@ pub const MOST_SEGMENTS: u32 = 4096;
 /// The share of its length by which the window of [`GoldenSecant`](crate::GoldenSecant) begins
 /// earlier. Zero: two discs, whose bounding circles are the atoms, touch where the window begins,
 /// and rounding loses the contact.
-pub const WINDOW_MARGIN: f64 = 1.0 / (1 << 20) as f64;
+pub(crate) const WINDOW_MARGIN: f64 = 1.0 / (1 << 20) as f64;
 
 /// Step of [`FixedStep`](crate::FixedStep) in natural times of the pair. Larger: grazes and
 /// contacts of thin atoms are missed.
@@ -100,4 +100,4 @@ pub const MOST_FIXED_STEPS: u32 = 1 << 20;
 
 /// Limit of bisections inside one fixed step: enough to reach neighbouring floats, unless the step
 /// begins at a time many orders of magnitude later than its length.
-pub const MOST_BISECTIONS: u32 = 128;
+pub(crate) const MOST_BISECTIONS: u32 = 128;

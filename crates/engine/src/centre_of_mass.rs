@@ -62,6 +62,7 @@ use crate::{BodyView, View, World, body::Body};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[doc(alias = "barycentric")]
+#[non_exhaustive]
 pub struct CentreOfMassFrame {
     mass: f64,
     velocity: DVec2,
@@ -70,6 +71,7 @@ pub struct CentreOfMassFrame {
 
 /// Thermal energy of a group of bodies and its degrees of freedom.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct ThermalEnergy {
     /// Number of bodies of the group that can move.
     pub bodies: usize,

@@ -56,7 +56,7 @@ pub struct Checkpoint {
     next_key: BodyKey,
     /// Shapes, each once for all bodies that share it.
     molecules: Vec<Molecule>,
-    bodies: Vec<BodyRecord>,
+    bodies: Vec<SavedBody>,
     /// Times of last contacts, for the guard against inelastic collapse; −∞ for a body without
     /// contacts.
     last_contacts: Vec<f64>,
@@ -70,7 +70,7 @@ pub struct Checkpoint {
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct BodyRecord {
+struct SavedBody {
     key: BodyKey,
     molecule: u32,
     /// Whether the body turns; with its shape this gives its inertia. `None`: it is fixed.
@@ -399,32 +399,8 @@ impl Checkpoint {
                 return Err(wrong("has a tag without a name"));
             }
             refuse_large_wall(&format!("body {index} of the checkpoint"), molecule, bounds.sides())?;
-            let Motion { position, velocity, orientation, angular_velocity, time } = record.motion;
-            if !(position.is_finite() && velocity.is_finite() && angular_velocity.is_finite() && time == 0.0)
-            {
-                return Err(wrong("has a motion that is not finite"));
-            }
-            let is_turned_once = orientation.turns().abs() <= 0.5;
-            if bounds.wrap(position).0 != position || !is_turned_once {
-                return Err(wrong("is out of the box or turned by more than half a turn"));
-            }
-            if molecule.face().is_some() && record.rotation.is_some() {
-                return Err(wrong("is a wall that can move"));
-            }
-            if let Some(temperature) = record.temperature
-                && !(molecule.face().is_some() && is_wall_temperature(temperature))
-            {
-                return Err(wrong("has a temperature but is no wall, or one out of range"));
-            }
-            if is_open_wall(molecule, orientation, bounds.sides()) {
-                return Err(wrong("is a wall without end points that does not meet its own images"));
-            }
-            if record.rotation.is_none() && (velocity != DVec2::ZERO || angular_velocity != 0.0) {
-                return Err(wrong("is fixed but moves"));
-            }
-            if (record.rotation == Some(Rotation::Locked) || molecule.is_disc()) && angular_velocity != 0.0 {
-                return Err(wrong("cannot turn but has an angular velocity"));
-            }
+            record.check(molecule, &bounds).map_err(wrong)?;
+            let Motion { velocity, angular_velocity, .. } = record.motion;
             let too_fast = |quantity, value| CheckpointError::Speed { index, quantity, value };
             let speed = velocity.abs().max_element();
             if speed > LARGEST {
@@ -451,28 +427,62 @@ impl Checkpoint {
     }
 }
 
+impl SavedBody {
+    /// Checks that a body of this shape can have this motion.
+    ///
+    /// # Errors
+    /// The problem, as the rest of a sentence on the body.
+    fn check(&self, molecule: &Molecule, bounds: &PeriodicBox) -> Result<(), &'static str> {
+        let Motion { position, velocity, orientation, angular_velocity, time } = self.motion;
+        if !(position.is_finite() && velocity.is_finite() && angular_velocity.is_finite() && time == 0.0) {
+            return Err("has a motion that is not finite");
+        }
+        let is_turned_once = orientation.turns().abs() <= 0.5;
+        if bounds.wrap(position).0 != position || !is_turned_once {
+            return Err("is out of the box or turned by more than half a turn");
+        }
+        if molecule.face().is_some() && self.rotation.is_some() {
+            return Err("is a wall that can move");
+        }
+        if let Some(temperature) = self.temperature
+            && !(molecule.face().is_some() && is_wall_temperature(temperature))
+        {
+            return Err("has a temperature but is no wall, or one out of range");
+        }
+        if is_open_wall(molecule, orientation, bounds.sides()) {
+            return Err("is a wall without end points that does not meet its own images");
+        }
+        if self.rotation.is_none() && (velocity != DVec2::ZERO || angular_velocity != 0.0) {
+            return Err("is fixed but moves");
+        }
+        if (self.rotation == Some(Rotation::Locked) || molecule.is_disc()) && angular_velocity != 0.0 {
+            return Err("cannot turn but has an angular velocity");
+        }
+        Ok(())
+    }
+}
+
 /// The shapes, and the bodies with the indices of their shapes.
-fn records(world: &World) -> (Vec<Molecule>, Vec<BodyRecord>) {
+fn records(world: &World) -> (Vec<Molecule>, Vec<SavedBody>) {
     let mut shapes: Vec<&Arc<Molecule>> = world.bodies.iter().map(|body| &body.kind.molecule).collect();
     let address = |shape: &Arc<Molecule>| Arc::as_ptr(shape);
     shapes.sort_by_key(|shape| address(shape));
     shapes.dedup_by_key(|shape| address(shape));
     // Addresses differ between runs, so shapes are listed in the order of the first bodies that
     // have them.
-    let mut places = vec![u32::MAX; shapes.len()];
+    let mut places = vec![None; shapes.len()];
     let mut molecules = Vec::with_capacity(shapes.len());
     let mut bodies = Vec::with_capacity(world.bodies.len());
     for ((body, &motion), &winding) in world.bodies.iter().zip(&world.motions).zip(&world.windings) {
         let found = shapes.partition_point(|shape| address(shape) < address(&body.kind.molecule));
-        let place = &mut places[found];
-        if *place == u32::MAX {
-            *place = molecules.len() as u32;
+        let place = *places[found].get_or_insert_with(|| {
             molecules.push(body.molecule().clone());
-        }
+            molecules.len() as u32 - 1
+        });
         let rotation = if body.is_locked() { Rotation::Locked } else { Rotation::Free };
-        bodies.push(BodyRecord {
+        bodies.push(SavedBody {
             key: body.key,
-            molecule: *place,
+            molecule: place,
             rotation: (!body.is_fixed()).then_some(rotation),
             tags: body.kind.tags.clone(),
             temperature: body.kind.temperature,

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Counts of events since the system was built; edits do not reset them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Counters {
     /// Contacts between two bodies, including fixed ones.
     pub collisions: u64,
@@ -31,6 +32,7 @@ pub struct Counters {
 /// cost: with many crossings the cells are too small; with many stale predictions the gas is dense;
 /// with many re-checks molecules fly for long at a small gap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SchedulerCounters {
     /// Entries of a body into another cell. Multi-cell bodies of
     /// [`CellScheduler`](crate::CellScheduler) are not counted.
@@ -71,6 +73,7 @@ impl Add for SchedulerCounters {
 /// so far. After a large energy has been put in and taken out again, the error may exceed the
 /// energy left.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Ledger {
     /// Energy at the start.
     pub initial: f64,

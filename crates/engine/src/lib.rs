@@ -65,6 +65,7 @@ mod growth;
 mod guard;
 mod heap_scheduler;
 mod heat;
+mod index_or_none;
 mod invariants;
 mod least_speed;
 mod limits;
@@ -111,7 +112,7 @@ pub use centre_of_mass::{CentreOfMassFrame, ThermalEnergy};
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use counters::{Counters, Ledger, SchedulerCounters};
 pub use distribution::Distribution;
-pub use elasticity_table::ElasticityTable;
+pub(crate) use elasticity_table::ElasticityTable;
 pub use error::{EditError, GridError, RunError, SceneError};
 pub use gas_spec::{GasSpec, StartVelocities};
 pub use grid::CellsPerSide;
@@ -124,9 +125,7 @@ pub use measure_spec::{MeasureParameter, MeasureSpec};
 pub use method_spec::{DetectorName, InstructionsName, MethodSpec, SchedulerName};
 pub use observer::Observer;
 pub use overlap::OverlapCensus;
-pub use random::RandomStream;
 pub use report::{CollisionReport, Side};
-pub use rounding_bound::rounding_bound;
 pub use scene::{
     BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, MoleculeSpec, Placement, RunSpec, Scene, StageSpec,
     StartSpec, WallSpec,
@@ -134,10 +133,17 @@ pub use scene::{
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;
 pub use snapshot::frame_of;
-pub use spelling::did_you_mean;
 pub use stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpec};
 pub use tags::{Tag, TagNames, Tags};
 pub use thermostat::DrawKey;
 pub use thermostat_target::ThermostatTarget;
 pub use view::{BodyView, View};
 pub use world::World;
+
+// Parts that runs of scenes and tests of accuracy share; no user of the library needs them.
+#[doc(hidden)]
+pub use random::RandomStream;
+#[doc(hidden)]
+pub use rounding_bound::rounding_bound;
+#[doc(hidden)]
+pub use spelling::did_you_mean;

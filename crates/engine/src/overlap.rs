@@ -7,6 +7,7 @@ use crate::{BodyView, View, rounding_bound};
 
 /// The overlapping pairs at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct OverlapCensus {
     /// Number of pairs that overlap by more than the rounding bound.
     pub pairs: usize,

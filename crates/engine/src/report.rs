@@ -8,6 +8,7 @@ use crate::Body;
 
 /// One body's part in a collision.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct Side<'a> {
     /// The body.
     pub body: &'a Body,
@@ -54,6 +55,7 @@ impl Side<'_> {
 
 /// The data of a collision that an observer receives.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct CollisionReport<'a> {
     /// Time of the collision.
     pub time: EpochTime,

@@ -9,11 +9,9 @@ use smallvec::SmallVec;
 
 use crate::{
     World,
+    index_or_none::IndexOrNone,
     wall::{StandingWall, folded},
 };
-
-/// No entry.
-const NONE: u32 = u32::MAX;
 
 /// Ranges of cells are computed for lengths larger by this factor, so that rounding omits no cell.
 const MARGIN: f64 = 1.0 + 1e-9;
@@ -29,7 +27,7 @@ pub(crate) struct Sites {
     counts: [i64; 2],
     side: DVec2,
     /// The first entry of each cell.
-    heads: Vec<u32>,
+    heads: Vec<IndexOrNone>,
     entries: Vec<Entry>,
     circles: Vec<(DVec2, f64)>,
     /// The largest radius among bodies listed by their centre alone (length).
@@ -43,7 +41,7 @@ struct Entry {
     standing: Standing,
     /// The image of the box in which this cell touches the body, in boxes.
     image: [i32; 2],
-    next: u32,
+    next: IndexOrNone,
     /// Whether other cells may list the same body.
     is_repeated: bool,
 }
@@ -77,7 +75,7 @@ impl Sites {
         Self {
             counts,
             side: bounds.sides() / DVec2::new(counts[0] as f64, counts[1] as f64),
-            heads: vec![NONE; (counts[0] * counts[1]) as usize],
+            heads: vec![IndexOrNone::NONE; (counts[0] * counts[1]) as usize],
             entries: Vec::new(),
             circles: Vec::new(),
             largest: 0.0,
@@ -112,19 +110,19 @@ impl Sites {
     pub(crate) fn remove(&mut self, world: &World, index: usize) {
         let radius = world.bodies()[index].kind.molecule.bounding_radius();
         for (cell, _) in self.cells_of(world, index, radius) {
-            let mut before = NONE;
-            let mut at = self.heads[cell];
-            while at != NONE {
-                let Entry { standing, next, .. } = self.entries[at as usize];
+            let mut before: Option<usize> = None;
+            let mut rest = self.heads[cell];
+            while let Some(at) = rest.get() {
+                let Entry { standing, next, .. } = self.entries[at];
                 if standing == Standing::Body(index as u32) {
-                    match self.entries.get_mut(before as usize) {
-                        Some(entry) => entry.next = next,
+                    match before {
+                        Some(before) => self.entries[before].next = next,
                         None => self.heads[cell] = next,
                     }
                 } else {
-                    before = at;
+                    before = Some(at);
                 }
-                at = next;
+                rest = next;
             }
         }
     }
@@ -143,7 +141,7 @@ impl Sites {
     }
 
     fn put(&mut self, cell: usize, image: [i32; 2], standing: Standing, is_repeated: bool) {
-        let next = std::mem::replace(&mut self.heads[cell], self.entries.len() as u32);
+        let next = std::mem::replace(&mut self.heads[cell], IndexOrNone::new(self.entries.len()));
         self.entries.push(Entry { standing, image, next, is_repeated });
     }
 
@@ -245,7 +243,7 @@ impl Sites {
     }
 
     fn standing_in(&self, cell: usize) -> impl Iterator<Item = Entry> {
-        let entry = |at: u32| self.entries.get(at as usize).copied();
+        let entry = |at: IndexOrNone| at.get().map(|at| self.entries[at]);
         std::iter::successors(entry(self.heads[cell]), move |before| entry(before.next))
     }
 

@@ -20,6 +20,7 @@ pub struct View<'a> {
 
 /// One body in a view.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct BodyView<'a> {
     /// The body.
     pub body: &'a Body,

@@ -129,44 +129,58 @@ pub(crate) fn exposed(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
     pieces
 }
 
+/// The part of a circle that another disc covers.
+enum Cover {
+    Nothing,
+    /// The circles are the same.
+    Identical,
+    All,
+    /// From a start in [0, 2π) to an end (radians).
+    Arc(f64, f64),
+}
+
+/// The part of the first circle that the second disc covers.
+fn cover((centre, radius): (DVec2, f64), (other_centre, other_radius): (DVec2, f64)) -> Cover {
+    let to_other = other_centre - centre;
+    let reach = radius + other_radius;
+    // Excludes distant circles without a square root.
+    if to_other.length_squared() > 2.0 * reach * reach {
+        return Cover::Nothing;
+    }
+    let distance = to_other.length();
+    if distance == 0.0 && radius == other_radius {
+        return Cover::Identical;
+    }
+    let difference = (radius - other_radius).abs();
+    if distance <= difference && radius < other_radius {
+        return Cover::All;
+    }
+    if distance >= reach || distance <= difference {
+        return Cover::Nothing;
+    }
+    // Of both sides of a triangle, times 2 d; s² − s′² as a product, which does not cancel.
+    let along = distance * distance + (radius - other_radius) * reach;
+    let chord = ((reach + distance) * (reach - distance)).sqrt()
+        * ((distance + difference) * (distance - difference)).sqrt();
+    let half = libm::atan2(chord, along);
+    let start = (libm::atan2(to_other.y, to_other.x) - half).rem_euclid(TAU);
+    Cover::Arc(start, start + 2.0 * half)
+}
+
 /// The exposed arcs of one circle of a union, however short.
 pub(crate) fn boundary(circles: &[(DVec2, f64)], atom: usize) -> Vec<Piece> {
     let (centre, radius) = circles[atom];
     let arc = |start: f64, angle: f64| ExposedArc { atom, start, end: start + angle, radius, centre };
     // Start, end, and the index of the covering circle.
     let mut covered: Vec<(f64, f64, usize)> = Vec::new();
-    for (other, &(other_centre, other_radius)) in circles.iter().enumerate() {
-        if other == atom {
-            continue;
+    for (other, &circle) in circles.iter().enumerate().filter(|(other, _)| *other != atom) {
+        match cover((centre, radius), circle) {
+            Cover::Nothing => {}
+            // Of identical circles only the first counts.
+            Cover::Identical if other > atom => {}
+            Cover::Identical | Cover::All => return Vec::new(),
+            Cover::Arc(start, end) => covered.push((start, end, other)),
         }
-        let to_other = other_centre - centre;
-        let reach = radius + other_radius;
-        // Excludes distant circles without a square root.
-        if to_other.length_squared() > 2.0 * reach * reach {
-            continue;
-        }
-        let distance = to_other.length();
-        // Of identical circles only the first counts.
-        if distance == 0.0 && radius == other_radius {
-            if other < atom {
-                return Vec::new();
-            }
-            continue;
-        }
-        let difference = (radius - other_radius).abs();
-        if distance <= difference && radius < other_radius {
-            return Vec::new();
-        }
-        if distance >= reach || distance <= difference {
-            continue;
-        }
-        // Of both sides of a triangle, times 2 d; s² − s′² as a product, which does not cancel.
-        let along = distance * distance + (radius - other_radius) * reach;
-        let chord = ((reach + distance) * (reach - distance)).sqrt()
-            * ((distance + difference) * (distance - difference)).sqrt();
-        let half = libm::atan2(chord, along);
-        let start = (libm::atan2(to_other.y, to_other.x) - half).rem_euclid(TAU);
-        covered.push((start, start + 2.0 * half, other));
     }
     covered.sort_by(|a, b| a.0.total_cmp(&b.0));
     let Some(&(first, _, opener)) = covered.first() else {

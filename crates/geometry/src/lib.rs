@@ -32,16 +32,22 @@ mod room;
 mod shape;
 
 pub use atom::Atom;
-pub use atom_row::AtomRow;
-pub use circle_tree::{Circle, CircleTree, Node};
 pub use error::GeometryError;
 pub use excluded_region::ExcludedRegion;
 pub use exposed_arc::ExposedArc;
 pub use face::{Face, HalfPlane, Nearest};
 pub use gap::gap_between;
-pub use limits::{LARGEST, SMALLEST, check_length, check_positive};
+pub use limits::{LARGEST, SMALLEST};
 pub use molecule::Molecule;
 pub use outline::Outline;
 pub use periodic_box::PeriodicBox;
 pub use room::{Scaled, room};
 pub use shape::Shape;
+
+// Parts that the other layers share; no user of the library needs them.
+#[doc(hidden)]
+pub use atom_row::AtomRow;
+#[doc(hidden)]
+pub use circle_tree::{Circle, CircleTree, Node};
+#[doc(hidden)]
+pub use limits::{check_length, check_positive};

@@ -34,7 +34,14 @@ mod relative_motion;
 
 pub use conserved::{Inertia, angular_momentum, kinetic_energy, momentum};
 pub use epoch_time::EpochTime;
-pub use error_free::{two_product, two_sum};
 pub use motion::Motion;
-pub use orientation::{Orientation, Turning};
-pub use relative_motion::{HALF_ULP, RelativeMotion};
+pub use orientation::Orientation;
+pub use relative_motion::RelativeMotion;
+
+// Parts that the other layers share; no user of the library needs them.
+#[doc(hidden)]
+pub use error_free::{two_product, two_sum};
+#[doc(hidden)]
+pub use orientation::Turning;
+#[doc(hidden)]
+pub use relative_motion::HALF_ULP;

@@ -16,7 +16,6 @@ use crate::{AnyDetector, Method, Order};
 /// A [`Simulation`] with any detector, response and scheduler.
 ///
 /// Each method does what that of the same name of [`Simulation`] does, to the bit.
-#[derive(Clone)]
 pub struct AnySimulation(Box<dyn Dynamic>);
 
 impl fmt::Debug for AnySimulation {
@@ -141,7 +140,7 @@ impl AnySimulation {
         edits: impl FnOnce(&mut Batch) -> Result<T, EditError>,
     ) -> Result<T, EditError> {
         let (mut edits, mut result) = (Some(edits), None);
-        self.0.edit(&mut |batch| {
+        self.0.edit_by(&mut |batch| {
             if let Some(edits) = edits.take() {
                 result = Some(edits(batch)?);
             }
@@ -149,70 +148,23 @@ impl AnySimulation {
         })?;
         Ok(result.expect("a batch that is accepted has called its closure"))
     }
-
-    /// Adds a molecule. See [`Simulation::add`].
-    ///
-    /// # Errors
-    /// Those of [`Simulation::add`].
-    pub fn add(&mut self, spec: &MoleculeSpec) -> Result<BodyKey, EditError> {
-        self.edit(|batch| batch.add(spec))
-    }
-
-    /// Adds a wall. See [`Simulation::add_wall`].
-    ///
-    /// # Errors
-    /// Those of [`Simulation::add_wall`].
-    pub fn add_wall(&mut self, spec: &WallSpec) -> Result<BodyKey, EditError> {
-        self.edit(|batch| batch.add_wall(spec))
-    }
-
-    /// Removes a body. See [`Simulation::remove`].
-    ///
-    /// # Errors
-    /// Those of [`Simulation::remove`].
-    pub fn remove(&mut self, key: BodyKey) -> Result<(), EditError> {
-        self.edit(|batch| batch.remove(key))
-    }
-
-    /// Adds a tag to a body. See [`Simulation::tag`].
-    ///
-    /// # Errors
-    /// Those of [`Simulation::tag`].
-    pub fn tag(&mut self, key: BodyKey, name: &str) -> Result<Tag, EditError> {
-        self.edit(|batch| batch.tag(key, name))
-    }
-
-    /// Removes a tag from a body. See [`Simulation::untag`].
-    ///
-    /// # Errors
-    /// Those of [`Simulation::untag`].
-    pub fn untag(&mut self, key: BodyKey, name: &str) -> Result<(), EditError> {
-        self.edit(|batch| batch.untag(key, name))
-    }
-
-    /// Changes the elasticity of all later contacts. See [`Simulation::set_elasticity`].
-    ///
-    /// # Errors
-    /// Those of [`Simulation::set_elasticity`].
-    pub fn set_elasticity(&mut self, spec: &ElasticitySpec) -> Result<(), EditError> {
-        self.edit(|batch| batch.set_elasticity(spec))
-    }
 }
 
 /// Defines the methods of [`AnySimulation`] that call those of the same name of [`Simulation`], and
 /// the trait behind them.
-macro_rules! forwarded {
+macro_rules! dynamic {
     ($(
         $(#[$attribute:meta])*
-        fn $name:ident(&$($mutable:ident)? $(,$argument:ident: $type:ty)*) $(-> $result:ty)?;
+        fn $name:ident([$($borrow:tt)+] $this:ident $(, $argument:ident: $type:ty)*) $(-> $result:ty)?;
     )*) => {
+        /// The methods of a simulation that do not depend on its detector, response and scheduler.
         trait Dynamic: Send {
-            fn cloned(&self) -> Box<dyn Dynamic>;
-            fn edit(
+            fn boxed(&self) -> Box<dyn Dynamic>;
+            fn edit_by(
                 &mut self,
                 edits: &mut dyn FnMut(&mut Batch) -> Result<(), EditError>,
             ) -> Result<(), EditError>;
-            $(forwarded!(@declare $name ($($mutable)?) ($($argument: $type),*) ($($result)?));)*
+            $(fn $name($($borrow)+ $this $(, $argument: $type)*) $(-> $result)?;)*
         }
 
         impl<D, R, S> Dynamic for Simulation<D, R, S>
@@ -221,136 +173,146 @@ macro_rules! forwarded {
             R: Response + Clone + Send + 'static,
             S: Scheduler<Options: Send + 'static> + Clone + Send + 'static,
         {
-            fn cloned(&self) -> Box<dyn Dynamic> {
+            fn boxed(&self) -> Box<dyn Dynamic> {
                 Box::new(self.clone())
             }
 
-            fn edit(
+            fn edit_by(
                 &mut self,
                 edits: &mut dyn FnMut(&mut Batch) -> Result<(), EditError>,
             ) -> Result<(), EditError> {
-                Self::edit(self, edits)
+                self.edit(edits)
             }
 
-            $(forwarded!(@call $name ($($mutable)?) ($($argument: $type),*) ($($result)?));)*
+            $(fn $name($($borrow)+ $this $(, $argument: $type)*) $(-> $result)? {
+                Self::$name($this $(, $argument)*)
+            })*
         }
 
         impl AnySimulation {
-            $(forwarded!(@method [$(#[$attribute])*] $name ($($mutable)?) ($($argument: $type),*) ($($result)?));)*
-        }
-    };
-    (@declare $name:ident () ($($argument:ident: $type:ty),*) ($($result:ty)?)) => {
-        fn $name(&self $(,$argument: $type)*) $(-> $result)?;
-    };
-    (@declare $name:ident (mut) ($($argument:ident: $type:ty),*) ($($result:ty)?)) => {
-        fn $name(&mut self $(,$argument: $type)*) $(-> $result)?;
-    };
-    (@call $name:ident () ($($argument:ident: $type:ty),*) ($($result:ty)?)) => {
-        fn $name(&self $(,$argument: $type)*) $(-> $result)? {
-            Self::$name(self $(,$argument)*)
-        }
-    };
-    (@call $name:ident (mut) ($($argument:ident: $type:ty),*) ($($result:ty)?)) => {
-        fn $name(&mut self $(,$argument: $type)*) $(-> $result)? {
-            Self::$name(self $(,$argument)*)
-        }
-    };
-    (@method [$(#[$attribute:meta])*] $name:ident () ($($argument:ident: $type:ty),*) ($($result:ty)?)) => {
-        $(#[$attribute])*
-        pub fn $name(&self $(,$argument: $type)*) $(-> $result)? {
-            self.0.$name($($argument),*)
-        }
-    };
-    (@method [$(#[$attribute:meta])*] $name:ident (mut) ($($argument:ident: $type:ty),*) ($($result:ty)?)) => {
-        $(#[$attribute])*
-        pub fn $name(&mut self $(,$argument: $type)*) $(-> $result)? {
-            self.0.$name($($argument),*)
+            $($(#[$attribute])* pub fn $name($($borrow)+ $this $(, $argument: $type)*) $(-> $result)? {
+                $this.0.$name($($argument),*)
+            })*
         }
     };
 }
 
-forwarded! {
+dynamic! {
     /// The present time.
-    fn time(&) -> EpochTime;
+    fn time([&] self) -> EpochTime;
     /// Memory used by the bodies and their events (bytes). See [`Simulation::heap_bytes`].
-    fn heap_bytes(&) -> usize;
+    fn heap_bytes([&] self) -> usize;
     /// A view of all bodies at the present time.
-    fn view(&) -> View<'_>;
+    fn view([&] self) -> View<'_>;
     /// The state, if an epoch has ended and the next has not begun. See [`Simulation::checkpoint`].
-    fn checkpoint(&) -> Option<Checkpoint>;
+    fn checkpoint([&] self) -> Option<Checkpoint>;
     /// Ends the epoch at the present time and returns the state. See
     /// [`Simulation::end_epoch_here`].
-    fn end_epoch_here(&mut) -> Checkpoint;
+    fn end_epoch_here([&mut] self) -> Checkpoint;
     /// The tag of this name, if a body or rule has ever carried it.
-    fn find_tag(&, name: &str) -> Option<Tag>;
+    fn find_tag([&] self, name: &str) -> Option<Tag>;
     /// Checks all invariants by brute force. See [`Simulation::check_invariants`].
     ///
     /// # Errors
     /// The first [`Violation`] found.
-    fn check_invariants(&, horizon: f64) -> Result<(), Violation>;
+    fn check_invariants([&] self, horizon: f64) -> Result<(), Violation>;
     /// Runs to `time`. See [`Simulation::run_until`].
     ///
     /// # Errors
     /// Those of [`Simulation::run_until`].
-    fn run_until(&mut, time: f64) -> Result<(), RunError>;
+    fn run_until([&mut] self, time: f64) -> Result<(), RunError>;
     /// Runs to `time` and reports each collision. See [`Simulation::observe_until`].
     ///
     /// # Errors
     /// Those of [`Simulation::run_until`].
-    fn observe_until(&mut, time: f64, observer: &mut dyn Observer) -> Result<(), RunError>;
+    fn observe_until([&mut] self, time: f64, observer: &mut dyn Observer) -> Result<(), RunError>;
     /// Runs to `until`, without the rounding of a single `f64`. See
     /// [`Simulation::observe_until_epoch_time`].
     ///
     /// # Errors
     /// Those of [`Simulation::run_until`].
-    fn observe_until_epoch_time(&mut, until: EpochTime, observer: &mut dyn Observer) -> Result<(), RunError>;
+    fn observe_until_epoch_time(
+        [&mut] self,
+        until: EpochTime,
+        observer: &mut dyn Observer
+    ) -> Result<(), RunError>;
     /// Runs to `until`, but not past the end of the present epoch; returns whether `until` has been
     /// reached. See [`Simulation::observe_epoch`].
     ///
     /// # Errors
     /// Those of [`Simulation::run_until`].
-    fn observe_epoch(&mut, until: EpochTime, observer: &mut dyn Observer) -> Result<bool, RunError>;
+    fn observe_epoch([&mut] self, until: EpochTime, observer: &mut dyn Observer) -> Result<bool, RunError>;
     /// Runs through the next contact, if it happens no later than `time`, else to `time`; returns
     /// whether there was a contact. See [`Simulation::step`].
     ///
     /// # Errors
     /// Those of [`Simulation::run_until`].
-    fn step(&mut, time: f64, observer: &mut dyn Observer) -> Result<bool, RunError>;
+    fn step([&mut] self, time: f64, observer: &mut dyn Observer) -> Result<bool, RunError>;
     /// Runs to `until` with a sample every `interval`. See [`Simulation::sample_every`].
     ///
     /// # Errors
     /// Those of [`Simulation::sample_every`].
-    fn sample_every(&mut, interval: f64, until: f64, observer: &mut dyn Observer) -> Result<(), RunError>;
+    fn sample_every([&mut] self, interval: f64, until: f64, observer: &mut dyn Observer) -> Result<(), RunError>;
     /// Scales the kinetic energy of a body. See [`Simulation::reset_energy`].
     ///
     /// # Errors
     /// Those of [`Simulation::reset_energy`].
-    fn reset_energy(&mut, key: BodyKey, energy: f64) -> Result<(), EditError>;
+    fn reset_energy([&mut] self, key: BodyKey, energy: f64) -> Result<(), EditError>;
     /// Scales the kinetic energy of each body with this tag. See
     /// [`Simulation::reset_energy_of_tag`].
     ///
     /// # Errors
     /// Those of [`Simulation::reset_energy_of_tag`].
-    fn reset_energy_of_tag(&mut, tag: Tag, energy: f64) -> Result<(), EditError>;
+    fn reset_energy_of_tag([&mut] self, tag: Tag, energy: f64) -> Result<(), EditError>;
     /// Scales the kinetic energy of each moving body. See [`Simulation::reset_energy_of_all`].
     ///
     /// # Errors
     /// Those of [`Simulation::reset_energy_of_all`].
-    fn reset_energy_of_all(&mut, energy: f64) -> Result<(), EditError>;
+    fn reset_energy_of_all([&mut] self, energy: f64) -> Result<(), EditError>;
     /// Reverses all velocities and angular velocities.
-    fn reverse(&mut);
+    fn reverse([&mut] self);
     /// Locks the present orientation of a body, or frees it. See [`Simulation::set_rotation`].
     ///
     /// # Errors
     /// Those of [`Simulation::set_rotation`].
-    fn set_rotation(&mut, key: BodyKey, rotation: Rotation) -> Result<(), EditError>;
+    fn set_rotation([&mut] self, key: BodyKey, rotation: Rotation) -> Result<(), EditError>;
     /// Changes the length of epochs. See [`Simulation::set_contacts_per_epoch`].
-    fn set_contacts_per_epoch(&mut, contacts: u64);
+    fn set_contacts_per_epoch([&mut] self, contacts: u64);
+    /// Adds a molecule. See [`Simulation::add`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::add`].
+    fn add([&mut] self, spec: &MoleculeSpec) -> Result<BodyKey, EditError>;
+    /// Adds a wall. See [`Simulation::add_wall`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::add_wall`].
+    fn add_wall([&mut] self, spec: &WallSpec) -> Result<BodyKey, EditError>;
+    /// Removes a body. See [`Simulation::remove`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::remove`].
+    fn remove([&mut] self, key: BodyKey) -> Result<(), EditError>;
+    /// Adds a tag to a body. See [`Simulation::tag`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::tag`].
+    fn tag([&mut] self, key: BodyKey, name: &str) -> Result<Tag, EditError>;
+    /// Removes a tag from a body. See [`Simulation::untag`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::untag`].
+    fn untag([&mut] self, key: BodyKey, name: &str) -> Result<(), EditError>;
+    /// Changes the elasticity of all later contacts. See [`Simulation::set_elasticity`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::set_elasticity`].
+    fn set_elasticity([&mut] self, spec: &ElasticitySpec) -> Result<(), EditError>;
 }
 
-impl Clone for Box<dyn Dynamic> {
+impl Clone for AnySimulation {
     fn clone(&self) -> Self {
-        self.cloned()
+        Self(self.0.boxed())
     }
 }
 

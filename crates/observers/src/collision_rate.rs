@@ -38,6 +38,7 @@ pub struct CollisionRate {
 
 /// The collisions in the interval that ends at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RatePoint {
     /// Time of the sample.
     pub time: f64,

@@ -32,6 +32,7 @@ pub struct EnergyLedger {
 
 /// Energy and momentum at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LedgerPoint {
     /// Time of the sample.
     pub time: f64,

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// The begin of one free flight of a body; it lasts until the next flight of the same body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Flight {
     /// Begin of the flight (time).
     pub time: f64,

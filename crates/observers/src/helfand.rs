@@ -102,6 +102,7 @@ struct Squares(f64);
 
 /// The mean square at one lag.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct HelfandPoint {
     /// The lag t (time).
     pub lag: f64,

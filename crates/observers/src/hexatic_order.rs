@@ -59,6 +59,7 @@ pub struct HexaticOrder {
 
 /// The order at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct HexaticPoint {
     /// Time of the sample.
     pub time: f64,

@@ -8,6 +8,7 @@ use crate::body_frame::in_body_frame;
 
 /// One contact of the observed body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Impulse {
     /// Time of the contact.
     pub time: f64,

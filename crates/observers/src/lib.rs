@@ -100,7 +100,6 @@ mod velocity_distribution;
 mod wall_heat;
 
 pub use blocks::{Additive, Block, Blocks};
-pub use coarse_atoms::{MOST_CIRCLES, drawn_circles};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
 pub use contact_log::{Contact, ContactLog};
@@ -116,11 +115,10 @@ pub use hexatic_order::{HexaticOrder, HexaticPoint};
 pub use histogram::Histogram;
 pub use impulse_log::{Impulse, ImpulseLog};
 pub use isotropy::Isotropy;
-pub use kinds::kinds;
 pub use orientational_correlation::{OrientationCorrelation, OrientationPoint};
 pub use overlap_check::OverlapCheck;
 pub use pair_distribution::{CutoffError, PairDistribution, PairPoint};
-pub use picture::{close_up, colour, picture};
+pub use picture::picture;
 pub use pressure::{Pressure, PressurePoint};
 pub use pressure_tensor::{PressureTensor, TensorPoint};
 pub use projection_histogram::{Axis, ProjectionHistogram};
@@ -135,3 +133,10 @@ pub use velocity_distribution::{VelocityDistribution, VelocityPoint};
 pub use wall_heat::{WallHeat, WallHeatPoint};
 
 pub use carom_tables::Estimate;
+// Parts that pictures and reports of runs share; no user of the library needs them.
+#[doc(hidden)]
+pub use coarse_atoms::{MOST_CIRCLES, drawn_circles};
+#[doc(hidden)]
+pub use kinds::kinds;
+#[doc(hidden)]
+pub use picture::{close_up, colour};

@@ -63,6 +63,7 @@ pub struct OrientationCorrelation {
 
 /// The averages at one lag.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct OrientationPoint {
     /// The lag t (time).
     pub lag: f64,

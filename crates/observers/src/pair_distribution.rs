@@ -48,6 +48,7 @@ pub struct PairDistribution {
 
 /// The pair distribution in one bin.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct PairPoint {
     /// Centre of the bin (length).
     pub distance: f64,

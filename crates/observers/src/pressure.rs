@@ -58,6 +58,7 @@ struct Interval {
 
 /// Pressure in the interval that ends at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct PressurePoint {
     /// Time of the sample.
     pub time: f64,

@@ -68,6 +68,7 @@ struct Interval {
 ///
 /// Column b of a matrix has the components x b and y b.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TensorPoint {
     /// Time of the sample.
     pub time: f64,

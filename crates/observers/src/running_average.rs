@@ -44,6 +44,7 @@ pub struct RunningAverage {
 
 /// The averages at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RunningPoint {
     /// Time of the sample.
     pub time: f64,

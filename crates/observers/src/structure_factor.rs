@@ -68,6 +68,7 @@ struct Shell {
 
 /// The structure factor in one shell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct StructurePoint {
     /// |k| (1 / length).
     pub wave_number: f64,

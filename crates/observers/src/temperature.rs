@@ -56,6 +56,7 @@ pub struct TemperatureByTag {
 
 /// The temperatures at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TemperaturePoint {
     /// Time of the sample.
     pub time: f64,

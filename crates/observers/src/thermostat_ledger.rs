@@ -81,6 +81,7 @@ impl HeatOfTag {
 
 /// The interval that ends at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ThermostatPoint {
     /// Time of the sample.
     pub time: f64,

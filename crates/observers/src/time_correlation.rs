@@ -64,6 +64,7 @@ pub struct TimeCorrelation {
 
 /// The averages at one lag.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CorrelationPoint {
     /// The lag t (time).
     pub lag: f64,

@@ -60,6 +60,7 @@ struct Histograms {
 
 /// The velocities at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct VelocityPoint {
     /// Time of the sample.
     pub time: f64,

@@ -2,6 +2,7 @@
 //! distinguish.
 
 use anyhow::Result;
+use carom_tables::Spacing;
 use plotters::{
     coord::{
         Shift,
@@ -82,17 +83,10 @@ pub fn staircase(first: f64, last: f64, values: &[f64]) -> Vec<(f64, f64)> {
 /// Points farther from the chart than this many of its widths are drawn at that distance.
 const FAR_OFF: f64 = 1000.0;
 
-/// What the values along an axis are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Spacing {
-    /// The quantity itself.
-    Linear,
-    /// The decimal logarithm of the quantity; tick marks show the quantity.
-    Decades,
-}
-
 /// An axis with its tick marks.
 struct Scale {
+    /// With logarithmic spacing the values are decimal logarithms of the quantity, and tick marks
+    /// show the quantity.
     spacing: Spacing,
     range: (f64, f64),
     places: RangedCoordf64,
@@ -112,7 +106,7 @@ impl Ranged for Scale {
     fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
         match self.spacing {
             Spacing::Linear => marks(self.range),
-            Spacing::Decades => {
+            Spacing::Logarithmic => {
                 let (low, high) = (self.range.0.ceil() as i64, self.range.1.floor() as i64);
                 (low..=high).map(|decade| decade as f64).collect()
             }
@@ -156,7 +150,7 @@ impl Chart {
     /// # Errors
     /// An axis is empty or not finite.
     pub fn svg_in_decades_of_x(&self) -> Result<String> {
-        self.spaced_svg(Spacing::Decades)
+        self.spaced_svg(Spacing::Logarithmic)
     }
 
     fn spaced_svg(&self, spacing: Spacing) -> Result<String> {
@@ -171,7 +165,7 @@ impl Chart {
     fn draw(&self, root: &DrawingArea<SVGBackend<'_>, Shift>, spacing: Spacing) -> Result<()> {
         let x_format = |value: &f64| match spacing {
             Spacing::Linear => tick(*value, self.x.range),
-            Spacing::Decades => power_of_ten(*value),
+            Spacing::Logarithmic => power_of_ten(*value),
         };
         let y_format = |value: &f64| tick(*value, self.y.range);
         let x = Side { scale: self.x.scale(spacing), label: &self.x.label, format: &x_format };

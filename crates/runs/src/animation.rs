@@ -7,7 +7,7 @@
 //! equidistant levels in three characters; in the box this is at most a hundredth of a pixel.
 //!
 //! The size does not grow with the system: of a large system a part is shown, see
-//! [`visible_region`](crate::visible_region). The animation ends before any unrecorded body can
+//! `visible_region.rs`. The animation ends before any unrecorded body can
 //! enter the picture.
 
 use std::collections::BTreeMap;

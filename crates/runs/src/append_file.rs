@@ -17,9 +17,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::output::Folder;
 
-/// A table of numbers, one row for each point of a series.
+/// How a series is written: the CSV file, and the row of each point.
 #[derive(Debug)]
-pub struct Table<T> {
+pub struct SeriesFormat<T> {
     /// Name of the file.
     pub name: &'static str,
     /// Names of the columns.
@@ -105,7 +105,7 @@ impl AppendFiles {
     ///
     /// # Errors
     /// The table cannot be written.
-    pub fn append<T>(&mut self, table: &Table<T>, series: &[T]) -> Result<()> {
+    pub fn append<T>(&mut self, table: &SeriesFormat<T>, series: &[T]) -> Result<()> {
         self.append_to(table.name, table, series)
     }
 
@@ -114,7 +114,7 @@ impl AppendFiles {
     ///
     /// # Errors
     /// The table cannot be written.
-    pub fn append_to<T>(&mut self, name: &str, table: &Table<T>, series: &[T]) -> Result<()> {
+    pub fn append_to<T>(&mut self, name: &str, table: &SeriesFormat<T>, series: &[T]) -> Result<()> {
         let written = self.files.iter().find(|file| file.name == name).map_or(0, |file| file.records);
         self.append_new_to(name, table, &series[written.min(series.len())..])
     }
@@ -124,7 +124,7 @@ impl AppendFiles {
     ///
     /// # Errors
     /// The table cannot be written.
-    pub fn append_new<T>(&mut self, table: &Table<T>, points: &[T]) -> Result<()> {
+    pub fn append_new<T>(&mut self, table: &SeriesFormat<T>, points: &[T]) -> Result<()> {
         self.append_new_to(table.name, table, points)
     }
 
@@ -133,7 +133,7 @@ impl AppendFiles {
     ///
     /// # Errors
     /// The table cannot be written.
-    pub fn append_new_to<T>(&mut self, name: &str, table: &Table<T>, points: &[T]) -> Result<()> {
+    pub fn append_new_to<T>(&mut self, name: &str, table: &SeriesFormat<T>, points: &[T]) -> Result<()> {
         let file = self.file(name, |out| write_csv(out, |csv| csv.write_record(table.header)))?;
         file.records += points.len();
         write_csv(&mut file.out, |csv| points.iter().try_for_each(|point| (table.row)(csv, point)))
@@ -227,11 +227,17 @@ mod tests {
     use crate::output::Existing;
     use std::fs;
 
-    const SQUARES: Table<f64> =
-        Table { name: "squares.csv", header: &["x", "square"], row: |csv, x| csv.serialize((x, x * x)) };
+    const SQUARES: SeriesFormat<f64> = SeriesFormat {
+        name: "squares.csv",
+        header: &["x", "square"],
+        row: |csv, x| csv.serialize((x, x * x)),
+    };
 
-    const CUBES: Table<f64> =
-        Table { name: "cubes.csv", header: &["x", "cube"], row: |csv, x| csv.serialize((x, x * x * x)) };
+    const CUBES: SeriesFormat<f64> = SeriesFormat {
+        name: "cubes.csv",
+        header: &["x", "cube"],
+        row: |csv, x| csv.serialize((x, x * x * x)),
+    };
 
     #[test]
     fn rows_written_after_the_checkpoint_are_truncated_and_written_again() {

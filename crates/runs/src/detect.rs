@@ -45,7 +45,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
 
 /// Counts of the outcomes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Summary {
+pub struct SearchSummary {
     /// Pairs searched.
     pub cases: u64,
     /// Pairs with a contact.
@@ -58,7 +58,7 @@ pub struct Summary {
     pub evaluations: u64,
 }
 
-impl fmt::Display for Summary {
+impl fmt::Display for SearchSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { cases, contacts, free, unresolved, evaluations } = self;
         write!(f, "{cases} encounters: {contacts} contacts, {free} free")?;
@@ -78,9 +78,9 @@ impl fmt::Display for Summary {
 ///
 /// # Errors
 /// Invalid input, with file, line and column; an answer file that cannot be written.
-pub fn detect(cases: &Path, detector: DetectorName, out: &Path) -> Result<Summary> {
+pub fn detect(cases: &Path, detector: DetectorName, out: &Path) -> Result<SearchSummary> {
     let encounters = encounters::read(cases)?;
-    let mut summary = Summary::default();
+    let mut summary = SearchSummary::default();
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(["class", "id", "outcome", "t", "atomA", "atomB", "evaluations"])?;
     for encounter in &encounters {
@@ -134,7 +134,7 @@ impl Finding {
     }
 }
 
-impl Summary {
+impl SearchSummary {
     fn add(&mut self, finding: &Finding) {
         self.cases += 1;
         self.evaluations += finding.evaluations;

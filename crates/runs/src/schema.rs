@@ -116,8 +116,8 @@ fn add(entry: &mut Value, more: Value) {
     }
 }
 
-/// Adapts the schema of a Rust type to TOML, which has no null, and turns its documentation to plain
-/// text.
+/// Adapts the schema of a Rust type to TOML, which has no null, and turns its documentation to
+/// plain text.
 fn clean(schema: &mut schemars::Schema) {
     let Some(entry) = schema.as_object_mut() else { return };
     entry.remove("format");
@@ -162,8 +162,8 @@ fn plain(documentation: &str) -> String {
             paragraphs.push(String::new());
         }
         if let Some(paragraph) = paragraphs.last_mut() {
-            let space = if paragraph.is_empty() { "" } else { " " };
-            *paragraph += &format!("{space}{line}");
+            *paragraph += if paragraph.is_empty() { "" } else { " " };
+            *paragraph += line;
         }
     }
     paragraphs.retain(|paragraph| !paragraph.is_empty());

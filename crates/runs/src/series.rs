@@ -2,10 +2,10 @@
 
 use carom::observers::{Contact, Impulse, LedgerPoint, PressurePoint, RatePoint, RunningPoint};
 
-use crate::append_file::Table;
+use crate::append_file::SeriesFormat;
 
 /// `energy.csv`.
-pub const ENERGY: Table<LedgerPoint> = Table {
+pub const ENERGY: SeriesFormat<LedgerPoint> = SeriesFormat {
     name: "energy.csv",
     header: &["time", "energy", "booked_energy", "momentum_x", "momentum_y"],
     row: |csv, point| {
@@ -14,14 +14,14 @@ pub const ENERGY: Table<LedgerPoint> = Table {
 };
 
 /// `collision-rate.csv`.
-pub const RATES: Table<RatePoint> = Table {
+pub const RATES: SeriesFormat<RatePoint> = SeriesFormat {
     name: "collision-rate.csv",
     header: &["time", "collisions", "rate_per_body"],
     row: |csv, point| csv.serialize((point.time, point.collisions, point.rate)),
 };
 
 /// `pressure.csv`.
-pub const PRESSURE: Table<PressurePoint> = Table {
+pub const PRESSURE: SeriesFormat<PressurePoint> = SeriesFormat {
     name: "pressure.csv",
     header: &["time", "pressure", "ideal", "virial", "momentum_flux"],
     row: |csv, point| {
@@ -31,7 +31,7 @@ pub const PRESSURE: Table<PressurePoint> = Table {
 };
 
 /// `running-average.csv`.
-pub const AVERAGES: Table<RunningPoint> = Table {
+pub const AVERAGES: SeriesFormat<RunningPoint> = SeriesFormat {
     name: "running-average.csv",
     header: &["time", "force_x", "force_y", "velocity_x", "velocity_y"],
     row: |csv, point| {
@@ -42,7 +42,7 @@ pub const AVERAGES: Table<RunningPoint> = Table {
 
 /// `events.csv`: every contact, with the first body the one inserted earlier; the normal points to
 /// the second body, and the impulse acts on it.
-pub const EVENTS: Table<Contact> = Table {
+pub const EVENTS: SeriesFormat<Contact> = SeriesFormat {
     name: "events.csv",
     header: &[
         "time",
@@ -70,7 +70,7 @@ pub const EVENTS: Table<Contact> = Table {
 
 /// `impulses.csv`: normals and impulses in the frame of the box, then the impulse in the body
 /// frame.
-pub const IMPULSES: Table<Impulse> = Table {
+pub const IMPULSES: SeriesFormat<Impulse> = SeriesFormat {
     name: "impulses.csv",
     header: &[
         "time",

@@ -89,9 +89,8 @@ pub(super) struct BodyRecord {
     pub flight: [f64; 4],
     /// Time of its event (offset in the epoch).
     pub time: f64,
-    /// Radius of a disc, bounding radius of other bodies (length). In a dilute gas, where all radii
-    /// are equal and not stored for each disc, the time of the disc's earliest contact.
-    pub radius: f64,
+    /// The radius, or in a dilute gas the time of the earliest contact.
+    shared: RadiusOrContactTime,
     /// Kind of event, and the partner of a contact.
     event: u32,
     /// Version of the partner when the event was predicted.
@@ -102,6 +101,16 @@ pub(super) struct BodyRecord {
     /// written, and store-to-load forwarding needs a store of the same width.
     cell: u32,
 }
+
+/// A number for which a record has one place: the radius of a body (length), or in a dilute gas,
+/// where all radii are equal and not stored for each disc, the time of the disc's earliest contact
+/// (offset in the epoch). Which of them it is, is the same for all bodies of an epoch.
+#[derive(Debug, Clone, Copy)]
+#[repr(transparent)]
+struct RadiusOrContactTime(f64);
+
+/// A record fills one cache line.
+const _: () = assert!(size_of::<BodyRecord>() == 64);
 
 /// Numbers of [`BodyRecord::flight`] for a motion.
 #[inline]
@@ -116,7 +125,7 @@ impl BodyRecord {
         Self {
             flight: [f64::NAN, f64::NAN, 0.0, 0.0],
             time: f64::INFINITY,
-            radius: 0.0,
+            shared: RadiusOrContactTime(0.0),
             event: (Kind::Nothing as u32) << INDEX_BITS,
             partner_version: 0,
             version: 0,
@@ -125,7 +134,7 @@ impl BodyRecord {
     }
 
     pub fn new(motion: &Motion, radius: f64) -> Self {
-        let mut record = Self { radius, ..Self::dummy() };
+        let mut record = Self { shared: RadiusOrContactTime(radius), ..Self::dummy() };
         record.set_motion(motion);
         record
     }
@@ -168,14 +177,22 @@ impl BodyRecord {
         self.cell = self.cell & !(0xffff << (16 * axis)) | u32::from(number) << (16 * axis);
     }
 
-    /// In a dilute gas: time of the earliest contact, whether or not a crossing comes before it
-    /// (offset in the epoch).
-    pub fn kept_contact_time(&self) -> f64 {
-        self.radius
+    /// Radius of a disc, bounding radius of another body (length); not in a dilute gas.
+    #[inline]
+    pub fn radius(&self) -> f64 {
+        self.shared.0
     }
 
+    /// In a dilute gas: time of the earliest contact, whether or not a crossing comes before it
+    /// (offset in the epoch).
+    #[inline]
+    pub fn kept_contact_time(&self) -> f64 {
+        self.shared.0
+    }
+
+    #[inline]
     pub fn set_kept_contact_time(&mut self, time: f64) {
-        self.radius = time;
+        self.shared = RadiusOrContactTime(time);
     }
 
     pub fn kind(&self) -> Kind {

@@ -15,9 +15,7 @@ use super::{
     neighbour_lists::{fold, image_code},
     simd::Kernel,
 };
-
-/// No block.
-const NONE: u32 = u32::MAX;
+use crate::index_or_none::IndexOrNone;
 
 /// The flights of a block, aligned to cache lines.
 #[derive(Debug, Clone, Copy)]
@@ -40,7 +38,7 @@ pub(super) struct CellOccupants {
     /// The discs in the eight lanes of a block; free lanes come last and hold the dummy.
     discs: Vec<[u32; DISC_LANES]>,
     /// The next block of the same cell.
-    next: Vec<u32>,
+    next: Vec<IndexOrNone>,
     /// Blocks not in use.
     free: Vec<u32>,
     dummy: u32,
@@ -71,7 +69,7 @@ impl CellOccupants {
         self.discs.clear();
         self.discs.resize(cells, [discs; DISC_LANES]);
         self.next.clear();
-        self.next.resize(cells, NONE);
+        self.next.resize(cells, IndexOrNone::NONE);
         self.free.clear();
     }
 
@@ -121,10 +119,10 @@ impl CellOccupants {
 
     /// All blocks, for reading.
     #[inline(always)]
-    pub fn blocks(&self) -> Blocks<'_> {
+    pub fn blocks(&self) -> OccupantBlocks<'_> {
         // Slices of one length, so that one bounds check serves all three.
         let next = &self.next[..];
-        Blocks { flights: &self.flights[..next.len()], discs: &self.discs[..next.len()], next }
+        OccupantBlocks { flights: &self.flights[..next.len()], discs: &self.discs[..next.len()], next }
     }
 
     /// Adds a disc to the occupants of a cell.
@@ -149,22 +147,27 @@ impl CellOccupants {
     /// The block after a full one.
     #[cold]
     fn block_after(&mut self, block: usize) -> usize {
-        if self.next[block] == NONE {
-            self.next[block] = self.free.pop().unwrap_or_else(|| {
-                if self.flights.len() == self.flights.capacity() {
-                    // Grows by a sixteenth instead of doubling.
-                    let more = self.flights.len() / 16 + 1;
-                    self.flights.reserve_exact(more);
-                    self.discs.reserve_exact(more);
-                    self.next.reserve_exact(more);
-                }
-                self.flights.push(Block::EMPTY);
-                self.discs.push([self.dummy; DISC_LANES]);
-                self.next.push(NONE);
-                self.next.len() as u32 - 1
-            });
+        if self.next[block] == IndexOrNone::NONE {
+            let free = self.free.pop();
+            let added = free.map_or_else(|| self.add_block(), |free| free as usize);
+            self.next[block] = IndexOrNone::new(added);
         }
-        self.next[block] as usize
+        self.next[block].index()
+    }
+
+    /// Adds an empty block, and returns its index.
+    fn add_block(&mut self) -> usize {
+        if self.flights.len() == self.flights.capacity() {
+            // Grows by a sixteenth instead of doubling.
+            let more = self.flights.len() / 16 + 1;
+            self.flights.reserve_exact(more);
+            self.discs.reserve_exact(more);
+            self.next.reserve_exact(more);
+        }
+        self.flights.push(Block::EMPTY);
+        self.discs.push([self.dummy; DISC_LANES]);
+        self.next.push(IndexOrNone::NONE);
+        self.next.len() - 1
     }
 
     /// Removes a disc from the occupants of a cell.
@@ -180,19 +183,19 @@ impl CellOccupants {
         flights.set(lane, flights.0.each_ref().map(|numbers| numbers[last]));
         flights.0[0][last] = f32::NAN;
         if last == 0 && block >= (self.columns * self.rows) as usize {
-            self.release(block as u32, cell);
+            self.release(block, cell);
         }
     }
 
     /// Unlinks an empty block from a cell.
     #[cold]
-    fn release(&mut self, block: u32, cell: [u16; 2]) {
+    fn release(&mut self, block: usize, cell: [u16; 2]) {
         let mut before = self.first_block(cell);
-        while self.next[before] != block {
-            before = self.next[before] as usize;
+        while self.next[before].index() != block {
+            before = self.next[before].index();
         }
-        self.next[before] = std::mem::replace(&mut self.next[block as usize], NONE);
-        self.free.push(block);
+        self.next[before] = std::mem::replace(&mut self.next[block], IndexOrNone::NONE);
+        self.free.push(block as u32);
     }
 
     /// Sets the flight of an occupant of a cell.
@@ -208,7 +211,7 @@ impl CellOccupants {
         let mut block = self.first_block(cell);
         let mut found = kernel.find(&self.discs[block], disc);
         while found == 0 {
-            block = self.next[block] as usize;
+            block = self.next[block].index();
             found = kernel.find(&self.discs[block], disc);
         }
         (block, lowest(found))
@@ -217,20 +220,20 @@ impl CellOccupants {
 
 /// The blocks of all cells.
 #[derive(Clone, Copy)]
-pub(super) struct Blocks<'a> {
+pub(super) struct OccupantBlocks<'a> {
     flights: &'a [Block],
     discs: &'a [[u32; DISC_LANES]],
-    next: &'a [u32],
+    next: &'a [IndexOrNone],
 }
 
-impl<'a> Blocks<'a> {
+impl<'a> OccupantBlocks<'a> {
     /// The discs of the cell in a slot, with their flights, block by block; free lanes hold the
     /// dummy.
     #[inline(always)]
     pub fn of(self, slot: u32) -> impl Iterator<Item = (&'a Flights, &'a [u32; DISC_LANES])> {
-        let mut rest = slot & INDEX_MASK;
+        let mut rest = IndexOrNone::new((slot & INDEX_MASK) as usize);
         std::iter::from_fn(move || {
-            let block = (rest != NONE).then_some(rest as usize)?;
+            let block = rest.get()?;
             rest = self.next[block];
             Some((&self.flights[block].0, &self.discs[block]))
         })

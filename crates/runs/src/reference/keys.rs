@@ -107,7 +107,8 @@ impl Section<'_> {
 fn notes(schema: &Value, key: &str, property: &Value) -> String {
     let mut text = String::new();
     if let Some((_, rest)) = description(property).split_once('\n') {
-        text += &format!("\n{}", paragraphs(&format!("`{key}`: {rest}")));
+        text.push('\n');
+        text += &paragraphs(&format!("`{key}`: {rest}"));
     }
     let choices = choices(resolved(schema, property));
     let values: Vec<String> = choices
@@ -117,7 +118,8 @@ fn notes(schema: &Value, key: &str, property: &Value) -> String {
         })
         .collect();
     if !values.is_empty() {
-        text += &format!("\n{}", paragraphs(&format!("Values of `{key}`:\n{}", values.join("\n"))));
+        text.push('\n');
+        text += &paragraphs(&format!("Values of `{key}`:\n{}", values.join("\n")));
     }
     text
 }
@@ -128,7 +130,8 @@ fn paragraphs(lines: &str) -> String {
     let mut is_in_list = false;
     for line in lines.lines() {
         let item = line.strip_prefix("* ");
-        if !text.is_empty() && !(is_in_list && item.is_some()) {
+        let is_next_item = is_in_list && item.is_some();
+        if !text.is_empty() && !is_next_item {
             text.push('\n');
         }
         is_in_list = item.is_some();

@@ -1,5 +1,5 @@
-//! The quantities that a run can measure: what each covers, and which files, figures and predictions
-//! it gives.
+//! The quantities that a run can measure: what each covers, and which files, figures and
+//! predictions it gives.
 
 use std::collections::BTreeSet;
 
@@ -18,8 +18,8 @@ const HEAD: &str = "
 `TAG` is the tag of a body or of a group of bodies, and becomes part of the names of the files. The
 same names without tag are those of `kind` in `[[measure]]`; `carom measures` lists parameters.
 
-Measures give CSV files, charts, and figures in `summary.json`, with standard errors. Predictions are
-those for a gas of equal elastic discs, or for equilibrium.
+Measures give CSV files, charts, and figures in `summary.json`, with standard errors. Predictions
+are those for a gas of equal elastic discs, or for equilibrium.
 
 ";
 

@@ -69,8 +69,8 @@ fn wrapped(text: &str, indent: &str) -> String {
         if line.chars().count() + 1 + word.chars().count() > WIDEST {
             lines.push(format!("{indent}{word}"));
         } else {
-            let space = if line.is_empty() { "" } else { " " };
-            *line += &format!("{space}{word}");
+            *line += if line.is_empty() { "" } else { " " };
+            *line += word;
         }
     }
     lines.join("\n")

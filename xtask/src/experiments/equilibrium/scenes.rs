@@ -41,58 +41,57 @@ fn hard_discs(fraction: f64, seed: u64, length: f64) -> Result<Case> {
     // A disc has about this many collisions a unit of time; samples are a third of a collision
     // apart, so that correlations are resolved.
     let rate = 4.5 * fraction * (1.0 - 0.4375 * fraction) / (1.0 - fraction).powi(2);
-    let scene = Scene::from_toml(&format!(
+    let run = format!(
         r#"
-        [box]
-        sides = [{side:?}, {side:?}]
-        seed = {seed}
-        [[gas]]
-        radius = 0.5
-        mass = 1.0
-        temperature = 1.0
-        velocities = "maxwell"
-        count = {DISCS}
-        [run]
-        until = {until:?}
-        sample_interval = {interval:?}
-        measure_from = {from:?}
+        until = {:?}
+        sample_interval = {:?}
+        measure_from = {:?}
         observe = ["pressure", "collision-rate", "velocities", "pair-distribution", "free-path", "pressure-tensor"]
-        animation = false
         "#,
-        until = (200.0 + 2400.0 * length) / rate,
-        interval = 1.0 / rate,
-        from = 200.0 / rate,
-    ))?;
-    Ok(Case { name: format!("{DISCS} discs, area fraction {fraction}"), scene, published: None })
+        (200.0 + 2400.0 * length) / rate,
+        1.0 / rate,
+        200.0 / rate,
+    );
+    let name = format!("{DISCS} discs, area fraction {fraction}");
+    Ok(Case { name, scene: gas_of_discs(DISCS, [side; 2], seed, &run)?, published: None })
 }
 
 /// 870 discs in the published box.
 fn published_discs((fraction, pressure, error): (f64, f64, f64), seed: u64, length: f64) -> Result<Case> {
     let ratio = 30.0 * 3f64.sqrt() / 2.0 / 29.0;
     let width = (870.0 * std::f64::consts::FRAC_PI_4 / fraction / ratio).sqrt();
-    let scene = Scene::from_toml(&format!(
+    let run = format!(
+        r#"
+        until = {:?}
+        sample_interval = 1.0
+        measure_from = 200.0
+        observe = ["pressure"]
+        "#,
+        200.0 + 200.0 * length,
+    );
+    let scene = gas_of_discs(870, [width, width * ratio], seed, &run)?;
+    let name = format!("870 discs, packing fraction {fraction}");
+    Ok(Case { name, scene, published: Some([pressure, error]) })
+}
+
+/// A scene of equal discs of diameter 1 and mass 1 at kT = 1, with these entries of `[run]`.
+fn gas_of_discs(count: usize, sides: [f64; 2], seed: u64, run: &str) -> Result<Scene> {
+    Ok(Scene::from_toml(&format!(
         r#"
         [box]
-        sides = [{width:?}, {height:?}]
+        sides = {sides:?}
         seed = {seed}
         [[gas]]
         radius = 0.5
         mass = 1.0
         temperature = 1.0
         velocities = "maxwell"
-        count = 870
+        count = {count}
         [run]
-        until = {until:?}
-        sample_interval = 1.0
-        measure_from = 200.0
-        observe = ["pressure"]
         animation = false
-        "#,
-        height = width * ratio,
-        until = 200.0 + 200.0 * length,
-    ))?;
-    let name = format!("870 discs, packing fraction {fraction}");
-    Ok(Case { name, scene, published: Some([pressure, error]) })
+        {run}
+        "#
+    ))?)
 }
 
 /// Discs, dumbbells and tees of different masses, each by its own tag.

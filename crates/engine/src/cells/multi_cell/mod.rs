@@ -23,7 +23,7 @@ use glam::DVec2;
 use self::covered::CoveredCells;
 pub(super) use self::search::EarliestEvent;
 use super::{State, candidates::Candidates, walls::near_wall};
-use crate::{Body, World, scheduler::Parts, wall::StandingWall};
+use crate::{Body, World, index_or_none::IndexOrNone, scheduler::Parts, wall::StandingWall};
 
 /// Column of the record of a body that lives in no cell.
 const NO_CELL: u16 = u16::MAX;
@@ -40,7 +40,7 @@ const MARGIN: f64 = 1.0 + 1e-12;
 pub(super) struct MultiCellBodies {
     list: Vec<MultiCellBody>,
     /// Index in `list`, by body.
-    index_of: Vec<u32>,
+    index_of: Vec<IndexOrNone>,
     /// The contact that a body's event of kind `MultiCell` stands for, by body.
     pending: Vec<Pending>,
     /// The bodies listed in each cell, by their index in the system.
@@ -115,9 +115,9 @@ impl MultiCellBodies {
 
     /// Adds a body; `among_molecules` if bodies in cells may be molecules.
     pub fn add(&mut self, index: u32, body: &Body, motion: &Motion, bodies: usize, among_molecules: bool) {
-        self.index_of.resize(bodies, u32::MAX);
+        self.index_of.resize(bodies, IndexOrNone::NONE);
         self.expect_contacts(bodies);
-        self.index_of[index as usize] = self.list.len() as u32;
+        self.index_of[index as usize] = IndexOrNone::new(self.list.len());
         let is_disc_among_discs = body.kind.molecule.is_disc() && !among_molecules;
         self.has_molecules |= !is_disc_among_discs;
         self.list.push(MultiCellBody {
@@ -160,7 +160,7 @@ impl MultiCellBodies {
         let listed: usize = self.list.iter().map(of).sum();
         self.list.capacity() * size_of::<MultiCellBody>()
             + listed * size_of::<Listed>()
-            + self.index_of.capacity() * size_of::<u32>()
+            + self.index_of.capacity() * size_of::<IndexOrNone>()
             + self.pending.capacity() * size_of::<Pending>()
             + self.covered.heap_bytes()
     }
@@ -191,7 +191,7 @@ impl MultiCellBodies {
 
     #[inline(always)]
     fn get(&self, body: u32) -> Option<usize> {
-        self.index_of.get(body as usize).filter(|&&index| index != u32::MAX).map(|&index| index as usize)
+        self.index_of.get(body as usize)?.get()
     }
 }
 
@@ -359,7 +359,7 @@ impl State {
             for place in 0..multi_cell.covered.count(cell.index) {
                 let other = multi_cell.covered.get(cell.index, place);
                 let image = [0, 1].map(|axis| cell.image[axis] - other.image[axis]);
-                let found = Listed { index: multi_cell.index_of[other.index as usize], image };
+                let found = Listed { index: multi_cell.index_of[other.index as usize].index() as u32, image };
                 let there = &multi_cell.list[found.index as usize];
                 if found.index == own_index
                     || (multi_cell_body.fixed && there.fixed)

@@ -232,7 +232,7 @@ impl State {
             // `listed.image` is that of the disc as seen from the multi-cell body; the other way it
             // has the opposite sign.
             let image = listed.image.map(|boxes| -boxes);
-            let multi_cell_body = &self.multi_cell.list[self.multi_cell.index_of[other as usize] as usize];
+            let multi_cell_body = &self.multi_cell.list[self.multi_cell.index_of[other as usize].index()];
             if multi_cell_body.is_disc_among_discs && detection.decides_discs_in_closed_form() {
                 self.test_large_disc(disc, Listed { index: other, image }, now, &mut best);
             } else {
@@ -374,7 +374,13 @@ impl State {
             let image = listed.map_or([0; 2], |listed| listed.image);
             let shift = DVec2::from_array([0, 1].map(|axis| f64::from(image[axis]) * sides[axis]));
             let start = record.origin() - own.origin() + shift;
-            lanes.set_since(lane, start, record.velocity() - own.velocity(), now, record.radius + own.radius);
+            lanes.set_since(
+                lane,
+                start,
+                record.velocity() - own.velocity(),
+                now,
+                record.radius() + own.radius(),
+            );
         }
         lanes
     }

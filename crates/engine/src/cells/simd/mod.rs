@@ -191,7 +191,7 @@ impl NeighbourQuery<'_> {
             }
             let sigma = self
                 .pair_constants
-                .map_or(other.radius + self.from.radius, |pair_constants| pair_constants.sigma);
+                .map_or(other.radius() + self.from.radius(), |pair_constants| pair_constants.sigma);
             lanes.set_since(lane, start, other.velocity() - self.from.velocity(), self.now, sigma);
         }
         lanes
@@ -285,10 +285,10 @@ impl Portable {
         if let Some(PairConstants { sigma_squared, touching, .. }) = query.pair_constants {
             return Self::eight_with::<IMAGES>(query, slots, |_| (sigma_squared, touching));
         }
-        let (radius, error) = (query.from.radius, query.separation_error);
+        let (radius, error) = (query.from.radius(), query.separation_error);
         Self::eight_with::<IMAGES>(query, slots, |other| {
             let PairConstants { sigma_squared, touching, .. } =
-                PairConstants::at(other.radius + radius, error);
+                PairConstants::at(other.radius() + radius, error);
             (sigma_squared, touching)
         })
     }

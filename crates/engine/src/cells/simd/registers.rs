@@ -203,8 +203,8 @@ fn write_lanes<M: Masks, const FIRST: usize>(
         let reach = if let Some(pair_constants) = query.pair_constants {
             _mm256_set1_pd(pair_constants.sigma)
         } else {
-            let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
-            _mm256_add_pd(radii, _mm256_set1_pd(query.from.radius))
+            let radii = _mm256_setr_pd(a.radius(), b.radius(), c.radius(), d.radius());
+            _mm256_add_pd(radii, _mm256_set1_pd(query.from.radius()))
         };
         let (a, b) =
             (_mm256_sub_pd(load(masks, &a.flight), from), _mm256_sub_pd(load(masks, &b.flight), from));
@@ -312,8 +312,8 @@ impl<M: Masks> Four<M> {
             let (sigma_squared, touching) = if let Some(pair_constants) = query.pair_constants {
                 (_mm256_set1_pd(pair_constants.sigma_squared), _mm256_set1_pd(pair_constants.touching))
             } else {
-                let radii = _mm256_setr_pd(a.radius, b.radius, c.radius, d.radius);
-                let sigma = _mm256_add_pd(radii, _mm256_set1_pd(query.from.radius));
+                let radii = _mm256_setr_pd(a.radius(), b.radius(), c.radius(), d.radius());
+                let sigma = _mm256_add_pd(radii, _mm256_set1_pd(query.from.radius()));
                 // 4 σ (error + 8 u σ), multiplied in the order of `PairConstants::at`.
                 let error = _mm256_set1_pd(query.separation_error);
                 let error = _mm256_add_pd(error, _mm256_mul_pd(_mm256_set1_pd(8.0 * HALF_ULP), sigma));
