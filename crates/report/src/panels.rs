@@ -1,7 +1,7 @@
 //! Panels above each other on axes of their own, with marks of single times: SVG in the colours of
 //! the reader's light or dark theme.
 
-use std::fmt::Write as _;
+use std::{collections::HashSet, fmt::Write as _};
 
 use crate::plot::{Axis, marks, tick};
 
@@ -29,8 +29,11 @@ const ROW: f64 = 24.0;
 /// Height of a line of text (pixels).
 const LINE: f64 = 21.0;
 
-/// Mean width of a character in units of the size of the text, on the safe side of sans-serif.
+/// Mean width of a character of a short text in units of its size, on the safe side of sans-serif.
 const CHARACTER: f64 = 0.54;
+
+/// The same for a paragraph, where wide and narrow characters average out.
+const CHARACTER_OF_PARAGRAPH: f64 = 0.505;
 
 /// Least distance of two marks in a row that are drawn one by one (pixels).
 const CLOSEST: f64 = 2.0;
@@ -87,7 +90,7 @@ pub enum Mark {
     Uprights(Ink, Stroke, Vec<f64>),
     /// Marks at points.
     Points(Ink, Point, Vec<(f64, f64)>),
-    /// Intervals in a row, from 0 at the top. Each has a line at its begin.
+    /// Intervals in a row, from 0 at the top.
     Bars(Ink, usize, Vec<(f64, f64)>),
     /// Single times in a row, from 0 at the top.
     Ticks(Ink, usize, Vec<f64>),
@@ -141,7 +144,7 @@ pub struct Column {
 impl Column {
     /// Writes a paragraph, wrapped at the width of the picture.
     pub fn paragraph(&mut self, ink: Ink, size: f64, text: &str) {
-        for line in wrapped(text, (WIDTH - 32.0) / (CHARACTER * size)) {
+        for line in wrapped(text, (WIDTH - 32.0) / (CHARACTER_OF_PARAGRAPH * size)) {
             self.height += 1.4 * size;
             self.text((16.0, self.height - 0.3 * size), ink, size, "start", &line);
         }
@@ -342,8 +345,13 @@ impl Place<'_> {
                 let _ = writeln!(svg, "<path d=\"{lines}\" class=\"{} {}\"/>", ink.class(), stroke.class());
             }
             Mark::Points(ink, point, places) => {
-                for &(x, y) in places.iter().filter(|(x, _)| self.is_inside(*x)) {
-                    svg.push_str(&point.drawn((self.x(x), self.y(y)), *ink));
+                // Points that cover each other are drawn once.
+                let mut drawn = HashSet::new();
+                for (x, y) in places.iter().filter(|(x, _)| self.is_inside(*x)) {
+                    let (x, y) = (self.x(*x), self.y(*y));
+                    if drawn.insert((x.round() as i32, y.round() as i32)) {
+                        svg.push_str(&point.drawn((x, y), *ink));
+                    }
                 }
                 svg.push('\n');
             }
@@ -352,8 +360,6 @@ impl Place<'_> {
                 for &(from, to) in bars {
                     self.rectangle((from, to), (top, bottom), &format!("{} area", ink.class()), svg);
                 }
-                let begins: Vec<f64> = bars.iter().map(|bar| bar.0).collect();
-                self.ticks(*ink, (top - 2.0, bottom + 2.0), &begins, svg);
             }
             Mark::Ticks(ink, row, times) => {
                 self.ticks(*ink, (self.row(*row) + 5.0, self.row(*row) + ROW - 5.0), times, svg);

@@ -28,6 +28,9 @@ pub const HEIGHT: f64 = 252.0;
 /// Side of a picture (pixels).
 const SIDE: f64 = 200.0;
 
+/// Space for the names of the bodies around the circles (pixels).
+const NAME: f64 = 18.0;
+
 /// Draws up to three poses side by side, each in a scale of its own, as SVG elements of the height
 /// [`HEIGHT`].
 pub fn row(poses: &[Pose]) -> String {
@@ -54,7 +57,7 @@ fn draw(pose: &Pose, middle: DVec2, svg: &mut String) {
         pose.circles.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], (centre, radius)| {
             [low.min(*centre - *radius), high.max(*centre + *radius)]
         });
-    let scale = SIDE / (1.04 * (high - low).max_element());
+    let scale = (SIDE - 2.0 * NAME) / (high - low).max_element();
     let centre = 0.5 * (low + high);
     let place = |point: DVec2| middle + DVec2::new(point.x - centre.x, centre.y - point.y) * scale;
     for (body, (name, ink)) in [("A", Ink::Blue), ("B", Ink::Vermillion)].into_iter().enumerate() {
@@ -77,7 +80,7 @@ fn draw(pose: &Pose, middle: DVec2, svg: &mut String) {
         let (at, radius) = (place(pose.circles[body].0), pose.circles[body].1 * scale);
         // Beside the circle, on the side away from the other body.
         let away = (at - place(pose.circles[1 - body].0)).normalize_or(DVec2::NEG_Y);
-        let at = at + away * (0.72 * radius);
+        let at = at + away * (radius + 0.6 * NAME);
         let _ = writeln!(
             svg,
             "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"15\" text-anchor=\"middle\" class=\"{class} fill\">{name}</text>",

@@ -117,13 +117,14 @@ impl Course {
         let [time, a, b] = self.finding.cells();
         let answer = match self.finding.outcome {
             Outcome::Contact(_) if a.is_empty() => format!("contact of the bounding circles at t = {time}"),
-            Outcome::Contact(_) => format!("contact at t = {time} of atom {a} of A with atom {b} of B"),
+            Outcome::Contact(_) => format!("contact at t = {time}, atom {a} of A and {b} of B"),
             Outcome::Free => "no contact".to_owned(),
             Outcome::FreeUntil(_) => format!("certified free up to t = {time}, not searched further"),
             Outcome::Unresolved(_) => format!("not resolved after t = {time}"),
             Outcome::OutOfRange => "numbers out of range".to_owned(),
         };
-        format!("{}: {answer} ({} evaluations)", self.detector, self.finding.evaluations)
+        let plural = if self.finding.evaluations == 1 { "" } else { "s" };
+        format!("{}: {answer}, {} evaluation{plural}", self.detector, self.finding.evaluations)
     }
 }
 

@@ -23,6 +23,9 @@ const MOST_CROPS: f64 = 16.0;
 /// Crops drawn before and after a contact in a window that is drawn in part.
 const CROPS_AROUND: [f64; 2] = [8.0, 3.0];
 
+/// Most evaluations of one detector in the panel of errors, the last ones.
+const MOST_ERRORS: usize = 150;
+
 /// More turns than this are not drawn as a curve of the atoms over the whole time.
 const MOST_TURNS: f64 = 40.0;
 
@@ -65,12 +68,11 @@ pub(super) fn svg(encounter: &EncounterRecord, courses: &[Course]) -> String {
         let view = subject.view(window);
         let curves = subject.gaps.curves(view.begin, view.end, MOST_PAIRS);
         let pairs = subject.pairs(&curves);
-        for panel in [
-            subject.golden_secant(view, &curves, &pairs),
-            subject.exact(view, &curves, &pairs),
-            subject.rows(view, &pairs),
-        ] {
-            column.panel(&panel);
+        column.panel(&subject.golden_secant(view, &curves, &pairs));
+        column.panel(&subject.exact(subject.view_of_exact(view, window), &pairs));
+        column.panel(&subject.rows(view, &pairs));
+        if let Some((time, pair)) = subject.contact {
+            column.panel(&subject.convergence(time, pair));
         }
         column.paragraph(Ink::Quiet, 14.0, &subject.caption(view, window));
     } else {
@@ -183,9 +185,10 @@ impl Subject<'_> {
 
     /// The certified steps as a staircase: from each evaluation at its height to the time up to
     /// which it certifies.
-    fn exact(&self, view: Window, curves: &Curves, pairs: &[[u32; 2]]) -> Panel {
+    fn exact(&self, view: Window, pairs: &[[u32; 2]]) -> Panel {
         let course = &self.courses[0];
-        let (mut marks, mut legend) = self.gap_curves(view, curves, pairs);
+        let curves = self.gaps.curves(view.begin, view.end, 0);
+        let (mut marks, mut legend) = self.gap_curves(view, &curves, pairs);
         for (ink, stroke, name, phase) in [
             (Ink::Orange, Stroke::Thin, "step of all pairs at once", Phase::Shared),
             (Ink::Green, Stroke::Thick, "step of one pair", Phase::Single),
@@ -206,10 +209,9 @@ impl Subject<'_> {
         }
         self.finish(&mut marks, &mut legend, (view.begin, view.end));
         Panel {
-            title: "exact: from each evaluation (dot) a step that is proved free of contacts (line)"
-                .to_owned(),
+            title: "exact: each evaluation (dot) proves a step free of contacts (line)".to_owned(),
             x: time_axis((view.begin, view.end)),
-            y: gap_axis(self.gap_range(curves)),
+            y: gap_axis(self.gap_range(&curves)),
             marks,
             legend,
         }
@@ -224,13 +226,9 @@ impl Subject<'_> {
             marks.push(Mark::Span(Ink::Purple, window.begin, window.end));
         }
         for &[a, b] in pairs {
-            let of_pair = exact.steps.iter().filter(|step| step.parts.contain(a, b));
-            // Free of contacts where the circles do not overlap, and from each evaluation on.
-            let skimmed = self.window.filter(|window| window.begin > view.begin);
-            let mut bars: Vec<(f64, f64)> =
-                skimmed.map(|window| (view.begin, window.begin)).into_iter().collect();
-            bars.extend(of_pair.filter_map(|step| Some((step.time, step.free_until?))));
-            marks.push(Mark::Bars(Ink::Green, rows.len(), bars));
+            let of_pair: Vec<&Step> = exact.steps.iter().filter(|step| step.parts.contain(a, b)).collect();
+            marks.push(Mark::Bars(Ink::Green, rows.len(), self.certified(&of_pair)));
+            marks.push(Mark::Ticks(Ink::Green, rows.len(), of_pair.iter().map(|step| step.time).collect()));
             if let Some((time, _)) = self.contact.filter(|contact| contact.1 == [a, b]) {
                 marks.push(Mark::Answer(Ink::Vermillion, rows.len(), time));
             }
@@ -269,12 +267,62 @@ impl Subject<'_> {
         }
     }
 
+    /// The intervals for which a pair is certified free, in order and disjoint: before the window,
+    /// and from each evaluation on.
+    fn certified(&self, steps: &[&Step]) -> Vec<(f64, f64)> {
+        let mut bars: Vec<(f64, f64)> = self.window.map(|window| (0.0, window.begin)).into_iter().collect();
+        let mut free: Vec<(f64, f64)> =
+            steps.iter().filter_map(|step| Some((step.time, step.free_until?))).collect();
+        free.sort_by(|one, other| one.0.total_cmp(&other.0));
+        for (from, to) in free {
+            match bars.last_mut() {
+                Some(last) if from <= last.1 => last.1 = last.1.max(to),
+                _ => bars.push((from, to)),
+            }
+        }
+        bars
+    }
+
+    /// How far the evaluations of the pair that touches are from the contact, one after another.
+    fn convergence(&self, contact: f64, [a, b]: [u32; 2]) -> Panel {
+        let (mut marks, mut legend) = (Vec::new(), Vec::new());
+        let mut longest = 2;
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (course, ink, point) in [
+            (&self.courses[2], Ink::Orange, Point::Ring),
+            (&self.courses[1], Ink::Purple, Point::Disc),
+            (&self.courses[0], Ink::Green, Point::Diamond),
+        ] {
+            let of_pair = course.steps.iter().filter(|step| step.parts == Parts::Pair(Touch::Atoms(a, b)));
+            // An evaluation of exact ends at a later time than its own.
+            let error = |step: &Step| (step.free_until.unwrap_or(step.time) - contact).abs();
+            let digits = |step: &Step| error(step).max(0.5 * f64::EPSILON * contact.abs()).log10();
+            let all: Vec<f64> = of_pair.map(digits).filter(|digits| digits.is_finite()).collect();
+            let last = &all[all.len().saturating_sub(MOST_ERRORS)..];
+            let points: Vec<(f64, f64)> = (1..).map(f64::from).zip(last.iter().copied()).collect();
+            longest = longest.max(points.len());
+            let range = extent(last.iter().copied());
+            (low, high) = (low.min(range.0), high.max(range.1));
+            marks.push(Mark::Line(ink, Stroke::Thin, points.clone()));
+            marks.push(Mark::Points(ink, point, points));
+            legend.push((Sample::Point(ink, point), course.detector.to_string()));
+        }
+        let (low, high) = if low < high { (low, high) } else { (-17.0, 0.0) };
+        let label = "log₁₀ of the error (time)".to_owned();
+        Panel {
+            title: "Error of the contact time, evaluation by evaluation of the atoms that touch".to_owned(),
+            x: Axis { label: "evaluation".to_owned(), range: (0.0, longest as f64 + 1.0) },
+            y: Vertical::Scale(Axis { label, range: widened((low, high), 0.06) }),
+            marks,
+            legend,
+        }
+    }
+
     fn caption(&self, view: Window, window: Window) -> String {
         let fixed = &self.courses[2];
         let mut text = String::from(
-            "Numbers of atoms count from 0 in the order of the file. A row of exact has a line where an \
-             evaluation begins and a bar up to where it proves the pair free: together they cover all time \
-             up to the contact.",
+            "Numbers of atoms count from 0 in the order of the file. In a row of exact, lines are evaluations, \
+             and the bar is the time for which they prove the pair free: all time up to the contact.",
         );
         if let Some(step) = fixed.segments.iter().rev().find(|segment| segment.end > segment.begin) {
             let step = short(step.end - step.begin);
@@ -308,6 +356,18 @@ impl Subject<'_> {
         // A window of length 0, where circles only touch.
         let least = 1e-9 * end.abs().max(f64::MIN_POSITIVE);
         Window { begin: begin.max(0.0), end: end.max(begin + least) }
+    }
+
+    /// The part of the time axis of the exact detector: from the start for the closed form, and
+    /// otherwise up to a little after the contact.
+    fn view_of_exact(&self, view: Window, window: Window) -> Window {
+        let is_closed_form = self.courses[0].steps.iter().any(|step| step.phase == Phase::ClosedForm);
+        let begin = if is_closed_form { 0.0 } else { view.begin.max(window.begin) };
+        let Some((end, _)) = self.contact.filter(|contact| contact.0 > begin) else {
+            return Window { begin: begin.min(view.begin), ..view };
+        };
+        let length = end - begin;
+        Window { begin: (begin - 0.06 * length).max(0.0), end: end + 0.25 * length }
     }
 
     /// The atom pairs that are drawn: the one that touches, and the nearest ones.
