@@ -2,7 +2,7 @@
 //! contacts.
 
 use anyhow::Result;
-use carom_runs::{check, detect, measures, run};
+use carom_runs::{check, convert, detect, measures, run};
 use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
@@ -25,8 +25,10 @@ pub enum Command {
     Run(run::Options),
     /// Validate a scene; print its content and estimate the duration of its run
     Check(check::Options),
-    /// Find the first contacts of pairs of molecules
+    /// Find the first contacts of pairs of molecules, or draw how each detector finds one
     Detect(detect::Options),
+    /// Write a trajectory as GSD (HOOMD) or as a LAMMPS dump
+    Convert(convert::Options),
     /// List the quantities that a scene can ask for in run.observe
     Measures,
 }
@@ -41,6 +43,7 @@ impl Cli {
             Command::Run(options) => run::run(options),
             Command::Check(options) => check::run(options),
             Command::Detect(options) => detect::run(options),
+            Command::Convert(options) => convert::run(options),
             Command::Measures => Ok(measures::list()),
         }
     }

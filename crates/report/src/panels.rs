@@ -33,7 +33,7 @@ const LINE: f64 = 21.0;
 const CHARACTER: f64 = 0.54;
 
 /// The same for a paragraph, where wide and narrow characters average out.
-const CHARACTER_OF_PARAGRAPH: f64 = 0.505;
+const CHARACTER_OF_PARAGRAPH: f64 = 0.53;
 
 /// Least distance of two marks in a row that are drawn one by one (pixels).
 const CLOSEST: f64 = 2.0;

@@ -184,7 +184,7 @@ mod tests {
         assert!(error.contains("no case 'disc/0'") && error.contains("disc_t1/0"), "{error}");
         assert!(!out.exists());
         let text = explain(&cases(), "disc_t1/0", &out).unwrap();
-        assert!(text.starts_with("exact: contact at t = 0.0928570959095") && text.lines().count() == 4);
+        assert!(text.starts_with("exact: contact at t = 0.0928570959091") && text.lines().count() == 4);
         assert!(fs::read_to_string(&out).unwrap().contains("golden-secant"));
     }
 }

@@ -55,7 +55,7 @@ pub(super) fn svg(encounter: &EncounterRecord, courses: &[Course]) -> String {
     let title = format!("First contact of the pair {}/{}", encounter.class, encounter.id);
     column.paragraph(Ink::Text, 21.0, &title);
     for course in courses {
-        column.paragraph(Ink::Quiet, 14.0, &course.sentence());
+        column.paragraph(Ink::Quiet, 13.0, &course.sentence());
     }
     column.space(8.0);
     column.drawing(&pose_picture::row(&subject.poses()), pose_picture::HEIGHT);
