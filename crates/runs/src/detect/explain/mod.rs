@@ -142,7 +142,7 @@ mod tests {
     fn the_course_of_a_search_ends_with_the_answer_of_the_detector() {
         let encounters = encounters::read(&cases()).unwrap();
         let mut contacts = 0;
-        for encounter in &encounters {
+        for encounter in encounters.iter().step_by(4) {
             let courses = courses(encounter);
             let answers = [
                 first_contact(&Exact::default(), encounter),
@@ -159,14 +159,14 @@ mod tests {
             assert_eq!(last.free_until, Some(contact.time));
             contacts += 1;
         }
-        assert!(contacts > 100, "{contacts}");
+        assert!(contacts > 40, "{contacts}");
     }
 
     #[test]
     fn every_case_can_be_drawn() {
         let encounters = encounters::read(&cases()).unwrap();
         // Every class, and cases with and without a contact.
-        for encounter in encounters.iter().step_by(9) {
+        for encounter in encounters.iter().step_by(23) {
             let svg = picture::svg(encounter, &courses(encounter));
             assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"), "{}", encounter.id);
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{}", encounter.id);
