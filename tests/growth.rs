@@ -18,7 +18,7 @@ use support::{bits, bumper, gas, named, simulate};
 
 /// Gases that are grown, and relaxed for so many collisions a molecule.
 fn grown(gas: Vec<GasSpec>, relax: f64) -> Scene {
-    let start = StartSpec { placement: Some(Placement::Grown), relax: Some(relax) };
+    let start = StartSpec { placement: Some(Placement::Grown), relax: Some(relax), ..StartSpec::default() };
     let mut scene = Scene { gas, start, ..Scene::default() };
     scene.bounds.seed = 3;
     scene
@@ -331,7 +331,10 @@ fn invalid_starts_are_refused_by_name() {
     assert!(Scene::from_toml("[start]\nplacement = \"random\"").is_err());
     let text = "[start]\nplacement = \"grown\"\nrelax = 10\n";
     let read = Scene::from_toml(text).unwrap();
-    assert_eq!(read.start, StartSpec { placement: Some(Placement::Grown), relax: Some(10.0) });
+    assert_eq!(
+        read.start,
+        StartSpec { placement: Some(Placement::Grown), relax: Some(10.0), ..StartSpec::default() }
+    );
     assert_eq!(Scene::from_toml(&read.to_toml()).unwrap(), read);
     assert!(!Scene::default().to_toml().contains("start"));
 }
@@ -343,7 +346,7 @@ fn growth_and_relaxation_of_gases_that_seldom_collide_end() {
     let gas = GasSpec { radius: Some(0.02), mass: Some(1.0), count: Some(20), ..GasSpec::default() };
     let mut scene = Scene { gas: vec![GasSpec { energy: 1.0, ..gas }], ..Scene::default() };
     scene.bounds.sides = [1.0, 1e6];
-    scene.start = StartSpec { placement: Some(Placement::Grown), relax: Some(5.0) };
+    scene.start = StartSpec { placement: Some(Placement::Grown), relax: Some(5.0), ..StartSpec::default() };
     let simulation = Simulation::new(&scene).unwrap();
     assert_eq!(simulation.view().overlaps().pairs, 0);
     assert!((simulation.view().energy() - 20.0).abs() < 1e-12);

@@ -220,7 +220,8 @@ fn grown_gases_have_the_velocities_of_gases_on_a_lattice() {
         let molecule = vec![named("tee", 0.03, 1.0, [0.5, 0.5])];
         let placed = Scene { molecule, ..of(gases) };
         let grown = |relax| {
-            let start = StartSpec { placement: Some(Placement::Grown), relax: Some(relax) };
+            let start =
+                StartSpec { placement: Some(Placement::Grown), relax: Some(relax), ..StartSpec::default() };
             Scene { start, ..placed.clone() }
         };
         assert_eq!(velocity_bits(&grown(0.0)), velocity_bits(&placed));

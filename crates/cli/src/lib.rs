@@ -2,7 +2,7 @@
 //! contacts.
 
 use anyhow::Result;
-use carom_runs::{check, convert, detect, measures, run};
+use carom_runs::{check, convert, detect, measures, reference, run};
 use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
@@ -31,6 +31,8 @@ pub enum Command {
     Convert(convert::Options),
     /// List the quantities that a scene can ask for in run.observe
     Measures,
+    /// Print the JSON Schema of scene files, with which editors complete and check keys
+    Schema(reference::Options),
 }
 
 impl Cli {
@@ -45,6 +47,7 @@ impl Cli {
             Command::Detect(options) => detect::run(options),
             Command::Convert(options) => convert::run(options),
             Command::Measures => Ok(measures::list()),
+            Command::Schema(options) => reference::run(options),
         }
     }
 }

@@ -104,3 +104,81 @@ fn pairs_of_a_file_get_their_first_contacts() {
     assert!(text(&output.stdout).starts_with("450 encounters"), "{}", text(&output.stdout));
     assert_eq!(fs::read_to_string(root.path().join("answers.csv")).unwrap().lines().count(), 451);
 }
+
+#[test]
+fn a_run_starts_from_a_snapshot_and_its_folder_stands_alone() {
+    let root = tempfile::tempdir().unwrap();
+    let at = |name: &str| root.path().join(name);
+    fs::write(at("scene.toml"), SCENE.replace("[\"energy\"]\n", "[\"energy\"]\nsnapshots = \"extxyz\"\n"))
+        .unwrap();
+    let run = |arguments: &[&str]| carom(root.path(), arguments);
+    assert!(run(&["run", "scene.toml", "--out", "first"]).status.success());
+    let frames = fs::read_to_string(at("first/trajectory.extxyz")).unwrap();
+    // 50 discs and a tee in each frame.
+    let last: Vec<&str> = frames.lines().skip(5 * 57).collect();
+    assert_eq!(last.len(), 57);
+    fs::create_dir(at("second")).unwrap();
+    let scene = format!(
+        "[start]\nfrom = \"../first/trajectory.extxyz\"\n{}",
+        fs::read_to_string(at("scene.toml")).unwrap()
+    );
+    fs::write(at("second/scene.toml"), scene).unwrap();
+    let ended = run(&["run", "second/scene.toml", "--out", "out"]);
+    assert!(ended.status.success(), "{}", text(&ended.stderr));
+    let first_frame = |name: &str| -> Vec<Vec<f64>> {
+        let text = fs::read_to_string(at(name)).unwrap();
+        let rows = text.lines().skip(2).take(55);
+        rows.map(|row| row.split_whitespace().skip(1).map(|word| word.parse().unwrap()).collect()).collect()
+    };
+    let (before, after) = (first_frame("out/start.extxyz"), first_frame("out/trajectory.extxyz"));
+    assert_eq!(before[5..], after[5..].to_vec()[..], "the discs of the gas, to the bit");
+    for (before, after) in before.iter().zip(&after) {
+        // Places and velocities.
+        assert!(before[..5].iter().zip(&after[..5]).all(|(one, other)| (one - other).abs() < 1e-13));
+    }
+    // The folder holds the frame: the first run is not needed any more, and the run is its own.
+    let config = fs::read_to_string(at("out/config.toml")).unwrap();
+    assert!(config.contains("from = \"start.extxyz\"") && config.contains("checksum = "), "{config}");
+    fs::rename(at("first"), at("elsewhere")).unwrap();
+    fs::rename(at("out"), at("moved")).unwrap();
+    let again = run(&["run", "moved/config.toml", "--out", "again"]);
+    assert!(again.status.success(), "{}", text(&again.stderr));
+    let trajectory = |name: &str| fs::read_to_string(at(name).join("trajectory.extxyz")).unwrap();
+    assert_eq!(trajectory("moved"), trajectory("again"));
+    let longer = run(&["run", "moved/config.toml", "--out", "moved", "--resume", "--until", "0.8"]);
+    assert!(longer.status.success(), "{}", text(&longer.stderr));
+    assert!(trajectory("moved").starts_with(&trajectory("again")));
+    // An earlier frame, and what is refused.
+    let check = |set: &str| {
+        run(&[
+            "check",
+            "second/scene.toml",
+            "--set",
+            "start.from=../elsewhere/trajectory.extxyz",
+            "--set",
+            set,
+        ])
+    };
+    assert!(check("start.frame=0").status.success());
+    for (set, said) in [
+        ("start.frame=6", "the file has 6 frames, numbered from 0; 6 is out of range"),
+        ("start.checksum=1", "but `start.checksum` is 1"),
+        ("gas.0.count=49", "the file has 55 atoms, the bodies of the scene have 54"),
+        ("gas.0.radius=0.03", "the radius is 0.02, in the scene 0.03"),
+        ("box.sides=[2, 1]", "the box of the file is 1 × 1, that of the scene 2 × 1"),
+        ("start.from=none.extxyz", "cannot read the file"),
+        ("start.placement=grown", "give either `from`, or `placement` and `relax`"),
+    ] {
+        let refused = check(set);
+        assert_eq!(refused.status.code(), Some(2), "{set}");
+        assert!(text(&refused.stderr).contains(said), "{set}: {}", text(&refused.stderr));
+    }
+    // Another start is another run.
+    let changed = fs::read_to_string(at("moved/start.extxyz")).unwrap().replacen("Time=0.5", "Time=0.6", 1);
+    fs::write(at("other.extxyz"), changed).unwrap();
+    let other =
+        ["run", "second/scene.toml", "--set", "start.from=../other.extxyz", "--out", "moved", "--resume"];
+    let refused = run(&other);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("checksum = "), "{}", text(&refused.stderr));
+}

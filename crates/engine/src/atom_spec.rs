@@ -1,15 +1,20 @@
 //! One atom of a molecule, as a scene describes it.
 
+#[cfg(feature = "schema")]
+use carom_geometry::{LARGEST, SMALLEST};
 use serde::{Deserialize, Serialize};
 
 /// One atom of a molecule given by a list of atoms.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct AtomSpec {
     /// Centre of the atom, in any frame of the molecule (length).
     pub at: [f64; 2],
     /// Radius (length).
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub radius: f64,
-    /// Mass.
+    /// Mass (mass).
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub mass: f64,
 }

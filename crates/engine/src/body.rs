@@ -31,6 +31,7 @@ impl Default for BodyKey {
 
 /// Whether a body can turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Rotation {
     /// Impulses change its angular velocity.
@@ -56,6 +57,8 @@ pub(crate) struct BodyKind {
     pub(crate) tags: Tags,
     /// Row and column of the body in the table of elasticities.
     pub(crate) elasticity_class: u32,
+    /// kT of a wall that has a temperature (mass × length² / time²).
+    pub(crate) temperature: Option<f64>,
 }
 
 impl BodyKind {
@@ -65,6 +68,7 @@ impl BodyKind {
             && self.inertia == other.inertia
             && self.tags == other.tags
             && self.elasticity_class == other.elasticity_class
+            && self.temperature == other.temperature
     }
 }
 
@@ -95,6 +99,12 @@ impl Body {
     /// Whether this body is a straight wall.
     pub fn is_wall(&self) -> bool {
         self.kind.molecule.face().is_some()
+    }
+
+    /// kT of a wall that gives it to the bodies that touch it (mass × length² / time²).
+    #[doc(alias = "thermostat")]
+    pub fn wall_temperature(&self) -> Option<f64> {
+        self.kind.temperature
     }
 
     /// Largest distance from the centre of mass at which the body can be touched (length): the

@@ -15,7 +15,7 @@ pub(crate) fn insert(
     tags: Tags,
     motion: Motion,
 ) -> crate::BodyKey {
-    world.insert(BodyKind { molecule, inertia, tags, elasticity_class: 0 }, motion)
+    world.insert(BodyKind { molecule, inertia, tags, elasticity_class: 0, temperature: None }, motion)
 }
 
 pub(crate) fn inertia(molecule: &Molecule, rotation: Rotation) -> Inertia {

@@ -7,7 +7,7 @@ use carom_response::{Impact, Response};
 
 use crate::{
     CellScheduler, ElasticityTable, Growth, Placement, Scene, SceneError, Scheduler, Simulation, World,
-    contents::Contents, placement,
+    contents::Contents, placement, start_from,
 };
 
 impl Simulation {
@@ -74,6 +74,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let mut singles = contents.singles;
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut singles.names)?;
         elasticity.classify(&mut world)?;
+        world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();
         let scheduler = S::new(&options, &world)
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
@@ -112,6 +113,9 @@ fn fill(
     scene: &Scene,
     progress: &mut dyn FnMut(&Growth) -> ControlFlow<()>,
 ) -> Result<(World, Contents), SceneError> {
+    if scene.start.from.is_some() || scene.start.snapshot.is_some() {
+        return start_from::fill(scene);
+    }
     let mut contents = Contents::new(scene)?;
     let mut growth = if scene.start.placement == Some(Placement::Grown) {
         Growth::begin(scene, contents)?

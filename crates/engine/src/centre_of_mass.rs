@@ -174,6 +174,10 @@ pub(crate) fn conserved_momentum(world: &World) -> BVec2 {
 /// The axes along which a contact with a fixed body changes momentum.
 fn broken_by(fixed: &Body, motion: &Motion) -> BVec2 {
     // A wall without end points crosses the whole box, and all its normals are parallel.
+    // One that has a temperature gives momentum along it, too.
+    if fixed.wall_temperature().is_some() {
+        return BVec2::TRUE;
+    }
     match fixed.molecule().face().filter(|_| fixed.molecule().atoms().is_empty()) {
         Some(face) => motion.orientation.cos_sin().rotate(face.normal()).cmpne(DVec2::ZERO),
         None => BVec2::TRUE,

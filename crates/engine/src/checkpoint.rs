@@ -22,7 +22,7 @@ use crate::{
     limits::too_slow,
     simulation::Epoch,
     simultaneous_contacts::SimultaneousContacts,
-    single_bodies::{is_open_wall, refuse_large_wall},
+    single_bodies::{is_open_wall, is_wall_temperature, refuse_large_wall},
     unresolved::Unresolved,
 };
 
@@ -50,6 +50,8 @@ use crate::{
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Checkpoint {
     epoch: EpochTime,
+    /// Seed and replica, for walls that have a temperature.
+    random_key: [u64; 2],
     bounds: PeriodicBox,
     next_key: BodyKey,
     /// Shapes, each once for all bodies that share it.
@@ -73,6 +75,8 @@ struct BodyRecord {
     /// Whether the body turns; with its shape this gives its inertia. `None`: it is fixed.
     rotation: Option<Rotation>,
     tags: Tags,
+    /// kT of a wall that has a temperature.
+    temperature: Option<f64>,
     motion: Motion,
     winding: [i64; 2],
 }
@@ -173,10 +177,21 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             return None;
         }
         debug_assert_eq!(*offset, 0.0, "an epoch that has not begun has not been run");
-        let World { bounds, bodies: _, motions: _, windings: _, last_contacts, epoch, next_id } = world;
+        let World {
+            bounds,
+            bodies: _,
+            motions: _,
+            windings: _,
+            last_contacts,
+            epoch,
+            next_id,
+            random_key,
+            has_thermal_walls: _,
+        } = world;
         let (molecules, bodies) = records(world);
         Some(Checkpoint {
             epoch: *epoch,
+            random_key: *random_key,
             bounds: *bounds,
             next_key: BodyKey(*next_id),
             molecules,
@@ -235,14 +250,14 @@ impl Checkpoint {
     }
 
     fn refuse_infinite(&self) -> Result<(), CheckpointError> {
-        let Ledger { initial, lost, spared, put_in } = self.ledger;
+        let Ledger { initial, lost, spared, put_in, heat } = self.ledger;
         let finite = |what, numbers: &[f64]| {
             let all = numbers.iter().all(|number| number.is_finite());
             if all { Ok(()) } else { Err(CheckpointError::NotFinite(what)) }
         };
         finite("time", &[self.epoch.epoch(), self.epoch.epoch_low(), self.epoch.offset()])?;
         finite("time of the last contact", &[self.simultaneous.time, self.unresolved.since])?;
-        finite("ledger", &[initial, lost, spared, put_in])?;
+        finite("ledger", &[initial, lost, spared, put_in, heat])?;
         if self.last_contacts.iter().any(|&time| time.is_nan() || time == f64::INFINITY) {
             return Err(CheckpointError::NotFinite("time of a last contact"));
         }
@@ -252,12 +267,20 @@ impl Checkpoint {
     /// Refuses counters so large that they could overflow, and times of last contacts in the
     /// future.
     fn refuse_overflowing(&self) -> Result<(), CheckpointError> {
-        let Counters { collisions, fixed_collisions, guarded_collisions, epochs, scheduler } = self.counters;
+        let Counters {
+            collisions,
+            fixed_collisions,
+            thermal_collisions,
+            guarded_collisions,
+            epochs,
+            scheduler,
+        } = self.counters;
         let SchedulerCounters { crossings, stale, rechecks, unresolved, pairs } = scheduler;
         let out_of_range = |what, allowed, value| CheckpointError::OutOfRange { what, allowed, value };
         let counts = [
             collisions,
             fixed_collisions,
+            thermal_collisions,
             guarded_collisions,
             epochs,
             crossings,
@@ -286,7 +309,12 @@ impl Checkpoint {
     fn world(&self) -> Result<World, CheckpointError> {
         let bounds = PeriodicBox::new(self.bounds.sides())
             .map_err(|reason| SceneError::Geometry { entry: "box".to_owned(), reason })?;
-        let mut world = World { epoch: self.epoch, next_id: self.next_key.0, ..World::new(bounds) };
+        let mut world = World {
+            epoch: self.epoch,
+            next_id: self.next_key.0,
+            random_key: self.random_key,
+            ..World::new(bounds)
+        };
         let molecules: Vec<Arc<Molecule>> = self.molecules.iter().cloned().map(Arc::new).collect();
         for (index, record) in self.bodies.iter().enumerate() {
             let wrong = |problem| CheckpointError::Body { index, problem };
@@ -315,6 +343,11 @@ impl Checkpoint {
             if molecule.face().is_some() && record.rotation.is_some() {
                 return Err(wrong("is a wall that can move"));
             }
+            if let Some(temperature) = record.temperature
+                && !(molecule.face().is_some() && is_wall_temperature(temperature))
+            {
+                return Err(wrong("has a temperature but is no wall, or one out of range"));
+            }
             if is_open_wall(molecule, orientation, bounds.sides()) {
                 return Err(wrong("is a wall without end points that does not meet its own images"));
             }
@@ -340,6 +373,7 @@ impl Checkpoint {
                 inertia: record.rotation.map_or(Inertia::FIXED, |rotation| inertia(molecule, rotation)),
                 tags: record.tags.clone(),
                 elasticity_class: 0,
+                temperature: record.temperature,
             };
             world.push_body(record.key, kind);
             world.motions.push(record.motion);
@@ -373,6 +407,7 @@ fn records(world: &World) -> (Vec<Molecule>, Vec<BodyRecord>) {
             molecule: *place,
             rotation: (!body.is_fixed()).then_some(rotation),
             tags: body.kind.tags.clone(),
+            temperature: body.kind.temperature,
             motion,
             winding,
         });

@@ -11,6 +11,9 @@ pub struct Counters {
     pub collisions: u64,
     /// Of these, contacts with a fixed body.
     pub fixed_collisions: u64,
+    /// Contacts with a wall that has a temperature
+    /// ([`WallSpec::temperature`](crate::WallSpec::temperature)).
+    pub thermal_collisions: u64,
     /// Contacts whose impulse the guard against inelastic collapse has changed
     /// ([`ElasticitySpec::contact_time`](crate::ElasticitySpec::contact_time)), by any amount.
     /// Their energy is in [`Ledger::spared`]. Contacts of a response that ignores the raised
@@ -63,9 +66,10 @@ impl Add for SchedulerCounters {
 
 /// Energy lost and put in since the system was built (mass × length² / time²).
 ///
-/// At any time the kinetic energy is `initial − lost + put_in`, to rounding: each contact and each
-/// edit may add an error of some roundings of the largest energy and of the largest entry so far.
-/// After a large energy has been put in and taken out again, the error may exceed the energy left.
+/// At any time the kinetic energy is `initial − lost + put_in + heat`, to rounding: each contact
+/// and each edit may add an error of some roundings of the largest energy and of the largest entry
+/// so far. After a large energy has been put in and taken out again, the error may exceed the
+/// energy left.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Ledger {
     /// Energy at the start.
@@ -79,11 +83,15 @@ pub struct Ledger {
     pub spared: f64,
     /// Energy put in by energy resets and by adding, removing or locking bodies.
     pub put_in: f64,
+    /// Energy received from walls that have a temperature, less energy given to them
+    /// ([`WallSpec::temperature`](crate::WallSpec::temperature)). Observers see each contact, and
+    /// can sum it by wall.
+    pub heat: f64,
 }
 
 impl Ledger {
-    /// The kinetic energy according to the ledger: `initial − lost + put_in`.
+    /// The kinetic energy according to the ledger: `initial − lost + put_in + heat`.
     pub fn booked(&self) -> f64 {
-        self.initial - self.lost + self.put_in
+        self.initial - self.lost + self.put_in + self.heat
     }
 }

@@ -94,6 +94,7 @@ impl ElasticityTable {
             self.look_up(world)?;
         }
         world.keep_last_contacts(self.is_guarded());
+        world.has_thermal_walls = world.bodies.iter().any(|body| body.kind.temperature.is_some());
         Ok(())
     }
 

@@ -14,6 +14,7 @@ use crate::{
     resolution::{Encounter, Resolved, ResolvedDiscs, Rules},
     scheduler::{ContactEvent, EventLoop, EventQueue, Parts},
     simultaneous_contacts::SimultaneousContacts,
+    thermal_wall,
     unresolved::Unresolved,
 };
 
@@ -86,8 +87,13 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for EpochLoop<'_
                 let before = [queue.motion(bodies[0]).at(time), queue.motion(bodies[1]).at(time)];
                 let last_contacts = self.last_contacts(bodies);
                 let encounter = Encounter { contact, before, last_contacts, repeats };
-                let resolved = self.rules().resolve(&encounter);
-                self.record(&encounter, &resolved)?;
+                let resolved = if self.world.has_thermal_walls {
+                    self.resolve_with_thermal_walls(&encounter)?
+                } else {
+                    let resolved = self.rules().resolve(&encounter);
+                    self.record(&encounter, &resolved)?;
+                    resolved
+                };
                 queue.motions_changed(self.world, self.detection, bodies, resolved.onwards);
             }
             *self.contacts += 1;
@@ -104,6 +110,21 @@ impl<D: Detection, R: Response, O: Observer + ?Sized> EventLoop for EpochLoop<'_
 impl<D, R: Response, O: Observer + ?Sized> EpochLoop<'_, D, R, O> {
     fn rules(&self) -> Rules<'_, R> {
         Rules { world: self.world, response: self.response, elasticity: self.elasticity }
+    }
+
+    /// Resolves and records any contact in a system with thermal walls.
+    #[cold]
+    #[inline(never)]
+    fn resolve_with_thermal_walls(&mut self, encounter: &Encounter) -> Result<Resolved, RunError> {
+        let number = self.counters.thermal_collisions;
+        let Some((resolved, heat)) = thermal_wall::resolve(self.world, encounter, number) else {
+            let resolved = self.rules().resolve(encounter);
+            return self.record(encounter, &resolved).map(|()| resolved);
+        };
+        self.record(encounter, &resolved)?;
+        self.counters.thermal_collisions += 1;
+        self.ledger.heat += heat;
+        Ok(resolved)
     }
 
     /// The times of the last contacts of two bodies; `None` without a guard.

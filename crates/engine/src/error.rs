@@ -1,11 +1,11 @@
 //! Errors: invalid scenes and edits, and the reasons why a run ends early.
 
-use carom_geometry::{GeometryError, LARGEST};
+use carom_geometry::{GeometryError, LARGEST, Shape};
 use carom_kinematics::EpochTime;
 use carom_response::ElasticityError;
 use thiserror::Error;
 
-use crate::{BodyKey, BodyName, LEAST_SPEED};
+use crate::{BodyKey, BodyName, LEAST_SPEED, did_you_mean};
 
 /// A scene that cannot be built. The message names the entry.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -15,7 +15,7 @@ pub enum SceneError {
     #[error("the scene file cannot be read: {0}")]
     Syntax(String),
     /// A number or a shape of an entry is out of range.
-    #[error("{entry}: {reason}")]
+    #[error("{entry}: {reason}{}", nearest_shape(reason))]
     Geometry {
         /// The entry, such as `gas[0]`.
         entry: String,
@@ -118,6 +118,14 @@ pub enum SceneError {
         /// The reason.
         reason: GridError,
     },
+}
+
+/// The named shape nearest to an unknown one.
+fn nearest_shape(reason: &GeometryError) -> String {
+    match reason {
+        GeometryError::UnknownShape(name) => did_you_mean(name, Shape::NAMES),
+        _ => String::new(),
+    }
 }
 
 /// A share of the box with four digits.

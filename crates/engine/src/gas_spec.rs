@@ -1,14 +1,25 @@
 //! The description of a gas: its molecules, their number, and their velocities at the start.
 
+#[cfg(feature = "schema")]
+use carom_geometry::{LARGEST, SMALLEST};
 use serde::{Deserialize, Serialize, Serializer, ser::Error};
 
-use crate::{AtomSpec, Rotation, SceneError};
+use crate::{AtomSpec, Distribution, Rotation, SceneError, distribution::Given};
+
+/// Most molecules of one kind. More exceed the memory and soon the range of their counters.
+pub(crate) const MOST_MOLECULES: usize = 1 << 27;
 
 /// The problem of a gas with two energies.
 pub(crate) const TWO_ENERGIES: &str = "give either `energy` or `temperature`, not both";
 
-/// Many molecules of one kind, placed without overlap ([`StartSpec`](crate::StartSpec)), with
-/// random velocities.
+/// The problem of a gas with two radii.
+pub(crate) const TWO_RADII: &str = "give either `radius` or `atom_radius`, not both";
+
+/// The problem of a gas with two masses.
+pub(crate) const TWO_MASSES: &str = "give either `mass` or `atom_mass`, not both";
+
+/// Many molecules of one shape, equal or of drawn sizes and masses, placed without overlap
+/// ([`[start]`](crate::StartSpec)), with random velocities.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -28,7 +39,9 @@ pub(crate) const TWO_ENERGIES: &str = "give either `energy` or `temperature`, no
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(!try_from, deny_unknown_fields, default))]
+#[serde(try_from = "GasFile")]
 pub struct GasSpec {
     /// Tags of the molecules.
     pub tags: Vec<String>,
@@ -40,20 +53,48 @@ pub struct GasSpec {
     pub atoms: Vec<AtomSpec>,
     /// Radius of each atom of a named shape (length).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub atom_radius: Option<f64>,
-    /// Mass of each atom of a named shape.
+    /// Mass of each atom of a named shape (mass).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub atom_mass: Option<f64>,
     /// Radius of a disc (length); equivalent to `atom_radius`.
+    ///
+    /// In a file also a distribution, from which each molecule draws its own: `{ uniform = [a, b]
+    /// }`, `{ normal = [mean, deviation] }` or `{ values = [...], weights = [...] }`. So are
+    /// `mass`, `atom_radius` and `atom_mass`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub radius: Option<f64>,
-    /// Mass of a disc; equivalent to `atom_mass`.
+    /// Mass of a disc (mass); equivalent to `atom_mass`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub mass: Option<f64>,
+    /// Distribution of the radius of all atoms of a molecule of a named shape (length); in a file,
+    /// `radius` or `atom_radius` is a table. Excludes `radius` and `atom_radius`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[doc(alias = "polydispersity")]
+    pub radius_distribution: Option<Distribution>,
+    /// Distribution of the mass of all atoms of a molecule of a named shape, independent of its
+    /// size; in a file, `mass` or `atom_mass` is a table. Excludes `mass`, `atom_mass` and
+    /// `density`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_distribution: Option<Distribution>,
+    /// Distribution of a factor on all lengths of a molecule, for any shape; in a file, a table or
+    /// a number. Masses stay, unless `density` sets them. Default: 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<Distribution>,
+    /// Mass of a molecule per area of the union of its atoms (mass / length²), above 0. The atoms
+    /// of a named shape share the mass equally, those of a list in proportion to their masses.
+    /// Excludes `mass`, `atom_mass` and their distribution.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
     /// Mean kinetic energy of a molecule at the start (mass × length² / time²), from 0 to 1e60.
     /// With equal energies, that of each molecule, shared over its degrees of freedom by
-    /// equipartition. A file gives either this or `temperature`; with `temperature`, this must be
-    /// 0.
+    /// equipartition (see [`StartVelocities::EqualEnergy`] for molecules of different masses). A
+    /// file gives either this or `temperature`; with `temperature`, this must be 0.
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = LARGEST)))]
     pub energy: f64,
     /// Temperature kT at the start (mass × length² / time²), from 0 to 1e60. Excludes `energy`.
     ///
@@ -71,17 +112,21 @@ pub struct GasSpec {
     ///   the drift, and is random with the mean kT; for a single molecule that does not turn it is
     ///   `None`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = LARGEST)))]
     pub temperature: Option<f64>,
     /// How the energy is shared among the molecules. Default: equally.
     #[serde(skip_serializing_if = "StartVelocities::is_default")]
     pub velocities: StartVelocities,
     /// Share of the whole box that they cover, with overlaps of atoms counted once; rounded to the
-    /// nearest number of molecules. A share above 0 that rounds to no molecule is an error. Either
-    /// this or `count`.
+    /// nearest number of molecules. Molecules of drawn sizes are drawn until the sum of their areas
+    /// is nearest to this share, so that replicas may differ in their number. A share above 0 that
+    /// rounds to no molecule is an error. Either this or `count`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0)))]
     pub area_fraction: Option<f64>,
     /// Number of molecules. Either this or `area_fraction`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(max = MOST_MOLECULES)))]
     pub count: Option<usize>,
     /// Whether the total momentum of this gas is 0 at the start. `true`: molecules of equal energy
     /// have directions in opposite pairs (of an odd number, three directions are a third of a turn
@@ -99,18 +144,81 @@ pub struct GasSpec {
     pub rotation: Rotation,
 }
 
+/// The keys of a gas in a file, in which a radius, a mass and a scale may be a number or a table.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct GasFile {
+    tags: Vec<String>,
+    shape: Option<String>,
+    atoms: Vec<AtomSpec>,
+    atom_radius: Option<Given>,
+    atom_mass: Option<Given>,
+    radius: Option<Given>,
+    mass: Option<Given>,
+    scale: Option<Distribution>,
+    density: Option<f64>,
+    energy: f64,
+    temperature: Option<f64>,
+    velocities: StartVelocities,
+    area_fraction: Option<f64>,
+    count: Option<usize>,
+    zero_momentum: Option<bool>,
+    rotation: Rotation,
+}
+
+impl TryFrom<GasFile> for GasSpec {
+    type Error = &'static str;
+
+    fn try_from(file: GasFile) -> Result<Self, Self::Error> {
+        let (radius, disc_radii) = Given::split(file.radius);
+        let (mass, disc_masses) = Given::split(file.mass);
+        let (atom_radius, atom_radii) = Given::split(file.atom_radius);
+        let (atom_mass, atom_masses) = Given::split(file.atom_mass);
+        if disc_radii.is_some() && atom_radii.is_some() {
+            return Err(TWO_RADII);
+        }
+        if disc_masses.is_some() && atom_masses.is_some() {
+            return Err(TWO_MASSES);
+        }
+        Ok(Self {
+            tags: file.tags,
+            shape: file.shape,
+            atoms: file.atoms,
+            atom_radius,
+            atom_mass,
+            radius,
+            mass,
+            radius_distribution: disc_radii.or(atom_radii),
+            mass_distribution: disc_masses.or(atom_masses),
+            scale: file.scale,
+            density: file.density,
+            energy: file.energy,
+            temperature: file.temperature,
+            velocities: file.velocities,
+            area_fraction: file.area_fraction,
+            count: file.count,
+            zero_momentum: file.zero_momentum,
+            rotation: file.rotation,
+        })
+    }
+}
+
 /// How the molecules of a gas share its energy at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum StartVelocities {
     /// All molecules have the same energy and the same share of it in rotation; directions are
-    /// random. Contacts lead to Maxwell's distribution within a few collisions a molecule.
+    /// random. Contacts lead to Maxwell's distribution within a few collisions a molecule. In a gas
+    /// of different masses that starts without momentum, the velocity of the centre of mass is
+    /// subtracted, and energies differ by a share of about 1/√N.
     #[default]
     EqualEnergy,
     /// Each component of velocity and each angular velocity is drawn from a normal distribution,
-    /// with variances kT/m and kT/I. Then all are multiplied by one factor, so that the total
-    /// energy is the same as with equal energies: the distribution is that of a gas at equilibrium
-    /// with this energy, and, if it starts without momentum, with momentum 0.
+    /// with variances kT/m and kT/I, where masses may differ. Then all are multiplied by one
+    /// factor, so that the total energy is the same as with equal energies: the distribution is
+    /// that of a gas at equilibrium with this energy, and, if it starts without momentum, with
+    /// momentum 0.
     #[doc(alias = "Boltzmann")]
     #[doc(alias = "Gaussian")]
     Maxwell,
@@ -138,16 +246,30 @@ pub(crate) fn energy_or_temperature(table: &toml::Table) -> Result<(), SceneErro
     Ok(())
 }
 
-/// Writes gases, without the energy 0 of those with a temperature: a file must not give both.
+/// Writes gases as in a file: without the energy 0 of those with a temperature, since a file must
+/// not give both, and with distributions under the keys of the numbers that they replace.
 pub(crate) fn serialize_gases<S: Serializer>(gases: &[GasSpec], serializer: S) -> Result<S::Ok, S::Error> {
     struct Written<'a>(&'a GasSpec);
     impl Serialize for Written<'_> {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-            if self.0.temperature.is_none() || self.0.energy != 0.0 {
+            let has_two_energies = self.0.temperature.is_none() || self.0.energy != 0.0;
+            let is_drawn = self.0.radius_distribution.is_some() || self.0.mass_distribution.is_some();
+            if has_two_energies && !is_drawn {
                 return self.0.serialize(serializer);
             }
             let mut table = toml::Table::try_from(self.0).map_err(S::Error::custom)?;
-            table.remove("energy");
+            if !has_two_energies {
+                table.remove("energy");
+            }
+            for (distribution, keys) in [
+                ("radius_distribution", ["radius", "atom_radius"]),
+                ("mass_distribution", ["mass", "atom_mass"]),
+            ] {
+                if let Some(value) = table.remove(distribution) {
+                    let key = keys.into_iter().find(|&key| !table.contains_key(key)).unwrap_or(distribution);
+                    table.insert(key.to_owned(), value);
+                }
+            }
             table.serialize(serializer)
         }
     }

@@ -1,9 +1,21 @@
 //! The table `[method]` of a scene file: which detector and scheduler compute the run.
 
-use serde::{Deserialize, Serialize};
+use std::str::FromStr;
 
-/// How contacts are found and events ordered, as plain data; `carom-methods` builds the simulation
-/// from it. [`Simulation::new`](crate::Simulation::new) ignores it: that run is exact.
+use serde::{
+    Deserialize, Serialize,
+    de::{
+        Error as _, IntoDeserializer as _,
+        value::{Error, StrDeserializer},
+    },
+};
+
+use crate::spelling::suggestion;
+
+/// How contacts are found and events ordered; exact by default.
+///
+/// Plain data, from which `carom-methods` builds the simulation.
+/// [`Simulation::new`](crate::Simulation::new) ignores it: that run is exact.
 ///
 /// ```toml
 /// [method]
@@ -11,6 +23,7 @@ use serde::{Deserialize, Serialize};
 /// tolerance = 1e-9
 /// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MethodSpec {
     /// The detector of contacts; the default is exact.
@@ -18,26 +31,32 @@ pub struct MethodSpec {
     /// Of `golden-secant`: tolerance of the searches, relative to the time at which a segment ends;
     /// from 1e-15 to 1000.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1e-15, max = 1000.0)))]
     pub tolerance: Option<f64>,
     /// Of `golden-secant`: length of a segment in shortest quarter periods; from 1e-15 to 1000.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1e-15, max = 1000.0)))]
     pub crop_factor: Option<f64>,
     /// Of `fixed-step`: the step in natural times of a pair, in which it moves by its own size;
     /// from 1e-15 to 1000.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1e-15, max = 1000.0)))]
     pub step: Option<f64>,
     /// Of `exact`: largest number of steps of the search of one atom pair. Of `fixed-step`: of one
     /// flight. At least 1.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1)))]
     pub most_steps: Option<u32>,
     /// The scheduler of events.
     pub scheduler: SchedulerName,
     /// Of `heap`: cells per side of its grid, from 1 to 4096; a number that is not safe is refused.
     /// Default: the largest safe number.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 4096)))]
     pub cells_per_side: Option<u32>,
     /// Of `heap`: cells per side, even if contacts are then missed. Excludes `cells_per_side`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 4096)))]
     pub unchecked_cells_per_side: Option<u32>,
     /// Of `cells`: the instruction set. All give the same bits. Default: `widest`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -46,6 +65,7 @@ pub struct MethodSpec {
 
 /// Name of a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum DetectorName {
     /// The certified detector.
@@ -59,8 +79,22 @@ pub enum DetectorName {
     BoundingCircles,
 }
 
+impl FromStr for DetectorName {
+    type Err = Error;
+
+    /// Parses the name as in a scene file; the error lists the names.
+    fn from_str(text: &str) -> Result<Self, Error> {
+        let name: StrDeserializer<'_, Error> = text.into_deserializer();
+        Self::deserialize(name).map_err(|error| {
+            let message = error.to_string();
+            Error::custom(format!("{message}{}", suggestion(&message)))
+        })
+    }
+}
+
 /// Name of a scheduler.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum SchedulerName {
     /// [`CellScheduler`](crate::CellScheduler), the fastest.
@@ -72,6 +106,7 @@ pub enum SchedulerName {
 
 /// Name of an instruction set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum InstructionsName {
     /// The best that this processor has.

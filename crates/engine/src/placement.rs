@@ -7,6 +7,8 @@
 //! allow. Larger kinds are placed before smaller ones. Orientations and velocities are random
 //! (`velocities.rs`); collisions complete the mixing.
 
+use std::sync::Arc;
+
 use carom_geometry::{Molecule, PeriodicBox};
 use carom_kinematics::{Motion, Orientation};
 use glam::DVec2;
@@ -14,32 +16,9 @@ use rand::{RngExt, seq::SliceRandom};
 use rand_pcg::Pcg64;
 
 use crate::{
-    Scene, SceneError, TagNames, World,
-    body_builder::geometry,
-    selection::Remaining,
-    sites::Sites,
-    species::Species,
-    velocities::{ConservedMomentum, direction},
+    RandomStream, Scene, SceneError, TagNames, World, body_builder::geometry, random::direction,
+    selection::Remaining, sites::Sites, species::Species, velocities::ConservedMomentum,
 };
-
-/// A stream of random numbers; each purpose has its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RandomStream {
-    /// Positions and orientations of the molecules.
-    Placement = 0,
-    /// Velocities at the start.
-    Velocities = 1,
-    /// Order and directions while molecules grow (see [`Growth`](crate::Growth)).
-    Growth = 2,
-}
-
-impl RandomStream {
-    /// Returns the random generator of this stream: PCG-64 with the state `seed` and the stream
-    /// number 16 × `replica` + this stream's number.
-    pub fn generator(self, seed: u64, replica: u64) -> Pcg64 {
-        Pcg64::new(u128::from(seed), 16 * u128::from(replica) + self as u128)
-    }
-}
 
 /// Smallest gap, relative to the size of the molecules, at which they are placed: none starts in
 /// contact.
@@ -85,6 +64,31 @@ pub(crate) fn fill(
 pub(crate) fn place(
     world: &World,
     species: &[Species],
+    random: &mut Pcg64,
+) -> Result<Vec<Vec<DVec2>>, SceneError> {
+    let kinds: Vec<Kind<'_>> = species.iter().flat_map(Kind::all_of).collect();
+    let mut by_kind = place_kinds(world, &kinds, random)?.into_iter();
+    let places_of = |gas: &Species| by_kind.by_ref().take(gas.groups().count()).flatten().collect();
+    Ok(species.iter().map(places_of).collect())
+}
+
+/// Equal molecules of a gas: all of them, or one of drawn size.
+struct Kind<'a> {
+    gas: &'a Species,
+    molecule: &'a Arc<Molecule>,
+    count: usize,
+}
+
+impl<'a> Kind<'a> {
+    fn all_of(gas: &'a Species) -> impl Iterator<Item = Self> {
+        gas.groups().map(move |(index, count)| Self { gas, molecule: gas.molecule(index), count })
+    }
+}
+
+/// Positions for the molecules of each kind.
+fn place_kinds(
+    world: &World,
+    species: &[Kind<'_>],
     random: &mut Pcg64,
 ) -> Result<Vec<Vec<DVec2>>, SceneError> {
     let mut places: Vec<Vec<DVec2>> =
@@ -137,7 +141,7 @@ pub(crate) fn place(
 fn place_class(
     world: &World,
     sites: &Sites,
-    species: &[Species],
+    species: &[Kind<'_>],
     class: &[usize],
     places: &mut [Vec<DVec2>],
     random: &mut Pcg64,
@@ -147,13 +151,23 @@ fn place_class(
         return Ok(());
     }
     let radius = species[class[0]].molecule.bounding_radius() * (1.0 + ROOM);
-    let full = |placed: usize| SceneError::Full { entry: species[class[0]].entry.clone(), placed, wanted };
+    let gas = species[class[0]].gas;
+    let full = |placed: usize| {
+        // Molecules of drawn sizes are counted with those of their gas that are already placed.
+        let before = |k: usize| if std::ptr::eq(species[k].gas, gas) { places[k].len() } else { 0 };
+        let (placed, wanted) = if gas.is_equal() {
+            (placed, wanted)
+        } else {
+            (placed + (0..species.len()).map(before).sum::<usize>(), wanted.max(gas.count))
+        };
+        SceneError::Full { entry: gas.entry.clone(), placed, wanted }
+    };
     // More molecules than fit in any case are refused before a lattice is built.
     let densest = world.bounds().area() / (3f64.sqrt() * 2.0 * radius * radius);
     if wanted as f64 > 1.1 * densest + 2.0 {
         return Err(full(densest as usize));
     }
-    let probe = Molecule::disc(radius, 1.0).map_err(geometry(&species[class[0]].entry))?;
+    let probe = Molecule::disc(radius, 1.0).map_err(geometry(&species[class[0]].gas.entry))?;
     let free_at =
         |place: DVec2| sites.nearest(world, &probe, &Motion::at_rest(place)).is_none_or(|(_, gap)| gap > 0.0);
     let mut most = 0;

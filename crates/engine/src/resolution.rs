@@ -102,20 +102,9 @@ impl<R: Response> Rules<'_, R> {
     #[inline(never)]
     pub fn resolve(&self, encounter: &Encounter) -> Resolved {
         let Encounter { contact, before, last_contacts, repeats } = encounter;
-        let ContactEvent { time, bodies, image, parts } = *contact;
+        let ContactEvent { time, bodies, parts, .. } = *contact;
         let pair = bodies.map(|body| &self.world.bodies[body as usize]);
-        let arms = match parts {
-            Parts::Atoms(i, j) => [arm(pair[0], i, &before[0]), arm(pair[1], j, &before[1])],
-            _ => [DVec2::ZERO; 2],
-        };
-        let mut d = (before[1].position - before[0].position) + (arms[1] - arms[0]);
-        if image != [0, 0] {
-            d += self.world.bounds.shift(image);
-        }
-        let between_centres = ContactFrame { line_of_centres: d, arms };
-        let (frame, distance) =
-            contact_frame(self.world, contact, before).unwrap_or_else(|| (between_centres, d.length()));
-        let depth = parts.contact_distance(pair.map(Body::molecule)) - distance;
+        let (frame, depth) = contact_geometry(self.world, contact, before);
         let of_table = self.elasticity.between(pair[0], pair[1]);
         let mut elasticity = of_table;
         if let Some(last) = last_contacts
@@ -222,6 +211,29 @@ impl<R: Response> Rules<'_, R> {
             *after = reflected;
         }
     }
+}
+
+/// Lever arms and normal of any contact, and the depth by which the two bodies overlap (length).
+#[inline(always)]
+pub(crate) fn contact_geometry(
+    world: &World,
+    contact: &ContactEvent,
+    before: &[Motion; 2],
+) -> (ContactFrame, f64) {
+    let ContactEvent { bodies, image, parts, .. } = *contact;
+    let pair = bodies.map(|body| &world.bodies[body as usize]);
+    let arms = match parts {
+        Parts::Atoms(i, j) => [arm(pair[0], i, &before[0]), arm(pair[1], j, &before[1])],
+        _ => [DVec2::ZERO; 2],
+    };
+    let mut d = (before[1].position - before[0].position) + (arms[1] - arms[0]);
+    if image != [0, 0] {
+        d += world.bounds.shift(image);
+    }
+    let between_centres = ContactFrame { line_of_centres: d, arms };
+    let (frame, distance) =
+        contact_frame(world, contact, before).unwrap_or_else(|| (between_centres, d.length()));
+    (frame, parts.contact_distance(pair.map(Body::molecule)) - distance)
 }
 
 /// The velocity of the touching point of the second body relative to that of the first

@@ -3,11 +3,16 @@
 //! Each struct here is a table of the scene file; unknown keys are errors. Lengths, masses and
 //! times are in the user's units.
 
+#[cfg(feature = "schema")]
+use carom_geometry::{LARGEST, SMALLEST};
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use crate::{
     AtomSpec, GasSpec, MethodSpec, Rotation, SceneError,
     gas_spec::{energy_or_temperature, serialize_gases},
+    spelling::suggestion,
 };
 
 /// A scene, read from a file or built in code.
@@ -24,6 +29,7 @@ use crate::{
 /// # Ok::<(), carom_engine::SceneError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Scene {
     /// The box and the seed.
@@ -53,9 +59,11 @@ pub struct Scene {
 
 /// The periodic box, and the seed of all random numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct BoxSpec {
     /// Sides (length).
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = SMALLEST, max = LARGEST))))]
     pub sides: [f64; 2],
     /// Seed; the streams for placement and velocities are derived from it.
     pub seed: u64,
@@ -71,6 +79,7 @@ impl Default for BoxSpec {
 
 /// A single molecule.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MoleculeSpec {
     /// Tags of the molecule.
@@ -84,16 +93,18 @@ pub struct MoleculeSpec {
     pub atoms: Vec<AtomSpec>,
     /// Radius of each atom of a named shape (length).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub atom_radius: Option<f64>,
-    /// Mass of each atom of a named shape.
+    /// Mass of each atom of a named shape (mass).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub atom_mass: Option<f64>,
     /// Position of the centre of mass (length).
     pub at: [f64; 2],
-    /// Orientation in radians, counter-clockwise. Excludes `orientation_turns`.
+    /// Orientation (radians), counter-clockwise. Excludes `orientation_turns`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orientation: Option<f64>,
-    /// Orientation in turns, in which a half and a quarter are exact. Excludes `orientation`.
+    /// Orientation (turns), in which a half and a quarter are exact. Excludes `orientation`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub orientation_turns: Option<f64>,
     /// Velocity (length / time).
@@ -108,12 +119,14 @@ pub struct MoleculeSpec {
 
 /// A fixed disc.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct BumperSpec {
     /// Tags of the bumper.
     #[serde(default)]
     pub tags: Vec<String>,
     /// Radius (length).
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
     pub radius: f64,
     /// Position of the centre (length).
     pub at: [f64; 2],
@@ -147,6 +160,7 @@ pub struct BumperSpec {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct WallSpec {
     /// Tags of the wall.
@@ -165,7 +179,19 @@ pub struct WallSpec {
     pub y: Option<f64>,
     /// Half the thickness (length): the wall includes all points within this distance of it; 0 for
     /// a wall without thickness.
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = LARGEST)))]
     pub radius: f64,
+    /// Temperature kT (mass × length² / time²), from 1e-60 to 1e60: bodies leave the wall, on both
+    /// sides, with random velocities of this temperature, whatever their velocities were. Their
+    /// distribution is Maxwell's weighted by the speed at which the point of contact leaves, for
+    /// molecules including their rotation ([`thermal_motion`](carom_response::thermal_motion)).
+    /// Elasticities have no effect on such contacts. [`Ledger::heat`](crate::Ledger::heat) is the
+    /// energy received. Without a temperature the wall is smooth and reflects.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[doc(alias = "thermostat")]
+    #[doc(alias = "diffuse reflection")]
+    #[cfg_attr(feature = "schema", schemars(range(min = SMALLEST, max = LARGEST)))]
+    pub temperature: Option<f64>,
 }
 
 /// How the gases of a scene are placed, all together.
@@ -191,6 +217,7 @@ pub struct WallSpec {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct StartSpec {
     /// The method. Default: a lattice if the gases fit on one, else growth.
@@ -209,11 +236,36 @@ pub struct StartSpec {
     /// A state just grown is not in equilibrium: its pressure falls for about a thousand collisions
     /// a molecule.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1e9)))]
     pub relax: Option<f64>,
+    /// A file of extended XYZ with the places of all atoms of the scene, relative to the folder of
+    /// the scene file: bodies start there, with the orientations and velocities of the file if it
+    /// has them. Excludes `placement` and `relax`.
+    ///
+    /// `carom run` writes such files as snapshots, and other programs do. The atoms are those of
+    /// the single molecules, the bumpers and the gases, in order; fixed bodies may be left out. A
+    /// box, a radius or a place of a fixed body other than in the scene is refused, as are overlaps
+    /// and molecules with displaced atoms. Atoms may lie outside the box by up to one side.
+    /// Orientations and velocities that the file lacks are drawn as for a gas on a lattice; a
+    /// `[[molecule]]` then keeps its own. The run starts at time 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// The frame of that file, from 0. Default: the last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<usize>,
+    /// CRC-32 (IEEE 802.3) of the text of that frame: another text is refused. `carom run` enters
+    /// it, so that a run is resumed with the same start.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub checksum: Option<u32>,
+    /// The text of that frame. Programs set it, as [`frame_of`](crate::frame_of) returns it: the
+    /// engine reads no files.
+    #[serde(skip)]
+    pub snapshot: Option<Arc<str>>,
 }
 
 /// A method to place gases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Placement {
     /// Sites of a triangular lattice of bounding circles: for low densities.
@@ -232,9 +284,11 @@ impl StartSpec {
 
 /// Elasticity of contacts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ElasticitySpec {
     /// Coefficient of restitution of contacts to which no rule applies.
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1e6)))]
     pub default: f64,
     /// Guard against inelastic collapse, for contacts of elasticity below 1. A contact loses no
     /// energy if it follows the last contacts of both bodies (of the moving body, if the other is
@@ -250,6 +304,7 @@ pub struct ElasticitySpec {
     /// [`Counters::guarded_collisions`](crate::Counters::guarded_collisions) and
     /// [`Ledger::spared`](crate::Ledger::spared) count the effect.
     #[doc(alias = "inelastic collapse")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1.0)))]
     pub contact_time: f64,
     /// Rules by tags, which override the default.
     pub pair: Vec<ElasticityRule>,
@@ -263,31 +318,38 @@ impl Default for ElasticitySpec {
 
 /// Elasticity of contacts between bodies of certain tags.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ElasticityRule {
     /// Two tags: contacts between bodies with these tags. One tag: contacts of bodies with this tag
     /// with any body.
+    #[cfg_attr(feature = "schema", schemars(length(min = 1, max = 2)))]
     pub between: Vec<String>,
     /// The coefficient of restitution.
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1e6)))]
     pub coefficient: f64,
 }
 
 /// Duration of the run, and the quantities to observe.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct RunSpec {
     /// End of the run (time).
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0.0)))]
     pub until: f64,
     /// Interval between samples, for snapshots and time series (time); the old key `standby` is
     /// also read.
     #[serde(alias = "standby")]
     #[doc(alias = "standby")]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0.0)))]
     pub sample_interval: f64,
     /// Quantities are averaged from the first sample at or after this time on, so that the approach
     /// to equilibrium does not count (time); from 0 to less than `until`.
     #[serde(skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     pub measure_from: f64,
-    /// Names of the quantities to measure.
+    /// Names of the quantities to measure; `carom measures` lists them.
     pub observe: Vec<String>,
     /// Format of snapshots; none if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -297,6 +359,7 @@ pub struct RunSpec {
     pub animation: bool,
     /// Start of the animation (time); from 0 to less than `until`.
     #[serde(skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     pub animation_from: f64,
 }
 
@@ -335,8 +398,8 @@ impl Scene {
     /// [`SceneError::Syntax`] with line and key if the text is not TOML or has unknown or missing
     /// keys. Values are checked when a simulation is built.
     pub fn from_toml(text: &str) -> Result<Self, SceneError> {
-        let scene: Self = toml::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
-        let table: toml::Table = text.parse().map_err(|error| SceneError::Syntax(format!("{error}")))?;
+        let scene: Self = toml::from_str(text).map_err(|error| syntax(&error))?;
+        let table: toml::Table = text.parse().map_err(|error| syntax(&error))?;
         require(&table, "molecule", "at")?;
         energy_or_temperature(&table)?;
         Ok(scene)
@@ -349,6 +412,11 @@ impl Scene {
     pub fn to_toml(&self) -> String {
         toml::to_string_pretty(self).expect("a scene is plain data, which TOML can always hold")
     }
+}
+
+/// The error with line, key, the keys allowed there, and the nearest of them.
+fn syntax(error: &toml::de::Error) -> SceneError {
+    SceneError::Syntax(format!("{}{}", error.to_string().trim_end(), suggestion(error.message())))
 }
 
 /// Refuses entries without a key that the file must give. In code the key has a default; in a file

@@ -3,12 +3,13 @@
 
 use std::sync::Arc;
 
-use carom_geometry::{GeometryError, Molecule, PeriodicBox, check_length};
+use carom_geometry::{GeometryError, LARGEST, Molecule, PeriodicBox, check_length};
 use carom_kinematics::{Inertia, Motion, Orientation};
 use glam::DVec2;
 
 use crate::{
     AtomSpec, MoleculeSpec, Rotation, Scene, SceneError, TagNames, WallSpec, World,
+    body::BodyKind,
     body_builder::{geometry, inertia, insert, molecule, tags},
     grid::Grid,
     limits::refuse_slow,
@@ -183,6 +184,14 @@ pub(crate) fn refuse_large_wall(entry: &str, wall: &Molecule, sides: DVec2) -> R
     Ok(())
 }
 
+/// Lowest temperature of a wall: bodies that leave it must be fast enough to compute with.
+const LEAST_TEMPERATURE: f64 = 1e-60;
+
+/// Whether a wall may have this temperature.
+pub(crate) fn is_wall_temperature(temperature: f64) -> bool {
+    (LEAST_TEMPERATURE..=LARGEST).contains(&temperature)
+}
+
 /// A wall along an axis through the whole box, without end points: it meets its own images.
 fn wall_across(sides: DVec2, axis: DVec2, radius: f64) -> Result<Molecule, GeometryError> {
     Molecule::wall_without_ends(axis * sides, radius)
@@ -229,8 +238,21 @@ pub(crate) fn add_wall(
     }
     let molecule = Arc::new(wall.map_err(geometry(entry))?);
     refuse_large_wall(entry, &molecule, sides)?;
+    if let Some(temperature) = spec.temperature.filter(|&temperature| !is_wall_temperature(temperature)) {
+        return Err(problem(&format!(
+            "`temperature` of a wall must be from {LEAST_TEMPERATURE:e} to {LARGEST:e} (mass × length² / time²), but is \
+             {temperature}"
+        )));
+    }
     let tags = tags(names, &spec.tags);
-    Ok(insert(world, molecule, Inertia::FIXED, tags, Motion::at_rest(centre)))
+    let kind = BodyKind {
+        molecule,
+        inertia: Inertia::FIXED,
+        tags,
+        elasticity_class: 0,
+        temperature: spec.temperature,
+    };
+    Ok(world.insert(kind, Motion::at_rest(centre)))
 }
 
 /// The body with the deepest overlap with this one beyond rounding, and the depth (length); two

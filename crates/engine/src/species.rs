@@ -9,13 +9,11 @@ use glam::DVec2;
 
 use crate::{
     GasSpec, Rotation, Scene, SceneError, TagNames, Tags, World,
-    body_builder::{geometry, inertia, insert, molecule, tags},
-    gas_spec::TWO_ENERGIES,
+    body_builder::{geometry, inertia, insert, tags},
+    drawn_molecules::{Described, Drawing},
+    gas_spec::{MOST_MOLECULES, TWO_ENERGIES},
     limits::refuse_slow,
 };
-
-/// Most molecules of one kind. More exceed the memory and soon the range of their counters.
-const MOST_MOLECULES: usize = 1 << 27;
 
 /// The molecules of one gas.
 #[derive(Debug, Clone)]
@@ -23,46 +21,53 @@ pub(crate) struct Species {
     /// The entry of the scene.
     pub entry: String,
     pub spec: GasSpec,
-    pub molecule: Arc<Molecule>,
     pub count: usize,
+    molecules: Molecules,
+}
+
+/// The shapes of the molecules of a gas.
+#[derive(Debug, Clone)]
+enum Molecules {
+    /// All have one shape and mass.
+    Equal(Arc<Molecule>),
+    /// Each has its own.
+    Drawn(Vec<Arc<Molecule>>),
 }
 
 /// The kinds of molecules of the gases of a scene.
 pub(crate) fn species(scene: &Scene, bounds: &PeriodicBox) -> Result<Vec<Species>, SceneError> {
-    scene.gas.iter().enumerate().map(|(index, spec)| Species::new(spec, index, bounds)).collect()
+    (0..scene.gas.len()).map(|index| Species::new(scene, index, bounds)).collect()
 }
 
-/// A world of the bodies already placed and at most two molecules of each kind, at rest at the
-/// origin, and the number of molecules of each kind. The largest and the smallest contact distance
-/// do not depend on that number.
+/// A world of the bodies already placed and a few molecules of each kind, at rest at the origin,
+/// and the number of molecules of each kind in it: at most two, or the two largest and the two
+/// smallest. The largest and the smallest contact distance do not depend on the others.
 pub(crate) fn sample(world: &World, species: &[Species]) -> (World, Vec<usize>) {
     let mut sample = world.clone();
-    let counts: Vec<usize> = species.iter().map(|kind| kind.count.min(2)).collect();
-    for (kind, &count) in species.iter().zip(&counts) {
-        for _ in 0..count {
+    let mut counts = Vec::new();
+    for kind in species {
+        let extremes = kind.extremes();
+        counts.push(extremes.len());
+        for index in extremes {
             let motion = Motion::at_rest(DVec2::ZERO);
-            insert(&mut sample, Arc::clone(&kind.molecule), kind.inertia(), Tags::default(), motion);
+            insert(
+                &mut sample,
+                Arc::clone(kind.molecule(index)),
+                kind.inertia(index),
+                Tags::default(),
+                motion,
+            );
         }
     }
     (sample, counts)
 }
 
 impl Species {
-    fn new(spec: &GasSpec, index: usize, bounds: &PeriodicBox) -> Result<Self, SceneError> {
+    fn new(scene: &Scene, index: usize, bounds: &PeriodicBox) -> Result<Self, SceneError> {
+        let spec = &scene.gas[index];
         let entry = format!("gas[{index}]");
         let problem = |problem: &str| SceneError::Entry { entry: entry.clone(), problem: problem.to_owned() };
-        let one = |first: Option<f64>, second: Option<f64>, problem_text: &str| match (first, second) {
-            (Some(_), Some(_)) => Err(problem(problem_text)),
-            _ => Ok(first.or(second)),
-        };
-        let radius = one(spec.radius, spec.atom_radius, "give either `radius` or `atom_radius`, not both")?;
-        let mass = one(spec.mass, spec.atom_mass, "give either `mass` or `atom_mass`, not both")?;
-        let shape = if spec.atoms.is_empty() {
-            Some(spec.shape.as_deref().unwrap_or("disc"))
-        } else {
-            spec.shape.as_deref()
-        };
-        let molecule = molecule(&entry, shape, &spec.atoms, radius, mass)?;
+        let described = Described::new(scene, index, &entry)?;
         check_length("energy", spec.energy).map_err(geometry(&entry))?;
         if spec.energy < 0.0 {
             return Err(problem("`energy` must not be negative"));
@@ -77,25 +82,17 @@ impl Species {
                 )));
             }
         }
-        let count = match (spec.area_fraction, spec.count) {
-            (None, Some(count)) => count,
-            (Some(fraction), None) if (0.0..1.0).contains(&fraction) => {
-                let (one, all) = (molecule.area(), bounds.area());
-                let count = (fraction * all / one).round() as usize;
-                if fraction > 0.0 && count == 0 {
-                    return Err(problem(&format!(
-                        "`area_fraction` = {fraction} of the box's area {all} is less than half of one \
-                         molecule's area {one}: it rounds to 0 molecules"
-                    )));
-                }
-                count
+        let (molecules, count) = match described {
+            Described::Equal(molecule) => {
+                let count = count(&entry, spec, bounds, &molecule)?;
+                (Molecules::Equal(Arc::from(molecule)), count)
             }
-            (Some(_), None) => return Err(problem("`area_fraction` must be at least 0 and below 1")),
-            _ => return Err(problem("give either `area_fraction` or `count`")),
+            Described::Drawn(drawing) => {
+                let drawn = drawn(&entry, spec, bounds, *drawing)?;
+                let count = drawn.len();
+                (Molecules::Drawn(drawn), count)
+            }
         };
-        if count > MOST_MOLECULES {
-            return Err(problem("there must be at most 2^27 molecules of one kind"));
-        }
         let moves = spec.energy > 0.0 || spec.temperature.is_some_and(|temperature| temperature > 0.0);
         if spec.zero_momentum == Some(true) && count == 1 && moves {
             return Err(problem(
@@ -103,24 +100,88 @@ impl Species {
                  0 cannot have momentum 0",
             ));
         }
-        let kind = Self { entry, spec: spec.clone(), molecule: Arc::new(molecule), count };
-        let freedom = kind.degrees_of_freedom();
-        let energy = spec.temperature.map_or(spec.energy, |temperature| 0.5 * freedom * temperature);
-        let (speed, spin) = kind.equal_shares(energy);
-        kind.check_motion(speed * DVec2::X, spin)?;
+        let kind = Self { entry, spec: spec.clone(), molecules, count };
+        // Equal molecules are checked even if there is none.
+        let checked = if kind.is_equal() { vec![0] } else { kind.extremes() };
+        for index in checked {
+            let freedom = kind.degrees_of_freedom();
+            let energy = spec.temperature.map_or(spec.energy, |temperature| 0.5 * freedom * temperature);
+            let (speed, spin) = kind.equal_shares(index, energy);
+            kind.check_motion(index, speed * DVec2::X, spin)?;
+        }
         Ok(kind)
+    }
+
+    /// The shape of a molecule, by its index in the gas.
+    pub fn molecule(&self, index: usize) -> &Arc<Molecule> {
+        match &self.molecules {
+            Molecules::Equal(molecule) => molecule,
+            Molecules::Drawn(molecules) => &molecules[index],
+        }
+    }
+
+    /// Whether all molecules have one shape and mass.
+    pub fn is_equal(&self) -> bool {
+        matches!(self.molecules, Molecules::Equal(_))
+    }
+
+    /// Runs of molecules of one shape: the index of the first and the number of each.
+    pub fn groups(&self) -> impl Iterator<Item = (usize, usize)> {
+        let size = if self.is_equal() { self.count } else { 1 };
+        let groups = if self.is_equal() { 1 } else { self.count };
+        (0..groups).map(move |group| (group * size, size))
+    }
+
+    /// This gas with its molecules at another scale.
+    ///
+    /// # Errors
+    /// [`SceneError`] with the name of the entry if a length is out of range.
+    pub fn scaled(&self, scale: f64) -> Result<Self, SceneError> {
+        let scaled =
+            |molecule: &Arc<Molecule>| molecule.scaled(scale).map(Arc::new).map_err(geometry(&self.entry));
+        let molecules = match &self.molecules {
+            Molecules::Equal(molecule) => Molecules::Equal(scaled(molecule)?),
+            Molecules::Drawn(molecules) => {
+                Molecules::Drawn(molecules.iter().map(scaled).collect::<Result<_, _>>()?)
+            }
+        };
+        Ok(Self { molecules, ..self.clone() })
+    }
+
+    /// The indices of at most two molecules; of drawn ones, of the two largest and the two
+    /// smallest, in ascending order.
+    fn extremes(&self) -> Vec<usize> {
+        match &self.molecules {
+            Molecules::Equal(_) => (0..self.count.min(2)).collect(),
+            Molecules::Drawn(molecules) => {
+                let mut by_size: Vec<usize> = (0..molecules.len()).collect();
+                let radius = |index: usize| molecules[index].bounding_radius();
+                by_size.sort_by(|&i, &j| radius(i).total_cmp(&radius(j)));
+                let all = by_size.len();
+                if all > 4 {
+                    by_size.drain(2..all - 2);
+                }
+                by_size.sort_unstable();
+                by_size
+            }
+        }
     }
 
     /// Speed and angular velocity of a molecule of this energy, shared equally over its degrees of
     /// freedom (length / time, radians per time).
-    pub fn equal_shares(&self, energy: f64) -> (f64, f64) {
-        let (share, inertia) = (energy / self.degrees_of_freedom(), self.inertia());
+    pub fn equal_shares(&self, index: usize, energy: f64) -> (f64, f64) {
+        let (share, inertia) = (energy / self.degrees_of_freedom(), self.inertia(index));
         let speed = (4.0 * share * inertia.inverse_mass).sqrt();
         (speed, if self.turns() { (2.0 * share * inertia.inverse_moment).sqrt() } else { 0.0 })
     }
 
     /// Refuses a molecule that moves or turns too fast or too slowly to compute with.
-    pub fn check_motion(&self, velocity: DVec2, angular_velocity: f64) -> Result<(), SceneError> {
+    pub fn check_motion(
+        &self,
+        index: usize,
+        velocity: DVec2,
+        angular_velocity: f64,
+    ) -> Result<(), SceneError> {
         let [speed, spin] = if self.spec.temperature.is_some() {
             ["the speed that `temperature` gives", "the angular velocity that `temperature` gives"]
         } else {
@@ -131,17 +192,21 @@ impl Species {
         }
         check_length(spin, angular_velocity).map_err(geometry(&self.entry))?;
         let motion = Motion { velocity, angular_velocity, ..Motion::at_rest(DVec2::ZERO) };
-        refuse_slow(&self.entry, &motion, self.molecule.bounding_radius())
+        refuse_slow(&self.entry, &motion, self.molecule(index).bounding_radius())
     }
 
-    /// Mass and moment of inertia of one molecule.
-    pub fn inertia(&self) -> Inertia {
-        inertia(&self.molecule, self.spec.rotation)
+    /// Mass and moment of inertia of a molecule.
+    pub fn inertia(&self, index: usize) -> Inertia {
+        inertia(self.molecule(index), self.spec.rotation)
     }
 
-    /// Whether contacts change the angular velocity of the molecules.
+    /// Whether contacts change the angular velocity of the molecules. All have one shape.
     pub fn turns(&self) -> bool {
-        self.spec.rotation == Rotation::Free && !self.molecule.is_round()
+        let is_round = match &self.molecules {
+            Molecules::Equal(molecule) => molecule.is_round(),
+            Molecules::Drawn(molecules) => molecules.first().is_none_or(|molecule| molecule.is_round()),
+        };
+        self.spec.rotation == Rotation::Free && !is_round
     }
 
     /// Degrees of freedom of one molecule that contacts change: 2, or 3 if it turns.
@@ -156,19 +221,115 @@ impl Species {
 
     /// Mass of all molecules.
     pub fn mass(&self) -> f64 {
-        self.count as f64 / self.inertia().inverse_mass
+        self.groups().map(|(index, count)| count as f64 / self.inertia(index).inverse_mass).sum()
     }
 
     /// Area of all molecules (length²).
     pub fn area(&self) -> f64 {
-        self.count as f64 * self.molecule.area()
+        self.groups().map(|(index, count)| count as f64 * self.molecule(index).area()).sum()
     }
 
     /// Adds the molecules with these motions to a world.
     pub fn insert(&self, world: &mut World, names: &mut TagNames, motions: impl Iterator<Item = Motion>) {
-        let (inertia, tags) = (self.inertia(), tags(names, &self.spec.tags));
-        for motion in motions {
-            insert(world, Arc::clone(&self.molecule), inertia, tags.clone(), motion);
+        let tags = tags(names, &self.spec.tags);
+        let mut shared = None;
+        for (index, motion) in motions.enumerate() {
+            let inertia = match shared {
+                Some(inertia) if self.is_equal() => inertia,
+                _ => *shared.insert(self.inertia(index)),
+            };
+            insert(world, Arc::clone(self.molecule(index)), inertia, tags.clone(), motion);
         }
     }
+}
+
+/// The number of equal molecules.
+fn count(
+    entry: &str,
+    spec: &GasSpec,
+    bounds: &PeriodicBox,
+    molecule: &Molecule,
+) -> Result<usize, SceneError> {
+    let count = match wanted(entry, spec, bounds)? {
+        Wanted::Count(count) => count,
+        Wanted::Area(area) => {
+            let count = (area / molecule.area()).round() as usize;
+            if area > 0.0 && count == 0 {
+                return Err(too_small(entry, spec, bounds, molecule.area()));
+            }
+            count
+        }
+    };
+    if count > MOST_MOLECULES { Err(too_many(entry)) } else { Ok(count) }
+}
+
+/// Draws molecules, up to their number, or until their area is nearest to that wanted.
+fn drawn(
+    entry: &str,
+    spec: &GasSpec,
+    bounds: &PeriodicBox,
+    mut drawing: Drawing,
+) -> Result<Vec<Arc<Molecule>>, SceneError> {
+    let wanted = wanted(entry, spec, bounds)?;
+    if matches!(wanted, Wanted::Count(count) if count > MOST_MOLECULES) {
+        return Err(too_many(entry));
+    }
+    let (mut molecules, mut covered) = (Vec::new(), 0.0);
+    while molecules.len() <= MOST_MOLECULES {
+        match wanted {
+            Wanted::Count(count) if molecules.len() >= count => return Ok(molecules),
+            Wanted::Area(area) if covered >= area => return Ok(molecules),
+            Wanted::Count(_) | Wanted::Area(_) => {}
+        }
+        let molecule = drawing.next()?;
+        let with_it = covered + molecule.area();
+        if let Wanted::Area(area) = wanted
+            && with_it - area > area - covered
+        {
+            // Nearer without this one.
+            return if molecules.is_empty() {
+                Err(too_small(entry, spec, bounds, molecule.area()))
+            } else {
+                Ok(molecules)
+            };
+        }
+        covered = with_it;
+        molecules.push(Arc::new(molecule));
+    }
+    Err(too_many(entry))
+}
+
+/// The amount of a gas.
+#[derive(Clone, Copy)]
+enum Wanted {
+    /// This number of molecules.
+    Count(usize),
+    /// As many as cover this area (length²).
+    Area(f64),
+}
+
+fn wanted(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Wanted, SceneError> {
+    let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
+    match (spec.area_fraction, spec.count) {
+        (None, Some(count)) => Ok(Wanted::Count(count)),
+        (Some(fraction), None) if (0.0..1.0).contains(&fraction) => {
+            Ok(Wanted::Area(fraction * bounds.area()))
+        }
+        (Some(_), None) => Err(problem("`area_fraction` must be at least 0 and below 1")),
+        _ => Err(problem("give either `area_fraction` or `count`")),
+    }
+}
+
+fn too_many(entry: &str) -> SceneError {
+    let problem = "there must be at most 2^27 molecules of one kind".to_owned();
+    SceneError::Entry { entry: entry.to_owned(), problem }
+}
+
+fn too_small(entry: &str, spec: &GasSpec, bounds: &PeriodicBox, one: f64) -> SceneError {
+    let (fraction, all) = (spec.area_fraction.unwrap_or(0.0), bounds.area());
+    let problem = format!(
+        "`area_fraction` = {fraction} of the box's area {all} is less than half of one molecule's area {one}: it \
+         rounds to 0 molecules"
+    );
+    SceneError::Entry { entry: entry.to_owned(), problem }
 }

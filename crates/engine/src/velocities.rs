@@ -1,20 +1,21 @@
 //! Velocities of the molecules of a gas at the start: of equal energy, or from Maxwell's
 //! distribution.
 //!
-//! Normal numbers are drawn in pairs by the method of G. E. P. Box and M. E. Muller, Ann. Math.
-//! Stat. 29 (1958) 610: a vector of random direction and length √(−2 ln u), with u uniform from 0
-//! to 1. The logarithm is that of `libm`, so that all processors give the same bits.
-//!
 //! Maxwell velocities are scaled to a given energy: at equilibrium, a gas of N molecules with f
 //! degrees of freedom is uniform on the sphere of its energy in the space of the f momenta, and f
 //! normal numbers divided by their length are uniform on the unit sphere.
 
-use carom_kinematics::Orientation;
+use carom_kinematics::{Inertia, Orientation};
 use glam::DVec2;
-use rand::{RngExt, distr::Open01, seq::SliceRandom};
+use rand::{RngExt, seq::SliceRandom};
 use rand_pcg::Pcg64;
 
-use crate::{SceneError, StartVelocities, World, centre_of_mass::conserved_momentum, species::Species};
+use crate::{
+    SceneError, StartVelocities, World,
+    centre_of_mass::conserved_momentum,
+    random::{direction, normal_pair},
+    species::Species,
+};
 
 /// The momentum that a scene conserves, on which the velocities at the start depend.
 #[derive(Debug, Clone, Copy)]
@@ -94,8 +95,11 @@ impl<'a> Start<'a> {
     /// way.
     fn equal_energies(&self, random: &mut Pcg64) -> Result<Drawn, SceneError> {
         let Self { kind, energy, without_momentum } = *self;
-        let (speed, spin) = kind.equal_shares(energy);
-        kind.check_motion(speed * DVec2::X, spin)?;
+        if !kind.is_equal() {
+            return self.equal_energies_of_drawn(random);
+        }
+        let (speed, spin) = kind.equal_shares(0, energy);
+        kind.check_motion(0, speed * DVec2::X, spin)?;
         let mut velocities = if without_momentum {
             opposite_directions(kind.count, random)
         } else {
@@ -108,10 +112,66 @@ impl<'a> Start<'a> {
         Ok((velocities, spins))
     }
 
+    /// Random directions, for molecules of different masses. Opposite pairs would not cancel: the
+    /// velocity of the centre of mass is subtracted, and all are multiplied by the factor that
+    /// restores the energy.
+    fn equal_energies_of_drawn(&self, random: &mut Pcg64) -> Result<Drawn, SceneError> {
+        let Self { kind, energy, .. } = *self;
+        let shares: Vec<(f64, f64)> = (0..kind.count).map(|index| kind.equal_shares(index, energy)).collect();
+        let velocities = shares.iter().map(|(speed, _)| *speed * direction(random)).collect();
+        let turning = &shares[..kind.turning()];
+        let spins = turning.iter().map(|&(_, spin)| either_way(spin, random)).collect();
+        self.without_drift((velocities, spins))
+    }
+
+    /// Normal numbers with variances 1/m and 1/I, for molecules of different masses.
+    fn maxwell_of_drawn(&self, random: &mut Pcg64) -> Result<Drawn, SceneError> {
+        let kind = self.kind;
+        let velocity = |index: usize| normal_pair(random) * kind.inertia(index).inverse_mass.sqrt();
+        let velocities = (0..kind.count).map(velocity).collect();
+        let spin = |index: usize| normal_pair(random).x * kind.inertia(index).inverse_moment.sqrt();
+        let spins = (0..kind.turning()).map(spin).collect();
+        self.without_drift((velocities, spins))
+    }
+
+    /// These velocities, relative to the centre of mass if the gas has no momentum, multiplied by
+    /// one factor that gives them the energy of the gas.
+    fn without_drift(&self, (mut velocities, mut spins): Drawn) -> Result<Drawn, SceneError> {
+        let kind = self.kind;
+        let inertia: Vec<Inertia> = (0..kind.count).map(|index| kind.inertia(index)).collect();
+        if self.removes_mean() {
+            let momentum: DVec2 = velocities.iter().zip(&inertia).map(|(&v, i)| v / i.inverse_mass).sum();
+            let drift = momentum / kind.mass();
+            for velocity in &mut velocities {
+                *velocity -= drift;
+            }
+        }
+        let moving: f64 =
+            velocities.iter().zip(&inertia).map(|(v, i)| v.length_squared() / i.inverse_mass).sum();
+        let turning: f64 = spins.iter().zip(&inertia).map(|(spin, i)| spin * spin / i.inverse_moment).sum();
+        let twice_energy = 2.0 * self.energy * kind.count as f64;
+        // All numbers are 0 without energy.
+        let factor = (twice_energy / (moving + turning).max(f64::MIN_POSITIVE)).sqrt();
+        for velocity in &mut velocities {
+            *velocity *= factor;
+        }
+        for spin in &mut spins {
+            *spin *= factor;
+        }
+        let all_spins = spins.iter().chain(std::iter::repeat(&0.0));
+        for (index, (&velocity, &spin)) in velocities.iter().zip(all_spins).enumerate() {
+            kind.check_motion(index, velocity, spin)?;
+        }
+        Ok((velocities, spins))
+    }
+
     /// Normal numbers, without the mean of the velocities if the gas has no momentum, scaled to the
     /// energy.
     fn maxwell(&self, random: &mut Pcg64) -> Result<Drawn, SceneError> {
         let (kind, count) = (self.kind, self.kind.count as f64);
+        if !kind.is_equal() {
+            return self.maxwell_of_drawn(random);
+        }
         let mut velocities: Vec<DVec2> = (0..kind.count).map(|_| normal_pair(random)).collect();
         let mut spins: Vec<f64> = (0..kind.turning()).map(|_| normal_pair(random).x).collect();
         if self.removes_mean() {
@@ -124,7 +184,7 @@ impl<'a> Start<'a> {
             + spins.iter().map(|spin| spin * spin).sum::<f64>();
         // All numbers are 0 if there is no molecule, and by a chance of 2⁻¹⁰⁰ if there are two.
         let twice_energy = 2.0 * self.energy * count / squares.max(f64::MIN_POSITIVE);
-        let inertia = kind.inertia();
+        let inertia = kind.inertia(0);
         let speed = (twice_energy * inertia.inverse_mass).sqrt();
         for velocity in &mut velocities {
             *velocity *= speed;
@@ -134,21 +194,10 @@ impl<'a> Start<'a> {
             *number *= spin;
         }
         for (&velocity, &spin) in velocities.iter().zip(spins.iter().chain(std::iter::repeat(&0.0))) {
-            kind.check_motion(velocity, spin)?;
+            kind.check_motion(0, velocity, spin)?;
         }
         Ok((velocities, spins))
     }
-}
-
-/// Two independent numbers of the standard normal distribution, not both 0.
-fn normal_pair(random: &mut Pcg64) -> DVec2 {
-    let length = (-2.0 * libm::log(random.sample(Open01))).sqrt();
-    length * direction(random)
-}
-
-/// A random direction.
-pub(crate) fn direction(random: &mut Pcg64) -> DVec2 {
-    Orientation::from_turns(random.random()).cos_sin()
 }
 
 /// Random directions with sum 0, in random order: opposite pairs, and for an odd number three

@@ -26,6 +26,10 @@ pub struct World {
     /// Start of the epoch.
     pub(crate) epoch: EpochTime,
     pub(crate) next_id: u64,
+    /// Seed and replica of the scene, for walls that have a temperature.
+    pub(crate) random_key: [u64; 2],
+    /// Whether any body is such a wall; without one, contacts with it are not looked for.
+    pub(crate) has_thermal_walls: bool,
 }
 
 impl World {
@@ -38,6 +42,8 @@ impl World {
             last_contacts: Vec::new(),
             epoch: EpochTime::ZERO,
             next_id: 0,
+            random_key: [0; 2],
+            has_thermal_walls: false,
         }
     }
 

@@ -39,6 +39,9 @@ pub enum Shape {
 const MOST_ATOMS: usize = 4096;
 
 impl Shape {
+    /// The names of all shapes in their text form; N stands for a number of atoms.
+    pub const NAMES: [&str; 6] = ["disc", "dumbbell", "rod:N", "cross", "tee", "ring:N"];
+
     /// The atoms of the shape, each of `radius` (length) and `mass`.
     ///
     /// # Errors

@@ -96,6 +96,7 @@ mod test_scenes;
 mod thermostat_ledger;
 mod time_correlation;
 mod velocity_distribution;
+mod wall_heat;
 
 pub use blocks::{Additive, Block, Blocks};
 pub use coarse_atoms::{MOST_CIRCLES, drawn_circles};
@@ -130,3 +131,4 @@ pub use temperature::{TemperatureByTag, TemperaturePoint};
 pub use thermostat_ledger::{ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use velocity_distribution::{VelocityDistribution, VelocityPoint};
+pub use wall_heat::{WallHeat, WallHeatPoint};

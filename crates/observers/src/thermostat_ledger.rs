@@ -1,9 +1,9 @@
 //! The energy balance of a thermostat: energy put in by resets and lost in contacts, from sample to
 //! sample.
 //!
-//! E(t) − E(0) = Σ (work of resets) − Σ ½ (1 − e²) μ u² (mass × length² / time²), u being the speed
-//! of approach of a contact and μ its reduced mass. The power of each is its change in an interval
-//! divided by the duration of the interval.
+//! E(t) − E(0) = Σ (work of resets) + Σ (heat of walls) − Σ ½ (1 − e²) μ u² (mass × length² /
+//! time²), u being the speed of approach of a contact and μ its reduced mass. The power of each is
+//! its change in an interval divided by the duration of the interval.
 
 use carom_engine::{Observer, View};
 use carom_kinematics::EpochTime;
@@ -56,6 +56,8 @@ pub struct ThermostatPoint {
     pub put_in: f64,
     /// Energy lost in contacts, less the gain in superelastic contacts (mass × length² / time²).
     pub lost: f64,
+    /// Energy received from walls that have a temperature (mass × length² / time²).
+    pub heat: f64,
     /// Kinetic energy at the sample (mass × length² / time²).
     pub energy: f64,
 }
@@ -79,6 +81,7 @@ struct Books {
     time: EpochTime,
     put_in: f64,
     lost: f64,
+    heat: f64,
     energy: f64,
 }
 
@@ -105,13 +108,13 @@ impl ThermostatLedger {
         (duration > 0.0).then(|| self.total_put_in() / duration)
     }
 
-    /// Largest |E − E(first) − put in + lost| over the samples, relative to the largest energy; 0
-    /// if that is 0.
+    /// Largest |E − E(first) − put in − heat + lost| over the samples, relative to the largest
+    /// energy; 0 if that is 0.
     pub fn imbalance(&self) -> f64 {
         let Some([first, _]) = self.books else { return 0.0 };
         let (mut booked, mut worst, mut largest) = (first.energy, 0.0f64, first.energy);
         for point in &self.series {
-            booked += point.put_in - point.lost;
+            booked += point.put_in + point.heat - point.lost;
             worst = worst.max((point.energy - booked).abs());
             largest = largest.max(point.energy);
         }
@@ -131,7 +134,8 @@ impl Observer for ThermostatLedger {
 
     fn sample(&mut self, view: &View<'_>) {
         let (time, ledger) = (view.time(), view.ledger());
-        let now = Books { time, put_in: ledger.put_in, lost: ledger.lost, energy: view.energy() };
+        let (put_in, lost, heat) = (ledger.put_in, ledger.lost, ledger.heat);
+        let now = Books { time, put_in, lost, heat, energy: view.energy() };
         let Some([first, before]) = self.books else {
             self.books = Some([now; 2]);
             return;
@@ -141,6 +145,7 @@ impl Observer for ThermostatLedger {
             duration: time.since(before.time),
             put_in: now.put_in - before.put_in,
             lost: now.lost - before.lost,
+            heat: now.heat - before.heat,
             energy: now.energy,
         });
         self.books = Some([first, now]);

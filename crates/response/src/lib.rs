@@ -29,9 +29,11 @@
 mod elasticity;
 mod impulse;
 mod reflection;
+mod thermal_wall;
 
 pub use elasticity::{Elasticity, ElasticityError};
 pub use impulse::{ContactFrame, Impact, apply_impulse, approach_speed, reduced_mass};
+pub use thermal_wall::{ThermalDraw, thermal_motion};
 
 use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;

@@ -6,7 +6,10 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use carom::{Scene, View, engine::Body};
+use carom::{
+    Scene, View,
+    engine::{Body, Tag},
+};
 use carom_methods::{AnySimulation, Method};
 use carom_report::page::with_error;
 use carom_tables::Verdict;
@@ -55,8 +58,19 @@ fn contents(scene: &Scene, view: &View<'_>) -> Result<String> {
         writeln!(text, "method   {method}{warning}")?;
     }
     let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
-    for body in view.bodies() {
-        *kinds.entry(kind(view, body.body)).or_default() += 1;
+    let mut groups: BTreeMap<Group<'_>, BTreeMap<String, Vec<&Body>>> = BTreeMap::new();
+    for body in view.bodies().map(|view| view.body) {
+        let likeness =
+            (body.tags(), body.is_wall(), body.molecule().atoms().len(), body.is_fixed(), body.is_locked());
+        groups.entry(likeness).or_default().entry(kind(view, body)).or_default().push(body);
+    }
+    for group in groups.into_values() {
+        let bodies: Vec<&Body> = group.values().flatten().copied().collect();
+        if group.len() > MOST_KINDS {
+            kinds.insert(range(view, &bodies), bodies.len());
+        } else {
+            kinds.extend(group.into_iter().map(|(kind, bodies)| (kind, bodies.len())));
+        }
     }
     for (kind, count) in &kinds {
         writeln!(text, "{count:<8} {kind}")?;
@@ -88,6 +102,53 @@ fn contents(scene: &Scene, view: &View<'_>) -> Result<String> {
         write!(text, " of {}", run.observe.join(", "))?;
     }
     Ok(text)
+}
+
+/// What bodies on one line have in common: tags, wall or not, number of atoms, fixed or not, and
+/// locked or not.
+type Group<'a> = (&'a [Tag], bool, usize, bool, bool);
+
+/// More sizes and masses than this in one group, as drawn from a distribution, share a line.
+const MOST_KINDS: usize = 8;
+
+/// Description of many bodies of different sizes and masses: tags, means and ranges, and the share
+/// of the box that they cover.
+fn range(view: &View<'_>, bodies: &[&Body]) -> String {
+    let first = bodies[0];
+    let tags: Vec<&str> = first.tags().iter().map(|&tag| view.tag_names().name(tag)).collect();
+    let tags = if tags.is_empty() { "untagged".to_owned() } else { tags.join("+") };
+    let spread = |of: fn(&Body) -> f64| {
+        let (mut least, mut most, mut sum) = (f64::INFINITY, 0.0f64, 0.0);
+        for value in bodies.iter().map(|body| of(body)) {
+            (least, most, sum) = (least.min(value), most.max(value), sum + value);
+        }
+        let mean = sum / bodies.len() as f64;
+        format!("mean {}, from {} to {}", figures(mean), figures(least), figures(most))
+    };
+    let sizes = spread(|body| body.molecule().bounding_radius());
+    let shape = match first.molecule().atoms().len() {
+        1 => format!("discs of radius {sizes}"),
+        atoms => format!("molecules of {atoms} atoms, bounding radius {sizes}"),
+    };
+    let motion = match (first.is_fixed(), first.is_locked()) {
+        (true, _) => "fixed".to_owned(),
+        (false, locked) => {
+            let turns = if locked && first.molecule().atoms().len() > 1 { ", do not turn" } else { "" };
+            format!("mass {}{turns}", spread(|body| body.molecule().mass()))
+        }
+    };
+    let area: f64 = bodies.iter().map(|body| body.molecule().area()).sum();
+    format!("{tags}: {shape}; {motion}; area fraction {:.4}", area / view.bounds().area())
+}
+
+/// A number with five significant digits.
+fn figures(number: f64) -> String {
+    let digits = 4 - number.abs().log10().floor().clamp(-4.0, 4.0) as i32;
+    if (1e-3..1e5).contains(&number) {
+        format!("{number:.*}", digits.max(0) as usize)
+    } else {
+        format!("{number:.4e}")
+    }
 }
 
 /// Description of a kind of body: tags, shape, size, mass, and whether it moves and turns.
@@ -200,6 +261,17 @@ mod tests {
         assert!(text.contains("to t = 2, 4 samples"), "{text}");
         // π (100 · 0.01² + 5 · 0.02² + 0.05²)
         assert!(text.contains("area fraction of all bodies 0.0456"), "{text}");
+    }
+
+    #[test]
+    fn drawn_sizes_share_a_line_with_their_range() {
+        let gas = "[[gas]]\nradius = { uniform = [0.01, 0.02] }\ndensity = 1.0\nenergy = 1.0\narea_fraction = 0.2\n";
+        let scene = scene(gas);
+        let simulation = AnySimulation::new(&scene).unwrap();
+        let text = contents(&scene, &simulation.view()).unwrap();
+        assert!(text.contains("untagged: discs of radius mean 0.01"), "{text}");
+        assert!(text.contains("area fraction 0.2"), "{text}");
+        assert!(text.lines().count() < 8, "{text}");
     }
 
     #[test]

@@ -7,10 +7,10 @@ pub use explain::explain;
 use std::{
     fmt,
     path::{Path, PathBuf},
-    str::FromStr,
 };
 
-use anyhow::{Result, bail};
+use anyhow::Result;
+use carom::engine::DetectorName;
 use carom_detection::{
     Answer, BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Touch, skim,
 };
@@ -27,47 +27,6 @@ use crate::{
 
 /// Largest number of times that a search is continued after "certified free until".
 const MOST_QUERIES: u32 = 1000;
-
-/// The selected detector.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum DetectorName {
-    /// [`Exact`].
-    #[default]
-    Exact,
-    /// [`GoldenSecant`].
-    GoldenSecant,
-    /// [`BoundingCircles`].
-    BoundingCircles,
-    /// [`FixedStep`].
-    FixedStep,
-}
-
-impl fmt::Display for DetectorName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Exact => "exact",
-            Self::GoldenSecant => "golden-secant",
-            Self::BoundingCircles => "bounding-circles",
-            Self::FixedStep => "fixed-step",
-        })
-    }
-}
-
-impl FromStr for DetectorName {
-    type Err = anyhow::Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        Ok(match text {
-            "exact" => Self::Exact,
-            "golden-secant" => Self::GoldenSecant,
-            "bounding-circles" => Self::BoundingCircles,
-            "fixed-step" => Self::FixedStep,
-            _ => bail!(
-                "unknown detector '{text}': expected one of exact, golden-secant, bounding-circles, fixed-step"
-            ),
-        })
-    }
-}
 
 /// Options of `carom detect`.
 #[derive(Debug, Clone, Args)]
@@ -312,6 +271,7 @@ mod tests {
     #[test]
     fn detectors_are_parsed_by_name() {
         assert_eq!("golden-secant".parse::<DetectorName>().unwrap(), DetectorName::GoldenSecant);
-        assert!("golden".parse::<DetectorName>().unwrap_err().to_string().contains("fixed-step"));
+        let error = "fixed-stop".parse::<DetectorName>().unwrap_err().to_string();
+        assert!(error.contains("golden-secant") && error.ends_with("did you mean `fixed-step`?"), "{error}");
     }
 }

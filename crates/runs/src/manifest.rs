@@ -99,12 +99,14 @@ fn methods(scenes: &[&Scene]) -> Vec<String> {
 
 /// The streams that a scene draws from: number 16 × replica + purpose, see
 /// [`carom::engine::RandomStream`].
-fn streams(scene: &Scene) -> [Stream; 3] {
+fn streams(scene: &Scene) -> [Stream; 5] {
     use carom::engine::RandomStream;
     [
         ("placement", RandomStream::Placement),
         ("velocities", RandomStream::Velocities),
         ("growth", RandomStream::Growth),
+        ("sizes", RandomStream::Sizes),
+        ("walls", RandomStream::Walls),
     ]
     .map(|(name, purpose)| Stream {
         purpose: name,

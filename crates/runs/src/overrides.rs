@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail, ensure};
 use toml::{Table, Value};
 
 /// Renamed keys: table, old name (still read), and new name.
-const RENAMED: [(&str, &str, &str); 1] = [("run", "standby", "sample_interval")];
+pub const RENAMED: [(&str, &str, &str); 1] = [("run", "standby", "sample_interval")];
 
 /// A change of one entry: its path and its new value.
 #[derive(Debug, Clone, PartialEq)]

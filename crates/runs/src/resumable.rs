@@ -404,6 +404,6 @@ mod tests {
             Head { what: "run".to_owned(), until: 1.0, ended: false, time: EpochTime::ZERO, samples: 0 };
         let simulation = simulation.checkpoint().unwrap();
         let kept = encode(&(head, State { simulation, observers, seconds: 0.5, files: Vec::new() })).unwrap();
-        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (5, 831, 2_239_407_009));
+        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (6, 845, 430_561_542));
     }
 }

@@ -1,6 +1,6 @@
 //! The dilute state from which gases grow: small molecules on a lattice, in motion.
 
-use std::{f64::consts::PI, sync::Arc};
+use std::f64::consts::PI;
 
 use carom_kinematics::{Motion, Orientation};
 use rand::RngExt;
@@ -8,7 +8,6 @@ use rand::RngExt;
 use super::packing::gyration_squared;
 use crate::{
     RandomStream, Scene, SceneError, World,
-    body_builder::geometry,
     contents::Contents,
     grid::{CellsPerSide, Grid},
     placement,
@@ -50,8 +49,10 @@ pub(super) fn refuse_impossible(contents: &Contents) -> Result<(), SceneError> {
 
 /// An upper bound on the share of the box that these kinds can cover.
 fn densest<'a>(first: &Species, mut others: impl Iterator<Item = &'a Species>) -> f64 {
-    let radius = first.molecule.bounding_radius();
-    let is_equal = |kind: &Species| kind.molecule.is_disc() && kind.molecule.bounding_radius() == radius;
+    let radius = first.molecule(0).bounding_radius();
+    let is_equal = |kind: &Species| {
+        kind.is_equal() && kind.molecule(0).is_disc() && kind.molecule(0).bounding_radius() == radius
+    };
     if is_equal(first) && others.all(is_equal) { PI / 12f64.sqrt() } else { 1.0 }
 }
 
@@ -69,14 +70,16 @@ pub(super) fn place(
     species: &[Species],
 ) -> Result<(f64, Vec<Motion>), SceneError> {
     let bounds = &scene.bounds;
-    let circles: f64 =
-        species.iter().map(|kind| kind.count as f64 * PI * kind.molecule.bounding_radius().powi(2)).sum();
+    let circle = |kind: &Species, index| PI * kind.molecule(index).bounding_radius().powi(2);
+    let circles = |kind: &Species| -> f64 {
+        kind.groups().map(|(index, count)| count as f64 * circle(kind, index)).sum()
+    };
+    let circles: f64 = species.iter().map(circles).sum();
     let mut scale = (DILUTE * world.bounds().area() / circles).sqrt().min(1.0);
     let mut random = RandomStream::Placement.generator(bounds.seed, bounds.replica);
     let mut trial = 1;
     let places = loop {
-        let small: Result<Vec<Species>, SceneError> =
-            species.iter().map(|kind| scaled(kind, scale)).collect();
+        let small: Result<Vec<Species>, SceneError> = species.iter().map(|kind| kind.scaled(scale)).collect();
         match placement::place(world, &small?, &mut random) {
             Err(SceneError::Full { .. }) if trial < TRIALS => {}
             ended => break ended?,
@@ -89,20 +92,17 @@ pub(super) fn place(
     let speed = world.bounds().sides().min_element();
     let mut motions = Vec::new();
     for (kind, places) in species.iter().zip(places) {
-        let spin = if kind.turns() { speed / (scale * (2.0 * gyration_squared(kind)).sqrt()) } else { 0.0 };
+        let spin = |index: usize| speed / (scale * (2.0 * gyration_squared(kind.molecule(index))).sqrt());
+        let spin = |index| if kind.turns() { spin(index) } else { 0.0 };
         let directions = opposite_directions(kind.count, &mut motion);
-        motions.extend(places.into_iter().zip(directions).map(|(place, direction)| Motion {
-            velocity: speed * direction,
-            orientation: Orientation::from_turns(random.random()),
-            angular_velocity: if spin > 0.0 { either_way(spin, &mut motion) } else { 0.0 },
-            ..Motion::at_rest(place)
+        motions.extend(places.into_iter().zip(directions).enumerate().map(|(index, (place, direction))| {
+            Motion {
+                velocity: speed * direction,
+                orientation: Orientation::from_turns(random.random()),
+                angular_velocity: if spin(index) > 0.0 { either_way(spin(index), &mut motion) } else { 0.0 },
+                ..Motion::at_rest(place)
+            }
         }));
     }
     Ok((scale, motions))
-}
-
-/// A kind with molecules at a smaller scale.
-fn scaled(kind: &Species, scale: f64) -> Result<Species, SceneError> {
-    let molecule = kind.molecule.scaled(scale).map_err(geometry(&kind.entry))?;
-    Ok(Species { molecule: Arc::new(molecule), ..kind.clone() })
 }

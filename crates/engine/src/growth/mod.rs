@@ -216,11 +216,12 @@ impl Growth {
         state: State,
     ) -> Result<Self, SceneError> {
         let mut world = held(&contents.singles.world);
-        let kinds = contents.species.iter().flat_map(|kind| std::iter::repeat_n(kind, kind.count));
-        for ((kind, &scale), &motion) in kinds.zip(&scales).zip(motions) {
+        let molecules =
+            contents.species.iter().flat_map(|kind| (0..kind.count).map(move |index| (kind, index)));
+        for (((kind, index), &scale), &motion) in molecules.zip(&scales).zip(motions) {
             let kind = match state.stage {
-                Stage::Growing => packing::kind_at(kind, scale)?,
-                Stage::Relaxing { .. } | Stage::Done => real_kind(kind),
+                Stage::Growing => packing::kind_at(kind, index, scale)?,
+                Stage::Relaxing { .. } | Stage::Done => real_kind(kind, index),
             };
             world.insert(kind, motion);
         }
@@ -385,8 +386,11 @@ impl Growth {
     fn area_fraction(&self) -> f64 {
         let mut scales = self.scales.iter();
         let area = self.contents.species.iter().map(|kind| {
-            let squares: f64 = scales.by_ref().take(kind.count).map(|scale| scale * scale).sum();
-            squares * kind.molecule.area()
+            let of_group = |(index, count): (usize, usize)| {
+                let squares: f64 = scales.by_ref().take(count).map(|scale| scale * scale).sum();
+                squares * kind.molecule(index).area()
+            };
+            kind.groups().map(of_group).sum::<f64>()
         });
         area.sum::<f64>() / self.world.bounds.area()
     }

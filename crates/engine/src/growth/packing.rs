@@ -11,7 +11,7 @@
 
 use std::sync::Arc;
 
-use carom_geometry::{Scaled, room};
+use carom_geometry::{Molecule, Scaled, room};
 use carom_kinematics::Inertia;
 use glam::DVec2;
 use rand::seq::SliceRandom;
@@ -63,18 +63,18 @@ pub(super) struct Packing<'a> {
     pub species: &'a [Species],
 }
 
-impl Packing<'_> {
+impl<'a> Packing<'a> {
     /// Increases the scales of the molecules, in random order; returns the number of them that are
     /// then still behind the front.
     pub fn grow(&self, scales: &mut [f64], lead: f64, random: &mut Pcg64) -> usize {
         let smallest = scales.iter().copied().fold(1.0, f64::min);
         let front = (smallest * (1.0 + lead)).min(1.0);
         let clearance = CLEARANCE * (front - smallest);
-        let kinds: Vec<&Species> =
-            self.species.iter().flat_map(|kind| std::iter::repeat_n(kind, kind.count)).collect();
+        let of = |kind: &'a Species| (0..kind.count).map(|index| &**kind.molecule(index));
+        let molecules: Vec<&Molecule> = self.species.iter().flat_map(of).collect();
         let motions = &self.world.motions;
         let rotations: Vec<DVec2> = motions.iter().map(|motion| motion.orientation.cos_sin()).collect();
-        let sites = self.sites(scales, &kinds, front);
+        let sites = self.sites(scales, &molecules, front);
         let sides = self.world.bounds.sides();
         let margin = (MARGIN * sides.min_element()).max(ROUNDINGS * f64::EPSILON * sides.max_element());
         let mut order: Vec<usize> = (0..scales.len()).filter(|&index| scales[index] < front).collect();
@@ -85,7 +85,7 @@ impl Packing<'_> {
                 let rotation = rotations[other];
                 match other.checked_sub(self.first) {
                     None => Scaled { molecule: self.world.bodies[other].molecule(), rotation, scale: 1.0 },
-                    Some(gas) => Scaled { molecule: &kinds[gas].molecule, rotation, scale: scales[gas] },
+                    Some(gas) => Scaled { molecule: molecules[gas], rotation, scale: scales[gas] },
                 }
             };
             let (own, place) = (scaled(body), motions[body].position);
@@ -114,11 +114,11 @@ impl Packing<'_> {
     }
 
     /// All bodies, listed with the radii that they may have at the end of the step.
-    fn sites(&self, scales: &[f64], kinds: &[&Species], front: f64) -> Sites {
+    fn sites(&self, scales: &[f64], molecules: &[&Molecule], front: f64) -> Sites {
         let mut sites = Sites::new(self.world);
         (0..self.first).for_each(|index| sites.add(self.world, index));
-        for (index, (kind, &scale)) in kinds.iter().zip(scales).enumerate() {
-            let radius = scale.max(front) * kind.molecule.bounding_radius();
+        for (index, (molecule, &scale)) in molecules.iter().zip(scales).enumerate() {
+            let radius = scale.max(front) * molecule.bounding_radius();
             sites.add_with_radius(self.world, self.first + index, radius);
         }
         sites
@@ -147,15 +147,15 @@ pub(super) fn resize(
     let World { bodies, motions, .. } = world;
     let mut index = 0;
     for kind in species {
-        // Most molecules of a kind stand at the front: they share a description.
+        // Most molecules of a kind stand at the front: equal ones share a description.
         let mut last: Option<(f64, Arc<BodyKind>)> = None;
-        for _ in 0..kind.count {
+        for molecule in 0..kind.count {
             let (body, motion) = (&mut bodies[first + index], &mut motions[first + index]);
             if scales[index] != before[index] {
                 motion.angular_velocity *= before[index] / scales[index];
                 body.kind = match &last {
-                    Some((scale, shared)) if *scale == scales[index] => Arc::clone(shared),
-                    _ => Arc::new(kind_at(kind, scales[index])?),
+                    Some((scale, shared)) if kind.is_equal() && *scale == scales[index] => Arc::clone(shared),
+                    _ => Arc::new(kind_at(kind, molecule, scales[index])?),
                 };
                 last = Some((scales[index], Arc::clone(&body.kind)));
             }
@@ -166,20 +166,21 @@ pub(super) fn resize(
 }
 
 /// A molecule of a gas at a scale, of mass 1; at scale 1 its shape is that of the scene to the bit.
-pub(super) fn kind_at(kind: &Species, scale: f64) -> Result<BodyKind, SceneError> {
+pub(super) fn kind_at(kind: &Species, index: usize, scale: f64) -> Result<BodyKind, SceneError> {
+    let whole = kind.molecule(index);
     let molecule = if scale == 1.0 {
-        Arc::clone(&kind.molecule)
+        Arc::clone(whole)
     } else {
-        Arc::new(kind.molecule.scaled(scale).map_err(geometry(&kind.entry))?)
+        Arc::new(whole.scaled(scale).map_err(geometry(&kind.entry))?)
     };
     let inertia = match kind.spec.rotation {
-        Rotation::Free => Inertia::free(1.0, gyration_squared(kind) * scale * scale),
+        Rotation::Free => Inertia::free(1.0, gyration_squared(whole) * scale * scale),
         Rotation::Locked => Inertia::locked(1.0),
     };
-    Ok(BodyKind { molecule, inertia, tags: Tags::default(), elasticity_class: 0 })
+    Ok(BodyKind { molecule, inertia, tags: Tags::default(), elasticity_class: 0, temperature: None })
 }
 
 /// Square of the radius of gyration of a molecule at scale 1 (length²).
-pub(super) fn gyration_squared(kind: &Species) -> f64 {
-    kind.molecule.moment_of_inertia() / kind.molecule.mass()
+pub(super) fn gyration_squared(molecule: &Molecule) -> f64 {
+    molecule.moment_of_inertia() / molecule.mass()
 }

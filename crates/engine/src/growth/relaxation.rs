@@ -33,10 +33,14 @@ impl Growth {
         let World { bodies, motions, .. } = &mut self.world;
         let mut rest = bodies[first..].iter_mut().zip(&mut motions[first..]);
         for kind in &self.contents.species {
-            let real = Arc::new(real_kind(kind));
             let velocities = kind.velocities(&conserved, &mut random)?;
-            for ((velocity, spin), (body, motion)) in velocities.zip(rest.by_ref()) {
-                body.kind = Arc::clone(&real);
+            let mut last: Option<Arc<BodyKind>> = None;
+            for (index, ((velocity, spin), (body, motion))) in velocities.zip(rest.by_ref()).enumerate() {
+                body.kind = match last.take() {
+                    Some(shared) if kind.is_equal() => shared,
+                    _ => Arc::new(real_kind(kind, index)),
+                };
+                last = Some(Arc::clone(&body.kind));
                 (motion.velocity, motion.angular_velocity) = (velocity, spin);
             }
         }
@@ -102,8 +106,14 @@ impl Growth {
     }
 }
 
-/// The molecules of a gas as in the scene, but without tags, which the growth does not need.
-pub(super) fn real_kind(kind: &Species) -> BodyKind {
-    let molecule = Arc::clone(&kind.molecule);
-    BodyKind { molecule, inertia: kind.inertia(), tags: Tags::default(), elasticity_class: 0 }
+/// A molecule of a gas as in the scene, but without tags, which the growth does not need.
+pub(super) fn real_kind(kind: &Species, index: usize) -> BodyKind {
+    let molecule = Arc::clone(kind.molecule(index));
+    BodyKind {
+        molecule,
+        inertia: kind.inertia(index),
+        tags: Tags::default(),
+        elasticity_class: 0,
+        temperature: None,
+    }
 }

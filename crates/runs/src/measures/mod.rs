@@ -23,9 +23,13 @@ mod temperature;
 mod thermostat;
 mod velocities;
 mod viscosity;
+mod wall_heat;
 
 use anyhow::{Context as _, Result, bail, ensure};
-use carom::{CollisionReport, Observer, Scene, View, engine::Body, engine::RunSpec};
+use carom::{
+    CollisionReport, Observer, Scene, View,
+    engine::{Body, RunSpec, did_you_mean},
+};
 use carom_tables::{BlockMean, BlockSums, Figure, Table, Verdict};
 use serde::{
     Deserialize, Deserializer, Serialize, Serializer, de::DeserializeOwned, de::Error as _, ser::Error as _,
@@ -41,7 +45,7 @@ use crate::{
 };
 
 /// All measures.
-pub const KINDS: [Kind; 16] = [
+pub const KINDS: [Kind; 17] = [
     velocities::KIND,
     temperature::KIND,
     correlation::KIND,
@@ -58,6 +62,7 @@ pub const KINDS: [Kind; 16] = [
     drift::KIND,
     running_average::KIND,
     thermostat::KIND,
+    wall_heat::KIND,
 ];
 
 /// A measure that can be asked for by name.
@@ -263,6 +268,12 @@ pub fn file_name(table: &Table) -> String {
     format!("{}.csv", table.name)
 }
 
+/// The names of all series and measures, without tags.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    let series = SERIES.iter().map(|(name, _)| name.split(':').next().unwrap_or(name));
+    series.chain(KINDS.iter().map(|kind| kind.name))
+}
+
 /// Prints all names that `run.observe` accepts, with what they measure.
 pub fn list() -> Verdict {
     for (name, summary) in SERIES {
@@ -299,7 +310,10 @@ fn find(name: &str) -> Option<(&'static Kind, Option<&str>)> {
 /// # Errors
 /// The name is unknown, a required tag is missing, or the tag is not allowed.
 pub fn check(name: &str) -> Result<()> {
-    let Some((kind, tag)) = find(name) else { bail!("unknown observer '{name}'") };
+    let Some((kind, tag)) = find(name) else {
+        let word = name.split(':').next().unwrap_or(name);
+        bail!("unknown observer '{name}'{}", did_you_mean(word, names()))
+    };
     check_tag(name, kind.of, tag)
 }
 

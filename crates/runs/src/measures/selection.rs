@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, ensure};
 use carom::{
     Group, View,
-    engine::{BodyView, RunSpec},
+    engine::{BodyView, RunSpec, did_you_mean},
 };
 
 /// Longest lag of correlations in samples. It does not depend on the end of the run, so an extended
@@ -35,7 +35,9 @@ impl<'a> Selection<'a> {
                 let found = view.tag_names().find(tag);
                 let found = found.filter(|&found| view.tagged(found).next().is_some());
                 found.map(Group::from).with_context(|| {
-                    format!("run.observe: '{name}': no body in the scene carries the tag {tag:?}")
+                    let tags = view.bodies().flat_map(|body| body.body.tags().iter());
+                    let nearest = did_you_mean(tag, tags.map(|&tag| view.tag_names().name(tag)));
+                    format!("run.observe: '{name}': no body in the scene carries the tag {tag:?}{nearest}")
                 })?
             }
         };

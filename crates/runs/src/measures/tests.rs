@@ -119,7 +119,8 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
     for kind in KINDS {
         let is_of = |name: &str| name.starts_with(kind.name);
         let has_table = results.tables.iter().any(|table| is_of(&table.name));
-        assert!(has_table || kind.name == "drift", "{}", kind.name);
+        // No wall of this scene has a temperature.
+        assert!(has_table || ["drift", "wall-heat"].contains(&kind.name), "{}", kind.name);
     }
     assert_eq!(results.figures.iter().filter(|figure| figure.name.ends_with(", tee")).count(), 6);
     for table in &results.tables {
@@ -181,4 +182,28 @@ fn measures_of_hard_discs_agree_with_their_predictions() {
     // The tail of the autocorrelation makes it larger than in Enskog's theory.
     let diffusion = figure("diffusion");
     assert!((0.9..1.3).contains(&(diffusion.value / diffusion.prediction.unwrap())), "{diffusion:?}");
+}
+
+#[test]
+fn the_heat_of_walls_is_that_of_the_ledger() {
+    let text = "[[wall]]\ntags = [\"hot\"]\nx = 0.0\ntemperature = 4.0\n[[wall]]\ntags = [\"cold\"]\nx = 0.5\ntemperature = 1.0\n\
+                [[gas]]\nradius = 0.01\nmass = 1.0\ntemperature = 2.0\ncount = 100\n\
+                [run]\nuntil = 20.0\nsample_interval = 0.1\nobserve = [\"thermostat\", \"wall-heat\", \"wall-heat:hot\", \"wall-heat:cold\"]";
+    let (results, _) = measured(text);
+    let last = |name: &str| column(table(&results, name), "heat").last().copied().flatten().unwrap();
+    let (all, hot, cold) = (last("wall-heat"), last("wall-heat-hot"), last("wall-heat-cold"));
+    let booked: f64 = column(table(&results, "thermostat"), "heat").iter().flatten().sum();
+    assert!(
+        (all - booked).abs() < 1e-10 * hot && (hot + cold - all).abs() < 1e-10 * hot,
+        "{hot} {cold} {all}"
+    );
+    assert!(hot > 0.0 && cold < 0.0);
+    let figure =
+        results.figures.iter().find(|figure| figure.name == "heat received from walls, hot").unwrap();
+    assert!((figure.value - hot / 20.0).abs() < 1e-9 * hot && figure.standard_error.is_some());
+    let gas = Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\ntemperature = 2.0\ncount = 100").unwrap();
+    let run = RunSpec { observe: vec!["wall-heat".to_owned()], ..RunSpec::default() };
+    let simulation = AnySimulation::new(&gas).unwrap();
+    let error = Measures::begin(&run, &simulation.view()).err().expect("no wall");
+    assert!(format!("{error:#}").contains("no such wall has a temperature"), "{error:#}");
 }

@@ -7,7 +7,7 @@ use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
 
 pub(super) const KIND: Kind = Kind {
     name: "thermostat",
-    summary: "energy put in by edits and lost in contacts, in each interval between samples",
+    summary: "energy put in by edits, lost in contacts and received from walls, between samples",
     of: Of::System,
     begin: |_| Ok(in_blocks(ThermostatLedger::default())),
     resume: resumed::<ThermostatLedger>,
@@ -24,9 +24,11 @@ impl Measured for ThermostatLedger {
             .abscissa("duration", "time", self.series().iter().map(|point| point.duration).collect())
             .value("put_in", unit, of(|point| point.put_in))
             .value("lost", unit, of(|point| point.lost))
+            .value("heat", unit, of(|point| point.heat))
             .value("energy", unit, of(|point| point.energy))
             .caption(
-                "Put in by edits and lost in contacts in each interval between samples; energy at its end.",
+                "Put in by edits, lost in contacts and received from walls with a temperature in each interval between \
+                 samples; energy at its end.",
             );
         Results { tables: vec![table], figures: Vec::new() }
     }

@@ -14,7 +14,9 @@ use carom_tables::{Summary, Verdict};
 use clap::Args;
 use outcome::simulate;
 use placement::Placement;
-pub use scene_file::SceneFile;
+#[cfg(test)]
+pub(crate) use scene_file::check;
+pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
 
 use crate::{
     interruption::Signals,
@@ -123,6 +125,9 @@ impl<'a> Place<'a> {
         let folder = self.open()?;
         if self.manifest.is_none() {
             self.manifest = Some(Manifest::begin(&folder, &self.command, &[self.scene])?);
+            if let Some(frame) = &self.scene.start.snapshot {
+                folder.write_lasting(START, frame.as_bytes())?;
+            }
             folder.write("config.toml", self.scene.to_toml())?;
         }
         Ok(folder)

@@ -1,16 +1,28 @@
 //! Scene files with changes from the command line; invalid entries are refused by name.
 
-use std::{fs, path::PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
-use anyhow::{Context, Result, bail, ensure};
-use carom::{Scene, engine::RunSpec};
+use anyhow::{Context, Error, Result, bail, ensure};
+use carom::{
+    Scene,
+    engine::{RunSpec, StartSpec, did_you_mean, frame_of},
+};
 use clap::Args;
 
 use super::{impulses, outcome::OBSERVERS};
 use crate::{measures, overrides::Override};
 
 /// The only supported format of snapshots.
-const EXTENDED_XYZ: &str = "extxyz";
+pub const EXTENDED_XYZ: &str = "extxyz";
+
+/// The name of the frame from which bodies start, in the folder of the run.
+pub const START: &str = "start.extxyz";
+
+/// Largest file with a frame to start from (bytes): it is read as a whole.
+const LARGEST_START: u64 = 1 << 32;
 
 /// Largest number of samples of a run; more are refused as a mistake.
 const MOST_SAMPLES: f64 = 1e7;
@@ -55,8 +67,32 @@ impl SceneFile {
         scene.bounds.seed = self.seed.unwrap_or(scene.bounds.seed);
         check(&scene.run)?;
         refuse_unknown_tags(&scene)?;
+        if let Some(from) = scene.start.from.take() {
+            let file = self.path.parent().unwrap_or_else(|| Path::new("")).join(&from);
+            read_start(&mut scene.start, &file).with_context(|| format!("start.from: {}", file.display()))?;
+        }
         Ok(scene)
     }
+}
+
+/// Reads the frame from which bodies start. Afterwards the entries are those of a scene in the
+/// folder of its run, which has a copy of this frame under the name [`START`].
+fn read_start(start: &mut StartSpec, file: &Path) -> Result<()> {
+    let length = fs::metadata(file).context("cannot read the file")?.len();
+    ensure!(length <= LARGEST_START, "the file has {length} bytes, more than {LARGEST_START}");
+    let text = fs::read_to_string(file).context("cannot read the file")?;
+    let frame = frame_of(&text, start.frame.take()).map_err(Error::msg)?;
+    let checksum = crc32fast::hash(frame.as_bytes());
+    if let Some(expected) = start.checksum {
+        ensure!(
+            checksum == expected,
+            "the checksum of the frame is {checksum}, but `start.checksum` is {expected}"
+        );
+    }
+    start.snapshot = Some(frame.into());
+    start.from = Some(START.to_owned());
+    start.checksum = Some(checksum);
+    Ok(())
 }
 
 /// Refuses a rule of elasticity for a tag that no body carries: a misspelt tag would change the
@@ -71,7 +107,8 @@ fn refuse_unknown_tags(scene: &Scene) -> Result<()> {
         for name in &rule.between {
             ensure!(
                 carried.contains(&name),
-                "elasticity.pair[{index}]: no body in the scene carries the tag {name:?}"
+                "elasticity.pair[{index}]: no body in the scene carries the tag {name:?}{}",
+                did_you_mean(name, carried.iter().map(|tag| tag.as_str()))
             );
         }
     }
@@ -79,7 +116,7 @@ fn refuse_unknown_tags(scene: &Scene) -> Result<()> {
 }
 
 /// Validates `[run]`.
-fn check(run: &RunSpec) -> Result<()> {
+pub fn check(run: &RunSpec) -> Result<()> {
     for (entry, time) in [("run.until", run.until), ("run.sample_interval", run.sample_interval)] {
         ensure!(time.is_finite() && time > 0.0, "{entry} must be positive and finite, but is {time}");
     }

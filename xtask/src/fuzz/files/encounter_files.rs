@@ -2,9 +2,10 @@
 
 use std::{env, fmt::Write as _, fs, process};
 
+use carom::engine::DetectorName;
 use carom_detection::encounters::{Class, Encounter};
 use carom_geometry::Molecule;
-use carom_runs::detect::{DetectorName, detect};
+use carom_runs::detect::detect;
 
 use super::mutate;
 use crate::fuzz::{random::Draw, subject::Report};

@@ -174,7 +174,8 @@ fn compare_twin(
             })
             .collect();
         let ledger = view.ledger();
-        let ledger = [ledger.initial, ledger.lost, ledger.spared, ledger.put_in].map(f64::to_bits);
+        let ledger =
+            [ledger.initial, ledger.lost, ledger.spared, ledger.put_in, ledger.heat].map(f64::to_bits);
         let counters = view.counters();
         let contacts = [counters.collisions, counters.fixed_collisions, counters.guarded_collisions];
         (motions, ledger, contacts, view.time().to_f64().to_bits())

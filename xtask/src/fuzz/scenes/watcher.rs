@@ -175,7 +175,7 @@ impl Watcher {
 
     fn keep_largest_entry(&mut self, view: &View<'_>) {
         let ledger = view.ledger();
-        let entries = [view.energy(), ledger.initial, ledger.lost, ledger.put_in];
+        let entries = [view.energy(), ledger.initial, ledger.lost, ledger.put_in, ledger.heat];
         self.largest_entry = entries.into_iter().map(f64::abs).fold(self.largest_entry, f64::max);
     }
 

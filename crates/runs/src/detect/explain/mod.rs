@@ -6,9 +6,10 @@ mod picture;
 use std::path::Path;
 
 use anyhow::{Result, bail};
+use carom::engine::DetectorName;
 use carom_detection::{BoundingCircles, Exact, FixedStep, GoldenSecant, Outcome, Step, Trace, Window};
 
-use super::{DetectorName, Finding, search};
+use super::{Finding, search};
 use crate::{
     encounters::{self, EncounterRecord},
     output::write_whole,
@@ -112,6 +113,16 @@ impl Course {
         self.finding.outcome.contact()
     }
 
+    /// Name of the detector in scenes and on the command line.
+    fn name(&self) -> &'static str {
+        match self.detector {
+            DetectorName::Exact => "exact",
+            DetectorName::GoldenSecant => "golden-secant",
+            DetectorName::FixedStep => "fixed-step",
+            DetectorName::BoundingCircles => "bounding-circles",
+        }
+    }
+
     /// The answer in words.
     fn sentence(&self) -> String {
         let [time, a, b] = self.finding.cells();
@@ -124,7 +135,7 @@ impl Course {
             Outcome::OutOfRange => "numbers out of range".to_owned(),
         };
         let plural = if self.finding.evaluations == 1 { "" } else { "s" };
-        format!("{}: {answer}, {} evaluation{plural}", self.detector, self.finding.evaluations)
+        format!("{}: {answer}, {} evaluation{plural}", self.name(), self.finding.evaluations)
     }
 }
 

@@ -1,5 +1,6 @@
 //! The panels of the picture: the gap over time, and what each detector evaluates and proves.
 
+use carom::engine::DetectorName;
 use carom_detection::{MOST_RECORDED, Parts, Phase, Step, Touch, Window};
 use carom_geometry::Molecule;
 use carom_report::{
@@ -237,10 +238,10 @@ impl Subject<'_> {
         for course in &self.courses[1..] {
             let row = rows.len();
             let window = course.window.map(|window| (window.begin, window.end));
-            if course.detector == super::DetectorName::BoundingCircles {
+            if course.detector == DetectorName::BoundingCircles {
                 marks.push(Mark::Bars(Ink::Purple, row, window.into_iter().collect()));
             }
-            let times = if course.detector == super::DetectorName::FixedStep {
+            let times = if course.detector == DetectorName::FixedStep {
                 course.segments.iter().map(|segment| segment.end).collect()
             } else {
                 let evaluated = course.steps.iter().filter(|step| step.phase != Phase::ClosedForm);
@@ -250,7 +251,7 @@ impl Subject<'_> {
             if let Some(contact) = course.contact() {
                 marks.push(Mark::Answer(Ink::Vermillion, row, contact.time));
             }
-            rows.push(course.detector.to_string());
+            rows.push(course.name().to_owned());
         }
         let legend = vec![
             (Sample::Area(Ink::Green), "certified free".to_owned()),
@@ -305,7 +306,7 @@ impl Subject<'_> {
             (low, high) = (low.min(range.0), high.max(range.1));
             marks.push(Mark::Line(ink, Stroke::Thin, points.clone()));
             marks.push(Mark::Points(ink, point, points));
-            legend.push((Sample::Point(ink, point), course.detector.to_string()));
+            legend.push((Sample::Point(ink, point), course.name().to_owned()));
         }
         let (low, high) = if low < high { (low, high) } else { (-17.0, 0.0) };
         let label = "log₁₀ of the error (time)".to_owned();

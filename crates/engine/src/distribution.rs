@@ -1,0 +1,301 @@
+//! Distributions of sizes and masses: the molecules of a gas need not be equal.
+//!
+//! Numbers are drawn from the stream [`RandomStream::Sizes`](crate::RandomStream::Sizes), which
+//! nothing else uses: a gas of equal molecules starts from the same state with and without another
+//! gas of drawn sizes.
+
+use std::fmt;
+
+use rand::{RngExt, distr::Open01};
+use rand_pcg::Pcg64;
+use serde::{
+    Deserialize, Deserializer, Serialize, Serializer,
+    de::{Error, MapAccess, Visitor},
+    ser::SerializeMap,
+};
+
+use crate::random::normal_pair;
+
+/// Numbers farther than this many standard deviations from the mean of a normal distribution are
+/// drawn again: one such number among 10⁴ molecules would set the size of all cells. The standard
+/// deviation of the numbers kept is smaller by 0.05 %.
+const FARTHEST_DEVIATION: f64 = 4.0;
+
+/// Most draws of one number. At least 49 % of the numbers of a normal distribution with a mean
+/// above 0 are kept, so that the last draw is rejected with a probability of 10⁻⁷⁴.
+const MOST_DRAWS: usize = 256;
+
+/// A distribution of positive numbers, from which each molecule of a gas draws its own.
+///
+/// ```
+/// use carom_engine::{Scene, Simulation};
+///
+/// // Mass proportional to area, sizes from 0.7 to 1.3 of the mean.
+/// let scene = Scene::from_toml(r#"
+///     [[gas]]
+///     radius = { uniform = [0.007, 0.013] }
+///     density = 1000.0
+///     temperature = 1.0
+///     velocities = "maxwell"
+///     area_fraction = 0.4
+/// "#)?;
+/// let simulation = Simulation::new(&scene)?;
+/// let area: f64 = simulation.view().bodies().map(|body| body.body.molecule().area()).sum();
+/// assert!((area - 0.4).abs() < 0.001);
+/// assert!((simulation.view().temperature().unwrap() - 1.0).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+#[doc(alias = "polydispersity")]
+pub enum Distribution {
+    /// Uniform between two numbers, above 0 and in ascending order. In a file: `{ uniform = [a, b]
+    /// }`.
+    Uniform([f64; 2]),
+    /// Normal with this mean and standard deviation, above 0 and at least 0. Numbers that are not
+    /// positive, or more than four standard deviations from the mean, are drawn again. In a file:
+    /// `{ normal = [mean, deviation] }`.
+    #[doc(alias = "Gaussian")]
+    Normal([f64; 2]),
+    /// One of these numbers, all above 0, with probabilities in proportion to the weights; without
+    /// weights, with equal probabilities. In a file: `{ values = [...], weights = [...] }`.
+    Values {
+        /// The numbers.
+        values: Vec<f64>,
+        /// Their weights: as many, each at least 0, with a positive sum; or none.
+        weights: Vec<f64>,
+    },
+}
+
+impl Distribution {
+    /// Refuses parameters out of range; the message does not name the key.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let is_length = |number: f64| (1e-60..=1e60).contains(&number);
+        match self {
+            Self::Uniform([from, to]) if !(is_length(*from) && is_length(*to) && from <= to) => Err(format!(
+                "`uniform` must be two numbers in ascending order from 1e-60 to 1e60, but is [{from}, {to}]"
+            )),
+            Self::Normal([mean, deviation]) if !(is_length(*mean) && (0.0..=1e60).contains(deviation)) => {
+                Err(format!(
+                    "`normal` must be a mean from 1e-60 to 1e60 and a standard deviation from 0 to 1e60, but is \
+                     [{mean}, {deviation}]"
+                ))
+            }
+            Self::Values { values, weights } => check_values(values, weights),
+            _ => Ok(()),
+        }
+    }
+
+    /// Draws a number.
+    pub(crate) fn draw(&self, random: &mut Pcg64) -> f64 {
+        match self {
+            Self::Uniform([from, to]) => {
+                let share: f64 = random.sample(Open01);
+                (from + share * (to - from)).clamp(*from, *to)
+            }
+            Self::Normal([mean, deviation]) => (0..MOST_DRAWS)
+                .map(|_| normal_pair(random).x)
+                .filter(|score| score.abs() <= FARTHEST_DEVIATION)
+                .map(|score| mean + score * deviation)
+                .find(|&number| number > 0.0)
+                .unwrap_or(*mean),
+            Self::Values { values, weights } => {
+                let weight = |index: usize| weights.get(index).copied().unwrap_or(1.0);
+                let all: f64 = (0..values.len()).map(weight).sum();
+                let mut rest = all * random.random::<f64>();
+                let last = (0..values.len()).rfind(|&index| weight(index) > 0.0).unwrap_or(0);
+                let chosen = (0..last).find(|&index| {
+                    rest -= weight(index);
+                    rest < 0.0
+                });
+                values[chosen.unwrap_or(last)]
+            }
+        }
+    }
+}
+
+fn check_values(values: &[f64], weights: &[f64]) -> Result<(), String> {
+    if values.is_empty() {
+        return Err("`values` must have at least one number".to_owned());
+    }
+    if let Some(value) = values.iter().find(|value| !(1e-60..=1e60).contains(*value)) {
+        return Err(format!("`values` must be from 1e-60 to 1e60, but one is {value}"));
+    }
+    if !weights.is_empty() && weights.len() != values.len() {
+        return Err(format!("{} `values` have {} `weights`: give as many", values.len(), weights.len()));
+    }
+    if let Some(weight) = weights.iter().find(|weight| !(0.0..=1e60).contains(*weight)) {
+        return Err(format!("`weights` must be from 0 to 1e60, but one is {weight}"));
+    }
+    if !weights.is_empty() && weights.iter().all(|&weight| weight == 0.0) {
+        return Err("at least one of the `weights` must be above 0".to_owned());
+    }
+    Ok(())
+}
+
+impl Serialize for Distribution {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        match self {
+            Self::Uniform(ends) => map.serialize_entry("uniform", ends)?,
+            Self::Normal(moments) => map.serialize_entry("normal", moments)?,
+            Self::Values { values, weights } => {
+                map.serialize_entry("values", values)?;
+                if !weights.is_empty() {
+                    map.serialize_entry("weights", weights)?;
+                }
+            }
+        }
+        map.end()
+    }
+}
+
+/// A value of a scene file: one number, or a distribution.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Given {
+    Number(f64),
+    Drawn(Distribution),
+}
+
+impl Given {
+    /// The number, or else the distribution.
+    pub fn split(given: Option<Self>) -> (Option<f64>, Option<Distribution>) {
+        match given {
+            None => (None, None),
+            Some(Self::Number(number)) => (Some(number), None),
+            Some(Self::Drawn(distribution)) => (None, Some(distribution)),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Given {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(GivenVisitor)
+    }
+}
+
+impl<'de> Deserialize<'de> for Distribution {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match Given::deserialize(deserializer)? {
+            Given::Drawn(distribution) => Ok(distribution),
+            Given::Number(value) => Ok(Self::Values { values: vec![value], weights: Vec::new() }),
+        }
+    }
+}
+
+/// As [`GivenVisitor`] reads it.
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Distribution {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Distribution".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "anyOf": [
+                { "type": "number", "minimum": 1e-60, "maximum": 1e60 },
+                {
+                    "type": "object",
+                    "properties": {
+                        "uniform": { "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 },
+                        "normal": { "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 2 },
+                        "values": { "type": "array", "items": { "type": "number" } },
+                        "weights": { "type": "array", "items": { "type": "number" } }
+                    },
+                    "additionalProperties": false
+                }
+            ]
+        })
+    }
+}
+
+struct GivenVisitor;
+
+const FORMS: &str =
+    "`{ uniform = [a, b] }`, `{ normal = [mean, deviation] }` or `{ values = [...], weights = [...] }`";
+
+impl<'de> Visitor<'de> for GivenVisitor {
+    type Value = Given;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a number, {FORMS}")
+    }
+
+    fn visit_f64<E: Error>(self, number: f64) -> Result<Given, E> {
+        Ok(Given::Number(number))
+    }
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Given, E> {
+        Ok(Given::Number(number as f64))
+    }
+
+    fn visit_u64<E: Error>(self, number: u64) -> Result<Given, E> {
+        Ok(Given::Number(number as f64))
+    }
+
+    fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Given, M::Error> {
+        let (mut simple, mut values, mut weights) = (None, None, None);
+        while let Some(key) = map.next_key::<String>()? {
+            match key.as_str() {
+                "uniform" if simple.is_none() => simple = Some(Distribution::Uniform(map.next_value()?)),
+                "normal" if simple.is_none() => simple = Some(Distribution::Normal(map.next_value()?)),
+                "values" => values = Some(map.next_value()?),
+                "weights" => weights = Some(map.next_value()?),
+                _ => return Err(M::Error::custom(format!("unexpected key `{key}`: give {FORMS}"))),
+            }
+        }
+        match (simple, values, weights) {
+            (Some(simple), None, None) => Ok(Given::Drawn(simple)),
+            (None, Some(values), weights) => {
+                Ok(Given::Drawn(Distribution::Values { values, weights: weights.unwrap_or_default() }))
+            }
+            _ => Err(M::Error::custom(format!("give {FORMS}"))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::RandomStream;
+
+    /// Mean and variance of many numbers, with the standard errors of both.
+    fn moments(distribution: &Distribution) -> [(f64, f64); 2] {
+        let mut random = RandomStream::Sizes.generator(7, 0);
+        let numbers: Vec<f64> = (0..200_000).map(|_| distribution.draw(&mut random)).collect();
+        let count = numbers.len() as f64;
+        let mean = numbers.iter().sum::<f64>() / count;
+        let power = |n| numbers.iter().map(|x| (x - mean).powi(n)).sum::<f64>() / count;
+        let (variance, fourth) = (power(2), power(4));
+        [(mean, (variance / count).sqrt()), (variance, ((fourth - variance * variance) / count).sqrt())]
+    }
+
+    fn assert_moments(distribution: &Distribution, mean: f64, variance: f64) {
+        distribution.check().unwrap();
+        for ((drawn, error), expected) in moments(distribution).into_iter().zip([mean, variance]) {
+            assert!(
+                (drawn - expected).abs() < 5.0 * error,
+                "{distribution:?}: {drawn} ± {error}, {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn moments_are_those_of_the_formulas() {
+        // (a + b)/2 and (b − a)²/12.
+        assert_moments(&Distribution::Uniform([0.7, 1.3]), 1.0, 0.03);
+        // Cut at four standard deviations: 1 − 8 φ(4)/(2Φ(4) − 1) times the variance.
+        assert_moments(&Distribution::Normal([2.0, 0.1]), 2.0, 0.01 * 0.998_929);
+        // Cut at 0 and at 4: with α = −1, β = 4, Z = Φ(4) − Φ(−1) and δ = (φ(α) − φ(β))/Z, the mean
+        // is 1 + δ and the variance 1 + (α φ(α) − β φ(β))/Z − δ².
+        let (phi, cdf) = ([0.241_970_724_5, 1.338_302_258e-4], 0.999_968_328_8 - 0.158_655_253_9);
+        let shift = (phi[0] - phi[1]) / cdf;
+        let variance = 1.0 + (-phi[0] - 4.0 * phi[1]) / cdf - shift * shift;
+        assert_moments(&Distribution::Normal([1.0, 1.0]), 1.0 + shift, variance);
+        // Σ w x / Σ w and Σ w (x − mean)² / Σ w; a value of weight 0 is never drawn.
+        let values = Distribution::Values { values: vec![1.0, 2.0, 9.0], weights: vec![3.0, 1.0, 0.0] };
+        assert_moments(&values, 1.25, 0.1875);
+        let equal = Distribution::Values { values: vec![1.0, 2.0], weights: vec![] };
+        assert_moments(&equal, 1.5, 0.25);
+    }
+}

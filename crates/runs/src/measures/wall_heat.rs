@@ -1,0 +1,45 @@
+//! `wall-heat`: heat that a gas receives from walls with a temperature.
+
+use anyhow::ensure;
+use carom::observers::WallHeat;
+use carom_tables::{BlockMean, Table};
+
+use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
+
+pub(super) const KIND: Kind = Kind {
+    name: "wall-heat",
+    summary: "heat received from walls that have a temperature, all or those with the tag",
+    of: Of::Group,
+    begin: |selection| {
+        let is_wall = |body: carom::engine::BodyView<'_>| {
+            body.body.wall_temperature().is_some() && selection.group.contains(body.body)
+        };
+        ensure!(
+            selection.view.bodies().any(is_wall),
+            "run.observe: 'wall-heat': no such wall has a temperature"
+        );
+        Ok(in_blocks(WallHeat::new(selection.group)))
+    },
+    resume: resumed::<WallHeat>,
+};
+
+impl Measured for WallHeat {
+    /// Heat and contacts, both per time.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        vec![[self.heat(), self.duration()], [self.contacts() as f64, self.duration()]]
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let points = self.series();
+        let heat = points.iter().map(|point| Some(point.heat)).collect();
+        let table = Table::new(format!("wall-heat{}", context.suffix), "Heat received from walls")
+            .abscissa("time", "time", points.iter().map(|point| point.time).collect())
+            .counts("contacts", points.iter().map(|point| point.contacts).collect())
+            .value("heat", "mass·length²/time²", heat)
+            .caption("Sums since the start of the measurement. Negative: the walls have cooled the gas.");
+        let names =
+            [("heat received from walls", "mass·length²/time³"), ("contacts with thermal walls", "1/time")];
+        let figure = |((name, unit), mean): ((&str, &str), &BlockMean)| context.figure(name, unit, mean);
+        Results { tables: vec![table], figures: names.into_iter().zip(means).filter_map(figure).collect() }
+    }
+}

@@ -1,0 +1,241 @@
+//! The keys of a scene file, a section for each table, from its JSON Schema.
+
+use serde_json::{Map, Value};
+
+use super::{table, wrapped};
+
+/// Words of which a unit consists; a unit stands between parentheses in the documentation of a key.
+const UNIT_WORDS: [&str; 11] =
+    ["length", "length²", "mass", "time", "time²", "radians", "turns", "per", "/", "×", "area"];
+
+/// More alternatives than this are not listed in the table of keys.
+const MOST_CHOICES: usize = 8;
+
+/// Headings of the table of keys.
+const HEADINGS: [&str; 6] = ["key", "type", "default", "range", "unit", "meaning"];
+
+/// Returns a section of Markdown for each table of the file, in the order of the type.
+pub fn sections(schema: &Value) -> Vec<String> {
+    let mut sections = Vec::new();
+    collect(schema, schema, "", &mut sections);
+    merge(sections).into_iter().map(|section| section.text(schema)).collect()
+}
+
+/// A table of the file.
+struct Section<'a> {
+    /// Its headings in the file, such as `[[molecule]]`.
+    headings: Vec<String>,
+    /// Its description where it is a key of another table.
+    summary: &'a str,
+    entry: &'a Value,
+}
+
+/// Finds the tables among the properties of an entry, and those in them. `path` ends with a dot
+/// unless it is empty.
+fn collect<'a>(schema: &'a Value, entry: &'a Value, path: &str, sections: &mut Vec<Section<'a>>) {
+    for (key, property) in properties(entry) {
+        let is_list = resolved(schema, property).get("items").is_some();
+        let inner =
+            if is_list { resolved(schema, item(schema, property)) } else { resolved(schema, property) };
+        if inner.get("properties").is_none() {
+            continue;
+        }
+        let name = format!("{path}{key}");
+        let heading = if is_list { format!("[[{name}]]") } else { format!("[{name}]") };
+        sections.push(Section { headings: vec![heading], summary: description(property), entry: inner });
+        collect(schema, inner, &format!("{name}."), sections);
+    }
+}
+
+/// Joins tables of one type, at the place of the first.
+fn merge(sections: Vec<Section<'_>>) -> Vec<Section<'_>> {
+    let mut merged: Vec<Section<'_>> = Vec::new();
+    for section in sections {
+        match merged.iter_mut().find(|known| std::ptr::eq(known.entry, section.entry)) {
+            Some(known) => known.headings.extend(section.headings),
+            None => merged.push(section),
+        }
+    }
+    merged
+}
+
+impl Section<'_> {
+    fn text(&self, schema: &Value) -> String {
+        let headings: Vec<String> = self.headings.iter().map(|heading| format!("`{heading}`")).collect();
+        let mut text = format!("\n## {}\n\n", headings.join(", "));
+        let own = description(self.entry);
+        text += &paragraphs(if own.is_empty() { self.summary } else { own });
+        text.push('\n');
+        let rows: Vec<Vec<String>> = properties(self.entry)
+            .filter(|(key, property)| !self.is_table(schema, key) && property.get("deprecated").is_none())
+            .map(|(key, property)| self.row(schema, key, property))
+            .collect();
+        text += &table(&HEADINGS, &rows);
+        for (key, property) in properties(self.entry) {
+            text += &notes(schema, key, property);
+        }
+        text
+    }
+
+    /// Whether the key has a section of its own.
+    fn is_table(&self, schema: &Value, key: &str) -> bool {
+        let property = &self.entry["properties"][key];
+        resolved(schema, item(schema, property)).get("properties").is_some()
+    }
+
+    fn row(&self, schema: &Value, key: &str, property: &Value) -> Vec<String> {
+        let required = self.entry["required"].as_array();
+        let is_required = required.is_some_and(|keys| keys.iter().any(|required| required == key));
+        let default = match property.get("default") {
+            _ if is_required => "required".to_owned(),
+            Some(value) => format!("`{}`", value.to_string().replace(',', ", ")),
+            None => String::new(),
+        };
+        let meaning = description(property).lines().next().unwrap_or_default();
+        vec![
+            format!("`{key}`"),
+            type_of(schema, property),
+            default,
+            range(schema, property),
+            unit(meaning).to_owned(),
+            meaning.to_owned(),
+        ]
+    }
+}
+
+/// The values of a key with names, and what its documentation says after the first paragraph.
+fn notes(schema: &Value, key: &str, property: &Value) -> String {
+    let mut text = String::new();
+    if let Some((_, rest)) = description(property).split_once('\n') {
+        text += &format!("\n{}", paragraphs(&format!("`{key}`: {rest}")));
+    }
+    let choices = choices(resolved(schema, property));
+    let values: Vec<String> = choices
+        .filter(|choice| !description(choice).is_empty())
+        .filter_map(|choice| {
+            Some(format!("* `{}`: {}", constant(choice)?, description(choice).replace('\n', " ")))
+        })
+        .collect();
+    if !values.is_empty() {
+        text += &format!("\n{}", paragraphs(&format!("Values of `{key}`:\n{}", values.join("\n"))));
+    }
+    text
+}
+
+/// Paragraphs and items of lists, one a line, as Markdown.
+fn paragraphs(lines: &str) -> String {
+    let mut text = String::new();
+    let mut is_in_list = false;
+    for line in lines.lines() {
+        let item = line.strip_prefix("* ");
+        if !text.is_empty() && !(is_in_list && item.is_some()) {
+            text.push('\n');
+        }
+        is_in_list = item.is_some();
+        text += &item.map_or_else(|| wrapped(line, ""), |item| wrapped(&format!("- {item}"), "  "));
+        text.push('\n');
+    }
+    text
+}
+
+/// The type of a key in words.
+fn type_of(schema: &Value, property: &Value) -> String {
+    let entry = resolved(schema, property);
+    if let Some(names) = entry["enum"].as_array() {
+        return joined(names.iter().map(|name| format!("`{name}`")));
+    }
+    if choices(entry).count() > MOST_CHOICES {
+        return "string".to_owned();
+    }
+    if choices(entry).next().is_some() {
+        return joined(choices(entry).map(|choice| match constant(choice) {
+            Some(value) => format!("`{value}`"),
+            None => type_of(schema, choice),
+        }));
+    }
+    let of = || type_of(schema, &entry["items"]);
+    match entry["type"].as_str() {
+        Some("array") => match (entry["minItems"].as_u64(), entry["maxItems"].as_u64()) {
+            (Some(least), Some(most)) if least == most => format!("{most} {}s", of()),
+            (Some(least), Some(most)) => format!("{least} to {most} {}s", of()),
+            _ => format!("list of {}s", of()),
+        },
+        Some("object") => "table".to_owned(),
+        Some(name) => name.to_owned(),
+        None => {
+            entry["pattern"].as_str().map_or_else(String::new, |pattern| format!("`{}`", readable(pattern)))
+        }
+    }
+}
+
+/// A pattern of a name as it is written in the documentation.
+fn readable(pattern: &str) -> String {
+    pattern.trim_matches(['^', '$']).replace("[0-9]+", "N").replace(r"[\w-]+", "TAG")
+}
+
+/// The range of a number or of the numbers in a list.
+fn range(schema: &Value, property: &Value) -> String {
+    let entry = resolved(schema, property);
+    if let Some(items) = entry.get("items").filter(|items| items.is_object()) {
+        return range(schema, items);
+    }
+    let number = |key: &str| entry[key].as_f64().map(written);
+    if let (Some(least), Some(most)) = (number("minimum"), number("maximum")) {
+        return format!("{least} to {most}");
+    }
+    let low = number("minimum").map(|least| format!("≥ {least}"));
+    let low = low.or_else(|| number("exclusiveMinimum").map(|least| format!("> {least}")));
+    let high = number("exclusiveMaximum").map(|most| format!("< {most}"));
+    let high = high.or_else(|| number("maximum").map(|most| format!("≤ {most}")));
+    low.into_iter().chain(high).collect::<Vec<_>>().join(", ")
+}
+
+fn written(number: f64) -> String {
+    if number == 0.0 || (1e-3..1e9).contains(&number.abs()) {
+        number.to_string()
+    } else {
+        format!("{number:e}")
+    }
+}
+
+/// The first unit between parentheses; nothing for a pure number.
+pub(super) fn unit(meaning: &str) -> &str {
+    let is_unit =
+        |text: &&str| text.split_whitespace().all(|word| UNIT_WORDS.contains(&word)) && !text.is_empty();
+    let opened = meaning.split('(').skip(1);
+    opened.filter_map(|rest| rest.split_once(')').map(|(inner, _)| inner)).find(is_unit).unwrap_or_default()
+}
+
+fn joined(parts: impl Iterator<Item = String>) -> String {
+    parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
+}
+
+fn description(entry: &Value) -> &str {
+    entry["description"].as_str().unwrap_or_default()
+}
+
+fn constant(choice: &Value) -> Option<&Value> {
+    choice.get("const").or_else(|| choice["enum"].as_array().filter(|names| names.len() == 1)?.first())
+}
+
+fn choices(entry: &Value) -> impl Iterator<Item = &Value> {
+    ["oneOf", "anyOf"].into_iter().filter_map(|key| entry[key].as_array()).flatten()
+}
+
+fn properties(entry: &Value) -> impl Iterator<Item = (&String, &Value)> {
+    entry["properties"].as_object().into_iter().flat_map(Map::iter)
+}
+
+/// The entries of a list; what is no list is returned as it is.
+fn item<'a>(schema: &'a Value, entry: &'a Value) -> &'a Value {
+    let list = resolved(schema, entry);
+    list.get("items").unwrap_or(list)
+}
+
+/// The definition that an entry refers to; an entry without a reference is returned as it is.
+fn resolved<'a>(schema: &'a Value, entry: &'a Value) -> &'a Value {
+    let reference = entry.get("$ref").or_else(|| entry["allOf"].as_array()?.first()?.get("$ref"));
+    let target =
+        reference.and_then(Value::as_str).and_then(|path| schema.pointer(path.trim_start_matches('#')));
+    target.unwrap_or(entry)
+}

@@ -1,0 +1,94 @@
+//! The reference page of scene files: all keys, and all quantities that a run can measure.
+
+mod keys;
+mod measures;
+
+use anyhow::Result;
+
+use carom_tables::Verdict;
+use clap::Args;
+
+use crate::{
+    print_line,
+    schema::{self, scene_schema},
+};
+
+/// Widest line of text (columns).
+const WIDEST: usize = 100;
+
+/// Head of the page.
+const HEAD: &str = "\
+# Scene files
+
+Every key of a scene file, and every quantity that a run can measure. The page is generated from the
+types of the program. To change it, change their documentation, and run
+`cargo run -p carom-cli -- schema --page > crates/SCENE.md`. `carom schema` prints the JSON Schema.
+
+A scene file is TOML. Units of length, mass and time are free; those of other quantities follow.
+Angles are in radians, counter-clockwise. A key without a default may be left out, unless it is
+marked as required. An unknown key is refused with its line, the keys allowed there, and the nearest
+of them.
+";
+
+/// Options of `carom schema`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// Print the reference page instead: all keys, ranges, units and measures, as Markdown
+    #[arg(long)]
+    pub page: bool,
+}
+
+/// Prints the schema or the page.
+///
+/// # Errors
+/// See [`page`].
+pub fn run(options: &Options) -> Result<Verdict> {
+    let text = if options.page { page()? } else { schema::text() };
+    print_line(text.trim_end());
+    Ok(Verdict::Passed)
+}
+
+/// Returns the page as Markdown. It runs two small gases, to list what the measures write.
+///
+/// # Errors
+/// A measure cannot be run.
+pub fn page() -> Result<String> {
+    let mut page = HEAD.to_owned();
+    for section in keys::sections(&scene_schema()) {
+        page += &section;
+    }
+    page += &measures::section()?;
+    Ok(page)
+}
+
+/// Text in lines of at most [`WIDEST`] columns, after the first with an indent.
+fn wrapped(text: &str, indent: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let line = lines.last_mut().expect("there is always a line");
+        if line.chars().count() + 1 + word.chars().count() > WIDEST {
+            lines.push(format!("{indent}{word}"));
+        } else {
+            let space = if line.is_empty() { "" } else { " " };
+            *line += &format!("{space}{word}");
+        }
+    }
+    lines.join("\n")
+}
+
+/// A row of a table.
+fn row(cells: &[String]) -> String {
+    let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+    format!("| {} |\n", cells.join(" | "))
+}
+
+/// A table with its headings.
+fn table(headings: &[&str], rows: &[Vec<String>]) -> String {
+    let rule = vec!["---".to_owned(); headings.len()];
+    let headings: Vec<String> = headings.iter().map(|&heading| heading.to_owned()).collect();
+    let rows = rows.iter().map(|cells| row(cells));
+    [row(&headings), row(&rule)].into_iter().chain(rows).collect()
+}
+
+#[cfg(test)]
+mod tests;
