@@ -9,10 +9,11 @@ use carom_kinematics::kinetic_energy;
 use carom_response::Response;
 
 use crate::{
-    Body, BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, LEAST_SPEED, MoleculeSpec, Rotation,
-    SceneError, Scheduler, Simulation, Tag, TagNames, WallSpec, World,
+    Body, BodyKey, BodyName, EditError, ElasticitySpec, ElasticityTable, HeatByTag, LEAST_SPEED,
+    MoleculeSpec, Rotation, SceneError, Scheduler, Simulation, Tag, TagNames, WallSpec, World,
     body::BodyKind,
     body_builder::inertia,
+    heat::exact_sum,
     simulation::Epoch,
     simultaneous_contacts::SimultaneousContacts,
     single_bodies::{add_molecule, add_wall, deepest_overlap},
@@ -27,8 +28,8 @@ use crate::{
 /// example with another position for a molecule.
 #[derive(Debug)]
 pub struct Batch {
-    world: World,
-    names: TagNames,
+    pub(crate) world: World,
+    pub(crate) names: TagNames,
     elasticity: ElasticityTable,
     /// The time of the edit, as an offset in the epoch of the world; `None` once the bodies have
     /// been moved to that time.
@@ -39,9 +40,11 @@ pub struct Batch {
     /// of the batch.
     removed: Vec<bool>,
     /// Whether bodies have been added or removed or have changed their motion: then the epoch ends.
-    moves: bool,
+    pub(crate) moves: bool,
     /// Whether tags or rules of elasticity have changed.
     relabels: bool,
+    /// Heat given by thermostats so far.
+    pub(crate) heat: HeatByTag,
     /// Edited descriptions, so that bodies of one kind continue to share a description.
     edited: EditedKinds,
 }
@@ -196,7 +199,7 @@ impl Batch {
     }
 
     /// Multiplies velocities and angular velocities of bodies by factors.
-    fn scale(&mut self, factors: &[(usize, f64)]) {
+    pub(crate) fn scale(&mut self, factors: &[(usize, f64)]) {
         if factors.is_empty() {
             return;
         }
@@ -234,10 +237,26 @@ impl Batch {
     }
 
     /// Moves all bodies to the time of the edit, at which the next epoch starts.
-    fn begin_to_move(&mut self) {
+    pub(crate) fn begin_to_move(&mut self) {
         if let Some(offset) = self.offset.take() {
             self.world.rebase(offset);
         }
+    }
+
+    /// The tag of this name, if a body or rule has ever carried it.
+    pub fn find_tag(&self, name: &str) -> Option<Tag> {
+        self.names.find(name)
+    }
+
+    /// The bodies that carry a tag after the edits so far, in the order of insertion.
+    pub fn tagged(&self, tag: Tag) -> impl Iterator<Item = BodyKey> {
+        self.members(tag).map(|index| self.world.bodies[index].key())
+    }
+
+    /// The indices of the bodies that carry a tag.
+    pub(crate) fn members(&self, tag: Tag) -> impl Iterator<Item = usize> {
+        let is_member = move |&index: &usize| !self.removed[index] && self.world.bodies[index].has_tag(tag);
+        (0..self.world.bodies.len()).filter(is_member)
     }
 
     fn insert(
@@ -353,6 +372,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             removed: vec![false; self.world.bodies.len()],
             moves: false,
             relabels: false,
+            heat: self.heat.clone(),
             edited: EditedKinds::default(),
         };
         let result = edits(&mut batch);
@@ -365,7 +385,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Takes over an edited world if it fits the elasticity and the grid.
     fn accept(&mut self, batch: Batch) -> Result<(), EditError> {
-        let Batch { mut world, names, mut elasticity, removed, moves, relabels, .. } = batch;
+        let Batch { mut world, names, mut elasticity, removed, moves, relabels, heat, .. } = batch;
         if !moves {
             if relabels {
                 elasticity.classify(&mut world)?;
@@ -380,11 +400,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         elasticity.classify(&mut world)?;
         let scheduler = S::new(&self.scheduler_options, &world)
             .map_err(|reason| reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string()))?;
-        self.ledger.put_in += world.energy() - self.world.energy();
+        self.ledger.put_in += exact_sum(world.energies().chain(self.world.energies().map(|energy| -energy)));
         self.work_before = self.counters.scheduler;
         (self.offset, self.epoch) = (0.0, Epoch::ToBegin);
         (self.simultaneous, self.unresolved) = (SimultaneousContacts::default(), Unresolved::default());
         (self.world, self.names, self.elasticity, self.scheduler) = (world, names, elasticity, scheduler);
+        self.heat = heat;
         Ok(())
     }
 }

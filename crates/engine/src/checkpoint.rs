@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    BodyKey, BodyName, CellScheduler, Counters, ElasticitySpec, ElasticityTable, LEAST_SPEED, Ledger,
-    Rotation, SceneError, Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
+    BodyKey, BodyName, CellScheduler, Counters, ElasticitySpec, ElasticityTable, HeatByTag, LEAST_SPEED,
+    Ledger, Rotation, SceneError, Scheduler, SchedulerCounters, Simulation, TagNames, Tags, World,
     body::BodyKind,
     body_builder::inertia,
     limits::too_slow,
@@ -64,6 +64,7 @@ pub struct Checkpoint {
     elasticity: ElasticitySpec,
     counters: Counters,
     ledger: Ledger,
+    heat: HeatByTag,
     simultaneous: SimultaneousContacts,
     unresolved: Unresolved,
 }
@@ -127,6 +128,9 @@ pub enum CheckpointError {
         "the checkpoint has {0} times of last contacts; it must have one per body with a guard, else none"
     )]
     LastContacts(usize),
+    /// A tag with heat has no name.
+    #[error("the checkpoint has heat of a tag without a name")]
+    UnnamedHeat,
     /// Bodies, box and rules do not fit each other.
     #[error("the checkpoint cannot be resumed: {0}")]
     Scene(#[from] SceneError),
@@ -168,6 +172,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             // Already included in the counters.
             work_before: _,
             ledger,
+            heat,
             offset,
             epoch,
             simultaneous,
@@ -201,9 +206,37 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             elasticity: elasticity.spec(),
             counters: *counters,
             ledger: *ledger,
+            heat: heat.clone(),
             simultaneous: simultaneous.clone(),
             unresolved: *unresolved,
         })
+    }
+
+    /// Ends the epoch at the present time and returns the state. Unlike [`Self::checkpoint`], this
+    /// is possible at any time, but it changes the later trajectory by rounding.
+    ///
+    /// ```
+    /// use carom_engine::{Scene, Simulation};
+    ///
+    /// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 50")?;
+    /// let mut simulation = Simulation::new(&scene)?;
+    /// simulation.run_until(0.3)?;
+    /// let state = simulation.end_epoch_here();
+    /// simulation.run_until(1.3)?;
+    /// // Another run from that state, whose clock begins at 0.
+    /// let mut other = Simulation::resume(&state.as_start()?)?;
+    /// assert_eq!(other.view().counters().collisions, 0);
+    /// other.run_until(1.0)?;
+    /// let [one, two] = [&simulation, &other].map(|run| run.view().bodies().next().unwrap().motion);
+    /// assert!((one.position - two.position).length() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Panics
+    /// Never: an epoch that has ended has a state.
+    pub fn end_epoch_here(&mut self) -> Checkpoint {
+        self.end_epoch(self.offset);
+        self.checkpoint().expect("an epoch that has ended has a state")
     }
 
     /// Resumes from a checkpoint with the given detector, response and options of the scheduler.
@@ -236,6 +269,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             counters: checkpoint.counters,
             work_before: checkpoint.counters.scheduler,
             ledger: checkpoint.ledger,
+            heat: checkpoint.heat.clone(),
             simultaneous: checkpoint.simultaneous.clone(),
             unresolved: checkpoint.unresolved,
             ..Self::assemble(world, (detection, response), (scheduler, options), elasticity, names)
@@ -249,6 +283,27 @@ impl Checkpoint {
         self.epoch
     }
 
+    /// The names of the tags.
+    pub fn tag_names(&self) -> &TagNames {
+        &self.names
+    }
+
+    /// This state as the start of another run: at time 0, with all counts 0, no heat, and a ledger
+    /// that begins with the present energy. Bodies, motions, windings and rules remain.
+    ///
+    /// # Errors
+    /// [`CheckpointError`] if no simulation can have written it.
+    pub fn as_start(self) -> Result<Self, CheckpointError> {
+        let initial = self.world()?.energy();
+        Ok(Self {
+            epoch: EpochTime::ZERO,
+            counters: Counters::default(),
+            ledger: Ledger { initial, ..Ledger::default() },
+            heat: HeatByTag::default(),
+            ..self
+        })
+    }
+
     fn refuse_infinite(&self) -> Result<(), CheckpointError> {
         let Ledger { initial, lost, spared, put_in, heat } = self.ledger;
         let finite = |what, numbers: &[f64]| {
@@ -258,6 +313,12 @@ impl Checkpoint {
         finite("time", &[self.epoch.epoch(), self.epoch.epoch_low(), self.epoch.offset()])?;
         finite("time of the last contact", &[self.simultaneous.time, self.unresolved.since])?;
         finite("ledger", &[initial, lost, spared, put_in, heat])?;
+        if !self.heat.is_finite() {
+            return Err(CheckpointError::NotFinite("heat of a tag"));
+        }
+        if !self.heat.is_named(&self.names) {
+            return Err(CheckpointError::UnnamedHeat);
+        }
         if self.last_contacts.iter().any(|&time| time.is_nan() || time == f64::INFINITY) {
             return Err(CheckpointError::NotFinite("time of a last contact"));
         }
@@ -291,6 +352,7 @@ impl Checkpoint {
             self.next_key.0,
             self.simultaneous.counts.values().copied().max().map_or(0, |count| u64::from(count) << 32),
             u64::from(self.unresolved.count) << 32,
+            self.heat.largest_count(),
         ];
         let windings = self.bodies.iter().flat_map(|body| body.winding).map(i64::unsigned_abs);
         let largest = counts.into_iter().chain(windings).max().unwrap_or(0);
@@ -418,7 +480,7 @@ fn records(world: &World) -> (Vec<Molecule>, Vec<BodyRecord>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{GasSpec, Scene, Tag};
+    use crate::{GasSpec, Scene, Tag, ThermostatCounts};
     use carom_kinematics::Orientation;
 
     fn sound() -> Checkpoint {
@@ -483,6 +545,14 @@ mod tests {
             ("out of the box", refusal(|c| c.bodies[0].motion.position.y = 1.5)),
             ("time is not finite", refusal(|c| c.epoch = EpochTime::from(f64::INFINITY))),
             ("ledger is not finite", refusal(|c| c.ledger.lost = f64::NAN)),
+            (
+                "heat of a tag is not finite",
+                refusal(|c| c.heat.give(Tag(0), f64::NAN, ThermostatCounts::default())),
+            ),
+            (
+                "heat of a tag without a name",
+                refusal(|c| c.heat.give(Tag(9), 1.0, ThermostatCounts::default())),
+            ),
             ("last contact is not finite", refusal(|c| c.simultaneous.time = f64::NAN)),
             (
                 "a component of the velocity of body 0 of the checkpoint must be 0 or from 1e-70 to 1e60, but is 1e61",
@@ -504,6 +574,16 @@ mod tests {
             ("largest count must be at most 2^62", refusal(|c| c.bodies[1].winding[0] = i64::MAX)),
             ("largest count", refusal(|c| c.counters.collisions = u64::MAX)),
             ("largest count", refusal(|c| c.counters.scheduler.pairs = u64::MAX)),
+            (
+                "largest count",
+                refusal(|c| {
+                    c.heat.give(
+                        Tag(0),
+                        1.0,
+                        ThermostatCounts { fixed: u64::MAX, ..ThermostatCounts::default() },
+                    );
+                }),
+            ),
             ("largest count", refusal(|c| c.simultaneous.counts = [(0, u32::MAX)].into())),
             ("largest count", refusal(|c| c.unresolved.count = u32::MAX)),
             ("last contact is not finite", refusal(|c| c.unresolved.since = f64::NAN)),

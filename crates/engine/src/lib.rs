@@ -64,12 +64,14 @@ mod grid;
 mod growth;
 mod guard;
 mod heap_scheduler;
+mod heat;
 mod invariants;
 mod least_speed;
 mod limits;
 mod method_spec;
 mod observer;
 mod overlap;
+mod philox;
 mod placement;
 mod random;
 mod report;
@@ -87,9 +89,12 @@ mod sites;
 mod snapshot;
 mod species;
 mod spelling;
+mod stage_spec;
 mod start_from;
 mod tags;
 mod thermal_wall;
+mod thermostat;
+mod thermostat_target;
 mod unresolved;
 mod velocities;
 mod view;
@@ -111,6 +116,7 @@ pub use gas_spec::{GasSpec, StartVelocities};
 pub use grid::CellsPerSide;
 pub use growth::{Growth, GrowthProgress};
 pub use heap_scheduler::HeapScheduler;
+pub use heat::{HeatByTag, TagHeat, ThermostatCounts};
 pub use invariants::Violation;
 pub use least_speed::LEAST_SPEED;
 pub use method_spec::{DetectorName, InstructionsName, MethodSpec, SchedulerName};
@@ -120,13 +126,16 @@ pub use random::RandomStream;
 pub use report::{CollisionReport, Side};
 pub use rounding_bound::rounding_bound;
 pub use scene::{
-    BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, MoleculeSpec, Placement, RunSpec, Scene, StartSpec,
-    WallSpec,
+    BoxSpec, BumperSpec, ElasticityRule, ElasticitySpec, MoleculeSpec, Placement, RunSpec, Scene, StageSpec,
+    StartSpec, WallSpec,
 };
 pub use scheduler::Scheduler;
 pub use simulation::Simulation;
 pub use snapshot::frame_of;
 pub use spelling::did_you_mean;
+pub use stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpec};
 pub use tags::{Tag, TagNames, Tags};
+pub use thermostat::DrawKey;
+pub use thermostat_target::ThermostatTarget;
 pub use view::{BodyView, View};
 pub use world::World;

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    AtomSpec, GasSpec, MethodSpec, Rotation, SceneError,
+    AtomSpec, GasSpec, HeatSpec, MethodSpec, RelabelSpec, Rotation, SceneError, ThermostatSpec,
     gas_spec::{energy_or_temperature, serialize_gases},
     spelling::suggestion,
 };
@@ -55,6 +55,10 @@ pub struct Scene {
     pub method: MethodSpec,
     /// Duration of the run, and the quantities to observe.
     pub run: RunSpec,
+    /// The stages of the run, in their order; without any, the run is one stage. Used by
+    /// `carom run`, not by [`Simulation::new`](crate::Simulation::new).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stage: Vec<StageSpec>,
 }
 
 /// The periodic box, and the seed of all random numbers.
@@ -344,8 +348,17 @@ pub struct RunSpec {
     #[doc(alias = "standby")]
     #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0.0)))]
     pub sample_interval: f64,
+    /// Interval between snapshots (time). Default: `sample_interval`. Only with `snapshots`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0.0)))]
+    pub snapshot_interval: Option<f64>,
+    /// Interval between checks for overlaps (time). Default: `sample_interval`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0.0)))]
+    pub check_interval: Option<f64>,
     /// Quantities are averaged from the first sample at or after this time on, so that the approach
-    /// to equilibrium does not count (time); from 0 to less than `until`.
+    /// to equilibrium does not count (time); from 0 to less than `until`. The short form of a stage
+    /// that is not measured, and not allowed with stages.
     #[serde(skip_serializing_if = "is_zero")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     pub measure_from: f64,
@@ -361,6 +374,76 @@ pub struct RunSpec {
     #[serde(skip_serializing_if = "is_zero")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     pub animation_from: f64,
+}
+
+/// A stage of a run: edits at its start, thermostats while it lasts, and whether it is measured.
+///
+/// A stage starts where the one before it ends, the first at time 0. Its edits are made together or
+/// not at all, in the order `remove`, `add`, `tag`, `untag`, `elasticity`, `lock`, `unlock`,
+/// `set_energy`; those of the first stage before the first sample. At one instant, first a sample
+/// is taken, then a stage starts, then thermostats act in the order of their list. Instants that
+/// differ by less than 1e-9 of the shortest interval of the run are one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct StageSpec {
+    /// A name, for `carom check` and the report.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// End of the stage (time), later than that of the stage before.
+    #[cfg_attr(feature = "schema", schemars(extend("exclusiveMinimum" = 0.0)))]
+    pub until: f64,
+    /// Whether the quantities of `run.observe` are averaged over this stage. Stages that are
+    /// measured must follow on one another: their samples form one average. Default: `true`.
+    #[serde(skip_serializing_if = "is_true")]
+    pub measure: bool,
+    /// Tags of bodies to remove.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub remove: Vec<String>,
+    /// Molecules to add.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub add: Vec<MoleculeSpec>,
+    /// Tags that bodies get.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tag: Vec<RelabelSpec>,
+    /// Tags that bodies lose.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub untag: Vec<RelabelSpec>,
+    /// The elasticity of all contacts from here on; it replaces `[elasticity]` as a whole.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[doc(alias = "quench")]
+    pub elasticity: Option<ElasticitySpec>,
+    /// Tags of bodies whose orientation is locked.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lock: Vec<String>,
+    /// Tags of bodies that can turn again.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unlock: Vec<String>,
+    /// Bodies whose energies are set once.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub set_energy: Vec<HeatSpec>,
+    /// Thermostats that act at regular times while the stage lasts.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub thermostat: Vec<ThermostatSpec>,
+}
+
+impl Default for StageSpec {
+    fn default() -> Self {
+        Self {
+            name: None,
+            until: 0.0,
+            measure: true,
+            remove: Vec::new(),
+            add: Vec::new(),
+            tag: Vec::new(),
+            untag: Vec::new(),
+            elasticity: None,
+            lock: Vec::new(),
+            unlock: Vec::new(),
+            set_energy: Vec::new(),
+            thermostat: Vec::new(),
+        }
+    }
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
@@ -382,6 +465,8 @@ impl Default for RunSpec {
         Self {
             until: 1.0,
             sample_interval: 1.0,
+            snapshot_interval: None,
+            check_interval: None,
             measure_from: 0.0,
             observe: Vec::new(),
             snapshots: None,
@@ -398,10 +483,11 @@ impl Scene {
     /// [`SceneError::Syntax`] with line and key if the text is not TOML or has unknown or missing
     /// keys. Values are checked when a simulation is built.
     pub fn from_toml(text: &str) -> Result<Self, SceneError> {
-        let scene: Self = toml::from_str(text).map_err(|error| syntax(&error))?;
+        let mut scene: Self = toml::from_str(text).map_err(|error| syntax(&error))?;
         let table: toml::Table = text.parse().map_err(|error| syntax(&error))?;
-        require(&table, "molecule", "at")?;
+        require(&table, "molecule", "at", "")?;
         energy_or_temperature(&table)?;
+        scene.finish_stages(&table)?;
         Ok(scene)
     }
 
@@ -414,6 +500,38 @@ impl Scene {
     }
 }
 
+impl Scene {
+    /// Validates the presence of the keys of stages, and sets the end of the run to that of the
+    /// last stage.
+    fn finish_stages(&mut self, table: &toml::Table) -> Result<(), SceneError> {
+        let Some(last) = self.stage.last() else { return Ok(()) };
+        require(table, "stage", "until", "")?;
+        let stages = table.get("stage").and_then(toml::Value::as_array).into_iter().flatten();
+        for (index, stage) in stages.filter_map(toml::Value::as_table).enumerate() {
+            for (entries, keys) in [
+                ("add", &["at"][..]),
+                ("tag", &["of", "name"]),
+                ("untag", &["of", "name"]),
+                ("set_energy", &["tag"]),
+                ("thermostat", &["tag", "every"]),
+            ] {
+                keys.iter().try_for_each(|key| require(stage, entries, key, &format!("stage[{index}].")))?;
+            }
+        }
+        let end = last.until;
+        let is_given = table.get("run").is_some_and(|run| run.get("until").is_some());
+        if is_given && self.run.until != end {
+            let problem = format!(
+                "`until` = {} differs from the end of the last stage, {end}: leave it out",
+                self.run.until
+            );
+            return Err(SceneError::Entry { entry: "run".to_owned(), problem });
+        }
+        self.run.until = end;
+        Ok(())
+    }
+}
+
 /// The error with line, key, the keys allowed there, and the nearest of them.
 fn syntax(error: &toml::de::Error) -> SceneError {
     SceneError::Syntax(format!("{}{}", error.to_string().trim_end(), suggestion(error.message())))
@@ -421,12 +539,12 @@ fn syntax(error: &toml::de::Error) -> SceneError {
 
 /// Refuses entries without a key that the file must give. In code the key has a default; in a file
 /// its absence is most likely an error.
-fn require(table: &toml::Table, entries: &str, key: &str) -> Result<(), SceneError> {
+fn require(table: &toml::Table, entries: &str, key: &str, before: &str) -> Result<(), SceneError> {
     let Some(toml::Value::Array(list)) = table.get(entries) else { return Ok(()) };
     match list.iter().position(|entry| entry.get(key).is_none()) {
         None => Ok(()),
         Some(index) => Err(SceneError::Entry {
-            entry: format!("{entries}[{index}]"),
+            entry: format!("{before}{entries}[{index}]"),
             problem: format!("`{key}` is missing"),
         }),
     }

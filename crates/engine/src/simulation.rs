@@ -5,8 +5,8 @@ use carom_kinematics::{EpochTime, Motion};
 use carom_response::{Impact, Response};
 
 use crate::{
-    BodyName, CellScheduler, Counters, ElasticityTable, LEAST_SPEED, Ledger, Observer, RunError, Scheduler,
-    SchedulerCounters, TagNames, View, World,
+    BodyName, CellScheduler, Counters, ElasticityTable, HeatByTag, LEAST_SPEED, Ledger, Observer, RunError,
+    Scheduler, SchedulerCounters, TagNames, View, World,
     epoch_loop::{Ended, EpochLoop},
     limits::{Limits, refuse_time_scales_too_far_apart, too_slow},
     scheduler::StoredMotions,
@@ -33,6 +33,7 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = CellScheduler> {
     /// Work counters of earlier schedulers, which an edit has replaced.
     pub(crate) work_before: SchedulerCounters,
     pub(crate) ledger: Ledger,
+    pub(crate) heat: HeatByTag,
     /// The present time, as an offset from the start of the epoch.
     pub(crate) offset: f64,
     pub(crate) epoch: Epoch,
@@ -69,6 +70,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             names,
             counters: Counters::default(),
             work_before: SchedulerCounters::default(),
+            heat: HeatByTag::default(),
             offset: 0.0,
             epoch: Epoch::ToBegin,
             simultaneous: SimultaneousContacts::default(),
@@ -93,6 +95,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             names: &self.names,
             counters: &self.counters,
             ledger: &self.ledger,
+            heat: &self.heat,
             offset: self.offset,
         }
     }

@@ -4,7 +4,7 @@ use carom_geometry::PeriodicBox;
 use carom_kinematics::{EpochTime, Motion, kinetic_energy, momentum};
 use glam::DVec2;
 
-use crate::{Body, BodyKey, Counters, Ledger, Tag, TagNames, World, wall::StandingWall};
+use crate::{Body, BodyKey, Counters, HeatByTag, Ledger, Tag, TagNames, World, wall::StandingWall};
 
 /// All bodies at one time. A view, at any time and any number of times, changes no bit of the run.
 #[derive(Debug, Clone, Copy)]
@@ -13,6 +13,7 @@ pub struct View<'a> {
     pub(crate) names: &'a TagNames,
     pub(crate) counters: &'a Counters,
     pub(crate) ledger: &'a Ledger,
+    pub(crate) heat: &'a HeatByTag,
     /// Offset from the start of the epoch (time).
     pub(crate) offset: f64,
 }
@@ -48,6 +49,11 @@ impl<'a> View<'a> {
     /// The energy lost and put in so far.
     pub fn ledger(&self) -> &'a Ledger {
         self.ledger
+    }
+
+    /// The energy that thermostats have given to the bodies of each tag so far.
+    pub fn heat(&self) -> &'a HeatByTag {
+        self.heat
     }
 
     /// Names of the tags.

@@ -86,11 +86,13 @@ impl World {
 
     /// Kinetic energy of all bodies (mass × length² / time²).
     pub fn energy(&self) -> f64 {
-        self.motions
-            .iter()
-            .zip(&self.bodies)
-            .map(|(motion, body)| kinetic_energy(motion, &body.kind.inertia))
-            .sum()
+        self.energies().sum()
+    }
+
+    /// Kinetic energy of each body (mass × length² / time²).
+    pub(crate) fn energies(&self) -> impl Iterator<Item = f64> {
+        let bodies = self.motions.iter().zip(&self.bodies);
+        bodies.map(|(motion, body)| kinetic_energy(motion, &body.kind.inertia))
     }
 
     /// The largest contact distance of two bodies that can collide, or of a centre and the line of

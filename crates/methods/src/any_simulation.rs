@@ -278,6 +278,9 @@ forwarded! {
     fn view(&) -> View<'_>;
     /// The state, if an epoch has ended and the next has not begun. See [`Simulation::checkpoint`].
     fn checkpoint(&) -> Option<Checkpoint>;
+    /// Ends the epoch at the present time and returns the state. See
+    /// [`Simulation::end_epoch_here`].
+    fn end_epoch_here(&mut) -> Checkpoint;
     /// The tag of this name, if a body or rule has ever carried it.
     fn find_tag(&, name: &str) -> Option<Tag>;
     /// Checks all invariants by brute force. See [`Simulation::check_invariants`].

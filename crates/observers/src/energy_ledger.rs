@@ -39,6 +39,9 @@ pub struct LedgerPoint {
     pub energy: f64,
     /// The expected kinetic energy (mass × length² / time²).
     pub booked: f64,
+    /// The larger of the energy lost in contacts and the energy put in by edits so far, each by its
+    /// magnitude (mass × length² / time²).
+    pub exchanged: f64,
     /// Total momentum (mass × length / time).
     pub momentum: DVec2,
 }
@@ -49,15 +52,15 @@ impl EnergyLedger {
         &self.series
     }
 
-    /// Largest |E − booked| / E(first sample); 0 if that energy is 0.
+    /// Largest |E − booked| over the samples, divided by the larger of E(first sample) and the energy
+    /// exchanged up to the sample; 0 if both are 0.
     pub fn drift(&self) -> f64 {
-        match self.series.first() {
-            Some(first) if first.energy > 0.0 => {
-                let largest = self.series.iter().map(|point| (point.energy - point.booked).abs());
-                largest.fold(0.0, f64::max) / first.energy
-            }
-            _ => 0.0,
-        }
+        let first = self.series.first().map_or(0.0, |first| first.energy);
+        let relative = self.series.iter().map(|point| {
+            let scale = first.max(point.exchanged);
+            if scale > 0.0 { (point.energy - point.booked).abs() / scale } else { 0.0 }
+        });
+        relative.fold(0.0, f64::max)
     }
 }
 
@@ -72,6 +75,7 @@ impl Observer for EnergyLedger {
             time: view.time().to_f64(),
             energy: view.energy(),
             booked: view.ledger().booked(),
+            exchanged: view.ledger().lost.abs().max(view.ledger().put_in.abs()),
             momentum: view.momentum(),
         });
     }

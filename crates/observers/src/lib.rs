@@ -128,7 +128,7 @@ pub use structure_factor::{ShellsError, StructureFactor, StructurePoint};
 pub use subscriptions::{EventKind, SubscriptionKey, Subscriptions};
 pub use tag_filter::TagFilter;
 pub use temperature::{TemperatureByTag, TemperaturePoint};
-pub use thermostat_ledger::{ThermostatLedger, ThermostatPoint};
+pub use thermostat_ledger::{HeatOfTag, ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use velocity_distribution::{VelocityDistribution, VelocityPoint};
 pub use wall_heat::{WallHeat, WallHeatPoint};

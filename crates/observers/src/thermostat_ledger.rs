@@ -5,7 +5,7 @@
 //! time²), u being the speed of approach of a contact and μ its reduced mass. The power of each is
 //! its change in an interval divided by the duration of the interval.
 
-use carom_engine::{Observer, View};
+use carom_engine::{Observer, Tag, TagHeat, View};
 use carom_kinematics::EpochTime;
 use serde::{Deserialize, Serialize};
 
@@ -43,6 +43,40 @@ pub struct ThermostatLedger {
     /// The totals at the first and at the last sample.
     books: Option<[Books; 2]>,
     series: Vec<ThermostatPoint>,
+    heats: Vec<HeatOfTag>,
+}
+
+/// The heat that thermostats have given to the bodies of one tag.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HeatOfTag {
+    tag: Tag,
+    name: String,
+    /// Heat at the first and at the last sample, since the system was built.
+    booked: [f64; 2],
+    series: Vec<f64>,
+}
+
+impl HeatOfTag {
+    /// The tag.
+    pub fn tag(&self) -> Tag {
+        self.tag
+    }
+
+    /// Name of the tag.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Heat in each interval of [`ThermostatLedger::series`], negative if it is taken away
+    /// (mass × length² / time²).
+    pub fn series(&self) -> &[f64] {
+        &self.series
+    }
+
+    /// Heat since the first sample (mass × length² / time²).
+    pub fn total(&self) -> f64 {
+        self.booked[1] - self.booked[0]
+    }
 }
 
 /// The interval that ends at one sample.
@@ -91,6 +125,11 @@ impl ThermostatLedger {
         &self.series
     }
 
+    /// The tags to which thermostats have given heat, in the order of their first use.
+    pub fn heats(&self) -> &[HeatOfTag] {
+        &self.heats
+    }
+
     /// Energy put in since the first sample (mass × length² / time²).
     pub fn total_put_in(&self) -> f64 {
         self.since_first(|books| books.put_in)
@@ -106,6 +145,11 @@ impl ThermostatLedger {
     pub fn mean_power(&self) -> Option<f64> {
         let duration: f64 = self.series.iter().map(|point| point.duration).sum();
         (duration > 0.0).then(|| self.total_put_in() / duration)
+    }
+
+    /// Time from the first to the last sample; 0 without one.
+    pub fn duration(&self) -> f64 {
+        self.books.map_or(0.0, |[first, last]| last.time.since(first.time))
     }
 
     /// Largest |E − E(first) − put in − heat + lost| over the samples, relative to the largest
@@ -126,6 +170,10 @@ impl ThermostatLedger {
     }
 }
 
+fn begun(view: &View<'_>, tag: Tag, booked: f64) -> HeatOfTag {
+    HeatOfTag { tag, name: view.tag_names().name(tag).to_owned(), booked: [booked; 2], series: Vec::new() }
+}
+
 impl Observer for ThermostatLedger {
     #[inline]
     fn watches_any(&self) -> bool {
@@ -138,8 +186,21 @@ impl Observer for ThermostatLedger {
         let now = Books { time, put_in, lost, heat, energy: view.energy() };
         let Some([first, before]) = self.books else {
             self.books = Some([now; 2]);
+            let heats = view.heat().all().iter();
+            self.heats = heats.map(|heat| begun(view, heat.tag, heat.energy)).collect();
             return;
         };
+        let intervals = self.series.len();
+        for &TagHeat { tag, energy: heat, .. } in view.heat().all() {
+            let place = self.heats.iter().position(|of| of.tag == tag).unwrap_or(self.heats.len());
+            if place == self.heats.len() {
+                self.heats.push(begun(view, tag, 0.0));
+            }
+            let of = &mut self.heats[place];
+            of.series.resize(intervals, 0.0);
+            of.series.push(heat - of.booked[1]);
+            of.booked[1] = heat;
+        }
         self.series.push(ThermostatPoint {
             time: time.to_f64(),
             duration: time.since(before.time),

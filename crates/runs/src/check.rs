@@ -3,6 +3,7 @@
 use std::{
     collections::BTreeMap,
     fmt::{self, Write as _},
+    path::Path,
 };
 
 use anyhow::{Context, Result};
@@ -16,7 +17,11 @@ use carom_tables::Verdict;
 use clap::Args;
 use cpu_time::ProcessTime;
 
-use crate::{print_line, run::SceneFile, sampling_times::sampling_times};
+use crate::{
+    print_line,
+    run::{SceneFile, continued, parent::Parent, schedule::What, stage_edits, stages},
+    sampling_times::sampling_times,
+};
 
 /// Processor time of the trial run for the estimate (seconds).
 const TRIAL_SECONDS: f64 = 1.0;
@@ -39,12 +44,22 @@ pub struct Options {
 /// The scene is invalid, with the entry concerned.
 pub fn run(options: &Options) -> Result<Verdict> {
     let name = options.file.path.display();
-    let scene = options.file.read()?;
-    let mut simulation = AnySimulation::new(&scene).with_context(|| format!("scene {name}"))?;
-    crate::run::outcome::observers(&scene.run, &simulation.view())?;
+    let parent = Parent::find(options.file.from.as_deref(), Path::new(""), false)?;
+    let scene = options.file.read(parent.as_ref())?;
+    let method = Method::try_from(&scene.method)?;
+    let mut simulation = match &parent {
+        None => AnySimulation::new(&scene).with_context(|| format!("scene {name}"))?,
+        Some(parent) => continued(parent, &scene, &method)?,
+    };
+    stage_edits::prepare(&mut simulation, &scene, 0)?;
+    crate::run::outcome::observers(&scene, &simulation.view())?;
     print_line(&format!("{name}: valid"));
     print_line(&contents(&scene, &simulation.view())?);
-    print_line(&Trial::of(&mut simulation, scene.run.until)?.to_string());
+    let trial = Trial::of(&mut simulation, scene.run.until)?;
+    print_line(&trial.to_string());
+    if let Some(actions) = Actions::of(&simulation, &scene)? {
+        print_line(&actions.words(&trial));
+    }
     Ok(Verdict::Passed)
 }
 
@@ -100,6 +115,9 @@ fn contents(scene: &Scene, view: &View<'_>) -> Result<String> {
     write!(text, "run      to t = {}, {samples} samples", run.until)?;
     if !run.observe.is_empty() {
         write!(text, " of {}", run.observe.join(", "))?;
+    }
+    for (index, stage) in stages::describe(scene).iter().enumerate() {
+        write!(text, "\nstage {:<2} {stage}", index + 1)?;
     }
     Ok(text)
 }
@@ -215,6 +233,18 @@ impl Trial {
     }
 }
 
+impl Trial {
+    /// The estimate for the whole run without thermostats (seconds).
+    fn whole_seconds(&self) -> Option<f64> {
+        let Self { simulated, seconds, first, until, is_whole, .. } = *self;
+        match (is_whole, simulated > 0.0) {
+            (true, _) => Some(first + seconds),
+            (false, true) => Some(first + seconds * until / simulated),
+            (false, false) => None,
+        }
+    }
+}
+
 impl fmt::Display for Trial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { contacts, simulated, seconds, first, until, is_whole } = *self;
@@ -235,6 +265,48 @@ impl fmt::Display for Trial {
                 "cost     no estimate: {contacts} collisions in {seconds:.1} s without progress in time"
             )
         }
+    }
+}
+
+/// The cost of the actions of all thermostats.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Actions {
+    count: u64,
+    /// Number of motions set, if the tags keep their bodies.
+    motions: u64,
+    /// Processor time (seconds), including the prediction of all bodies after each action.
+    seconds: f64,
+}
+
+impl Actions {
+    /// Measures one action of each thermostat on a copy; `None` without thermostats.
+    fn of(simulation: &AnySimulation, scene: &Scene) -> Result<Option<Self>> {
+        let mut all = Self::default();
+        for (stage, counts) in stages::action_counts(scene).iter().enumerate() {
+            for (index, &count) in counts.iter().enumerate() {
+                let mut copy = simulation.clone();
+                let tag = copy.find_tag(&scene.stage[stage].thermostat[index].tag);
+                let members = tag.map_or(0, |tag| copy.view().tagged(tag).count());
+                let clock = ProcessTime::now();
+                stage_edits::change(&mut copy, scene, What::Thermostat { stage, index }, 0)?;
+                copy.run_until(copy.time().to_f64()).context("the run fails")?;
+                all.seconds += count as f64 * clock.elapsed().as_secs_f64();
+                all.count += count;
+                all.motions += count * members as u64;
+            }
+        }
+        Ok((all.count > 0).then_some(all))
+    }
+
+    fn words(&self, trial: &Trial) -> String {
+        let Self { count, motions, seconds } = *self;
+        let mut text =
+            format!("actions  {count} of thermostats on {motions} bodies in all, about {seconds:.1e} s");
+        if let Some(run) = trial.whole_seconds() {
+            let share = 100.0 * seconds / (seconds + run).max(f64::MIN_POSITIVE);
+            let _ = write!(text, ", {share:.1} % of the time");
+        }
+        text
     }
 }
 

@@ -26,6 +26,9 @@ pub struct Manifest {
     /// Detector and scheduler in words, one for each scene that is not computed by default.
     methods: Vec<String>,
     streams: Vec<Stream>,
+    /// The run from which this one starts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    parent: Option<serde_json::Value>,
     /// Wall time since the run was started or last resumed (seconds).
     wall_seconds: Option<f64>,
     /// Processor time of the whole run (seconds).
@@ -52,6 +55,19 @@ impl Manifest {
     /// # Errors
     /// It cannot be written.
     pub fn begin(folder: &Folder, again: &str, scenes: &[&Scene]) -> Result<Self> {
+        Self::begin_from(folder, again, scenes, None)
+    }
+
+    /// Writes the manifest of a run that begins now, from the state of another run.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn begin_from(
+        folder: &Folder,
+        again: &str,
+        scenes: &[&Scene],
+        parent: Option<serde_json::Value>,
+    ) -> Result<Self> {
         let manifest = Self {
             program: "carom",
             version: carom::VERSION,
@@ -63,6 +79,7 @@ impl Manifest {
             again: again.to_owned(),
             methods: methods(scenes),
             streams: scenes.iter().flat_map(|scene| streams(scene)).collect(),
+            parent,
             wall_seconds: None,
             cpu_seconds: None,
             complete: false,

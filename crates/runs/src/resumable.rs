@@ -5,20 +5,21 @@
 //! - A run that is interrupted and resumed gives the same files, to the bit, as one run throughout.
 //! - A resumed run uses the same scene: a checkpoint of any other run is refused, with the first
 //!   line that differs. Only the end of the run may change, and only to a later time.
-//! - Checkpoints are written where an epoch ends, between two samples: at a fixed interval of wall
-//!   time, on SIGINT or SIGTERM, and once shortly before the end.
+//! - Checkpoints are written where an epoch ends, between two samples or after an edit: at a fixed
+//!   interval of wall time, on SIGINT or SIGTERM, and once shortly before the end.
 //! - No checkpoint is taken at the end itself: the last sample lies at `until`, where a longer run
 //!   may have none, so a run is extended from the checkpoint before it.
 //!
 //! A checkpoint consists of:
-//! 1. the head: the run as text, its end, and whether it has ended;
+//! 1. the head: the run as text, its end, whether it has ended, the numbers of steps done, and the
+//!    state at its end, from which another run can start;
 //! 2. the state: simulation, observers, number of samples, lengths of the files appended to, and
 //!    processor time;
 //! 3. the result, once the run has ended.
 
 use std::{
     fs, io,
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
     time::{Duration, Instant as WallTime},
 };
@@ -101,7 +102,11 @@ pub struct Resumable<O> {
     pub observers: O,
     /// The files that the run appends to.
     pub files: AppendFiles,
+    /// Number of draws of random numbers by thermostats so far.
+    pub actions: u64,
     samples: usize,
+    /// Number of steps besides samples.
+    steps: u64,
     clock: ThreadTime,
     /// Processor time of earlier processes (seconds).
     seconds_before: f64,
@@ -132,7 +137,23 @@ struct Head {
     until: f64,
     ended: bool,
     time: EpochTime,
+    progress: Done,
+    end: Option<End>,
+}
+
+/// The end of a run.
+#[derive(Debug, Serialize, Deserialize)]
+struct End {
+    state: Checkpoint,
+    actions: u64,
+}
+
+/// The steps of a run that have been done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+struct Done {
     samples: usize,
+    steps: u64,
+    actions: u64,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -143,11 +164,41 @@ struct State<O> {
     files: Vec<Length>,
 }
 
+/// The last state of a run.
+#[derive(Debug)]
+pub struct LastState {
+    /// The description of the run, see [`Task::what`].
+    pub what: String,
+    /// The state: at the end of the run, or of its last checkpoint.
+    pub state: Checkpoint,
+    /// Whether the run has ended.
+    pub is_end: bool,
+    /// Number of draws of random numbers by thermostats.
+    pub actions: u64,
+}
+
+/// Reads the last state of a run from its checkpoint.
+///
+/// # Errors
+/// The file cannot be read or is no checkpoint of a run in time.
+pub fn last_state(path: &Path) -> Result<LastState> {
+    let mut body = Body::read(path)?;
+    let Head { what, progress, end, .. } = body.take()?;
+    Ok(match end {
+        Some(End { state, actions }) => LastState { what, state, is_end: true, actions },
+        // The first value of the state is that of the simulation.
+        None => LastState { what, state: body.take()?, is_end: false, actions: progress.actions },
+    })
+}
+
 /// Returns the description that identifies a run in its checkpoint: the command and the scene
 /// without its end.
 pub fn without_end(command: &str, scene: &Scene) -> String {
     let mut endless = scene.clone();
     endless.run.until = 0.0;
+    if let Some(last) = endless.stage.last_mut() {
+        last.until = 0.0;
+    }
     format!("{command}\n{}", endless.to_toml())
 }
 
@@ -179,7 +230,7 @@ impl Task<'_> {
             head.until
         );
         ensure!(
-            head.samples < self.samples && head.time <= EpochTime::from(self.until),
+            head.progress.samples < self.samples && head.time <= EpochTime::from(self.until),
             "the checkpoint is at time {}, so the run cannot end at {}",
             head.time,
             self.until
@@ -223,14 +274,16 @@ impl Task<'_> {
         if head.ended {
             // The run is extended: its old result no longer describes the files, so the head is
             // reset.
-            self.write(head.samples, &state)?;
+            self.write(head.progress, &state)?;
         }
         let lengths = self.share(Some(state.files.clone()));
         Ok(Start::From(Box::new(Resumable {
             simulation,
             observers: state.observers,
             files: AppendFiles::resume(self.folder, &state.files)?,
-            samples: head.samples,
+            actions: head.progress.actions,
+            samples: head.progress.samples,
+            steps: head.progress.steps,
             clock: ThreadTime::now(),
             seconds_before: state.seconds,
             saved: Some(WallTime::now()),
@@ -254,9 +307,10 @@ impl Task<'_> {
     }
 
     /// Writes the checkpoint of a run that has not ended.
-    fn write<O: Serialize>(&self, samples: usize, state: &State<O>) -> Result<()> {
+    fn write<O: Serialize>(&self, progress: Done, state: &State<O>) -> Result<()> {
         let time = state.simulation.time();
-        let head = Head { what: self.what.clone(), until: self.until, ended: false, time, samples };
+        let head =
+            Head { what: self.what.clone(), until: self.until, ended: false, time, progress, end: None };
         checkpoint_file::write(
             &self.path(),
             &[&checkpoint_file::encode(&head)?, &checkpoint_file::encode(state)?],
@@ -290,7 +344,9 @@ impl<O: Observer + Serialize> Resumable<O> {
             simulation,
             observers,
             files: AppendFiles::begin(task.folder),
+            actions: 0,
             samples: 0,
+            steps: 0,
             clock: ThreadTime::now(),
             seconds_before: 0.0,
             saved: None,
@@ -310,16 +366,46 @@ impl<O: Observer + Serialize> Resumable<O> {
             self.save(task)?;
         }
         while !self.simulation.observe_epoch(until, &mut self.observers)? {
-            let interrupted = task.signals.check();
-            let near_end = task.is_nearly_done(self.simulation.time());
-            let timely = self.saved.is_none_or(|saved| saved.elapsed() >= task.choices.checkpoint_every);
-            if timely || interrupted.is_err() || (near_end && !self.saved_near_end) {
-                self.save(task)?;
-                self.saved_near_end |= near_end;
-            }
-            interrupted?;
+            self.save_if_due(task)?;
         }
         Ok(())
+    }
+
+    /// Changes the simulation between two samples. `edits` receives the number of draws of random
+    /// numbers so far, and returns how many it has made.
+    ///
+    /// # Errors
+    /// An edit is refused, a checkpoint cannot be written, or a signal has been received.
+    pub fn edit(
+        &mut self,
+        task: &Task<'_>,
+        edits: impl FnOnce(&mut AnySimulation, u64) -> Result<u64>,
+    ) -> Result<()> {
+        self.actions += edits(&mut self.simulation, self.actions)?;
+        self.observers.start(&self.simulation.view());
+        self.pass();
+        // Edits may follow so closely on one another that no epoch ends by itself.
+        self.save_if_due(task)
+    }
+
+    /// Writes a checkpoint if it is time for one and the simulation is at the end of an epoch.
+    fn save_if_due(&mut self, task: &Task<'_>) -> Result<()> {
+        let interrupted = task.signals.check();
+        let near_end = task.is_nearly_done(self.simulation.time());
+        let timely = self.saved.is_none_or(|saved| saved.elapsed() >= task.choices.checkpoint_every);
+        if (timely || interrupted.is_err() || (near_end && !self.saved_near_end)) && self.save(task)? {
+            self.saved_near_end |= near_end;
+        }
+        Ok(interrupted?)
+    }
+
+    fn done(&self) -> Done {
+        Done { samples: self.samples, steps: self.steps, actions: self.actions }
+    }
+
+    /// Counts a step that is not a sample.
+    pub fn pass(&mut self) {
+        self.steps += 1;
     }
 
     /// Records a sample: calls [`Observer::sample`] with the current state.
@@ -331,6 +417,11 @@ impl<O: Observer + Serialize> Resumable<O> {
     /// Number of samples so far.
     pub fn samples(&self) -> usize {
         self.samples
+    }
+
+    /// Number of steps so far: samples and others.
+    pub fn steps(&self) -> usize {
+        self.samples + self.steps as usize
     }
 
     /// Processor time so far, including earlier processes up to their last checkpoint (seconds).
@@ -348,26 +439,27 @@ impl<O: Observer + Serialize> Resumable<O> {
         // The files are now longer than at the checkpoint and must not be truncated.
         lengths.set(None);
         let mut body = Body::read(&task.path())?;
-        let head = Head { ended: true, until: task.until, ..body.take()? };
+        let end = End { state: self.simulation.end_epoch_here(), actions: self.actions };
+        let head = Head { ended: true, until: task.until, end: Some(end), ..body.take()? };
         checkpoint_file::write(
             &task.path(),
             &[&checkpoint_file::encode(&head)?, body.rest(), &checkpoint_file::encode(result)?],
         )
     }
 
-    /// Writes a checkpoint if the simulation is at the end of an epoch.
-    fn save(&mut self, task: &Task<'_>) -> Result<()> {
-        let Some(simulation) = self.simulation.checkpoint() else { return Ok(()) };
+    /// Writes a checkpoint if the simulation is at the end of an epoch; returns whether it is.
+    fn save(&mut self, task: &Task<'_>) -> Result<bool> {
+        let Some(simulation) = self.simulation.checkpoint() else { return Ok(false) };
         let files = self.files.lengths()?;
         let state = State { simulation, observers: &self.observers, seconds: self.seconds(), files };
         // The lock keeps the signal handler from truncating files to an older checkpoint than the
         // one on disk.
         let mut lengths = self.lengths.lock().unwrap_or_else(PoisonError::into_inner);
-        task.write(self.samples, &state)?;
+        task.write(self.done(), &state)?;
         lengths.set(Some(state.files));
         drop(lengths);
         self.saved = Some(WallTime::now());
-        Ok(())
+        Ok(true)
     }
 }
 
@@ -400,10 +492,16 @@ mod tests {
         );
         observers.start(&view);
         observers.sample(&view);
-        let head =
-            Head { what: "run".to_owned(), until: 1.0, ended: false, time: EpochTime::ZERO, samples: 0 };
+        let head = Head {
+            what: "run".to_owned(),
+            until: 1.0,
+            ended: false,
+            time: EpochTime::ZERO,
+            progress: Done::default(),
+            end: None,
+        };
         let simulation = simulation.checkpoint().unwrap();
         let kept = encode(&(head, State { simulation, observers, seconds: 0.5, files: Vec::new() })).unwrap();
-        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (6, 845, 430_561_542));
+        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (6, 857, 1_091_002_983));
     }
 }

@@ -4,9 +4,19 @@
 ///
 /// Each is a product, not a sum of intervals, so rounding does not accumulate.
 pub fn sampling_times(begin: f64, end: f64, interval: f64) -> impl Iterator<Item = f64> {
+    let count = sampling_count(begin, end, interval);
+    (1..=count).map(move |index| sampling_time(begin, end, interval, index, count))
+}
+
+/// Number of sampling times.
+pub fn sampling_count(begin: f64, end: f64, interval: f64) -> u64 {
     // A last interval shorter than this share of a full one is rounding error.
-    let count = ((end - begin) / interval - 1e-9).ceil().max(0.0) as u64;
-    (1..=count).map(move |index| if index == count { end } else { begin + index as f64 * interval })
+    ((end - begin) / interval - 1e-9).ceil().max(0.0) as u64
+}
+
+/// The sampling time `index` of `count`, from 1 on.
+pub fn sampling_time(begin: f64, end: f64, interval: f64, index: u64, count: u64) -> f64 {
+    if index == count { end } else { begin + index as f64 * interval }
 }
 
 #[cfg(test)]

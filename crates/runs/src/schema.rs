@@ -16,6 +16,14 @@ use crate::{
 /// Letters of a tag in a name of `run.observe`.
 const TAG: &str = r"[\w-]+";
 
+/// Keys that a file must give in the tables of stages.
+const REQUIRED_IN_STAGES: [(&str, &[&str]); 4] = [
+    ("StageSpec", &["until"]),
+    ("RelabelSpec", &["of", "name"]),
+    ("HeatSpec", &["tag"]),
+    ("ThermostatSpec", &["tag", "every"]),
+];
+
 /// Returns the JSON Schema (draft 7, which editors of TOML read) of a scene file.
 ///
 /// # Panics
@@ -27,6 +35,13 @@ pub fn scene_schema() -> Value {
     let types = &mut schema["definitions"];
     // A file must give these, although they have a default in code.
     types["MoleculeSpec"]["required"] = json!(["at"]);
+    for (name, keys) in REQUIRED_IN_STAGES {
+        types[name]["required"] = json!(keys);
+        for key in keys {
+            types[name]["properties"][key].as_object_mut().map(|entry| entry.remove("default"));
+        }
+    }
+    types["StageSpec"]["properties"]["measure"]["default"] = true.into();
     for (name, key) in [("MoleculeSpec", "at"), ("GasSpec", "energy")] {
         types[name]["properties"][key].as_object_mut().map(|entry| entry.remove("default"));
     }

@@ -42,7 +42,7 @@ fn measured(text: &str) -> (Results, Result<HardDiscs, String>) {
     let scene = Scene::from_toml(text).unwrap();
     let mut simulation = AnySimulation::new(&scene).unwrap();
     let measures = Measures::begin(&scene.run, &simulation.view()).unwrap();
-    let mut measures = Delayed::new(scene.run.measure_from, measures);
+    let mut measures = Delayed::new(scene.run.measure_from, f64::INFINITY, measures);
     measures.start(&simulation.view());
     measures.sample(&simulation.view());
     let samples = (scene.run.until / scene.run.sample_interval).round() as u32;

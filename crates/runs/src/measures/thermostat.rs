@@ -1,7 +1,8 @@
-//! `thermostat`: the energy that edits put in and contacts lose, in each interval between samples.
+//! `thermostat`: the energy that edits put in and contacts lose, and the heat that thermostats give
+//! to each tag, in each interval between samples.
 
 use carom::ThermostatLedger;
-use carom_tables::{BlockMean, Table};
+use carom_tables::{BlockMean, Figure, Table};
 
 use super::{Context, Kind, Measured, Of, Results, in_blocks, resumed};
 
@@ -14,14 +15,24 @@ pub(super) const KIND: Kind = Kind {
 };
 
 impl Measured for ThermostatLedger {
-    fn results(&self, _: &[BlockMean], _: &Context<'_>) -> Results {
+    /// Heat per time of each tag, then energy lost per time.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        let time = self.duration();
+        let heats = self.heats().iter().map(|heat| [heat.total(), time]);
+        std::iter::once([self.total_lost(), time]).chain(heats).collect()
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let of = |value: fn(&carom::observers::ThermostatPoint) -> f64| -> Vec<Option<f64>> {
             self.series().iter().map(|point| Some(value(point))).collect()
         };
         let unit = "mass·length²/time²";
-        let table = Table::new("thermostat", "Energy put in, lost, and present")
-            .abscissa("time", "time", self.series().iter().map(|point| point.time).collect())
-            .abscissa("duration", "time", self.series().iter().map(|point| point.duration).collect())
+        let begun = |name: &str, title: &str| {
+            let times = self.series().iter().map(|point| point.time).collect();
+            let durations = self.series().iter().map(|point| point.duration).collect();
+            Table::new(name, title).abscissa("time", "time", times).abscissa("duration", "time", durations)
+        };
+        let table = begun("thermostat", "Energy put in, lost, and present")
             .value("put_in", unit, of(|point| point.put_in))
             .value("lost", unit, of(|point| point.lost))
             .value("heat", unit, of(|point| point.heat))
@@ -30,6 +41,22 @@ impl Measured for ThermostatLedger {
                 "Put in by edits, lost in contacts and received from walls with a temperature in each interval between \
                  samples; energy at its end.",
             );
-        Results { tables: vec![table], figures: Vec::new() }
+        let mut tables = vec![table];
+        if !self.heats().is_empty() {
+            let mut heat = begun("heat", "Heat given by thermostats, by tag").caption(
+                "Energy given to the bodies of each tag in each interval between samples; negative if it is taken \
+                 away.",
+            );
+            for of_tag in self.heats() {
+                heat = heat.value(of_tag.name(), unit, of_tag.series().iter().copied().map(Some).collect());
+            }
+            tables.push(heat);
+        }
+        let mut names = vec![context.named("energy lost in contacts per time")];
+        names.extend(self.heats().iter().map(|heat| format!("heat given per time, {}", heat.name())));
+        let figure = |(name, mean): (&String, &BlockMean)| {
+            Some(Figure::new(name, mean.value?, "mass·length²/time³").error(mean.standard_error))
+        };
+        Results { tables, figures: names.iter().zip(means).filter_map(figure).collect() }
     }
 }

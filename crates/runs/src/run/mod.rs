@@ -2,20 +2,23 @@
 
 mod impulses;
 pub(crate) mod outcome;
+pub(crate) mod parent;
 mod placement;
 mod scene_file;
+pub(crate) mod schedule;
+pub(crate) mod stage_edits;
+pub(crate) mod stages;
 
-use std::{fs::File, path::PathBuf};
+use std::{collections::BTreeSet, fmt::Write as _, fs::File, path::PathBuf};
 
 use anyhow::{Context, Result};
 use carom::{Scene, engine::Growth};
-use carom_methods::Method;
+use carom_methods::{AnySimulation, Method};
 use carom_tables::{Summary, Verdict};
 use clap::Args;
-use outcome::simulate;
+use outcome::{Begun, simulate};
+use parent::Parent;
 use placement::Placement;
-#[cfg(test)]
-pub(crate) use scene_file::check;
 pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
 
 use crate::{
@@ -42,12 +45,17 @@ pub struct Options {
 /// # Errors
 /// The scene is invalid, the folder is not empty, or the run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
-    let scene = options.file.read()?;
+    let from = options.file.from.as_deref();
+    let parent = Parent::find(from, &folder_path(options), options.choices.resumption.resume)?;
+    let scene = options.file.read(parent.as_ref())?;
     let method = Method::try_from(&scene.method).context("[method]")?;
-    let what = without_end("run", &scene);
+    let what = describe(&scene, parent.as_ref());
     let signals = Signals::watch()?;
-    let mut place = Place::new(options, &scene);
+    let mut place = Place::new(options, &scene, parent.as_ref());
     let start = |place: &mut Place| -> Result<_> {
+        if let Some(parent) = place.parent {
+            return begin(continued(parent, &scene, &method)?, &scene, parent.actions);
+        }
         let growth = match &place.opened {
             Some((folder, _)) => placement::stored(&what, folder.path())?,
             None => None,
@@ -59,8 +67,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
             None => placement.begin(&scene),
         };
         let simulation = simulation.with_context(|| format!("scene {}", options.file.path.display()))?;
-        let observers = outcome::observers(&scene.run, &simulation.view())?;
-        Ok((simulation, observers))
+        begin(simulation, &scene, 0)
     };
     // Built before anything is written, so that an invalid scene leaves no folder, except for a
     // growth that takes long. A run that is resumed need not place its bodies again.
@@ -79,7 +86,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let found = task.find()?;
     place.describe()?;
     let outcome = simulate(&task, found, &scene, || started.map_or_else(|| start(&mut place), Ok))?;
-    let summary = outcome.summary(format!("Scene {}", options.file.path.display()), &task.method);
+    let mut summary = outcome.summary(format!("Scene {}", options.file.path.display()), &task.method);
+    if let Some(parent) = &parent {
+        let note = [parent.origin.sentence(), summary.note];
+        summary.note = note.join(" ").trim_end().into();
+    }
     folder.write("report.html", outcome.page(&folder, &summary, &scene, &place.command)?)?;
     outcome.describe_tables(&folder)?;
     folder.write_json("summary.json", &summary)?;
@@ -89,9 +100,48 @@ pub fn run(options: &Options) -> Result<Verdict> {
     Ok(summary.verdict())
 }
 
+/// Validates `[run]` and the times of the stages.
+#[cfg(test)]
+pub(crate) fn check(scene: &Scene) -> Result<()> {
+    scene_file::check(&scene.run)?;
+    stages::check(scene)
+}
+
+/// The description that identifies a run in its checkpoint.
+fn describe(scene: &Scene, parent: Option<&Parent>) -> String {
+    let mut what = without_end("run", scene);
+    if let Some(parent) = parent {
+        what.insert_str("run\n".len(), &parent.line());
+    }
+    what
+}
+
+/// The start of a run, after the edits of the first stage. `before` is the number of draws of
+/// random numbers by thermostats before.
+fn begin(mut simulation: AnySimulation, scene: &Scene, before: u64) -> Result<Begun> {
+    let actions = before + stage_edits::prepare(&mut simulation, scene, before)?;
+    let observers = outcome::observers(scene, &simulation.view())?;
+    Ok((simulation, observers, actions))
+}
+
+/// The simulation of a run that starts from another run, with the rules of its scene.
+///
+/// # Errors
+/// The state does not fit the scene.
+pub(crate) fn continued(parent: &Parent, scene: &Scene, method: &Method) -> Result<AnySimulation> {
+    let simulation = parent.start(scene, method)?;
+    let view = simulation.view();
+    let tags = view.bodies().flat_map(|body| body.body.tags().iter().copied());
+    let names: BTreeSet<String> = tags.map(|tag| view.tag_names().name(tag).to_owned()).collect();
+    stages::refuse_unknown_tags(scene, names)?;
+    Ok(simulation)
+}
+
 /// The folder of a run, which is created when it is first needed.
 struct Place<'a> {
     scene: &'a Scene,
+    /// The run from which it starts.
+    parent: Option<&'a Parent>,
     path: PathBuf,
     existing: Existing,
     /// The command that repeats the run.
@@ -102,11 +152,14 @@ struct Place<'a> {
 }
 
 impl<'a> Place<'a> {
-    fn new(options: &Options, scene: &'a Scene) -> Self {
+    fn new(options: &Options, scene: &'a Scene, parent: Option<&'a Parent>) -> Self {
         let path = folder_path(options);
-        let command = format!("{} run {}", program(), path.join("config.toml").display());
+        let mut command = format!("{} run {}", program(), path.join("config.toml").display());
+        if let Some(parent) = parent {
+            let _ = write!(command, " --from {}", parent.origin.folder);
+        }
         let existing = options.choices.resumption.existing();
-        Self { scene, path, existing, command, opened: None, manifest: None }
+        Self { scene, parent, path, existing, command, opened: None, manifest: None }
     }
 
     /// Creates and locks the folder.
@@ -124,7 +177,9 @@ impl<'a> Place<'a> {
     fn describe(&mut self) -> Result<Folder> {
         let folder = self.open()?;
         if self.manifest.is_none() {
-            self.manifest = Some(Manifest::begin(&folder, &self.command, &[self.scene])?);
+            let note = self.parent.map(|parent| serde_json::to_value(&parent.origin)).transpose()?;
+            self.manifest = Some(Manifest::begin_from(&folder, &self.command, &[self.scene], note)?);
+            Parent::store(self.parent, &folder)?;
             if let Some(frame) = &self.scene.start.snapshot {
                 folder.write_lasting(START, frame.as_bytes())?;
             }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use carom::{
     CollisionRate, EnergyLedger, Observer, OverlapCheck, Scene, View,
-    engine::RunSpec,
+    engine::{ElasticitySpec, RunSpec},
     observers::{ImpulseLog, Pressure, write_extended_xyz},
 };
 use carom_methods::{AnySimulation, Method};
@@ -18,7 +18,11 @@ use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::impulses;
+use super::{
+    impulses,
+    schedule::{Schedule, Step, What},
+    stage_edits, stages,
+};
 use crate::{
     animation,
     interruption::Signals,
@@ -26,7 +30,6 @@ use crate::{
     output::Folder,
     progress::Progress,
     resumable::{FoundCheckpoint, Resumable, Start, Task},
-    sampling_times::sampling_times,
     series,
     visible_region::{caption_of, picture_of},
 };
@@ -65,10 +68,35 @@ pub struct Outcome {
     /// Number of contacts whose elasticity the guard against inelastic collapse raised, and the
     /// energy that it spared divided by the energy lost; `None` if there was none.
     guarded: Option<(u64, f64)>,
+    /// Number of bodies at rest that thermostats have left out, summed over their actions, by tag.
+    left_at_rest: Vec<(String, u64)>,
 }
 
 /// Observers of a run; the optional ones only if the scene requests them.
-type Watched = (EnergyLedger, OverlapCheck, Delayed<Averages>, Option<ImpulseLog>);
+type Watched = (EnergyLedger, Checks, Delayed<Averages>, Option<ImpulseLog>);
+
+/// The check for overlaps: at each sample, or at times of its own.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub struct Checks {
+    is_apart: bool,
+    check: OverlapCheck,
+}
+
+impl Observer for Checks {
+    fn watches_any(&self) -> bool {
+        false
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        if !self.is_apart {
+            self.check.sample(view);
+        }
+    }
+}
+
+/// A simulation at the start of a run, its observers, and the number of draws of random numbers by
+/// the first stage.
+pub type Begun = (AnySimulation, Watched, u64);
 
 /// What is averaged over the time of the measurement.
 type Averages = (CollisionRate, Option<Pressure>, Measures);
@@ -77,11 +105,14 @@ type Averages = (CollisionRate, Option<Pressure>, Measures);
 ///
 /// # Errors
 /// No body carries a tag, or a body or gas is not unique.
-pub fn observers(run: &RunSpec, view: &View<'_>) -> Result<Watched> {
+pub fn observers(scene: &Scene, view: &View<'_>) -> Result<Watched> {
+    let run = &scene.run;
     let pressure = run.observe.iter().any(|name| name == "pressure").then(Pressure::default);
     let measured = (CollisionRate::default(), pressure, Measures::begin(run, view)?);
-    let measured = Delayed::new(run.measure_from, measured);
-    Ok((EnergyLedger::default(), OverlapCheck::default(), measured, impulses::log(run, view)?))
+    let (from, until) = stages::window(scene);
+    let measured = Delayed::new(from, until, measured);
+    let checks = Checks { is_apart: run.check_interval.is_some(), check: OverlapCheck::default() };
+    Ok((EnergyLedger::default(), checks, measured, impulses::log(run, view)?))
 }
 
 /// Runs to the end, from the beginning (`start`) or from a checkpoint, and writes series and
@@ -93,7 +124,7 @@ pub fn simulate(
     task: &Task<'_>,
     found: Option<FoundCheckpoint>,
     scene: &Scene,
-    start: impl FnOnce() -> Result<(AnySimulation, Watched)>,
+    start: impl FnOnce() -> Result<Begun>,
 ) -> Result<Outcome> {
     let run = &scene.run;
     let progress = Progress::new(run.until);
@@ -113,7 +144,7 @@ pub fn simulate(
     // A run killed before its first checkpoint after this point records the animation again.
     let begun = going.simulation.time().to_f64();
     let mut animation_from = (run.animation && begun <= run.animation_from).then_some(run.animation_from);
-    for time in sampling_times(0.0, run.until, run.sample_interval).skip(going.samples()) {
+    for Step { time, what } in Schedule::new(scene).skip(going.steps()) {
         let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
         if let Some(from) = animation_from.take_if(|from| *from < time) {
             // A run split in two makes the same contacts, to the bit.
@@ -123,8 +154,7 @@ pub fn simulate(
             animation::record(&going.simulation, task.folder)?;
         }
         going.run_to(time, task)?;
-        going.sample();
-        append_sample(&mut going, run)?;
+        take(&mut going, task, scene, what)?;
         progress.advance(time - before.0, going.simulation.view().counters().collisions - before.1);
     }
     drop(progress);
@@ -141,44 +171,79 @@ pub fn simulate(
 /// The scene is invalid, the run fails, or a signal has been received.
 pub fn in_memory(scene: &Scene, signals: &Signals) -> Result<Outcome> {
     let clock = ThreadTime::now();
-    let run = &scene.run;
+    stages::check(scene)?;
     let mut simulation = AnySimulation::new(scene)?;
-    let mut observers = observers(run, &simulation.view())?;
+    let mut actions = stage_edits::prepare(&mut simulation, scene, 0)?;
+    let mut observers = observers(scene, &simulation.view())?;
     observers.start(&simulation.view());
     observers.sample(&simulation.view());
-    for time in sampling_times(0.0, run.until, run.sample_interval) {
+    for Step { time, what } in Schedule::new(scene) {
         signals.check()?;
         simulation.observe_until(time, &mut observers)?;
-        observers.sample(&simulation.view());
+        match what {
+            What::Sample => observers.sample(&simulation.view()),
+            What::Check => observers.1.check.sample(&simulation.view()),
+            What::Snapshot => (),
+            What::Stage(_) | What::Thermostat { .. } => {
+                actions += stage_edits::change(&mut simulation, scene, what, actions)?;
+                observers.start(&simulation.view());
+            }
+        }
     }
     Ok(outcome_of(&simulation.view(), &observers, clock.elapsed().as_secs_f64(), scene))
+}
+
+/// Takes one step of the schedule at the present time.
+fn take(going: &mut Resumable<Watched>, task: &Task<'_>, scene: &Scene, what: What) -> Result<()> {
+    match what {
+        What::Sample => {
+            going.sample();
+            return append_sample(going, &scene.run);
+        }
+        What::Snapshot => append_frame(going)?,
+        What::Check => going.observers.1.check.sample(&going.simulation.view()),
+        What::Stage(_) | What::Thermostat { .. } => {
+            return going
+                .edit(task, |simulation, actions| stage_edits::change(simulation, scene, what, actions));
+        }
+    }
+    going.pass();
+    Ok(())
 }
 
 /// Starts a run: initial picture, and the sample at time 0.
 fn begin(
     task: &Task<'_>,
-    (simulation, observers): (AnySimulation, Watched),
+    (simulation, observers, actions): Begun,
     run: &RunSpec,
 ) -> Result<Resumable<Watched>> {
     task.folder.write_lasting(PICTURES[0], picture_of(&simulation.view(), PICTURE))?;
     let mut going = Resumable::begin(task, simulation, observers);
     going.observers.start(&going.simulation.view());
+    going.actions = actions;
     going.observers.sample(&going.simulation.view());
     append_sample(&mut going, run)?;
+    if run.snapshot_interval.is_some() {
+        append_frame(&mut going)?;
+    }
+    if run.check_interval.is_some() {
+        going.observers.1.check.sample(&going.simulation.view());
+    }
     Ok(going)
 }
 
 /// The outcome of a run that has reached its end.
 fn outcome_of(view: &View<'_>, observers: &Watched, seconds: f64, scene: &Scene) -> Outcome {
     let run = &scene.run;
-    let (energy, overlaps, Delayed { observer: (rate, pressure, measures), .. }, _) = observers;
-    let hard_discs = HardDiscs::of(view, &scene.elasticity);
+    let (energy, Checks { check: overlaps, .. }, Delayed { observer: (rate, pressure, measures), .. }, _) =
+        observers;
+    let (hard_discs, judged) = theory(view, scene);
     let collisions = view.counters().collisions;
     Outcome {
         energy: energy.clone(),
         rate: rate.clone(),
         pressure: pressure.clone(),
-        results: measures.results(scene, &hard_discs),
+        results: measures.results(&judged, &hard_discs),
         hard_discs: hard_discs.ok(),
         overlaps: overlaps.clone(),
         totals: Totals {
@@ -191,6 +256,7 @@ fn outcome_of(view: &View<'_>, observers: &Watched, seconds: f64, scene: &Scene)
         },
         bodies: view.len(),
         temperature: view.temperature(),
+        left_at_rest: left_at_rest(view),
         guarded: (view.ledger().spared > 0.0).then(|| {
             let ledger = view.ledger();
             (view.counters().guarded_collisions, ledger.spared / ledger.lost.max(ledger.spared))
@@ -198,13 +264,40 @@ fn outcome_of(view: &View<'_>, observers: &Watched, seconds: f64, scene: &Scene)
     }
 }
 
+/// The gas to which theory applies in the measured part of a run, or why there is none; and the
+/// scene with the elasticity in force there.
+fn theory(view: &View<'_>, scene: &Scene) -> (Result<HardDiscs, String>, Scene) {
+    let in_force = stages::measured_elasticities(scene);
+    let is_elastic =
+        |spec: &ElasticitySpec| spec.default == 1.0 && spec.pair.iter().all(|rule| rule.coefficient == 1.0);
+    let judged = in_force.iter().find(|spec| !is_elastic(spec)).unwrap_or(&in_force[0]);
+    let hard_discs = match stages::is_disturbed(scene) {
+        Some(reason) => Err(reason.to_owned()),
+        None => HardDiscs::of(view, judged),
+    };
+    (hard_discs, Scene { elasticity: (*judged).clone(), ..scene.clone() })
+}
+
+/// Names of tags with bodies that thermostats have left out because they were at rest, with their
+/// number.
+fn left_at_rest(view: &View<'_>) -> Vec<(String, u64)> {
+    let heats = view.heat().all().iter().filter(|heat| heat.counts.at_rest > 0);
+    heats.map(|heat| (view.tag_names().name(heat.tag).to_owned(), heat.counts.at_rest)).collect()
+}
+
+/// Writes a snapshot.
+fn append_frame(going: &mut Resumable<Watched>) -> Result<()> {
+    let Resumable { simulation, files, .. } = going;
+    files.append_frame(TRAJECTORY, |out| write_extended_xyz(&simulation.view(), out))
+}
+
 /// Writes the data of the last sample: a frame, and a row of each requested series.
 fn append_sample(going: &mut Resumable<Watched>, run: &RunSpec) -> Result<()> {
-    let Resumable { simulation, observers: (energy, _, measured, impulses), files, .. } = going;
-    let (rate, pressure, _) = &measured.observer;
-    if run.snapshots.is_some() {
-        files.append_frame(TRAJECTORY, |out| write_extended_xyz(&simulation.view(), out))?;
+    if run.snapshots.is_some() && run.snapshot_interval.is_none() {
+        append_frame(going)?;
     }
+    let Resumable { observers: (energy, _, measured, impulses), files, .. } = going;
+    let (rate, pressure, _) = &measured.observer;
     if let Some(impulses) = impulses {
         files.append_new(&series::IMPULSES, &impulses.take())?;
     }
@@ -249,6 +342,10 @@ impl Outcome {
             figures.push(Figure::new("contacts that the guard against collapse raised", guarded as f64, "1"));
             figures.push(Figure::new("energy that it spared, by energy lost", share, "1"));
         }
+        for (tag, count) in &self.left_at_rest {
+            let name = format!("bodies at rest that thermostats left out, {tag}");
+            figures.push(Figure::new(name, *count as f64, "1"));
+        }
         let mut checks = self.totals.checks();
         let mut note = String::new();
         if !method.is_exact() {
@@ -274,6 +371,9 @@ impl Outcome {
         let mut lead = format!("Run from t = 0 to {}, sampled every {}.", run.until, run.sample_interval);
         if run.measure_from > 0.0 {
             let _ = write!(lead, " Measured from t = {} on.", run.measure_from);
+        }
+        for (index, stage) in stages::describe(scene).iter().enumerate() {
+            let _ = write!(lead, " Stage {}: {stage}.", index + 1);
         }
         if !run.observe.is_empty() {
             let _ = write!(lead, " Observed: {}.", run.observe.join(", "));
@@ -306,11 +406,14 @@ impl Outcome {
         ];
         page.pictures(Layout::Beside, &[(&start, &captions[0]), (&end, &captions[1])]);
         if run.animation {
-            let caption = format!(
+            let mut caption = format!(
                 "From t = {}: the flights of the run between contacts. All digits are in {}.",
                 run.animation_from,
                 animation::FLIGHTS
             );
+            if !scene.stage.is_empty() {
+                caption.push_str(" Later stages and thermostats do not act in it.");
+            }
             page.animation(&folder.read(animation::ANIMATION)?, &caption);
         }
         page.heading("Data");
@@ -374,11 +477,15 @@ impl Outcome {
     fn drift_table(&self) -> Table {
         let points = self.energy.series();
         let first = points.first().map_or(0.0, |point| point.energy);
-        let drift = points.iter().map(|point| Some((point.energy - point.booked) / first));
+        let drift =
+            points.iter().map(|point| Some((point.energy - point.booked) / first.max(point.exchanged)));
         Table::new("energy", "Energy drift relative to the ledger")
             .abscissa("time", "time", points.iter().map(|point| point.time).collect())
             .value("(E − booked E) / E(0)", "1", drift.collect())
-            .caption("The difference is rounding error; it must stay below 10⁻¹².")
+            .caption(
+                "The difference is rounding error; it must stay below 10⁻¹². Once contacts have lost, or edits put \
+                 in, more than E(0), it is relative to that.",
+            )
     }
 
     fn rate_table(&self) -> Table {

@@ -8,11 +8,11 @@ use std::{
 use anyhow::{Context, Error, Result, bail, ensure};
 use carom::{
     Scene,
-    engine::{RunSpec, StartSpec, did_you_mean, frame_of},
+    engine::{RunSpec, StartSpec, frame_of},
 };
 use clap::Args;
 
-use super::{impulses, outcome::OBSERVERS};
+use super::{impulses, outcome::OBSERVERS, parent::Parent, stages};
 use crate::{measures, overrides::Override};
 
 /// The only supported format of snapshots.
@@ -39,35 +39,56 @@ pub struct SceneFile {
     /// Seed of all random numbers, instead of the scene's box.seed
     #[arg(long)]
     pub seed: Option<u64>,
+    /// Start from the end, or the last checkpoint, of the run in that folder, under the rules of
+    /// this scene; its contents of the box are those of that run
+    #[arg(long, value_name = "DIR")]
+    pub from: Option<PathBuf>,
     /// Change an entry, such as gas.0.count=100; may be repeated
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     pub set: Vec<Override>,
 }
 
 impl SceneFile {
-    /// Reads the scene and applies the changes from the command line.
+    /// Reads the scene and applies the changes from the command line. The contents of the box come
+    /// from `parent`, if there is one.
     ///
     /// # Errors
     /// The file cannot be read or is no scene, or an entry of `[run]` or a rule of elasticity is
     /// invalid.
-    pub fn read(&self) -> Result<Scene> {
+    pub fn read(&self, parent: Option<&Parent>) -> Result<Scene> {
         let path = self.path.display();
         let text =
             fs::read_to_string(&self.path).with_context(|| format!("cannot read the scene file {path}"))?;
         let mut scene = Scene::from_toml(&text).with_context(|| format!("scene {path}"))?;
-        if !self.set.is_empty() {
+        if !self.set.is_empty() || parent.is_some() {
             let mut table: toml::Table = text.parse().with_context(|| format!("scene {path}"))?;
             for change in &self.set {
                 change.apply(&mut table)?;
             }
+            if let Some(parent) = parent {
+                parent.complete(&mut table)?;
+            }
             scene = Scene::from_toml(&toml::to_string(&table)?)
-                .with_context(|| format!("scene {path} after --set"))?;
+                .with_context(|| format!("scene {path} after --set or --from"))?;
         }
-        scene.run.until = self.until.unwrap_or(scene.run.until);
+        if let Some(until) = self.until {
+            scene.run.until = until;
+            // A new end of the run is the end of its last stage.
+            if let Some(last) = scene.stage.last_mut() {
+                last.until = until;
+            }
+        }
         scene.bounds.seed = self.seed.unwrap_or(scene.bounds.seed);
         check(&scene.run)?;
-        refuse_unknown_tags(&scene)?;
-        if let Some(from) = scene.start.from.take() {
+        stages::check(&scene)?;
+        match parent {
+            Some(parent) => parent.refuse_other_contents(&scene)?,
+            None => stages::refuse_unknown_tags(&scene, tags(&scene))?,
+        }
+        // The bodies of another run start as they are there.
+        if parent.is_none()
+            && let Some(from) = scene.start.from.take()
+        {
             let file = self.path.parent().unwrap_or_else(|| Path::new("")).join(&from);
             read_start(&mut scene.start, &file).with_context(|| format!("start.from: {}", file.display()))?;
         }
@@ -95,36 +116,37 @@ fn read_start(start: &mut StartSpec, file: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a rule of elasticity for a tag that no body carries: a misspelt tag would change the
-/// physics.
-fn refuse_unknown_tags(scene: &Scene) -> Result<()> {
+/// The tags that bodies carry at the start.
+fn tags(scene: &Scene) -> impl Iterator<Item = String> {
     let molecules = scene.molecule.iter().map(|entry| &entry.tags);
     let bumpers = scene.bumper.iter().map(|entry| &entry.tags);
     let walls = scene.wall.iter().map(|entry| &entry.tags);
     let gases = scene.gas.iter().map(|entry| &entry.tags);
-    let carried: Vec<&String> = molecules.chain(bumpers).chain(walls).chain(gases).flatten().collect();
-    for (index, rule) in scene.elasticity.pair.iter().enumerate() {
-        for name in &rule.between {
-            ensure!(
-                carried.contains(&name),
-                "elasticity.pair[{index}]: no body in the scene carries the tag {name:?}{}",
-                did_you_mean(name, carried.iter().map(|tag| tag.as_str()))
-            );
-        }
-    }
-    Ok(())
+    molecules.chain(bumpers).chain(walls).chain(gases).flatten().cloned()
 }
 
 /// Validates `[run]`.
 pub fn check(run: &RunSpec) -> Result<()> {
-    for (entry, time) in [("run.until", run.until), ("run.sample_interval", run.sample_interval)] {
+    let intervals = [
+        ("run.sample_interval", Some(run.sample_interval)),
+        ("run.snapshot_interval", run.snapshot_interval),
+        ("run.check_interval", run.check_interval),
+    ];
+    for (entry, time) in [("run.until", Some(run.until))].iter().chain(&intervals) {
+        let time = time.unwrap_or(1.0);
         ensure!(time.is_finite() && time > 0.0, "{entry} must be positive and finite, but is {time}");
     }
+    for (entry, interval) in intervals {
+        let interval = interval.unwrap_or(run.sample_interval);
+        ensure!(
+            run.until / interval <= MOST_SAMPLES,
+            "{entry} = {interval} gives more than {MOST_SAMPLES:e} samples until {}",
+            run.until
+        );
+    }
     ensure!(
-        run.until / run.sample_interval <= MOST_SAMPLES,
-        "run.sample_interval = {} gives more than {MOST_SAMPLES:e} samples until {}",
-        run.sample_interval,
-        run.until
+        run.snapshot_interval.is_none() || run.snapshots.is_some(),
+        "run.snapshot_interval is given, but run.snapshots is not"
     );
     for (entry, time) in [("run.animation_from", run.animation_from), ("run.measure_from", run.measure_from)]
     {

@@ -131,6 +131,7 @@ molecule = [{ atom_radius = 0.01, atom_mass = 1.0, shape = \"tee\", at = [0.9, 0
 bumper = [{ radius = 0.01, at = [0.1, 0.1] }]
 wall = [{ x = 0.5 }]
 gas = [{ radius = 0.01, mass = 1.0, energy = 1.0, count = 10 }]
+stage = [{ until = 1.0 }]
 elasticity = { pair = [{ between = [\"a\"], coefficient = 1.0 }] }
 ";
 
@@ -177,7 +178,7 @@ fn is_refused(table: &str, change: &str) -> bool {
     }
     change.parse::<crate::overrides::Override>().unwrap().apply(&mut scene).unwrap();
     let Ok(scene) = Scene::from_toml(&toml::to_string(&scene).unwrap()) else { return true };
-    crate::run::check(&scene.run).is_err() || AnySimulation::new(&scene).is_err()
+    crate::run::check(&scene).is_err() || AnySimulation::new(&scene).is_err()
 }
 
 #[test]

@@ -1,0 +1,202 @@
+//! The edits at the starts of stages, and the actions of their thermostats.
+
+use anyhow::{Context, Result};
+use carom::{
+    BodyKey, EditError, Scene, SceneError,
+    engine::{Batch, DrawKey, HeatSpec, MoleculeSpec, Rotation, StageSpec, Tag, ThermostatKind},
+};
+use carom_methods::AnySimulation;
+
+use super::schedule::What;
+
+/// Makes the edits at the start of a stage, all or none. `action` is the number of draws before;
+/// returns the number of draws made.
+///
+/// # Errors
+/// The edit that is refused, with its entry.
+fn begin(simulation: &mut AnySimulation, scene: &Scene, stage: usize, action: u64) -> Result<u64> {
+    begin_with(simulation, scene, stage, action, |batch, molecule| batch.add(molecule).map(|_| ()))
+}
+
+/// Makes the edits of all stages one after another on a copy of the system, so that most of those
+/// that would be refused are refused before the run. Molecules that overlap now are left out: they
+/// may have room when their stage starts.
+///
+/// # Errors
+/// The edit that is refused, with its entry.
+fn rehearse(simulation: &AnySimulation, scene: &Scene) -> Result<()> {
+    let mut copy = simulation.clone();
+    for stage in 1..scene.stage.len() {
+        begin_with(&mut copy, scene, stage, 0, |batch, molecule| match batch.add(molecule) {
+            Err(EditError::Scene(SceneError::Overlap { .. })) => Ok(()),
+            other => other.map(|_| ()),
+        })?;
+    }
+    Ok(())
+}
+
+fn begin_with(
+    simulation: &mut AnySimulation,
+    scene: &Scene,
+    stage: usize,
+    action: u64,
+    add: impl Fn(&mut Batch, &MoleculeSpec) -> Result<(), EditError>,
+) -> Result<u64> {
+    let spec = &scene.stage[stage];
+    let mut entry = String::new();
+    let edited = simulation.edit(|batch| {
+        let mut edits = Edits { batch, scene, entry: &mut entry };
+        edits.contents(spec, &add)?;
+        edits.rules(spec)?;
+        edits.energies(spec, action)
+    });
+    edited.with_context(|| match entry.as_str() {
+        "" => format!("stage[{stage}]"),
+        entry => format!("stage[{stage}].{entry}"),
+    })?;
+    Ok(spec.set_energy.len() as u64)
+}
+
+/// Makes the edits of the first stage, before the run, and rehearses those of the others. `action`
+/// is the number of draws before; returns the number of draws made.
+///
+/// # Errors
+/// The edit that is refused, with its entry.
+pub fn prepare(simulation: &mut AnySimulation, scene: &Scene, action: u64) -> Result<u64> {
+    if scene.stage.is_empty() {
+        return Ok(0);
+    }
+    let draws = begin(simulation, scene, 0, action)?;
+    rehearse(simulation, scene)?;
+    Ok(draws)
+}
+
+/// Makes the change of a step: the start of a stage or the action of a thermostat. `action` is the
+/// number of draws before; returns the number of draws made.
+///
+/// # Errors
+/// The edit that is refused, with its entry.
+pub fn change(simulation: &mut AnySimulation, scene: &Scene, what: What, action: u64) -> Result<u64> {
+    match what {
+        What::Stage(stage) => begin(simulation, scene, stage, action),
+        What::Thermostat { stage, index } => act(simulation, scene, (stage, index), action).map(|()| 1),
+        What::Sample | What::Snapshot | What::Check => Ok(0),
+    }
+}
+
+/// One action of a thermostat. `action` is the number of draws before.
+///
+/// # Errors
+/// The energies are out of range for a body, with the entry.
+fn act(
+    simulation: &mut AnySimulation,
+    scene: &Scene,
+    (stage, index): (usize, usize),
+    action: u64,
+) -> Result<()> {
+    let (entry, heat) =
+        (format!("stage[{stage}].thermostat[{index}]"), scene.stage[stage].thermostat[index].action());
+    simulation
+        .edit(|batch| match batch.find_tag(&heat.tag) {
+            Some(tag) => give_heat(batch, tag, &heat, &entry, draw_key(scene, action)),
+            None => Ok(()),
+        })
+        .with_context(|| entry.clone())
+}
+
+fn draw_key(scene: &Scene, action: u64) -> DrawKey {
+    DrawKey { seed: scene.bounds.seed, replica: scene.bounds.replica, action }
+}
+
+fn give_heat(
+    batch: &mut Batch,
+    tag: Tag,
+    heat: &HeatSpec,
+    entry: &str,
+    key: DrawKey,
+) -> Result<(), EditError> {
+    let target = heat.target(entry)?;
+    match heat.kind {
+        ThermostatKind::EnergyReset => batch.thermostat_energy(tag, target)?,
+        ThermostatKind::Maxwell => batch.thermostat_maxwell(tag, target, key)?,
+    };
+    Ok(())
+}
+
+/// The edits of a stage in progress.
+struct Edits<'a> {
+    batch: &'a mut Batch,
+    scene: &'a Scene,
+    /// The entry of the present edit, for errors.
+    entry: &'a mut String,
+}
+
+impl Edits<'_> {
+    /// The bodies with a tag, at most so many.
+    fn tagged(&self, name: &str, count: Option<usize>) -> Vec<BodyKey> {
+        let tag = self.batch.find_tag(name);
+        let keys = tag.into_iter().flat_map(|tag| self.batch.tagged(tag));
+        keys.take(count.unwrap_or(usize::MAX)).collect()
+    }
+
+    /// Bodies and their tags.
+    fn contents(
+        &mut self,
+        spec: &StageSpec,
+        add: &impl Fn(&mut Batch, &MoleculeSpec) -> Result<(), EditError>,
+    ) -> Result<(), EditError> {
+        for (index, name) in spec.remove.iter().enumerate() {
+            *self.entry = format!("remove[{index}]");
+            self.tagged(name, None).into_iter().try_for_each(|key| self.batch.remove(key))?;
+        }
+        for (index, molecule) in spec.add.iter().enumerate() {
+            *self.entry = format!("add[{index}]");
+            add(self.batch, molecule)?;
+        }
+        for (index, relabel) in spec.tag.iter().enumerate() {
+            *self.entry = format!("tag[{index}]");
+            for key in self.tagged(&relabel.of, relabel.count) {
+                self.batch.tag(key, &relabel.name)?;
+            }
+        }
+        for (index, relabel) in spec.untag.iter().enumerate() {
+            *self.entry = format!("untag[{index}]");
+            for key in self.tagged(&relabel.of, relabel.count) {
+                self.batch.untag(key, &relabel.name)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Elasticity and rotation.
+    fn rules(&mut self, spec: &StageSpec) -> Result<(), EditError> {
+        if let Some(elasticity) = &spec.elasticity {
+            "elasticity".clone_into(self.entry);
+            self.batch.set_elasticity(elasticity)?;
+        }
+        let locks = [(Rotation::Locked, "lock", &spec.lock), (Rotation::Free, "unlock", &spec.unlock)];
+        for (rotation, key_name, tags) in locks {
+            for (index, name) in tags.iter().enumerate() {
+                *self.entry = format!("{key_name}[{index}]");
+                for key in self.tagged(name, None) {
+                    self.batch.set_rotation(key, rotation)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn energies(&mut self, spec: &StageSpec, action: u64) -> Result<(), EditError> {
+        for (index, heat) in spec.set_energy.iter().enumerate() {
+            *self.entry = format!("set_energy[{index}]");
+            if let Some(tag) = self.batch.find_tag(&heat.tag) {
+                let key = draw_key(self.scene, action + index as u64);
+                let entry = self.entry.clone();
+                give_heat(self.batch, tag, heat, &entry, key)?;
+            }
+        }
+        // Errors of the batch as a whole belong to no single edit.
+        self.entry.clear();
+        Ok(())
+    }
+}

@@ -1,0 +1,251 @@
+//! The stages of a run: their validation, the part that is measured, and their description.
+
+use std::collections::BTreeSet;
+
+use anyhow::{Context, Result, ensure};
+use carom::{
+    Scene,
+    engine::{ElasticitySpec, StageSpec, ThermostatKind, did_you_mean},
+};
+
+use super::schedule::{actions, spans};
+use crate::sampling_times::sampling_times;
+
+/// Largest number of actions of the thermostats of a run; more are refused as a mistake.
+const MOST_ACTIONS: f64 = 1e7;
+
+/// Rounding of the times of samples, as a share of the time.
+const ROUNDING: f64 = 1e-9;
+
+/// Validates the stages without their effect on the bodies, see [`stage_edits`](super::stage_edits).
+///
+/// # Errors
+/// A time or energy is out of range, a tag is carried by no body, or keys contradict each other.
+pub fn check(scene: &Scene) -> Result<()> {
+    let (run, stages) = (&scene.run, &scene.stage);
+    let Some(last) = stages.last() else { return Ok(()) };
+    ensure!(
+        run.until == last.until,
+        "run.until = {} differs from the end of the last stage, {}",
+        run.until,
+        last.until
+    );
+    ensure!(
+        run.measure_from == 0.0,
+        "run.measure_from cannot be given with [[stage]]: give the first stages `measure = false` instead"
+    );
+    for (index, (stage, span)) in stages.iter().zip(spans(stages)).enumerate() {
+        check_times(stage, span).with_context(|| format!("stage[{index}]"))?;
+        let both = stage.lock.iter().find(|tag| stage.unlock.contains(tag));
+        ensure!(
+            both.is_none(),
+            "stage[{index}]: the tag {:?} is in `lock` and in `unlock`",
+            both.map_or("", String::as_str)
+        );
+        for (number, heat) in stage.set_energy.iter().enumerate() {
+            heat.target(&format!("stage[{index}].set_energy[{number}]"))?;
+        }
+        for (number, thermostat) in stage.thermostat.iter().enumerate() {
+            thermostat.action().target(&format!("stage[{index}].thermostat[{number}]"))?;
+        }
+    }
+    check_measured(scene)
+}
+
+fn check_times(stage: &StageSpec, span: (f64, f64)) -> Result<()> {
+    let (start, end) = span;
+    ensure!(
+        end.is_finite() && end > start,
+        "`until` must be finite and later than the start of the stage, {start}, but is {end}"
+    );
+    for (index, thermostat) in stage.thermostat.iter().enumerate() {
+        let every = thermostat.every;
+        ensure!(
+            every.is_finite() && every > 0.0,
+            "thermostat[{index}].every must be positive and finite, but is {every}"
+        );
+        ensure!(
+            (end - start) / every <= MOST_ACTIONS,
+            "thermostat[{index}].every = {every} gives more than {MOST_ACTIONS:e} actions in this stage"
+        );
+    }
+    Ok(())
+}
+
+/// Refuses measured stages with others between them, or too short for a sample interval.
+fn check_measured(scene: &Scene) -> Result<()> {
+    let measured: Vec<usize> = (0..scene.stage.len()).filter(|&index| scene.stage[index].measure).collect();
+    let gap = measured.windows(2).find(|pair| pair[1] != pair[0] + 1);
+    if let Some(pair) = gap {
+        anyhow::bail!(
+            "stage[{}]: stages that are measured must follow on one another, but stage[{}] before it is not \
+             measured: use a run of its own for each, the second by `carom run --from`",
+            pair[1],
+            pair[1] - 1
+        );
+    }
+    let (from, last) = window(scene);
+    ensure!(
+        measured.is_empty()
+            || from + scene.run.sample_interval * (1.0 - ROUNDING) <= last.min(scene.run.until),
+        "stage[{}]: the measured stages leave no interval of run.sample_interval = {}",
+        measured[0],
+        scene.run.sample_interval
+    );
+    Ok(())
+}
+
+/// The time from which on a run is measured, and the time of the last sample that is measured; that
+/// is infinite if the run is measured to its end.
+pub fn window(scene: &Scene) -> (f64, f64) {
+    if scene.stage.is_empty() {
+        return (scene.run.measure_from, f64::INFINITY);
+    }
+    let mut measured = scene.stage.iter().zip(spans(&scene.stage)).filter(|(stage, _)| stage.measure);
+    let Some((_, (from, first_end))) = measured.next() else { return (f64::INFINITY, f64::INFINITY) };
+    let end = measured.last().map_or(first_end, |(_, (_, end))| end);
+    if end >= scene.run.until {
+        return (from, f64::INFINITY);
+    }
+    let times = sampling_times(0.0, scene.run.until, scene.run.sample_interval);
+    (from, times.take_while(|time| *time <= end * (1.0 + ROUNDING)).last().unwrap_or(0.0))
+}
+
+/// The rules of elasticity in force in the measured part of a run.
+pub fn measured_elasticities(scene: &Scene) -> Vec<&ElasticitySpec> {
+    let mut in_force = &scene.elasticity;
+    let mut measured = Vec::new();
+    for stage in &scene.stage {
+        in_force = stage.elasticity.as_ref().unwrap_or(in_force);
+        if stage.measure {
+            measured.push(in_force);
+        }
+    }
+    if measured.is_empty() { vec![in_force] } else { measured }
+}
+
+/// The reason why no theory of a gas that is left alone predicts what is measured; `None` if
+/// nothing changes the system after the start of the measured part.
+pub fn is_disturbed(scene: &Scene) -> Option<&'static str> {
+    let first = scene.stage.iter().position(|stage| stage.measure)?;
+    let stages = scene.stage.iter().enumerate().skip(first);
+    let mut reasons = stages.filter_map(|(index, stage)| {
+        let is_edited = index > first && has_edits(stage);
+        let is_heated = !stage.thermostat.is_empty();
+        is_edited
+            .then_some("the system is edited after the start of the measurement")
+            .or(is_heated.then_some("thermostats act after the start of the measurement"))
+    });
+    reasons.next()
+}
+
+fn has_edits(stage: &StageSpec) -> bool {
+    let StageSpec { name, until, measure, thermostat, .. } = StageSpec::default();
+    StageSpec { name, until, measure, thermostat, ..stage.clone() } != StageSpec::default()
+}
+
+/// Refuses tags that no body carries when a stage needs them: a misspelt tag would change the
+/// physics. `carried` are the tags of the bodies at the start.
+///
+/// # Errors
+/// A tag is not carried, with its entry.
+pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = String>) -> Result<()> {
+    let mut carried: BTreeSet<String> = carried.into_iter().collect();
+    refuse_unknown_rules("elasticity", &scene.elasticity, &carried)?;
+    for (index, stage) in scene.stage.iter().enumerate() {
+        let known = |carried: &BTreeSet<String>, entry: &str, tag: &str| {
+            ensure!(
+                carried.contains(tag),
+                "stage[{index}].{entry}: no body carries the tag {tag:?} at that time{}",
+                did_you_mean(tag, carried.iter().map(String::as_str))
+            );
+            Ok(())
+        };
+        for tag in &stage.remove {
+            known(&carried, "remove", tag)?;
+        }
+        carried.extend(stage.add.iter().flat_map(|molecule| molecule.tags.iter().cloned()));
+        for (number, relabel) in stage.tag.iter().enumerate() {
+            known(&carried, &format!("tag[{number}]"), &relabel.of)?;
+            carried.insert(relabel.name.clone());
+        }
+        for (number, relabel) in stage.untag.iter().enumerate() {
+            known(&carried, &format!("untag[{number}]"), &relabel.of)?;
+            known(&carried, &format!("untag[{number}]"), &relabel.name)?;
+        }
+        if let Some(elasticity) = &stage.elasticity {
+            refuse_unknown_rules(&format!("stage[{index}].elasticity"), elasticity, &carried)?;
+        }
+        let locked = stage.lock.iter().map(|tag| ("lock", tag));
+        for (entry, tag) in locked.chain(stage.unlock.iter().map(|tag| ("unlock", tag))) {
+            known(&carried, entry, tag)?;
+        }
+        for (number, heat) in stage.set_energy.iter().enumerate() {
+            known(&carried, &format!("set_energy[{number}]"), &heat.tag)?;
+        }
+        for (number, thermostat) in stage.thermostat.iter().enumerate() {
+            known(&carried, &format!("thermostat[{number}]"), &thermostat.tag)?;
+        }
+    }
+    Ok(())
+}
+
+fn refuse_unknown_rules(entry: &str, elasticity: &ElasticitySpec, carried: &BTreeSet<String>) -> Result<()> {
+    for (index, rule) in elasticity.pair.iter().enumerate() {
+        for name in &rule.between {
+            ensure!(
+                carried.contains(name),
+                "{entry}.pair[{index}]: no body in the scene carries the tag {name:?}{}",
+                did_you_mean(name, carried.iter().map(String::as_str))
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Each stage in words.
+pub fn describe(scene: &Scene) -> Vec<String> {
+    let counts = action_counts(scene);
+    let stages = scene.stage.iter().zip(spans(&scene.stage)).zip(&counts);
+    stages.map(|((stage, (start, end)), counts)| words(stage, (start, end), counts)).collect()
+}
+
+fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String {
+    let name = stage.name.as_deref().map_or_else(String::new, |name| format!("{name}, "));
+    let measured = if stage.measure { "" } else { ", not measured" };
+    let mut parts = vec![format!("{name}t = {start} to {end}{measured}")];
+    let edits = [
+        ("remove", stage.remove.len()),
+        ("add", stage.add.len()),
+        ("tag", stage.tag.len() + stage.untag.len()),
+        ("elasticity", usize::from(stage.elasticity.is_some())),
+        ("lock", stage.lock.len()),
+        ("unlock", stage.unlock.len()),
+        ("set_energy", stage.set_energy.len()),
+    ];
+    let edits: Vec<&str> = edits.iter().filter(|edit| edit.1 > 0).map(|edit| edit.0).collect();
+    if !edits.is_empty() {
+        parts.push(format!("edits at its start: {}", edits.join(", ")));
+    }
+    for (thermostat, count) in stage.thermostat.iter().zip(counts) {
+        let kind = match thermostat.kind {
+            ThermostatKind::EnergyReset => "energy reset",
+            ThermostatKind::Maxwell => "Maxwell",
+        };
+        let to = match (thermostat.energy, thermostat.temperature) {
+            (Some(energy), _) => format!("energy {energy}"),
+            (None, kt) => format!("kT {}", kt.unwrap_or(f64::NAN)),
+        };
+        parts.push(format!("thermostat of {} to {to} ({kind}) {count} times", thermostat.tag));
+    }
+    parts.join("; ")
+}
+
+/// Number of actions of each thermostat of each stage.
+pub fn action_counts(scene: &Scene) -> Vec<Vec<u64>> {
+    let counts = scene.stage.iter().zip(spans(&scene.stage));
+    let of_stage = |(stage, span): (&StageSpec, (f64, f64))| {
+        stage.thermostat.iter().map(|thermostat| actions(span, thermostat.every)).collect()
+    };
+    counts.map(of_stage).collect()
+}
