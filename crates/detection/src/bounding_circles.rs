@@ -67,10 +67,9 @@ impl BoundingCircles {
         let answer = self.first_contact(a, b, motion, horizon);
         let mut log = Log::new();
         let mut recorder = &mut log;
-        if answer.outcome != Outcome::OutOfRange {
-            if let Some(window) = window_of_bodies(a, b, motion, horizon) {
-                recorder.window(window);
-            }
+        let is_in_range = answer.outcome != Outcome::OutOfRange;
+        if let Some(window) = window_of_bodies(a, b, motion, horizon).filter(|_| is_in_range) {
+            recorder.window(window);
         }
         if let Some(contact) = answer.outcome.contact() {
             recorder.concerns(|| Parts::Pair(contact.touch));

@@ -163,18 +163,14 @@ pub(crate) trait GapFunction {
     ) -> PairOutcome {
         let mut time = begin;
         loop {
-            match self.within_reach(time, limit) {
-                Some(entry) => {
-                    if R::RECORDS && entry > time {
-                        search.recorder.step(Phase::OutOfReach, time, Some(entry));
-                    }
-                    time = entry;
-                }
-                None => {
-                    search.recorder.step(Phase::OutOfReach, time, Some(f64::INFINITY));
-                    return PairOutcome::Free;
-                }
+            let Some(entry) = self.within_reach(time, limit) else {
+                search.recorder.step(Phase::OutOfReach, time, Some(f64::INFINITY));
+                return PairOutcome::Free;
+            };
+            if R::RECORDS && entry > time {
+                search.recorder.step(Phase::OutOfReach, time, Some(entry));
             }
+            time = entry;
             let pose = self.pose(time);
             let now = self.gap(&pose);
             search.evaluations += 1;

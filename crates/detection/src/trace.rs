@@ -324,6 +324,6 @@ mod tests {
         }
         let trace = log.trace(Answer { outcome: Outcome::Free, evaluations: 0 }, 2.0);
         assert_eq!(trace.steps.len(), MOST_RECORDED);
-        assert_eq!((trace.steps[0].time, trace.steps[MOST_RECORDED - 1].time), (2.0, 2097152.0));
+        assert_eq!((trace.steps[0].time, trace.steps[MOST_RECORDED - 1].time), (2.0, 2_097_152.0));
     }
 }

@@ -1,6 +1,9 @@
 //! The panels of the picture: the gap over time, and what each detector evaluates and proves.
 
-use carom::engine::DetectorName;
+mod comparison;
+
+use std::fmt::Write as _;
+
 use carom_detection::{MOST_RECORDED, Parts, Phase, Step, Touch, Window};
 use carom_geometry::Molecule;
 use carom_report::{
@@ -23,9 +26,6 @@ const MOST_CROPS: f64 = 16.0;
 
 /// Crops drawn before and after a contact in a window that is drawn in part.
 const CROPS_AROUND: [f64; 2] = [8.0, 3.0];
-
-/// Most evaluations of one detector in the panel of errors, the last ones.
-const MOST_ERRORS: usize = 150;
 
 /// More turns than this are not drawn as a curve of the atoms over the whole time.
 const MOST_TURNS: f64 = 40.0;
@@ -178,7 +178,7 @@ impl Subject<'_> {
         Panel {
             title: "golden-secant: crop, find the minimum, find the zero before it".to_owned(),
             x: time_axis((view.begin, view.end)),
-            y: gap_axis(self.gap_range(curves)),
+            y: gap_axis(gap_range(curves)),
             marks,
             legend,
         }
@@ -200,8 +200,8 @@ impl Subject<'_> {
             if places.is_empty() {
                 continue;
             }
-            let steps = self.steps(course, pairs).filter(|(_, step)| is_drawn(step));
-            for ((_, step), &(time, gap)) in steps.zip(&places) {
+            let drawn = steps(course, pairs).filter(|(_, step)| is_drawn(step));
+            for ((_, step), &(time, gap)) in drawn.zip(&places) {
                 let until = step.free_until.unwrap_or(time).min(view.end + (view.end - view.begin));
                 marks.push(Mark::Line(ink, stroke, vec![(time, gap), (until, gap)]));
             }
@@ -212,108 +212,7 @@ impl Subject<'_> {
         Panel {
             title: "exact: each evaluation (dot) proves a step free of contacts (line)".to_owned(),
             x: time_axis((view.begin, view.end)),
-            y: gap_axis(self.gap_range(&curves)),
-            marks,
-            legend,
-        }
-    }
-
-    /// What each detector looks at, a row a detector, and a row for each pair of atoms for the exact
-    /// one.
-    fn rows(&self, view: Window, pairs: &[[u32; 2]]) -> Panel {
-        let (mut rows, mut marks) = (Vec::new(), Vec::new());
-        let exact = &self.courses[0];
-        if let Some(window) = self.window {
-            marks.push(Mark::Span(Ink::Purple, window.begin, window.end));
-        }
-        for &[a, b] in pairs {
-            let of_pair: Vec<&Step> = exact.steps.iter().filter(|step| step.parts.contain(a, b)).collect();
-            marks.push(Mark::Bars(Ink::Green, rows.len(), self.certified(&of_pair)));
-            marks.push(Mark::Ticks(Ink::Green, rows.len(), of_pair.iter().map(|step| step.time).collect()));
-            if let Some((time, _)) = self.contact.filter(|contact| contact.1 == [a, b]) {
-                marks.push(Mark::Answer(Ink::Vermillion, rows.len(), time));
-            }
-            rows.push(format!("exact, {a} and {b}"));
-        }
-        for course in &self.courses[1..] {
-            let row = rows.len();
-            let window = course.window.map(|window| (window.begin, window.end));
-            if course.detector == DetectorName::BoundingCircles {
-                marks.push(Mark::Bars(Ink::Purple, row, window.into_iter().collect()));
-            }
-            let times = if course.detector == DetectorName::FixedStep {
-                course.segments.iter().map(|segment| segment.end).collect()
-            } else {
-                let evaluated = course.steps.iter().filter(|step| step.phase != Phase::ClosedForm);
-                evaluated.map(|step| step.time).collect()
-            };
-            marks.push(Mark::Ticks(Ink::Blue, row, times));
-            if let Some(contact) = course.contact() {
-                marks.push(Mark::Answer(Ink::Vermillion, row, contact.time));
-            }
-            rows.push(course.name().to_owned());
-        }
-        let legend = vec![
-            (Sample::Area(Ink::Green), "certified free".to_owned()),
-            (Sample::Line(Ink::Blue, Stroke::Thin), "evaluation".to_owned()),
-            (Sample::Area(Ink::Purple), "window".to_owned()),
-            (Sample::Point(Ink::Vermillion, Point::Diamond), "contact found".to_owned()),
-        ];
-        Panel {
-            title: "Where each detector looks, and what it finds".to_owned(),
-            x: time_axis((view.begin, view.end)),
-            y: Vertical::Rows(rows),
-            marks,
-            legend,
-        }
-    }
-
-    /// The intervals for which a pair is certified free, in order and disjoint: before the window,
-    /// and from each evaluation on.
-    fn certified(&self, steps: &[&Step]) -> Vec<(f64, f64)> {
-        let mut bars: Vec<(f64, f64)> = self.window.map(|window| (0.0, window.begin)).into_iter().collect();
-        let mut free: Vec<(f64, f64)> =
-            steps.iter().filter_map(|step| Some((step.time, step.free_until?))).collect();
-        free.sort_by(|one, other| one.0.total_cmp(&other.0));
-        for (from, to) in free {
-            match bars.last_mut() {
-                Some(last) if from <= last.1 => last.1 = last.1.max(to),
-                _ => bars.push((from, to)),
-            }
-        }
-        bars
-    }
-
-    /// How far the evaluations of the pair that touches are from the contact, one after another.
-    fn convergence(&self, contact: f64, [a, b]: [u32; 2]) -> Panel {
-        let (mut marks, mut legend) = (Vec::new(), Vec::new());
-        let mut longest = 2;
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (course, ink, point) in [
-            (&self.courses[2], Ink::Orange, Point::Ring),
-            (&self.courses[1], Ink::Purple, Point::Disc),
-            (&self.courses[0], Ink::Green, Point::Diamond),
-        ] {
-            let of_pair = course.steps.iter().filter(|step| step.parts == Parts::Pair(Touch::Atoms(a, b)));
-            // An evaluation of exact ends at a later time than its own.
-            let error = |step: &Step| (step.free_until.unwrap_or(step.time) - contact).abs();
-            let digits = |step: &Step| error(step).max(0.5 * f64::EPSILON * contact.abs()).log10();
-            let all: Vec<f64> = of_pair.map(digits).filter(|digits| digits.is_finite()).collect();
-            let last = &all[all.len().saturating_sub(MOST_ERRORS)..];
-            let points: Vec<(f64, f64)> = (1..).map(f64::from).zip(last.iter().copied()).collect();
-            longest = longest.max(points.len());
-            let range = extent(last.iter().copied());
-            (low, high) = (low.min(range.0), high.max(range.1));
-            marks.push(Mark::Line(ink, Stroke::Thin, points.clone()));
-            marks.push(Mark::Points(ink, point, points));
-            legend.push((Sample::Point(ink, point), course.name().to_owned()));
-        }
-        let (low, high) = if low < high { (low, high) } else { (-17.0, 0.0) };
-        let label = "log₁₀ of the error (time)".to_owned();
-        Panel {
-            title: "Error of the contact time, evaluation by evaluation of the atoms that touch".to_owned(),
-            x: Axis { label: "evaluation".to_owned(), range: (0.0, longest as f64 + 1.0) },
-            y: Vertical::Scale(Axis { label, range: widened((low, high), 0.06) }),
+            y: gap_axis(gap_range(&curves)),
             marks,
             legend,
         }
@@ -327,13 +226,15 @@ impl Subject<'_> {
         );
         if let Some(step) = fixed.segments.iter().rev().find(|segment| segment.end > segment.begin) {
             let step = short(step.end - step.begin);
-            text += &format!(" fixed-step tests for overlap every {step}, {} times.", fixed.segments.len());
+            let _ =
+                write!(text, " fixed-step tests for overlap every {step}, {} times.", fixed.segments.len());
         }
         if self.courses.iter().any(|course| course.steps.len() == MOST_RECORDED) {
-            text += &format!(" Only the last {MOST_RECORDED} evaluations of a detector are drawn.");
+            let _ = write!(text, " Only the last {MOST_RECORDED} evaluations of a detector are drawn.");
         }
         if view.end < window.end || view.begin > window.begin {
-            text += &format!(
+            let _ = write!(
+                text,
                 " Of the window, from {} to {}, the lower panels show a part.",
                 short(window.begin),
                 short(window.end)
@@ -382,19 +283,6 @@ impl Subject<'_> {
         pairs
     }
 
-    /// The steps of a search that concern one of the pairs, with the pair.
-    fn steps<'b>(
-        &self,
-        course: &'b Course,
-        pairs: &'b [[u32; 2]],
-    ) -> impl Iterator<Item = ([u32; 2], &'b Step)> {
-        let pair_of = |step: &Step| match step.parts {
-            Parts::Pair(Touch::Atoms(a, b)) if pairs.contains(&[a, b]) => Some([a, b]),
-            _ => None,
-        };
-        course.steps.iter().filter_map(move |step| Some((pair_of(step)?, step)))
-    }
-
     /// Time and gap of the evaluations of the pairs.
     fn evaluations(
         &self,
@@ -402,7 +290,7 @@ impl Subject<'_> {
         pairs: &[[u32; 2]],
         is_drawn: impl Fn(&Step) -> bool,
     ) -> Vec<(f64, f64)> {
-        let steps = self.steps(course, pairs).filter(|(_, step)| is_drawn(step));
+        let steps = steps(course, pairs).filter(|(_, step)| is_drawn(step));
         steps.map(|(pair, step)| (step.time, self.gaps.of_pair(pair, step.time))).collect()
     }
 
@@ -452,13 +340,22 @@ impl Subject<'_> {
             legend.push((Sample::Point(Ink::Vermillion, Point::Diamond), "contact".to_owned()));
         }
     }
+}
 
-    /// The range of the gap: all of the least gap, and as much of the pairs as is useful.
-    fn gap_range(&self, curves: &Curves) -> (f64, f64) {
-        let (low, high) = extent(curves.least.iter().copied());
-        let (low, high) = (low.min(0.0), high.max(0.0));
-        widened((low, high.max(-0.2 * low) * 1.3), 0.06)
-    }
+/// The range of the gap: all of the least gap, and as much of the pairs as is useful.
+fn gap_range(curves: &Curves) -> (f64, f64) {
+    let (low, high) = extent(curves.least.iter().copied());
+    let (low, high) = (low.min(0.0), high.max(0.0));
+    widened((low, high.max(-0.2 * low) * 1.3), 0.06)
+}
+
+/// The steps of a search that concern one of the pairs, with the pair.
+fn steps<'a>(course: &'a Course, pairs: &'a [[u32; 2]]) -> impl Iterator<Item = ([u32; 2], &'a Step)> {
+    let pair_of = |step: &Step| match step.parts {
+        Parts::Pair(Touch::Atoms(a, b)) if pairs.contains(&[a, b]) => Some([a, b]),
+        _ => None,
+    };
+    course.steps.iter().filter_map(move |step| Some((pair_of(step)?, step)))
 }
 
 fn time_axis(range: (f64, f64)) -> Axis {
