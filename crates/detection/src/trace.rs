@@ -232,16 +232,21 @@ mod tests {
         encounters::{Class, Encounter},
     };
 
-    /// Ten pairs of each class.
+    /// Five pairs of each class.
     fn pairs() -> impl Iterator<Item = (String, Encounter)> {
         Class::ALL.into_iter().flat_map(|class| {
-            (0..10).map(move |index| (format!("{class} {index}"), Encounter::draw(class, 32, index)))
+            (0..5).map(move |index| (format!("{class} {index}"), Encounter::draw(class, 32, index)))
         })
+    }
+
+    /// Whether the search of all atom pairs is fast and recorded from the begin.
+    fn has_few_atoms(pair: &Encounter) -> bool {
+        pair.molecules.iter().map(|molecule| molecule.atoms().len()).product::<usize>() <= 64
     }
 
     #[test]
     fn a_recorded_search_gives_the_answer_of_the_detector_to_the_bit() {
-        for (name, pair) in pairs() {
+        for (name, pair) in pairs().filter(|(_, pair)| has_few_atoms(pair)) {
             let [a, b] = pair.molecules.each_ref().map(carom_geometry::Molecule::outline);
             let (exact, golden) = (Exact::default(), GoldenSecant::default());
             let coarse = FixedStep { step: 0.05, ..FixedStep::default() };
@@ -272,10 +277,11 @@ mod tests {
                 assert_eq!(last.unwrap().free_until, Some(contact.time), "{name}");
                 contacts += 1;
             }
+            if !has_few_atoms(&pair) {
+                continue;
+            }
             let golden = GoldenSecant::default().trace(a, b, &pair.motion, pair.horizon);
-            // Of rods of many atoms the last steps are kept.
-            let is_whole = golden.steps.len() < MOST_RECORDED;
-            if let Some(contact) = golden.answer.outcome.contact().filter(|_| is_whole) {
+            if let Some(contact) = golden.answer.outcome.contact() {
                 let evaluated = |step: &Step| {
                     step.parts == Parts::Pair(contact.touch) && step.time.to_bits() == contact.time.to_bits()
                 };
@@ -284,7 +290,7 @@ mod tests {
                 assert!((segment.begin..=segment.end).contains(&contact.time), "{name}");
             }
         }
-        assert!(contacts > 100, "{contacts}");
+        assert!(contacts > 40, "{contacts}");
     }
 
     #[test]
@@ -298,8 +304,10 @@ mod tests {
                 _ => pair.horizon,
             };
             let Some(window) = trace.window else { continue };
-            for i in 0..a.atoms.len() as u32 {
-                for j in 0..b.atoms.len() as u32 {
+            // At most eight atoms of each body.
+            let some = |count: usize| (0..count as u32).step_by(count.div_ceil(8).max(1));
+            for i in some(a.atoms.len()) {
+                for j in some(b.atoms.len()) {
                     let mut covered = window.begin;
                     let mut steps: Vec<&Step> =
                         trace.steps.iter().filter(|step| step.parts.contain(i, j)).collect();
