@@ -138,3 +138,40 @@ fn ase_reads_a_trajectory_back_to_the_bit() {
     }
     assert_eq!((frames.as_array().unwrap().len(), lines.next()), (6, None));
 }
+
+#[test]
+fn hoomd_and_ase_read_converted_trajectories() {
+    let test = "hoomd_and_ase_read_converted_trajectories";
+    let Some(python) = python(test, "numpy, ase.io, gsd.hoomd") else { return };
+    let root = tempfile::tempdir().unwrap();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/mixture.toml");
+    xtask(root.path(), &["run", scene.to_str().unwrap(), "--until", "0.5", "--out", "out"]);
+    let trajectory = root.path().join("out/trajectory.extxyz");
+    for name in ["out.gsd", "out.lammpstrj"] {
+        assert_eq!(carom_runs::convert::convert(&trajectory, &root.path().join(name)).unwrap(), 6);
+    }
+    let program = r"
+import ase.io, gsd.hoomd, numpy as np
+frames = ase.io.read('out/trajectory.extxyz', index=':')
+dump = ase.io.read('out.lammpstrj', index=':', format='lammps-dump-text')
+with gsd.hoomd.open('out.gsd') as trajectory:
+    assert len(frames) == len(dump) == len(trajectory) == 6
+    for frame, dumped, converted in zip(frames, dump, trajectory):
+        converted.validate()
+        particles, sides = converted.particles, frame.cell.lengths()[:2]
+        assert (dumped.positions[:, :2] == frame.positions[:, :2]).all()
+        assert (np.abs(particles.position[:, :2]) <= sides / 2).all()
+        places = particles.position[:, :2].astype(float) + sides / 2 + particles.image[:, :2] * sides
+        assert np.abs(places - frame.positions[:, :2]).max() < 1e-6 * sides.max()
+        assert np.allclose(particles.velocity, frame.arrays['velo'], rtol=1e-6, atol=1e-6)
+        assert np.allclose(particles.diameter, 2 * frame.arrays['radius'], rtol=1e-6)
+        assert np.allclose(particles.mass, frame.arrays['mass'], rtol=1e-6)
+        turned = 2 * np.arctan2(particles.orientation[:, 3], particles.orientation[:, 0])
+        assert np.allclose(np.cos(turned - frame.arrays['angle']), 1, atol=1e-6)
+        assert (particles.typeid == frame.arrays['kind']).all()
+        assert converted.configuration.dimensions == 2
+        assert converted.log['time'][0] == frame.info['Time']
+";
+    let output = Command::new(python).current_dir(root.path()).args(["-c", program]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}

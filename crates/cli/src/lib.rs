@@ -2,7 +2,7 @@
 //! contacts.
 
 use anyhow::Result;
-use carom_runs::{check, detect, measures, merge, reference, run};
+use carom_runs::{check, convert, detect, measures, merge, reference, run};
 use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
@@ -25,10 +25,12 @@ pub enum Command {
     Run(run::Options),
     /// Validate a scene; print its content and estimate the duration of its run
     Check(check::Options),
-    /// Find the first contacts of pairs of molecules
+    /// Find the first contacts of pairs of molecules, or draw how each detector finds one
     Detect(detect::Options),
     /// Merge the runs of several replicas of a scene
     Merge(merge::Options),
+    /// Write a trajectory as GSD (HOOMD) or as a LAMMPS dump
+    Convert(convert::Options),
     /// List the quantities that a scene can measure, with their parameters
     Measures,
     /// Print the JSON Schema of scene files, with which editors complete and check keys
@@ -46,6 +48,7 @@ impl Cli {
             Command::Check(options) => check::run(options),
             Command::Detect(options) => detect::run(options),
             Command::Merge(options) => merge::run(options),
+            Command::Convert(options) => convert::run(options),
             Command::Measures => Ok(measures::list()),
             Command::Schema(options) => reference::run(options),
         }

@@ -5,13 +5,14 @@ use carom_geometry::{Atom, Circle, CircleTree};
 use glam::DVec2;
 
 use crate::{
-    ErrorBound,
+    ErrorBound, Parts, Phase, Touch,
     atom_pair::AtomPair,
     flight::{Flight, Placement},
     gap_search::GapFunction,
     search::{PairOutcome, Search},
     skimming::rounding_within,
     tolerance::{SHARED_STEPS, STEP_MARGIN},
+    trace::Recorder,
 };
 
 /// The most atoms of one body in a block.
@@ -72,15 +73,15 @@ impl<'a> BlockSearch<'a> {
     /// Searches all pairs of the atoms `a` and `b` in the order of their certified bounds, and
     /// skips pairs whose bound is later than the limit of the search. No pair may touch before
     /// `begin`.
-    pub(crate) fn search(&self, a: Atoms<'_>, b: Atoms<'_>, begin: f64, search: &mut Search) {
+    pub(crate) fn search<R: Recorder>(&self, a: Atoms<'_>, b: Atoms<'_>, begin: f64, search: &mut Search<R>) {
         // The body with more atoms is along the rows.
         let along = usize::from(b.indices.len() >= a.indices.len());
         let (across, row) = if along == 1 { (a, b) } else { (b, a) };
         let mut room = [f64::INFINITY; LENGTH];
         let stride = match row.indices.len() {
-            ..=2 => self.first_bounds::<2>([across, row], along, begin, &mut room, search),
-            3..=4 => self.first_bounds::<4>([across, row], along, begin, &mut room, search),
-            _ => self.first_bounds::<LONGEST>([across, row], along, begin, &mut room, search),
+            ..=2 => self.first_bounds::<2, R>([across, row], along, begin, &mut room, search),
+            3..=4 => self.first_bounds::<4, R>([across, row], along, begin, &mut room, search),
+            _ => self.first_bounds::<LONGEST, R>([across, row], along, begin, &mut room, search),
         };
         let bounds = &mut room[..across.indices.len().min(MOST) * stride];
         // The pair with the earliest bound first. Mostly only one or two pairs are searched.
@@ -96,6 +97,7 @@ impl<'a> BlockSearch<'a> {
             let atoms = if along == 1 { [i, j] } else { [j, i] };
             let circles = [Circle::from(&a.all[atoms[0] as usize]), Circle::from(&b.all[atoms[1] as usize])];
             let pair = AtomPair::new(self.flight, circles);
+            search.recorder.concerns(|| Parts::Pair(Touch::Atoms(atoms[0], atoms[1])));
             bounds[next] = match pair.first_contact(bound, [pause, limit], &mut steps[next], search) {
                 PairOutcome::Paused(time) => time,
                 outcome => {
@@ -109,13 +111,13 @@ impl<'a> BlockSearch<'a> {
     /// Writes the time up to which each pair is certified free, row by row, and returns the number
     /// `N` of lanes in a row. The time is infinite for pairs that are never within reach of each
     /// other, and for lanes without an atom.
-    fn first_bounds<const N: usize>(
+    fn first_bounds<const N: usize, R: Recorder>(
         &self,
         [across, row]: [Atoms<'_>; 2],
         along: usize,
         begin: f64,
         room: &mut [f64; LENGTH],
-        search: &mut Search,
+        search: &mut Search<R>,
     ) -> usize {
         let bounds = &mut room[..across.indices.len().min(MOST) * N];
         let lanes = Row::<N>::new(row);
@@ -123,6 +125,7 @@ impl<'a> BlockSearch<'a> {
         let pairs = (across.indices.len() * row.indices.len()) as u32;
         self.shared_step(across, &lanes, along, &self.flight.at(begin), bounds);
         search.evaluations += pairs;
+        record_bounds::<N, R>([across, row], along, begin, bounds, &mut search.recorder);
         // Another shared step from the earliest bound. It pays less for few rows.
         let again = across.indices.len().saturating_sub(1).min(SHARED_STEPS);
         let mut before = begin;
@@ -134,6 +137,7 @@ impl<'a> BlockSearch<'a> {
             }
             self.shared_step(across, &lanes, along, &self.flight.at(soonest), bounds);
             search.evaluations += pairs;
+            record_bounds::<N, R>([across, row], along, soonest, bounds, &mut search.recorder);
             before = soonest;
         }
         if row.indices.len() < N {
@@ -235,6 +239,27 @@ impl Single {
             velocity: spin * place.perp(),
             radius: atom.radius(),
             centripetal: spin * spin * atom.arm(),
+        }
+    }
+}
+
+/// Records a shared step at `time`: each pair is certified free up to its bound.
+#[inline(always)]
+fn record_bounds<const N: usize, R: Recorder>(
+    [across, row]: [Atoms<'_>; 2],
+    along: usize,
+    time: f64,
+    bounds: &[f64],
+    recorder: &mut R,
+) {
+    if !R::RECORDS {
+        return;
+    }
+    for (&i, bounds) in across.indices.iter().zip(bounds.chunks_exact(N)) {
+        for (&j, &bound) in row.indices.iter().zip(bounds) {
+            let touch = if along == 1 { Touch::Atoms(i, j) } else { Touch::Atoms(j, i) };
+            recorder.concerns(|| Parts::Pair(touch));
+            recorder.step(Phase::Shared, time, Some(bound));
         }
     }
 }

@@ -5,13 +5,15 @@ use carom_kinematics::{HALF_ULP as U, Orientation};
 use glam::DVec2;
 
 use crate::{
-    ErrorBound, Window,
+    ErrorBound, Phase, Window,
     flight::{Flight, Placement},
     gap_search::{Gap, GapFunction},
     safe_step::{Curvature, safe_step},
+    search::Search,
     skim,
     skimming::rounding_within,
     tolerance::{FAST_ROTOR, LEAST_ATOM_ERRORS, LEAST_JERK},
+    trace::Recorder,
 };
 
 /// Two circles in flight, each fixed in its body, in the notation of
@@ -100,18 +102,17 @@ impl<'a> AtomPair<'a> {
     /// Advances two circles from `window.begin` until their gap is at most `nearness` times the sum
     /// of their radii, and returns that placement; `None` if they are certified free up to the end
     /// of the window. Their contents do not touch before.
-    pub(crate) fn approach(
+    pub(crate) fn approach<R: Recorder>(
         &self,
         window: Window,
         nearness: f64,
-        most_steps: u32,
-        evaluations: &mut u32,
+        search: &mut Search<R>,
     ) -> Option<Placement> {
         let mut pose = self.pose(window.begin);
         let near = nearness * self.contact_distance;
-        for _ in 0..most_steps {
+        for _ in 0..search.most_steps {
             let now = self.gap(&pose);
-            *evaluations += 1;
+            search.evaluations += 1;
             let gap = now.value - now.error;
             // NaN must end the loop.
             if gap <= near || gap.is_nan() {
@@ -119,6 +120,7 @@ impl<'a> AtomPair<'a> {
             }
             let step = safe_step(gap, now.rate - now.rate_error, &now.curvature);
             let time = pose.at.time + step.max(self.other_step(&pose));
+            search.recorder.step(Phase::Circles, pose.at.time, Some(time));
             if time > window.end {
                 return None;
             }
@@ -289,7 +291,7 @@ pub(crate) fn swing(spin: f64, elapsed: f64, arm: DVec2) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::search::{PairOutcome, Search};
+    use crate::search::PairOutcome;
     use carom_geometry::Atom;
     use carom_kinematics::RelativeMotion;
 
@@ -307,7 +309,7 @@ mod tests {
                 let motion = RelativeMotion::exactly(d, DVec2::new(slip, -closing));
                 let flight = Flight::new(atom.outline(), atom.outline(), &motion);
                 let pair = AtomPair::new(&flight, [(&atom).into(), (&atom).into()]);
-                let mut search = Search::new(10.0, 10);
+                let mut search = Search::new(10.0, 10, ());
                 let PairOutcome::Contact(time) = pair.first_contact(0.0, [10.0; 2], &mut 0, &mut search)
                 else {
                     panic!("slip {slip}, closing {closing}")

@@ -4,9 +4,11 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Contact, Detection, Outcome, Touch,
+    Answer, Contact, Detection, Outcome, Parts, Phase, Touch, Trace,
     disc::disc_contact,
     range::{OUT_OF_RANGE, Unit, unit},
+    strip::window_of_bodies,
+    trace::{Log, Recorder},
     walls,
 };
 
@@ -55,5 +57,24 @@ impl Detection for BoundingCircles {
         let outcome =
             if time <= horizon && time.is_finite() { Outcome::Contact(contact) } else { Outcome::Free };
         Answer { outcome, evaluations: 1 }
+    }
+}
+
+impl BoundingCircles {
+    /// The answer of [`Detection::first_contact`] and the window in which the bodies are within
+    /// reach of each other.
+    pub fn trace(self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Trace {
+        let answer = self.first_contact(a, b, motion, horizon);
+        let mut log = Log::new();
+        let mut recorder = &mut log;
+        let is_in_range = answer.outcome != Outcome::OutOfRange;
+        if let Some(window) = window_of_bodies(a, b, motion, horizon).filter(|_| is_in_range) {
+            recorder.window(window);
+        }
+        if let Some(contact) = answer.outcome.contact() {
+            recorder.concerns(|| Parts::Pair(contact.touch));
+            recorder.step(Phase::ClosedForm, 0.0, Some(contact.time));
+        }
+        log.trace(answer, 1.0)
     }
 }

@@ -5,12 +5,13 @@ use carom_geometry::{Circle, CircleTree, Node, Outline};
 use smallvec::SmallVec;
 
 use crate::{
-    Window,
+    Parts, Phase, Window,
     atom_block::{Atoms, BlockSearch},
     atom_pair::AtomPair,
     flight::bounding_circle,
     search::Search,
     tolerance::NEARNESS,
+    trace::Recorder,
 };
 
 /// Indices of the atoms of a molecule without a tree, which is a single block.
@@ -98,7 +99,15 @@ struct Task<'a> {
 /// exchanging A and B does not change the answer. There are at most as many tasks as pairs of
 /// nodes. Each ends after a bounded number of steps, because nodes that reach their step limit are
 /// split as well.
-pub(crate) fn descend(blocks: &BlockSearch<'_>, bodies: [Body<'_>; 2], begin: f64, search: &mut Search) {
+pub(crate) fn descend<R: Recorder>(
+    blocks: &BlockSearch<'_>,
+    bodies: [Body<'_>; 2],
+    begin: f64,
+    search: &mut Search<R>,
+) {
+    let atoms_in = |places: [Place<'_>; 2]| {
+        Parts::Circles([0, 1].map(|body| bodies[body].atoms(places[body]).indices.to_vec()))
+    };
     let mut stack: SmallVec<[Task<'_>; 64]> = SmallVec::new();
     stack.push(Task { bound: begin, places: bodies.map(Body::root) });
     while let Some(Task { bound, places }) = stack.pop() {
@@ -109,7 +118,8 @@ pub(crate) fn descend(blocks: &BlockSearch<'_>, bodies: [Body<'_>; 2], begin: f6
         let parts = split(places);
         let pair = AtomPair::new(blocks.flight, places.map(Place::circle));
         let window = Window { begin: bound, end: limit };
-        let Some(at) = pair.approach(window, NEARNESS, search.most_steps, &mut search.evaluations) else {
+        search.recorder.concerns(|| atoms_in(places));
+        let Some(at) = pair.approach(window, NEARNESS, search) else {
             continue;
         };
         let Some(parts) = parts else {
@@ -121,6 +131,8 @@ pub(crate) fn descend(blocks: &BlockSearch<'_>, bodies: [Body<'_>; 2], begin: f6
             let bound =
                 AtomPair::new(blocks.flight, places.map(Place::circle)).contact_time_lower_bounds(&at);
             search.evaluations += 1;
+            search.recorder.concerns(|| atoms_in(places));
+            search.recorder.step(Phase::Circles, at.time, Some(bound));
             if bound <= limit {
                 stack.push(Task { bound, places });
             }

@@ -42,13 +42,14 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Detection, DiscLanes, Outcome, QueryBody, Window,
+    Answer, Detection, DiscLanes, Outcome, QueryBody, Trace, Window,
     flight::Flight,
     molecule_pair::{straight, turning},
     range::{OUT_OF_RANGE, Unit, faster, later, unit},
     search::Search,
     skim,
     tolerance::MOST_STEPS,
+    trace::{Log, Recorder},
     walls,
 };
 
@@ -122,11 +123,11 @@ impl Detection for Exact {
         horizon: f64,
     ) -> Answer {
         match unit(a, b, motion, horizon) {
-            Unit::Ordinary => self.search(begin, a, b, motion, horizon.min(f64::MAX)),
+            Unit::Ordinary => self.search((), begin, a, b, motion, horizon.min(f64::MAX)),
             Unit::Scaled(factor) => {
                 let motion = faster(motion, factor);
                 let [begin, horizon] = [begin, horizon].map(|time| (time / factor).min(f64::MAX));
-                later(self.search(begin, a, b, &motion, horizon), factor)
+                later(self.search((), begin, a, b, &motion, horizon), factor)
             }
             Unit::OutOfRange => OUT_OF_RANGE,
         }
@@ -134,10 +135,30 @@ impl Detection for Exact {
 }
 
 impl Exact {
+    /// Searches like [`Detection::first_contact`] and records the steps: the times of evaluation,
+    /// and the times up to which they certify the parts free.
+    pub fn trace(self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Trace {
+        let mut log = Log::new();
+        match unit(a, b, motion, horizon) {
+            Unit::Ordinary => {
+                let answer = self.search(&mut log, 0.0, a, b, motion, horizon.min(f64::MAX));
+                log.trace(answer, 1.0)
+            }
+            Unit::Scaled(factor) => {
+                let motion = faster(motion, factor);
+                let horizon = (horizon / factor).min(f64::MAX);
+                let answer = later(self.search(&mut log, 0.0, a, b, &motion, horizon), factor);
+                log.trace(answer, factor)
+            }
+            Unit::OutOfRange => log.trace(OUT_OF_RANGE, 1.0),
+        }
+    }
+
     /// Searches a pair whose numbers are in the range of the arithmetic, from `begin` (time) on.
     #[inline]
-    fn search(
+    fn search<R: Recorder>(
         self,
+        mut recorder: R,
         begin: f64,
         a: Outline<'_>,
         b: Outline<'_>,
@@ -145,12 +166,13 @@ impl Exact {
         horizon: f64,
     ) -> Answer {
         if a.face().is_some() || b.face().is_some() {
-            return walls::first_contact(self.most_steps, a, b, motion, horizon);
+            return walls::first_contact(recorder, self.most_steps, a, b, motion, horizon);
         }
         let Some(window) = skim(motion, a.bounding_radius + b.bounding_radius, horizon) else {
             return Answer { outcome: Outcome::Free, evaluations: 0 };
         };
-        let mut search = Search::new(window.end, self.most_steps);
+        recorder.window(window);
+        let mut search = Search::new(window.end, self.most_steps, recorder);
         let flight = Flight::new(a, b, motion);
         if flight.turns() {
             let window = Window { begin: window.begin.max(begin), ..window };

@@ -5,13 +5,14 @@ use carom_kinematics::HALF_ULP as U;
 use glam::DVec2;
 
 use crate::{
-    FaceErrorBound,
+    FaceErrorBound, Phase,
     atom_pair::{centripetal, swing},
     flight::{Flight, Placement},
     gap_search::{Gap, GapFunction, contact_within},
     safe_step::{Curvature, safe_step},
     search::{PairOutcome, Search},
     strip::Strip,
+    trace::Recorder,
 };
 
 /// An atom of one body and the face of the other, which does not turn, in the notation of
@@ -71,14 +72,20 @@ impl<'a> FacePair<'a> {
     }
 
     /// The first contact with the face between its ends, up to `limit`.
-    pub(crate) fn first_contact_in_span(&self, limit: f64, search: &mut Search) -> PairOutcome {
+    pub(crate) fn first_contact_in_span<R: Recorder>(
+        &self,
+        limit: f64,
+        search: &mut Search<R>,
+    ) -> PairOutcome {
         let room = self.atom.arm + self.atom.radius;
         let window = Strip::window(self.flight.motion, self.body, self.face, room, limit);
         match window {
             None => PairOutcome::Free,
             Some(window) if self.centripetal == 0.0 => {
                 search.evaluations += 1;
-                contact_within(self.straight_contact(), window.end)
+                let time = self.straight_contact();
+                search.recorder.step(Phase::ClosedForm, 0.0, Some(time));
+                contact_within(time, window.end)
             }
             Some(window) => self.first_contact(window.begin, [f64::INFINITY, window.end], &mut 0, search),
         }

@@ -4,11 +4,12 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Contact, Detection, Outcome, Window,
+    Answer, Contact, Detection, Outcome, Parts, Phase, Trace, Window,
     range::{OUT_OF_RANGE, Unit, unit},
     squared_gap::{SquaredGap, all_pairs},
     strip::{a_face_turns, window_of_bodies},
     tolerance::{FIXED_STEP, MOST_BISECTIONS, MOST_FIXED_STEPS},
+    trace::{Log, Recorder, Tally},
 };
 
 /// Tests for overlap at multiples of a step, and bisects back to the time of contact.
@@ -63,37 +64,59 @@ pub fn natural_time(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> 
 
 impl Detection for FixedStep {
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
-        if let Unit::OutOfRange = unit(a, b, motion, horizon) {
-            return OUT_OF_RANGE;
-        }
-        let mut evaluations = 0;
-        let outcome = match window_of_bodies(a, b, motion, horizon) {
-            _ if a_face_turns(a, b, motion) => Outcome::Unresolved(0.0),
-            Some(window) => {
-                let step = self.step * natural_time(a, b, motion);
-                let mut pairs = AtomPairs { a, b, motion, evaluations: &mut evaluations };
-                pairs.walk(window, step, self.most_steps, horizon)
-            }
-            None => Outcome::Free,
-        };
-        Answer { outcome, evaluations }
+        self.search((), a, b, motion, horizon)
     }
 }
 
-struct AtomPairs<'a> {
+impl FixedStep {
+    /// Searches like [`Detection::first_contact`] and records the steps between the tests, and the
+    /// bisections.
+    pub fn trace(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Trace {
+        let mut log = Log::new();
+        let answer = self.search(&mut log, a, b, motion, horizon);
+        log.trace(answer, 1.0)
+    }
+
+    fn search<R: Recorder>(
+        &self,
+        mut recorder: R,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
+        if let Unit::OutOfRange = unit(a, b, motion, horizon) {
+            return OUT_OF_RANGE;
+        }
+        match window_of_bodies(a, b, motion, horizon) {
+            _ if a_face_turns(a, b, motion) => Answer { outcome: Outcome::Unresolved(0.0), evaluations: 0 },
+            Some(window) => {
+                recorder.window(window);
+                let step = self.step * natural_time(a, b, motion);
+                let mut pairs = AtomPairs { a, b, motion, tally: Tally::new(recorder) };
+                let outcome = pairs.walk(window, step, self.most_steps, horizon);
+                Answer { outcome, evaluations: pairs.tally.evaluations }
+            }
+            None => Answer { outcome: Outcome::Free, evaluations: 0 },
+        }
+    }
+}
+
+struct AtomPairs<'a, R> {
     a: Outline<'a>,
     b: Outline<'a>,
     motion: &'a RelativeMotion,
-    evaluations: &'a mut u32,
+    tally: Tally<R>,
 }
 
-impl AtomPairs<'_> {
+impl<R: Recorder> AtomPairs<'_, R> {
     /// Tests the multiples of `step`, beginning with the last one before the window.
     fn walk(&mut self, window: Window, step: f64, most_steps: u32, horizon: f64) -> Outcome {
         let first = if step == f64::INFINITY { 0.0 } else { (window.begin / step).floor() };
         let mut before = first * if first == 0.0 { 0.0 } else { step };
         let mut now = before;
         for count in 1..=most_steps {
+            self.tally.recorder.segment(Window { begin: before, end: now });
             match self.earliest_overlap(before, now) {
                 Some(contact) if contact.time <= horizon => return Outcome::Contact(contact),
                 Some(_) => return Outcome::Free,
@@ -113,12 +136,13 @@ impl AtomPairs<'_> {
     fn earliest_overlap(&mut self, before: f64, now: f64) -> Option<Contact> {
         let mut earliest: Option<Contact> = None;
         for (touch, gap) in all_pairs(self.a, self.b, self.motion) {
-            *self.evaluations += 1;
+            self.tally.evaluations += 1;
             if gap.at(now) > 0.0 {
                 continue;
             }
             let time = if before < now && gap.at(before) > 0.0 {
-                first_touch(&gap, before, now, self.evaluations)
+                self.tally.recorder.concerns(|| Parts::Pair(touch));
+                first_touch(&gap, before, now, &mut self.tally)
             } else if gap.closes(now) {
                 now
             } else {
@@ -133,13 +157,18 @@ impl AtomPairs<'_> {
 }
 
 /// Bisects between a time without and a time with overlap, down to neighbouring floats.
-fn first_touch(gap: &SquaredGap<'_>, mut apart: f64, mut overlap: f64, evaluations: &mut u32) -> f64 {
+fn first_touch<R: Recorder>(
+    gap: &SquaredGap<'_>,
+    mut apart: f64,
+    mut overlap: f64,
+    tally: &mut Tally<R>,
+) -> f64 {
     for _ in 0..MOST_BISECTIONS {
         let middle = apart + 0.5 * (overlap - apart);
         if middle <= apart || middle >= overlap {
             break;
         }
-        *evaluations += 1;
+        tally.evaluated(Phase::Bisection, middle);
         if gap.at(middle) > 0.0 {
             apart = middle;
         } else {

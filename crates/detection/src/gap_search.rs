@@ -91,9 +91,11 @@
 use carom_kinematics::HALF_ULP as U;
 
 use crate::{
+    Phase,
     safe_step::{Curvature, safe_step, short_step},
     search::{PairOutcome, Search},
     tolerance::{MOST_RECONTACT_STEPS, RESTING_DEPTH, SHORT_STEPS, SOON, STEP_MARGIN},
+    trace::Recorder,
 };
 
 /// The gap between two parts at one time, its derivatives, and bounds on their rounding.
@@ -152,19 +154,23 @@ pub(crate) trait GapFunction {
     /// before `begin`. Past `pause` the search of a pair that does not close is interrupted.
     /// `steps` counts the steps of the pair over all interruptions.
     #[inline]
-    fn first_contact(
+    fn first_contact<R: Recorder>(
         &self,
         begin: f64,
         [pause, limit]: [f64; 2],
         steps: &mut u32,
-        search: &mut Search,
+        search: &mut Search<R>,
     ) -> PairOutcome {
         let mut time = begin;
         loop {
-            match self.within_reach(time, limit) {
-                Some(entry) => time = entry,
-                None => return PairOutcome::Free,
+            let Some(entry) = self.within_reach(time, limit) else {
+                search.recorder.step(Phase::OutOfReach, time, Some(f64::INFINITY));
+                return PairOutcome::Free;
+            };
+            if R::RECORDS && entry > time {
+                search.recorder.step(Phase::OutOfReach, time, Some(entry));
             }
+            time = entry;
             let pose = self.pose(time);
             let now = self.gap(&pose);
             search.evaluations += 1;
@@ -172,6 +178,7 @@ pub(crate) trait GapFunction {
             let other_step = self.other_step(&pose);
             let step = if now.value > now.error {
                 if let Some(landing) = now.landing(now.error).filter(|&h| self.stays(&pose, h)) {
+                    search.recorder.step(Phase::Single, time, Some(time + landing));
                     return contact_within(time + landing, limit);
                 }
                 let step = now.step(*steps <= SHORT_STEPS);
@@ -179,17 +186,24 @@ pub(crate) trait GapFunction {
             } else if other_step > 0.0 {
                 other_step
             } else if now.is_contact() {
-                return contact_within(time + self.last_correction(&pose, &now, now.error), limit);
+                let contact = time + self.last_correction(&pose, &now, now.error);
+                search.recorder.step(Phase::Single, time, Some(contact));
+                return contact_within(contact, limit);
             } else if *steps == 1 && self.is_back_soon(&now) {
-                match self.recontact(&pose, &now, time, limit, &mut search.evaluations) {
-                    Ok(contact) => return contact_within(contact, limit),
+                match self.recontact(&pose, &now, time, limit, search) {
+                    Ok(contact) => {
+                        search.recorder.step(Phase::Single, time, Some(contact));
+                        return contact_within(contact, limit);
+                    }
                     Err(step) => step,
                 }
             } else {
                 self.touching_step(&now)
             };
             let next = time + step;
-            time = if next > time { next } else { time.next_up() };
+            let next = if next > time { next } else { time.next_up() };
+            search.recorder.step(Phase::Single, time, Some(next));
+            time = next;
             if time > limit {
                 return PairOutcome::Free;
             }
@@ -230,13 +244,13 @@ pub(crate) trait GapFunction {
     /// Returns the next contact of a pair that separates from a contact at `time` (`Ok`, a time),
     /// or a duration for which there certainly is none (`Err`). See Lemma 10.
     #[cold]
-    fn recontact(
+    fn recontact<R: Recorder>(
         &self,
         start: &Self::Pose,
         at_start: &Gap,
         time: f64,
         limit: f64,
-        evaluations: &mut u32,
+        search: &mut Search<R>,
     ) -> Result<f64, f64> {
         let away = at_start.rate - at_start.rate_error;
         // Up to 2 g'/K the gap is not below its initial value.
@@ -247,7 +261,8 @@ pub(crate) trait GapFunction {
             }
             let Some((pose, widened)) = self.moved(start, elapsed) else { break };
             let now = Gap { value: widened, ..self.gap(&pose) };
-            *evaluations += 1;
+            search.evaluations += 1;
+            search.recorder.step(Phase::Recontact, time + elapsed, None);
             let error = (now.rate_error + 8.0 * U * self.top_speed()) * elapsed;
             if error >= now.error || error.is_nan() {
                 break;

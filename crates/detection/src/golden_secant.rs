@@ -31,7 +31,7 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Contact, Detection, Outcome, Window,
+    Answer, Contact, Detection, Outcome, Parts, Phase, Trace, Window,
     crop::segment_length,
     golden_section::{Sample, golden_section},
     range::{OUT_OF_RANGE, Unit, unit},
@@ -39,6 +39,7 @@ use crate::{
     squared_gap::{SquaredGap, all_pairs},
     strip::{a_face_turns, window_of_bodies},
     tolerance::{CROP_FACTOR, MOST_ROUNDS, MOST_SEGMENTS, THESIS_TOLERANCE, WINDOW_MARGIN},
+    trace::{Log, Recorder, Tally},
 };
 
 /// The detector of the thesis: skim, crop, golden section, secant; corrected but not certified.
@@ -89,16 +90,7 @@ impl Default for GoldenSecant {
 
 impl Detection for GoldenSecant {
     fn first_contact(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Answer {
-        if let Unit::OutOfRange = unit(a, b, motion, horizon) {
-            return OUT_OF_RANGE;
-        }
-        let mut evaluations = 0;
-        let outcome = match window_of_bodies(a, b, motion, horizon) {
-            _ if a_face_turns(a, b, motion) => Outcome::Unresolved(0.0),
-            Some(window) => self.crop_and_search(a, b, motion, widened(window), &mut evaluations),
-            None => Outcome::Free,
-        };
-        Answer { outcome, evaluations }
+        self.search((), a, b, motion, horizon)
     }
 }
 
@@ -113,14 +105,42 @@ fn widened(window: Window) -> Window {
 struct RoundsUsedUp;
 
 impl GoldenSecant {
-    fn crop_and_search(
+    /// Searches like [`Detection::first_contact`] and records the segments and the evaluations.
+    pub fn trace(&self, a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, horizon: f64) -> Trace {
+        let mut log = Log::new();
+        let answer = self.search(&mut log, a, b, motion, horizon);
+        log.trace(answer, 1.0)
+    }
+
+    fn search<R: Recorder>(
+        &self,
+        recorder: R,
+        a: Outline<'_>,
+        b: Outline<'_>,
+        motion: &RelativeMotion,
+        horizon: f64,
+    ) -> Answer {
+        if let Unit::OutOfRange = unit(a, b, motion, horizon) {
+            return OUT_OF_RANGE;
+        }
+        let mut tally = Tally::new(recorder);
+        let outcome = match window_of_bodies(a, b, motion, horizon) {
+            _ if a_face_turns(a, b, motion) => Outcome::Unresolved(0.0),
+            Some(window) => self.crop_and_search(a, b, motion, widened(window), &mut tally),
+            None => Outcome::Free,
+        };
+        Answer { outcome, evaluations: tally.evaluations }
+    }
+
+    fn crop_and_search<R: Recorder>(
         &self,
         a: Outline<'_>,
         b: Outline<'_>,
         motion: &RelativeMotion,
         window: Window,
-        evaluations: &mut u32,
+        tally: &mut Tally<R>,
     ) -> Outcome {
+        tally.recorder.window(window);
         let length = segment_length(motion.angular_velocity, self.crop_factor.max(0.0));
         let mut begin = window.begin;
         for _ in 0..self.most_segments {
@@ -128,7 +148,8 @@ impl GoldenSecant {
                 return Outcome::Free;
             }
             let segment = Window { begin, end: (begin + length).min(window.end) };
-            match self.earliest_in(segment, a, b, motion, evaluations) {
+            tally.recorder.segment(segment);
+            match self.earliest_in(segment, a, b, motion, tally) {
                 Ok(Some(contact)) => return Outcome::Contact(contact),
                 Ok(None) if segment.end == window.end => return Outcome::Free,
                 Ok(None) => begin = segment.end,
@@ -139,17 +160,18 @@ impl GoldenSecant {
     }
 
     /// The earliest contact of all atom pairs in one segment.
-    fn earliest_in(
+    fn earliest_in<R: Recorder>(
         &self,
         segment: Window,
         a: Outline<'_>,
         b: Outline<'_>,
         motion: &RelativeMotion,
-        evaluations: &mut u32,
+        tally: &mut Tally<R>,
     ) -> Result<Option<Contact>, RoundsUsedUp> {
         let mut earliest: Option<Contact> = None;
         for (touch, gap) in all_pairs(a, b, motion) {
-            let Some(time) = self.contact_of_pair(&gap, segment, evaluations)? else { continue };
+            tally.recorder.concerns(|| Parts::Pair(touch));
+            let Some(time) = self.contact_of_pair(&gap, segment, tally)? else { continue };
             if earliest.is_none_or(|found| time < found.time) {
                 earliest = Some(Contact { time, touch });
             }
@@ -158,31 +180,34 @@ impl GoldenSecant {
     }
 
     /// The contact time of one atom pair in one segment.
-    fn contact_of_pair(
+    fn contact_of_pair<R: Recorder>(
         &self,
         gap: &SquaredGap<'_>,
         segment: Window,
-        evaluations: &mut u32,
+        tally: &mut Tally<R>,
     ) -> Result<Option<f64>, RoundsUsedUp> {
         let width = self.tolerance * segment.end;
-        let mut f = |time| {
-            *evaluations += 1;
+        let mut f = |phase, time| {
+            tally.evaluated(phase, time);
             gap.at(time)
         };
-        let start = Sample { time: segment.begin, value: f(segment.begin) };
-        let end = Sample { time: segment.end, value: f(segment.end) };
+        let start = Sample { time: segment.begin, value: f(Phase::SegmentEnd, segment.begin) };
+        let end = Sample { time: segment.end, value: f(Phase::SegmentEnd, segment.end) };
         let apart = if start.value > gap.touching(start.time) {
             start
         } else if gap.closes(start.time) {
             return Ok(Some(start.time));
         } else {
-            let top = golden_section(|t| -f(t), segment, width, self.most_rounds).ok_or(RoundsUsedUp)?;
+            let top = golden_section(|t| -f(Phase::GoldenMaximum, t), segment, width, self.most_rounds);
+            let top = top.ok_or(RoundsUsedUp)?;
             Sample { value: -top.value, ..top }
         };
         let rest = Window { begin: apart.time, end: segment.end };
-        let dip = golden_section(&mut f, rest, width, self.most_rounds).ok_or(RoundsUsedUp)?.lower(end);
+        let dip = golden_section(|t| f(Phase::GoldenMinimum, t), rest, width, self.most_rounds);
+        let dip = dip.ok_or(RoundsUsedUp)?.lower(end);
         let Some(bracket) = Bracket::new(apart, dip) else { return Ok(None) };
-        let time = bracketed_secant(&mut f, bracket, width, self.most_rounds).ok_or(RoundsUsedUp)?;
+        let time = bracketed_secant(|t| f(Phase::Secant, t), bracket, width, self.most_rounds);
+        let time = time.ok_or(RoundsUsedUp)?;
         // At a zero where they do not close, the parts touch only by rounding.
         Ok(gap.closes(time).then_some(time))
     }

@@ -25,6 +25,8 @@
 //! | [`BoundingCircles`] | a coarser model: each body is its bounding circle |
 //! | [`FixedStep`] | overlap tests at regular times, as in a time-stepped code |
 //!
+//! The method `trace` of each detector also returns the steps of its search ([`Trace`]).
+//!
 //! A wall or a half-plane is a body with a straight face. It must not turn:
 //!
 //! ```
@@ -85,6 +87,7 @@ mod skimming;
 mod squared_gap;
 mod strip;
 pub mod tolerance;
+mod trace;
 mod walls;
 
 pub use bounding_circles::BoundingCircles;
@@ -104,6 +107,7 @@ pub use face_error::FaceErrorBound;
 pub use resolved_speed::resolved_speed;
 #[doc(hidden)]
 pub use skimming::{Window, skim};
+pub use trace::{MOST_RECORDED, Parts, Phase, Step, Trace};
 
 use carom_geometry::{Atom, Outline};
 use carom_kinematics::RelativeMotion;

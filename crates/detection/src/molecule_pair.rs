@@ -3,16 +3,22 @@
 use carom_geometry::Outline;
 
 use crate::{
-    ErrorBound, Window,
+    ErrorBound, Parts, Phase, Touch, Window,
     atom_block::BlockSearch,
     circle_descent::{Body, descend},
     disc::disc_contact,
     flight::Flight,
     search::{PairOutcome, Search},
+    trace::Recorder,
 };
 
 /// Searches bodies that do not turn: each atom pair is a pair of discs.
-pub(crate) fn straight(a: Outline<'_>, b: Outline<'_>, flight: &Flight<'_>, search: &mut Search) {
+pub(crate) fn straight<R: Recorder>(
+    a: Outline<'_>,
+    b: Outline<'_>,
+    flight: &Flight<'_>,
+    search: &mut Search<R>,
+) {
     let (motion, start) = (flight.motion, flight.at(0.0));
     for (i, atom_a) in a.atoms.iter().enumerate() {
         let arm_a = start.arm(0, atom_a.offset());
@@ -24,6 +30,8 @@ pub(crate) fn straight(a: Outline<'_>, b: Outline<'_>, flight: &Flight<'_>, sear
             let error = ErrorBound::of_circles(motion, flight.speed, flight.spin, &circles).at(0.0);
             let time = disc_contact(d, motion.velocity, sigma, (error, motion.velocity_error));
             search.evaluations += 1;
+            search.recorder.concerns(|| Parts::Pair(Touch::Atoms(i as u32, j as u32)));
+            search.recorder.step(Phase::ClosedForm, 0.0, Some(time));
             if time <= search.limit() {
                 search.record(PairOutcome::Contact(time), [i as u32, j as u32]);
             }
@@ -32,12 +40,12 @@ pub(crate) fn straight(a: Outline<'_>, b: Outline<'_>, flight: &Flight<'_>, sear
 }
 
 /// Searches bodies that turn: all atom pairs at once, or the trees of circles for many atoms.
-pub(crate) fn turning(
+pub(crate) fn turning<R: Recorder>(
     a: Outline<'_>,
     b: Outline<'_>,
     flight: &Flight<'_>,
     window: Window,
-    search: &mut Search,
+    search: &mut Search<R>,
 ) {
     let blocks = BlockSearch::new(flight, [a.bounding_radius, b.bounding_radius]);
     let bodies = [Body::new(&a), Body::new(&b)];

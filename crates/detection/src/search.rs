@@ -1,6 +1,6 @@
 //! The intermediate result of a search over many atom pairs.
 
-use crate::{Answer, Contact, Outcome, Touch};
+use crate::{Answer, Contact, Outcome, Touch, trace::Recorder};
 
 /// The result of the search for one pair of parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,17 +17,18 @@ pub(crate) enum PairOutcome {
 }
 
 /// The earliest contact and the earliest certified time so far, and the limits of the search.
-pub(crate) struct Search {
+pub(crate) struct Search<R> {
     end: f64,
     best: Option<Contact>,
     out_of_budget: f64,
     pub(crate) most_steps: u32,
     pub(crate) evaluations: u32,
+    pub(crate) recorder: R,
 }
 
-impl Search {
-    pub(crate) fn new(end: f64, most_steps: u32) -> Self {
-        Self { end, best: None, out_of_budget: f64::INFINITY, most_steps, evaluations: 0 }
+impl<R: Recorder> Search<R> {
+    pub(crate) fn new(end: f64, most_steps: u32, recorder: R) -> Self {
+        Self { end, best: None, out_of_budget: f64::INFINITY, most_steps, evaluations: 0, recorder }
     }
 
     /// Nothing after this time can change the answer.
@@ -76,7 +77,7 @@ mod tests {
     fn the_earlier_of_certified_time_and_contact_is_the_answer() {
         for (contact, expected) in [(2.0, Outcome::FreeUntil(1.0)), (0.5, contact_at(0.5))] {
             for contact_first in [true, false] {
-                let mut search = Search::new(10.0, 1);
+                let mut search = Search::new(10.0, 1, ());
                 let mut findings = [PairOutcome::Contact(contact), PairOutcome::OutOfBudget(1.0)];
                 if !contact_first {
                     findings.reverse();

@@ -4,7 +4,7 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 
 use crate::{
-    Answer, Contact, Outcome, Part, Touch,
+    Answer, Contact, Outcome, Part, Parts, Touch,
     disc::disc_contact,
     error_bound::ErrorBound,
     face_pair::FacePair,
@@ -12,6 +12,7 @@ use crate::{
     molecule_pair::{straight, turning},
     search::{PairOutcome, Search},
     strip::{a_face_turns, window_of_bodies},
+    trace::Recorder,
 };
 
 /// The answer for a face that turns.
@@ -20,7 +21,8 @@ const NOTHING_IS_KNOWN: Answer = Answer { outcome: Outcome::Unresolved(0.0), eva
 /// The certified first contact where A or B has a face.
 ///
 /// The atoms of a wall are its end points, and are searched like any atoms.
-pub(crate) fn first_contact(
+pub(crate) fn first_contact<R: Recorder>(
+    mut recorder: R,
     most_steps: u32,
     a: Outline<'_>,
     b: Outline<'_>,
@@ -33,7 +35,8 @@ pub(crate) fn first_contact(
     let Some(window) = window_of_bodies(a, b, motion, horizon) else {
         return Answer { outcome: Outcome::Free, evaluations: 0 };
     };
-    let mut search = Search::new(window.end, most_steps);
+    recorder.window(window);
+    let mut search = Search::new(window.end, most_steps, recorder);
     let flight = Flight::new(a, b, motion);
     match a.atoms.is_empty() || b.atoms.is_empty() {
         true => {}
@@ -44,8 +47,10 @@ pub(crate) fn first_contact(
         let Some(face) = other.face() else { continue };
         for (index, atom) in outline.atoms.iter().enumerate() {
             let pair = FacePair::new(&flight, body, atom.into(), face);
+            let touch = Touch::face(body, Part::Atom(index as u32));
+            search.recorder.concerns(|| Parts::Pair(touch));
             let outcome = pair.first_contact_in_span(search.limit(), &mut search);
-            search.record_touch(outcome, Touch::face(body, Part::Atom(index as u32)));
+            search.record_touch(outcome, touch);
         }
     }
     search.answer()
@@ -65,7 +70,7 @@ pub(crate) fn contact_of_circle(
     };
     let flight = Flight::new(a, b, motion);
     let pair = FacePair::new(&flight, body, bounding_circle(circle), face);
-    let mut search = Search::new(horizon, 1);
+    let mut search = Search::new(horizon, 1, ());
     let mut soonest = match pair.first_contact_in_span(horizon, &mut search) {
         PairOutcome::Contact(time) => time,
         PairOutcome::Free | PairOutcome::OutOfBudget(_) | PairOutcome::Paused(_) => f64::INFINITY,

@@ -10,7 +10,9 @@
 pub mod canvas;
 pub mod molecule_picture;
 pub mod page;
+pub mod panels;
 pub mod plot;
 pub mod polar;
+pub mod pose_picture;
 pub mod scatter;
 pub mod table_chart;

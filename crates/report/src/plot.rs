@@ -126,7 +126,7 @@ impl Axis {
 
 /// Positions of tick marks: 4 to 12 multiples of a round number; multiples of 30 if the axis is a
 /// full circle in degrees.
-fn marks((low, high): (f64, f64)) -> Vec<f64> {
+pub(crate) fn marks((low, high): (f64, f64)) -> Vec<f64> {
     let span = high - low;
     let tenth = 10f64.powf((span / 4.0).log10().floor());
     let round = [5.0, 2.0, 1.0].into_iter().map(|factor| factor * tenth).find(|step| span / step >= 4.0);

@@ -1,5 +1,9 @@
 //! `carom detect`: the first contacts of the pairs in an encounter file, from a selected detector.
 
+mod explain;
+
+pub use explain::explain;
+
 use std::{
     fmt,
     path::{Path, PathBuf},
@@ -7,7 +11,11 @@ use std::{
 
 use anyhow::Result;
 use carom::engine::DetectorName;
-use carom_detection::{BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Touch, skim};
+use carom_detection::{
+    Answer, BoundingCircles, Detection, Exact, FixedStep, GoldenSecant, Outcome, Touch, skim,
+};
+use carom_geometry::Outline;
+use carom_kinematics::RelativeMotion;
 use carom_tables::Verdict;
 use clap::Args;
 
@@ -29,16 +37,25 @@ pub struct Options {
     /// Detector: exact, golden-secant, bounding-circles or fixed-step
     #[arg(long, default_value = "exact")]
     pub detector: DetectorName,
-    /// Output file for the answers
-    #[arg(long, value_name = "ANSWERS.csv")]
+    /// Draw how each detector searches one pair, named by its id or by class/id, instead of
+    /// searching all
+    #[arg(long, value_name = "CASE", conflicts_with = "detector")]
+    pub explain: Option<String>,
+    /// Output file for the answers (CSV), or for the picture (SVG)
+    #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
 }
 
-/// Runs the detector on the pairs of a file and prints how many searches ended in each way.
+/// Runs the detector on the pairs of a file and prints how many searches ended in each way, or draws
+/// the searches of one pair and prints their answers.
 ///
 /// # Errors
-/// See [`detect`].
+/// See [`detect`] and [`explain`].
 pub fn run(options: &Options) -> Result<Verdict> {
+    if let Some(case) = &options.explain {
+        print_line(&explain(&options.cases, case, &options.out)?);
+        return Ok(Verdict::Passed);
+    }
     print_line(&detect(&options.cases, options.detector, &options.out)?.to_string());
     Ok(Verdict::Passed)
 }
@@ -101,9 +118,10 @@ pub fn detect(cases: &Path, detector: DetectorName, out: &Path) -> Result<Search
 }
 
 /// Result of one search; times count from the encounter's time 0.
-struct Finding {
-    outcome: Outcome,
-    evaluations: u64,
+#[derive(Debug)]
+pub(crate) struct Finding {
+    pub(crate) outcome: Outcome,
+    pub(crate) evaluations: u64,
 }
 
 impl Finding {
@@ -117,7 +135,7 @@ impl Finding {
     }
 
     /// t, atomA, atomB
-    fn cells(&self) -> [String; 3] {
+    pub(crate) fn cells(&self) -> [String; 3] {
         match self.outcome {
             Outcome::Contact(contact) => match contact.touch {
                 Touch::Atoms(a, b) => [contact.time.to_string(), a.to_string(), b.to_string()],
@@ -146,9 +164,18 @@ impl SearchSummary {
     }
 }
 
+/// The first contact that a detector finds.
+pub(crate) fn first_contact(detector: &impl Detection, encounter: &EncounterRecord) -> Finding {
+    search(encounter, |a, b, motion, _, horizon| detector.first_contact(a, b, motion, horizon))
+}
+
 /// Continues a search that ended "certified free until" from there, as the engine does, at most
-/// [`MOST_QUERIES`] times.
-fn first_contact(detector: &impl Detection, encounter: &EncounterRecord) -> Finding {
+/// [`MOST_QUERIES`] times. A query has A, B, their motion from a time on, that time, and the horizon
+/// from there.
+pub(crate) fn search(
+    encounter: &EncounterRecord,
+    mut query: impl FnMut(Outline<'_>, Outline<'_>, &RelativeMotion, f64, f64) -> Answer,
+) -> Finding {
     let [a, b] = [0, 1].map(|body| encounter.molecules[body].outline());
     let window_end = encounter.window_end.unwrap_or_else(|| {
         let reach = a.bounding_radius + b.bounding_radius;
@@ -157,7 +184,7 @@ fn first_contact(detector: &impl Detection, encounter: &EncounterRecord) -> Find
     let mut time = 0.0;
     let mut evaluations = 0;
     for _ in 0..MOST_QUERIES {
-        let answer = detector.first_contact(a, b, &encounter.pair_at(time), window_end - time);
+        let answer = query(a, b, &encounter.pair_at(time), time, window_end - time);
         evaluations += u64::from(answer.evaluations);
         let outcome = match answer.outcome {
             Outcome::FreeUntil(later) => {

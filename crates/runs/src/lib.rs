@@ -11,6 +11,7 @@ pub mod animation;
 pub mod append_file;
 pub mod check;
 pub mod checkpoint_file;
+pub mod convert;
 pub mod detect;
 pub mod encounters;
 pub mod exit;

@@ -3,7 +3,7 @@
 
 use std::{
     fs::{self, File, TryLockError},
-    io::{self, Write as _},
+    io::{self, BufWriter, Write as _},
     path::{Path, PathBuf},
     thread,
     time::Duration,
@@ -246,6 +246,25 @@ pub fn write_lasting(path: &Path, pieces: &[&[u8]]) -> Result<()> {
         folder.sync_all().with_context(|| format!("cannot write {}", path.display()))?;
     }
     Ok(())
+}
+
+/// Writes a file piece by piece under another name and renames it, so that readers never see a
+/// partial file.
+///
+/// # Errors
+/// The error of `write`, or the file cannot be written; no file is left then.
+pub fn write_streamed(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+    let mut failed = None;
+    let written = aside(path, |aside| {
+        let mut out = BufWriter::new(File::create(aside)?);
+        if let Err(error) = write(&mut out) {
+            let interrupted = io::Error::other("the content is incomplete");
+            failed = Some(error);
+            return Err(interrupted);
+        }
+        out.flush()
+    });
+    failed.map_or(written, Err)
 }
 
 /// Writes a file under another name, then renames it.

@@ -1,0 +1,337 @@
+//! The record of one search: at which times a detector evaluated the gap, and what it proved there.
+
+use std::collections::VecDeque;
+
+use crate::{Answer, Touch, Window};
+
+/// The most steps, and the most segments, that a [`Trace`] holds: some 10⁸ bytes. Smaller: the
+/// search of a fast rotor by [`GoldenSecant`](crate::GoldenSecant) loses its beginning. Larger:
+/// more memory.
+pub const MOST_RECORDED: usize = 1 << 20;
+
+/// The course of one search, with its answer.
+///
+/// ```
+/// use carom_detection::{Detection, Exact, Parts, Touch};
+/// use carom_geometry::{Molecule, Shape};
+/// use carom_kinematics::RelativeMotion;
+/// use glam::DVec2;
+///
+/// let tee = Molecule::named(Shape::Tee, 1.0, 1.0)?;
+/// let disc = Molecule::disc(1.0, 1.0)?;
+/// let pair = RelativeMotion {
+///     angular_velocity: [0.5, 0.0],
+///     ..RelativeMotion::exactly(DVec2::new(12.0, 0.0), DVec2::new(-1.0, 0.0))
+/// };
+/// let trace = Exact::default().trace(tee.outline(), disc.outline(), &pair, 100.0);
+/// let contact = trace.answer.outcome.contact().expect("they meet");
+/// // The last step of the atoms that touch ends at the time of the contact.
+/// let last = trace.steps.iter().rfind(|step| step.parts == Parts::Pair(contact.touch)).unwrap();
+/// assert_eq!(last.free_until, Some(contact.time));
+/// # Ok::<(), carom_geometry::GeometryError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// The answer, equal to that of [`Detection::first_contact`](crate::Detection::first_contact)
+    /// to the bit.
+    pub answer: Answer,
+    /// The time in which the bodies are within reach of each other; `None` if they never are, or if
+    /// the detector does not search.
+    pub window: Option<Window>,
+    /// The crops of [`GoldenSecant`](crate::GoldenSecant), or the steps between the overlap tests
+    /// of [`FixedStep`](crate::FixedStep), in the order of the search. The last
+    /// [`MOST_RECORDED`] are kept.
+    pub segments: Vec<Window>,
+    /// The evaluations in the order of the search. The last [`MOST_RECORDED`] are kept.
+    pub steps: Vec<Step>,
+}
+
+/// One evaluation, or one conclusion without an evaluation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// The part of the method.
+    pub phase: Phase,
+    /// What was evaluated.
+    pub parts: Parts,
+    /// The time of the evaluation (from now).
+    pub time: f64,
+    /// The parts are certified free from `time` up to this time, which can be infinite, or the time
+    /// of their contact. `None` if the step proves nothing.
+    pub free_until: Option<f64>,
+}
+
+/// The parts of two bodies that a step concerns.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Parts {
+    /// One part of each body.
+    Pair(Touch),
+    /// Circles that hold these atoms of A and of B, by index.
+    Circles([Vec<u32>; 2]),
+}
+
+impl Parts {
+    /// Whether the step concerns the atoms `a` of A and `b` of B.
+    pub fn contain(&self, a: u32, b: u32) -> bool {
+        match self {
+            Self::Pair(touch) => *touch == Touch::Atoms(a, b),
+            Self::Circles([of_a, of_b]) => of_a.contains(&a) && of_b.contains(&b),
+        }
+    }
+}
+
+/// The parts of the methods.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// [`Exact`](crate::Exact): the bodies are too far apart for a contact of these parts.
+    OutOfReach,
+    /// [`Exact`](crate::Exact): a step of two circles of the trees.
+    Circles,
+    /// [`Exact`](crate::Exact): a step of all atom pairs from one placement.
+    Shared,
+    /// [`Exact`](crate::Exact): a step of one pair of parts.
+    Single,
+    /// [`Exact`](crate::Exact): the return of a pair that has just separated.
+    Recontact,
+    /// [`Exact`](crate::Exact), [`BoundingCircles`](crate::BoundingCircles): the closed form of two
+    /// discs, or of a disc and a face.
+    ClosedForm,
+    /// [`GoldenSecant`](crate::GoldenSecant): an end of a segment.
+    SegmentEnd,
+    /// [`GoldenSecant`](crate::GoldenSecant): golden section for the largest gap.
+    GoldenMaximum,
+    /// [`GoldenSecant`](crate::GoldenSecant): golden section for the smallest gap.
+    GoldenMinimum,
+    /// [`GoldenSecant`](crate::GoldenSecant): an iterate of the secant method.
+    Secant,
+    /// [`FixedStep`](crate::FixedStep): bisection of the step that ends with an overlap.
+    Bisection,
+}
+
+/// Receives the steps of a search. All calls are compiled away for `()`, which records nothing.
+pub(crate) trait Recorder {
+    /// Whether anything is recorded.
+    const RECORDS: bool;
+
+    /// Sets the parts of the steps that follow.
+    fn concerns(&mut self, parts: impl FnOnce() -> Parts);
+
+    /// Records a step.
+    fn step(&mut self, phase: Phase, time: f64, free_until: Option<f64>);
+
+    /// Records the window of a search.
+    fn window(&mut self, window: Window);
+
+    /// Records a segment.
+    fn segment(&mut self, segment: Window);
+}
+
+impl Recorder for () {
+    const RECORDS: bool = false;
+
+    #[inline(always)]
+    fn concerns(&mut self, _: impl FnOnce() -> Parts) {}
+
+    #[inline(always)]
+    fn step(&mut self, _: Phase, _: f64, _: Option<f64>) {}
+
+    #[inline(always)]
+    fn window(&mut self, _: Window) {}
+
+    #[inline(always)]
+    fn segment(&mut self, _: Window) {}
+}
+
+/// The recorder of a [`Trace`].
+pub(crate) struct Log {
+    parts: Parts,
+    window: Option<Window>,
+    segments: VecDeque<Window>,
+    steps: VecDeque<Step>,
+}
+
+impl Log {
+    pub(crate) fn new() -> Self {
+        Self {
+            parts: Parts::Circles([Vec::new(), Vec::new()]),
+            window: None,
+            segments: VecDeque::new(),
+            steps: VecDeque::new(),
+        }
+    }
+
+    /// The trace of a search with times in units of `unit`.
+    pub(crate) fn trace(self, answer: Answer, unit: f64) -> Trace {
+        let scaled = |window: Window| Window { begin: window.begin * unit, end: window.end * unit };
+        let later = |step: Step| Step {
+            time: step.time * unit,
+            free_until: step.free_until.map(|time| time * unit),
+            ..step
+        };
+        Trace {
+            answer,
+            window: self.window.map(scaled),
+            segments: self.segments.into_iter().map(scaled).collect(),
+            steps: self.steps.into_iter().map(later).collect(),
+        }
+    }
+}
+
+impl Recorder for &mut Log {
+    const RECORDS: bool = true;
+
+    fn concerns(&mut self, parts: impl FnOnce() -> Parts) {
+        self.parts = parts();
+    }
+
+    fn step(&mut self, phase: Phase, time: f64, free_until: Option<f64>) {
+        let step = Step { phase, parts: self.parts.clone(), time, free_until };
+        push(&mut self.steps, step);
+    }
+
+    fn window(&mut self, window: Window) {
+        self.window = Some(window);
+    }
+
+    fn segment(&mut self, segment: Window) {
+        push(&mut self.segments, segment);
+    }
+}
+
+/// Appends `value`, and drops the first one where there are [`MOST_RECORDED`].
+fn push<T>(list: &mut VecDeque<T>, value: T) {
+    if list.len() == MOST_RECORDED {
+        list.pop_front();
+    }
+    list.push_back(value);
+}
+
+/// The number of evaluations of a search that certifies nothing, and their recorder.
+pub(crate) struct Tally<R> {
+    pub(crate) evaluations: u32,
+    pub(crate) recorder: R,
+}
+
+impl<R: Recorder> Tally<R> {
+    pub(crate) fn new(recorder: R) -> Self {
+        Self { evaluations: 0, recorder }
+    }
+
+    /// Counts and records an evaluation.
+    #[inline(always)]
+    pub(crate) fn evaluated(&mut self, phase: Phase, time: f64) {
+        self.evaluations += 1;
+        self.recorder.step(phase, time, None);
+    }
+}
+
+#[cfg(all(test, feature = "encounters"))]
+mod tests {
+    use super::*;
+    use crate::{
+        BoundingCircles, Exact, FixedStep, GoldenSecant, Outcome,
+        encounters::{Class, Encounter},
+    };
+
+    /// Five pairs of each class.
+    fn pairs() -> impl Iterator<Item = (String, Encounter)> {
+        Class::ALL.into_iter().flat_map(|class| {
+            (0..5).map(move |index| (format!("{class} {index}"), Encounter::draw(class, 32, index)))
+        })
+    }
+
+    /// Whether the search of all atom pairs is fast and recorded from the begin.
+    fn has_few_atoms(pair: &Encounter) -> bool {
+        pair.molecules.iter().map(|molecule| molecule.atoms().len()).product::<usize>() <= 64
+    }
+
+    #[test]
+    fn a_recorded_search_gives_the_answer_of_the_detector_to_the_bit() {
+        for (name, pair) in pairs().filter(|(_, pair)| has_few_atoms(pair)) {
+            let [a, b] = pair.molecules.each_ref().map(carom_geometry::Molecule::outline);
+            let (exact, golden) = (Exact::default(), GoldenSecant::default());
+            let coarse = FixedStep { step: 0.05, ..FixedStep::default() };
+            let traces = [
+                (exact.trace(a, b, &pair.motion, pair.horizon), pair.first_contact(&exact)),
+                (golden.trace(a, b, &pair.motion, pair.horizon), pair.first_contact(&golden)),
+                (coarse.trace(a, b, &pair.motion, pair.horizon), pair.first_contact(&coarse)),
+                (
+                    BoundingCircles.trace(a, b, &pair.motion, pair.horizon),
+                    pair.first_contact(&BoundingCircles),
+                ),
+            ];
+            for (trace, answer) in traces {
+                // Debug prints every bit, and NaN equals itself.
+                assert_eq!(format!("{:?}", trace.answer), format!("{answer:?}"), "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_last_step_of_the_touching_parts_is_the_contact() {
+        let mut contacts = 0;
+        for (name, pair) in pairs() {
+            let [a, b] = pair.molecules.each_ref().map(carom_geometry::Molecule::outline);
+            let exact = Exact::default().trace(a, b, &pair.motion, pair.horizon);
+            if let Some(contact) = exact.answer.outcome.contact() {
+                let last = exact.steps.iter().rfind(|step| step.parts == Parts::Pair(contact.touch));
+                assert_eq!(last.unwrap().free_until, Some(contact.time), "{name}");
+                contacts += 1;
+            }
+            if !has_few_atoms(&pair) {
+                continue;
+            }
+            let golden = GoldenSecant::default().trace(a, b, &pair.motion, pair.horizon);
+            if let Some(contact) = golden.answer.outcome.contact() {
+                let evaluated = |step: &Step| {
+                    step.parts == Parts::Pair(contact.touch) && step.time.to_bits() == contact.time.to_bits()
+                };
+                assert!(golden.steps.iter().any(evaluated), "{name}");
+                let segment = golden.segments.last().unwrap();
+                assert!((segment.begin..=segment.end).contains(&contact.time), "{name}");
+            }
+        }
+        assert!(contacts > 40, "{contacts}");
+    }
+
+    #[test]
+    fn the_certified_steps_cover_all_time_up_to_the_contact() {
+        for (name, pair) in pairs() {
+            let [a, b] = pair.molecules.each_ref().map(carom_geometry::Molecule::outline);
+            let trace = Exact::default().trace(a, b, &pair.motion, pair.horizon);
+            let end = match trace.answer.outcome {
+                Outcome::Contact(contact) => contact.time,
+                Outcome::FreeUntil(time) => time,
+                _ => pair.horizon,
+            };
+            let Some(window) = trace.window else { continue };
+            // At most eight atoms of each body.
+            let some = |count: usize| (0..count as u32).step_by(count.div_ceil(8).max(1));
+            for i in some(a.atoms.len()) {
+                for j in some(b.atoms.len()) {
+                    let mut covered = window.begin;
+                    let mut steps: Vec<&Step> =
+                        trace.steps.iter().filter(|step| step.parts.contain(i, j)).collect();
+                    steps.sort_by(|one, other| one.time.total_cmp(&other.time));
+                    for step in steps {
+                        if step.time <= covered {
+                            covered = covered.max(step.free_until.unwrap_or(covered));
+                        }
+                    }
+                    let end = end.min(window.end);
+                    assert!(covered >= end, "{name}, atoms {i} {j}: hole at {covered} before {end}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn only_the_last_steps_of_a_long_search_are_kept() {
+        let mut log = Log::new();
+        for index in 0..=MOST_RECORDED {
+            (&mut log).step(Phase::Secant, index as f64, None);
+        }
+        let trace = log.trace(Answer { outcome: Outcome::Free, evaluations: 0 }, 2.0);
+        assert_eq!(trace.steps.len(), MOST_RECORDED);
+        assert_eq!((trace.steps[0].time, trace.steps[MOST_RECORDED - 1].time), (2.0, 2_097_152.0));
+    }
+}

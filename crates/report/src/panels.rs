@@ -1,0 +1,401 @@
+//! Panels above each other on axes of their own, with marks of single times: SVG in the colours of
+//! the reader's light or dark theme.
+
+mod place;
+
+use std::fmt::Write as _;
+
+use place::Place;
+
+use crate::plot::{Axis, marks, tick};
+
+/// Width of a picture (pixels). Its text stays readable at 400 pixels.
+pub const WIDTH: f64 = 680.0;
+
+/// Size of ordinary text (pixels).
+const TEXT: f64 = 15.0;
+
+/// Space left of a panel with a scale, for the numbers and the label (pixels).
+const LEFT: f64 = 84.0;
+
+/// Space left of a panel with rows, for their names (pixels).
+const LEFT_OF_ROWS: f64 = 150.0;
+
+/// Space right of a panel (pixels).
+const RIGHT: f64 = 16.0;
+
+/// Height of a panel with a scale (pixels).
+const HEIGHT: f64 = 220.0;
+
+/// Height of a row (pixels).
+const ROW: f64 = 24.0;
+
+/// Height of a line of text (pixels).
+const LINE: f64 = 21.0;
+
+/// Mean width of a character of a short text in units of its size, on the safe side of sans-serif.
+const CHARACTER: f64 = 0.54;
+
+/// The same for a paragraph, where wide and narrow characters average out.
+const CHARACTER_OF_PARAGRAPH: f64 = 0.53;
+
+/// A colour of the theme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ink {
+    /// That of the text.
+    Text,
+    /// Weaker than the text.
+    Quiet,
+    /// Blue of Okabe and Ito (2008), like the next four.
+    Blue,
+    /// Green.
+    Green,
+    /// Orange.
+    Orange,
+    /// Vermillion.
+    Vermillion,
+    /// Purple.
+    Purple,
+}
+
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stroke {
+    /// A thick line.
+    Thick,
+    /// A thin line.
+    Thin,
+    /// A dashed line.
+    Dashed,
+}
+
+/// The shape of a mark at one point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Point {
+    /// A small disc.
+    Disc,
+    /// A diamond.
+    Diamond,
+    /// A ring.
+    Ring,
+}
+
+/// An element of a panel, in the units of its axes. What lies outside the axes is clipped.
+#[derive(Debug, Clone)]
+pub enum Mark {
+    /// A line through points.
+    Line(Ink, Stroke, Vec<(f64, f64)>),
+    /// A shaded part of the horizontal axis.
+    Span(Ink, f64, f64),
+    /// Vertical lines.
+    Uprights(Ink, Stroke, Vec<f64>),
+    /// Marks at points.
+    Points(Ink, Point, Vec<(f64, f64)>),
+    /// Intervals in a row, from 0 at the top.
+    Bars(Ink, usize, Vec<(f64, f64)>),
+    /// Single times in a row, from 0 at the top.
+    Ticks(Ink, usize, Vec<f64>),
+    /// One time in a row, as a diamond.
+    Answer(Ink, usize, f64),
+}
+
+/// The vertical axis of a panel.
+#[derive(Debug, Clone)]
+pub enum Vertical {
+    /// A scale.
+    Scale(Axis),
+    /// Rows with names, from above.
+    Rows(Vec<String>),
+}
+
+/// An entry of a legend.
+#[derive(Debug, Clone)]
+pub enum Sample {
+    /// A line.
+    Line(Ink, Stroke),
+    /// A shaded area.
+    Area(Ink),
+    /// A point.
+    Point(Ink, Point),
+}
+
+/// One panel.
+#[derive(Debug, Clone)]
+pub struct Panel {
+    /// Heading.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Vertical,
+    /// From back to front.
+    pub marks: Vec<Mark>,
+    /// The meaning of the marks.
+    pub legend: Vec<(Sample, String)>,
+}
+
+/// A picture that is written from top to bottom.
+#[derive(Debug, Default)]
+pub struct Column {
+    body: String,
+    height: f64,
+    panels: usize,
+}
+
+impl Column {
+    /// Writes a paragraph, wrapped at the width of the picture.
+    pub fn paragraph(&mut self, ink: Ink, size: f64, text: &str) {
+        for line in wrapped(text, (WIDTH - 32.0) / (CHARACTER_OF_PARAGRAPH * size)) {
+            self.height += 1.4 * size;
+            self.text((16.0, self.height - 0.3 * size), ink, size, "start", &line);
+        }
+    }
+
+    /// Leaves an empty space (pixels).
+    pub fn space(&mut self, height: f64) {
+        self.height += height;
+    }
+
+    /// Draws SVG elements whose origin is at the left end of the present height, and that take
+    /// `height` (pixels).
+    pub fn drawing(&mut self, elements: &str, height: f64) {
+        let _ = writeln!(self.body, "<g transform=\"translate(0 {:.1})\">{elements}</g>", self.height);
+        self.height += height;
+    }
+
+    /// Draws a panel.
+    pub fn panel(&mut self, panel: &Panel) {
+        self.paragraph(Ink::Text, 17.0, &panel.title);
+        self.legend(&panel.legend);
+        let top = self.height + 8.0;
+        let (left, height) = match &panel.y {
+            Vertical::Scale(_) => (LEFT, HEIGHT),
+            Vertical::Rows(rows) => (LEFT_OF_ROWS, ROW * rows.len() as f64),
+        };
+        let place = Place { left, right: WIDTH - RIGHT, top, bottom: top + height, panel };
+        self.axes(&place);
+        self.panels += 1;
+        let _ = writeln!(
+            self.body,
+            "<clipPath id=\"p{0}\"><rect x=\"{1:.1}\" y=\"{2:.1}\" width=\"{3:.1}\" height=\"{4:.1}\"/>\
+             </clipPath><g clip-path=\"url(#p{0})\">",
+            self.panels,
+            place.left,
+            place.top - 5.0,
+            place.right - place.left,
+            height + 10.0
+        );
+        for mark in &panel.marks {
+            place.draw(mark, &mut self.body);
+        }
+        self.body.push_str("</g>\n");
+        self.height = place.bottom + 52.0;
+    }
+
+    /// The whole picture.
+    pub fn svg(&self) -> String {
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {:.0}\" \
+             font-family=\"sans-serif\">\n{STYLE}\n<rect width=\"100%\" height=\"100%\" class=\"ground\"/>\n{}</svg>\n",
+            self.height + 8.0,
+            self.body
+        )
+    }
+
+    fn text(&mut self, (x, y): (f64, f64), ink: Ink, size: f64, anchor: &str, text: &str) {
+        let text = escaped(text);
+        let _ = writeln!(
+            self.body,
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\" class=\"{} fill\">{text}</text>",
+            ink.class()
+        );
+    }
+
+    fn legend(&mut self, entries: &[(Sample, String)]) {
+        let (mut x, size) = (16.0, 0.9 * TEXT);
+        self.height += if entries.is_empty() { 0.0 } else { LINE };
+        for (sample, name) in entries {
+            let width = 30.0 + CHARACTER * size * name.chars().count() as f64 + 14.0;
+            if x > 16.0 && x + width > WIDTH {
+                x = 16.0;
+                self.height += LINE;
+            }
+            let y = self.height - 9.0;
+            let drawn = match sample {
+                Sample::Line(ink, stroke) => {
+                    format!("<path d=\"M{x:.1} {y:.1}h24\" class=\"{} {}\"/>", ink.class(), stroke.class())
+                }
+                Sample::Area(ink) => format!(
+                    "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"24\" height=\"12\" class=\"{} area\"/>",
+                    y - 6.0,
+                    ink.class()
+                ),
+                Sample::Point(ink, point) => point.drawn((x + 12.0, y), *ink),
+            };
+            self.body.push_str(&drawn);
+            self.text((x + 30.0, y + 5.0), Ink::Quiet, size, "start", name);
+            x += width;
+        }
+    }
+
+    fn axes(&mut self, place: &Place<'_>) {
+        let Panel { x, y, .. } = place.panel;
+        let size = 0.87 * TEXT;
+        for mark in marks(x.range) {
+            let at = place.x(mark);
+            let _ = write!(
+                self.body,
+                "<path d=\"M{at:.1} {:.1}V{:.1}\" class=\"quiet grid\"/>",
+                place.top, place.bottom
+            );
+            self.text((at, place.bottom + 17.0), Ink::Quiet, size, "middle", &tick(mark, x.range));
+        }
+        let middle = 0.5 * (place.left + place.right);
+        self.text((middle, place.bottom + 36.0), Ink::Text, TEXT, "middle", &x.label);
+        match y {
+            Vertical::Scale(axis) => {
+                for mark in marks(axis.range) {
+                    let at = place.y(mark);
+                    let _ = write!(
+                        self.body,
+                        "<path d=\"M{:.1} {at:.1}H{:.1}\" class=\"quiet grid\"/>",
+                        place.left, place.right
+                    );
+                    let number = tick(mark, axis.range);
+                    self.text((place.left - 6.0, at + 4.5), Ink::Quiet, size, "end", &number);
+                }
+                let middle = 0.5 * (place.top + place.bottom);
+                let label = escaped(&axis.label);
+                let _ = writeln!(
+                    self.body,
+                    "<text transform=\"translate(18 {middle:.1}) rotate(-90)\" font-size=\"{TEXT}\" \
+                     text-anchor=\"middle\" class=\"text fill\">{label}</text>"
+                );
+            }
+            Vertical::Rows(rows) => {
+                for (index, name) in rows.iter().enumerate() {
+                    let at = place.top + ROW * (index as f64 + 0.5) + 5.0;
+                    self.text((place.left - 8.0, at), Ink::Text, size, "end", name);
+                }
+            }
+        }
+        let _ = writeln!(
+            self.body,
+            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" class=\"quiet thin\"/>",
+            place.left,
+            place.top,
+            place.right - place.left,
+            place.bottom - place.top
+        );
+    }
+}
+
+impl Ink {
+    /// The class of the style sheet.
+    pub(crate) fn class(self) -> &'static str {
+        match self {
+            Self::Text => "text",
+            Self::Quiet => "quiet",
+            Self::Blue => "blue",
+            Self::Green => "green",
+            Self::Orange => "orange",
+            Self::Vermillion => "vermillion",
+            Self::Purple => "purple",
+        }
+    }
+}
+
+impl Stroke {
+    fn class(self) -> &'static str {
+        match self {
+            Self::Thick => "thick",
+            Self::Thin => "thin",
+            Self::Dashed => "dashed",
+        }
+    }
+}
+
+impl Point {
+    fn drawn(self, (x, y): (f64, f64), ink: Ink) -> String {
+        let class = ink.class();
+        match self {
+            Self::Disc => format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.2\" class=\"{class} fill\"/>"),
+            Self::Ring => format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.5\" class=\"{class} thin\"/>"),
+            Self::Diamond => format!(
+                "<path d=\"M{x:.1} {:.1}l5.5 5.5l-5.5 5.5l-5.5 -5.5z\" class=\"{class} fill\"/>",
+                y - 5.5
+            ),
+        }
+    }
+}
+
+/// The colours of both themes, those of the pages of runs.
+const STYLE: &str = "<style>\
+svg{--ground:#ffffff;--text:#1d2126;--quiet:#5b636d;--blue:#0072b2;--green:#009e73;--orange:#e69f00;\
+--vermillion:#d55e00;--purple:#cc79a7}\
+@media (prefers-color-scheme:dark){svg{--ground:#1c2026;--text:#e4e6e9;--quiet:#a2abb5;--blue:#56b4e9;\
+--green:#4fd3a4;--orange:#f0b840;--vermillion:#ff9a63;--purple:#e39cc4}}\
+.ground{fill:var(--ground)}.text{color:var(--text)}.quiet{color:var(--quiet)}.blue{color:var(--blue)}\
+.green{color:var(--green)}.orange{color:var(--orange)}.vermillion{color:var(--vermillion)}\
+.purple{color:var(--purple)}\
+.fill{fill:currentColor}.area{fill:currentColor;fill-opacity:.22}\
+.thick,.thin,.dashed,.grid{fill:none;stroke:currentColor;stroke-width:1.2}.thick{stroke-width:2.6}\
+.dashed{stroke-dasharray:6 4}.grid{stroke-opacity:.18}\
+</style>";
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+/// Lines of at most `most` characters, broken at spaces.
+fn wrapped(text: &str, most: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if ((line.chars().count() + 1 + word.chars().count()) as f64) <= most => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn panel(y: Vertical, marks: Vec<Mark>) -> Panel {
+        let x = Axis { label: "t (time)".to_owned(), range: (0.0, 1.0) };
+        let legend = vec![(Sample::Line(Ink::Blue, Stroke::Thick), "a & b".to_owned())];
+        Panel { title: "one <panel>".to_owned(), x, y, marks, legend }
+    }
+
+    #[test]
+    fn marks_far_outside_are_clipped_and_nothing_is_not_a_number() {
+        let line = Mark::Line(Ink::Blue, Stroke::Thin, vec![(-1e300, 0.0), (f64::NAN, 0.5), (0.5, 1e300)]);
+        let points = Mark::Points(Ink::Green, Point::Disc, vec![(2.0, 0.0), (0.5, -1e9)]);
+        let axis = Axis { label: "gap (length)".to_owned(), range: (-1.0, 1.0) };
+        let mut column = Column::default();
+        column.panel(&panel(Vertical::Scale(axis), vec![line, points]));
+        let svg = column.svg();
+        assert!(svg.contains("one &lt;panel&gt;") && svg.contains("a &amp; b"));
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+        assert_eq!(svg.matches("<circle").count(), 1);
+    }
+
+    #[test]
+    fn marks_closer_than_a_line_are_drawn_once() {
+        let ticks = Mark::Ticks(Ink::Text, 0, (0..100_000).map(|index| f64::from(index) * 1e-5).collect());
+        let mut column = Column::default();
+        column.panel(&panel(Vertical::Rows(vec!["row".to_owned()]), vec![ticks]));
+        assert!(column.svg().len() < 20_000);
+    }
+
+    #[test]
+    fn lines_are_broken_at_spaces() {
+        assert_eq!(wrapped("one two three", 8.0), ["one two", "three"]);
+        assert_eq!(wrapped("unbreakable", 4.0), ["unbreakable"]);
+    }
+}

@@ -1,0 +1,217 @@
+//! Reads the frames of an extended XYZ trajectory that a run has written, one after another.
+
+use std::io::{BufRead, Read as _};
+
+use anyhow::{Context, Result, bail, ensure};
+
+/// The longest line (bytes). Smaller: scenes of many walls, which share a line, are refused.
+const LONGEST_LINE: u64 = 1 << 26;
+
+/// The columns that are read: name, type and number of values.
+const COLUMNS: [(&str, char, usize); 10] = [
+    ("species", 'S', 1),
+    ("pos", 'R', 3),
+    ("velo", 'R', 3),
+    ("molecule_id", 'I', 1),
+    ("atom", 'I', 1),
+    ("radius", 'R', 1),
+    ("angle", 'R', 1),
+    ("angular_velocity", 'R', 1),
+    ("mass", 'R', 1),
+    ("kind", 'I', 1),
+];
+
+/// One frame.
+#[derive(Debug, Default)]
+pub(super) struct Frame {
+    /// Time of the snapshot.
+    pub(super) time: f64,
+    /// Sides of the box along x and y (length).
+    pub(super) sides: [f64; 2],
+    /// Thickness of the box along z (length).
+    pub(super) thickness: f64,
+    /// Five numbers a wall: x and y of one end, x and y of the other, half the thickness (length).
+    pub(super) walls: Vec<f64>,
+    pub(super) atoms: Vec<AtomLine>,
+}
+
+/// One atom.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct AtomLine {
+    pub(super) position: [f64; 2],
+    pub(super) velocity: [f64; 2],
+    /// Number of its molecule.
+    pub(super) molecule: u64,
+    /// Index in the molecule.
+    pub(super) index: u64,
+    pub(super) radius: f64,
+    /// Orientation of the molecule (radians).
+    pub(super) angle: f64,
+    pub(super) angular_velocity: f64,
+    pub(super) mass: f64,
+    /// Kind of the molecule, from 0.
+    pub(super) kind: u32,
+    /// Whether the molecule is fixed.
+    pub(super) is_fixed: bool,
+}
+
+/// The frames of a trajectory.
+pub(super) struct Frames<R> {
+    lines: R,
+    /// Number of the last line read, from 1.
+    number: u64,
+    line: String,
+}
+
+impl<R: BufRead> Frames<R> {
+    pub(super) fn new(lines: R) -> Self {
+        Self { lines, number: 0, line: String::new() }
+    }
+
+    /// Reads the next frame into `frame`; returns `false` at the end of the file.
+    ///
+    /// # Errors
+    /// The file cannot be read or is not such a trajectory; the message names the line.
+    pub(super) fn read(&mut self, frame: &mut Frame) -> Result<bool> {
+        if !self.next_line()? {
+            return Ok(false);
+        }
+        let first = self.number;
+        let count: u64 = self.line.trim().parse().with_context(|| {
+            format!("line {first}: '{}' is not the number of atoms of a frame", shortened(&self.line))
+        })?;
+        ensure!(self.next_line()?, "line {first}: the file ends within a frame");
+        let columns = self.comment(frame).with_context(|| format!("line {}", self.number))?;
+        frame.atoms.clear();
+        for read in 0..count {
+            ensure!(
+                self.next_line()?,
+                "line {first}: the file ends after {read} of the {count} atoms of this frame"
+            );
+            let atom = self.atom(&columns).with_context(|| format!("line {}", self.number))?;
+            frame.atoms.push(atom);
+        }
+        Ok(true)
+    }
+
+    /// Reads a line without its end; returns `false` at the end of the file.
+    fn next_line(&mut self) -> Result<bool> {
+        self.line.clear();
+        self.number += 1;
+        let line = || format!("line {}", self.number);
+        let read = (&mut self.lines).take(LONGEST_LINE).read_line(&mut self.line).with_context(line)?;
+        ensure!((read as u64) < LONGEST_LINE, "line {}: longer than {LONGEST_LINE} bytes", self.number);
+        let length = self.line.trim_end_matches(['\n', '\r']).len();
+        self.line.truncate(length);
+        Ok(read > 0)
+    }
+
+    /// Parses the comment line and returns the place of each of [`COLUMNS`].
+    fn comment(&self, frame: &mut Frame) -> Result<[usize; COLUMNS.len()]> {
+        let entries = entries(&self.line)?;
+        let entry = |name: &str| entries.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
+        let needed = |name: &str| entry(name).with_context(|| format!("the entry {name}=… is missing"));
+        let lattice = numbers(needed("Lattice")?).context("Lattice")?;
+        let [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z] = lattice[..] else {
+            bail!("Lattice: expected nine numbers of a box with sides along x, y and z");
+        };
+        for side in [x, y, z] {
+            ensure!(side > 0.0, "Lattice: the side {side} is not positive");
+        }
+        (frame.sides, frame.thickness) = ([x, y], z);
+        frame.time = number(needed("Time")?).context("Time")?;
+        frame.walls = entry("Walls").map_or(Ok(Vec::new()), numbers).context("Walls")?;
+        ensure!(frame.walls.len().is_multiple_of(5), "Walls: expected five numbers a wall");
+        places(needed("Properties")?).context("Properties")
+    }
+
+    fn atom(&self, columns: &[usize; COLUMNS.len()]) -> Result<AtomLine> {
+        let words: Vec<&str> = self.line.split_ascii_whitespace().collect();
+        let word = |column: usize, offset: usize| {
+            let name = COLUMNS[column].0;
+            words.get(columns[column] + offset).with_context(|| format!("the column {name} is missing"))
+        };
+        let real = |column: usize, offset: usize| {
+            number(word(column, offset)?).with_context(|| format!("column {}", COLUMNS[column].0))
+        };
+        let whole = |column: usize| -> Result<u64> {
+            let text = word(column, 0)?;
+            text.parse()
+                .with_context(|| format!("column {}: '{text}' is not a number from 0", COLUMNS[column].0))
+        };
+        let positive = |column: usize| -> Result<f64> {
+            let value = real(column, 0)?;
+            ensure!(value > 0.0, "column {}: {value} is not positive", COLUMNS[column].0);
+            Ok(value)
+        };
+        let kind = whole(9)?;
+        Ok(AtomLine {
+            is_fixed: *word(0, 0)? == "X",
+            position: [real(1, 0)?, real(1, 1)?],
+            velocity: [real(2, 0)?, real(2, 1)?],
+            molecule: whole(3)?,
+            index: whole(4)?,
+            radius: positive(5)?,
+            angle: real(6, 0)?,
+            angular_velocity: real(7, 0)?,
+            mass: positive(8)?,
+            kind: kind.try_into().with_context(|| format!("column kind: {kind} is too large"))?,
+        })
+    }
+}
+
+/// The entries `key=value` or `key="value"` of a comment line.
+fn entries(line: &str) -> Result<Vec<(&str, &str)>> {
+    let mut entries = Vec::new();
+    let mut rest = line.trim_start();
+    while !rest.is_empty() {
+        let (key, after) =
+            rest.split_once('=').with_context(|| format!("'{}' is not key=value", shortened(rest)))?;
+        let (value, after) = match after.strip_prefix('"') {
+            Some(quoted) => quoted.split_once('"').with_context(|| format!("{key}: no closing quote"))?,
+            None => after.split_once(' ').unwrap_or((after, "")),
+        };
+        entries.push((key, value));
+        rest = after.trim_start();
+    }
+    Ok(entries)
+}
+
+/// The place of the first value of each of [`COLUMNS`] in a line.
+fn places(properties: &str) -> Result<[usize; COLUMNS.len()]> {
+    let words: Vec<&str> = properties.split(':').collect();
+    let (columns, []) = words.as_chunks::<3>() else {
+        bail!("expected name:type:count, repeated");
+    };
+    let mut found = [None; COLUMNS.len()];
+    let mut place = 0usize;
+    for [name, kind, count] in columns {
+        let count: usize = count.parse().with_context(|| format!("{name}: '{count}' is not a count"))?;
+        if let Some(index) = COLUMNS.iter().position(|column| column.0 == *name) {
+            let (_, expected, values) = COLUMNS[index];
+            let fits = *kind == expected.to_string() && count == values;
+            ensure!(fits, "{name}: {kind}:{count} instead of {expected}:{values}");
+            found[index] = Some(place);
+        }
+        place = place.checked_add(count).with_context(|| format!("{name}: {count} values"))?;
+    }
+    for (place, (name, ..)) in found.iter().zip(COLUMNS) {
+        ensure!(place.is_some(), "the column {name} is missing; a run writes it");
+    }
+    Ok(found.map(Option::unwrap_or_default))
+}
+
+fn numbers(text: &str) -> Result<Vec<f64>> {
+    text.split_ascii_whitespace().map(number).collect()
+}
+
+fn number(text: &str) -> Result<f64> {
+    let value: f64 = text.parse().with_context(|| format!("'{}' is not a number", shortened(text)))?;
+    ensure!(value.is_finite(), "{value} is not finite");
+    Ok(value)
+}
+
+/// The beginning of a text, for messages.
+fn shortened(text: &str) -> String {
+    text.chars().take(40).collect()
+}

@@ -1,0 +1,172 @@
+//! A trajectory in the HOOMD schema of GSD: each atom is a particle in a box about the origin.
+//!
+//! Particles have the orientation of their molecule and its number as `body` (-1 for a molecule of
+//! one atom), the kind as type, and the diameter of the atom. Time is `log/time`; the step is the
+//! number of the frame. Walls are `log/walls`, five numbers each, in the coordinates of the scene.
+//! What does not change is in the first frame only, as the schema provides.
+
+use std::io::{Seek, Write};
+
+use anyhow::{Context, Result, ensure};
+
+use super::{
+    frames::{AtomLine, Frame},
+    gsd::{Data, Writer},
+};
+
+/// Name and version of the schema.
+const SCHEMA: (&str, [u16; 2]) = ("hoomd", [1, 4]);
+
+/// Most kinds of molecules. More: a wrong number in the input takes much memory.
+const MOST_KINDS: u32 = 1 << 16;
+
+/// A chunk: name, data, number of columns.
+type Chunk = (&'static str, Data, usize);
+
+/// A trajectory that is being written.
+pub(super) struct Trajectory<'a, W> {
+    file: Writer<'a, W>,
+    step: u64,
+    /// Number of particles and constant chunks of the first frame.
+    first: Option<(usize, Vec<Chunk>)>,
+}
+
+impl<'a, W: Write + Seek> Trajectory<'a, W> {
+    pub(super) fn begin(out: &'a mut W) -> Result<Self> {
+        Ok(Self { file: Writer::begin(out)?, step: 0, first: None })
+    }
+
+    /// Appends a frame.
+    ///
+    /// # Errors
+    /// A number is too large or too small for single precision, or the file cannot be written.
+    pub(super) fn write(&mut self, frame: &Frame) -> Result<()> {
+        let constant = constant(frame)?;
+        self.file.chunk("configuration/step", &Data::U64(vec![self.step]), 1)?;
+        for (index, (name, data, columns)) in constant.iter().enumerate() {
+            // The defaults of a later frame are those of the first one if the numbers of particles
+            // are equal.
+            let is_default = self
+                .first
+                .as_ref()
+                .is_some_and(|(count, first)| *count == frame.atoms.len() && first[index].1 == *data);
+            if !is_default {
+                self.file.chunk(name, data, *columns)?;
+            }
+        }
+        for (name, data, columns) in changing(frame)? {
+            self.file.chunk(name, &data, columns)?;
+        }
+        self.file.end_frame();
+        self.step += 1;
+        self.first.get_or_insert((frame.atoms.len(), constant));
+        Ok(())
+    }
+
+    /// Completes the file.
+    pub(super) fn end(self) -> Result<()> {
+        Ok(self.file.end(SCHEMA.0, SCHEMA.1)?)
+    }
+}
+
+/// The chunks that mostly do not change from frame to frame.
+fn constant(frame: &Frame) -> Result<Vec<Chunk>> {
+    let [x, y] = [single(frame.sides[0])?, single(frame.sides[1])?];
+    ensure!(x > 0.0 && y > 0.0, "the box {:?} is too small for single precision", frame.sides);
+    let atoms = &frame.atoms;
+    let count = u32::try_from(atoms.len()).context("more than 2³² atoms")?;
+    let kinds = atoms.iter().map(|atom| atom.kind.saturating_add(1)).max().unwrap_or(1);
+    ensure!(kinds <= MOST_KINDS, "kind {}: at most {MOST_KINDS} kinds have a name", kinds - 1);
+    let names: Vec<String> = (0..kinds).map(|kind| format!("kind {kind}")).collect();
+    let longest = names.iter().map(String::len).max().unwrap_or(0) + 1;
+    let padded = |name: &String| {
+        let mut bytes = name.clone().into_bytes();
+        bytes.resize(longest, 0);
+        bytes
+    };
+    let positive = |value: f64| -> Result<f32> {
+        let value_single = single(value)?;
+        ensure!(value_single > 0.0, "{value:e} is too small for single precision");
+        Ok(value_single)
+    };
+    let floats = |of: &dyn Fn(&AtomLine) -> Result<f32>| -> Result<Data> {
+        Ok(Data::F32(atoms.iter().map(of).collect::<Result<_>>()?))
+    };
+    Ok(vec![
+        // A box of two dimensions has no thickness.
+        ("configuration/box", Data::F32(vec![x, y, 0.0, 0.0, 0.0, 0.0]), 1),
+        ("configuration/dimensions", Data::U8(vec![2]), 1),
+        ("particles/N", Data::U32(vec![count]), 1),
+        ("particles/types", Data::I8(names.iter().flat_map(padded).collect()), longest),
+        ("particles/typeid", Data::U32(atoms.iter().map(|atom| atom.kind).collect()), 1),
+        ("particles/mass", floats(&|atom| positive(atom.mass))?, 1),
+        ("particles/diameter", floats(&|atom| positive(2.0 * atom.radius))?, 1),
+        ("particles/body", Data::I32(bodies(atoms)?), 1),
+    ])
+}
+
+/// The chunks of every frame.
+fn changing(frame: &Frame) -> Result<Vec<Chunk>> {
+    let (mut positions, mut images) = (Vec::new(), Vec::new());
+    let (mut velocities, mut orientations) = (Vec::new(), Vec::new());
+    for atom in &frame.atoms {
+        for (place, side) in atom.position.into_iter().zip(frame.sides) {
+            let (place, image) = wrapped(place, side)?;
+            positions.push(place);
+            images.push(image);
+        }
+        positions.push(0.0);
+        images.push(0);
+        velocities.extend([single(atom.velocity[0])?, single(atom.velocity[1])?, 0.0]);
+        let (sine, cosine) = (0.5 * atom.angle).sin_cos();
+        orientations.extend([cosine as f32, 0.0, 0.0, sine as f32]);
+    }
+    let mut chunks = vec![
+        ("particles/position", Data::F32(positions), 3),
+        ("particles/orientation", Data::F32(orientations), 4),
+        ("particles/velocity", Data::F32(velocities), 3),
+        ("particles/image", Data::I32(images), 3),
+        ("log/time", Data::F64(vec![frame.time]), 1),
+    ];
+    if !frame.walls.is_empty() {
+        chunks.push(("log/walls", Data::F64(frame.walls.clone()), 5));
+    }
+    Ok(chunks)
+}
+
+/// The place of a particle in a box from −side/2 to side/2, and the number of boxes left behind, for
+/// a place in a box from 0 to `side`.
+fn wrapped(place: f64, side: f64) -> Result<(f32, i32)> {
+    let mut image = (place / side).floor();
+    let mut inside = single(place - image * side - 0.5 * side)?;
+    if inside >= single(0.5 * side)? {
+        (inside, image) = (single(-0.5 * side)?, image + 1.0);
+    }
+    ensure!(image.abs() < f64::from(i32::MAX), "the place {place} is too far from a box of side {side}");
+    Ok((inside, image as i32))
+}
+
+/// The number of the molecule of each atom; −1 for a molecule of one atom.
+fn bodies(atoms: &[AtomLine]) -> Result<Vec<i32>> {
+    let is_alone = |index: usize| {
+        let same =
+            |other: Option<&AtomLine>| other.is_some_and(|other| other.molecule == atoms[index].molecule);
+        !same(index.checked_sub(1).and_then(|before| atoms.get(before))) && !same(atoms.get(index + 1))
+    };
+    let number = |(index, atom): (usize, &AtomLine)| {
+        let number = i32::try_from(atom.molecule);
+        let number = number.with_context(|| format!("the molecule {} is above 2³¹ − 1", atom.molecule))?;
+        Ok(if is_alone(index) { -1 } else { number })
+    };
+    atoms.iter().enumerate().map(number).collect()
+}
+
+/// A number in single precision.
+fn single(value: f64) -> Result<f32> {
+    let single = value as f32;
+    ensure!(
+        single.is_finite(),
+        "{value:e} is beyond single precision, which GSD stores; a .lammpstrj keeps every digit"
+    );
+    Ok(single)
+}

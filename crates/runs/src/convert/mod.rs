@@ -1,0 +1,110 @@
+//! `carom convert`: trajectories in the formats of other programs.
+//!
+//! The input is the extended XYZ file that `carom run` writes with `run.snapshots = "extxyz"`. It is
+//! read and written frame by frame. The output is a GSD file with the schema of HOOMD (`.gsd`) or a
+//! text dump of LAMMPS (`.lammpstrj`, `.dump`).
+
+mod frames;
+mod gsd;
+mod hoomd;
+mod lammps;
+
+use std::{
+    fs::File,
+    io::{BufReader, BufWriter, Write as _},
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, bail, ensure};
+use carom_tables::Verdict;
+use clap::Args;
+
+use crate::{output::write_streamed, print_line};
+use frames::{Frame, Frames};
+
+/// Options of `carom convert`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// Trajectory of a run: extended XYZ
+    #[arg(value_name = "IN.extxyz")]
+    pub input: PathBuf,
+    /// Output file; its ending selects the format: .gsd (HOOMD), .lammpstrj or .dump (LAMMPS text)
+    #[arg(value_name = "OUT")]
+    pub output: PathBuf,
+}
+
+/// Converts a trajectory and prints the number of its frames.
+///
+/// # Errors
+/// See [`convert`].
+pub fn run(options: &Options) -> Result<Verdict> {
+    let frames = convert(&options.input, &options.output)?;
+    let plural = if frames == 1 { "" } else { "s" };
+    print_line(&format!("{}: {frames} frame{plural}", options.output.display()));
+    Ok(Verdict::Passed)
+}
+
+/// Writes the trajectory `input` (extended XYZ of a run) to `output` in the format of its ending,
+/// `gsd`, `lammpstrj` or `dump`, and returns the number of frames.
+///
+/// GSD holds single precision: positions keep seven digits of the box. A dump keeps every digit. An
+/// existing file is replaced at the end.
+///
+/// # Errors
+/// An unknown ending; invalid input, with file and line; a number beyond single precision for GSD; a
+/// file that cannot be read or written.
+pub fn convert(input: &Path, output: &Path) -> Result<u64> {
+    let ending = output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    let format = match ending.as_deref() {
+        Some("gsd") => Format::Gsd,
+        Some("lammpstrj" | "dump") => Format::Lammps,
+        _ => bail!("{}: expected an ending .gsd, .lammpstrj or .dump", output.display()),
+    };
+    let is_same = matches!((input.canonicalize(), output.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    ensure!(!is_same, "{} is both input and output", input.display());
+    let file = File::open(input).with_context(|| format!("cannot read {}", input.display()))?;
+    let mut frames = Frames::new(BufReader::new(file));
+    let mut count = 0;
+    write_streamed(output, |out| {
+        count = format.write(&mut frames, out).with_context(|| input.display().to_string())?;
+        Ok(())
+    })?;
+    Ok(count)
+}
+
+/// A format of the output.
+#[derive(Debug, Clone, Copy)]
+enum Format {
+    Gsd,
+    Lammps,
+}
+
+impl Format {
+    /// Writes all frames and returns their number.
+    fn write(self, frames: &mut Frames<BufReader<File>>, out: &mut BufWriter<File>) -> Result<u64> {
+        let mut frame = Frame::default();
+        let mut count = 0;
+        match self {
+            Self::Lammps => {
+                while frames.read(&mut frame)? {
+                    lammps::write(&frame, count, out)?;
+                    count += 1;
+                }
+            }
+            Self::Gsd => {
+                let mut trajectory = hoomd::Trajectory::begin(out)?;
+                while frames.read(&mut frame)? {
+                    trajectory.write(&frame).with_context(|| format!("frame {count}"))?;
+                    count += 1;
+                }
+                trajectory.end()?;
+            }
+        }
+        out.flush()?;
+        ensure!(count > 0, "the file is empty");
+        Ok(count)
+    }
+}
+
+#[cfg(test)]
+mod tests;

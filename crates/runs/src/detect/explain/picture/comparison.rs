@@ -1,0 +1,116 @@
+//! The panels that compare the detectors: where they look, and how fast their errors fall.
+
+use carom::engine::DetectorName;
+use carom_detection::{Parts, Phase, Step, Touch, Window};
+use carom_report::{
+    panels::{Ink, Mark, Panel, Point, Sample, Stroke, Vertical},
+    plot::Axis,
+};
+
+use super::{Subject, extent, time_axis, widened};
+
+/// Most evaluations of one detector in the panel of errors, the last ones.
+const MOST_ERRORS: usize = 150;
+
+impl Subject<'_> {
+    /// What each detector looks at, a row a detector, and a row for each pair of atoms for the exact
+    /// one.
+    pub(super) fn rows(&self, view: Window, pairs: &[[u32; 2]]) -> Panel {
+        let (mut rows, mut marks) = (Vec::new(), Vec::new());
+        let exact = &self.courses[0];
+        if let Some(window) = self.window {
+            marks.push(Mark::Span(Ink::Purple, window.begin, window.end));
+        }
+        for &[a, b] in pairs {
+            let of_pair: Vec<&Step> = exact.steps.iter().filter(|step| step.parts.contain(a, b)).collect();
+            marks.push(Mark::Bars(Ink::Green, rows.len(), self.certified(&of_pair)));
+            marks.push(Mark::Ticks(Ink::Green, rows.len(), of_pair.iter().map(|step| step.time).collect()));
+            if let Some((time, _)) = self.contact.filter(|contact| contact.1 == [a, b]) {
+                marks.push(Mark::Answer(Ink::Vermillion, rows.len(), time));
+            }
+            rows.push(format!("exact, {a} and {b}"));
+        }
+        for course in &self.courses[1..] {
+            let row = rows.len();
+            let window = course.window.map(|window| (window.begin, window.end));
+            if course.detector == DetectorName::BoundingCircles {
+                marks.push(Mark::Bars(Ink::Purple, row, window.into_iter().collect()));
+            }
+            let times = if course.detector == DetectorName::FixedStep {
+                course.segments.iter().map(|segment| segment.end).collect()
+            } else {
+                let evaluated = course.steps.iter().filter(|step| step.phase != Phase::ClosedForm);
+                evaluated.map(|step| step.time).collect()
+            };
+            marks.push(Mark::Ticks(Ink::Blue, row, times));
+            if let Some(contact) = course.contact() {
+                marks.push(Mark::Answer(Ink::Vermillion, row, contact.time));
+            }
+            rows.push(course.name().to_owned());
+        }
+        let legend = vec![
+            (Sample::Area(Ink::Green), "certified free".to_owned()),
+            (Sample::Line(Ink::Blue, Stroke::Thin), "evaluation".to_owned()),
+            (Sample::Area(Ink::Purple), "window".to_owned()),
+            (Sample::Point(Ink::Vermillion, Point::Diamond), "contact found".to_owned()),
+        ];
+        Panel {
+            title: "Where each detector looks, and what it finds".to_owned(),
+            x: time_axis((view.begin, view.end)),
+            y: Vertical::Rows(rows),
+            marks,
+            legend,
+        }
+    }
+
+    /// The intervals for which a pair is certified free, in order and disjoint: before the window,
+    /// and from each evaluation on.
+    fn certified(&self, steps: &[&Step]) -> Vec<(f64, f64)> {
+        let mut bars: Vec<(f64, f64)> = self.window.map(|window| (0.0, window.begin)).into_iter().collect();
+        let mut free: Vec<(f64, f64)> =
+            steps.iter().filter_map(|step| Some((step.time, step.free_until?))).collect();
+        free.sort_by(|one, other| one.0.total_cmp(&other.0));
+        for (from, to) in free {
+            match bars.last_mut() {
+                Some(last) if from <= last.1 => last.1 = last.1.max(to),
+                _ => bars.push((from, to)),
+            }
+        }
+        bars
+    }
+
+    /// How far the evaluations of the pair that touches are from the contact, one after another.
+    pub(super) fn convergence(&self, contact: f64, [a, b]: [u32; 2]) -> Panel {
+        let (mut marks, mut legend) = (Vec::new(), Vec::new());
+        let mut longest = 2;
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (course, ink, point) in [
+            (&self.courses[2], Ink::Orange, Point::Ring),
+            (&self.courses[1], Ink::Purple, Point::Disc),
+            (&self.courses[0], Ink::Green, Point::Diamond),
+        ] {
+            let of_pair = course.steps.iter().filter(|step| step.parts == Parts::Pair(Touch::Atoms(a, b)));
+            // An evaluation of exact ends at a later time than its own.
+            let error = |step: &Step| (step.free_until.unwrap_or(step.time) - contact).abs();
+            let digits = |step: &Step| error(step).max(0.5 * f64::EPSILON * contact.abs()).log10();
+            let all: Vec<f64> = of_pair.map(digits).filter(|digits| digits.is_finite()).collect();
+            let last = &all[all.len().saturating_sub(MOST_ERRORS)..];
+            let points: Vec<(f64, f64)> = (1..).map(f64::from).zip(last.iter().copied()).collect();
+            longest = longest.max(points.len());
+            let range = extent(last.iter().copied());
+            (low, high) = (low.min(range.0), high.max(range.1));
+            marks.push(Mark::Line(ink, Stroke::Thin, points.clone()));
+            marks.push(Mark::Points(ink, point, points));
+            legend.push((Sample::Point(ink, point), course.name().to_owned()));
+        }
+        let (low, high) = if low < high { (low, high) } else { (-17.0, 0.0) };
+        let label = "log₁₀ of the error (time)".to_owned();
+        Panel {
+            title: "Error of the contact time, evaluation by evaluation of the atoms that touch".to_owned(),
+            x: Axis { label: "evaluation".to_owned(), range: (0.0, longest as f64 + 1.0) },
+            y: Vertical::Scale(Axis { label, range: widened((low, high), 0.06) }),
+            marks,
+            legend,
+        }
+    }
+}
