@@ -204,7 +204,7 @@ fn equal_bodies_share_their_description_after_many_edits_in_a_batch() {
         .unwrap();
     let view = simulation.view();
     assert_eq!((view.len(), view.overlaps().pairs), (500, 0));
-    assert_eq!(view.ledger().put_in, view.energy());
+    assert!((view.ledger().put_in - view.energy()).abs() < 1e-13 * view.energy());
     let tag = simulation.find_tag("left over").unwrap();
     assert!(view.tagged(tag).map(|view| view.body.key()).eq(keys.iter().skip(1).step_by(2).copied()));
     simulation.run_until(1.0).unwrap();
