@@ -339,8 +339,8 @@ fn invalid_starts_are_refused_by_name() {
     assert!(!Scene::default().to_toml().contains("start"));
 }
 
-/// In a box a million times as long as wide 20 discs seldom meet: runs end after a bounded number of
-/// events, not after the collisions that a dense gas has.
+/// In a box a million times as long as wide 20 discs seldom meet: runs end after a bounded number
+/// of events, not after the collisions that a dense gas has.
 #[test]
 fn growth_and_relaxation_of_gases_that_seldom_collide_end() {
     let gas = GasSpec { radius: Some(0.02), mass: Some(1.0), count: Some(20), ..GasSpec::default() };

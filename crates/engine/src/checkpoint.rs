@@ -289,9 +289,9 @@ impl Checkpoint {
     }
 
     /// This state as the start of another run with this seed and replica: at time 0, with no heat,
-    /// and a ledger that begins with the present energy. Bodies, motions, windings and rules remain.
-    /// All counts are 0 except that of contacts with walls that have a temperature, which selects
-    /// their random numbers: a run with the same seed does not repeat them.
+    /// and a ledger that begins with the present energy. Bodies, motions, windings and rules
+    /// remain. All counts are 0 except that of contacts with walls that have a temperature, which
+    /// selects their random numbers: a run with the same seed does not repeat them.
     ///
     /// # Errors
     /// [`CheckpointError`] if no simulation can have written it.

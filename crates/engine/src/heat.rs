@@ -44,7 +44,8 @@ impl AddAssign for ThermostatCounts {
 }
 
 /// The sum of numbers without the accumulation of rounding errors (A. Neumaier, Z. Angew. Math.
-/// Mech. 54 (1974) 39): a ledger of many edits remains exact to some roundings of its largest entry.
+/// Mech. 54 (1974) 39): a ledger of many edits remains exact to some roundings of its largest
+/// entry.
 pub(crate) fn exact_sum(numbers: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut lost) = (0.0f64, 0.0f64);
     for number in numbers {

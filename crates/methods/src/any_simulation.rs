@@ -82,7 +82,8 @@ impl AnySimulation {
         })
     }
 
-    /// Takes all steps of a growth that are left, and returns the simulation of its scene at time 0.
+    /// Takes all steps of a growth that are left, and returns the simulation of its scene at time
+    /// 0.
     ///
     /// # Errors
     /// Those of [`Growth::step`] and of [`Self::with`].

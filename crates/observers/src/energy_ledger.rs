@@ -53,8 +53,8 @@ impl EnergyLedger {
         &self.series
     }
 
-    /// Largest |E − booked| over the samples, divided by the larger of E(first sample) and the energy
-    /// exchanged up to the sample; 0 if both are 0.
+    /// Largest |E − booked| over the samples, divided by the larger of E(first sample) and the
+    /// energy exchanged up to the sample; 0 if both are 0.
     pub fn drift(&self) -> f64 {
         let first = self.series.first().map_or(0.0, |first| first.energy);
         let relative = self.series.iter().map(|point| {

@@ -46,8 +46,8 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-/// Runs the detector on the pairs of a file and prints how many searches ended in each way, or draws
-/// the searches of one pair and prints their answers.
+/// Runs the detector on the pairs of a file and prints how many searches ended in each way, or
+/// draws the searches of one pair and prints their answers.
 ///
 /// # Errors
 /// See [`detect`] and [`explain`].
@@ -170,8 +170,8 @@ pub(crate) fn first_contact(detector: &impl Detection, encounter: &EncounterReco
 }
 
 /// Continues a search that ended "certified free until" from there, as the engine does, at most
-/// [`MOST_QUERIES`] times. A query has A, B, their motion from a time on, that time, and the horizon
-/// from there.
+/// [`MOST_QUERIES`] times. A query has A, B, their motion from a time on, that time, and the
+/// horizon from there.
 pub(crate) fn search(
     encounter: &EncounterRecord,
     mut query: impl FnMut(Outline<'_>, Outline<'_>, &RelativeMotion, f64, f64) -> Answer,

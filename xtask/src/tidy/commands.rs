@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use clap::Parser as _;
+use clap::{Parser as _, error::ErrorKind};
 
 use super::{Fault, files::text_files, read};
 use crate::cli::Cli;
@@ -28,7 +28,13 @@ fn refused(page: &str) -> Vec<Fault> {
             "carom" => carom_cli::Cli::try_parse_from(words).map(|_| ()),
             _ => Cli::try_parse_from(words).map(|_| ()),
         };
-        let error = parsed.err().filter(clap::Error::use_stderr)?.to_string();
+        let error = parsed.err().filter(clap::Error::use_stderr)?;
+        // A command named without arguments, as in prose.
+        let is_name = command.split(' ').count() == 1;
+        if is_name && error.kind() == ErrorKind::MissingRequiredArgument {
+            return None;
+        }
+        let error = error.to_string();
         Some(format!("`{program} {command}`: {}", error.lines().next().unwrap_or("refused")))
     };
     commands(page).into_iter().filter_map(refused).collect()
@@ -52,6 +58,8 @@ fn commands(page: &str) -> Vec<(&'static str, String)> {
     }
     found.extend(block.lines().map(str::to_owned));
     let command = |code: String| {
+        // Redirections belong to the shell.
+        let code = code.split(" > ").next().unwrap_or_default();
         let code = code.trim().trim_start_matches("$ ").to_owned();
         let (program, rest) = ["cargo xtask", "carom"].into_iter().find_map(|program| {
             Some((program, code.strip_prefix(program)?.strip_prefix(' ')?.trim().to_owned()))

@@ -134,8 +134,8 @@ fn changing(frame: &Frame) -> Result<Vec<Chunk>> {
     Ok(chunks)
 }
 
-/// The place of a particle in a box from −side/2 to side/2, and the number of boxes left behind, for
-/// a place in a box from 0 to `side`.
+/// The place of a particle in a box from −side/2 to side/2, and the number of boxes left behind,
+/// for a place in a box from 0 to `side`.
 fn wrapped(place: f64, side: f64) -> Result<(f32, i32)> {
     let mut image = (place / side).floor();
     let mut inside = single(place - image * side - 0.5 * side)?;

@@ -6,9 +6,9 @@ use super::frames::Frame;
 
 /// Writes a frame with its number, from 0, as the time step.
 ///
-/// Columns: number of the atom in the frame, number of its molecule, type (the kind, from 1), x y z,
-/// vx vy vz, radius, mass, orientation of the molecule (radians), its angular velocity. Every digit
-/// is kept. Molecules are whole: an atom may lie outside the box.
+/// Columns: number of the atom in the frame, number of its molecule, type (the kind, from 1), x y
+/// z, vx vy vz, radius, mass, orientation of the molecule (radians), its angular velocity. Every
+/// digit is kept. Molecules are whole: an atom may lie outside the box.
 pub(super) fn write(frame: &Frame, step: u64, out: &mut impl Write) -> io::Result<()> {
     let [x, y] = frame.sides;
     let half = 0.5 * frame.thickness;

@@ -1,8 +1,8 @@
 //! `carom convert`: trajectories in the formats of other programs.
 //!
-//! The input is the extended XYZ file that `carom run` writes with `run.snapshots = "extxyz"`. It is
-//! read and written frame by frame. The output is a GSD file with the schema of HOOMD (`.gsd`) or a
-//! text dump of LAMMPS (`.lammpstrj`, `.dump`).
+//! The input is the extended XYZ file that `carom run` writes with `run.snapshots = "extxyz"`. It
+//! is read and written frame by frame. The output is a GSD file with the schema of HOOMD (`.gsd`)
+//! or a text dump of LAMMPS (`.lammpstrj`, `.dump`).
 
 mod frames;
 mod gsd;
@@ -51,8 +51,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
 /// existing file is replaced at the end.
 ///
 /// # Errors
-/// An unknown ending; invalid input, with file and line; a number beyond single precision for GSD; a
-/// file that cannot be read or written.
+/// An unknown ending; invalid input, with file and line; a number beyond single precision for GSD;
+/// a file that cannot be read or written.
 pub fn convert(input: &Path, output: &Path) -> Result<u64> {
     let ending = output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     let format = match ending.as_deref() {

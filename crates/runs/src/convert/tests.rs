@@ -8,7 +8,8 @@ const HEAD: &str = "Lattice=\"2.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 0.2\" Properties=s
                     molecule_id:I:1:atom:I:1:radius:R:1:angle:R:1:angular_velocity:R:1:mass:R:1:kind:I:1 \
                     pbc=\"T T F\"";
 
-/// A dumbbell at the border of the box and a fixed disc; in the second frame the dumbbell has moved.
+/// A dumbbell at the border of the box and a fixed disc; in the second frame the dumbbell has
+/// moved.
 fn two_frames() -> String {
     format!(
         "3\n{HEAD} Time=0.0 Walls=\"0.5 0.0 0.5 1.0 0.0\"\n\

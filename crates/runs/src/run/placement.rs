@@ -1,5 +1,5 @@
-//! The placement of the bodies of a run: gases that grow are stored from time to time, so that a run
-//! interrupted meanwhile continues from there.
+//! The placement of the bodies of a run: gases that grow are stored from time to time, so that a
+//! run interrupted meanwhile continues from there.
 
 use std::{
     fs, io,

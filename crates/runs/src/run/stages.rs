@@ -17,7 +17,8 @@ const MOST_ACTIONS: f64 = 1e7;
 /// Rounding of the times of samples, as a share of the time.
 const ROUNDING: f64 = 1e-9;
 
-/// Validates the stages without their effect on the bodies, see [`stage_edits`](super::stage_edits).
+/// Validates the stages without their effect on the bodies, see
+/// [`stage_edits`](super::stage_edits).
 ///
 /// # Errors
 /// A time or energy is out of range, a tag is carried by no body, or keys contradict each other.

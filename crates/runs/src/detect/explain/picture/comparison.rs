@@ -13,8 +13,8 @@ use super::{Subject, extent, time_axis, widened};
 const MOST_ERRORS: usize = 150;
 
 impl Subject<'_> {
-    /// What each detector looks at, a row a detector, and a row for each pair of atoms for the exact
-    /// one.
+    /// What each detector looks at, a row a detector, and a row for each pair of atoms for the
+    /// exact one.
     pub(super) fn rows(&self, view: Window, pairs: &[[u32; 2]]) -> Panel {
         let (mut rows, mut marks) = (Vec::new(), Vec::new());
         let exact = &self.courses[0];
