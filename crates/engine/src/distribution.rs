@@ -183,7 +183,7 @@ impl<'de> Deserialize<'de> for Distribution {
     }
 }
 
-/// As [`GivenVisitor`] reads it.
+/// As the visitor reads it.
 #[cfg(feature = "schema")]
 impl schemars::JsonSchema for Distribution {
     fn schema_name() -> std::borrow::Cow<'static, str> {

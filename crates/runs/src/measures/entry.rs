@@ -28,14 +28,21 @@ pub(super) struct Head {
     /// It begins at the first sample at or after this time, and ends with that at `until`.
     from: f64,
     until: f64,
-    has_begun: bool,
-    has_ended: bool,
+    stage: Stage,
     /// Whether it receives the checks of the run, which have times of their own, and no samples.
     is_check: bool,
     /// It receives each sample of this number.
     pub(super) every: u64,
     /// Samples of the run since it began.
     seen: u64,
+}
+
+/// Whether a measure observes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+enum Stage {
+    Waits,
+    Observes,
+    HasEnded,
 }
 
 impl Entry {
@@ -54,8 +61,7 @@ impl Entry {
             is_asked,
             from,
             until,
-            has_begun: false,
-            has_ended: false,
+            stage: Stage::Waits,
             is_check: request.kind.name == overlap::KIND.name && scene.run.check_interval.is_some(),
             every: request.every,
             seen: 0,
@@ -79,7 +85,7 @@ impl Entry {
         if self.is_open() && is_between {
             self.measure.finish(view);
         }
-        self.head.has_ended = true;
+        self.head.stage = Stage::HasEnded;
     }
 
     /// Gives the measure a check of the run, if it receives them.
@@ -90,7 +96,7 @@ impl Entry {
     }
 
     fn is_open(&self) -> bool {
-        self.head.has_begun && !self.head.has_ended
+        self.head.stage == Stage::Observes
     }
 }
 
@@ -115,14 +121,14 @@ impl Observer for Entry {
 
     fn sample(&mut self, view: &View<'_>) {
         let head = &mut self.head;
-        if head.has_ended || head.is_check {
+        if head.stage == Stage::HasEnded || head.is_check {
             return;
         }
-        if !head.has_begun {
+        if head.stage == Stage::Waits {
             if view.time().to_f64() < head.from * (1.0 - ROUNDING) {
                 return;
             }
-            head.has_begun = true;
+            head.stage = Stage::Observes;
             self.measure.start(view);
         }
         if head.seen.is_multiple_of(head.every.max(1)) {
