@@ -97,8 +97,9 @@ impl Observer for WallHeat {
         self.is_wall(bodies[0]) | self.is_wall(bodies[1])
     }
 
+    /// After an edit the sums go on.
     fn start(&mut self, view: &View<'_>) {
-        self.start = Some(view.time());
+        self.start.get_or_insert(view.time());
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
@@ -117,5 +118,31 @@ impl Observer for WallHeat {
             heat: self.heat,
             contacts: self.contacts,
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_engine::{Scene, Simulation};
+
+    #[test]
+    fn an_edit_restarts_neither_heat_nor_time() {
+        let scene = Scene::from_toml(
+            "[[wall]]\nx = 0.0\ntemperature = 2.0\n[[gas]]\nradius = 0.01\nmass = 1.0\ntemperature = 1.0\ncount = 20",
+        )
+        .unwrap();
+        let mut simulation = Simulation::new(&scene).unwrap();
+        let mut heat = WallHeat::new(Group::All);
+        heat.start(&simulation.view());
+        for time in [1.0, 2.0] {
+            simulation.observe_until(time, &mut heat).unwrap();
+            simulation.edit(|batch| batch.reset_energy_of_all(1.0)).unwrap();
+            heat.start(&simulation.view());
+            heat.sample(&simulation.view());
+        }
+        assert_eq!(heat.duration(), 2.0);
+        assert!((heat.heat() - simulation.view().ledger().heat).abs() < 1e-12);
+        assert!(heat.contacts() > 20);
     }
 }
