@@ -147,7 +147,9 @@ impl Place {
                 if path.is_dir() {
                     folders.push(path);
                 } else if !["manifest.json", "checkpoint"].contains(&name.as_str()) {
-                    let text = fs::read_to_string(&path).unwrap();
+                    // The sums are not text.
+                    let bytes = fs::read(&path).unwrap();
+                    let text = String::from_utf8_lossy(&bytes);
                     let speed = |line: &&str| {
                         !["collisions_per_second", "per processor second", "cpu_seconds"]
                             .iter()
