@@ -52,6 +52,8 @@ impl Record {
         let replica = Replica { seed: scene.bounds.seed, number: scene.bounds.replica };
         let mut any = scene.clone();
         (any.bounds.seed, any.bounds.replica) = (0, 0);
+        // The animation changes no result.
+        (any.run.animation, any.run.animation_from) = (true, 0.0);
         Self { what: any.to_toml(), runs: BTreeMap::from([(replica, run)]) }
     }
 

@@ -104,12 +104,15 @@ mod tests {
         let expected = xtask.map(|command| ("cargo xtask", command.to_owned()));
         assert_eq!(commands(page), expected);
         assert_eq!(commands("`carom check a.toml`, `carom`"), [("carom", "check a.toml".to_owned())]);
+        assert_eq!(commands("`carom schema > a.json`"), [("carom", "schema".to_owned())]);
+        // A name in prose.
+        assert_eq!(refused("`carom run`"), Vec::<Fault>::new());
         assert_eq!(refused(page), Vec::<Fault>::new());
     }
 
     #[test]
     fn unknown_commands_are_faults() {
-        let page = "`cargo xtask fly` `cargo xtask run` `cargo xtask run a.toml --untill 3` \
+        let page = "`cargo xtask fly` `cargo xtask run --seed 3` `cargo xtask run a.toml --untill 3` \
                     `cargo xtask experiment brownian --case 'no such'` `cargo xtask --help` \
                     `carom chek a.toml` `carom run a.toml`";
         assert_eq!(refused(page).len(), 5, "{:?}", refused(page));
