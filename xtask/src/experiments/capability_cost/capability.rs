@@ -166,8 +166,8 @@ impl fmt::Display for Level {
 }
 
 impl Variant {
-    /// Every run's own measures, which are those of `energy`, then each other measure with them. The
-    /// plain gas has no wall whose heat could be measured.
+    /// Every run's own measures, which are those of `energy`, then each other measure with them.
+    /// The plain gas has no wall whose heat could be measured.
     pub fn measures() -> impl Iterator<Item = Self> {
         let others = |name: &&str| !EVERY_RUN[1..].contains(name) && *name != "wall-heat";
         measures::KINDS.iter().map(|kind| kind.name).filter(others).map(Self::Measure)
