@@ -1,6 +1,6 @@
 //! Mutated scene files: each is refused by name, or builds a system that runs without overlap.
 
-use carom::engine::{Distribution, GasSpec, Placement, RunError, Scene, StartVelocities, View};
+use carom::engine::{GasSpec, Placement, RunError, Scene, StartVelocities, View};
 use carom_kinematics::EpochTime;
 use carom_methods::AnySimulation;
 
@@ -44,20 +44,12 @@ pub fn draw(draw: &mut Draw) -> Vec<u8> {
             && draw.happens(0.3)
         {
             (gas.energy, gas.temperature) = (0.0, Some(1.0));
-            if draw.happens(0.3) {
-                let side = scene.bounds.sides[0];
-                gas.atom_radius = None;
-                gas.radius_distribution = Some(Distribution::Uniform([0.01 * side, 0.02 * side]));
-            }
             gas.velocities = draw.one_of(&[StartVelocities::EqualEnergy, StartVelocities::Maxwell]);
         }
     }
     if draw.happens(0.1) {
         scene.start.placement = Some(Placement::Grown);
         scene.start.relax = Some(5.0);
-    }
-    for wall in &mut scene.wall {
-        wall.temperature = draw.happens(0.2).then_some(1.0);
     }
     let text = scene.to_toml();
     if draw.happens(0.05) { text.into_bytes() } else { mutate::text(draw, &text) }
@@ -100,16 +92,6 @@ fn has_nan(scene: &Scene) -> bool {
     scene.to_toml().contains("nan")
 }
 
-/// A small number of a distribution.
-fn least(distribution: &Distribution) -> f64 {
-    match distribution {
-        Distribution::Uniform([least, _]) => *least,
-        Distribution::Normal([mean, _]) => 0.1 * mean,
-        Distribution::Values { values, .. } => values.iter().copied().fold(f64::INFINITY, f64::min),
-        _ => 0.0,
-    }
-}
-
 /// Approximate number of atoms of the scene.
 fn size(scene: &Scene) -> f64 {
     let [width, height] = scene.bounds.sides;
@@ -120,8 +102,7 @@ fn size(scene: &Scene) -> f64 {
     let of_molecules: f64 =
         scene.molecule.iter().map(|molecule| atoms(molecule.shape.as_ref(), molecule.atoms.len())).sum();
     let of_gas = |gas: &GasSpec| {
-        let drawn = gas.radius_distribution.as_ref().map(least);
-        let radius = gas.radius.or(gas.atom_radius).or(drawn).or(gas.atoms.first().map(|atom| atom.radius));
+        let radius = gas.radius.or(gas.atom_radius).or(gas.atoms.first().map(|atom| atom.radius));
         let covered = std::f64::consts::PI * radius.unwrap_or(1.0).powi(2);
         let by_area = gas.area_fraction.map_or(0.0, |share| share * (width * height / covered).abs());
         let count = gas.count.map_or(by_area, |count| count as f64);
