@@ -3,19 +3,19 @@
 //! Columns, in the user's units: element symbol (X for atoms of fixed bodies, H for all others),
 //! position of the centre, velocity of the material point there, number of the molecule, index of
 //! the atom in it, radius, orientation of the molecule in radians, its angular velocity, mass of
-//! the atom, kind of the molecule (0, 1, … in order of appearance). Floats are written in the
-//! shortest form that is read back to the same bits. z is 0 in a cell with a thickness of the
-//! largest diameter, periodic in x and y. Molecules are kept whole: an atom may lie outside the
-//! cell that holds the centre of its molecule. Walls have no line; the comment line lists them as
-//! `Walls="…"` with five numbers each: x and y of one end, x and y of the other, and half the
-//! thickness.
+//! the atom, kind of the molecule (0, 1, … in order of appearance; one for all molecules of a gas
+//! that draws its sizes). Floats are written in the shortest form that is read back to the same
+//! bits. z is 0 in a cell with a thickness of the largest diameter, periodic in x and y. Molecules
+//! are kept whole: an atom may lie outside the cell that holds the centre of its molecule. Walls
+//! have no line; the comment line lists them as `Walls="…"` with five numbers each: x and y of one
+//! end, x and y of the other, and half the thickness.
 
 use std::io;
 
 use carom_engine::{BodyView, View};
 use carom_geometry::Atom;
 
-use crate::kinds::kinds;
+use crate::kinds::kinds_of_groups;
 
 const PROPERTIES: &str = "species:S:1:pos:R:3:velo:R:3:molecule_id:I:1:atom:I:1:radius:R:1:angle:R:1:\
                           angular_velocity:R:1:mass:R:1:kind:I:1";
@@ -55,7 +55,7 @@ pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Resu
         view.time().to_f64(),
         walls(view)
     )?;
-    let mut molecules = view.bodies().zip(kinds(view)).filter(|(view, _)| !view.body.is_wall());
+    let mut molecules = view.bodies().zip(kinds_of_groups(view)).filter(|(view, _)| !view.body.is_wall());
     molecules.try_for_each(|(body, kind)| write_molecule(&body, kind, out))
 }
 

@@ -1,18 +1,60 @@
 //! Kinds of bodies, to distinguish them in a picture or a table.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use carom_engine::{Body, Tag, View};
 
-/// The common properties of a kind: fixed or not, tags, number of atoms, size, mass.
-type Likeness<'a> = (bool, &'a [Tag], usize, u64, u64);
+/// The common properties of a kind: fixed or not, tags, number of atoms; size and mass.
+type Likeness<'a> = (bool, &'a [Tag], usize, [u64; 2]);
 
 /// The kind of each body of a view, in its order, numbered 0, 1, … in order of appearance.
 ///
 /// Bodies of one kind have the same tags, number of atoms, size and mass, and all or none of them
 /// are fixed.
-pub fn kinds(view: &View<'_>) -> Vec<usize> {
-    let mut known: BTreeMap<Likeness<'_>, usize> = BTreeMap::new();
+fn kinds(view: &View<'_>) -> Vec<usize> {
+    numbered(view, likeness)
+}
+
+/// The kind of each body of a view, numbered in order of appearance; where these are more than
+/// `most`, as in a gas of many sizes, bodies that differ only in size or mass are of one kind.
+pub fn few_kinds(view: &View<'_>, most: usize) -> Vec<usize> {
+    let all = kinds(view);
+    if all.iter().all(|&kind| kind < most) {
+        return all;
+    }
+    numbered(view, |body| {
+        let (is_fixed, tags, atoms, _) = likeness(body);
+        (is_fixed, tags, atoms, [0; 2])
+    })
+}
+
+/// Most sizes and masses in one group of bodies that are kinds of their own: as many as pictures
+/// have colours. More are those of a distribution.
+const MOST_SIZES: usize = 7;
+
+/// The kind of each body of a view, numbered in order of appearance; where bodies that are alike
+/// but for size and mass have more than seven sizes, as a gas that draws them, all of them are of
+/// one kind.
+pub fn kinds_of_groups(view: &View<'_>) -> Vec<usize> {
+    let mut sizes: BTreeMap<Likeness<'_>, BTreeSet<[u64; 2]>> = BTreeMap::new();
+    let group = |(is_fixed, tags, atoms, _)| (is_fixed, tags, atoms, [0; 2]);
+    for body in view.bodies() {
+        let all = likeness(body.body);
+        let of_group = sizes.entry(group(all)).or_default();
+        if of_group.len() <= MOST_SIZES {
+            of_group.insert(all.3);
+        }
+    }
+    numbered(view, |body| {
+        let all = likeness(body);
+        let is_drawn = sizes.get(&group(all)).is_some_and(|sizes| sizes.len() > MOST_SIZES);
+        if is_drawn { group(all) } else { all }
+    })
+}
+
+/// Numbers bodies by their likeness, in order of appearance.
+fn numbered<'a>(view: &View<'a>, likeness: impl Fn(&'a Body) -> Likeness<'a>) -> Vec<usize> {
+    let mut known: BTreeMap<Likeness<'a>, usize> = BTreeMap::new();
     view.bodies()
         .map(|view| {
             let next = known.len();
@@ -23,6 +65,42 @@ pub fn kinds(view: &View<'_>) -> Vec<usize> {
 
 fn likeness(body: &Body) -> Likeness<'_> {
     let molecule = body.molecule();
-    let size = molecule.bounding_radius().to_bits();
-    (body.is_fixed(), body.tags(), molecule.atoms().len(), size, molecule.mass().to_bits())
+    let size = [molecule.bounding_radius(), molecule.mass()].map(f64::to_bits);
+    (body.is_fixed(), body.tags(), molecule.atoms().len(), size)
+}
+
+#[cfg(test)]
+mod tests {
+    use carom_engine::{Scene, Simulation};
+
+    use super::*;
+
+    #[test]
+    fn a_gas_that_draws_its_sizes_is_one_kind_beside_others_of_few_sizes() {
+        let scene = Scene::from_toml(
+            "[[gas]]\ntags = [\"drawn\"]\nradius = { uniform = [0.01, 0.02] }\nmass = 1.0\nenergy = 1.0\ncount = 20\n\
+             [[gas]]\ntags = [\"two\"]\nradius = { values = [0.01, 0.02] }\nmass = 1.0\nenergy = 1.0\ncount = 30\n\
+             [[gas]]\ntags = [\"equal\"]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 5\n",
+        )
+        .unwrap();
+        let simulation = Simulation::new(&scene).unwrap();
+        let found = kinds_of_groups(&simulation.view());
+        assert_eq!((&found[..20], &found[50..]), (&[0; 20][..], &[3; 5][..]));
+        let two: BTreeSet<usize> = found[20..50].iter().copied().collect();
+        assert_eq!(two.into_iter().collect::<Vec<_>>(), [1, 2]);
+    }
+
+    #[test]
+    fn a_gas_of_many_sizes_is_one_kind_where_kinds_are_few() {
+        let scene = Scene::from_toml(
+            "[[molecule]]\nshape = \"tee\"\natom_radius = 0.01\natom_mass = 1.0\nat = [0.5, 0.5]\n\
+             [[gas]]\ntags = [\"gas\"]\nradius = { uniform = [0.01, 0.02] }\nmass = 1.0\nenergy = 1.0\ncount = 20\n",
+        )
+        .unwrap();
+        let simulation = Simulation::new(&scene).unwrap();
+        let view = simulation.view();
+        assert_eq!(kinds(&view).into_iter().max(), Some(20));
+        assert_eq!(few_kinds(&view, 7)[1..], [1; 20]);
+        assert_eq!(few_kinds(&view, 21), kinds(&view));
+    }
 }

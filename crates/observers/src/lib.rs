@@ -137,6 +137,6 @@ pub use carom_tables::Estimate;
 #[doc(hidden)]
 pub use coarse_atoms::{MOST_CIRCLES, drawn_circles};
 #[doc(hidden)]
-pub use kinds::kinds;
+pub use kinds::kinds_of_groups;
 #[doc(hidden)]
-pub use picture::{close_up, colour};
+pub use picture::{close_up, colour, coloured_kinds};

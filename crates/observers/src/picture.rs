@@ -7,7 +7,7 @@ use carom_engine::{Body, View};
 use carom_geometry::PeriodicBox;
 use glam::DVec2;
 
-use crate::{coarse_atoms::drawn_circles, kinds::kinds};
+use crate::{coarse_atoms::drawn_circles, kinds::few_kinds};
 
 /// Colours that colour-blind readers can distinguish (Okabe & Ito 2008); fixed bodies are grey.
 const COLOURS: [&str; 7] = ["#d55e00", "#0072b2", "#56b4e9", "#009e73", "#cc79a7", "#e69f00", "#f0e442"];
@@ -18,8 +18,8 @@ const THINNEST: f64 = 1.5;
 /// Returns the system as an SVG document whose longer side is `size` pixels; y points upwards.
 ///
 /// Each atom is drawn with its centre in the box, and again for each periodic image that reaches
-/// into it. Bodies of one kind (tags, number of atoms, size, mass) share a colour and a group,
-/// whose title lists their tags. A molecule of very many atoms is drawn
+/// into it. Bodies of one kind (tags, number of atoms, and, if there are few kinds, size and mass)
+/// share a colour and a group, whose title lists their tags. A molecule of very many atoms is drawn
 /// coarsely (see [`drawn_circles`](crate::drawn_circles())).
 ///
 /// ```
@@ -88,7 +88,7 @@ fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
         DVec2::new(place.x, height - place.y)
     };
     let mut groups: Vec<Group> = Vec::new();
-    for (body, kind) in view.bodies().zip(kinds(view)) {
+    for (body, kind) in view.bodies().zip(coloured_kinds(view)) {
         if kind == groups.len() {
             groups.push(Group { open: open_group(view, body.body, kind), circles: String::new() });
         }
@@ -132,8 +132,14 @@ fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
     svg
 }
 
+/// The kind of each body as pictures colour it: by tags, number of atoms, size and mass; where
+/// these are more kinds than colours, bodies that differ only in size or mass are of one kind.
+pub fn coloured_kinds(view: &View<'_>) -> Vec<usize> {
+    few_kinds(view, COLOURS.len())
+}
+
 /// The colour of a body in CSS notation: grey if it is fixed, otherwise the colour of its kind in
-/// the numbering of [`kinds`](crate::kinds()).
+/// the numbering of [`coloured_kinds`].
 pub fn colour(body: &Body, kind: usize) -> &'static str {
     if body.is_fixed() { FIXED } else { COLOURS[kind % COLOURS.len()] }
 }

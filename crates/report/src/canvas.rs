@@ -9,8 +9,32 @@ use plotters::{
     prelude::*,
 };
 
+use crate::page::in_parentheses;
+
 /// Font family of all text.
 pub const FONT: &str = "sans-serif";
+
+/// Sizes of headings and of labels of axes. plotters gives the height of a line; the font size that
+/// it writes is 1.24 times smaller (pixels).
+pub const HEADING: f64 = 20.0;
+const LABEL: f64 = 18.0;
+/// Size of numbers and legends.
+pub const TEXT: f64 = 16.5;
+
+/// Width of a character in units of these sizes, on the safe side of sans-serif.
+pub const CHARACTER: f64 = 0.48;
+
+/// Least size of text that is made smaller to fit (pixels). Smaller: it cannot be read.
+const LEAST: f64 = 11.0;
+
+/// Space around the axes for labels (pixels).
+const MARGINS: [u32; 4] = [12, 24, 48, 78];
+
+/// The size at which a text fits a width, at most `size` (pixels).
+pub fn fitting(text: &str, size: f64, width: f64) -> f64 {
+    let natural = CHARACTER * text.chars().count().max(1) as f64;
+    (width / natural).clamp(LEAST, size)
+}
 
 /// A chart on two axes.
 pub type Plane<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
@@ -59,19 +83,27 @@ where
     X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
     Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {
+    let [margin, right, below, left] = MARGINS;
+    let (width, height) = root.dim_in_pixel();
+    let (across, along) =
+        (f64::from(width - left - margin - right), f64::from(height - below - 2 * margin) - 30.0);
+    let heading = fitting(title, HEADING, f64::from(width - 2 * margin));
+    let labels = [x.label, y.label].map(in_parentheses);
+    // One size for both labels, so that neither looks like a note.
+    let label = fitting(&labels[0], LABEL, across).min(fitting(&labels[1], LABEL, along));
     let mut chart = ChartBuilder::on(root)
-        .margin(12)
-        .margin_right(24)
-        .caption(title, (FONT, 18))
-        .x_label_area_size(46)
-        .y_label_area_size(78)
+        .margin(margin)
+        .margin_right(right)
+        .caption(title, (FONT, heading))
+        .x_label_area_size(below)
+        .y_label_area_size(left)
         .build_cartesian_2d(x.scale, y.scale)?;
     chart
         .configure_mesh()
-        .x_desc(x.label)
-        .y_desc(y.label)
-        .label_style((FONT, 13))
-        .axis_desc_style((FONT, 14))
+        .x_desc(&labels[0])
+        .y_desc(&labels[1])
+        .label_style((FONT, TEXT))
+        .axis_desc_style((FONT, label))
         .light_line_style(TRANSPARENT)
         .bold_line_style(BLACK.mix(0.12))
         .x_label_formatter(x.format)
@@ -91,7 +123,7 @@ pub fn legend<'a, C: CoordTranslate>(
     chart
         .configure_series_labels()
         .position(corner)
-        .label_font((FONT, 13))
+        .label_font((FONT, TEXT))
         .background_style(WHITE.mix(0.85))
         .border_style(BLACK.mix(0.25))
         .draw()?;

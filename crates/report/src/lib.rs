@@ -8,6 +8,7 @@
 //! ```
 
 pub mod canvas;
+pub mod error_bars;
 pub mod molecule_picture;
 pub mod page;
 pub mod panels;

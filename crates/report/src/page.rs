@@ -1,14 +1,37 @@
-//! The page of a run: one self-contained HTML file with a light and a dark colour scheme.
+//! The page of a run: one self-contained HTML file with a light and a dark colour scheme, which
+//! leads with its answer.
+//!
+//! A page consists of [parts](Part), which it shows in one order whatever the order of writing: the
+//! verdict with what carries it, the moving picture, results, data, the command, and checks.
+
+mod numbers;
+mod parts;
 
 use std::fmt::Write as _;
 
 use carom_tables::{Check, Figure, OneRun, Totals};
 
-/// A page under construction, from top to bottom.
+pub(crate) use numbers::in_parentheses;
+use numbers::predicted;
+pub use numbers::{grouped, named, with_error};
+pub use parts::Part;
+use parts::Parts;
+
+/// A page under construction.
 #[derive(Debug, Clone)]
 pub struct Page {
     title: String,
-    body: String,
+    lead: String,
+    verdict: String,
+    /// Above the verdict.
+    errors: String,
+    /// Below the verdict.
+    notes: String,
+    /// All checks so far.
+    checks: Vec<Check>,
+    parts: Parts,
+    /// Where text, tables and pictures go.
+    part: Part,
 }
 
 /// Layout of pictures.
@@ -20,175 +43,246 @@ pub enum Layout {
     Beside,
 }
 
+/// A chart with the file of its data.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DataChart {
+    /// The chart.
+    pub svg: String,
+    /// What the reader must know; may be empty.
+    pub caption: String,
+    /// Path of the data relative to the page; may be empty.
+    pub file: String,
+}
+
 impl Page {
     /// A page with its title and an introductory sentence.
     pub fn new(title: &str, lead: &str) -> Self {
-        let body = format!("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", escape(title), escape(lead));
-        Self { title: title.to_owned(), body }
+        let (title, lead) = (title.to_owned(), lead.to_owned());
+        let [verdict, errors, notes] = [const { String::new() }; 3];
+        let (checks, parts) = (Vec::new(), Parts::default());
+        Self { title, lead, verdict, errors, notes, checks, parts, part: Part::Results }
     }
 
-    /// Adds a highlighted note, such as a caveat.
+    /// Sets the verdict: the answer in a sentence, above everything else. The default is the result
+    /// of the checks.
+    pub fn verdict(&mut self, sentence: &str) {
+        sentence.clone_into(&mut self.verdict);
+    }
+
+    /// Adds an error, above the verdict.
+    pub fn error(&mut self, text: &str) {
+        let _ = writeln!(self.errors, "<p class=\"note error\">{}</p>", escape(text));
+    }
+
+    /// Adds a highlighted note below the verdict, such as a caveat.
     pub fn note(&mut self, text: &str) {
-        self.element("p class=\"note\"", text);
+        let _ = writeln!(self.notes, "<p class=\"note\">{}</p>", escape(text));
     }
 
-    /// Adds a heading.
+    /// Continues in another part of the page. Pages begin with [`Part::Results`].
+    pub fn part(&mut self, part: Part) {
+        self.part = part;
+    }
+
+    /// Adds a heading; one without content before the next is left out.
     pub fn heading(&mut self, text: &str) {
-        self.element("h2", text);
+        self.parts.heading(self.part, 2, text);
     }
 
-    /// Adds a subheading.
+    /// Adds a subheading; one without content before the next is left out.
     pub fn subheading(&mut self, text: &str) {
-        self.element("h3", text);
+        self.parts.heading(self.part, 3, text);
     }
 
     /// Adds a paragraph.
     pub fn paragraph(&mut self, text: &str) {
-        self.element("p", text);
+        self.push(&format!("<p>{}</p>\n", prose(text)));
     }
 
-    /// Adds terminal commands or output.
+    /// Adds the commands that run it again, to their own part of the page.
     pub fn code(&mut self, text: &str) {
-        self.element("pre", text);
+        self.parts.push(Part::Again, &format!("<pre>{}</pre>\n", escape(text)));
     }
 
-    /// Adds links to files, by their path relative to the page.
+    /// Adds a file that opens on demand, to the part with the commands.
+    pub fn folded(&mut self, title: &str, text: &str) {
+        let html = format!(
+            "<details>\n<summary>{}</summary>\n<pre>{}</pre>\n</details>\n",
+            escape(title),
+            escape(text)
+        );
+        self.parts.push(Part::Again, &html);
+    }
+
+    /// Adds links to files, by their path relative to the page, to the part with the data.
     pub fn links<'a>(&mut self, paths: impl IntoIterator<Item = &'a str>) {
-        let links: Vec<String> =
-            paths.into_iter().map(|path| format!("<a href=\"{0}\">{0}</a>", escape(path))).collect();
-        let _ = writeln!(self.body, "<p>{}</p>", links.join(" · "));
+        let links: Vec<String> = paths.into_iter().map(link).collect();
+        self.parts.push(Part::Data, &format!("<p class=\"files\">{}</p>\n", links.join(" · ")));
+    }
+
+    /// Adds a table of files, by their path relative to the page, and what they hold, to the part
+    /// with the data.
+    pub fn files(&mut self, files: &[(String, String)]) {
+        let mut html = "<div class=\"wide\"><table>\n<tr><th>file</th><th>content</th></tr>\n".to_owned();
+        for (path, content) in files {
+            let _ =
+                writeln!(html, "<tr><td>{}</td><td class=\"text\">{}</td></tr>", link(path), escape(content));
+        }
+        html.push_str("</table></div>\n");
+        self.parts.push(Part::Data, &html);
     }
 
     /// Adds SVG pictures, each with a caption.
     pub fn pictures(&mut self, layout: Layout, pictures: &[(&str, &str)]) {
-        let class = if layout == Layout::Full { "pictures full" } else { "pictures" };
-        let _ = writeln!(self.body, "<div class=\"{class}\">");
-        for (svg, caption) in pictures {
-            let svg = &svg[svg.find("<svg").unwrap_or(0)..];
-            let caption = escape(caption);
-            let _ = writeln!(self.body, "<figure>\n{svg}\n<figcaption>{caption}</figcaption>\n</figure>");
-        }
-        self.body.push_str("</div>\n");
+        let figures = pictures.iter().map(|(svg, caption)| figure(svg, &escape(caption)));
+        let figures: String = figures.collect();
+        self.push(&format!("<div class=\"{}\">\n{figures}</div>\n", layout.class()));
     }
 
-    /// Adds an animation from the data that `carom-runs` records.
+    /// Adds charts side by side, each with its caption and a link to its data.
+    pub fn charts(&mut self, charts: &[DataChart]) {
+        if charts.is_empty() {
+            return;
+        }
+        let figures = charts.iter().map(|chart| {
+            let caption = escape(&chart.caption);
+            let caption = match (chart.file.as_str(), chart.caption.as_str()) {
+                ("", _) => caption,
+                (file, "") => link(file),
+                (file, _) => format!("{}. {caption}", link(file)),
+            };
+            figure(&chart.svg, &caption)
+        });
+        let figures: String = figures.collect();
+        self.push(&format!("<div class=\"{}\">\n{figures}</div>\n", Layout::Beside.class()));
+    }
+
+    /// Adds an animation from the data that `carom-runs` records, to a part of its own.
     pub fn animation(&mut self, animation: &str, caption: &str) {
         // In a JSON string this has the same meaning and cannot close an element of the page.
         let animation = animation.replace('<', "\\u003c");
-        let _ = writeln!(
-            self.body,
+        let html = format!(
             "<figure class=\"animation\">\n<div class=\"views\"></div>\n<div class=\"controls\"></div>\n\
              <figcaption>{}</figcaption>\n<script type=\"application/json\">{animation}</script>\n</figure>\n\
-             <script>\n{}</script>",
+             <script>\n{}</script>\n",
             escape(caption),
             include_str!("animation.js")
         );
+        self.parts.push(Part::Motion, &html);
     }
 
     /// Adds a table of two columns.
     pub fn facts(&mut self, facts: &[(&str, String)]) {
-        self.body.push_str("<div class=\"wide\"><table class=\"facts\">\n");
-        for (name, value) in facts {
-            let (name, value) = (escape(name), escape(value));
-            let _ = writeln!(self.body, "<tr><th>{name}</th><td>{value}</td></tr>");
-        }
-        self.body.push_str("</table></div>\n");
+        let html = facts_html(facts);
+        self.push(&html);
     }
 
     /// Adds a table of any number of columns: the first is text; the others are numbers, or text
     /// where longer than a number.
     pub fn table(&mut self, header: &[&str], rows: &[Vec<String>]) {
-        self.body.push_str("<div class=\"wide\"><table>\n<tr>");
-        for name in header {
-            let _ = write!(self.body, "<th>{}</th>", escape(name));
-        }
-        for row in rows {
-            self.body.push_str("</tr>\n<tr>");
-            for (column, cell) in row.iter().enumerate() {
-                let is_text = column == 0 || cell.chars().count() > LONGEST_NUMBER;
-                let class = if is_text { "" } else { " class=\"number\"" };
-                let _ = write!(self.body, "<td{class}>{}</td>", escape(cell));
-            }
-        }
-        self.body.push_str("</tr>\n</table></div>\n");
+        self.push(&table_html(header, rows));
     }
 
-    /// Adds a table of figures with errors, predictions and sources.
+    /// Adds a table of figures with units, errors, predictions and sources.
     pub fn figures(&mut self, figures: &[Figure]) {
-        self.body.push_str(
-            "<div class=\"wide\"><table>\n<tr><th>figure</th><th>measured</th><th>unit</th>\
-             <th>predicted</th><th>source of the prediction</th></tr>\n",
-        );
+        let mut html = "<div class=\"wide\"><table>\n<tr><th>figure (unit)</th><th>measured</th>\
+             <th>predicted</th><th>source of the prediction</th></tr>\n"
+            .to_owned();
         for figure in figures {
-            let measured = with_error(figure.value, figure.standard_error);
+            let measured = grouped(&with_error(figure.value, figure.standard_error));
             let predicted =
-                figure.prediction.map_or_else(|| "–".to_owned(), |value| predicted(value, figure));
+                figure.prediction.map_or_else(|| "–".to_owned(), |value| grouped(&predicted(value, figure)));
             let _ = writeln!(
-                self.body,
-                "<tr><td>{}</td><td class=\"number\">{measured}</td><td class=\"unit\">{}</td><td class=\"number\">{predicted}</td>\
-                 <td class=\"source\">{}</td></tr>",
-                escape(&figure.name),
-                escape(&figure.unit),
+                html,
+                "<tr><td class=\"name\">{}</td><td class=\"number\">{measured}</td>\
+                 <td class=\"number\">{predicted}</td><td class=\"source\">{}</td></tr>",
+                escape(&named(&figure.name, &figure.unit)),
                 escape(figure.source.as_deref().unwrap_or("")),
             );
         }
-        self.body.push_str("</table></div>\n");
+        html.push_str("</table></div>\n");
+        self.push(&html);
     }
 
-    /// Adds the totals of a run.
+    /// Adds the totals of a run, to the part with the checks.
     pub fn totals(&mut self, totals: &Totals) {
         let number = |value: f64| with_error(value, None);
-        self.facts(&[
+        let html = facts_html(&[
             ("simulated time", number(totals.simulated_time)),
             ("collisions", totals.collisions.to_string()),
             ("collisions per processor second", format!("{:.0}", totals.collisions_per_second)),
             ("energy drift, relative", number(totals.energy_drift)),
             ("overlapping pairs", totals.overlapping_pairs.to_string()),
-            ("deepest overlap, in diameters", number(totals.max_overlap)),
+            ("deepest overlap (diameters)", number(totals.max_overlap)),
         ]);
+        self.parts.push(Part::Checks, &html);
     }
 
     /// Adds a table of the runs of a campaign.
     pub fn runs(&mut self, runs: &[OneRun]) {
         let row = |run: &OneRun| {
             let rate = run.collisions as f64 / run.cpu_seconds / 1e6;
-            let (seconds, rate) =
-                (format!("{:.1} s", run.cpu_seconds), format!("{rate:.2} million per processor second"));
+            let (seconds, rate) = (format!("{:.1}", run.cpu_seconds), format!("{rate:.2}"));
             vec![run.name.clone(), run.collisions.to_string(), seconds, rate]
         };
-        let header = ["run", "collisions", "processor time", "rate"];
-        self.table(&header, &runs.iter().map(row).collect::<Vec<_>>());
+        let header = ["run", "collisions", "processor time (s)", "collisions (millions per second)"];
+        let html = table_html(&header, &runs.iter().map(row).collect::<Vec<_>>());
+        // The times differ between runs of the same bits.
+        self.push(&html.replace("<tr><td", "<tr class=\"speed\"><td"));
     }
 
-    /// Adds a table of checks.
+    /// Adds a table of checks, to a part of its own.
     pub fn checks(&mut self, checks: &[Check]) {
-        self.body.push_str(
-            "<div class=\"wide\"><table>\n<tr><th>check</th><th>found</th><th>at most</th><th></th></tr>\n",
-        );
+        let mut html =
+            "<div class=\"wide\"><table>\n<tr><th>check</th><th>found</th><th>at most</th><th>result</th></tr>\n"
+                .to_owned();
         for check in checks {
             let (class, word) = if check.passed { ("good", "passed") } else { ("bad", "failed") };
+            let [found, allowed] =
+                [check.found, check.allowed].map(|value| grouped(&with_error(value, None)));
             let _ = writeln!(
-                self.body,
-                "<tr><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"{class}\">{word}</td></tr>",
-                escape(&check.name),
-                with_error(check.found, None),
-                with_error(check.allowed, None),
+                html,
+                "<tr><td>{}</td><td class=\"number\">{found}</td><td class=\"number\">{allowed}</td>\
+                 <td class=\"{class}\">{word}</td></tr>",
+                escape(&check.name.replace('_', " ")),
             );
         }
-        self.body.push_str("</table></div>\n");
+        html.push_str("</table></div>\n");
+        self.parts.push(Part::Checks, &html);
+        self.checks.extend_from_slice(checks);
     }
 
     /// Returns the complete file.
     pub fn html(&self) -> String {
-        include_str!("page.html")
-            .replace("{{title}}", &escape(&self.title))
-            .replace("{{version}}", env!("CARGO_PKG_VERSION"))
-            .replace("{{body}}", &self.body)
+        let mut body = format!("<h1>{}</h1>\n", escape(&self.title));
+        body.push_str(&self.errors);
+        let verdict = match self.verdict.as_str() {
+            "" if self.checks.is_empty() => String::new(),
+            "" => checks_in_words(&self.checks),
+            words => words.to_owned(),
+        };
+        if !verdict.is_empty() {
+            let _ = writeln!(body, "<p class=\"verdict\">{}</p>", prose(&verdict));
+        }
+        body.push_str(&self.notes);
+        if !self.lead.is_empty() {
+            let _ = writeln!(body, "<p class=\"lead\">{}</p>", escape(&self.lead));
+        }
+        body.push_str(&self.parts.html());
+        laid_out(&escape(&self.title), &body)
     }
 
-    fn element(&mut self, tag: &str, text: &str) {
-        let name = tag.split(' ').next().unwrap_or(tag);
-        let _ = writeln!(self.body, "<{tag}>{}</{name}>", escape(text));
+    fn push(&mut self, html: &str) {
+        self.parts.push(self.part, html);
+    }
+}
+
+impl Layout {
+    fn class(self) -> &'static str {
+        match self {
+            Self::Full => "pictures full",
+            Self::Beside => "pictures",
+        }
     }
 }
 
@@ -196,33 +290,95 @@ impl Page {
 /// errors break. More: text makes the table wider than the page.
 const LONGEST_NUMBER: usize = 24;
 
-/// Formats a prediction with one digit more than the measured value.
-fn predicted(value: f64, figure: &Figure) -> String {
-    match figure.standard_error {
-        Some(error) if value != 0.0 && error > 0.0 && error.is_finite() => {
-            format!("{value:.0$}", (2.0 - error.log10().floor()).clamp(0.0, 12.0) as usize)
+/// The page with this title and these elements.
+fn laid_out(title: &str, body: &str) -> String {
+    include_str!("page.html")
+        .replace("{{title}}", title)
+        .replace("{{version}}", env!("CARGO_PKG_VERSION"))
+        .replace("{{body}}", body)
+}
+
+/// Sets the content of a page, which this or an earlier version wrote, in the present layout;
+/// `None` if it is not such a page.
+pub fn relaid(html: &str) -> Option<String> {
+    let (_, title) = html.split_once("<title>")?;
+    let (title, _) = title.split_once("</title>")?;
+    let (_, main) = html.split_once("<main>")?;
+    let (main, _) = main.rsplit_once("<footer>")?;
+    let (_, body) = main.split_once("</button>")?;
+    Some(laid_out(title, &format!("{}\n", body.trim())))
+}
+
+/// The result of all checks in a sentence, which names those that failed.
+pub fn checks_in_words(checks: &[Check]) -> String {
+    let failed: Vec<&Check> = checks.iter().filter(|check| !check.passed).collect();
+    let count = checks.len();
+    match failed.as_slice() {
+        [] if count == 0 => "Nothing was checked.".to_owned(),
+        [] if count == 1 => "The check passed.".to_owned(),
+        [] => format!("All {count} checks passed."),
+        [first, rest @ ..] => {
+            let [found, allowed] = [first.found, first.allowed].map(|value| with_error(value, None));
+            let others = if rest.is_empty() { "" } else { " first" };
+            let name = first.name.replace('_', " ");
+            format!(
+                "FAILED: {} of {count} checks,{others} \u{201c}{name}\u{201d} with {found}, at most {allowed} is allowed.",
+                failed.len()
+            )
         }
-        _ => with_error(value, None),
     }
 }
 
-/// Formats a value to the digits that its standard error justifies, or to six.
-pub fn with_error(value: f64, standard_error: Option<f64>) -> String {
-    match standard_error {
-        // A smaller error is that of rounding.
-        Some(error) if error > 1e-12 * value.abs() && error.is_finite() => {
-            let decimals = (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize;
-            format!("{value:.decimals$} ± {error:.decimals$}")
-        }
-        _ if value == 0.0 => "0".to_owned(),
-        _ if value.fract() == 0.0 && value.abs() < 1e15 => format!("{value:.0}"),
-        _ if value.abs() >= 1e6 || value.abs() < 1e-4 => format!("{value:.3e}"),
-        _ => {
-            let decimals = (5.0 - value.abs().log10().floor()).clamp(0.0, 12.0) as usize;
-            let text = format!("{value:.decimals$}");
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+/// Text with grouped digits, and per cent signs that stay with their numbers.
+fn prose(text: &str) -> String {
+    escape(&grouped(text)).replace(" %", "\u{202f}%")
+}
+
+fn link(path: &str) -> String {
+    format!("<a href=\"{0}\">{0}</a>", escape(path))
+}
+
+/// A picture with a caption in HTML.
+fn figure(svg: &str, caption: &str) -> String {
+    let svg = &svg[svg.find("<svg").unwrap_or(0)..];
+    let caption =
+        if caption.is_empty() { String::new() } else { format!("<figcaption>{caption}</figcaption>\n") };
+    format!("<figure>\n<div class=\"picture\">{svg}</div>\n{caption}</figure>\n")
+}
+
+/// A table; see [`Page::table`].
+fn table_html(header: &[&str], rows: &[Vec<String>]) -> String {
+    let mut html = "<div class=\"wide\"><table>\n<tr>".to_owned();
+    for name in header {
+        let _ = write!(html, "<th>{}</th>", escape(&in_parentheses(name)));
+    }
+    for row in rows {
+        html.push_str("</tr>\n<tr>");
+        for (column, cell) in row.iter().enumerate() {
+            let is_text = cell.chars().count() > LONGEST_NUMBER;
+            let class = match (column, is_text) {
+                (_, true) => " class=\"text\"",
+                (0, false) => "",
+                (_, false) => " class=\"number\"",
+            };
+            // Seeds are names, which a reader copies.
+            let is_name = header.get(column).is_some_and(|name| name.contains("seed"));
+            let cell = if is_name { cell.clone() } else { grouped(cell) };
+            let _ = write!(html, "<td{class}>{}</td>", escape(&cell));
         }
     }
+    html.push_str("</tr>\n</table></div>\n");
+    html
+}
+
+fn facts_html(facts: &[(&str, String)]) -> String {
+    let mut html = "<div class=\"wide\"><table class=\"facts\">\n".to_owned();
+    for (name, value) in facts {
+        let (name, value) = (escape(name), escape(&grouped(value)));
+        let _ = writeln!(html, "<tr><th>{name}</th><td>{value}</td></tr>");
+    }
+    html.push_str("</table></div>\n");
+    html
 }
 
 /// Escapes text for HTML.
@@ -271,17 +427,64 @@ mod tests {
         let mut page = Page::new("", "");
         let row = ["name", "350.62 ± 0.12", "no end in the processor time allowed"].map(str::to_owned);
         page.table(&["a", "b", "c"], &[row.to_vec()]);
-        assert!(page.body.contains("<td>name</td><td class=\"number\">350.62 ± 0.12</td><td>no end"));
+        let cells = "<td>name</td><td class=\"number\">350.62 ± 0.12</td><td class=\"text\">no end";
+        assert!(page.html().contains(cells));
     }
 
     #[test]
-    fn digits_follow_the_error() {
-        assert_eq!(with_error(350.6183, Some(0.123)), "350.62 ± 0.12");
-        assert_eq!(with_error(0.029_12, Some(0.0017)), "0.0291 ± 0.0017");
-        assert_eq!(with_error(1234.5, Some(30.0)), "1234 ± 30");
-        assert_eq!(with_error(0.25, None), "0.25");
-        assert_eq!(with_error(3e-16, None), "3.000e-16");
-        assert_eq!(with_error(12_345_678.0, None), "12345678");
-        assert_eq!(with_error(f64::NAN, None), "NaN");
+    fn the_verdict_comes_first_and_the_checks_last_whatever_the_order_of_writing() {
+        let mut page = Page::new("Title", "Lead");
+        page.checks(&[Check::at_most("one_thing", 0.0, 0.0)]);
+        page.links(["data.csv"]);
+        page.code("carom run");
+        page.animation("{}", "moving");
+        page.heading("Results");
+        page.paragraph("12345678 collisions");
+        page.part(Part::Answer);
+        page.table(&["seed", "count"], &[vec!["12345".to_owned(), "12345".to_owned()]]);
+        page.note("A note.");
+        page.error("An error.");
+        page.verdict("All is well.");
+        let html = page.html();
+        let order = [
+            "An error.",
+            "All is well.",
+            "A note.",
+            "Lead",
+            "<td>12345</td><td class=\"number\">12\u{202f}345</td>",
+            "Moving picture",
+            "<h2>Results",
+            "12\u{202f}345\u{202f}678",
+            "<h2>Data",
+            "<h2>Run it again",
+            "<h2>Checks",
+            "one thing",
+        ];
+        let places: Vec<usize> =
+            order.iter().map(|text| html.find(text).unwrap_or_else(|| panic!("no {text}"))).collect();
+        assert!(places.is_sorted(), "{places:?}");
+    }
+
+    #[test]
+    fn a_page_can_be_laid_out_again() {
+        let mut page = Page::new("A & B", "Lead");
+        page.paragraph("<footer> in a text");
+        let html = page.html();
+        assert_eq!(relaid(&html).as_deref(), Some(html.as_str()));
+        let old = html.replace(".verdict", ".old");
+        assert_eq!(relaid(&old), Some(html));
+        assert_eq!(relaid("<html>another</html>"), None);
+    }
+
+    #[test]
+    fn a_failed_check_is_named_in_words() {
+        let checks =
+            [Check::at_most("energy_drift", 0.0, 1e-12), Check::at_most("overlapping_pairs", 2.0, 0.0)];
+        assert_eq!(checks_in_words(&checks[..1]), "The check passed.");
+        let words = checks_in_words(&checks);
+        assert!(
+            words.starts_with("FAILED: 1 of 2 checks, \u{201c}overlapping pairs\u{201d} with 2"),
+            "{words}"
+        );
     }
 }

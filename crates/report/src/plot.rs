@@ -80,6 +80,10 @@ pub fn staircase(first: f64, last: f64, values: &[f64]) -> Vec<(f64, f64)> {
     values.iter().enumerate().flat_map(|(index, &y)| [(edge(index), y), (edge(index + 1), y)]).collect()
 }
 
+/// Width and height (pixels): two charts fit side by side, and the text of one is readable on a
+/// narrow screen.
+const SIZE: (u32, u32) = (600, 400);
+
 /// Points farther from the chart than this many of its widths are drawn at that distance.
 const FAR_OFF: f64 = 1000.0;
 
@@ -159,7 +163,8 @@ impl Chart {
             let sound = low.is_finite() && high.is_finite() && low < high;
             anyhow::ensure!(sound, "chart '{}': axis '{}' from {low} to {high}", self.title, axis.label);
         }
-        canvas::svg(&self.title, (920, 420), |root| self.draw(root, spacing))
+        let roomy = self.with_room_for_legend();
+        canvas::svg(&self.title, SIZE, |root| roomy.draw(root, spacing))
     }
 
     fn draw(&self, root: &DrawingArea<SVGBackend<'_>, Shift>, spacing: Spacing) -> Result<()> {
@@ -175,13 +180,35 @@ impl Chart {
             self.draw_layer(&mut chart, layer)?;
         }
         if self.layers.iter().any(|layer| !layer.name.is_empty()) {
-            canvas::legend(&mut chart, self.freest_corner())?;
+            canvas::legend(&mut chart, self.freest_corner().1)?;
         }
         Ok(())
     }
 
-    /// The corner in which the legend covers the fewest points; of equal corners the upper right.
-    fn freest_corner(&self) -> SeriesLabelPosition {
+    /// The chart, with a higher vertical axis where the legend would cover points in every corner.
+    fn with_room_for_legend(&self) -> Self {
+        let mut roomy = self.clone();
+        if self.freest_corner().0 > 0 {
+            let ((low, high), [_, share]) = (self.y.range, self.legend_size());
+            roomy.y.range.1 = high + (high - low) * share / (1.0 - share);
+        }
+        roomy
+    }
+
+    /// Width and height of the legend, as shares of the axes, whose size is that of the chart
+    /// without its margins.
+    fn legend_size(&self) -> [f64; 2] {
+        let names = || self.layers.iter().map(|layer| layer.name.chars().count()).filter(|&count| count > 0);
+        let (across, along) = (f64::from(SIZE.0) - 114.0, f64::from(SIZE.1) - 102.0);
+        let longest = names().max().unwrap_or(0) as f64;
+        let width = (50.0 + canvas::CHARACTER * canvas::TEXT * longest) / across;
+        let height = (20.0 + 1.3 * canvas::TEXT * names().count() as f64) / along;
+        [width, height].map(|share| share.min(0.6))
+    }
+
+    /// The corner in which the legend covers the fewest points, with their number; of equal corners
+    /// the upper right.
+    fn freest_corner(&self) -> (usize, SeriesLabelPosition) {
         let share = |value: f64, (low, high): (f64, f64)| (value - low) / (high - low);
         let mut places: Vec<[f64; 2]> = Vec::new();
         let mut note = |points: Vec<(f64, f64)>| {
@@ -202,10 +229,10 @@ impl Chart {
                 }
             }
         }
-        let height = 0.06 + 0.05 * self.layers.iter().filter(|layer| !layer.name.is_empty()).count() as f64;
+        let [width, height] = self.legend_size();
         let hidden = |right: bool, upper: bool| {
             let near = |[x, y]: &&[f64; 2]| {
-                (if right { 1.0 - x } else { *x }) < 0.34 && (if upper { 1.0 - y } else { *y }) < height
+                (if right { 1.0 - x } else { *x }) < width && (if upper { 1.0 - y } else { *y }) < height
             };
             places.iter().filter(near).count()
         };
@@ -216,7 +243,7 @@ impl Chart {
             (hidden(false, false), SeriesLabelPosition::LowerLeft),
         ];
         let [first, rest @ ..] = corners;
-        rest.into_iter().fold(first, |best, corner| if corner.0 < best.0 { corner } else { best }).1
+        rest.into_iter().fold(first, |best, corner| if corner.0 < best.0 { corner } else { best })
     }
 
     fn draw_layer(&self, chart: &mut Plane<'_, Scale, Scale>, layer: &Layer) -> Result<()> {
@@ -263,7 +290,11 @@ pub(crate) fn tick(value: f64, (low, high): (f64, f64)) -> String {
         return "0".to_owned();
     }
     if !(1e-3..1e5).contains(&largest) {
-        return format!("{value:.2e}");
+        let text = format!("{value:.2e}");
+        let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        let digits =
+            if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits };
+        return format!("{digits}e{exponent}");
     }
     let decimals = (2.0 - span.log10()).ceil().clamp(0.0, 8.0) as usize;
     let text = format!("{value:.decimals$}");
@@ -288,12 +319,24 @@ mod tests {
             let shape = Shape::Line(points.to_vec());
             let layers = vec![Layer { name: "a".to_owned(), colour: colour::BLUE, shape }];
             let chart = Chart { title: String::new(), x: axis((0.0, 1.0)), y: axis((0.0, 1.0)), layers };
-            format!("{:?}", chart.freest_corner())
+            format!("{:?}", chart.freest_corner().1)
         };
         assert_eq!(corner(&[(0.0, 1.0), (1.0, 0.0)]), "UpperRight");
         assert_eq!(corner(&[(0.0, 0.0), (1.0, 1.0)]), "UpperLeft");
         assert_eq!(corner(&[(0.0, 1.0), (1.0, 1.0)]), "LowerRight");
         assert_eq!(corner(&[(0.0, 1.0), (1.0, 1.0), (1.0, 0.0)]), "LowerLeft");
+    }
+
+    #[test]
+    fn the_axis_is_higher_where_the_legend_would_cover_a_curve() {
+        let top = |points: &[(f64, f64)]| {
+            let shape = Shape::Line(points.to_vec());
+            let layers = vec![Layer { name: "a".to_owned(), colour: colour::BLUE, shape }];
+            let chart = Chart { title: String::new(), x: axis((0.0, 1.0)), y: axis((0.0, 1.0)), layers };
+            chart.with_room_for_legend().y.range.1
+        };
+        assert_eq!(top(&[(0.0, 0.0), (1.0, 1.0)]), 1.0);
+        assert!(top(&[(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0), (0.0, 0.0)]) > 1.05);
     }
 
     fn axis(range: (f64, f64)) -> Axis {
@@ -348,7 +391,8 @@ mod tests {
     fn ticks_have_the_digits_that_the_range_needs() {
         assert_eq!(tick(90.0, (0.0, 360.0)), "90");
         assert_eq!(tick(0.25, (0.0, 1.0)), "0.25");
-        assert_eq!(tick(1.5e-5, (0.0, 2e-5)), "1.50e-5");
+        assert_eq!(tick(1.5e-5, (0.0, 2e-5)), "1.5e-5");
+        assert_eq!(tick(-4e-15, (-5e-15, 0.0)), "-4e-15");
         assert_eq!(tick(1e-17, (-1.0, 1.0)), "0");
     }
 }

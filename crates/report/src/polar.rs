@@ -9,6 +9,7 @@ use plotters::{
 
 use crate::{
     canvas::{self, FONT},
+    page::in_parentheses,
     plot::{staircase, tick},
 };
 
@@ -25,6 +26,15 @@ pub struct Polar {
     pub errors: Vec<f64>,
 }
 
+/// Width and height (pixels): the circle with its angles, and below it the label and the legend.
+const SIZE: (u32, u32) = (600, 740);
+
+/// Half the width of the chart, in radii of the rim.
+const SPAN: f64 = 1.18;
+
+/// Height of the label and the legend, in radii of the rim.
+const BELOW: f64 = 0.42;
+
 impl Polar {
     /// Draws the curves as SVG; the largest value lies at the rim.
     ///
@@ -40,7 +50,7 @@ impl Polar {
         );
         let largest = values().chain(self.band(1.0)).fold(0.0, f64::max);
         let rim = if largest > 0.0 { 1.05 * largest } else { 1.0 };
-        canvas::svg(&self.title, (560, 600), |root| self.draw(root, rim))
+        canvas::svg(&self.title, SIZE, |root| self.draw(root, rim))
     }
 
     /// The first curve shifted by its error, at least 0.
@@ -50,12 +60,11 @@ impl Polar {
     }
 
     fn draw(&self, root: &DrawingArea<SVGBackend<'_>, Shift>, rim: f64) -> Result<()> {
-        let span = 1.18 * rim;
+        let span = SPAN * rim;
         let mut chart = ChartBuilder::on(root)
             .margin(10)
-            .margin_bottom(14)
-            .caption(&self.title, (FONT, 18))
-            .build_cartesian_2d(-span..span, -span..span)?;
+            .caption(&self.title, (FONT, canvas::HEADING))
+            .build_cartesian_2d(-span..span, -span - BELOW * rim..span)?;
         let grid = BLACK.mix(0.15);
         for ring in 1..=4 {
             let radius = rim * f64::from(ring) / 4.0;
@@ -65,14 +74,14 @@ impl Polar {
             chart.draw_series([Text::new(
                 label,
                 (0.0, radius),
-                (FONT, 11).into_font().color(&BLACK.mix(0.6)),
+                (FONT, canvas::TEXT).into_font().color(&BLACK.mix(0.6)),
             )])?;
         }
         for spoke in 0..12 {
             let turn = f64::from(spoke) / 12.0;
             chart.draw_series(LineSeries::new([(0.0, 0.0), on_circle(rim, turn)], grid))?;
             let centred = Pos::new(HPos::Center, VPos::Center);
-            let style = (FONT, 12).into_font().color(&BLACK.mix(0.7)).pos(centred);
+            let style = (FONT, canvas::TEXT).into_font().color(&BLACK.mix(0.7)).pos(centred);
             chart.draw_series([Text::new(format!("{}°", 30 * spoke), on_circle(1.09 * rim, turn), style)])?;
         }
         if let Some((_, colour, _)) = self.curves.first().filter(|_| !self.errors.is_empty()) {
@@ -95,9 +104,15 @@ impl Polar {
                 .label(name)
                 .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2)));
         }
-        canvas::legend(&mut chart, SeriesLabelPosition::LowerRight)?;
-        let label = Text::new(self.label.clone(), (-span, -span * 0.99), (FONT, 12).into_font());
-        chart.draw_series([label])?;
+        canvas::legend(&mut chart, SeriesLabelPosition::LowerMiddle)?;
+        let label = in_parentheses(&self.label);
+        let size = canvas::fitting(&label, canvas::TEXT, f64::from(SIZE.0) - 20.0);
+        let above = Pos::new(HPos::Center, VPos::Top);
+        chart.draw_series([Text::new(
+            label,
+            (0.0, -span),
+            (FONT, size).into_font().color(&BLACK).pos(above),
+        )])?;
         Ok(())
     }
 }

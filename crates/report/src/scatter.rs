@@ -102,8 +102,9 @@ impl Scatter {
         let bottom = 0.1 * lowest;
         let format = |value: &f64| power(*value);
         // Space on the right for labels.
-        let x = Side { scale: (left..right * 3.0).log_scale(), label: &self.x_label, format: &format };
-        let y = Side { scale: (bottom..top).log_scale(), label: &self.y_label, format: &format };
+        let scale = |low: f64, high: f64| (low..high).log_scale().with_key_points(ticks(low, high));
+        let x = Side { scale: scale(left, right * 3.0), label: &self.x_label, format: &format };
+        let y = Side { scale: scale(bottom, top), label: &self.y_label, format: &format };
         let mut chart = canvas::plane(root, &self.title, x, y)?;
         chart.draw_series([PathElement::new(self.front.clone(), BLACK.mix(0.35))])?;
         for (index, family) in self.families.iter().enumerate() {
@@ -113,16 +114,28 @@ impl Scatter {
             self.points.iter().map(|point| chart.backend_coord(&(point.x, point.y))).collect();
         let rows = chart.plotting_area().get_pixel_range().1;
         self.draw_labels(root, &places, &rows)?;
-        // In the upper corner with fewer points.
-        let (middle, high) = ((left * right).sqrt(), (bottom * top).sqrt());
-        let upper = || self.points.iter().filter(|point| point.y > high);
-        let on_the_right = upper().filter(|point| point.x > middle).count();
-        let corner = if 2 * on_the_right > upper().count() {
-            SeriesLabelPosition::UpperLeft
-        } else {
-            SeriesLabelPosition::UpperRight
-        };
+        let corner = self.emptiest_corner([left, right * 3.0], [bottom, top]);
         canvas::legend(&mut chart, corner)
+    }
+
+    /// The corner with the fewest points; the axes are from the first to the second number.
+    fn emptiest_corner(&self, x: [f64; 2], y: [f64; 2]) -> SeriesLabelPosition {
+        let share = |value: f64, [low, high]: [f64; 2]| (value / low).ln() / (high / low).ln();
+        let places = self.points.iter().map(|point| [share(point.x, x), share(point.y, y)]);
+        let places: Vec<[f64; 2]> = places.collect();
+        let inside = |is_left: bool, is_upper: bool| {
+            let near = |share: f64, is_low: bool| if is_low { share < LEGEND } else { share > 1.0 - LEGEND };
+            places.iter().filter(|place| near(place[0], is_left) && near(place[1], !is_upper)).count()
+        };
+        let corners = [
+            (inside(false, true), SeriesLabelPosition::UpperRight),
+            (inside(true, true), SeriesLabelPosition::UpperLeft),
+            (inside(true, false), SeriesLabelPosition::LowerLeft),
+        ];
+        corners
+            .into_iter()
+            .min_by_key(|corner| corner.0)
+            .map_or(SeriesLabelPosition::UpperRight, |corner| corner.1)
     }
 
     /// Draws the points of a family, its joining line, and the lines of ranges and bounds; the
@@ -184,25 +197,31 @@ impl Scatter {
             root.draw(&Text::new(labels[index], (left, top), (FONT, 11).into_font().color(&colour)))?;
             let (x, y) = places[index];
             if (top + HEIGHT / 2 - y).abs() > HEIGHT {
-                root.draw(&PathElement::new(vec![(x, y), (left - 2, top + HEIGHT / 2)], colour.mix(0.5)))?;
+                let right = left + LETTER * labels[index].chars().count() as i32;
+                let end = if left > x { left - 2 } else { right + 2 };
+                root.draw(&PathElement::new(vec![(x, y), (end, top + HEIGHT / 2)], colour.mix(0.5)))?;
             }
         }
         Ok(())
     }
 }
 
+/// Part of each axis that a legend in a corner covers at most.
+const LEGEND: f64 = 0.3;
+
 /// Height of a label, and width of its letters (pixels).
 const HEIGHT: i32 = 13;
 const LETTER: i32 = 6;
 
-/// Positions of labels: to the right of their points, shifted up or down within `rows` until they
-/// cover no other label or point.
+/// Positions of labels: to the right of their points, or else to the left, shifted up or down
+/// within `rows` until they cover no other label or point.
 fn beside(places: &[(i32, i32)], labels: &[&str], rows: &Range<i32>) -> Vec<(i32, i32)> {
     let mut taken: Vec<[i32; 4]> = places.iter().map(|&(x, y)| [x - 5, y - 5, x + 5, y + 5]).collect();
     let mut found = Vec::new();
     for (&(x, y), label) in places.iter().zip(labels) {
         let width = LETTER * label.chars().count() as i32;
-        let at = |shift: i32| [x + 10, y - HEIGHT / 2 + shift, x + 10 + width, y + HEIGHT / 2 + shift];
+        let at =
+            |(left, shift): (i32, i32)| [left, y - HEIGHT / 2 + shift, left + width, y + HEIGHT / 2 + shift];
         let free = |rectangle: &[i32; 4]| {
             let inside = rows.start <= rectangle[1] && rectangle[3] <= rows.end;
             inside
@@ -213,8 +232,10 @@ fn beside(places: &[(i32, i32)], labels: &[&str], rows: &Range<i32>) -> Vec<(i32
                         || other[3] < rectangle[1]
                 })
         };
-        let shifts = (0..24).flat_map(|step| [3 * step, -3 * step]);
-        let rectangle = shifts.map(at).find(free).unwrap_or(at(0));
+        let sides = [x + 10, x - 10 - width];
+        let shifts = || (0..24).flat_map(|step| [3 * step, -3 * step]);
+        let mut tried = sides.into_iter().flat_map(|left| shifts().map(move |shift| at((left, shift))));
+        let rectangle = tried.find(free).unwrap_or(at((sides[0], 0)));
         if !label.is_empty() {
             taken.push(rectangle);
         }
@@ -237,13 +258,28 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     (low, high)
 }
 
-/// Formats 0.1 to 1000 as decimals, other values as powers of ten.
+/// Most decades with a number each at an axis. More: the numbers cover each other.
+const MOST_DECADES: i32 = 12;
+
+/// Numbers at an axis: powers of ten, or only some of them on a long axis; on one of fewer than two
+/// decades their multiples by 2 and 5, too.
+fn ticks(low: f64, high: f64) -> Vec<f64> {
+    // The ends are powers of ten up to rounding.
+    let (low, high) = (low * (1.0 - 1e-9), high * (1.0 + 1e-9));
+    let (first, last) = (low.log10().floor() as i32, high.log10().floor() as i32);
+    let every = (last - first).div_euclid(MOST_DECADES) + 1;
+    let factors: &[f64] = if high < 100.0 * low { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let decades = (first..=last).filter(|decade| decade.rem_euclid(every) == 0);
+    let all = decades.flat_map(|decade| factors.iter().map(move |factor| factor * 10f64.powi(decade)));
+    all.filter(|tick| (low..=high).contains(tick)).collect()
+}
+
+/// Formats 0.1 to 1000 as decimals, other values as powers of ten, with one digit.
 fn power(value: f64) -> String {
-    let rounded = 10f64.powf(value.log10().round());
-    if (0.05..5e3).contains(&rounded) {
-        format!("{rounded:.1}").trim_end_matches(".0").to_owned()
+    if (0.05..5e3).contains(&value) {
+        format!("{value:.1}").trim_end_matches(".0").to_owned()
     } else {
-        format!("{rounded:.0e}")
+        format!("{value:.0e}")
     }
 }
 
@@ -290,6 +326,15 @@ mod tests {
         tops.sort_unstable();
         assert!(tops[0] >= 95, "no label leaves the chart: {tops:?}");
         assert!(tops.windows(2).all(|pair| pair[1] - pair[0] >= HEIGHT - 1), "{tops:?}");
+    }
+
+    #[test]
+    fn numbers_at_an_axis_are_powers_of_ten_and_on_a_short_one_their_multiples() {
+        assert_eq!(ticks(0.1, 1000.0), [0.1, 1.0, 10.0, 100.0, 1000.0]);
+        assert_eq!(ticks(1.0, 30.0), [1.0, 2.0, 5.0, 10.0, 20.0]);
+        let long = ticks(1e-16, 1e7);
+        assert!((8..=13).contains(&long.len()), "{long:?}");
+        assert_eq!([0.2, 50.0, 1e-12, 1e4].map(power), ["0.2", "50", "1e-12", "1e4"]);
     }
 
     #[test]

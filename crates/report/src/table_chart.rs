@@ -4,10 +4,14 @@ use anyhow::Result;
 use carom_tables::{Column, Level, Role, Spacing, Table};
 use plotters::style::RGBColor;
 
-use crate::plot::{Axis, Chart, Layer, Shape, colour};
+use crate::{
+    page::named,
+    plot::{Axis, Chart, Layer, Shape, colour},
+};
 
 /// Colours of measured quantities in one chart, in order.
-const COLOURS: [RGBColor; 4] = [colour::BLUE, colour::GREEN, colour::ORANGE, colour::PURPLE];
+const COLOURS: [RGBColor; 5] =
+    [colour::BLUE, colour::GREEN, colour::ORANGE, colour::PURPLE, RGBColor(0, 0, 0)];
 
 /// Most points of a line; of longer columns every second, third, … value is drawn. More: pages of
 /// long runs grow to many megabytes.
@@ -52,23 +56,46 @@ impl Places {
         })
     }
 
-    /// At most [`MOST_POINTS`] of some rows, at equal distances.
-    fn thinned<T>(&self, rows: impl Iterator<Item = T>) -> Vec<T> {
-        rows.step_by(self.0.len().div_ceil(MOST_POINTS).max(1)).collect()
+    /// At most [`MOST_POINTS`] of the rows of a column, at equal distances.
+    fn thinned<T>(&self, rows: Vec<T>) -> Vec<T> {
+        rows.into_iter().step_by(self.0.len().div_ceil(MOST_POINTS).max(1)).collect()
     }
 
     fn points(&self, column: &Column) -> Vec<(f64, f64)> {
-        self.thinned(self.0.iter().zip(&column.values).filter_map(|(x, y)| Some(((*x)?, (*y)?))))
+        self.0.iter().zip(&column.values).filter_map(|(x, y)| Some(((*x)?, (*y)?))).collect()
     }
 
-    /// The band around a column, from its errors.
-    fn band(&self, column: &Column, errors: &Column) -> Vec<(f64, f64, f64)> {
+    /// The pieces of a curve between rows without a value.
+    fn curve(&self, column: &Column) -> Vec<Vec<(f64, f64)>> {
+        let rows = self.0.iter().zip(&column.values).map(|(x, y)| Some(((*x)?, (*y)?)));
+        pieces(rows).into_iter().map(|piece| self.thinned(piece)).collect()
+    }
+
+    /// The pieces of the band around a column, from its errors.
+    fn band(&self, column: &Column, errors: &Column) -> Vec<Vec<(f64, f64, f64)>> {
         let rows = self.0.iter().zip(column.values.iter().zip(&errors.values));
-        self.thinned(rows.filter_map(|(x, (y, error))| {
+        let rows = rows.map(|(x, (y, error))| {
             let (x, y, error) = ((*x)?, (*y)?, (*error)?);
             Some((x, y - BAND * error, y + BAND * error))
-        }))
+        });
+        pieces(rows).into_iter().map(|piece| self.thinned(piece)).collect()
     }
+}
+
+/// Splits rows where there is no value. A curve of which most points would stand alone is not
+/// split: it has a value in every second row, say.
+fn pieces<T>(rows: impl Iterator<Item = Option<T>>) -> Vec<Vec<T>> {
+    let mut pieces: Vec<Vec<T>> = vec![Vec::new()];
+    for row in rows {
+        match (row, pieces.last_mut()) {
+            (Some(value), Some(last)) => last.push(value),
+            (None, Some(last)) if !last.is_empty() => pieces.push(Vec::new()),
+            _ => (),
+        }
+    }
+    pieces.retain(|piece| !piece.is_empty());
+    let alone = pieces.iter().filter(|piece| piece.len() == 1).count();
+    if 2 * alone > pieces.len() { vec![pieces.into_iter().flatten().collect()] } else { pieces }
 }
 
 fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -> Result<Option<String>> {
@@ -84,18 +111,18 @@ fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -
     };
     let heights = curves.iter().map(|point| point.1).chain(levels.iter().map(|level| level.value));
     let Some((low, high)) = range(heights) else { return Ok(None) };
-    // From 0 on where 0 is near.
-    let low = if low > 0.0 && low < 0.5 * high { 0.0 } else { low };
-    let room = if high > low { 0.08 * (high - low) } else { high.abs().max(1e-15) };
-    let low = if low == 0.0 { 0.0 } else { low - room };
-    let names = group.iter().filter(|column| column.role.is_curve()).map(|column| column.label.as_str());
-    let quantity = names.collect::<Vec<_>>().join(", ");
-    let label =
-        |name: &str, unit: &str| if unit == "1" { name.to_owned() } else { format!("{name} [{unit}]") };
+    let (low, high) = height(low, high);
+    let names: Vec<&str> =
+        group.iter().filter(|column| column.role.is_curve()).map(|column| column.label.as_str()).collect();
+    let quantity = match names.as_slice() {
+        // The legend names them all.
+        [first, .., last] if names.len() > 2 => format!("{first} … {last}"),
+        _ => names.join(", "),
+    };
     let chart = Chart {
         title: table.title.clone(),
-        x: Axis { label: label(&abscissa.label, &abscissa.unit), range: x },
-        y: Axis { label: label(&quantity, &group[0].unit), range: (low, high + room) },
+        x: Axis { label: named(&abscissa.label.replace('_', " "), &abscissa.unit), range: x },
+        y: Axis { label: named(&quantity, &group[0].unit), range: (low, high) },
         layers: layers(places, group, &levels, x),
     };
     match table.spacing {
@@ -104,35 +131,67 @@ fn chart(table: &Table, abscissa: &Column, places: &Places, group: &[&Column]) -
     }
 }
 
+/// A curve that changes by less than this share of its value is constant: what changes is rounding,
+/// and the numbers at its axis would all be the same.
+const CONSTANT: f64 = 1e-9;
+
+/// The range of an axis with room around the values: from 0 on where 0 is near.
+pub(crate) fn height(low: f64, high: f64) -> (f64, f64) {
+    let largest = low.abs().max(high.abs());
+    if high - low <= CONSTANT * largest {
+        let room = largest.max(1e-15);
+        return (low - room, high + room);
+    }
+    let low = if low > 0.0 && low < 0.5 * high { 0.0 } else { low };
+    let room = 0.08 * (high - low);
+    (if low == 0.0 { 0.0 } else { low - room }, high + room)
+}
+
 /// Error bands, measured curves and predictions, from back to front.
 fn layers(places: &Places, group: &[&Column], levels: &[&Level], x: (f64, f64)) -> Vec<Layer> {
     let (mut bands, mut lines, mut predictions) = (Vec::new(), Vec::new(), Vec::new());
     let mut last: Option<(&Column, RGBColor)> = None;
+    let mut count = 0;
     for &column in group {
         match &column.role {
             Role::Value | Role::Derived => {
-                let colour = COLOURS[lines.len().min(COLOURS.len() - 1)];
+                let colour = COLOURS[count % COLOURS.len()];
+                count += 1;
                 last = Some((column, colour));
-                let shape = Shape::Line(places.points(column));
-                lines.push(Layer { name: column.label.clone(), colour, shape });
+                lines.extend(curve(&column.label, colour, places.curve(column)));
             }
             Role::StandardError => {
                 let Some((value, colour)) = last else { continue };
-                let shape = Shape::Band(places.band(value, column));
-                bands.push(Layer { name: String::new(), colour, shape });
+                let band = |points| Layer { name: String::new(), colour, shape: Shape::Band(points) };
+                bands.extend(places.band(value, column).into_iter().map(band));
             }
             Role::Prediction { .. } => {
-                predictions.push(prediction(&column.label, places.points(column)));
+                predictions.extend(curve(&column.label, colour::VERMILLION, places.curve(column)));
             }
             Role::Abscissa | Role::Count | Role::Undrawn => {}
         }
     }
-    let level = |level: &&Level| prediction(&level.label, vec![(x.0, level.value), (x.1, level.value)]);
-    bands.into_iter().chain(lines).chain(predictions).chain(levels.iter().map(level)).collect()
+    let level = |level: &&Level| {
+        let points = vec![(x.0, level.value), (x.1, level.value)];
+        Layer { name: level.label.clone(), colour: colour::VERMILLION, shape: Shape::Line(points) }
+    };
+    predictions.extend(levels.iter().map(level));
+    if count == 1 && predictions.is_empty() {
+        // The axis names a single curve.
+        for line in &mut lines {
+            line.name.clear();
+        }
+    }
+    bands.into_iter().chain(lines).chain(predictions).collect()
 }
 
-fn prediction(name: &str, points: Vec<(f64, f64)>) -> Layer {
-    Layer { name: name.to_owned(), colour: colour::VERMILLION, shape: Shape::Line(points) }
+/// A curve in pieces, of which the first carries the name.
+fn curve(name: &str, colour: RGBColor, pieces: Vec<Vec<(f64, f64)>>) -> Vec<Layer> {
+    let layer = |(index, points)| {
+        let name = if index == 0 { name.to_owned() } else { String::new() };
+        Layer { name, colour, shape: Shape::Line(points) }
+    };
+    pieces.into_iter().enumerate().map(layer).collect()
 }
 
 /// Least and largest value; `None` without values.
@@ -159,7 +218,7 @@ mod tests {
             .prediction("1", some([1.0, 1.0, 1.0]), "definition");
         let charts = charts(&table).unwrap();
         assert_eq!(charts.len(), 2);
-        assert!(charts[0].contains("near, far [length]") && charts[1].contains("speed [length/time]"));
+        assert!(charts[0].contains("near, far (length)") && charts[1].contains("speed (length/time)"));
     }
 
     #[test]
@@ -198,6 +257,16 @@ mod tests {
             .prediction("theory", wave(0.9), "definition");
         let bytes = charts(&table).unwrap()[0].len();
         assert!(bytes < 400_000, "{bytes}");
+    }
+
+    #[test]
+    fn a_curve_has_gaps_where_there_are_no_values() {
+        let of = |values: [Option<f64>; 6]| pieces(values.into_iter());
+        let gap = of([None, Some(1.0), Some(2.0), None, Some(3.0), Some(4.0)]);
+        assert_eq!(gap, [vec![1.0, 2.0], vec![3.0, 4.0]]);
+        let alternating = of([Some(1.0), None, Some(2.0), None, Some(3.0), None]);
+        assert_eq!(alternating, [vec![1.0, 2.0, 3.0]]);
+        assert_eq!(of([None; 6]), Vec::<Vec<f64>>::new());
     }
 
     #[test]

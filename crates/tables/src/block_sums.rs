@@ -52,6 +52,16 @@ impl BlockSums {
         self.borders.record(sums, |earlier, later| *earlier = later);
     }
 
+    /// Number of complete blocks.
+    pub fn complete(&self) -> usize {
+        self.borders.complete().len()
+    }
+
+    /// Whether the last record completed a block.
+    pub fn is_whole(&self) -> bool {
+        self.borders.is_whole()
+    }
+
     /// Number of records in a block.
     pub fn records_per_block(&self) -> u64 {
         self.borders.records_per_block()

@@ -45,6 +45,11 @@ impl<T> Blocking<T> {
         &self.complete
     }
 
+    /// Whether the last record completed a block.
+    pub fn is_whole(&self) -> bool {
+        self.open == 0 && !self.complete.is_empty()
+    }
+
     /// Number of records in a block.
     pub fn records_per_block(&self) -> u64 {
         1 << self.doublings

@@ -9,6 +9,7 @@
 //! assert!(check.passed);
 //! ```
 
+pub mod averages;
 pub mod block_sums;
 pub mod blocking;
 pub mod chi_square;
