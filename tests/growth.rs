@@ -351,3 +351,26 @@ fn growth_and_relaxation_of_gases_that_seldom_collide_end() {
     assert_eq!(simulation.view().overlaps().pairs, 0);
     assert!((simulation.view().energy() - 20.0).abs() < 1e-12);
 }
+
+/// Dumbbells of atoms of 2 · 10⁻¹¹ turn 10⁹ times while they cross the box: an epoch is over long
+/// before the next collision, so runs end after a bounded number of epochs.
+#[test]
+fn growth_of_molecules_that_turn_fast_ends() {
+    let mut scene = grown(vec![gas("dumbbell", 2e-11, 20)], 5.0);
+    scene.gas[0].energy = 1.0;
+    let simulation = Simulation::new(&scene).unwrap();
+    assert_eq!(simulation.view().overlaps().pairs, 0);
+    assert!((simulation.view().energy() - 20.0).abs() < 1e-12);
+}
+
+/// A thick slanted wall leaves slivers of the box free: molecules a million times smaller would not
+/// find room either, and the number of places tried is bounded.
+#[test]
+fn a_box_that_a_wall_fills_is_refused() {
+    let mut scene = grown(vec![gas("disc", 0.02, 20)], 0.0);
+    scene.bounds.sides = [1.0, 1.66];
+    let ends = (Some([0.97, 0.79]), Some([1.0, 2.63]));
+    scene.wall = vec![WallSpec { from: ends.0, to: ends.1, radius: 0.5, ..WallSpec::default() }];
+    let error = Simulation::new(&scene).unwrap_err();
+    assert!(matches!(error, SceneError::Full { wanted: 20, .. }), "{error}");
+}

@@ -270,3 +270,18 @@ fn distributions_out_of_range_are_refused_by_name() {
         assert!(message.contains(expected), "{gas}: {message}");
     }
 }
+
+#[test]
+fn too_many_drawn_molecules_are_refused_before_they_are_drawn() {
+    // About 1e10 molecules: as many would not fit into the memory.
+    for gas in [
+        "radius = { uniform = [0.01, 0.02] }\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.2",
+        "radius = { normal = [0.015, 0.001] }\nmass = 1.0\nenergy = 1.0\narea_fraction = 0.2",
+        "shape = \"tee\"\natom_radius = 1.0\ndensity = 1.0\nscale = { values = [0.01, 0.02], weights = [1, 3] }\n\
+         energy = 1.0\narea_fraction = 0.5",
+    ] {
+        let scene = read(&format!("box.sides = [134217729.0, 0.3376]\n[[gas]]\n{gas}"));
+        let error = Simulation::new(&scene).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains("at most 2^27 molecules"), "{error}");
+    }
+}

@@ -15,6 +15,7 @@ use support::{
 test_each_scheduler! {
     without_events_only_the_time_changes: check_nothing;
     a_past_time_changes_nothing_and_an_infinite_one_is_refused: check_times;
+    an_event_after_the_least_positive_time_is_no_obstacle: check_least_times;
     events_at_exactly_the_end_belong_to_the_run: check_last_instant;
     the_trajectory_does_not_depend_on_the_age_of_the_system: check_age;
     a_million_epochs_do_not_accumulate_rounding_of_time: check_long_run;
@@ -68,6 +69,20 @@ fn check_times<S: Scheduler>(options: &S::Options) {
     }
     assert_eq!(simulation.time().to_f64(), 0.5);
     assert_eq!((bits(&simulation.view()), *simulation.view().counters()), (now, counters));
+}
+
+/// A disc leaves the box or a cell after a time so short that its reciprocal is infinite.
+fn check_least_times<S: Scheduler>(options: &S::Options) {
+    for distance in [0.0, 5e-324, 5.93e-317, 1e-308] {
+        let falling = |x: f64| disc(0.02, 1.0, [x, distance], [0.0, -2.6]);
+        let mut start = scene([0.1, 0.3, 0.5, 0.7, 0.9].map(falling).to_vec());
+        start.bumper = vec![bumper(0.01, [0.11, 0.3]), bumper(0.01, [0.52, 0.45])];
+        let mut simulation = simulate::<S>(&start, options);
+        simulation.run_until(20.0).unwrap();
+        let view = simulation.view();
+        assert!(view.counters().collisions > 0 && view.overlaps().pairs == 0);
+        assert!((view.energy() / (5.0 * 0.5 * 6.76) - 1.0).abs() < 1e-13);
+    }
 }
 
 fn check_last_instant<S: Scheduler>(options: &S::Options) {

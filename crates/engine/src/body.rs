@@ -73,6 +73,16 @@ impl BodyKind {
 }
 
 impl BodyKey {
+    /// The handle of the body with this number ([`Body::id`]); no such body need exist.
+    pub fn of_id(id: u64) -> Self {
+        Self(id)
+    }
+
+    /// The number of the body, see [`Body::id`].
+    pub fn id(self) -> u64 {
+        self.0
+    }
+
     /// Whether this is the handle of one of these two bodies.
     #[inline]
     pub fn is_among(self, bodies: [&Body; 2]) -> bool {

@@ -6,7 +6,7 @@ use carom_geometry::{Atom, GeometryError, Molecule, Shape};
 use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;
 
-use crate::{AtomSpec, Rotation, SceneError, TagNames, Tags, World, body::BodyKind};
+use crate::{AtomSpec, MoleculeSpec, Rotation, SceneError, TagNames, Tags, World, body::BodyKind};
 
 pub(crate) fn insert(
     world: &mut World,
@@ -57,6 +57,26 @@ pub(crate) fn molecule(
             let atoms: Result<Vec<Atom>, GeometryError> = atoms.iter().map(atom).collect();
             atoms.and_then(Molecule::new).map_err(geometry(entry))
         }
+    }
+}
+
+impl MoleculeSpec {
+    /// The molecule that `shape` and `atoms` describe; `entry` names this table in errors.
+    ///
+    /// ```
+    /// use carom_engine::MoleculeSpec;
+    ///
+    /// let spec = MoleculeSpec { shape: Some("tee".into()), ..MoleculeSpec::default() };
+    /// let spec = MoleculeSpec { atom_radius: Some(0.005), atom_mass: Some(2.0), ..spec };
+    /// assert_eq!(spec.molecule("molecule[0]")?.mass(), 10.0);
+    /// # Ok::<(), carom_engine::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SceneError`] if there is neither a shape nor an atom, there are both, or a radius, a mass
+    /// or a place is out of range.
+    pub fn molecule(&self, entry: &str) -> Result<Molecule, SceneError> {
+        molecule(entry, self.shape.as_deref(), &self.atoms, self.atom_radius, self.atom_mass)
     }
 }
 

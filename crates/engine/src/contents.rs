@@ -36,7 +36,7 @@ impl Contents {
             && !(0.0..=LONGEST_RELAXATION).contains(&relax)
         {
             let problem = format!(
-                "`relax` must be from 0 to {LONGEST_RELAXATION:e} collisions a molecule, but is {relax}"
+                "`relax` must be from 0 to {LONGEST_RELAXATION:e} collisions a molecule, but is {relax:?}"
             );
             return Err(SceneError::Entry { entry: "start".to_owned(), problem });
         }

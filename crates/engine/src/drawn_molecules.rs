@@ -76,7 +76,7 @@ fn check(spec: &GasSpec, has_mass: bool) -> Result<(), String> {
             return Err("give either `density` or a mass, not both".to_owned());
         }
         if !(1e-60..=1e60).contains(&density) {
-            return Err(format!("`density` must be from 1e-60 to 1e60 (mass / length²), but is {density}"));
+            return Err(format!("`density` must be from 1e-60 to 1e60 (mass / length²), but is {density:?}"));
         }
     }
     let GasSpec { radius_distribution, mass_distribution, scale, .. } = spec;
@@ -142,6 +142,18 @@ fn one(
 }
 
 impl Drawing {
+    /// Expected area of a molecule (length²); for normal distributions, to 15 %.
+    ///
+    /// # Errors
+    /// [`SceneError`] with the name of the entry if the molecule of size 1 is invalid.
+    pub fn mean_area(&self) -> Result<f64, SceneError> {
+        let square = |distribution: &Option<Distribution>| {
+            distribution.as_ref().map_or(1.0, Distribution::mean_square)
+        };
+        let of_size_1 = Molecule::new(self.atoms.clone()).map_err(geometry(&self.entry))?.area();
+        Ok(of_size_1 * square(&self.radius) * square(&self.scale))
+    }
+
     /// Draws the next molecule.
     ///
     /// # Errors

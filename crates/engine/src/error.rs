@@ -207,7 +207,7 @@ impl GridError {
 #[non_exhaustive]
 pub enum EditError {
     /// The body has never been in the system, or has been removed.
-    #[error("the body is not, or no longer, in the system")]
+    #[error("body {} is not, or no longer, in the system", .0.0)]
     NoSuchBody(BodyKey),
     /// A body at rest has no direction of motion, so its energy cannot be scaled.
     #[error("the energy of {0} cannot be reset: the body is at rest and has no direction of motion")]

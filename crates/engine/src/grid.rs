@@ -70,7 +70,7 @@ pub struct Step {
 /// a position is about 1e-16 of the side, and several times that in the longer epochs of a few
 /// bodies. Below this share it would be more than some thousandths or hundredths of the contact
 /// distance, and directions of impulses would be as inexact.
-const SMALLEST_SHARE: f64 = 1e-13;
+pub const LEAST_CONTACT_SHARE: f64 = 1e-13;
 
 /// Largest bounding radius of a fixed body, in shorter sides of the box, where nothing moves. A
 /// larger one is most likely an error.
@@ -145,7 +145,7 @@ impl Grid {
     pub(crate) fn refuse_large_box(world: &World) -> Result<(), GridError> {
         let side = world.bounds().sides().max_element();
         match world.closest_touching() {
-            Some((reach, bodies)) if reach < SMALLEST_SHARE * side => {
+            Some((reach, bodies)) if reach < LEAST_CONTACT_SHARE * side => {
                 Err(GridError::BoxTooLarge { reach, side, bodies })
             }
             _ => Ok(()),

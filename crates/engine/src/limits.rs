@@ -36,6 +36,15 @@ const STALE_STRETCHES: f64 = 4.0;
 /// returned later.
 const EPOCHS_OF_PATIENCE: f64 = (1 << 16) as f64;
 
+/// Speed of the fastest body over that of the slowest that moves, above which a run without
+/// contacts ends as [`RunError::TimeScalesTooFarApart`]: 2³⁷. The slow body then travels less in an
+/// epoch than the rounding of its position in the epochs that a run waits for a contact.
+pub const LARGEST_SPEED_RATIO: f64 = 1.0 / (EPOCHS_OF_PATIENCE * HALF_ULP);
+
+/// Turns of the fastest rotor while the slowest body travels one side of the box, above which a run
+/// without contacts ends as [`RunError::TimeScalesTooFarApart`]: 2⁴³.
+pub const MOST_TURNS: f64 = TURNS_PER_EPOCH * LARGEST_SPEED_RATIO;
+
 /// A body that travels less than this share of the side until the target time may appear at rest.
 /// Smaller: bodies at rest apart from a rounding of their velocity end runs. Larger: bodies that
 /// should move may stand still.

@@ -41,7 +41,7 @@ pub(crate) fn fill(
     let (seed, replica) = (scene.bounds.seed, scene.bounds.replica);
     let mut random = RandomStream::Placement.generator(seed, replica);
     let mut velocities = RandomStream::Velocities.generator(seed, replica);
-    let places = place(world, species, &mut random)?;
+    let places = place(world, species, &mut random, &mut Budget::unlimited())?;
     let conserved = ConservedMomentum::new(world, species);
     for (kind, places) in species.iter().zip(places) {
         let motions = kind.velocities(&conserved, &mut velocities)?.zip(places).map(
@@ -65,9 +65,10 @@ pub(crate) fn place(
     world: &World,
     species: &[Species],
     random: &mut Pcg64,
+    budget: &mut Budget,
 ) -> Result<Vec<Vec<DVec2>>, SceneError> {
     let kinds: Vec<Kind<'_>> = species.iter().flat_map(Kind::all_of).collect();
-    let mut by_kind = place_kinds(world, &kinds, random)?.into_iter();
+    let mut by_kind = place_kinds(world, &kinds, random, budget)?.into_iter();
     let places_of = |gas: &Species| by_kind.by_ref().take(gas.groups().count()).flatten().collect();
     Ok(species.iter().map(places_of).collect())
 }
@@ -85,11 +86,33 @@ impl<'a> Kind<'a> {
     }
 }
 
+/// How many sites of lattices may still be tried.
+#[derive(Debug)]
+pub(crate) struct Budget(usize);
+
+impl Budget {
+    /// Any number: the lattices of one placement are few.
+    pub(crate) fn unlimited() -> Self {
+        Self(usize::MAX)
+    }
+
+    /// The number for repeated placements of so many molecules, of which one must succeed: a few
+    /// seconds.
+    pub(crate) fn of_repetitions(molecules: usize) -> Self {
+        Self(molecules.saturating_mul(64).max(1 << 23))
+    }
+
+    pub(crate) fn is_spent(&self) -> bool {
+        self.0 == 0
+    }
+}
+
 /// Positions for the molecules of each kind.
 fn place_kinds(
     world: &World,
     species: &[Kind<'_>],
     random: &mut Pcg64,
+    budget: &mut Budget,
 ) -> Result<Vec<Vec<DVec2>>, SceneError> {
     let mut places: Vec<Vec<DVec2>> =
         species.iter().map(|kind| Vec::with_capacity(kind.count.min(1 << 24))).collect();
@@ -119,7 +142,8 @@ fn place_kinds(
             }
             tried = alike;
             let trial = &mut random.clone();
-            placed = place_class(world, &sites, species, &rest[..alike], &mut places, trial).map(|()| alike);
+            placed = place_class(world, &sites, species, &rest[..alike], &mut places, (trial, budget))
+                .map(|()| alike);
             if placed.is_ok() {
                 *random = trial.clone();
                 break;
@@ -144,7 +168,7 @@ fn place_class(
     species: &[Kind<'_>],
     class: &[usize],
     places: &mut [Vec<DVec2>],
-    random: &mut Pcg64,
+    (random, budget): (&mut Pcg64, &mut Budget),
 ) -> Result<(), SceneError> {
     let wanted: usize = class.iter().map(|&k| species[k].count).sum();
     if wanted == 0 {
@@ -182,6 +206,10 @@ fn place_class(
                 most = most.max(lattice.capacity());
                 continue;
             }
+            if budget.is_spent() {
+                break;
+            }
+            budget.0 = budget.0.saturating_sub(lattice.capacity());
             let free: Vec<DVec2> =
                 (0..lattice.capacity()).map(|k| lattice.site(k)).filter(|&place| free_at(place)).collect();
             most = most.max(free.len());

@@ -3,7 +3,6 @@
 //! Normal numbers are drawn in pairs by the method of G. E. P. Box and M. E. Muller, Ann. Math.
 //! Stat. 29 (1958) 610: a vector of random direction and length √(−2 ln u), with u uniform from 0
 //! to 1. The logarithm is that of `libm`, so that all processors give the same bits.
-//
 
 use carom_kinematics::Orientation;
 use glam::DVec2;
@@ -39,6 +38,11 @@ pub(crate) fn normal_pair(random: &mut Pcg64) -> DVec2 {
     rayleigh(random) * direction(random)
 }
 
+/// Those of two uniform numbers: the first above 0 and below 1, the second from 0 to 1.
+pub(crate) fn normal_pair_of([length, turns]: [f64; 2]) -> DVec2 {
+    rayleigh_of(length) * Orientation::from_turns(turns).cos_sin()
+}
+
 /// A random direction.
 pub(crate) fn direction(random: &mut Pcg64) -> DVec2 {
     Orientation::from_turns(random.random()).cos_sin()
@@ -47,5 +51,10 @@ pub(crate) fn direction(random: &mut Pcg64) -> DVec2 {
 /// A number of Rayleigh's distribution x exp(−x²/2), the length of a pair of normal numbers; above
 /// 0.
 pub(crate) fn rayleigh(random: &mut Pcg64) -> f64 {
-    (-2.0 * libm::log(random.sample(Open01))).sqrt()
+    rayleigh_of(random.sample(Open01))
+}
+
+/// That of a uniform number above 0 and below 1.
+fn rayleigh_of(uniform: f64) -> f64 {
+    (-2.0 * libm::log(uniform)).sqrt()
 }

@@ -10,7 +10,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    AtomSpec, GasSpec, HeatSpec, MeasureSpec, MethodSpec, RelabelSpec, Rotation, SceneError, ThermostatSpec,
+    AtomSpec, GasSpec, HeatSpec, MeasureSpec, MethodSpec, RelabelSpec, Rotation, SceneError, StopSpec,
+    ThermostatSpec,
     gas_spec::{energy_or_temperature, serialize_gases},
     spelling::suggestion,
 };
@@ -377,6 +378,9 @@ pub struct RunSpec {
     #[serde(skip_serializing_if = "is_zero")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0)))]
     pub animation_from: f64,
+    /// What ends the run before `until`; nothing if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stop: Option<StopSpec>,
 }
 
 /// A stage of a run: edits at its start, thermostats while it lasts, and whether it is measured.
@@ -475,6 +479,7 @@ impl Default for RunSpec {
             snapshots: None,
             animation: true,
             animation_from: 0.0,
+            stop: None,
         }
     }
 }

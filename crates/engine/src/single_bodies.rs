@@ -10,7 +10,7 @@ use glam::DVec2;
 use crate::{
     AtomSpec, MoleculeSpec, Rotation, Scene, SceneError, TagNames, WallSpec, World,
     body::BodyKind,
-    body_builder::{geometry, inertia, insert, molecule, tags},
+    body_builder::{geometry, inertia, insert, tags},
     grid::Grid,
     limits::refuse_slow,
     rounding_bound::rounding_bound,
@@ -99,7 +99,7 @@ pub(crate) fn add_molecule(
     entry: &str,
 ) -> Result<crate::BodyKey, SceneError> {
     let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
-    let molecule = molecule(entry, spec.shape.as_deref(), &spec.atoms, spec.atom_radius, spec.atom_mass)?;
+    let molecule = spec.molecule(entry)?;
     let orientation = match (spec.orientation, spec.orientation_turns) {
         (Some(_), Some(_)) => return Err(problem("give `orientation` or `orientation_turns`, not both")),
         (Some(radians), None) => {

@@ -68,20 +68,7 @@ impl Species {
         let entry = format!("gas[{index}]");
         let problem = |problem: &str| SceneError::Entry { entry: entry.clone(), problem: problem.to_owned() };
         let described = Described::new(scene, index, &entry)?;
-        check_length("energy", spec.energy).map_err(geometry(&entry))?;
-        if spec.energy < 0.0 {
-            return Err(problem("`energy` must not be negative"));
-        }
-        if let Some(temperature) = spec.temperature {
-            if spec.energy != 0.0 {
-                return Err(problem(TWO_ENERGIES));
-            }
-            if !(0.0..=LARGEST).contains(&temperature) {
-                return Err(problem(&format!(
-                    "`temperature` must be from 0 to {LARGEST:e} (mass × length² / time²), but is {temperature}"
-                )));
-            }
-        }
+        check_energy(&entry, spec)?;
         let (molecules, count) = match described {
             Described::Equal(molecule) => {
                 let count = count(&entry, spec, bounds, &molecule)?;
@@ -243,6 +230,24 @@ impl Species {
     }
 }
 
+fn check_energy(entry: &str, spec: &GasSpec) -> Result<(), SceneError> {
+    let problem = |problem: &str| SceneError::Entry { entry: entry.to_owned(), problem: problem.to_owned() };
+    check_length("energy", spec.energy).map_err(geometry(entry))?;
+    if spec.energy < 0.0 {
+        return Err(problem("`energy` must not be negative"));
+    }
+    let Some(temperature) = spec.temperature else { return Ok(()) };
+    if spec.energy != 0.0 {
+        return Err(problem(TWO_ENERGIES));
+    }
+    if !(0.0..=LARGEST).contains(&temperature) {
+        return Err(problem(&format!(
+            "`temperature` must be from 0 to {LARGEST:e} (mass × length² / time²), but is {temperature:?}"
+        )));
+    }
+    Ok(())
+}
+
 /// The number of equal molecules.
 fn count(
     entry: &str,
@@ -260,7 +265,40 @@ fn count(
             count
         }
     };
-    if count > MOST_MOLECULES { Err(too_many(entry)) } else { Ok(count) }
+    if count > MOST_MOLECULES { Err(too_many(entry, count as f64)) } else { Ok(count) }
+}
+
+/// The number of molecules of a gas, without drawing them: of drawn sizes that cover an area, the
+/// expected one.
+///
+/// # Errors
+/// Those of [`Species::new`] in the description and the number of its molecules.
+pub(crate) fn expected_count(scene: &Scene, index: usize, bounds: &PeriodicBox) -> Result<usize, SceneError> {
+    let (spec, entry) = (&scene.gas[index], format!("gas[{index}]"));
+    match Described::new(scene, index, &entry)? {
+        Described::Equal(molecule) => count(&entry, spec, bounds, &molecule),
+        Described::Drawn(drawing) => {
+            let expected = expected(&entry, spec, bounds, &drawing)?;
+            refuse_too_many(&entry, spec, expected)?;
+            Ok(expected.round() as usize)
+        }
+    }
+}
+
+/// The expected number of drawn molecules, to 15 %.
+fn expected(entry: &str, spec: &GasSpec, bounds: &PeriodicBox, drawing: &Drawing) -> Result<f64, SceneError> {
+    match wanted(entry, spec, bounds)? {
+        Wanted::Count(count) => Ok(count as f64),
+        Wanted::Area(area) => Ok(area / drawing.mean_area()?),
+    }
+}
+
+/// Refuses drawn molecules before they take memory. For an area, from twice the limit on, since the
+/// mean area is known to 15 % only.
+fn refuse_too_many(entry: &str, spec: &GasSpec, expected: f64) -> Result<(), SceneError> {
+    let tolerance = if spec.count.is_some() { 1.0 } else { 2.0 };
+    let is_too_much = expected > tolerance * MOST_MOLECULES as f64;
+    if is_too_much { Err(too_many(entry, expected)) } else { Ok(()) }
 }
 
 /// Draws molecules, up to their number, or until their area is nearest to that wanted.
@@ -271,9 +309,8 @@ fn drawn(
     mut drawing: Drawing,
 ) -> Result<Vec<Arc<Molecule>>, SceneError> {
     let wanted = wanted(entry, spec, bounds)?;
-    if matches!(wanted, Wanted::Count(count) if count > MOST_MOLECULES) {
-        return Err(too_many(entry));
-    }
+    let expected = expected(entry, spec, bounds, &drawing)?;
+    refuse_too_many(entry, spec, expected)?;
     let (mut molecules, mut covered) = (Vec::new(), 0.0);
     while molecules.len() <= MOST_MOLECULES {
         match wanted {
@@ -296,7 +333,7 @@ fn drawn(
         covered = with_it;
         molecules.push(Arc::new(molecule));
     }
-    Err(too_many(entry))
+    Err(too_many(entry, expected))
 }
 
 /// The amount of a gas.
@@ -320,8 +357,11 @@ fn wanted(entry: &str, spec: &GasSpec, bounds: &PeriodicBox) -> Result<Wanted, S
     }
 }
 
-fn too_many(entry: &str) -> SceneError {
-    let problem = "there must be at most 2^27 molecules of one kind".to_owned();
+fn too_many(entry: &str, wanted: f64) -> SceneError {
+    let number = if wanted < 1e15 { format!("{wanted:.0}") } else { format!("{wanted:.3e}") };
+    let problem = format!(
+        "there must be at most 2^27 molecules of one kind, {MOST_MOLECULES}, but {number} are wanted"
+    );
     SceneError::Entry { entry: entry.to_owned(), problem }
 }
 

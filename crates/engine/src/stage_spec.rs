@@ -105,7 +105,7 @@ impl HeatSpec {
         if value > 0.0 && value <= LARGEST {
             Ok(target)
         } else {
-            Err(problem(format!("`{key}` must be above 0 and at most {LARGEST:e}, but is {value}")))
+            Err(problem(format!("`{key}` must be above 0 and at most {LARGEST:e}, but is {value:?}")))
         }
     }
 }

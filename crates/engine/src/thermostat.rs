@@ -2,12 +2,11 @@
 //! Maxwell's distribution.
 //!
 //! Maxwell's distribution at kT: each component of the velocity is normal with variance kT/m, and
-//! the angular velocity of a body that contacts turn with variance kT/I. Normal numbers are those
-//! of G. E. P. Box and M. E. Muller, Ann. Math. Stat. 29 (1958) 610. A body does not turn if it is
-//! locked; the spin of a round molecule is no degree of freedom and remains.
+//! the angular velocity of a body that contacts turn with variance kT/I. A body does not turn if it
+//! is locked; the spin of a round molecule is no degree of freedom and remains.
 
 use carom_geometry::LARGEST;
-use carom_kinematics::{Orientation, kinetic_energy};
+use carom_kinematics::kinetic_energy;
 use glam::DVec2;
 
 use crate::{
@@ -15,6 +14,7 @@ use crate::{
     batch::energy_factor,
     heat::exact_sum,
     philox::{open_unit, philox},
+    random::normal_pair_of,
     thermostat_target::turns,
 };
 
@@ -153,15 +153,10 @@ fn maxwell(body: &Body, temperature: f64, key: DrawKey) -> Result<(DVec2, Option
         return Err(EditError::Energy(temperature));
     }
     let bits = philox([key.seed, key.replica], [body.key().0, key.action, 0, 0]);
-    let velocity = speed * normal_pair([bits[0], bits[1]]);
-    let angular_velocity = turns(body).then(|| spin * normal_pair([bits[2], bits[3]]).x);
+    let [one, two, three, four] = bits.map(open_unit);
+    let velocity = speed * normal_pair_of([one, two]);
+    let angular_velocity = turns(body).then(|| spin * normal_pair_of([three, four]).x);
     Ok((velocity, angular_velocity))
-}
-
-/// Two independent numbers of the standard normal distribution, not both 0.
-fn normal_pair(bits: [u64; 2]) -> DVec2 {
-    let length = (-2.0 * libm::log(open_unit(bits[0]))).sqrt();
-    length * Orientation::from_turns(open_unit(bits[1])).cos_sin()
 }
 
 #[cfg(test)]

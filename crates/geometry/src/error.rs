@@ -7,7 +7,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum GeometryError {
     /// A quantity that must be positive is not, or is NaN, infinite or beyond 1e±60.
-    #[error("{name} must be positive, finite and between 1e-60 and 1e60, but is {value}")]
+    #[error("{name} must be positive, finite and between 1e-60 and 1e60, but is {value:?}")]
     NotPositive {
         /// Name of the quantity.
         name: &'static str,
@@ -15,7 +15,7 @@ pub enum GeometryError {
         value: f64,
     },
     /// A quantity is NaN, infinite or larger than 1e60.
-    #[error("{name} must be finite and at most 1e60 in magnitude, but is {value}")]
+    #[error("{name} must be finite and at most 1e60 in magnitude, but is {value:?}")]
     OutOfRange {
         /// Name of the quantity.
         name: &'static str,

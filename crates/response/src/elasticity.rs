@@ -18,7 +18,7 @@ pub struct Elasticity(f64);
 
 /// A coefficient of restitution that is negative, NaN, or beyond 1e6.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error("elasticity must be between 0 and 1e6, but is {0}")]
+#[error("elasticity must be between 0 and 1e6, but is {0:?}")]
 pub struct ElasticityError(pub f64);
 
 impl Elasticity {

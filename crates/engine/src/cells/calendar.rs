@@ -56,8 +56,9 @@ impl Calendar {
         self.ring = (self.bodies / BODIES_PER_BIN).max(1);
         self.links.clear();
         self.links.extend((0..=self.bodies + self.ring).map(|head| [head; 2]));
-        let width = EVENTS_PER_BIN * interval;
-        self.bins_per_time = if width.is_finite() && width > 0.0 { 1.0 / width } else { 0.0 };
+        let bins_per_time = 1.0 / (EVENTS_PER_BIN * interval);
+        // Of 0 and of subnormal intervals the reciprocal is infinite: all events are in one bin.
+        self.bins_per_time = if bins_per_time.is_finite() { bins_per_time } else { 0.0 };
         self.reset_ring(0.0);
     }
 
@@ -254,7 +255,7 @@ mod tests {
 
     #[test]
     fn events_come_in_order_for_any_width_of_a_bin() {
-        for width in [1e-6, 1e-3, 0.1, 1e3, f64::INFINITY] {
+        for width in [0.0, 5e-324, 1e-310, 1e-300, 1e-6, 1e-3, 0.1, 1e3, f64::INFINITY] {
             let mut random = rand_pcg::Pcg64::seed_from_u64(7);
             let mut records = vec![BodyRecord::dummy(); 50];
             let mut calendar = Calendar::default();

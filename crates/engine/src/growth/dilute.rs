@@ -10,7 +10,7 @@ use crate::{
     RandomStream, Scene, SceneError, World,
     contents::Contents,
     grid::{CellsPerSide, Grid},
-    placement,
+    placement::{self, Budget},
     species::{Species, sample},
     velocities::{either_way, opposite_directions},
 };
@@ -78,10 +78,11 @@ pub(super) fn place(
     let mut scale = (DILUTE * world.bounds().area() / circles).sqrt().min(1.0);
     let mut random = RandomStream::Placement.generator(bounds.seed, bounds.replica);
     let mut trial = 1;
+    let mut budget = Budget::of_repetitions(species.iter().map(|kind| kind.count).sum());
     let places = loop {
         let small: Result<Vec<Species>, SceneError> = species.iter().map(|kind| kind.scaled(scale)).collect();
-        match placement::place(world, &small?, &mut random) {
-            Err(SceneError::Full { .. }) if trial < TRIALS => {}
+        match placement::place(world, &small?, &mut random, &mut budget) {
+            Err(SceneError::Full { .. }) if trial < TRIALS && !budget.is_spent() => {}
             ended => break ended?,
         }
         scale *= SMALLER;

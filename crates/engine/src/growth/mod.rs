@@ -34,8 +34,8 @@ use self::{
     saved::Saved,
 };
 use crate::{
-    CellScheduler, ElasticityTable, RandomStream, RunError, Scene, SceneError, Scheduler, Simulation,
-    TagNames, World,
+    CellScheduler, Counters, ElasticityTable, RandomStream, RunError, Scene, SceneError, Scheduler,
+    Simulation, TagNames, World,
     body::BodyKind,
     contents::Contents,
     single_bodies::{Singles, deepest_overlap},
@@ -58,11 +58,16 @@ const PATIENCE: u64 = 200;
 /// Least rise of the smallest scale in [`PATIENCE`] steps.
 const LEAST_RISE: f64 = 1e-4;
 
-/// Events of the scheduler for each collision wanted, after which a run ends with fewer collisions.
-/// Gases of a usual scene need fewer than ten; molecules in a long narrow box, or small ones in a
-/// large box, cross millions of cells from one collision to the next. Smaller: dilute gases are
+/// Events of the scheduler for each collision wanted, after which a run ends with fewer collisions;
+/// at the start of an epoch each body has one. Gases of a usual scene need fewer than ten;
+/// molecules in a long narrow box, or small ones in a large box, cross millions of cells from one
+/// collision to the next, and those that turn fast need as many epochs. Smaller: dilute gases are
 /// mixed less. Larger: their placement takes longer.
 const EVENTS_PER_COLLISION: f64 = 1e3;
+
+/// Time after which the events of a run are first counted, in times in which a molecule crosses the
+/// mean distance between molecules. Larger: a run of many short epochs ends later.
+const FIRST_COUNT: f64 = 1.0 / 1_048_576.0;
 
 /// A start at high density in the making: the gases of a scene grow, then relax.
 ///
@@ -252,6 +257,11 @@ impl Growth {
         self.state.stage == Stage::Done
     }
 
+    /// Number of molecules that grow.
+    pub fn molecules(&self) -> usize {
+        self.scales.len()
+    }
+
     /// The present progress.
     pub fn progress(&self) -> GrowthProgress {
         let relaxed = match self.state.stage {
@@ -366,12 +376,13 @@ impl Growth {
         let (elasticity, names) = (ElasticityTable::default(), TagNames::default());
         let mut simulation = Simulation::assemble(world, parts.0, parts.1, elasticity, names);
         let spacing = (self.world.bounds.area() / self.scales.len() as f64).sqrt();
-        let ended = collide(&mut simulation, most, time, spacing / speed).and_then(|contacts| {
-            // No run ends with a contact: the pair would touch when it next grows or is set in
-            // motion.
-            let pause = 0.5 * simulation.time().to_f64() / contacts.max(1) as f64;
-            simulation.advance(simulation.time().after(pause), u64::MAX, &mut ())
-        });
+        let ended =
+            collide(&mut simulation, most, time, FIRST_COUNT * spacing / speed).and_then(|contacts| {
+                // No run ends with a contact: the pair would touch when it next grows or is set in
+                // motion.
+                let pause = 0.5 * simulation.time().to_f64() / contacts.max(1) as f64;
+                simulation.advance(simulation.time().after(pause), u64::MAX, &mut ())
+            });
         simulation.end_epoch(simulation.offset);
         self.state.collisions += simulation.counters.collisions;
         self.world = simulation.world;
@@ -405,8 +416,9 @@ fn collide(simulation: &mut Simulation, most: u64, time: f64, piece: f64) -> Res
     loop {
         let end = until.min(time);
         contacts += simulation.advance(EpochTime::from(end), most - contacts, &mut ())?;
-        let work = simulation.counters.scheduler;
-        let events = (work.crossings + work.stale + work.rechecks + work.pairs) as f64;
+        let Counters { epochs, scheduler: work, .. } = simulation.counters;
+        let predicted = epochs.saturating_mul(simulation.world.bodies.len() as u64);
+        let events = (predicted + work.crossings + work.stale + work.rechecks + work.pairs) as f64;
         let is_slow = events > EVENTS_PER_COLLISION * most as f64;
         // A piece too short for its end to differ from its start ends the loop, too.
         if contacts == most || is_slow || end >= time || 2.0 * until <= until {
