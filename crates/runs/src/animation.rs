@@ -16,7 +16,7 @@ use anyhow::{Context, Result};
 use carom::{
     CollisionReport, Observer, View,
     engine::Body,
-    observers::{Flight, FlightLog, colour, drawn_circles, kinds},
+    observers::{Flight, FlightLog, colour, coloured_kinds, drawn_circles},
 };
 use carom_methods::AnySimulation;
 use glam::DVec2;
@@ -96,6 +96,31 @@ const CROSSINGS: f64 = 4.0;
 /// # Errors
 /// A file cannot be written.
 pub fn record(simulation: &AnySimulation, folder: &Folder) -> Result<()> {
+    let (log, animation) = recorded(simulation);
+    let rows = log.flights().iter().map(|flight| {
+        let Flight { position, velocity, .. } = flight;
+        let place = [position.x, position.y, velocity.x, velocity.y];
+        (flight.time, flight.body, place, flight.angle, flight.angular_velocity)
+    });
+    folder.write_lasting_table(FLIGHTS, &HEADER, rows)?;
+    folder.write_lasting(ANIMATION, encoded(&animation)?)
+}
+
+/// Returns the animation from the present state on as JSON, for
+/// [`Page::animation`](carom_report::page::Page::animation). It changes nothing.
+///
+/// # Errors
+/// It cannot be encoded.
+pub fn json(simulation: &AnySimulation) -> Result<String> {
+    encoded(&recorded(simulation).1)
+}
+
+fn encoded(animation: &Animation) -> Result<String> {
+    serde_json::to_string(animation).context("the animation cannot be encoded as JSON")
+}
+
+/// Records a copy of the simulation that runs ahead.
+fn recorded(simulation: &AnySimulation) -> (FlightLog, Animation) {
     let view = simulation.view();
     let part = VisibleRegion::of(&view);
     let log = match &part {
@@ -123,17 +148,8 @@ pub fn record(simulation: &AnySimulation, folder: &Folder) -> Result<()> {
     }
     drop(twin);
     let log = watching.0;
-    let rows = log.flights().iter().map(|flight| {
-        let Flight { position, velocity, .. } = flight;
-        let place = [position.x, position.y, velocity.x, velocity.y];
-        (flight.time, flight.body, place, flight.angle, flight.angular_velocity)
-    });
-    folder.write_lasting_table(FLIGHTS, &HEADER, rows)?;
     let animation = Animation::of(&view, part.as_ref(), log.flights(), until);
-    folder.write_lasting(
-        ANIMATION,
-        serde_json::to_string(&animation).context("the animation cannot be encoded as JSON")?,
-    )
+    (log, animation)
 }
 
 /// Largest speed of any body so far (length / time).
@@ -163,7 +179,7 @@ impl Animation {
         let mut shapes: Vec<Shape> = Vec::new();
         let (mut bodies, mut number_of) = (Vec::new(), BTreeMap::new());
         let shown = |body: &Body| !body.is_wall() && is_shown(body);
-        for (body, kind) in view.bodies().zip(kinds(view)).filter(|(body, _)| shown(body.body)) {
+        for (body, kind) in view.bodies().zip(coloured_kinds(view)).filter(|(body, _)| shown(body.body)) {
             let tags: Vec<&str> = body.body.tags().iter().map(|&tag| view.tag_names().name(tag)).collect();
             let circles = drawn_circles(body.body.molecule()).into_iter();
             let shape = Shape {

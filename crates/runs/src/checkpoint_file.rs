@@ -23,7 +23,7 @@ use crate::output::write_lasting;
 
 /// Version of the format. Increment it with every change of the content: of the engine's
 /// checkpoint, of an observer, or of the data that a command stores.
-pub const FORMAT: u32 = 6;
+pub const FORMAT: u32 = 7;
 
 const MAGIC: [u8; 16] = *b"carom checkpoint";
 
@@ -222,8 +222,8 @@ mod tests {
 
     #[test]
     fn other_formats_and_other_files_are_refused_by_name() {
-        assert!(refusal(|bytes| bytes[16] += 1).contains("newer program: its format is 7"));
-        assert!(refusal(|bytes| bytes[16] -= 1).contains("older program: its format is 5"));
+        assert!(refusal(|bytes| bytes[16] += 1).contains("newer program: its format is 8"));
+        assert!(refusal(|bytes| bytes[16] -= 1).contains("older program: its format is 6"));
         assert!(refusal(|bytes| *bytes = b"time,energy\n0.0,1.0\n".to_vec()).contains("not a checkpoint"));
         assert!(Body::read(Path::new("no/such/file")).unwrap_err().to_string().contains("cannot be read"));
     }

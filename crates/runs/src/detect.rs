@@ -18,11 +18,14 @@ use carom_geometry::Outline;
 use carom_kinematics::RelativeMotion;
 use carom_tables::Verdict;
 use clap::Args;
+use serde::Serialize;
 
 use crate::{
+    console::put,
     encounters::{self, EncounterRecord},
     output::write_whole,
     print_line,
+    progress::Progress,
 };
 
 /// Largest number of times that a search is continued after "certified free until".
@@ -56,12 +59,14 @@ pub fn run(options: &Options) -> Result<Verdict> {
         print_line(&explain(&options.cases, case, &options.out)?);
         return Ok(Verdict::Passed);
     }
-    print_line(&detect(&options.cases, options.detector, &options.out)?.to_string());
+    let summary = detect(&options.cases, options.detector, &options.out)?;
+    put("searches", &summary);
+    print_line(&summary.to_string());
     Ok(Verdict::Passed)
 }
 
 /// Counts of the outcomes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct SearchSummary {
     /// Pairs searched.
     pub cases: u64,
@@ -100,6 +105,7 @@ pub fn detect(cases: &Path, detector: DetectorName, out: &Path) -> Result<Search
     let mut summary = SearchSummary::default();
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(["class", "id", "outcome", "t", "atomA", "atomB", "evaluations"])?;
+    let progress = Progress::items("pairs", encounters.len() as u64);
     for encounter in &encounters {
         let finding = match detector {
             DetectorName::Exact => first_contact(&Exact::default(), encounter),
@@ -112,6 +118,7 @@ pub fn detect(cases: &Path, detector: DetectorName, out: &Path) -> Result<Search
         let evaluations = finding.evaluations.to_string();
         let (class, id) = (&encounter.class, &encounter.id);
         table.write_record([class, id, finding.word(), &time, &atom_a, &atom_b, &evaluations])?;
+        progress.count(1);
     }
     write_whole(out, &table.into_inner()?)?;
     Ok(summary)
@@ -119,9 +126,11 @@ pub fn detect(cases: &Path, detector: DetectorName, out: &Path) -> Result<Search
 
 /// Result of one search; times count from the encounter's time 0.
 #[derive(Debug)]
-pub(crate) struct Finding {
-    pub(crate) outcome: Outcome,
-    pub(crate) evaluations: u64,
+pub struct Finding {
+    /// How the search ended.
+    pub outcome: Outcome,
+    /// Number of evaluations of the gap of an atom pair.
+    pub evaluations: u64,
 }
 
 impl Finding {
@@ -165,7 +174,7 @@ impl SearchSummary {
 }
 
 /// The first contact that a detector finds.
-pub(crate) fn first_contact(detector: &impl Detection, encounter: &EncounterRecord) -> Finding {
+pub fn first_contact(detector: &impl Detection, encounter: &EncounterRecord) -> Finding {
     search(encounter, |a, b, motion, _, horizon| detector.first_contact(a, b, motion, horizon))
 }
 

@@ -4,14 +4,17 @@ use std::fs::File;
 
 use anyhow::{Context, Result};
 use carom::Scene;
+use carom_report::page::Page;
+use carom_tables::{Summary, Verdict};
 use cpu_time::ProcessTime;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::{
+    conclude,
+    console::note,
     interruption::Signals,
     manifest::Manifest,
     output::{Destination, Folder, Resumption},
-    print_line,
     work_items::WorkItems,
 };
 
@@ -52,6 +55,22 @@ impl Experiment {
         Self::begin_in(folder, opening, |_| Ok(WorkItems::default()))
     }
 
+    /// Creates the folder for an experiment that writes all of its files at its end, also its
+    /// configuration, by itself: the folder of one that does not end is empty.
+    ///
+    /// # Errors
+    /// The folder is not empty, cannot be created, or is in use by another process.
+    pub fn reserve(destination: &Destination, opening: &Opening<'_>) -> Result<Self> {
+        let folder = Folder::create(&destination.folder(opening.folder), destination.existing())?;
+        let alone = folder.lock()?;
+        if !opening.note.is_empty() {
+            note(opening.note);
+        }
+        let manifest = Manifest::new(opening.command, opening.scenes, None);
+        let (items, begun) = (WorkItems::default(), ProcessTime::now());
+        Ok(Self { folder, items, _alone: alone, manifest, begun })
+    }
+
     /// Starts or resumes an experiment of work items. `what` identifies the run in its checkpoint.
     ///
     /// # Errors
@@ -71,12 +90,26 @@ impl Experiment {
         let alone = folder.lock()?;
         let items = find(&folder)?;
         if !opening.note.is_empty() {
-            print_line(opening.note);
+            note(opening.note);
         }
         folder.write("config.toml", &opening.configuration)?;
         let manifest = Manifest::begin(&folder, opening.command, opening.scenes)?;
         items.begin()?;
         Ok(Self { folder, items, _alone: alone, manifest, begun: ProcessTime::now() })
+    }
+
+    /// Writes page and summary, records the end in the manifest, prints totals and failed checks,
+    /// and returns the verdict. `seconds` is the processor time, if other processes contributed to
+    /// it.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn finish(self, page: &Page, summary: &Summary, seconds: Option<f64>) -> Result<Verdict> {
+        self.folder.write("report.html", page.html())?;
+        self.folder.write_json("summary.json", summary)?;
+        let seconds = seconds.unwrap_or_else(|| self.begun.elapsed().as_secs_f64());
+        conclude(&self.complete_after(seconds)?, summary);
+        Ok(summary.verdict())
     }
 
     /// Records the end of the experiment and its processor time in the manifest.
@@ -116,6 +149,24 @@ pub fn threads(wanted: Option<u16>) -> Result<ThreadPool> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_experiment_that_writes_at_its_end_leaves_its_folder_empty_until_then() {
+        let root = tempfile::tempdir().unwrap();
+        let destination = Destination { out: Some(root.path().to_owned()), force: false };
+        let opening = Opening {
+            folder: "out/never",
+            note: "",
+            command: "carom trade none",
+            configuration: String::new(),
+            scenes: &[],
+        };
+        drop(Experiment::reserve(&destination, &opening).unwrap());
+        let experiment = Experiment::reserve(&destination, &opening).unwrap();
+        assert!(Experiment::reserve(&destination, &opening).is_err(), "another one holds the folder");
+        assert!(Manifest::is_complete(&experiment.complete().unwrap()));
+        assert!(Experiment::reserve(&destination, &opening).is_err(), "nothing is overwritten");
+    }
 
     #[test]
     fn an_experiment_writes_its_configuration_and_a_manifest_with_its_state() {

@@ -7,9 +7,12 @@
 //! - The length of an epoch depends on the scene. After 0.8 s a separate thread truncates the files
 //!   to the last checkpoint and ends the program.
 //! - A second signal ends the program at once.
+//! - A command that keeps nothing until its end ([`OnlyAtEnd`]) ends at the first signal.
 
 use std::{
-    env, process,
+    env,
+    io::{Write as _, stderr},
+    process,
     sync::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicBool, AtomicUsize, Ordering},
@@ -25,7 +28,7 @@ use signal_hook::{
 };
 use thiserror::Error;
 
-use crate::{append_file::CheckpointLengths, manifest::program};
+use crate::{append_file::CheckpointLengths, json_object, manifest::program};
 
 /// Time that runs have to reach a checkpoint after a signal. Longer: the program does not end
 /// within a second. Shorter: more work is repeated.
@@ -54,6 +57,14 @@ impl Signals {
     /// # Errors
     /// The system refuses the handlers.
     pub fn watch() -> Result<Self> {
+        let signals = Self::registered()?;
+        let watching = signals.clone();
+        in_background(move || watching.end_in_time())?;
+        Ok(signals)
+    }
+
+    /// Installs the signal handlers, which count a signal, and end the program at a second one.
+    fn registered() -> Result<Self> {
         let signals = Self::default();
         let impatient = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {
@@ -63,28 +74,31 @@ impl Signals {
                 .and_then(|_| flag::register_usize(signal, Arc::clone(&signals.received), signal as usize))
                 .context("cannot watch for signals")?;
         }
-        let watching = signals.clone();
-        thread::Builder::new()
-            .name("signals".to_owned())
-            .spawn(move || watching.end_in_time())
-            .context("cannot watch for signals")?;
         Ok(signals)
+    }
+
+    /// Waits for a signal and returns its number.
+    fn wait(&self) -> i32 {
+        loop {
+            match self.check() {
+                Ok(()) => thread::sleep(PAUSE),
+                Err(Interrupted { signal }) => return signal,
+            }
+        }
     }
 
     /// Registers a run whose files are truncated to its last checkpoint if the program must end
     /// between two checkpoints.
     pub fn register(&self, run: SharedLengths) {
-        self.runs.lock().unwrap_or_else(PoisonError::into_inner).push(run);
+        let mut runs = self.runs.lock().unwrap_or_else(PoisonError::into_inner);
+        // Runs that have ended have dropped theirs.
+        runs.retain(|run| Arc::strong_count(run) > 1);
+        runs.push(run);
     }
 
     /// Waits for a signal, then for [`GRACE`], and ends the program.
     fn end_in_time(&self) {
-        let Interrupted { signal } = loop {
-            match self.check() {
-                Ok(()) => thread::sleep(PAUSE),
-                Err(interrupted) => break interrupted,
-            }
-        };
+        let signal = self.wait();
         thread::sleep(GRACE);
         let deadline = Instant::now() + LAST_WRITES;
         let runs = self.runs.lock().unwrap_or_else(PoisonError::into_inner);
@@ -103,12 +117,17 @@ impl Signals {
                 thread::sleep(PAUSE);
             }
         }
-        eprintln!(
-            "interrupted by {} before the next checkpoint; the last checkpoint is kept. Resume with\n  {}",
+        let words = format!(
+            "interrupted by {} before the next checkpoint; the last checkpoint is kept. Resume with\n  {} --resume",
             name(signal),
-            resume_command()
+            command()
         );
-        process::exit(exit_code(signal).into());
+        end_now(words, signal);
+    }
+
+    /// Makes [`Self::check`] fail as after SIGINT, for a program that handles signals itself.
+    pub fn interrupt(&self) {
+        self.received.store(SIGINT as usize, Ordering::Relaxed);
     }
 
     /// Returns an error if a signal has been received.
@@ -123,9 +142,58 @@ impl Signals {
     }
 }
 
+/// Signals of a command that writes nothing until its end, and cannot be resumed.
+#[derive(Debug)]
+pub struct OnlyAtEnd {
+    is_writing: Arc<Mutex<bool>>,
+}
+
+impl OnlyAtEnd {
+    /// Installs the signal handlers. SIGINT or SIGTERM ends the program at once until
+    /// [`Self::write`] is called.
+    ///
+    /// # Errors
+    /// The system refuses the handlers.
+    pub fn watch() -> Result<Self> {
+        let signals = Signals::registered()?;
+        let is_writing = Arc::new(Mutex::new(false));
+        let watched = Arc::clone(&is_writing);
+        in_background(move || {
+            let signal = signals.wait();
+            // Held until the process exits, so that no file is written meanwhile.
+            let is_writing = watched.lock().unwrap_or_else(PoisonError::into_inner);
+            if !*is_writing {
+                let name = name(signal);
+                let words =
+                    format!("interrupted by {name}; nothing is kept. Start again with\n  {}", command());
+                end_now(words, signal);
+            }
+        })?;
+        Ok(Self { is_writing })
+    }
+
+    /// Marks the beginning of the output, which is short: a single signal no longer ends the
+    /// program.
+    pub fn write(&self) {
+        *self.is_writing.lock().unwrap_or_else(PoisonError::into_inner) = true;
+    }
+}
+
+fn in_background(watch: impl FnOnce() + Send + 'static) -> Result<()> {
+    let thread = thread::Builder::new().name("signals".to_owned());
+    thread.spawn(watch).map(drop).context("cannot watch for signals")
+}
+
+/// Ends the program with a message.
+fn end_now(words: String, signal: i32) -> ! {
+    let _ = writeln!(stderr(), "{words}");
+    json_object::end(Err(words), exit_code(signal));
+    process::exit(exit_code(signal).into());
+}
+
 /// The run received a signal and has written a checkpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("interrupted by {}; all results so far are kept. Resume with\n  {}", name(self.signal), resume_command())]
+#[error("interrupted by {}; all results so far are kept. Resume with\n  {} --resume", name(self.signal), command())]
 pub struct Interrupted {
     signal: i32,
 }
@@ -146,8 +214,8 @@ fn name(signal: i32) -> &'static str {
     if signal == SIGINT { "SIGINT" } else { "SIGTERM" }
 }
 
-/// The command line with `--resume`.
-fn resume_command() -> String {
+/// The command line without `--force` and `--resume`.
+fn command() -> String {
     let given = env::args().skip(1).filter(|word| word != "--force" && word != "--resume");
     let quoted = |word: String| {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+".contains(c);
@@ -155,5 +223,5 @@ fn resume_command() -> String {
         if is_plain { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
     };
     let words: Vec<String> = given.map(quoted).collect();
-    format!("{} {} --resume", program(), words.join(" "))
+    format!("{} {}", program(), words.join(" "))
 }

@@ -11,43 +11,51 @@ pub mod animation;
 pub mod append_file;
 pub mod check;
 pub mod checkpoint_file;
+pub mod console;
 pub mod convert;
 pub mod detect;
 pub mod encounters;
 pub mod exit;
 pub mod experiment;
 pub mod interruption;
+mod json_object;
 pub mod manifest;
 pub mod measures;
+pub mod memory;
 pub mod merge;
+pub mod other_run;
 pub mod output;
-mod overrides;
+pub mod overrides;
+pub mod price;
 pub mod progress;
 pub mod record;
 pub mod reference;
+pub mod report;
 pub mod resumable;
 pub mod run;
+pub mod run_totals;
 pub mod sampling_times;
 mod schema;
 pub mod series;
 mod visible_region;
 pub mod work_items;
 
-use std::io::Write as _;
+pub use visible_region::picture_of;
 
 use carom_report::page::with_error;
 use carom_tables::Summary;
 
 use crate::output::Folder;
 
-/// Writes a line to standard output.
-pub fn print_line(text: &str) {
-    // A closed pipe is ignored: the files hold all results.
-    let _ = writeln!(std::io::stdout(), "{text}");
-}
+pub use console::print_line;
 
-/// Prints the totals of a run, its failed checks, and the path of its page.
+/// Prints the totals of a run, its failed checks, and the path of its page; adds folder, totals and
+/// checks to the JSON object, if one is written.
 pub fn conclude(folder: &Folder, summary: &Summary) {
+    json_object::put_summary(folder, summary);
+    if json_object::is_json() {
+        return;
+    }
     let totals = &summary.totals;
     print_line(&format!(
         "{}: {} collisions, {:.0} per processor second; energy drift {}, overlapping pairs {}",

@@ -2,7 +2,7 @@
 
 use std::{env, fs, process::Command, time::Instant};
 
-use anyhow::Result;
+use anyhow::{Error, Result};
 use carom::Scene;
 use carom_methods::Method;
 use serde::Serialize;
@@ -33,6 +33,9 @@ pub struct Manifest {
     wall_seconds: Option<f64>,
     /// Processor time of the whole run (seconds).
     cpu_seconds: Option<f64>,
+    /// The error that ended the run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
     /// True if the run has ended; if false, the folder holds partial results.
     complete: bool,
     #[serde(skip)]
@@ -68,7 +71,14 @@ impl Manifest {
         scenes: &[&Scene],
         parent: Option<serde_json::Value>,
     ) -> Result<Self> {
-        let manifest = Self {
+        let manifest = Self::new(again, scenes, parent);
+        folder.write_json(MANIFEST, &manifest)?;
+        Ok(manifest)
+    }
+
+    /// The manifest of a run that begins now and writes nothing until its end.
+    pub fn new(again: &str, scenes: &[&Scene], parent: Option<serde_json::Value>) -> Self {
+        Self {
             program: "carom",
             version: carom::VERSION,
             revision: revision(),
@@ -82,9 +92,18 @@ impl Manifest {
             parent,
             wall_seconds: None,
             cpu_seconds: None,
+            error: None,
             complete: false,
             begun: Instant::now(),
-        };
+        }
+    }
+
+    /// Writes the manifest of a part of this run in a folder of its own, which `again` repeats.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn begin_part(&self, folder: &Folder, again: &str) -> Result<Self> {
+        let manifest = Self { again: again.to_owned(), ..self.clone() };
         folder.write_json(MANIFEST, &manifest)?;
         Ok(manifest)
     }
@@ -104,6 +123,17 @@ impl Manifest {
         self.wall_seconds = Some(self.begun.elapsed().as_secs_f64());
         self.cpu_seconds = Some(cpu_seconds);
         self.complete = true;
+        folder.write_json(MANIFEST, &self)
+    }
+
+    /// Records that the run has ended with an error, with the processor time until then (seconds).
+    ///
+    /// # Errors
+    /// The manifest cannot be written.
+    pub fn fail(mut self, folder: &Folder, cpu_seconds: f64, error: &Error) -> Result<()> {
+        self.wall_seconds = Some(self.begun.elapsed().as_secs_f64());
+        self.cpu_seconds = Some(cpu_seconds);
+        self.error = Some(format!("{error:#}"));
         folder.write_json(MANIFEST, &self)
     }
 }

@@ -9,7 +9,7 @@ use std::{
     time::Duration,
 };
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use clap::Args;
 use serde::Serialize;
 
@@ -48,6 +48,25 @@ impl Destination {
     pub fn existing(&self) -> Existing {
         if self.force { Existing::Replace } else { Existing::Refuse }
     }
+
+    /// Refuses a folder that holds files, before a long preparation; creates nothing.
+    ///
+    /// # Errors
+    /// The folder is not empty, and files are not to be replaced.
+    pub fn check(&self, usual: &str) -> Result<()> {
+        let path = self.folder(usual);
+        let has_files = fs::read_dir(&path).is_ok_and(|mut entries| entries.next().is_some());
+        if has_files && !self.force { Err(not_empty(&path)) } else { Ok(()) }
+    }
+}
+
+/// The error of a folder with files.
+fn not_empty(path: &Path) -> Error {
+    anyhow!(
+        "{} is not empty: choose another folder with --out, replace its files with --force, or resume the run in it \
+         with --resume",
+        path.display()
+    )
 }
 
 /// Output folder of a run that can be resumed.
@@ -99,12 +118,8 @@ impl Folder {
             .with_context(context)?;
         match existing {
             Existing::Replace => {}
-            Existing::Refuse => ensure!(
-                names.is_empty(),
-                "{} is not empty: choose another folder with --out, replace its files with --force, or resume the \
-                 run in it with --resume",
-                path.display()
-            ),
+            Existing::Refuse if names.is_empty() => {}
+            Existing::Refuse => return Err(not_empty(path)),
             // A run killed at its beginning leaves only empty folders.
             Existing::Resume => ensure!(
                 names.iter().any(|name| name.to_string_lossy().starts_with(MANIFEST))
@@ -194,6 +209,17 @@ impl Folder {
         rows: impl IntoIterator<Item = R>,
     ) -> Result<()> {
         self.write(name, table(header, rows)?)
+    }
+
+    /// Writes a table as CSV whose rows have named fields, which are the header. Without a row the
+    /// file is empty.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write_records<R: Serialize>(&self, name: &str, rows: impl IntoIterator<Item = R>) -> Result<()> {
+        let mut table = csv::Writer::from_writer(Vec::new());
+        rows.into_iter().try_for_each(|row| table.serialize(row))?;
+        self.write(name, table.into_inner()?)
     }
 
     /// Writes a CSV table that a resumed run reads; it is on disk when this returns.

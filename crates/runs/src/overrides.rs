@@ -1,4 +1,4 @@
-//! `--set key.path=value`: changes entries of a scene file from the command line.
+//! Changes of entries of a scene file by their paths: `--set key.path=value`, and studies.
 
 use std::str::FromStr;
 
@@ -23,19 +23,26 @@ impl FromStr for Override {
     fn from_str(text: &str) -> Result<Self> {
         let (path, value) =
             text.split_once('=').with_context(|| format!("'{text}' is not of the form key.path=value"))?;
-        let path: Vec<String> = path.trim().split('.').map(|key| key.trim().to_owned()).collect();
-        ensure!(path.iter().all(|key| !key.is_empty()), "'{text}' has an empty key in its path");
         let value = value.trim();
         let parsed = match format!("value = {value}").parse::<Table>() {
             Ok(mut table) if table.len() == 1 => table.remove("value"),
             _ => None,
         };
-        let value = parsed.unwrap_or_else(|| Value::String(value.to_owned()));
-        Ok(Self { path, value })
+        Self::new(path, parsed.unwrap_or_else(|| Value::String(value.to_owned())))
     }
 }
 
 impl Override {
+    /// The change of the entry with this path, such as `gas.0.count`.
+    ///
+    /// # Errors
+    /// The path has an empty key.
+    pub fn new(path: &str, value: Value) -> Result<Self> {
+        let keys: Vec<String> = path.trim().split('.').map(|key| key.trim().to_owned()).collect();
+        ensure!(keys.iter().all(|key| !key.is_empty()), "'{path}' has an empty key in its path");
+        Ok(Self { path: keys, value })
+    }
+
     /// Changes the entry in a scene and creates missing tables.
     ///
     /// # Errors
@@ -86,7 +93,7 @@ impl Place<'_> {
         match value {
             Value::Table(table) => Ok(Self::Table(table)),
             Value::Array(list) => Ok(Self::List(list)),
-            other => bail!("--set: `{walked}.{key}` is a {}, which has no entries", other.type_str()),
+            other => bail!("`{walked}.{key}` is a {}, which has no entries", other.type_str()),
         }
     }
 
@@ -103,11 +110,10 @@ impl Place<'_> {
 
 fn entry<'a>(list: &'a mut [Value], key: &str, walked: &str) -> Result<&'a mut Value> {
     let count = list.len();
-    let index: usize = key.parse().with_context(|| {
-        format!("--set: `{walked}` is a list, whose entries are numbers from 0, not `{key}`")
-    })?;
-    list.get_mut(index)
-        .with_context(|| format!("--set: `{walked}` has {count} entries; {index} is out of range"))
+    let index: usize = key
+        .parse()
+        .with_context(|| format!("`{walked}` is a list, whose entries are numbers from 0, not `{key}`"))?;
+    list.get_mut(index).with_context(|| format!("`{walked}` has {count} entries; {index} is out of range"))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use carom::Scene;
 use carom_tables::{Figure, Replica, RunSums, Table, Totals};
 use serde::{Deserialize, Serialize};
 
-use crate::{checkpoint_file, output::Folder, resumable::refuse_other};
+use crate::{checkpoint_file, other_run::refuse_other, output::Folder};
 
 /// Name of the file.
 pub const SUMS: &str = "sums";
@@ -46,15 +46,20 @@ pub struct MeasureRecord {
     pub figures: Vec<(Figure, Option<usize>)>,
 }
 
+/// The scene as text with all options, without what distinguishes its replicas.
+pub fn description(scene: &Scene) -> String {
+    let mut any = scene.clone();
+    (any.bounds.seed, any.bounds.replica) = (0, 0);
+    // The animation changes no result.
+    (any.run.animation, any.run.animation_from) = (true, 0.0);
+    any.to_toml()
+}
+
 impl Record {
     /// The record of one run.
     pub fn of(scene: &Scene, run: RunRecord) -> Self {
         let replica = Replica { seed: scene.bounds.seed, number: scene.bounds.replica };
-        let mut any = scene.clone();
-        (any.bounds.seed, any.bounds.replica) = (0, 0);
-        // The animation changes no result.
-        (any.run.animation, any.run.animation_from) = (true, 0.0);
-        Self { what: any.to_toml(), runs: BTreeMap::from([(replica, run)]) }
+        Self { what: description(scene), runs: BTreeMap::from([(replica, run)]) }
     }
 
     /// Adds the runs of another part of the same scene.

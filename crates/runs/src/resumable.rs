@@ -24,7 +24,7 @@ use std::{
     time::{Duration, Instant as WallTime},
 };
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use carom::{Checkpoint, EpochTime, Observer, Scene};
 use carom_methods::{AnySimulation, Method};
 use clap::Args;
@@ -35,6 +35,7 @@ use crate::{
     append_file::{AppendFiles, CheckpointLengths, Length},
     checkpoint_file::{self, Body, FileError},
     interruption::{SharedLengths, Signals},
+    other_run::refuse_other,
     output::{Folder, Resumption},
 };
 
@@ -191,6 +192,40 @@ pub fn last_state(path: &Path) -> Result<LastState> {
     })
 }
 
+/// Second line of the description of a state that [`write_state`] has written: a comment of the
+/// scene.
+const SAVED: &str = "# saved by a program\n";
+
+/// Writes the state of a simulation that a program runs itself, with data of that program.
+/// [`last_state`] reads it, and `carom run SCENE --from` starts from it.
+///
+/// # Errors
+/// The data cannot be encoded, or the file cannot be written.
+pub fn write_state<T: Serialize>(path: &Path, scene: &Scene, state: Checkpoint, data: &T) -> Result<()> {
+    let (time, progress) = (state.time(), Done::default());
+    let mut what = without_end("run", scene);
+    what.insert_str("run\n".len(), SAVED);
+    let until = time.to_f64();
+    let end = Some(End { state, actions: 0 });
+    let head = Head { what, until, ended: true, time, progress, end };
+    checkpoint_file::write(path, &[&checkpoint_file::encode(&head)?, &checkpoint_file::encode(data)?])
+}
+
+/// Reads a state like [`last_state`], with the data of the program if [`write_state`] has written
+/// it.
+///
+/// # Errors
+/// Those of [`last_state`]; the data have another type.
+pub fn read_state<T: DeserializeOwned>(path: &Path) -> Result<(LastState, Option<T>)> {
+    let last = last_state(path)?;
+    if !last.what.starts_with(&format!("run\n{SAVED}")) {
+        return Ok((last, None));
+    }
+    let mut body = Body::read(path)?;
+    body.take::<Head>()?;
+    Ok((last, Some(body.take()?)))
+}
+
 /// Returns the description that identifies a run in its checkpoint: the command and the scene
 /// without its end.
 pub fn without_end(command: &str, scene: &Scene) -> String {
@@ -322,21 +357,6 @@ impl Task<'_> {
     }
 }
 
-/// Returns an error that names the first line in which two run descriptions differ.
-///
-/// # Errors
-/// The descriptions differ.
-pub fn refuse_other(there: &str, here: &str) -> Result<()> {
-    if there == here {
-        return Ok(());
-    }
-    let mut pairs = there.lines().zip(here.lines());
-    match pairs.find(|(there, here)| there != here) {
-        Some((there, here)) => bail!("it belongs to another run: its line `{there}` differs from `{here}`"),
-        None => bail!("it belongs to another run: one description has more lines than the other"),
-    }
-}
-
 impl<O: Observer + Serialize> Resumable<O> {
     /// A run at its beginning.
     pub fn begin(task: &Task<'_>, simulation: AnySimulation, observers: O) -> Self {
@@ -353,6 +373,13 @@ impl<O: Observer + Serialize> Resumable<O> {
             saved_near_end: false,
             lengths: task.share(None),
         }
+    }
+
+    /// Counts the present as a checkpoint, so that a run shorter than the interval between two of
+    /// them, or killed before that, leaves none.
+    pub fn postpone_checkpoint(&mut self) {
+        self.saved = Some(WallTime::now());
+        self.saved_near_end = true;
     }
 
     /// Runs to the next sample at `time` and writes checkpoints on the way.
@@ -518,6 +545,6 @@ mod tests {
         };
         let simulation = simulation.checkpoint().unwrap();
         let kept = encode(&(head, State { simulation, observers, seconds: 0.5, files: Vec::new() })).unwrap();
-        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (6, 857, 1_091_002_983));
+        assert_eq!((FORMAT, kept.len(), crc32fast::hash(&kept)), (7, 857, 1_091_002_983));
     }
 }

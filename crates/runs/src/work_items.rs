@@ -11,7 +11,7 @@ use std::{
     collections::BTreeMap,
     io,
     path::{Path, PathBuf},
-    sync::{Mutex, MutexGuard, PoisonError},
+    sync::{Mutex, MutexGuard, OnceLock, PoisonError},
     time::{Duration, Instant},
 };
 
@@ -21,8 +21,10 @@ use serde::{Serialize, de::DeserializeOwned};
 use crate::{
     checkpoint_file::{self, Body, FileError},
     interruption::Signals,
+    other_run::refuse_other,
     output::{Folder, Resumption},
-    resumable::{CHECKPOINT, refuse_other},
+    progress::Progress,
+    resumable::CHECKPOINT,
 };
 
 /// Least time between two checkpoints. Shorter: more disk writes. Longer: a kill loses more work.
@@ -35,6 +37,7 @@ pub struct WorkItems {
     what: String,
     signals: Signals,
     finished: Mutex<Finished>,
+    progress: OnceLock<Progress>,
 }
 
 #[derive(Debug, Default)]
@@ -58,7 +61,8 @@ impl WorkItems {
             BTreeMap::new()
         };
         let finished = Finished { by_name, ..Finished::default() };
-        Ok(Self { path: Some(path), what, signals, finished: Mutex::new(finished) })
+        let progress = OnceLock::new();
+        Ok(Self { path: Some(path), what, signals, finished: Mutex::new(finished), progress })
     }
 
     /// Replaces an older checkpoint.
@@ -71,6 +75,12 @@ impl WorkItems {
         // Makes the first finished item write a checkpoint at once.
         finished.saved = None;
         Ok(())
+    }
+
+    /// Shows the progress of this number of items, for experiments without a [`Progress`] of their
+    /// own. The first call counts.
+    pub fn expect(&self, number: usize) {
+        self.progress.get_or_init(|| Progress::items("parts", number as u64));
     }
 
     /// Returns true if the item has finished.
@@ -94,12 +104,14 @@ impl WorkItems {
         work: impl FnOnce() -> Result<T>,
     ) -> Result<T> {
         if let Some(kept) = self.lock().by_name.get(name) {
+            self.progress.get().inspect(|progress| progress.skip(1.0));
             return checkpoint_file::decode(kept)
                 .with_context(|| format!("cannot read the stored result of {name}"));
         }
         let done = self.signals.check().map_err(Into::into).and_then(|()| work());
         let mut finished = self.lock();
         if let Ok(result) = &done {
+            self.progress.get().inspect(|progress| progress.count(1));
             finished.by_name.insert(name.to_owned(), checkpoint_file::encode(result)?);
             finished.is_saved = false;
         }

@@ -19,7 +19,7 @@ use anyhow::{Context, Result, bail, ensure};
 use carom_tables::Verdict;
 use clap::Args;
 
-use crate::{output::write_streamed, print_line};
+use crate::{console::put, output::write_streamed, print_line, progress::Progress};
 use frames::{Frame, Frames};
 
 /// Options of `carom convert`.
@@ -39,6 +39,8 @@ pub struct Options {
 /// See [`convert`].
 pub fn run(options: &Options) -> Result<Verdict> {
     let frames = convert(&options.input, &options.output)?;
+    put("frames", &frames);
+    put("output", &options.output);
     let plural = if frames == 1 { "" } else { "s" };
     print_line(&format!("{}: {frames} frame{plural}", options.output.display()));
     Ok(Verdict::Passed)
@@ -62,6 +64,12 @@ pub fn convert(input: &Path, output: &Path) -> Result<u64> {
     };
     let is_same = matches!((input.canonicalize(), output.canonicalize()), (Ok(a), Ok(b)) if a == b);
     ensure!(!is_same, "{} is both input and output", input.display());
+    ensure!(
+        !input.is_dir(),
+        "{} is a folder: name a trajectory in it, such as {}",
+        input.display(),
+        input.join("trajectory.extxyz").display()
+    );
     let file = File::open(input).with_context(|| format!("cannot read {}", input.display()))?;
     let mut frames = Frames::new(BufReader::new(file));
     let mut count = 0;
@@ -84,11 +92,13 @@ impl Format {
     fn write(self, frames: &mut Frames<BufReader<File>>, out: &mut BufWriter<File>) -> Result<u64> {
         let mut frame = Frame::default();
         let mut count = 0;
+        let progress = Progress::items("frames", None);
         match self {
             Self::Lammps => {
                 while frames.read(&mut frame)? {
                     lammps::write(&frame, count, out)?;
                     count += 1;
+                    progress.count(1);
                 }
             }
             Self::Gsd => {
@@ -96,6 +106,7 @@ impl Format {
                 while frames.read(&mut frame)? {
                     trajectory.write(&frame).with_context(|| format!("frame {count}"))?;
                     count += 1;
+                    progress.count(1);
                 }
                 trajectory.end()?;
             }

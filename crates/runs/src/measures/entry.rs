@@ -2,14 +2,21 @@
 
 use anyhow::{Context as _, Result, bail};
 use carom::{CollisionReport, Observer, Scene, View, engine::Body};
+use carom_tables::{Estimate, Figure, Sums};
 use serde::{Deserialize, Serialize};
 
-use crate::run::stages;
+use crate::{record::MeasureRecord, run::stages};
 
-use super::{Kind, Label, Measure, Request, Selection, Span, overlap, request::find};
+use super::{
+    Context, HardDiscs, Kind, Label, Measure, Request, Results, Selection, Span, overlap, request::find,
+};
 
 /// A sample counts as reached if its time is too early by this share: times of samples are rounded.
 const ROUNDING: f64 = 1e-9;
+
+/// Numbers of neighbouring blocks that are joined to judge an error. More: too few blocks remain
+/// for an error of their own.
+const JOINED: [usize; 2] = [2, 4];
 
 /// A measure in progress.
 pub(super) struct Entry {
@@ -95,9 +102,70 @@ impl Entry {
         }
     }
 
+    /// The figures of the measure, if the last sample of the run completed a block and there are at
+    /// least `least` blocks. Their errors are the largest of those of the blocks, and of neighbours
+    /// joined by two and by four.
+    pub(super) fn figures_of_whole_blocks(&self, scene: &Scene, least: usize) -> Vec<Figure> {
+        let is_new = self.head.seen > 0 && (self.head.seen - 1).is_multiple_of(self.head.every.max(1));
+        let is_whole = self.is_open() && is_new && self.measure.is_whole() && self.measure.blocks() >= least;
+        if !is_whole {
+            return Vec::new();
+        }
+        let blocks = self.measure.run_sums().blocks;
+        let judged = |figure: Figure| {
+            let standard_error =
+                figure.standard_error.map(|error| error.max(error_of_joined(&blocks, &figure)));
+            Figure { standard_error, ..figure }
+        };
+        self.figures(scene).into_iter().map(judged).collect()
+    }
+
+    /// The figures of the measure at the last sample, without predictions.
+    pub(super) fn figures(&self, scene: &Scene) -> Vec<Figure> {
+        self.results(scene, &Err(String::new())).figures
+    }
+
+    /// Whether the measure has at least `least` blocks, or never will.
+    pub(super) fn is_settled(&self, least: usize) -> bool {
+        self.head.is_check || self.head.stage == Stage::HasEnded || self.measure.blocks() >= least
+    }
+
+    /// Tables and figures of the measure, with its record.
+    pub(super) fn results(&self, scene: &Scene, hard_discs: &Result<HardDiscs, String>) -> Results {
+        let Self { head, measure, .. } = self;
+        let rules = scene.elasticity.pair.iter().map(|rule| rule.coefficient);
+        let is_elastic = rules.chain([scene.elasticity.default]).all(|coefficient| coefficient == 1.0);
+        let block = (measure.records_per_block() * head.every) as f64 * scene.run.sample_interval;
+        let context = Context { label: &head.label, block, is_elastic, hard_discs };
+        let mut results = measure.results(&context);
+        if !head.is_asked {
+            results.tables.clear();
+            results.files.clear();
+        }
+        results.records.push(MeasureRecord {
+            sums: measure.run_sums(),
+            tables: results.tables.clone(),
+            figures: results.figures.iter().map(|figure| (figure.clone(), figure.quantity)).collect(),
+        });
+        results
+    }
+
     fn is_open(&self) -> bool {
         self.head.stage == Stage::Observes
     }
+}
+
+/// The largest error of a mean from joined neighbours of its blocks: larger than that of the blocks
+/// themselves where these are shorter than the correlation time. 0 for a figure that is no mean.
+fn error_of_joined(blocks: &[Sums], figure: &Figure) -> f64 {
+    let Some(quantity) = figure.quantity else { return 0.0 };
+    let of = |block: &Sums| block.get(quantity).copied().unwrap_or_default();
+    let sum = |blocks: &[Sums]| {
+        blocks.iter().map(of).fold([0.0; 2], |sum, block| [sum[0] + block[0], sum[1] + block[1]])
+    };
+    let joined = |count: usize| -> Vec<[f64; 2]> { blocks.chunks_exact(count).map(sum).collect() };
+    let estimates = JOINED.iter().filter_map(|&count| Estimate::of_runs(&[joined(count)]));
+    estimates.map(|estimate| estimate.standard_error).fold(0.0, f64::max)
 }
 
 impl Observer for Entry {
@@ -138,5 +206,25 @@ impl Observer for Entry {
         if view.time().to_f64() >= head.until * (1.0 - ROUNDING) {
             self.finish(view);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn correlated_blocks_are_found_by_joining_them() {
+        let figure = Figure { quantity: Some(0), ..Figure::new("x", 0.0, "1") };
+        let error = |values: &dyn Fn(usize) -> f64| {
+            let blocks: Vec<Sums> = (0..32).map(|index| vec![[values(index), 1.0]]).collect();
+            let plain: Vec<[f64; 2]> = blocks.iter().map(|block| block[0]).collect();
+            error_of_joined(&blocks, &figure) / Estimate::of_runs(&[plain]).unwrap().standard_error
+        };
+        // A slow wave: neighbours are equal, and each block says nothing new.
+        assert!(error(&|index| (0.2 * index as f64).sin()) > 1.3);
+        // Blocks of alternating signs cancel.
+        assert!(error(&|index| if index % 2 == 0 { 1.0 } else { -1.0 }) < 1e-12);
+        assert_eq!(error_of_joined(&[], &Figure::new("x", 0.0, "1")), 0.0);
     }
 }

@@ -8,7 +8,7 @@ use super::{Context, Default, Kind, Label, Measured, Of, Parameter, Results, Spa
 use crate::{append_file::AppendFiles, series::IMPULSES};
 
 /// Its name in `run.observe`.
-pub(super) const NAME: &str = "impulses";
+pub(crate) const NAME: &str = "impulses";
 
 pub(super) const KIND: Kind = Kind {
     name: NAME,

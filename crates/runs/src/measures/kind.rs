@@ -103,7 +103,7 @@ impl Parameter {
         }
         ensure!(
             value.is_finite() && value > 0.0,
-            "'{}' must be positive and finite, but is {value}",
+            "'{}' must be positive and finite, but is {value:?}",
             self.name
         );
         Ok(())

@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// An observer whose results can be tabulated.
-pub trait Measured: Observer + Serialize + DeserializeOwned + 'static {
+pub trait Measured: Observer + Serialize + DeserializeOwned + Send + 'static {
     /// Whether the sums belong to the intervals between samples, so that the first sample, which
     /// ends none, gives no record.
     const OF_INTERVALS: bool = false;
@@ -169,11 +169,15 @@ pub fn file_name(table: &Table) -> String {
 }
 
 /// A measure in progress, whatever it measures.
-pub(super) trait Measure: Observer {
+pub(super) trait Measure: Observer + Send {
     fn save(&self) -> Result<Vec<u8>>;
     fn results(&self, context: &Context<'_>) -> Results;
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()>;
     fn records_per_block(&self) -> u64;
+    /// Number of complete blocks.
+    fn blocks(&self) -> usize;
+    /// Whether the last record completed a block.
+    fn is_whole(&self) -> bool;
     /// Samples without a record of the sums: the interval before may be shorter than the others.
     fn finish(&mut self, view: &View<'_>);
     fn run_sums(&self) -> RunSums;
@@ -239,6 +243,14 @@ impl<M: Measured> Measure for InBlocks<M> {
 
     fn records_per_block(&self) -> u64 {
         self.blocks.records_per_block()
+    }
+
+    fn blocks(&self) -> usize {
+        self.blocks.complete()
+    }
+
+    fn is_whole(&self) -> bool {
+        self.blocks.is_whole()
     }
 
     fn finish(&mut self, view: &View<'_>) {

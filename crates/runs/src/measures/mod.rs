@@ -28,6 +28,7 @@ mod projections;
 mod request;
 mod running_average;
 mod selection;
+mod single;
 mod slope;
 mod structure_factor;
 mod temperature;
@@ -38,11 +39,13 @@ mod wall_heat;
 
 use anyhow::Result;
 use carom::{CollisionReport, Observer, Scene, View, engine::Body};
-use carom_tables::Verdict;
+use carom_tables::{Figure, Verdict};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _, ser::Error as _};
+use serde_json::json;
 
 pub(crate) use self::collision_rate::FIGURE as COLLISION_RATE;
 use self::entry::{Entry, Head};
+pub(crate) use self::impulses::NAME as IMPULSES;
 use self::kind::{Default, LONGEST_LAG};
 use self::measured::{Measure, in_blocks, resumed};
 pub use self::{
@@ -51,8 +54,9 @@ pub use self::{
     measured::{Context, Label, Measured, Results, file_name},
     request::{Request, requests},
     selection::Selection,
+    single::SingleMeasure,
 };
-use crate::{append_file::AppendFiles, print_line, record::MeasureRecord};
+use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
 pub const KINDS: [Kind; 24] = [
@@ -85,6 +89,10 @@ pub const KINDS: [Kind; 24] = [
 /// Measures of every run, whose tables and files are written if the scene asks for them.
 const ALWAYS: [&Kind; 3] = [&energy::KIND, &overlap::KIND, &collision_rate::KIND];
 
+/// The error of a figure is judged when it comes from at least this number of blocks. Fewer: the
+/// error of the error exceeds 1/√(2 · 32) = 1/8, and runs end where it is small by chance.
+const LEAST_BLOCKS: usize = 32;
+
 /// The measures of a run: those of every run, then those of the scene in its order.
 pub struct Measures(Vec<Entry>);
 
@@ -113,6 +121,21 @@ impl Measures {
         Ok(Self(list))
     }
 
+    /// Their number.
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// The measures that the scene asks for and that watch contacts, by name and label.
+    pub(crate) fn watching(&self) -> Vec<String> {
+        let watching = self.0.iter().filter(|entry| entry.head.is_asked && entry.measure.watches_any());
+        let name = |entry: &Entry| match entry.head.label.word() {
+            Some(word) => format!("{}:{word}", entry.kind.name),
+            None => entry.kind.name.to_owned(),
+        };
+        watching.map(name).collect()
+    }
+
     /// Checks for overlaps, if the run has times of their own for that.
     pub fn check(&mut self, view: &View<'_>) {
         self.0.iter_mut().for_each(|entry| entry.check(view));
@@ -125,25 +148,27 @@ impl Measures {
 
     /// Tables and figures of all measures.
     pub fn results(&self, scene: &Scene, hard_discs: &Result<HardDiscs, String>) -> Results {
-        let rules = scene.elasticity.pair.iter().map(|rule| rule.coefficient);
-        let is_elastic = rules.chain([scene.elasticity.default]).all(|coefficient| coefficient == 1.0);
         let mut all = Results::default();
-        for Entry { head, measure, .. } in &self.0 {
-            let block = (measure.records_per_block() * head.every) as f64 * scene.run.sample_interval;
-            let context = Context { label: &head.label, block, is_elastic, hard_discs };
-            let mut results = measure.results(&context);
-            if !head.is_asked {
-                results.tables.clear();
-                results.files.clear();
-            }
-            results.records.push(MeasureRecord {
-                sums: measure.run_sums(),
-                tables: results.tables.clone(),
-                figures: results.figures.iter().map(|figure| (figure.clone(), figure.quantity)).collect(),
-            });
-            all.absorb(results);
-        }
+        self.0.iter().for_each(|entry| all.absorb(entry.results(scene, hard_discs)));
         all
+    }
+
+    /// The figure of this name, if the last sample completed a block of its measure and there are
+    /// enough blocks to judge its error.
+    pub(crate) fn figure_of_whole_blocks(&self, name: &str, scene: &Scene) -> Option<Figure> {
+        let figures = self.0.iter().flat_map(|entry| entry.figures_of_whole_blocks(scene, LEAST_BLOCKS));
+        figures.into_iter().find(|figure| figure.name == name && figure.standard_error.is_some())
+    }
+
+    /// Whether all measures have enough blocks to judge errors.
+    pub(crate) fn are_settled(&self) -> bool {
+        self.0.iter().all(|entry| entry.is_settled(LEAST_BLOCKS))
+    }
+
+    /// The names of all figures that have a standard error at the last sample.
+    pub(crate) fn figures_with_errors(&self, scene: &Scene) -> Vec<String> {
+        let figures = self.0.iter().flat_map(|entry| entry.figures(scene));
+        figures.filter(|figure| figure.standard_error.is_some()).map(|figure| figure.name).collect()
     }
 
     /// Writes the last sample to the files that grow with the run.
@@ -168,6 +193,10 @@ impl Measures {
 
 /// Prints all measures with their parameters.
 pub fn list() -> Verdict {
+    put(
+        "measures",
+        &KINDS.map(|kind| json!({ "name": kind.name, "usage": kind.usage(), "about": kind.summary })),
+    );
     print_line("Names for run.observe, and with parameters for [[measure]] (kind = NAME, of = TAG):\n");
     for kind in KINDS {
         print_line(&format!("{:<26}{}", kind.usage(), kind.summary));

@@ -111,7 +111,7 @@ fn every(given: &BTreeMap<String, f64>, sample_interval: f64) -> Result<u64> {
     let whole = ratio.round().max(1.0);
     ensure!(
         (ratio - whole).abs() <= ROUNDING * whole,
-        "'interval' must be a multiple of run.sample_interval = {sample_interval}, but is {interval}"
+        "'interval' must be a multiple of run.sample_interval = {sample_interval:?}, but is {interval:?}"
     );
     Ok(whole as u64)
 }

@@ -84,14 +84,20 @@ impl<'a> Merged<'a> {
             let same = |part: &&'a MeasureRecord| part.tables.iter().find(|other| other.name == table.name);
             self.parts.iter().map(same).collect()
         };
-        let merged = |table: &Table| match of_all(table).filter(|tables| fit(table, tables)) {
-            Some(tables) => self.table(table, &tables),
-            None => Table {
-                columns: Vec::new(),
-                levels: Vec::new(),
-                caption: "Not merged: the runs have different abscissae.".to_owned(),
-                ..table.clone()
-            },
+        let merged = |table: &Table| {
+            let tables = of_all(table).unwrap_or_default();
+            if fit(table, &tables) {
+                return self.table(table, &tables);
+            }
+            match resampled(table, &tables) {
+                Some(parts) => self.table(&parts[0], &parts.iter().collect::<Vec<_>>()),
+                None => Table {
+                    columns: Vec::new(),
+                    levels: Vec::new(),
+                    caption: "Not merged: the runs have different columns.".to_owned(),
+                    ..table.clone()
+                },
+            }
         };
         first.tables.iter().map(merged).collect()
     }
@@ -156,7 +162,56 @@ fn fit(first: &Table, tables: &[&Table]) -> bool {
         table.columns.len() == first.columns.len()
             && first.columns.iter().zip(&table.columns).all(|(one, other)| is_same(one, other))
     };
-    tables.iter().all(fits)
+    !tables.is_empty() && tables.iter().all(fits)
+}
+
+/// Tables whose abscissae depend on the data, such as bins as wide as the speeds need, with the
+/// abscissae of the first: their values are interpolated, and their errors then come from the
+/// scatter among the runs. The first is at index 0. `None` if columns differ or an abscissa does
+/// not increase.
+fn resampled(first: &Table, tables: &[&Table]) -> Option<Vec<Table>> {
+    let same_columns = |table: &&Table| {
+        table.columns.len() == first.columns.len()
+            && first.columns.iter().zip(&table.columns).all(|(one, other)| one.name == other.name)
+    };
+    if tables.is_empty() || !tables.iter().all(same_columns) {
+        return None;
+    }
+    let place = first.columns.iter().position(|column| column.role == Role::Abscissa)?;
+    let targets = increasing(&first.columns[place])?;
+    let caption = format!(
+        "{} The runs have different abscissae: their curves are interpolated to those of the first run.",
+        first.caption
+    );
+    let resample = |table: &&Table| {
+        let places = increasing(&table.columns[place])?;
+        let column = |column: &Column| {
+            let value = |&target: &f64| interpolated(&places, &column.values, target);
+            let values = match column.role {
+                Role::Abscissa => targets.iter().copied().map(Some).collect(),
+                _ => targets.iter().map(value).collect(),
+            };
+            Column { values, quantities: Vec::new(), ..column.clone() }
+        };
+        let columns = table.columns.iter().map(column).collect();
+        Some(Table { columns, caption: caption.trim().to_owned(), ..(*table).clone() })
+    };
+    tables.iter().map(resample).collect()
+}
+
+/// The abscissae of a column, if there are two or more and they increase.
+fn increasing(column: &Column) -> Option<Vec<f64>> {
+    let places: Vec<f64> = column.values.iter().copied().collect::<Option<_>>()?;
+    (places.len() > 1 && places.windows(2).all(|pair| pair[0] < pair[1])).then_some(places)
+}
+
+/// The value at `target` on the line through the neighbouring points; `None` outside of them.
+fn interpolated(places: &[f64], values: &[Option<f64>], target: f64) -> Option<f64> {
+    let after = places.partition_point(|&place| place <= target).clamp(1, places.len() - 1);
+    let (from, to) = (places[after - 1], places[after]);
+    let share = (target - from) / (to - from);
+    let (low, high) = (values.get(after - 1).copied()??, values.get(after).copied()??);
+    (-SAME..=1.0 + SAME).contains(&share).then_some(low + share * (high - low))
 }
 
 fn at(column: &Column, row: usize) -> Option<f64> {
@@ -219,5 +274,28 @@ fn averaged(figure: &Figure, all: &[Vec<Figure>]) -> Figure {
         standard_error: error_of(&values).filter(is_scatter).or(figure.standard_error),
         prediction: predictions.and_then(mean_of),
         ..figure.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_on_different_abscissae_are_interpolated_to_those_of_the_first_run() {
+        let line = |places: Vec<f64>, slope: f64| {
+            let values = places.iter().map(|x| Some(slope * x)).collect();
+            Table::new("t", "T").abscissa("x", "1", places).value("y", "1", values)
+        };
+        let (one, other) = (line(vec![0.0, 1.0, 2.0], 1.0), line(vec![-0.3, 0.8, 1.4], 3.0));
+        let parts = resampled(&one, &[&one, &other]).unwrap();
+        assert_eq!(parts[0].columns[1].values, one.columns[1].values);
+        assert_eq!(parts[1].columns[0].values, one.columns[0].values);
+        let found = &parts[1].columns[1].values;
+        assert!((found[0].unwrap() - 0.0).abs() < 1e-15 && (found[1].unwrap() - 3.0).abs() < 1e-15);
+        assert_eq!(found[2], None, "beyond the last point");
+        assert!(parts[0].caption.contains("interpolated"));
+        assert!(resampled(&one, &[&one, &line(vec![1.0, 0.0], 1.0)]).is_none());
+        assert!(resampled(&one, &[]).is_none());
     }
 }

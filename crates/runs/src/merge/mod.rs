@@ -8,16 +8,18 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use carom_report::page::Page;
-use carom_tables::{Summary, Totals, Verdict};
+pub use average::results as merged;
+use carom_tables::{Replica, Summary, Table, Totals, Verdict};
 use clap::Args;
 use serde_json::Value;
 
 use crate::{
     manifest::{Manifest, program},
+    measures::Results,
     output::{Destination, Folder},
-    record::{Record, SUMS},
-    run::outcome::{describe_tables, draw_tables},
+    progress::Progress,
+    record::{Record, RunRecord},
+    report::{self, RUNS, State},
 };
 
 /// Options of `carom merge`.
@@ -37,20 +39,26 @@ pub struct Options {
 /// A folder has no sums, the scenes differ, a run is there twice, or a file cannot be written.
 pub fn run(options: &Options) -> Result<Verdict> {
     let mut record: Option<Record> = None;
+    let progress = Progress::items("runs", options.folders.len() as u64);
     for folder in &options.folders {
         let part = Record::read(folder)?;
         match &mut record {
             None => record = Some(part),
             Some(all) => all.merge(part).with_context(|| format!("cannot merge {}", folder.display()))?,
         }
+        progress.count(1);
     }
+    drop(progress);
     let record = record.context("there are no folders")?;
     let folder = Folder::create(&options.destination.folder("out/merge"), options.destination.existing())?;
     let folders: Vec<String> = options.folders.iter().map(|folder| folder.display().to_string()).collect();
     let command = format!("{} merge {}", program(), folders.join(" "));
     let manifest = Manifest::begin(&folder, &command, &[])?;
     let seconds = options.folders.iter().map(|folder| seconds_of(folder)).sum();
-    let summary = write(&record, &folder, &command, seconds)?;
+    record.write(&folder)?;
+    let merged = MergedRuns::of(&record, format!("{} merged runs", record.runs.len()), seconds);
+    merged.write(&record, &folder)?;
+    let summary = merged.summary;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
@@ -65,51 +73,65 @@ fn seconds_of(folder: &Path) -> f64 {
     if speed > 0.0 { collisions / speed } else { 0.0 }
 }
 
-/// Writes tables, figures, sums and page of merged runs, which took `seconds` of processor time.
-fn write(record: &Record, folder: &Folder, command: &str, seconds: f64) -> Result<Summary> {
-    let results = average::results(record);
-    let totals: Vec<Totals> = record.runs.values().map(|run| run.totals).collect();
-    let totals = Totals::of(&totals);
-    let totals = Totals { collisions_per_second: totals.collisions as f64 / seconds.max(1e-9), ..totals };
-    let runs = record.runs.iter().map(|(replica, run)| {
-        let numbers = [replica.seed, replica.number, run.totals.collisions].map(|number| number.to_string());
-        [numbers.to_vec(), vec![run.totals.simulated_time.to_string()]].concat()
-    });
-    let runs: Vec<Vec<String>> = runs.collect();
-    let notes = record.runs.values().map(|run| &run.note);
-    let summary = Summary {
-        title: format!("{} merged runs", record.runs.len()),
-        note: notes.into_iter().find(|note| !note.is_empty()).cloned().unwrap_or_default(),
-        totals,
-        checks: totals.checks(),
-        figures: results.figures.clone(),
-        runs: Vec::new(),
-    };
-    results.write(folder, |_| false)?;
-    describe_tables(&results, folder)?;
-    folder.write_json("summary.json", &summary)?;
-    folder.write("config.toml", &record.what)?;
-    record.write(folder)?;
-    let lead = "Means of all runs, with errors from the blocks of all runs. What is no mean of sums is averaged \
-                over the runs, with the error of its scatter among them.";
-    let mut page = Page::new(&summary.title, lead);
-    if !summary.note.is_empty() {
-        page.note(&summary.note);
+/// The results of merged runs.
+#[derive(Debug)]
+pub struct MergedRuns {
+    /// Tables and figures.
+    results: Results,
+    /// Figures, totals and checks.
+    pub summary: Summary,
+}
+
+impl MergedRuns {
+    /// The results of the runs of a record, which took `seconds` of processor time.
+    pub fn of(record: &Record, title: String, seconds: f64) -> Self {
+        let results = average::results(record);
+        let totals: Vec<Totals> = record.runs.values().map(|run| run.totals).collect();
+        let totals = Totals::of(&totals);
+        let totals = Totals { collisions_per_second: totals.collisions as f64 / seconds.max(1e-9), ..totals };
+        let notes = record.runs.values().map(|run| &run.note);
+        let summary = Summary {
+            title,
+            note: notes.into_iter().find(|note| !note.is_empty()).cloned().unwrap_or_default(),
+            totals,
+            checks: totals.checks(),
+            figures: results.figures.clone(),
+            runs: Vec::new(),
+        };
+        Self { results, summary }
     }
-    page.heading("Results");
-    page.totals(&summary.totals);
-    page.figures(&summary.figures);
-    page.subheading("Checks");
-    page.checks(&summary.checks);
-    draw_tables(&results, &mut page)?;
-    page.heading("Runs");
-    page.table(&["seed", "replica", "collisions", "simulated time"], &runs);
-    page.heading("Data");
-    page.links(["config.toml", "summary.json", "tables.json", "manifest.json", SUMS]);
-    page.heading("Reproduction");
-    page.code(command);
-    folder.write("report.html", page.html())?;
-    Ok(summary)
+
+    /// The tables.
+    pub fn tables(&self) -> &[Table] {
+        &self.results.tables
+    }
+
+    /// Writes tables, figures and page.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write(&self, record: &Record, folder: &Folder) -> Result<()> {
+        folder.write_table(RUNS, &COLUMNS, run_rows(record))?;
+        self.results.write(folder, |_| false)?;
+        report::write_tables(&self.results, folder)?;
+        folder.write_json("summary.json", &self.summary)?;
+        folder.write("config.toml", &record.what)?;
+        report::write(folder, State::Ended)
+    }
+}
+
+/// A row of the table of merged runs: seed, replica, collisions, simulated time.
+pub type RunRow = (u64, u64, u64, f64);
+
+/// Names of the columns of that table.
+const COLUMNS: [&str; 4] = ["seed", "replica", "collisions", "simulated_time"];
+
+/// The rows of the table of merged runs.
+pub fn run_rows(record: &Record) -> Vec<RunRow> {
+    let row = |(replica, run): (&Replica, &RunRecord)| {
+        (replica.seed, replica.number, run.totals.collisions, run.totals.simulated_time)
+    };
+    record.runs.iter().map(row).collect()
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use carom_tables::Verdict;
 use clap::Args;
 
 use crate::{
+    console::{is_json, put},
     print_line,
     schema::{self, scene_schema},
 };
@@ -43,8 +44,13 @@ pub struct Options {
 /// # Errors
 /// See [`page`].
 pub fn run(options: &Options) -> Result<Verdict> {
-    let text = if options.page { page()? } else { schema::text() };
-    print_line(text.trim_end());
+    if options.page {
+        print_line(page()?.trim_end());
+    } else if is_json() {
+        put("schema", &scene_schema());
+    } else {
+        print_line(schema::text().trim_end());
+    }
     Ok(Verdict::Passed)
 }
 

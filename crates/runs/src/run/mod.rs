@@ -1,21 +1,25 @@
 //! `carom run`: runs any scene and writes what its `[run]` requests.
 
+pub(crate) mod files;
 pub(crate) mod outcome;
 pub(crate) mod parent;
-mod placement;
+pub(crate) mod placement;
+pub mod replica;
 mod scene_file;
 pub(crate) mod schedule;
 pub(crate) mod stage_edits;
 pub(crate) mod stages;
+mod steps;
+pub(crate) mod stop;
 
 use std::{collections::BTreeSet, fmt::Write as _, fs::File, path::PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result};
 use carom::{Scene, engine::Growth};
 use carom_methods::{AnySimulation, Method};
 use carom_tables::{Summary, Totals, Verdict};
 use clap::Args;
-use outcome::{Begun, simulate};
+use outcome::{Begun, Pricing, simulate};
 use parent::Parent;
 use placement::Placement;
 pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
@@ -24,7 +28,11 @@ use crate::{
     interruption::Signals,
     manifest::{Manifest, program},
     measures::{Measures, Results},
+    memory::{self, Demand},
     output::{Existing, Folder},
+    price::PRICE,
+    record::Record,
+    report::{self, State},
     resumable::{Choices, Task, without_end},
     sampling_times::sampling_times,
 };
@@ -38,6 +46,9 @@ pub struct Options {
     /// Output folder and checkpoints
     #[command(flatten)]
     pub choices: Choices,
+    /// Do not measure at the end what a `[method]` other than the default saves and gets wrong
+    #[arg(long)]
+    pub no_price: bool,
 }
 
 /// Runs a scene and writes its folder.
@@ -56,6 +67,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
         if let Some(parent) = place.parent {
             return begin(continued(parent, &scene, &method)?, &scene, parent.actions);
         }
+        let fits = Demand::of(&scene).and_then(|demand| demand.refuse_unless_fits(memory::available()));
+        fits.with_context(|| format!("scene {}", options.file.path.display()))?;
         let growth = match &place.opened {
             Some((folder, _)) => placement::stored(&what, folder.path())?,
             None => None,
@@ -85,20 +98,41 @@ pub fn run(options: &Options) -> Result<Verdict> {
     };
     let found = task.find()?;
     place.describe()?;
-    let outcome = simulate(&task, found, &scene, || started.map_or_else(|| start(&mut place), Ok))?;
-    let mut summary = outcome.summary(format!("Scene {}", options.file.path.display()), &task.method);
-    if let Some(parent) = &parent {
-        let note = [parent.origin.sentence(), summary.note];
-        summary.note = note.join(" ").trim_end().into();
+    let pricing = if options.no_price { Pricing::LeftOut } else { Pricing::Measured };
+    let ended = simulate(&task, found, &scene, pricing, || started.map_or_else(|| start(&mut place), Ok))?;
+    let title = format!("Scene {}", options.file.path.display());
+    if let Some(error) = ended.error {
+        let mut summary = ended.outcome.summary_of_failed(title, &task.method, scene.run.until);
+        name_parent(&mut summary, parent.as_ref());
+        folder.write_json("summary.json", &summary)?;
+        report::write_tables(&ended.outcome.results, &folder)?;
+        report::write(&folder, State::Failed(format!("{error:#}")))?;
+        place.fail(summary.totals.cpu_seconds(), &error)?;
+        crate::conclude(&folder, &summary);
+        return Err(error);
     }
-    folder.write("report.html", outcome.page(&folder, &summary, &scene, &place.command)?)?;
-    outcome::describe_tables(&outcome.results, &folder)?;
+    let outcome = ended.outcome;
+    let mut summary = outcome.summary(title, &task.method);
+    name_parent(&mut summary, parent.as_ref());
+    report::write_tables(&outcome.results, &folder)?;
     outcome.record(&scene, &task.method).write(&folder)?;
     folder.write_json("summary.json", &summary)?;
+    if let Some(price) = outcome.price() {
+        folder.write_json(PRICE, price)?;
+    }
     placement::remove(folder.path())?;
+    report::write(&folder, State::Ended)?;
     place.complete(summary.totals.cpu_seconds())?;
     crate::conclude(&folder, &summary);
     Ok(summary.verdict())
+}
+
+/// Puts the run from which this one starts into the first note.
+fn name_parent(summary: &mut Summary, parent: Option<&Parent>) {
+    if let Some(parent) = parent {
+        let note = [parent.origin.sentence(), std::mem::take(&mut summary.note)];
+        summary.note = note.join(" ").trim_end().into();
+    }
 }
 
 /// Validates `[run]` and the times of the stages.
@@ -106,6 +140,12 @@ pub fn run(options: &Options) -> Result<Verdict> {
 pub(crate) fn check(scene: &Scene) -> Result<()> {
     scene_file::check(&scene.run)?;
     stages::check(scene)
+}
+
+/// The time from which on a scene is measured; 0 if none of its stages is.
+pub fn measured_from(scene: &Scene) -> f64 {
+    let (from, _) = stages::window(scene);
+    if from.is_finite() { from } else { 0.0 }
 }
 
 /// The description that identifies a run in its checkpoint.
@@ -119,7 +159,7 @@ fn describe(scene: &Scene, parent: Option<&Parent>) -> String {
 
 /// The start of a run, after the edits of the first stage. `before` is the number of draws of
 /// random numbers by thermostats before.
-fn begin(mut simulation: AnySimulation, scene: &Scene, before: u64) -> Result<Begun> {
+pub(crate) fn begin(mut simulation: AnySimulation, scene: &Scene, before: u64) -> Result<Begun> {
     let actions = before + stage_edits::prepare(&mut simulation, scene, before)?;
     let measures = Measures::begin(scene, &simulation.view())?;
     Ok((simulation, measures, actions))
@@ -194,6 +234,12 @@ impl<'a> Place<'a> {
         let folder = self.describe()?;
         self.manifest.take().map_or(Ok(()), |manifest| manifest.complete(&folder, cpu_seconds))
     }
+
+    /// Records that the run has ended with an error.
+    fn fail(mut self, cpu_seconds: f64, error: &Error) -> Result<()> {
+        let folder = self.describe()?;
+        self.manifest.take().map_or(Ok(()), |manifest| manifest.fail(&folder, cpu_seconds, error))
+    }
 }
 
 /// Runs a scene in memory, without a folder, and returns its figures and checks.
@@ -213,6 +259,17 @@ pub fn tables(scene: &Scene, signals: &Signals) -> Result<(Results, Totals)> {
     let outcome = outcome::in_memory(scene, signals)?;
     let totals = outcome.totals();
     Ok((outcome.results, totals))
+}
+
+/// Validates a scene and runs it in memory, without a folder; returns what the runs of other
+/// replicas are merged with.
+///
+/// # Errors
+/// The scene is invalid, the run fails, or a signal has been received.
+pub fn record(scene: &Scene, signals: &Signals) -> Result<Record> {
+    let method = Method::try_from(&scene.method).context("[method]")?;
+    scene_file::validate(scene)?;
+    Ok(outcome::in_memory(scene, signals)?.record(scene, &method))
 }
 
 fn folder_path(options: &Options) -> PathBuf {

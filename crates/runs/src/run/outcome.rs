@@ -1,49 +1,37 @@
 //! Results of a run: series, figures, and page.
 
-use std::fmt::Write as _;
-
-use anyhow::Result;
+use anyhow::{Error, Result};
 use carom::{
     Observer, Scene, View,
     engine::{ElasticitySpec, RunSpec},
-    observers::write_extended_xyz,
 };
 use carom_methods::{AnySimulation, Method};
-use carom_report::{
-    page::{Layout, Page},
-    table_chart,
-};
-use carom_tables::{Figure, OVERLAPPING_PAIRS, Summary, Totals};
+use carom_tables::{Check, Figure, OVERLAPPING_PAIRS, Summary, Totals};
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 
 use super::{
-    schedule::{Schedule, Step, What},
+    files::PICTURES,
     stage_edits, stages,
+    steps::{self, Output},
 };
 use crate::{
     animation,
-    interruption::Signals,
-    measures::{self, HardDiscs, Measures, Results},
-    output::Folder,
+    interruption::{Interrupted, Signals},
+    measures::{HardDiscs, Measures, Results},
+    price::{self, Price},
     progress::Progress,
     record::{Record, RunRecord},
+    report::{self, NOT_EXACT},
     resumable::{FoundCheckpoint, Resumable, Start, Task},
-    visible_region::{caption_of, picture_of},
+    visible_region::picture_of,
 };
 
 /// Longer side of a picture of the system (pixels).
 const PICTURE: u32 = 720;
 
-/// Files of the pictures of the initial and the final state.
-const PICTURES: [&str; 2] = ["start.svg", "end.svg"];
-
-/// A longer scene file is not repeated in the report (bytes).
-const LONGEST_SCENE: usize = 100_000;
-
-/// File of the snapshots.
-const TRAJECTORY: &str = "trajectory.extxyz";
+/// A run ends at its end to this share of it: rounding of the clock.
+const END: f64 = 1e-12;
 
 /// Results of a run.
 #[derive(Debug, Serialize, Deserialize)]
@@ -59,60 +47,85 @@ pub struct Outcome {
     guarded: Option<(u64, f64)>,
     /// Number of bodies at rest that thermostats have left out, summed over their actions, by tag.
     left_at_rest: Vec<(String, u64)>,
+    /// What the method saves and gets wrong, if it is not the default.
+    price: Option<Price>,
+}
+
+/// Whether the price of a method that is not the default is measured at the end of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pricing {
+    /// It is measured.
+    Measured,
+    /// It is left out.
+    LeftOut,
 }
 
 /// A simulation at the start of a run, its measures, and the number of draws of random numbers by
 /// the first stage.
 pub type Begun = (AnySimulation, Measures, u64);
 
+/// The results of a run: to its end, or to the error that ended it.
+#[derive(Debug)]
+pub struct Ended {
+    /// What was measured.
+    pub outcome: Outcome,
+    /// The error, if the run could not go on.
+    pub error: Option<Error>,
+}
+
 /// Runs to the end, from the beginning (`start`) or from a checkpoint, and writes series and
-/// snapshots.
+/// snapshots. A run that cannot go on gives what was measured until then, with the error.
 ///
 /// # Errors
-/// The run fails, a file cannot be written, or a signal has been received.
+/// The run cannot begin, a file cannot be written, or a signal has been received.
 pub fn simulate(
     task: &Task<'_>,
     found: Option<FoundCheckpoint>,
     scene: &Scene,
+    pricing: Pricing,
     start: impl FnOnce() -> Result<Begun>,
-) -> Result<Outcome> {
+) -> Result<Ended> {
     let run = &scene.run;
     let progress = Progress::new(run.until);
     let mut going = match task.start::<Measures, Outcome>(found)? {
-        Start::Ended(outcome) => return Ok(outcome),
+        Start::Ended(outcome) => return Ok(Ended { outcome, error: None }),
         Start::From(going) => {
             // The picture is needed at the end; a missing one is an error now rather than then.
             task.folder.read(PICTURES[0])?;
             if run.animation && going.simulation.time().to_f64() > run.animation_from {
                 task.folder.read(animation::ANIMATION)?;
             }
-            progress.skip(going.simulation.time().to_f64());
             *going
         }
         Start::Anew => begin(task, start()?, run)?,
     };
-    // A run killed before its first checkpoint after this point records the animation again.
-    let begun = going.simulation.time().to_f64();
-    let mut animation_from = (run.animation && begun <= run.animation_from).then_some(run.animation_from);
-    for Step { time, what } in Schedule::new(scene).skip(going.steps()) {
-        let before = (going.simulation.time().to_f64(), going.simulation.view().counters().collisions);
-        if let Some(from) = animation_from.take_if(|from| *from < time) {
-            // A run split in two makes the same contacts, to the bit.
-            if going.simulation.time().to_f64() < from {
-                going.run_to_and(from, task, Measures::append_contacts)?;
-            }
-            animation::record(&going.simulation, task.folder)?;
-        }
-        going.run_to_and(time, task, Measures::append_contacts)?;
-        take(&mut going, task, scene, what)?;
-        progress.advance(time - before.0, going.simulation.view().counters().collisions - before.1);
-    }
+    progress.skip(going.simulation.time().to_f64());
+    let error = steps::go_on(&mut going, task, scene, Output::Files, &progress).err();
     drop(progress);
-    task.folder.write_lasting(PICTURES[1], picture_of(&going.simulation.view(), PICTURE))?;
+    if let Some(error) = error {
+        if error.chain().any(<dyn std::error::Error>::is::<Interrupted>) {
+            return Err(error);
+        }
+        going.files.lengths()?;
+        let outcome = write_results(&mut going, task, scene)?;
+        return Ok(Ended { outcome, error: Some(error) });
+    }
     going.observers.finish(&going.simulation.view());
+    let mut outcome = write_results(&mut going, task, scene)?;
+    if pricing == Pricing::Measured {
+        // A run whose last state is of no use for an exact run is not at fault.
+        outcome.price =
+            price::of_run(&going.simulation, &task.method, scene, going.seconds()).unwrap_or(None);
+    }
+    going.end(task, &outcome)?;
+    Ok(Ended { outcome, error: None })
+}
+
+/// Writes tables and the last picture, and returns the results at the present time.
+fn write_results(going: &mut Resumable<Measures>, task: &Task<'_>, scene: &Scene) -> Result<Outcome> {
+    task.folder.write_lasting(PICTURES[1], picture_of(&going.simulation.view(), PICTURE))?;
     let outcome = outcome_of(&going.simulation.view(), &going.observers, going.seconds(), scene);
     outcome.results.write(task.folder, |name| going.files.holds(name))?;
-    going.end(task, &outcome)?;
     Ok(outcome)
 }
 
@@ -124,44 +137,14 @@ pub fn in_memory(scene: &Scene, signals: &Signals) -> Result<Outcome> {
     let clock = ThreadTime::now();
     stages::check(scene)?;
     let mut simulation = AnySimulation::new(scene)?;
-    let mut actions = stage_edits::prepare(&mut simulation, scene, 0)?;
+    let actions = stage_edits::prepare(&mut simulation, scene, 0)?;
     let mut measures = Measures::begin(scene, &simulation.view())?;
     measures.start(&simulation.view());
     measures.sample(&simulation.view());
     measures.check(&simulation.view());
-    for Step { time, what } in Schedule::new(scene) {
-        signals.check()?;
-        simulation.observe_until(time, &mut measures)?;
-        match what {
-            What::Sample => measures.sample(&simulation.view()),
-            What::Check => measures.check(&simulation.view()),
-            What::Snapshot => (),
-            What::Stage(_) | What::Thermostat { .. } => {
-                actions += stage_edits::change(&mut simulation, scene, what, actions)?;
-                measures.start(&simulation.view());
-            }
-        }
-    }
+    steps::take_all(&mut simulation, &mut measures, scene, actions, signals)?;
     measures.finish(&simulation.view());
     Ok(outcome_of(&simulation.view(), &measures, clock.elapsed().as_secs_f64(), scene))
-}
-
-/// Takes one step of the schedule at the present time.
-fn take(going: &mut Resumable<Measures>, task: &Task<'_>, scene: &Scene, what: What) -> Result<()> {
-    match what {
-        What::Sample => {
-            going.sample();
-            return append_sample(going, &scene.run);
-        }
-        What::Snapshot => append_frame(going)?,
-        What::Check => going.observers.check(&going.simulation.view()),
-        What::Stage(_) | What::Thermostat { .. } => {
-            return going
-                .edit(task, |simulation, actions| stage_edits::change(simulation, scene, what, actions));
-        }
-    }
-    going.pass();
-    Ok(())
 }
 
 /// Starts a run: initial picture, and the sample at time 0.
@@ -170,28 +153,23 @@ fn begin(
     (simulation, measures, actions): Begun,
     run: &RunSpec,
 ) -> Result<Resumable<Measures>> {
+    report::remove_old(task.folder)?;
     task.folder.write_lasting(PICTURES[0], picture_of(&simulation.view(), PICTURE))?;
     let mut going = Resumable::begin(task, simulation, measures);
-    going.observers.start(&going.simulation.view());
     going.actions = actions;
-    going.observers.sample(&going.simulation.view());
-    append_sample(&mut going, run)?;
-    if run.snapshot_interval.is_some() {
-        append_frame(&mut going)?;
-    }
-    going.observers.check(&going.simulation.view());
+    steps::take_first(&mut going, run, Output::Files)?;
     Ok(going)
 }
 
 /// The outcome of a run that has reached its end.
-fn outcome_of(view: &View<'_>, measures: &Measures, seconds: f64, scene: &Scene) -> Outcome {
+pub(super) fn outcome_of(view: &View<'_>, measures: &Measures, seconds: f64, scene: &Scene) -> Outcome {
     let (hard_discs, judged) = theory(view, scene);
     let results = measures.results(&judged, &hard_discs);
     let collisions = view.counters().collisions;
     Outcome {
         totals: Totals {
             collisions,
-            simulated_time: scene.run.until,
+            simulated_time: simulated_time(view, scene),
             collisions_per_second: collisions as f64 / seconds.max(1e-9),
             ..results.totals
         },
@@ -199,11 +177,18 @@ fn outcome_of(view: &View<'_>, measures: &Measures, seconds: f64, scene: &Scene)
         bodies: view.len(),
         temperature: view.temperature(),
         left_at_rest: left_at_rest(view),
+        price: None,
         guarded: (view.ledger().spared > 0.0).then(|| {
             let ledger = view.ledger();
             (view.counters().guarded_collisions, ledger.spared / ledger.lost.max(ledger.spared))
         }),
     }
+}
+
+/// The end of the run, or the time at which it failed; their difference is more than rounding.
+fn simulated_time(view: &View<'_>, scene: &Scene) -> f64 {
+    let (now, until) = (view.time().to_f64(), scene.run.until);
+    if (until - now).abs() <= END * until { until } else { now }
 }
 
 /// The gas to which theory applies in the measured part of a run, or why there is none; and the
@@ -227,24 +212,15 @@ fn left_at_rest(view: &View<'_>) -> Vec<(String, u64)> {
     heats.map(|heat| (view.tag_names().name(heat.tag).to_owned(), heat.counts.at_rest)).collect()
 }
 
-/// Writes a snapshot.
-fn append_frame(going: &mut Resumable<Measures>) -> Result<()> {
-    let Resumable { simulation, files, .. } = going;
-    files.append_frame(TRAJECTORY, |out| write_extended_xyz(&simulation.view(), out))
-}
-
-/// Writes the data of the last sample: a frame, and a row of each requested series.
-fn append_sample(going: &mut Resumable<Measures>, run: &RunSpec) -> Result<()> {
-    if run.snapshots.is_some() && run.snapshot_interval.is_none() {
-        append_frame(going)?;
-    }
-    going.observers.append(&mut going.files)
-}
-
 impl Outcome {
     /// Totals of the run.
     pub fn totals(&self) -> Totals {
         self.totals
+    }
+
+    /// What the method saves and gets wrong, if it is not the default.
+    pub fn price(&self) -> Option<&Price> {
+        self.price.as_ref()
     }
 
     /// Figures of the whole system at the end.
@@ -270,7 +246,7 @@ impl Outcome {
         let mut note = String::new();
         if !method.is_exact() {
             note = format!(
-                "NOT EXACT. Method: {method}. Contacts may be missed, late or invented, so overlaps are a \
+                "{NOT_EXACT}. Method: {method}. Contacts may be missed, late or invented, so overlaps are a \
                  result here and not a fault."
             );
             checks.retain(|check| check.name != OVERLAPPING_PAIRS);
@@ -279,78 +255,16 @@ impl Outcome {
             let depth = self.totals.max_overlap;
             figures.push(Figure::new("deepest overlap at a sample, by the smaller diameter", depth, "1"));
         }
+        figures.extend(self.price.iter().flat_map(Price::figures));
         Summary { title, note, totals: self.totals, checks, figures, runs: Vec::new() }
     }
 
-    /// Creates the page of the run.
-    ///
-    /// # Errors
-    /// A series cannot be drawn, or a picture is missing.
-    pub fn page(&self, folder: &Folder, summary: &Summary, scene: &Scene, command: &str) -> Result<String> {
-        let run = &scene.run;
-        let mut lead = format!("Run from t = 0 to {}, sampled every {}.", run.until, run.sample_interval);
-        if run.measure_from > 0.0 {
-            let _ = write!(lead, " Measured from t = {} on.", run.measure_from);
-        }
-        for (index, stage) in stages::describe(scene).iter().enumerate() {
-            let _ = write!(lead, " Stage {}: {stage}.", index + 1);
-        }
-        let measured = scene.measure.iter().map(|entry| entry.name.as_ref().unwrap_or(&entry.kind));
-        let observed: Vec<&str> = run.observe.iter().chain(measured).map(String::as_str).collect();
-        if !observed.is_empty() {
-            let _ = write!(lead, " Observed: {}.", observed.join(", "));
-        }
-        let mut page = Page::new(&summary.title, &lead);
-        if !summary.note.is_empty() {
-            page.note(&summary.note);
-        }
-        page.heading("Results");
-        page.totals(&summary.totals);
-        page.figures(&summary.figures);
-        page.subheading("Checks");
-        page.paragraph(&format!("The overlap check ran at {} samples.", self.results.overlap_checks));
-        page.checks(&summary.checks);
-        draw_tables(&self.results, &mut page)?;
-        page.heading("The system");
-        let [start, end] = PICTURES.map(|name| folder.read(name));
-        let (start, end) = (start?, end?);
-        let captions = [
-            format!("At the start.{}", caption_of(&start)),
-            format!("At t = {}.{}", run.until, caption_of(&end)),
-        ];
-        page.pictures(Layout::Beside, &[(&start, &captions[0]), (&end, &captions[1])]);
-        if run.animation {
-            let mut caption = format!(
-                "From t = {}: the flights of the run between contacts. All digits are in {}.",
-                run.animation_from,
-                animation::FLIGHTS
-            );
-            if !scene.stage.is_empty() {
-                caption.push_str(" Later stages and thermostats do not act in it.");
-            }
-            page.animation(&folder.read(animation::ANIMATION)?, &caption);
-        }
-        page.heading("Data");
-        page.links(self.data(run));
-        page.heading("Reproduction");
-        page.code(command);
-        let text = scene.to_toml();
-        if text.len() <= LONGEST_SCENE {
-            page.paragraph("The scene with all options:");
-            page.code(&text);
-        } else {
-            page.paragraph("The scene with all options is in config.toml.");
-        }
-        Ok(page.html())
-    }
-
-    /// Data files of the run, besides those of the tables.
-    fn data(&self, run: &RunSpec) -> Vec<&str> {
-        let mut files = vec!["config.toml", "summary.json", "tables.json", "manifest.json", "sums"];
-        files.extend(run.animation.then_some(animation::FLIGHTS));
-        files.extend(self.results.files.iter().map(String::as_str));
-        files.extend(run.snapshots.is_some().then_some(TRAJECTORY));
-        files
+    /// The summary of a run that ended with an error before its end at `until`.
+    pub fn summary_of_failed(&self, title: String, method: &Method, until: f64) -> Summary {
+        let mut summary = self.summary(title, method);
+        let left = until - self.totals.simulated_time;
+        summary.checks.insert(0, Check { passed: false, ..Check::at_most("time_left", left, 0.0) });
+        summary
     }
 
     /// What other runs of the scene are merged with.
@@ -365,38 +279,4 @@ impl Outcome {
         };
         Record::of(scene, run)
     }
-}
-
-/// Draws the charts of all tables, each with its caption and a link to its file.
-///
-/// # Errors
-/// A chart cannot be drawn.
-pub fn draw_tables(results: &Results, page: &mut Page) -> Result<()> {
-    for table in &results.tables {
-        let charts = table_chart::charts(table)?;
-        let last = charts.len().saturating_sub(1);
-        for (index, svg) in charts.iter().enumerate() {
-            let caption = if index == last { table.caption.as_str() } else { "" };
-            page.pictures(Layout::Full, &[(svg, caption)]);
-        }
-        page.links([measures::file_name(table).as_str()]);
-    }
-    Ok(())
-}
-
-/// Writes what the columns of the measures' tables hold, with units and sources of predictions.
-///
-/// # Errors
-/// The file cannot be written.
-pub fn describe_tables(results: &Results, folder: &Folder) -> Result<()> {
-    let heads = results.tables.iter().map(|table| {
-        let file = measures::file_name(table);
-        let columns = table.in_file().map(|column| {
-            let (role, source) = column.role.words();
-            json!({ "name": column.name, "unit": column.unit, "role": role, "source": source })
-        });
-        let columns: Vec<Value> = columns.collect();
-        json!({ "file": file, "title": table.title, "caption": table.caption, "columns": columns })
-    });
-    folder.write_json("tables.json", &heads.collect::<Vec<Value>>())
 }

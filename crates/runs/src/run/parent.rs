@@ -128,14 +128,16 @@ impl Parent {
         }
     }
 
-    /// Gives a scene the contents of the box that it leaves out.
+    /// Gives a scene the contents of the box that it leaves out. An empty list counts as left out:
+    /// the text of a scene has one where there are no entries.
     ///
     /// # Errors
     /// The stored scene cannot be read.
     pub fn complete(&self, scene: &mut toml::Table) -> Result<()> {
         let own: toml::Table = self.scene.parse().context("the scene of the other run")?;
+        let is_empty = |value: &toml::Value| value.as_array().is_some_and(Vec::is_empty);
         for key in CONTENTS {
-            if let Some(value) = own.get(key).filter(|_| !scene.contains_key(key)) {
+            if let Some(value) = own.get(key).filter(|_| scene.get(key).is_none_or(is_empty)) {
                 scene.insert(key.to_owned(), value.clone());
             }
         }

@@ -18,8 +18,8 @@ use carom_methods::{AnySimulation, Method};
 use crate::{
     checkpoint_file::{self, Body, encode},
     interruption::Signals,
+    other_run::refuse_other,
     progress::{Lines, Progress},
-    resumable::refuse_other,
 };
 
 /// Name of the file in the folder of a run that holds a growth in progress.

@@ -12,7 +12,7 @@ use carom::{
 };
 use clap::Args;
 
-use super::{parent::Parent, stages};
+use super::{parent::Parent, stages, stop};
 use crate::{measures, overrides::Override};
 
 /// The only supported format of snapshots.
@@ -63,7 +63,7 @@ impl SceneFile {
         if !self.set.is_empty() || parent.is_some() {
             let mut table: toml::Table = text.parse().with_context(|| format!("scene {path}"))?;
             for change in &self.set {
-                change.apply(&mut table)?;
+                change.apply(&mut table).context("--set")?;
             }
             if let Some(parent) = parent {
                 parent.complete(&mut table)?;
@@ -130,6 +130,17 @@ fn tags(scene: &Scene) -> impl Iterator<Item = String> {
     molecules.chain(bumpers).chain(walls).chain(gases).flatten().cloned()
 }
 
+/// Validates `[run]`, the measures and the stages of a scene that starts from its own bodies.
+///
+/// # Errors
+/// The first invalid entry.
+pub(crate) fn validate(scene: &Scene) -> Result<()> {
+    check(&scene.run)?;
+    measures::requests(scene)?;
+    stages::check(scene)?;
+    stages::refuse_unknown_tags(scene, tags(scene))
+}
+
 /// Validates `[run]`.
 pub fn check(run: &RunSpec) -> Result<()> {
     let intervals = [
@@ -139,7 +150,7 @@ pub fn check(run: &RunSpec) -> Result<()> {
     ];
     for (entry, time) in [("run.until", Some(run.until))].iter().chain(&intervals) {
         let time = time.unwrap_or(1.0);
-        ensure!(time.is_finite() && time > 0.0, "{entry} must be positive and finite, but is {time}");
+        ensure!(time.is_finite() && time > 0.0, "{entry} must be positive and finite, but is {time:?}");
     }
     for (entry, interval) in intervals {
         let interval = interval.unwrap_or(run.sample_interval);
@@ -157,7 +168,7 @@ pub fn check(run: &RunSpec) -> Result<()> {
     {
         ensure!(
             (0.0..run.until).contains(&time),
-            "{entry} must be from 0 to before run.until = {}, but is {time}",
+            "{entry} must be from 0 to before run.until = {:?}, but is {time:?}",
             run.until
         );
     }
@@ -168,6 +179,7 @@ pub fn check(run: &RunSpec) -> Result<()> {
         run.sample_interval,
         run.until
     );
+    run.stop.as_ref().map_or(Ok(()), stop::check)?;
     match run.snapshots.as_deref() {
         None | Some(EXTENDED_XYZ) => Ok(()),
         Some(other) => bail!("run.snapshots: unknown format '{other}'; expected {EXTENDED_XYZ}"),

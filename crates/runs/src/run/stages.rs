@@ -57,13 +57,13 @@ fn check_times(stage: &StageSpec, span: (f64, f64)) -> Result<()> {
     let (start, end) = span;
     ensure!(
         end.is_finite() && end > start,
-        "`until` must be finite and later than the start of the stage, {start}, but is {end}"
+        "`until` must be finite and later than the start of the stage, {start:?}, but is {end:?}"
     );
     for (index, thermostat) in stage.thermostat.iter().enumerate() {
         let every = thermostat.every;
         ensure!(
             every.is_finite() && every > 0.0,
-            "thermostat[{index}].every must be positive and finite, but is {every}"
+            "thermostat[{index}].every must be positive and finite, but is {every:?}"
         );
         ensure!(
             (end - start) / every <= MOST_ACTIONS,

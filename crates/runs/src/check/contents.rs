@@ -1,0 +1,246 @@
+//! What is in a scene: its bodies by kind, its energy, and what its run does.
+
+use std::collections::{BTreeMap, HashMap};
+
+use carom::{
+    Scene, View,
+    engine::{Body, Tag},
+};
+use carom_report::page::with_error;
+use serde::Serialize;
+
+use super::aligned::{short, table};
+use crate::{
+    run::{stages, stop},
+    sampling_times::sampling_count,
+};
+
+/// More sizes and masses than this in one group, as drawn from a distribution, share a line.
+const MOST_KINDS: usize = 8;
+
+/// What is in a scene at its start.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Contents {
+    /// Sides of the box (length).
+    sides: [f64; 2],
+    seed: u64,
+    bodies: Vec<Kind>,
+    /// Number of bodies that move, and of those that turn in contacts.
+    pub(super) moving: usize,
+    pub(super) turning: usize,
+    /// Area of all bodies, as a share of the box.
+    pub(super) area_fraction: f64,
+    energy: f64,
+    /// kT; `None` without thermal motion.
+    temperature: Option<f64>,
+    momentum: [f64; 2],
+    /// End of the run, and its number of samples.
+    pub(super) until: f64,
+    pub(super) samples: u64,
+    observe: Vec<String>,
+    /// What ends the run before that, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stop: Option<String>,
+    stages: Vec<String>,
+}
+
+/// Bodies of one kind, or of one group with different sizes and masses.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Kind {
+    number: usize,
+    tags: Vec<String>,
+    shape: String,
+    size: String,
+    mass: String,
+    /// Area of all of them, as a share of the box.
+    area_fraction: f64,
+    #[serde(skip)]
+    first: usize,
+}
+
+/// What the bodies on one line have in common: tags, wall or not, number of atoms, fixed or not,
+/// and locked or not.
+type Group<'a> = (&'a [Tag], bool, usize, bool, bool);
+
+/// Equal bodies of a group.
+struct Equal<'a> {
+    first: usize,
+    number: usize,
+    body: &'a Body,
+}
+
+impl Contents {
+    pub(super) fn of(scene: &Scene, view: &View<'_>) -> Self {
+        let (mut moving, mut turning, mut area) = (0, 0, 0.0);
+        let mut groups: BTreeMap<Group<'_>, HashMap<[u64; 3], Equal<'_>>> = BTreeMap::new();
+        for (index, body) in view.bodies().map(|view| view.body).enumerate() {
+            let molecule = body.molecule();
+            area += molecule.area();
+            moving += usize::from(!body.is_fixed());
+            turning += usize::from(!body.is_fixed() && !body.is_locked() && !molecule.is_round());
+            let group =
+                (body.tags(), body.is_wall(), molecule.atoms().len(), body.is_fixed(), body.is_locked());
+            let kt = body.wall_temperature().unwrap_or(0.0);
+            let key = [molecule.bounding_radius(), molecule.mass(), kt].map(f64::to_bits);
+            let new = Equal { first: index, number: 0, body };
+            groups.entry(group).or_default().entry(key).or_insert(new).number += 1;
+        }
+        let mut bodies: Vec<Kind> = Vec::new();
+        for group in groups.into_values() {
+            let all: Vec<Equal<'_>> = group.into_values().collect();
+            if all.len() > MOST_KINDS {
+                bodies.push(Kind::of(view, &all));
+            } else {
+                bodies.extend(all.iter().map(|one| Kind::of(view, std::slice::from_ref(one))));
+            }
+        }
+        bodies.sort_by_key(|kind| kind.first);
+        let run = &scene.run;
+        Self {
+            sides: view.bounds().sides().into(),
+            seed: scene.bounds.seed,
+            bodies,
+            moving,
+            turning,
+            area_fraction: area / view.bounds().area(),
+            energy: view.energy(),
+            temperature: view.temperature(),
+            momentum: view.momentum().into(),
+            until: run.until,
+            samples: sampling_count(0.0, run.until, run.sample_interval),
+            observe: run.observe.clone(),
+            stop: run.stop.as_ref().map(stop::words),
+            stages: stages::describe(scene),
+        }
+    }
+
+    /// Several lines of text.
+    pub(super) fn text(&self) -> String {
+        let head = ["number", "tags", "shape", "size", "mass", "area"].map(str::to_owned);
+        let rows = self.bodies.iter().map(|kind| {
+            let tags = if kind.tags.is_empty() { "-".to_owned() } else { kind.tags.join(" ") };
+            let number = kind.number.to_string();
+            let area = short(kind.area_fraction);
+            [number, tags, kind.shape.clone(), kind.size.clone(), kind.mass.clone(), area]
+        });
+        let temperature =
+            self.temperature.map_or_else(String::new, |kt| format!(", kT {}", with_error(kt, None)));
+        let [x, y] = self.momentum;
+        let mut run = format!("to t = {}, {} samples", self.until, self.samples);
+        if !self.observe.is_empty() {
+            run = format!("{run} of {}", self.observe.join(", "));
+        }
+        let mut lines = vec![
+            ["box".to_owned(), format!("{} × {}, seed {}", self.sides[0], self.sides[1], self.seed)],
+            [
+                "bodies".to_owned(),
+                format!(
+                    "{} move, {} of which turn; they cover {} of the box",
+                    self.moving,
+                    self.turning,
+                    short(self.area_fraction)
+                ),
+            ],
+            [
+                "start".to_owned(),
+                format!("energy {}{temperature}, momentum ({x:.3e}, {y:.3e})", with_error(self.energy, None)),
+            ],
+            ["run".to_owned(), run],
+        ];
+        lines.extend(self.stop.iter().map(|rule| [String::new(), format!("it ends before that {rule}")]));
+        let stages = self.stages.iter().enumerate();
+        lines.extend(stages.map(|(index, stage)| [format!("stage {}", index + 1), stage.clone()]));
+        format!("{}\n\nBodies\n{}", table(lines), table(std::iter::once(head).chain(rows)))
+    }
+}
+
+impl Kind {
+    /// Equal bodies, or different ones of one group.
+    fn of(view: &View<'_>, all: &[Equal<'_>]) -> Self {
+        let body = all[0].body;
+        let number = all.iter().map(|one| one.number).sum();
+        let area: f64 = all.iter().map(|one| one.number as f64 * one.body.molecule().area()).sum();
+        let atoms = body.molecule().atoms().len();
+        let shape = match (body.is_wall(), atoms) {
+            (true, _) => "wall".to_owned(),
+            (false, 1) => "disc".to_owned(),
+            (false, atoms) => format!("molecule of {atoms} atoms"),
+        };
+        let radii = spread(all, |body| body.molecule().bounding_radius());
+        let size = match (body.is_wall(), atoms) {
+            (true, _) => format!("length {}", spread(all, |body| 2.0 * body.molecule().bounding_radius())),
+            (false, 1) => format!("radius {radii}"),
+            (false, _) => format!("bounding radius {radii}"),
+        };
+        let masses = || spread(all, |body| body.molecule().mass());
+        let mass = match (body.is_fixed(), body.wall_temperature()) {
+            (true, Some(kt)) => format!("fixed, of temperature kT = {kt}"),
+            (true, None) => "fixed".to_owned(),
+            (false, _) if body.is_locked() && atoms > 1 => format!("{}, does not turn", masses()),
+            (false, _) => masses(),
+        };
+        Self {
+            number,
+            tags: body.tags().iter().map(|&tag| view.tag_names().name(tag).to_owned()).collect(),
+            shape,
+            size,
+            mass,
+            area_fraction: area / view.bounds().area(),
+            first: all.iter().map(|one| one.first).min().unwrap_or(0),
+        }
+    }
+}
+
+/// The value of equal bodies, or the range of different ones, with their mean.
+fn spread(all: &[Equal<'_>], of: fn(&Body) -> f64) -> String {
+    let (mut least, mut most, mut sum, mut number) = (f64::INFINITY, 0.0f64, 0.0, 0);
+    for one in all {
+        let value = of(one.body);
+        (least, most) = (least.min(value), most.max(value));
+        sum += one.number as f64 * value;
+        number += one.number;
+    }
+    if least == most {
+        return with_error(least, None);
+    }
+    format!("{} to {}, mean {}", short(least), short(most), short(sum / number as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_methods::AnySimulation;
+
+    fn contents(text: &str) -> Contents {
+        let scene = Scene::from_toml(text).unwrap();
+        Contents::of(&scene, &AnySimulation::new(&scene).unwrap().view())
+    }
+
+    #[test]
+    fn kinds_are_counted_and_their_areas_are_summed() {
+        let found = contents(
+            "[[gas]]\ntags = [\"gas\"]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 100\n\
+             [[molecule]]\nshape = \"tee\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.5, 0.5]\n\
+             [[bumper]]\nradius = 0.05\nat = [0.1, 0.1]\n[run]\nuntil = 2.0\nsample_interval = 0.5\n",
+        );
+        let gas = found.bodies.iter().find(|kind| kind.tags == ["gas"]).unwrap();
+        assert_eq!((gas.number, gas.shape.as_str(), gas.size.as_str()), (100, "disc", "radius 0.01"));
+        assert!((gas.area_fraction - 0.01 * std::f64::consts::PI).abs() < 1e-12);
+        assert_eq!((found.moving, found.turning, found.samples), (101, 1, 4));
+        // π (100 · 0.01² + 5 · 0.02² + 0.05²)
+        assert!((found.area_fraction - 0.0145 * std::f64::consts::PI).abs() < 1e-12);
+        let text = found.text();
+        assert!(text.contains("molecule of 5 atoms") && text.contains("fixed"), "{text}");
+        assert!(text.contains("101 move, 1 of which turn") && text.contains("to t = 2, 4 samples"), "{text}");
+    }
+
+    #[test]
+    fn drawn_sizes_share_a_line_with_their_range() {
+        let found = contents(
+            "[[gas]]\nradius = { uniform = [0.01, 0.02] }\ndensity = 1.0\nenergy = 1.0\narea_fraction = 0.2\n",
+        );
+        assert_eq!(found.bodies.len(), 1);
+        assert!(found.bodies[0].size.starts_with("radius 0.01"), "{}", found.bodies[0].size);
+        assert!((found.bodies[0].area_fraction - 0.2).abs() < 0.01);
+    }
+}

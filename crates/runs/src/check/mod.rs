@@ -1,0 +1,223 @@
+//! `carom check`: what is in a scene, what its run will cost, and where it stands between the
+//! limits of the numbers.
+
+mod actions;
+mod aligned;
+mod collisions;
+mod contents;
+mod costs;
+pub mod limits;
+mod trial;
+mod unplaced;
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use carom::{Scene, View};
+use carom_methods::Method;
+use carom_tables::Verdict;
+use clap::Args;
+use serde::Serialize;
+
+use self::{
+    aligned::{bytes, duration, short, table},
+    collisions::Expected,
+    contents::Contents,
+    costs::Cost,
+    limits::Limit,
+    trial::{Estimate, Trial},
+    unplaced::Unplaced,
+};
+use crate::{
+    console::{is_json, put},
+    interruption::Signals,
+    measures::Measures,
+    print_line,
+    run::{self, SceneFile, continued, parent::Parent, placement::Placement},
+};
+
+/// Options of `carom check`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// The scene file and changes to it
+    #[command(flatten)]
+    pub file: SceneFile,
+}
+
+/// What is known about a scene before its run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Report {
+    scene: String,
+    method: String,
+    is_exact: bool,
+    /// The price of a method that is not exact.
+    price: Option<&'static str>,
+    contents: Contents,
+    costs: Vec<Cost>,
+    limits: Vec<Limit>,
+    expected: Expected,
+    estimate: Estimate,
+}
+
+/// Reads a scene, places its molecules, runs it for about a second, and prints its content, its
+/// cost and its limits; of millions of bodies, their number and the memory that they need.
+///
+/// # Errors
+/// The scene is invalid or cannot run, with the words of `carom run`.
+pub fn run(options: &Options) -> Result<Verdict> {
+    let file = &options.file;
+    let parent = Parent::find(file.from.as_deref(), Path::new(""), false)?;
+    let scene = file.read(parent.as_ref())?;
+    let method = Method::try_from(&scene.method).context("[method]")?;
+    let name = file.path.display().to_string();
+    let unplaced = if parent.is_none() { Unplaced::of(name, &scene, &method)? } else { None };
+    let text = if let Some(unplaced) = unplaced {
+        put("check", &unplaced);
+        unplaced.text()
+    } else {
+        let report = report(file, &scene, &method, parent.as_ref())?;
+        put("check", &report);
+        report.text()
+    };
+    if !is_json() {
+        print_line(&text);
+    }
+    Ok(Verdict::Passed)
+}
+
+fn report(file: &SceneFile, scene: &Scene, method: &Method, parent: Option<&Parent>) -> Result<Report> {
+    let (begun, before) = if let Some(parent) = parent {
+        (continued(parent, scene, method)?, parent.actions)
+    } else {
+        let (signals, mut store) = (Signals::default(), |_: &_| Ok(()));
+        let placement = Placement::new(method, &signals, NEVER, &mut store);
+        (placement.begin(scene).with_context(|| format!("scene {}", file.path.display()))?, 0)
+    };
+    let (mut simulation, measures, _) = run::begin(begun, scene, before)?;
+    let view = simulation.view();
+    let contents = Contents::of(scene, &view);
+    let costs = costs::costs(scene, &view, &measures, &contents);
+    let (limits, expected) = (limits::limits(scene, &view), Expected::of(scene, &view));
+    let mut all_measured = Measures::begin(&measured(scene), &view)?;
+    let trial = Trial::of(&mut simulation, &mut all_measured, scene.run.until)?;
+    // The measures of the trial may hold contacts that a run writes to files.
+    let estimate = trial.estimate(&mut simulation, &measures, scene, &contents)?;
+    Ok(Report {
+        scene: file.path.display().to_string(),
+        method: method.to_string(),
+        is_exact: method.is_exact(),
+        price: costs::price(method),
+        contents,
+        costs,
+        limits,
+        expected,
+        estimate,
+    })
+}
+
+/// The number of collisions until the end of a run that theory expects, from the state at its
+/// start; `None` without thermal motion.
+pub fn expected_collisions(scene: &Scene, view: &View<'_>) -> Option<f64> {
+    Expected::of(scene, view).number
+}
+
+/// The scene with all of its run measured, so that a short trial has the cost of the measures.
+fn measured(scene: &Scene) -> Scene {
+    let mut measured = scene.clone();
+    measured.run.measure_from = 0.0;
+    measured.stage.iter_mut().for_each(|stage| stage.measure = true);
+    measured
+}
+
+/// A growth is not stored.
+const NEVER: std::time::Duration = std::time::Duration::MAX;
+
+impl Report {
+    fn text(&self) -> String {
+        let warning = if self.is_exact { "" } else { ": NOT EXACT" };
+        let price = self.price.map_or_else(String::new, |price| format!("\n  price  {price}"));
+        let head = format!("{}: valid\n{}", self.scene, self.contents.text());
+        let sections = [
+            ("Method", format!("  {}{warning}{price}", self.method)),
+            ("Paid for", self.costs(true)),
+            ("Not paid for", self.costs(false)),
+            ("Limits", self.limits()),
+            ("Expected", self.expectations()),
+        ];
+        let filled = sections.into_iter().filter(|(_, lines)| !lines.is_empty());
+        let text = filled.map(|(title, lines)| format!("{title}\n{lines}"));
+        std::iter::once(head).chain(text).collect::<Vec<_>>().join("\n\n")
+    }
+
+    fn costs(&self, is_paid: bool) -> String {
+        let costs = self.costs.iter().filter(|cost| cost.is_paid == is_paid);
+        table(costs.map(|cost| [cost.what.to_owned(), cost.words.clone()]))
+    }
+
+    fn limits(&self) -> String {
+        let head = ["quantity", "value", "tested to", "allowed to", "origin"].map(str::to_owned);
+        let number = |limit: Option<f64>| limit.map_or_else(|| "-".to_owned(), short);
+        let rows = self.limits.iter().map(|row| {
+            let value = format!("{} {}", short(row.value), row.verdict());
+            [
+                row.quantity.to_owned(),
+                value.trim_end().to_owned(),
+                number(row.tested),
+                number(row.allowed),
+                row.origin.to_owned(),
+            ]
+        });
+        table(std::iter::once(head).chain(rows))
+    }
+
+    fn expectations(&self) -> String {
+        let Self { expected, estimate, .. } = self;
+        let number = |number: Option<f64>| number.map_or_else(|| "unknown".to_owned(), short);
+        let at_most = if estimate.is_epoch_measured { "" } else { "at most " };
+        let trial = if estimate.is_whole_run {
+            "counted: the trial is the whole run".to_owned()
+        } else {
+            let (collisions, time) = (estimate.trial_collisions, estimate.trial_time);
+            format!("at the rate of a trial: {collisions} in a time of {}", short(time))
+        };
+        let seconds = match estimate.seconds {
+            Some(seconds) => format!("about {} of processor time", duration(seconds)),
+            None => "unknown: the trial made no progress in time".to_owned(),
+        };
+        let mut rows = vec![
+            ["collisions", &number(expected.number), &expected.source].map(str::to_owned),
+            ["", &number(estimate.collisions), &trial].map(str::to_owned),
+            [
+                "time".to_owned(),
+                seconds,
+                format!(
+                    "{} collisions a second; {} for samples and snapshots",
+                    short(estimate.collisions_per_second),
+                    duration(estimate.sample_seconds)
+                ),
+            ],
+            [
+                "epoch".to_owned(),
+                format!("{at_most}{}", duration(estimate.epoch_seconds)),
+                "checkpoints are written at its end".to_owned(),
+            ],
+            ["memory".to_owned(), bytes(estimate.memory), "bodies and their events".to_owned()],
+            ["checkpoint".to_owned(), bytes(estimate.checkpoint), String::new()],
+        ];
+        if estimate.snapshots > 0 {
+            rows.push(["snapshots".to_owned(), bytes(estimate.snapshots), String::new()]);
+        }
+        if let Some(actions) = &estimate.actions {
+            let share = 100.0 * actions.seconds / estimate.seconds.unwrap_or(f64::INFINITY).max(1e-9);
+            rows.push([
+                "thermostats".to_owned(),
+                duration(actions.seconds),
+                format!(
+                    "{} actions on {} bodies in all, {share:.1} % of the time",
+                    actions.count, actions.motions
+                ),
+            ]);
+        }
+        table(rows)
+    }
+}

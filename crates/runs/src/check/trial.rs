@@ -1,0 +1,249 @@
+//! A trial run of about a second, and the estimate of the whole run from it.
+
+use anyhow::Result;
+use carom::{Observer as _, Scene, observers::write_extended_xyz};
+use carom_methods::AnySimulation;
+use cpu_time::ProcessTime;
+use serde::Serialize;
+
+use super::{actions::Actions, contents::Contents};
+use crate::{checkpoint_file::encode, measures::Measures, sampling_times::sampling_count};
+
+/// Processor time of the trial (seconds).
+const TRIAL_SECONDS: f64 = 1.0;
+
+/// Contacts of the trial if measures watch them: some keep every contact in memory.
+const MOST_WATCHED: u64 = 300_000;
+
+/// Contacts one by one at the start of the trial, which give the length of its first stretch.
+const FIRST_CONTACTS: u64 = 64;
+
+/// A stretch of the trial that takes longer is not lengthened (seconds).
+const STRETCH_SECONDS: f64 = 0.05;
+
+/// Epochs after which their mean time is measured.
+const MEASURED_EPOCHS: u64 = 4;
+
+/// Contacts of a body in an epoch of the default scheduler, each of which is shared by two.
+const CONTACTS_PER_EPOCH: f64 = 64.0;
+
+/// The trial.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Trial {
+    /// Contacts, epochs, simulated time and processor time (seconds) after the first step.
+    contacts: u64,
+    epochs: u64,
+    simulated: f64,
+    seconds: f64,
+    /// Processor time of the first step, which predicts all bodies (seconds).
+    first: f64,
+    /// Processor time of a sample of all measures (seconds).
+    sample: f64,
+    is_whole: bool,
+    until: f64,
+}
+
+/// What the run will take.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Estimate {
+    /// Contacts in the trial, and the simulated time that they took.
+    pub(super) trial_collisions: u64,
+    pub(super) trial_time: f64,
+    /// Whether the trial has reached the end of the run.
+    pub(super) is_whole_run: bool,
+    /// Contacts of the run at the rate of the trial; `None` if no time has passed in it.
+    pub(super) collisions: Option<f64>,
+    /// Processor time of the run, of which for samples and snapshots (seconds).
+    pub(super) seconds: Option<f64>,
+    pub(super) sample_seconds: f64,
+    /// Contacts per second of processor time.
+    pub(super) collisions_per_second: f64,
+    /// Wall time of an epoch: a signal is answered, and a checkpoint written, at its end (seconds).
+    pub(super) epoch_seconds: f64,
+    /// Whether that is the mean of the trial; else it is the longest possible.
+    pub(super) is_epoch_measured: bool,
+    /// Bodies and their events in memory (bytes).
+    pub(super) memory: u64,
+    /// A checkpoint at the start of the run (bytes).
+    pub(super) checkpoint: u64,
+    /// All snapshots (bytes); 0 without.
+    pub(super) snapshots: u64,
+    /// The actions of thermostats.
+    pub(super) actions: Option<Actions>,
+}
+
+impl Trial {
+    /// Runs until the end, for [`TRIAL_SECONDS`], or for [`MOST_WATCHED`] contacts that are
+    /// watched.
+    ///
+    /// # Errors
+    /// The run fails.
+    pub(super) fn of(simulation: &mut AnySimulation, measures: &mut Measures, until: f64) -> Result<Self> {
+        measures.start(&simulation.view());
+        measures.sample(&simulation.view());
+        measures.check(&simulation.view());
+        let most = if measures.watching().is_empty() { u64::MAX } else { MOST_WATCHED };
+        // A step without a contact doubles the time of the next, so that rare contacts take no
+        // longer than twice the limit.
+        let mut stretch = until / f64::from(1 << 20);
+        let mut step = |simulation: &mut AnySimulation, measures: &mut Measures| -> Result<bool> {
+            let limit = until.min(simulation.time().to_f64() + stretch);
+            let has_contact = simulation.step(limit, measures)?;
+            stretch *= if has_contact { 1.0 } else { 2.0 };
+            Ok(!has_contact && limit >= until)
+        };
+        let clock = ProcessTime::now();
+        let mut is_whole = step(simulation, measures)?;
+        let first = clock.elapsed().as_secs_f64();
+        let (clock, start, before) =
+            (ProcessTime::now(), simulation.time().to_f64(), *simulation.view().counters());
+        let contacts =
+            |simulation: &AnySimulation| simulation.view().counters().collisions - before.collisions;
+        let goes_on = |simulation: &AnySimulation| {
+            contacts(simulation) < most && clock.elapsed().as_secs_f64() < TRIAL_SECONDS
+        };
+        while !is_whole && contacts(simulation) < FIRST_CONTACTS && goes_on(simulation) {
+            is_whole = step(simulation, measures)?;
+        }
+        // A stop stores the motions of all bodies, which a run does at its samples only.
+        let mut seconds = clock.elapsed().as_secs_f64();
+        simulation.observe_until(simulation.time().to_f64(), measures)?;
+        let stop = clock.elapsed().as_secs_f64() - seconds;
+        let mut stretch = (simulation.time().to_f64() - start).max(until / f64::from(1 << 30));
+        while !is_whole && goes_on(simulation) {
+            let now = clock.elapsed().as_secs_f64();
+            let limit = until.min(simulation.time().to_f64() + stretch);
+            simulation.observe_until(limit, measures)?;
+            is_whole = limit >= until;
+            let taken = (clock.elapsed().as_secs_f64() - now - stop).max(0.0);
+            seconds += taken;
+            if taken < STRETCH_SECONDS {
+                stretch *= 2.0;
+            }
+        }
+        let simulated = simulation.time().to_f64() - start;
+        let contacts = contacts(simulation);
+        let epochs = simulation.view().counters().epochs - before.epochs;
+        let clock = ProcessTime::now();
+        measures.sample(&simulation.view());
+        let sample = clock.elapsed().as_secs_f64();
+        Ok(Self { contacts, epochs, simulated, seconds, first, sample, is_whole, until })
+    }
+
+    /// The number of contacts of the whole run at the rate of the trial.
+    fn collisions(&self, simulation: &AnySimulation) -> Option<f64> {
+        let all = simulation.view().counters().collisions as f64;
+        if self.is_whole {
+            return Some(all);
+        }
+        (self.simulated > 0.0).then(|| self.contacts as f64 * self.until / self.simulated)
+    }
+
+    /// The longest wall time of an epoch, or the mean (seconds).
+    fn epoch(&self, moving: usize) -> (f64, bool) {
+        if self.epochs >= MEASURED_EPOCHS {
+            return (self.seconds / self.epochs as f64, true);
+        }
+        let contacts = 0.5 * CONTACTS_PER_EPOCH * moving as f64;
+        let each = if self.contacts == 0 { 0.0 } else { self.seconds / self.contacts as f64 };
+        (self.first + contacts * each, false)
+    }
+
+    /// The estimate for the whole run. The simulation is the one of the trial.
+    ///
+    /// # Errors
+    /// An action of a thermostat fails, or the state cannot be encoded.
+    pub(super) fn estimate(
+        &self,
+        simulation: &mut AnySimulation,
+        measures: &Measures,
+        scene: &Scene,
+        contents: &Contents,
+    ) -> Result<Estimate> {
+        let collisions = self.collisions(simulation);
+        let actions = Actions::of(simulation, scene)?;
+        let memory = simulation.heap_bytes() as u64;
+        let (epoch_seconds, is_epoch_measured) = self.epoch(contents.moving);
+        let (snapshots, snapshot_seconds) = snapshots(simulation, scene)?;
+        let sample_seconds = contents.samples as f64 * self.sample + snapshot_seconds;
+        let more = sample_seconds + actions.map_or(0.0, |actions| actions.seconds);
+        let contacts_seconds = if self.is_whole {
+            Some(self.seconds)
+        } else {
+            (self.simulated > 0.0).then(|| {
+                // An epoch begins with a prediction of all bodies, which a short trial leaves out.
+                let epochs = if self.epochs > 0 {
+                    0.0
+                } else {
+                    self.until / self.simulated * self.seconds / epoch_seconds
+                };
+                self.seconds * self.until / self.simulated + epochs * self.first
+            })
+        };
+        let state = encode(&simulation.end_epoch_here())?.len() + encode(measures)?.len();
+        Ok(Estimate {
+            trial_collisions: self.contacts,
+            trial_time: self.simulated,
+            is_whole_run: self.is_whole,
+            collisions,
+            seconds: contacts_seconds.map(|seconds| self.first + seconds + more),
+            sample_seconds,
+            collisions_per_second: self.contacts as f64 / self.seconds.max(1e-9),
+            epoch_seconds,
+            is_epoch_measured,
+            memory,
+            checkpoint: state as u64,
+            snapshots,
+            actions,
+        })
+    }
+}
+
+/// Size of all snapshots of a run (bytes), and the processor time to write them (seconds).
+fn snapshots(simulation: &AnySimulation, scene: &Scene) -> Result<(u64, f64)> {
+    if scene.run.snapshots.is_none() {
+        return Ok((0, 0.0));
+    }
+    let interval = scene.run.snapshot_interval.unwrap_or(scene.run.sample_interval);
+    let count = sampling_count(0.0, scene.run.until, interval) + 1;
+    let clock = ProcessTime::now();
+    let mut frame = Vec::new();
+    write_extended_xyz(&simulation.view(), &mut frame)?;
+    Ok((count * frame.len() as u64, count as f64 * clock.elapsed().as_secs_f64()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene(text: &str) -> Scene {
+        Scene::from_toml(text).unwrap()
+    }
+
+    fn trial(scene: &Scene, until: f64) -> Trial {
+        let mut simulation = AnySimulation::new(scene).unwrap();
+        let mut measures = Measures::begin(scene, &simulation.view()).unwrap();
+        Trial::of(&mut simulation, &mut measures, until).unwrap()
+    }
+
+    #[test]
+    fn a_short_run_is_counted_in_full_and_a_long_run_is_extrapolated() {
+        let scene = scene("[box]\nseed = 5\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 200\n");
+        let mut simulation = AnySimulation::new(&scene).unwrap();
+        let mut measures = Measures::begin(&scene, &simulation.view()).unwrap();
+        let short = Trial::of(&mut simulation, &mut measures, 0.5).unwrap();
+        let mut run = AnySimulation::new(&scene).unwrap();
+        run.run_until(0.5).unwrap();
+        assert!(short.is_whole);
+        assert_eq!(short.collisions(&simulation), Some(run.view().counters().collisions as f64));
+        let long = trial(&scene, 1e9);
+        assert!(!long.is_whole && long.simulated < 1e9 && long.epochs > 0, "{long:?}");
+    }
+
+    #[test]
+    fn watched_contacts_bound_the_trial() {
+        let gas = "[box]\nseed = 5\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 2000\n";
+        let watched = trial(&scene(&format!("{gas}[run]\nuntil = 1e6\nobserve = [\"pressure\"]\n")), 1e6);
+        assert!(watched.contacts < 3 * MOST_WATCHED, "{watched:?}");
+    }
+}

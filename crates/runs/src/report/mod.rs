@@ -1,0 +1,103 @@
+//! `carom report`: the page of a run folder from its data, so that old folders get the page of this
+//! version.
+//!
+//! `carom run` and `carom merge` write their pages by the same functions from the files that they
+//! have just written. So a page written again by the same version has the same bytes.
+
+mod contents;
+mod evidence;
+mod experiment_page;
+mod files;
+mod read;
+mod run_page;
+mod tables_file;
+mod verdict;
+
+use std::{fs, io, path::PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use carom_tables::Verdict;
+use clap::Args;
+
+use contents::{Contents, Kind};
+pub use contents::{RUNS, State};
+pub use tables_file::write as write_tables;
+pub use verdict::NOT_EXACT;
+
+use crate::{
+    animation::ANIMATION,
+    output::{Existing, Folder, MANIFEST},
+    price::PRICE,
+    print_line,
+    progress::Progress,
+    run::files::PICTURES,
+};
+
+/// Name of the page in a folder.
+pub const PAGE: &str = "report.html";
+
+/// Options of `carom report`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// Folders of runs, merged runs, or experiments
+    #[arg(value_name = "DIR", required = true)]
+    pub folders: Vec<PathBuf>,
+}
+
+/// Writes the pages of folders again. The page of a run or of merged runs is made from the data; an
+/// incomplete folder gives a page that says so. Of an experiment, the page keeps its content and
+/// gets the present layout.
+///
+/// # Errors
+/// A folder holds no run, or a file cannot be read or written.
+pub fn run(options: &Options) -> Result<Verdict> {
+    let progress = Progress::items("folders", options.folders.len() as u64);
+    for path in &options.folders {
+        ensure!(path.join(MANIFEST).is_file(), "{} holds no run: it has no {MANIFEST}", path.display());
+        let folder = Folder::create(path, Existing::Replace)?;
+        // A run in progress would write the same files.
+        let lock = folder.lock()?;
+        let written = write_again(&folder);
+        written.with_context(|| format!("cannot write the page of {}", path.display()))?;
+        drop(lock);
+        progress.count(1);
+        print_line(&format!("{}", path.join(PAGE).display()));
+    }
+    Ok(Verdict::Passed)
+}
+
+fn write_again(folder: &Folder) -> Result<()> {
+    let contents = Contents::read(folder, None)?;
+    match contents.kind {
+        Kind::Run | Kind::Merge => folder.write(PAGE, run_page::html(&contents)?),
+        Kind::Sweep | Kind::Experiment => folder.write(PAGE, experiment_page::html(folder, &contents)?),
+    }
+}
+
+/// Writes the page of a run or of merged runs from the files in the folder.
+///
+/// # Errors
+/// A file cannot be read or written, or a table cannot be drawn.
+pub fn write(folder: &Folder, state: State) -> Result<()> {
+    folder.write(PAGE, run_page::html(&Contents::read(folder, Some(state))?)?)
+}
+
+/// Removes what an earlier run in the folder has left and a page shows, before a run begins.
+///
+/// # Errors
+/// A file cannot be removed.
+pub(crate) fn remove_old(folder: &Folder) -> Result<()> {
+    for name in [PAGE, "summary.json", "tables.json", ANIMATION, PRICE, PICTURES[1]] {
+        let path = folder.path().join(name);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                Err(error).with_context(|| format!("cannot replace {}", path.display()))?;
+            }
+            _ => (),
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

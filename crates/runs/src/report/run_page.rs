@@ -1,0 +1,163 @@
+//! The page of a run, or of merged runs, from the contents of its folder.
+
+use std::fmt::Write as _;
+
+use anyhow::Result;
+use carom::Scene;
+use carom_report::page::{DataChart, Page, Part};
+use carom_tables::Summary;
+
+use super::{
+    contents::{Contents, Kind, State},
+    evidence::Charts,
+    files, verdict,
+};
+use crate::{animation::FLIGHTS, run::stages, visible_region::caption_of};
+
+/// A longer scene file is not repeated on the page (bytes).
+const LONGEST_SCENE: usize = 100_000;
+
+/// The page.
+///
+/// # Errors
+/// A table cannot be drawn.
+pub(super) fn html(contents: &Contents) -> Result<String> {
+    let title = contents.summary.as_ref().map_or_else(|| contents.again.clone(), |all| all.title.clone());
+    let mut page = Page::new(&title, &lead(contents));
+    page.verdict(&verdict::sentence(contents));
+    notes(contents, &mut page);
+    let figures = contents.summary.as_ref().map_or(&[][..], |summary| &summary.figures);
+    let main = verdict::main_figure(figures).map_or("", |figure| &figure.name);
+    let charts = Charts::of(&contents.tables, main)?;
+    let mut pictures = system(contents);
+    page.part(Part::Answer);
+    // Without charts the states of the system are the answer.
+    let lacking = 2usize.saturating_sub(charts.evidence.len()).min(pictures.len());
+    let kept = pictures.split_off(pictures.len() - lacking);
+    page.charts(&[charts.evidence, kept].concat());
+    if let (Some(animation), Some(scene)) = (&contents.animation, &contents.scene) {
+        page.animation(animation, &caption_of_animation(scene));
+    }
+    page.part(Part::Results);
+    page.heading("Figures");
+    let summary = contents.summary.as_ref();
+    page.figures(figures);
+    if let Some(price) = &contents.price {
+        price.show(&mut page);
+    }
+    if let [header, rows @ ..] = contents.runs.as_slice() {
+        page.heading("Runs");
+        let header: Vec<String> = header.iter().map(|name| name.replace('_', " ")).collect();
+        page.table(&header.iter().map(String::as_str).collect::<Vec<_>>(), rows);
+    }
+    page.heading("Curves");
+    page.charts(&charts.others);
+    page.heading("The system");
+    page.charts(&pictures);
+    data(contents, &charts.undrawn, &mut page);
+    again(contents, &mut page);
+    if let Some(summary) = summary {
+        checks(contents, summary, &mut page);
+    }
+    Ok(page.html())
+}
+
+/// Errors, what is missing, and the note of the run, from the top.
+fn notes(contents: &Contents, page: &mut Page) {
+    let missing = contents.missing.join(", ");
+    match &contents.state {
+        State::Ended => (),
+        State::Failed(error) => page.error(&format!(
+            "The run ended with an error: {error}. The page shows what was measured until then."
+        )),
+        State::Unfinished => page.error(&format!(
+            "The run in this folder has not ended. To resume it: {} --resume",
+            contents.again
+        )),
+    }
+    if !missing.is_empty() {
+        page.note(&format!("Missing from the folder: {missing}."));
+    }
+    if let Some(Summary { note, .. }) = contents.summary.as_ref().filter(|summary| !summary.note.is_empty()) {
+        page.note(note);
+    }
+}
+
+/// What was run and measured.
+fn lead(contents: &Contents) -> String {
+    if contents.kind == Kind::Merge {
+        return "Means of all runs, with errors from the blocks of all runs. What is no mean of sums is averaged \
+                over the runs, with the error of its scatter among them."
+            .to_owned();
+    }
+    let Some(scene) = &contents.scene else { return String::new() };
+    let run = &scene.run;
+    let mut lead = format!("Run from t = 0 to {}, sampled every {}.", run.until, run.sample_interval);
+    let end = contents.summary.as_ref().map_or(run.until, |summary| summary.totals.simulated_time);
+    if run.stop.is_some() && contents.state == State::Ended && end < run.until {
+        let _ = write!(lead, " It ended at t = {end}, by the rule in run.stop.");
+    }
+    if run.measure_from > 0.0 {
+        let _ = write!(lead, " Measured from t = {} on.", run.measure_from);
+    }
+    for (index, stage) in stages::describe(scene).iter().enumerate() {
+        let _ = write!(lead, " Stage {}: {stage}.", index + 1);
+    }
+    let measured = scene.measure.iter().map(|entry| entry.name.as_ref().unwrap_or(&entry.kind));
+    let observed: Vec<&str> = run.observe.iter().chain(measured).map(String::as_str).collect();
+    if !observed.is_empty() {
+        let _ = write!(lead, " Observed: {}.", observed.join(", "));
+    }
+    lead
+}
+
+/// Pictures of the first and the last state.
+fn system(contents: &Contents) -> Vec<DataChart> {
+    let end = contents.summary.as_ref().map_or(f64::NAN, |summary| summary.totals.simulated_time);
+    let captions = ["At the start.".to_owned(), format!("At t = {end}.")];
+    let pictures = contents.pictures.iter().zip(captions).zip(["start.svg", "end.svg"]);
+    let picture = |((svg, caption), file): ((&Option<String>, String), &str)| {
+        let svg = svg.clone()?;
+        let caption = format!("{caption}{}", caption_of(&svg));
+        Some(DataChart { svg, caption, file: file.to_owned() })
+    };
+    pictures.filter_map(picture).collect()
+}
+
+fn caption_of_animation(scene: &Scene) -> String {
+    let mut caption = format!(
+        "From t = {}: the flights of the run between contacts; all digits are in {FLIGHTS}. For another moment, run \
+         the scene with --set run.animation_from=T.",
+        scene.run.animation_from
+    );
+    if !scene.stage.is_empty() {
+        caption.push_str(" Later stages and thermostats do not act in it.");
+    }
+    caption
+}
+
+fn data(contents: &Contents, undrawn: &[String], page: &mut Page) {
+    let mut files = files::listed(&contents.names, &contents.tables);
+    for (name, content) in &mut files {
+        if undrawn.contains(name) {
+            content.push_str(" (fewer than two points: no chart)");
+        }
+    }
+    page.files(&files);
+}
+
+fn again(contents: &Contents, page: &mut Page) {
+    page.code(&contents.again);
+    if !contents.configuration.is_empty() && contents.configuration.len() <= LONGEST_SCENE {
+        page.folded("The scene with all options, config.toml", &contents.configuration);
+    }
+}
+
+fn checks(contents: &Contents, summary: &Summary, page: &mut Page) {
+    page.checks(&summary.checks);
+    page.totals(&summary.totals);
+    let Some(scene) = contents.scene.as_ref().filter(|_| contents.kind == Kind::Run) else { return };
+    let interval = scene.run.check_interval.unwrap_or(scene.run.sample_interval);
+    page.part(Part::Checks);
+    page.paragraph(&format!("Overlaps were searched at the start, every {interval} and at the end."));
+}

@@ -1,0 +1,86 @@
+//! The answer of a run in words: what was simulated, how, whether all checks passed, and the main
+//! figure against its prediction.
+
+use std::fmt::Write as _;
+
+use carom_report::page::{checks_in_words, named, with_error};
+use carom_tables::{Figure, Summary};
+
+use super::contents::{Contents, Kind};
+
+/// The first words of a note on a method that is not exact.
+pub const NOT_EXACT: &str = "NOT EXACT";
+
+/// The verdict of a run or of merged runs.
+pub(super) fn sentence(contents: &Contents) -> String {
+    let Some(summary) = &contents.summary else {
+        return "This folder is incomplete: there are no results yet.".to_owned();
+    };
+    let mut parts = vec![what(contents, summary)];
+    parts.push(checks_in_words(&summary.checks));
+    parts.extend(main_figure(&summary.figures).map(measured));
+    parts.join(" ")
+}
+
+/// What was simulated, and whether the method is exact.
+fn what(contents: &Contents, summary: &Summary) -> String {
+    let bodies = summary.figures.iter().find(|figure| figure.name == "bodies");
+    let bodies = bodies.map_or_else(String::new, |figure| {
+        let plural = if figure.value == 1.0 { "body" } else { "bodies" };
+        format!(" of {} {plural}", figure.value)
+    });
+    let totals = &summary.totals;
+    let method = if summary.note.contains(NOT_EXACT) { NOT_EXACT } else { "exact" };
+    let plural = if totals.collisions == 1 { "" } else { "s" };
+    let time = with_error(totals.simulated_time, None);
+    let span = match contents.kind {
+        Kind::Run => format!("to t = {time}"),
+        Kind::Merge | Kind::Sweep | Kind::Experiment => {
+            format!("in {} runs, {time} time units together", contents.runs.len().saturating_sub(1))
+        }
+    };
+    format!("{} collision{plural}{bodies} {span}; the method is {method}.", totals.collisions)
+}
+
+/// The figure that a reader looks for: the first with an error and a prediction; what every run
+/// measures, the collision rate, comes after what the scene asks for.
+pub(super) fn main_figure(figures: &[Figure]) -> Option<&Figure> {
+    let has_error = |figure: &&Figure| figure.standard_error.is_some_and(|error| error > 0.0);
+    let is_own = |figure: &&Figure| !figure.name.starts_with("collisions per");
+    let predicted = || figures.iter().filter(has_error).filter(|figure| figure.prediction.is_some());
+    let own = figures.iter().filter(has_error).find(is_own);
+    predicted().find(is_own).or_else(|| predicted().next()).or(own)
+}
+
+fn measured(figure: &Figure) -> String {
+    let value = with_error(figure.value, figure.standard_error);
+    let mut text = format!("Measured: {} {value}", named(&figure.name, &figure.unit));
+    if let (Some(prediction), Some(error)) = (figure.prediction, figure.standard_error) {
+        let away = (figure.value - prediction).abs() / error;
+        let prediction = with_error(prediction, None);
+        let _ = write!(text, "; predicted {prediction}, {away:.1} standard errors away");
+    }
+    text.push('.');
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_main_figure_is_one_that_the_scene_asks_for_and_theory_predicts() {
+        let rate = Figure::new("collisions per body", 2.0, "1/time").error(0.1).predicted(2.1, "Enskog");
+        let pressure = Figure::new("pressure", 7.0, "1").error(0.5).predicted(8.0, "Liu");
+        let plain = Figure::new("order", 1.0, "1").error(0.1);
+        let name = |figures: &[Figure]| main_figure(figures).map(|figure| figure.name.clone());
+        assert_eq!(name(&[rate.clone(), plain.clone(), pressure.clone()]).as_deref(), Some("pressure"));
+        assert_eq!(name(&[rate.clone(), plain.clone()]).as_deref(), Some("collisions per body"));
+        assert_eq!(name(&[plain]).as_deref(), Some("order"));
+        assert_eq!(name(&[Figure::new("bodies", 1.0, "1")]), None);
+        assert_eq!(
+            measured(&pressure),
+            "Measured: pressure 7.00 ± 0.50; predicted 8, 2.0 standard errors away."
+        );
+    }
+}
