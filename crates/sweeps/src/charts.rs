@@ -1,0 +1,206 @@
+//! Charts of a sweep: each figure against the first varied key, one curve for each value of the
+//! second, and one chart for each value of the others.
+
+use anyhow::Result;
+use carom_report::{
+    error_bars::{Abscissa, Curve, ErrorBars, Value as Point},
+    page::{DataChart, named},
+};
+
+use crate::{
+    point::short,
+    results::PointResults,
+    study::Study,
+    table::{Quantity, TABLE, figure, quantities},
+    vary::{Spacing, Vary},
+};
+
+/// Most charts on a page; the table has the figures of the others.
+const MOST: usize = 120;
+
+/// A longer name stands in the title alone (characters).
+const LONGEST_LABEL: usize = 32;
+
+/// A logarithmic axis spans at least this factor.
+const LEAST_SPAN: f64 = 4.0;
+
+/// The charts of all figures that have an error or differ between points, and the number of figures
+/// that are left out: the most charts are drawn.
+///
+/// # Errors
+/// A chart cannot be drawn.
+pub fn charts(study: &Study, points: &[PointResults]) -> Result<(Vec<DataChart>, usize)> {
+    let axes: Vec<usize> =
+        (0..study.vary.len()).filter(|&axis| study.vary[axis].settings.len() > 1).collect();
+    let Some((&first, rest)) = axes.split_first() else { return Ok((Vec::new(), 0)) };
+    let (second, others) = match rest {
+        [] => (None, &[][..]),
+        [second, others @ ..] => (Some(*second), others),
+    };
+    let mut shown: Vec<Quantity> =
+        quantities(points).into_iter().filter(|quantity| quantity.has_error || quantity.varies).collect();
+    // Figures with a prediction carry the answer.
+    shown.sort_by_key(|quantity| (!quantity.has_prediction, !quantity.has_error));
+    let panels = panels(study, others);
+    let most = (MOST / panels.len()).max(1);
+    let left_out = shown.len().saturating_sub(most);
+    let mut charts = Vec::new();
+    for quantity in shown.iter().take(most) {
+        for panel in &panels {
+            charts.extend(chart(&Choice { study, points, first, second, panel }, quantity)?);
+        }
+    }
+    Ok((charts, left_out))
+}
+
+/// What one chart shows.
+struct Choice<'a> {
+    study: &'a Study,
+    points: &'a [PointResults],
+    /// The entry along the horizontal axis.
+    first: usize,
+    /// The entry that distinguishes the curves.
+    second: Option<usize>,
+    /// The settings of the other entries.
+    panel: &'a [(usize, usize)],
+}
+
+/// All settings of some entries, as pairs of entry and setting.
+fn panels(study: &Study, others: &[usize]) -> Vec<Vec<(usize, usize)>> {
+    let mut panels: Vec<Vec<(usize, usize)>> = vec![Vec::new()];
+    for &axis in others {
+        let count = study.vary[axis].settings.len();
+        let with = |before: &Vec<(usize, usize)>| {
+            let before = before.clone();
+            (0..count).map(move |setting| [before.clone(), vec![(axis, setting)]].concat())
+        };
+        panels = panels.iter().flat_map(with).collect();
+    }
+    panels
+}
+
+fn chart(choice: &Choice<'_>, quantity: &Quantity) -> Result<Option<DataChart>> {
+    let Choice { study, points, first, second, panel } = *choice;
+    let axis = Axis::of(&study.vary[first]);
+    let names = second.map_or_else(|| vec![String::new()], |second| setting_names(&study.vary[second]));
+    let mut curves: Vec<Curve> = names.into_iter().map(|name| Curve { name, values: Vec::new() }).collect();
+    for (index, results) in points.iter().enumerate() {
+        let is_here = panel.iter().all(|&(axis, wanted)| study.setting(index, axis) == wanted);
+        let Some(figure) = figure(results, quantity).filter(|figure| is_here && figure.value.is_finite())
+        else {
+            continue;
+        };
+        let curve = second.map_or(0, |second| study.setting(index, second));
+        let x = axis.places[study.setting(index, first)];
+        let (y, error) = (figure.value, figure.standard_error);
+        curves[curve].values.push(Point { x, y, error, prediction: figure.prediction });
+    }
+    for curve in &mut curves {
+        curve.values.sort_by(|a, b| a.x.total_cmp(&b.x));
+    }
+    if curves.iter().all(|curve| curve.values.is_empty()) {
+        return Ok(None);
+    }
+    // The title has a long name already.
+    let is_long = quantity.name.chars().count() > LONGEST_LABEL;
+    let y_label = if is_long { quantity.unit.clone() } else { named(&quantity.name, &quantity.unit) };
+    let places = panel.iter().map(|&(axis, wanted)| setting_names(&study.vary[axis])[wanted].clone());
+    let title = std::iter::once(quantity.name.clone()).chain(places).collect::<Vec<_>>().join(", ");
+    let chart = ErrorBars { title, x_label: axis.label, y_label, abscissa: axis.abscissa, curves };
+    Ok(Some(DataChart { svg: chart.svg()?, caption: String::new(), file: TABLE.to_owned() }))
+}
+
+/// The horizontal axis of an entry.
+struct Axis {
+    label: String,
+    abscissa: Abscissa,
+    /// The place of each setting.
+    places: Vec<f64>,
+}
+
+impl Axis {
+    /// The first key whose values are different numbers, or else names.
+    fn of(vary: &Vary) -> Self {
+        let keys = if vary.names.is_none() { vary.keys.as_slice() } else { &[] };
+        for (index, key) in keys.iter().enumerate() {
+            let number = |setting: &Vec<toml::Value>| match &setting[index] {
+                toml::Value::Integer(whole) => Some(*whole as f64),
+                toml::Value::Float(number) => Some(*number),
+                _ => None,
+            };
+            let Some(places) = vary.settings.iter().map(number).collect::<Option<Vec<f64>>>() else {
+                continue;
+            };
+            let are_different = places.iter().enumerate().all(|(i, place)| !places[..i].contains(place));
+            if !are_different {
+                continue;
+            }
+            let low = places.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let is_logarithmic =
+                vary.spacing == Spacing::Logarithmic && low > 0.0 && high >= LEAST_SPAN * low;
+            let abscissa = if is_logarithmic { Abscissa::Logarithmic } else { Abscissa::Linear };
+            return Self { label: short(key).replace('_', " "), abscissa, places };
+        }
+        let columns = vary.columns();
+        let keys: Vec<&str> = columns.iter().map(|key| short(key)).collect();
+        let names = (0..vary.settings.len()).map(|setting| vary.cells(setting).join(", "));
+        Self {
+            label: keys.join(", ").replace('_', " "),
+            abscissa: Abscissa::Names(names.collect()),
+            places: (0..vary.settings.len()).map(|index| index as f64).collect(),
+        }
+    }
+}
+
+/// The settings of an entry in words.
+fn setting_names(vary: &Vary) -> Vec<String> {
+    let words = |setting: usize| {
+        let parts = vary.columns().into_iter().zip(vary.cells(setting));
+        let parts = parts.map(|(key, value)| format!("{} = {value}", short(&key).replace('_', " ")));
+        parts.collect::<Vec<_>>().join(", ")
+    };
+    (0..vary.settings.len()).map(words).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_tables::{Figure, Totals};
+    use std::path::Path;
+
+    const STUDY: &str = "[[vary]]\nkey = \"gas.0.count\"\nvalues = [4, 5]\n[[vary]]\nkey = \"gas.0.mass\"\n\
+                         values = [1.0, 2.0, 3.0]\n[[vary]]\nkey = \"gas.0.tags\"\nvalues = [[\"a\"], [\"b\"]]\n\
+                         [[scene.gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\n";
+
+    #[test]
+    fn the_second_key_gives_curves_and_the_third_charts() {
+        let study = Study::parse(STUDY, Path::new(""), Size::default()).unwrap();
+        let result = |(index, point): (usize, &crate::point::Point)| PointResults {
+            point: point.key,
+            label: point.label.clone(),
+            replicas: vec![1],
+            figures: vec![
+                Figure::new("pressure", index as f64, "1").error(0.1),
+                Figure::new("constant", 3.0, "1"),
+                Figure::new("rate", index as f64, "1/time").predicted(1.0, "theory"),
+            ],
+            totals: Totals::default(),
+            checks: Vec::new(),
+            answers: Vec::new(),
+            note: String::new(),
+        };
+        let points: Vec<PointResults> = study.points.iter().enumerate().map(result).collect();
+        let (charts, left_out) = charts(&study, &points).unwrap();
+        assert_eq!((charts.len(), left_out), (4, 0), "two figures, two settings of the third key");
+        assert!(charts[0].svg.contains("rate") && charts[2].svg.contains("pressure"));
+        for (chart, tag) in charts.iter().zip(["a", "b", "a", "b"]) {
+            assert!(chart.svg.contains("mass = 2.0") && chart.svg.contains("count"));
+            assert!(chart.svg.contains(&format!("tags = [&quot;{tag}&quot;]")), "{}", chart.svg);
+        }
+        for (index, point) in study.points.iter().enumerate() {
+            let mass = study.setting(index, 1);
+            assert_eq!(point.scene.gas[0].mass, Some(1.0 + mass as f64));
+        }
+    }
+}

@@ -1,0 +1,401 @@
+//! `[[expect]]`: what theory or an earlier measurement says of a quantity, and how far a sweep may
+//! be from it.
+
+use anyhow::{Context, Result, bail, ensure};
+use carom::engine::did_you_mean;
+use carom_tables::{Check, Figure, Role, Table};
+use serde::{Deserialize, Serialize};
+use toml::Value;
+
+use crate::table::without_numbers;
+
+/// Standard errors by which a quantity may differ if nothing else is given: of 1000 quantities, one
+/// in 16 sweeps exceeds it by chance.
+const STANDARD_ERRORS: f64 = 4.0;
+
+/// An entry `[[expect]]` as in the file.
+///
+/// The quantity is a figure, or a column of a table at a value of its abscissa, such as a
+/// correlation at one lag. It equals the expected value if they differ by at most
+/// `standard_errors` · (standard error) + `relative` · |expected value| + `absolute`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Expect {
+    /// Name of a figure, as in `summary.json`; `…` stands for a number in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub figure: Option<String>,
+    /// Name of a table, such as `correlation-gas`: its file without `.csv`. Excludes `figure`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub table: Option<String>,
+    /// Column of the table.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
+    /// Value of the abscissa of the table (in its unit); between two rows the column is
+    /// interpolated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at: Option<f64>,
+    /// The expected value, in the unit of the quantity; default: the prediction of the measure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// Expected values, one for each point that is tested, in their order. Excludes `value`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub values: Option<Vec<f64>>,
+    /// The quantity must be above this by more than the allowed difference. Excludes `value`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub above: Option<f64>,
+    /// The quantity must be below this by more than the allowed difference. Excludes `value`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub below: Option<f64>,
+    /// Allowed difference in standard errors, at least 0; default: 4.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standard_errors: Option<f64>,
+    /// Allowed difference relative to the expected value, at least 0; default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub relative: f64,
+    /// Allowed difference in the unit of the quantity, at least 0; default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub absolute: f64,
+    /// The points that are tested: for some varied keys, the values at which they are.
+    #[serde(skip_serializing_if = "toml::Table::is_empty")]
+    pub only: toml::Table,
+    /// Where the expected value comes from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+}
+
+// Serde passes a reference.
+#[expect(clippy::trivially_copy_pass_by_ref)]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+/// What is expected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Wanted {
+    /// This value, or the prediction of the measure.
+    Equal(Option<f64>),
+    Above(f64),
+    Below(f64),
+}
+
+/// A measured quantity against what is expected of it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Answer {
+    /// The quantity.
+    pub quantity: String,
+    /// Its unit.
+    pub unit: String,
+    /// What was measured; NaN is written as null.
+    pub value: f64,
+    /// The standard error, where it is known.
+    pub standard_error: Option<f64>,
+    /// What is expected, such as `1.5` or `> 0`.
+    pub expected: String,
+    /// The largest allowed difference.
+    pub allowed: f64,
+    /// Difference from what is expected; of bounds, by how much they are missed.
+    pub difference: f64,
+    /// Whether it is as expected.
+    pub passed: bool,
+    /// Where the expected value comes from.
+    pub source: String,
+}
+
+impl Answer {
+    /// The answer as a check, named with its point.
+    pub fn check(&self, point: &str) -> Check {
+        Check {
+            name: format!("{}, {point}: difference from {}", self.quantity, self.expected),
+            found: self.difference,
+            allowed: self.allowed,
+            passed: self.passed,
+        }
+    }
+}
+
+/// A measured quantity.
+struct Measured {
+    name: String,
+    unit: String,
+    value: f64,
+    error: Option<f64>,
+    prediction: Option<f64>,
+    source: Option<String>,
+}
+
+impl Expect {
+    /// Refuses an entry without a quantity, with contradictory keys, or with an invalid tolerance.
+    ///
+    /// # Errors
+    /// The key and what it allows.
+    pub fn check(&self, keys: &[&str]) -> Result<()> {
+        match (&self.figure, &self.table) {
+            (Some(_), Some(_)) => bail!("`figure` and `table` exclude each other"),
+            (None, None) => bail!("`figure` is missing: the name of a figure; or `table`, `column` and `at`"),
+            (Some(_), None) => {
+                ensure!(self.column.is_none() && self.at.is_none(), "`column` and `at` need `table`");
+            }
+            (None, Some(_)) => {
+                ensure!(self.column.is_some(), "`column` is missing: a column of the table");
+                ensure!(self.at.is_some_and(f64::is_finite), "`at` is missing: a value of the abscissa");
+            }
+        }
+        let given = [self.value, self.above, self.below].iter().flatten().count();
+        ensure!(
+            given + usize::from(self.values.is_some()) <= 1,
+            "`value`, `values`, `above` and `below` exclude each other"
+        );
+        let numbers = [self.value, self.above, self.below].into_iter().flatten();
+        for number in numbers.chain(self.values.iter().flatten().copied()) {
+            ensure!(number.is_finite(), "an expected value must be finite, but is {number}");
+        }
+        let tolerances = [
+            ("standard_errors", self.standard_errors.unwrap_or(STANDARD_ERRORS)),
+            ("relative", self.relative),
+            ("absolute", self.absolute),
+        ];
+        for (key, tolerance) in tolerances {
+            ensure!(
+                tolerance.is_finite() && tolerance >= 0.0,
+                "`{key}` must be at least 0 and finite, but is {tolerance}"
+            );
+        }
+        for (key, values) in &self.only {
+            ensure!(
+                keys.contains(&key.as_str()),
+                "`only`: the key `{key}` does not vary{}",
+                did_you_mean(key, keys.iter().copied())
+            );
+            ensure!(values.is_array(), "`only`: give a list of values of `{key}`");
+        }
+        Ok(())
+    }
+
+    /// Whether a point is tested: its cell for each varied key, or for the common path of named
+    /// settings.
+    pub fn applies(&self, cells: &[(String, Vec<Value>)]) -> bool {
+        self.only.iter().all(|(key, wanted)| {
+            let of_key = cells.iter().filter(|(name, _)| name == key).flat_map(|(_, values)| values);
+            let wanted = wanted.as_array().map_or(&[][..], Vec::as_slice);
+            of_key.into_iter().any(|value| wanted.iter().any(|wanted| is_same(value, wanted)))
+        })
+    }
+
+    /// Compares what was measured at a point; `number` is the place of the point among those that
+    /// are tested.
+    pub fn answer(&self, number: usize, figures: &[Figure], tables: &[Table]) -> Answer {
+        let measured = match &self.figure {
+            Some(name) => of_figure(name, figures),
+            None => self.of_table(tables),
+        };
+        let wanted = match (self.above, self.below) {
+            (Some(above), _) => Wanted::Above(above),
+            (_, Some(below)) => Wanted::Below(below),
+            _ => {
+                let of_point = self.values.as_ref().and_then(|values| values.get(number).copied());
+                Wanted::Equal(self.value.or(of_point))
+            }
+        };
+        match measured {
+            Ok(measured) => self.compare(measured, wanted),
+            Err(reason) => Answer {
+                quantity: format!("{reason:#}"),
+                unit: String::new(),
+                value: f64::NAN,
+                standard_error: None,
+                expected: "a value".to_owned(),
+                allowed: 0.0,
+                difference: f64::NAN,
+                passed: false,
+                source: self.source.clone().unwrap_or_default(),
+            },
+        }
+    }
+
+    fn compare(&self, measured: Measured, wanted: Wanted) -> Answer {
+        let Measured { name, unit, value, error, prediction, source } = measured;
+        let by_error = self.standard_errors.unwrap_or(STANDARD_ERRORS) * error.unwrap_or(0.0);
+        let tolerance = |expected: f64| by_error + self.relative * expected.abs() + self.absolute;
+        let (expected, allowed, difference) = match wanted {
+            Wanted::Equal(given) => {
+                let expected = given.or(prediction).unwrap_or(f64::NAN);
+                let words = if expected.is_nan() { "a prediction".to_owned() } else { expected.to_string() };
+                (words, tolerance(expected), (value - expected).abs())
+            }
+            Wanted::Above(least) => (format!("> {least}"), 0.0, least + tolerance(least) - value),
+            Wanted::Below(most) => (format!("< {most}"), 0.0, value - (most - tolerance(most))),
+        };
+        let is_strict = !matches!(wanted, Wanted::Equal(_));
+        let passed = if is_strict { difference < allowed } else { difference <= allowed };
+        Answer {
+            quantity: name,
+            unit,
+            value,
+            standard_error: error,
+            expected,
+            allowed,
+            difference,
+            passed,
+            source: self.source.clone().or(source).unwrap_or_default(),
+        }
+    }
+
+    /// The column of the table at the abscissa, linear between two rows.
+    fn of_table(&self, tables: &[Table]) -> Result<Measured> {
+        let (name, wanted) = (self.table.as_deref().unwrap_or(""), self.column.as_deref().unwrap_or(""));
+        let at = self.at.unwrap_or(f64::NAN);
+        let found = tables.iter().find(|table| table.name == name);
+        let names = tables.iter().map(|table| table.name.as_str());
+        let table = found.with_context(|| format!("no table is called {name}{}", did_you_mean(name, names)))?;
+        let names = table.columns.iter().map(|column| column.name.as_str());
+        let place = table.columns.iter().position(|column| column.name == wanted);
+        let place = place
+            .with_context(|| format!("the table {name} has no column {wanted}{}", did_you_mean(wanted, names)))?;
+        let (column, abscissa) = (&table.columns[place], &table.columns[0]);
+        let rows: Vec<(f64, usize)> = abscissa.values.iter().enumerate().filter_map(|(row, x)| Some(((*x)?, row))).collect();
+        let rows: Vec<(f64, usize)> = rows.into_iter().filter(|&(_, row)| column.values[row].is_some()).collect();
+        let after = rows.iter().position(|&(x, _)| x >= at * (1.0 - 1e-9) - f64::MIN_POSITIVE);
+        let outside = || format!("the table {name} has no {wanted} at {} {at}", abscissa.name);
+        let after = after.with_context(outside)?;
+        let (x, row) = rows[after];
+        let is_at_row = (x - at).abs() <= 1e-9 * at.abs();
+        ensure!(after > 0 || is_at_row, outside());
+        let before = if is_at_row { (x, row) } else { rows[after - 1] };
+        let share = if is_at_row { 1.0 } else { (at - before.0) / (x - before.0) };
+        let value = |values: &[Option<f64>]| Some(values[before.1]? * (1.0 - share) + values[row]? * share);
+        let beside = || {
+            let after = table.columns[place + 1..].iter();
+            after.take_while(|c| matches!(c.role, Role::StandardError | Role::Prediction { .. }))
+        };
+        let error = beside().find(|c| c.role == Role::StandardError).and_then(|c| value(&c.values));
+        let predicted = beside().find(|c| c.role != Role::StandardError);
+        Ok(Measured {
+            name: format!("{wanted} at {} {at}, {name}", abscissa.name),
+            unit: column.unit.clone(),
+            value: value(&column.values).unwrap_or(f64::NAN),
+            error,
+            prediction: predicted.and_then(|column| value(&column.values)),
+            source: predicted.and_then(|column| column.role.words().1.map(str::to_owned)),
+        })
+    }
+}
+
+/// The figure of this name, or of this name without its numbers.
+fn of_figure(name: &str, figures: &[Figure]) -> Result<Measured> {
+    let exact = figures.iter().find(|figure| figure.name == name);
+    let found = exact.or_else(|| figures.iter().find(|figure| without_numbers(&figure.name) == without_numbers(name)));
+    let names = || figures.iter().map(|figure| figure.name.as_str());
+    let figure = found.with_context(|| format!("no figure is called {name}{}", did_you_mean(name, names())))?;
+    Ok(Measured {
+        name: figure.name.clone(),
+        unit: figure.unit.clone(),
+        value: figure.value,
+        error: figure.standard_error,
+        prediction: figure.prediction,
+        source: figure.source.clone(),
+    })
+}
+
+/// Equality of values, in which 1 and 1.0 are the same.
+fn is_same(a: &Value, b: &Value) -> bool {
+    let number = |value: &Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
+    a == b || number(a).is_some_and(|a| number(b) == Some(a))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn expect(text: &str) -> Expect {
+        let expect: Expect = toml::from_str(text).unwrap();
+        expect.check(&["gas.0.mass"]).unwrap();
+        expect
+    }
+
+    fn figures() -> Vec<Figure> {
+        vec![
+            Figure::new("pressure", 2.0, "1").error(0.01).predicted(2.02, "theory"),
+            Figure::new("diffusion coefficient, from lags 5.000 to 20.000", 0.3, "1"),
+        ]
+    }
+
+    fn tables() -> Vec<Table> {
+        vec![
+            Table::new("fall", "Distance")
+                .abscissa("time", "time", vec![0.0, 1.0, 2.0])
+                .value("distance", "length", vec![Some(0.0), Some(5.0), Some(20.0)])
+                .errors(vec![Some(0.1), Some(0.1), Some(0.3)])
+                .prediction("g t²/2", vec![Some(0.0), Some(4.9), Some(19.6)], "Galilei (1638)"),
+        ]
+    }
+
+    fn passes(text: &str) -> bool {
+        let answer = expect(text).answer(0, &figures(), &tables());
+        assert_eq!(answer.check("here").passed, answer.passed);
+        answer.passed
+    }
+
+    #[test]
+    fn differences_are_allowed_up_to_the_sum_of_the_tolerances() {
+        assert!(passes("figure = \"pressure\""));
+        assert!(!passes("figure = \"pressure\"\nstandard_errors = 1.5"));
+        assert!(passes("figure = \"pressure\"\nstandard_errors = 1.5\nrelative = 0.005"));
+        assert!(passes("figure = \"pressure\"\nvalue = 2.1\nstandard_errors = 0\nabsolute = 0.11"));
+        assert!(!passes("figure = \"pressure\"\nvalue = 2.1"));
+        assert!(passes("figure = \"pressure\"\nvalues = [1.99, 7.0]"));
+        assert!(passes("figure = \"pressure\"\nabove = 1.95") && !passes("figure = \"pressure\"\nabove = 1.97"));
+        assert!(passes("figure = \"pressure\"\nbelow = 2.05") && !passes("figure = \"pressure\"\nbelow = 2.0"));
+        // Numbers that depend on the data may be left out; without a prediction nothing is equal.
+        let lags = "figure = \"diffusion coefficient, from lags … to …\"\n";
+        assert!(passes(&format!("{lags}value = 0.3")) && !passes(lags));
+    }
+
+    #[test]
+    fn a_column_is_interpolated_between_rows() {
+        let at = |at: f64| {
+            let text = format!("table = \"fall\"\ncolumn = \"distance\"\nat = {at}");
+            expect(&text).answer(0, &[], &tables())
+        };
+        let half = at(1.5);
+        assert!((half.value - 12.5).abs() < 1e-12 && half.expected == "12.25" && half.source.contains("Galilei"));
+        assert!((half.standard_error.unwrap() - 0.2).abs() < 1e-12 && half.passed);
+        assert_eq!((at(1.0).value, at(0.0).value, at(2.0).value), (5.0, 0.0, 20.0));
+        assert!(!at(2.5).passed && at(2.5).quantity.contains("no distance at time 2.5"));
+        assert!(!at(-1.0).passed);
+    }
+
+    #[test]
+    fn what_is_not_measured_fails_with_a_hint() {
+        let answer = expect("figure = \"presure\"").answer(0, &figures(), &[]);
+        assert!(!answer.passed && answer.quantity.contains("did you mean `pressure`?"), "{answer:?}");
+        let answer = expect("table = \"fal\"\ncolumn = \"x\"\nat = 0").answer(0, &[], &tables());
+        assert!(answer.quantity.contains("did you mean `fall`?"), "{answer:?}");
+    }
+
+    #[test]
+    fn points_are_chosen_by_the_values_of_their_keys() {
+        let only = expect("figure = \"pressure\"\n[only]\n\"gas.0.mass\" = [1, 3]");
+        let cells = |mass: f64| vec![("gas.0.mass".to_owned(), vec![Value::Float(mass)])];
+        assert!(only.applies(&cells(1.0)) && only.applies(&cells(3.0)) && !only.applies(&cells(2.0)));
+    }
+
+    #[test]
+    fn contradictory_entries_are_refused() {
+        for (text, expected) in [
+            ("value = 1", "`figure` is missing"),
+            ("figure = \"a\"\ntable = \"b\"", "exclude each other"),
+            ("figure = \"a\"\nat = 1", "need `table`"),
+            ("table = \"a\"\nat = 1", "`column` is missing"),
+            ("table = \"a\"\ncolumn = \"b\"", "`at` is missing"),
+            ("figure = \"a\"\nvalue = 1\nabove = 0", "exclude each other"),
+            ("figure = \"a\"\nvalue = nan", "must be finite"),
+            ("figure = \"a\"\nrelative = -0.1", "`relative` must be at least 0"),
+            ("figure = \"a\"\n[only]\n\"gas.0.maß\" = [1]", "did you mean `gas.0.mass`?"),
+            ("figure = \"a\"\n[only]\n\"gas.0.mass\" = 1", "give a list"),
+        ] {
+            let entry: Expect = toml::from_str(text).unwrap();
+            let error = entry.check(&["gas.0.mass"]).unwrap_err().to_string();
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+}

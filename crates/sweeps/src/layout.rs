@@ -1,0 +1,206 @@
+//! The folder of a sweep: where its files are, and whose it is.
+//!
+//! | file | content |
+//! | --- | --- |
+//! | `study.toml` | the study, with the scene and all values |
+//! | `shards.json` | the shards that write here, with their work |
+//! | `points/KEY/replica-0001.record` | a finished replica |
+//! | `points/KEY/replica-0001.partial/` | the checkpoint of a replica in progress |
+//! | `points/KEY/report.html` | the page of a point, with its tables |
+//! | `table.csv`, `summary.json`, `report.html` | the results of all points |
+
+use std::{
+    collections::BTreeMap,
+    fs::{self, File},
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, bail, ensure};
+use carom_runs::output::{Existing, Folder};
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    point::{Key, Point},
+    shard::{Shard, Work},
+    stored::{self, Found},
+    study::Study,
+};
+
+/// Names of files.
+pub(crate) const STUDY: &str = "study.toml";
+const SHARDS: &str = "shards.json";
+const POINTS: &str = "points";
+
+/// The shards that write into a folder, with the replicas of each by point.
+pub type Shards = BTreeMap<Shard, BTreeMap<Key, Vec<u64>>>;
+
+/// `shards.json`, as a list: JSON has no tables with other keys than text.
+#[derive(Debug, Serialize, Deserialize)]
+struct Entry {
+    shard: Shard,
+    replicas: BTreeMap<Key, Vec<u64>>,
+}
+
+/// A folder with a sweep.
+#[derive(Debug)]
+pub struct SweepFolder {
+    /// The folder.
+    pub folder: Folder,
+}
+
+/// Whether a folder holds a sweep.
+pub fn is_sweep(path: &Path) -> bool {
+    path.join(STUDY).is_file()
+}
+
+/// Whether a folder holds nothing but a study that was being written when its process was killed.
+fn is_just_begun(path: &Path) -> bool {
+    let names = fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.file_name());
+    names.into_iter().all(|name| name.to_string_lossy().starts_with(STUDY))
+}
+
+impl SweepFolder {
+    /// Opens the folder of a sweep that exists.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn open(path: &Path) -> Result<Self> {
+        ensure!(is_sweep(path), "{} holds no sweep: it has no {STUDY}", path.display());
+        Ok(Self { folder: Folder::create(path, Existing::Replace)? })
+    }
+
+    /// Creates and locks the folder of a sweep, or continues a sweep of the same study. With
+    /// [`Existing::Replace`] an earlier sweep is removed.
+    ///
+    /// # Errors
+    /// The folder holds another study or other files, cannot be written, or another process uses
+    /// it.
+    pub fn claim(path: &Path, study: &Study, existing: Existing) -> Result<(Self, Option<File>)> {
+        let shown = path.display();
+        let is_open = is_sweep(path) || existing == Existing::Replace || is_just_begun(path);
+        let may_exist = if is_open { Existing::Replace } else { Existing::Refuse };
+        let sweep = Self { folder: Folder::create(path, may_exist)? };
+        let lock = sweep.folder.lock()?;
+        if existing == Existing::Replace && is_sweep(path) {
+            let points = path.join(POINTS);
+            if points.is_dir() {
+                fs::remove_dir_all(&points)
+                    .with_context(|| format!("cannot replace {}", points.display()))?;
+            }
+            sweep.folder.write(SHARDS, "[]\n")?;
+        } else if is_sweep(path) {
+            let there = sweep.study()?;
+            study.refuse_other_subject(&there).with_context(|| {
+                format!(
+                    "{shown} holds the sweep of another study: choose another folder with --out, or --force"
+                )
+            })?;
+        }
+        Ok((sweep, lock))
+    }
+
+    /// The study of the sweep.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn study(&self) -> Result<Study> {
+        Study::read(&self.folder.path().join(STUDY), Size::default())
+    }
+
+    /// The study as text; [`Study::text`] of the same study.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn study_text(&self) -> Result<String> {
+        self.folder.read(STUDY)
+    }
+
+    /// Writes the study, before its first replica.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_study(&self, study: &Study) -> Result<()> {
+        self.folder.write_lasting(STUDY, study.text())
+    }
+
+    /// The shards that write here.
+    ///
+    /// # Errors
+    /// The file is there and cannot be read.
+    pub fn shards(&self) -> Result<Shards> {
+        if !self.folder.path().join(SHARDS).is_file() {
+            return Ok(Shards::new());
+        }
+        let entries: Vec<Entry> = serde_json::from_str(&self.folder.read(SHARDS)?).context(SHARDS)?;
+        Ok(entries.into_iter().map(|Entry { shard, replicas }| (shard, replicas)).collect())
+    }
+
+    /// Writes the shards that write here.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_shards(&self, shards: &Shards) -> Result<()> {
+        let entries: Vec<Entry> =
+            shards.iter().map(|(&shard, replicas)| Entry { shard, replicas: replicas.clone() }).collect();
+        self.folder.write_lasting(SHARDS, serde_json::to_string(&entries)?)
+    }
+
+    /// Path of the folder of a point, relative to that of the sweep.
+    pub fn point_name(key: Key) -> String {
+        format!("{POINTS}/{key}")
+    }
+
+    /// The folder of a point; it is created if necessary.
+    ///
+    /// # Errors
+    /// It cannot be created.
+    pub fn point(&self, key: Key) -> Result<Folder> {
+        self.folder.inner(&Self::point_name(key))
+    }
+
+    /// Path of the file of a finished replica.
+    pub fn record(&self, work: Work) -> PathBuf {
+        self.in_point(work, "record")
+    }
+
+    /// Path of the folder of a replica in progress.
+    pub fn partial(&self, work: Work) -> PathBuf {
+        self.in_point(work, "partial")
+    }
+
+    fn in_point(&self, Work { key, replica }: Work, ending: &str) -> PathBuf {
+        self.folder.path().join(Self::point_name(key)).join(format!("replica-{replica:04}.{ending}"))
+    }
+
+    /// What is known of a replica.
+    ///
+    /// # Errors
+    /// Its file cannot be read.
+    pub fn find(&self, point: &Point, replica: u64) -> Result<Found> {
+        let work = Work { key: point.key, replica };
+        stored::read(&self.record(work), work, &carom_runs::record::description(&point.scene))
+    }
+}
+
+/// The replicas of a list of work by point.
+pub fn by_point(work: impl IntoIterator<Item = Work>) -> BTreeMap<Key, Vec<u64>> {
+    let mut points: BTreeMap<Key, Vec<u64>> = BTreeMap::new();
+    for Work { key, replica } in work {
+        points.entry(key).or_default().push(replica);
+    }
+    for replicas in points.values_mut() {
+        replicas.sort_unstable();
+    }
+    points
+}
+
+/// Refuses a study that is not the same in all, with the first line that differs.
+///
+/// # Errors
+/// See there.
+pub fn refuse_other_text(first: &str, other: &str) -> Result<()> {
+    match carom_runs::other_run::refuse_other(other, first) {
+        Ok(()) => Ok(()),
+        Err(error) => bail!("it is of another study: {error}"),
+    }
+}

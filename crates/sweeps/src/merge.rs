@@ -1,0 +1,154 @@
+//! `carom merge` of sweep folders: the replicas of all of them in one folder.
+//!
+//! The sums of a point are added in the order of its replicas, whatever the order of the folders.
+//! Each thread holds one point at a time.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, bail, ensure};
+use carom_runs::{
+    experiment::threads,
+    manifest::{Manifest, program},
+    merge,
+    output::{self, Destination},
+    progress::Progress,
+};
+use carom_tables::Verdict;
+use rayon::{ThreadPool, prelude::*};
+
+use crate::{
+    layout::{Shards, SweepFolder, is_sweep, refuse_other_text},
+    point::Point,
+    report::{self, Remarks},
+    results::damaged,
+    shard::Work,
+    stored::{Found, Stored},
+    study::Study,
+};
+
+/// Merges folders of runs, or of sweeps of one study, in whole or in parts.
+///
+/// # Errors
+/// Folders of sweeps and of runs are mixed, or are of different studies or scenes; a replica is
+/// there twice with different content; a file cannot be read or written.
+pub fn run(options: &merge::Options) -> Result<Verdict> {
+    let sweeps = options.folders.iter().filter(|folder| is_sweep(folder)).count();
+    if sweeps == 0 {
+        return merge::run(options);
+    }
+    if let Some(other) = options.folders.iter().find(|folder| !is_sweep(folder)) {
+        bail!("{} holds no sweep, but other folders do: sweeps are merged with sweeps", other.display());
+    }
+    merge_sweeps(&options.folders, &options.destination)
+}
+
+fn merge_sweeps(paths: &[PathBuf], destination: &Destination) -> Result<Verdict> {
+    let sources = paths.iter().map(|path| SweepFolder::open(path)).collect::<Result<Vec<_>>>()?;
+    let (study, shards) = common(&sources)?;
+    let path = destination.folder("out/merge");
+    if let Some(same) = sources.iter().find(|source| is_same_folder(source, &path)) {
+        bail!("{} is one of the folders to merge: choose another with --out", same.folder.path().display());
+    }
+    if !destination.force && is_sweep(&path) {
+        bail!(
+            "{} holds a sweep: choose another folder with --out, or replace it with --force",
+            path.display()
+        );
+    }
+    let (target, _lock) = SweepFolder::claim(&path, &study, destination.existing())?;
+    target.write_study(&study)?;
+    target.write_shards(&shards)?;
+    let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    let again = format!("{} merge {} --out {}", program(), names.join(" "), path.display());
+    let manifest = Manifest::begin(&target.folder, &again, &[])?;
+    let pool = threads(None)?;
+    let remarks = copy(&study, &sources, &target, &pool)?;
+    report::write(&target, &study, &shards, (manifest, &again), remarks, &pool)
+}
+
+fn is_same_folder(source: &SweepFolder, path: &Path) -> bool {
+    let real = |path: &Path| fs::canonicalize(path).ok();
+    real(path).is_some_and(|path| real(source.folder.path()) == Some(path))
+}
+
+/// The study and the shards of all folders.
+fn common(sources: &[SweepFolder]) -> Result<(Study, Shards)> {
+    let Some(first) = sources.first() else { bail!("there are no folders") };
+    let text = first.study_text()?;
+    let mut shards = Shards::new();
+    for source in sources {
+        let path = source.folder.path().display();
+        refuse_other_text(&text, &source.study_text()?)
+            .with_context(|| format!("cannot merge {path} with {}", first.folder.path().display()))?;
+        shards.extend(source.shards().with_context(|| format!("cannot merge {path}"))?);
+    }
+    Ok((first.study()?, shards))
+}
+
+/// Copies all finished replicas.
+fn copy(study: &Study, sources: &[SweepFolder], target: &SweepFolder, pool: &ThreadPool) -> Result<Remarks> {
+    let progress = Progress::items("points", study.points.len() as u64);
+    let of_point = |point: &Point| -> Result<(usize, Vec<String>)> {
+        let mut found = (0, Vec::new());
+        for replica in 1..=study.replicas {
+            copy_replica(point, replica, sources, target, &mut found)?;
+        }
+        progress.count(1);
+        Ok(found)
+    };
+    let found: Vec<(usize, Vec<String>)> =
+        pool.install(|| study.points.par_iter().map(of_point).collect::<Result<_>>())?;
+    let twice: usize = found.iter().map(|(twice, _)| twice).sum();
+    let mut notes: Vec<String> = found.into_iter().flat_map(|(_, notes)| notes).collect();
+    if twice > 0 {
+        notes.push(format!(
+            "{twice} replicas are in several folders, with the same content: they count once."
+        ));
+    }
+    Ok(Remarks { failures: Vec::new(), notes })
+}
+
+/// Copies a replica from the first folder that has it. Counts further equal ones, and notes damaged
+/// files.
+fn copy_replica(
+    point: &Point,
+    replica: u64,
+    sources: &[SweepFolder],
+    target: &SweepFolder,
+    (twice, notes): &mut (usize, Vec<String>),
+) -> Result<()> {
+    let work = Work { key: point.key, replica };
+    let mut first: Option<(Box<Stored>, &SweepFolder)> = None;
+    for source in sources.iter().filter(|source| source.record(work).is_file()) {
+        match source.find(point, replica)? {
+            Found::Nothing => (),
+            Found::Damaged(reason) => {
+                let path = source.folder.path().display();
+                notes.push(format!("{path}: {}", damaged(point, replica, &reason)));
+            }
+            Found::Finished(stored) => match &first {
+                None => first = Some((stored, source)),
+                Some((other, before)) => {
+                    ensure!(
+                        stored.is_same(other)?,
+                        "point {}, replica {replica}: {} and {} have different results",
+                        point.label,
+                        before.record(work).display(),
+                        source.record(work).display()
+                    );
+                    *twice += 1;
+                }
+            },
+        }
+    }
+    if let Some((_, source)) = first {
+        target.point(point.key)?;
+        let bytes =
+            fs::read(source.record(work)).with_context(|| source.record(work).display().to_string())?;
+        output::write_lasting(&target.record(work), &[&bytes])?;
+    }
+    Ok(())
+}

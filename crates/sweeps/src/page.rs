@@ -1,0 +1,152 @@
+//! The page of a sweep: how much is done, the main charts, a table of all points, and their pages.
+
+use std::fmt::Write as _;
+
+use anyhow::Result;
+use carom_report::page::{Page, Part, checks_in_words, named, with_error};
+use carom_runs::{output::Folder, report::PAGE};
+use carom_tables::Summary;
+
+use crate::{
+    charts::charts,
+    expect::Answer,
+    layout::{STUDY, SweepFolder},
+    missing::Missing,
+    point::short,
+    results::{self, PointResults},
+    study::Study,
+    table::{TABLE, on_page},
+};
+
+/// Charts that lead the page.
+const LEADING: usize = 2;
+
+/// What a page shows besides the points.
+#[derive(Debug)]
+pub struct Frame<'a> {
+    /// Totals and checks.
+    pub summary: &'a Summary,
+    /// What has not been done.
+    pub missing: &'a Missing,
+    /// Replicas that ended with an error, in words.
+    pub failures: &'a [String],
+    /// Remarks, such as replicas that were there twice.
+    pub notes: &'a [String],
+    /// The command that continues or repeats the sweep.
+    pub again: &'a str,
+}
+
+/// Writes the page.
+///
+/// # Errors
+/// A chart cannot be drawn, or the file cannot be written.
+pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Frame<'_>) -> Result<()> {
+    let mut page = Page::new(&frame.summary.title, &lead(study));
+    page.verdict(&verdict(points, frame));
+    frame.failures.iter().for_each(|failure| page.error(failure));
+    if !frame.missing.is_empty() {
+        page.error(&frame.missing.words(study));
+    }
+    if !frame.summary.note.is_empty() {
+        page.note(&frame.summary.note);
+    }
+    frame.notes.iter().for_each(|note| page.note(note));
+    let (mut all, left_out) = charts(study, points)?;
+    let others = all.split_off(LEADING.min(all.len()));
+    page.part(Part::Answer);
+    expectations(&mut page, points);
+    page.charts(&all);
+    page.part(Part::Results);
+    page.heading("All points");
+    let (header, rows) = on_page(study, points);
+    page.table(&header.iter().map(String::as_str).collect::<Vec<_>>(), &rows);
+    page.heading("All figures");
+    page.charts(&others);
+    if left_out > 0 {
+        page.paragraph(&format!("{left_out} more figures are in {TABLE}."));
+    }
+    let mut files = vec![
+        (TABLE.to_owned(), "all figures of all points, with errors and predictions".to_owned()),
+        ("summary.json".to_owned(), "figures, totals and checks of all points".to_owned()),
+        (STUDY.to_owned(), "the study, with the scene and all values".to_owned()),
+    ];
+    let with_page = points.iter().filter(|results| !results.replicas.is_empty());
+    files.extend(with_page.map(|results| {
+        (format!("{}/{PAGE}", SweepFolder::point_name(results.point)), results.label.clone())
+    }));
+    page.files(&files);
+    page.code(frame.again);
+    page.folded("The study, study.toml", &study.text());
+    page.checks(&results::checks(points));
+    page.totals(&frame.summary.totals);
+    folder.write(PAGE, page.html())
+}
+
+/// What was expected of each point, failures first.
+fn expectations(page: &mut Page, points: &[PointResults]) {
+    let answers = points.iter().flat_map(|point| point.answers.iter().map(move |answer| (point, answer)));
+    let mut answers: Vec<(&PointResults, &Answer)> = answers.collect();
+    if answers.is_empty() {
+        return;
+    }
+    answers.sort_by_key(|(_, answer)| answer.passed);
+    let row = |&(point, answer): &(&PointResults, &Answer)| {
+        let result = if answer.passed { "as expected" } else { "NOT AS EXPECTED" };
+        let bound = answer.expected.starts_with(['<', '>']);
+        let allowed = if bound { "–".to_owned() } else { with_error(answer.allowed, None) };
+        vec![
+            point.label.split(", ").map(short).collect::<Vec<_>>().join(", "),
+            named(&answer.quantity, &answer.unit),
+            with_error(answer.value, answer.standard_error),
+            rounded(&answer.expected),
+            allowed,
+            result.to_owned(),
+            answer.source.clone(),
+        ]
+    };
+    let header = ["point", "quantity", "measured", "expected", "may differ by", "result", "source"];
+    page.heading("Expectations");
+    page.table(&header, &answers.iter().map(row).collect::<Vec<_>>());
+}
+
+/// An expected value with as many digits as a reader needs.
+fn rounded(expected: &str) -> String {
+    expected.parse::<f64>().map_or_else(|_| expected.to_owned(), |value| with_error(value, None))
+}
+
+/// What was varied.
+fn lead(study: &Study) -> String {
+    let mut lead = format!("{} replicas of each point.", study.replicas);
+    for vary in &study.vary {
+        let count = vary.settings.len();
+        let plural = if count == 1 { "value" } else { "values" };
+        let _ = write!(lead, " {count} {plural} of {}.", vary.keys.join(" with "));
+    }
+    lead.push_str(
+        " Dots are means over all replicas, bars two standard errors, rings predictions. Errors are from the \
+         blocks of all replicas.",
+    );
+    lead
+}
+
+fn verdict(points: &[PointResults], frame: &Frame<'_>) -> String {
+    let totals = &frame.summary.totals;
+    let done: usize = points.iter().map(|results| results.replicas.len()).sum();
+    let complete = frame.missing.complete_points(points.len());
+    let state = if frame.missing.is_empty() {
+        if complete == 1 {
+            "The point is complete".to_owned()
+        } else {
+            format!("All {complete} points are complete")
+        }
+    } else {
+        format!("Incomplete: {complete} of {} points", points.len())
+    };
+    let exact =
+        if frame.summary.note.contains(carom_runs::report::NOT_EXACT) { "NOT EXACT" } else { "exact" };
+    format!(
+        "{state}, with {done} replicas and {} {exact} collisions. {}",
+        totals.collisions,
+        checks_in_words(&frame.summary.checks)
+    )
+}

@@ -1,0 +1,104 @@
+//! The results of a sweep in its folder: table, summary and page, and the same on the terminal.
+
+use anyhow::Result;
+use carom_runs::{conclude, console::note, manifest::Manifest};
+use carom_tables::{Summary, Totals, Verdict};
+use rayon::ThreadPool;
+use serde::Serialize;
+
+use crate::{
+    layout::{Shards, SweepFolder},
+    missing::Missing,
+    page::{self, Frame},
+    results::{self, PointResults},
+    study::Study,
+    table,
+};
+
+/// Most replicas that ended with an error and are named.
+const MOST_FAILURES: usize = 8;
+
+/// What is known besides the files in the folder.
+#[derive(Debug, Default)]
+pub struct Remarks {
+    /// Replicas that ended with an error, in words.
+    pub failures: Vec<String>,
+    /// Remarks for the reader.
+    pub notes: Vec<String>,
+}
+
+/// `summary.json`.
+#[derive(Debug, Serialize)]
+struct File<'a> {
+    #[serde(flatten)]
+    summary: &'a Summary,
+    /// Number of points of the study, and of those that are complete.
+    points_wanted: usize,
+    points_complete: usize,
+    replicas_wanted: u64,
+    points: &'a [PointResults],
+}
+
+/// Merges the replicas of each point, writes pages, table and summary, and prints the totals.
+///
+/// # Errors
+/// A file cannot be read or written.
+pub fn write(
+    sweep: &SweepFolder,
+    study: &Study,
+    shards: &Shards,
+    (manifest, again): (Manifest, &str),
+    mut remarks: Remarks,
+    pool: &ThreadPool,
+) -> Result<Verdict> {
+    let points = results::of_points(sweep, study, (&manifest, again), pool)?;
+    let missing = Missing::of(study, &points, shards);
+    let more = remarks.failures.len().saturating_sub(MOST_FAILURES);
+    remarks.failures.truncate(MOST_FAILURES);
+    if more > 0 {
+        remarks.failures.push(format!("{more} more replicas ended with an error."));
+    }
+    let summary = summary(study, &points);
+    let folder = &sweep.folder;
+    table::write(folder, study, &points)?;
+    let points_complete = missing.complete_points(points.len());
+    let file = File {
+        summary: &summary,
+        points_wanted: points.len(),
+        points_complete,
+        replicas_wanted: study.replicas,
+        points: &points,
+    };
+    folder.write_json("summary.json", &file)?;
+    let Remarks { failures, notes } = &remarks;
+    let frame = Frame { summary: &summary, missing: &missing, failures, notes, again };
+    page::write(folder, study, &points, &frame)?;
+    manifest.complete(folder, summary.totals.cpu_seconds())?;
+    if !missing.is_empty() {
+        note(&format!("Incomplete: {points_complete} of {} points. {}", points.len(), missing.words(study)));
+    }
+    for remark in notes {
+        note(remark);
+    }
+    conclude(folder, &summary);
+    Ok(summary.verdict())
+}
+
+fn summary(study: &Study, points: &[PointResults]) -> Summary {
+    let totals: Vec<Totals> = points.iter().map(|results| results.totals).collect();
+    let notes = points.iter().map(|results| &results.note);
+    let plural = |count: usize, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
+    let replicas: usize = points.iter().map(|results| results.replicas.len()).sum();
+    Summary {
+        title: format!(
+            "Sweep of {} with {}",
+            plural(study.points.len(), "point"),
+            plural(replicas, "replica")
+        ),
+        note: notes.into_iter().find(|note| !note.is_empty()).cloned().unwrap_or_default(),
+        totals: Totals::of(&totals),
+        checks: [results::checks(points), results::expected(points)].concat(),
+        figures: Vec::new(),
+        runs: Vec::new(),
+    }
+}

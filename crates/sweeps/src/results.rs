@@ -1,0 +1,168 @@
+//! The results of a sweep: the merged replicas of each point, one point at a time.
+
+use std::{fs, io, path::Path};
+
+use anyhow::{Context, Result};
+use carom_runs::{
+    console::note,
+    manifest::Manifest,
+    merge::{MergedRuns, run_rows},
+    output::Folder,
+    progress::Progress,
+    record::Record,
+    report::{PAGE, RUNS},
+};
+use carom_tables::{Check, Figure, Totals};
+use rayon::{ThreadPool, prelude::*};
+use serde::Serialize;
+
+use crate::{
+    expect::Answer,
+    layout::SweepFolder,
+    point::{Key, Point},
+    stored::Found,
+    study::Study,
+};
+
+/// The results of one point.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PointResults {
+    /// The point.
+    pub point: Key,
+    /// Its values in words.
+    pub label: String,
+    /// The replicas that have ended.
+    pub replicas: Vec<u64>,
+    /// Figures over all its replicas.
+    pub figures: Vec<Figure>,
+    /// Totals over all its replicas.
+    pub totals: Totals,
+    /// Checks of all its replicas.
+    pub checks: Vec<Check>,
+    /// What was expected of it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub answers: Vec<Answer>,
+    /// First note of its runs, such as that the method is not exact.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub note: String,
+}
+
+/// Merges the replicas of each point, and writes its page with tables unless it is there already.
+/// No more than one point for each thread is in memory. Points without replicas have no figures.
+///
+/// # Errors
+/// A file cannot be read or written.
+pub fn of_points(
+    sweep: &SweepFolder,
+    study: &Study,
+    (manifest, again): (&Manifest, &str),
+    pool: &ThreadPool,
+) -> Result<Vec<PointResults>> {
+    let progress = Progress::items("points", study.points.len() as u64);
+    let of_point = |index: usize| {
+        let results = of_point(sweep, study, index, (manifest, again));
+        progress.count(1);
+        results.with_context(|| format!("point {}", study.points[index].label))
+    };
+    pool.install(|| (0..study.points.len()).into_par_iter().map(of_point).collect())
+}
+
+fn of_point(
+    sweep: &SweepFolder,
+    study: &Study,
+    index: usize,
+    (manifest, again): (&Manifest, &str),
+) -> Result<PointResults> {
+    let point = &study.points[index];
+    let (mut record, mut seconds, mut replicas): (Option<Record>, _, _) = (None, 0.0, Vec::new());
+    for replica in 1..=study.replicas {
+        let stored = match sweep.find(point, replica)? {
+            Found::Finished(stored) => stored,
+            Found::Damaged(reason) => {
+                note(&damaged(point, replica, &reason));
+                continue;
+            }
+            Found::Nothing => continue,
+        };
+        seconds += stored.seconds;
+        replicas.push(replica);
+        match &mut record {
+            None => record = Some(stored.record),
+            Some(all) => all.merge(stored.record)?,
+        }
+    }
+    let (key, label) = (point.key, point.label.clone());
+    let Some(record) = record else {
+        return Ok(PointResults {
+            point: key,
+            label,
+            replicas,
+            figures: Vec::new(),
+            totals: Totals::default(),
+            checks: Vec::new(),
+            answers: Vec::new(),
+            note: String::new(),
+        });
+    };
+    let plural = if replicas.len() == 1 { "" } else { "s" };
+    let title = format!("{label}: {} replica{plural}", replicas.len());
+    let merged = MergedRuns::of(&record, title, seconds);
+    let folder = sweep.point(key)?;
+    if !is_current(&folder, &record) {
+        // Removed first: a page without its data is never taken for a current one.
+        remove_file(&folder.path().join(PAGE))?;
+        let manifest = manifest.begin_part(&folder, again)?;
+        merged.write(&record, &folder)?;
+        manifest.complete(&folder, seconds)?;
+    }
+    let answers = study.answers(index, &merged.summary.figures, merged.tables());
+    let summary = merged.summary;
+    let (totals, checks, note) = (summary.totals, summary.checks, summary.note);
+    Ok(PointResults { point: key, label, replicas, figures: summary.figures, totals, checks, answers, note })
+}
+
+/// What is said of a damaged file.
+pub(crate) fn damaged(point: &Point, replica: u64, reason: &str) -> String {
+    format!("point {}, replica {replica}: the file of its sums is left out: {reason}", point.label)
+}
+
+/// Whether the page of a point shows these replicas.
+fn is_current(folder: &Folder, record: &Record) -> bool {
+    let Ok(text) = folder.read(RUNS) else { return false };
+    let written = text.lines().skip(1).map(|line| line.split(',').nth(1).and_then(|n| n.parse().ok()));
+    let rows = run_rows(record);
+    folder.path().join(PAGE).is_file() && written.eq(rows.iter().map(|row| Some(row.1)))
+}
+
+fn remove_file(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("cannot replace {}", path.display()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A check of each expectation.
+pub fn expected(points: &[PointResults]) -> Vec<Check> {
+    let of_point = |point: &PointResults| -> Vec<Check> {
+        point.answers.iter().map(|answer| answer.check(&point.label)).collect()
+    };
+    points.iter().flat_map(of_point).collect()
+}
+
+/// Checks of all points: the worst of each name.
+pub fn checks(points: &[PointResults]) -> Vec<Check> {
+    let mut worst: Vec<Check> = Vec::new();
+    for check in points.iter().flat_map(|point| &point.checks) {
+        match worst.iter_mut().find(|other| other.name == check.name) {
+            Some(other) if check.passed && !other.passed => (),
+            Some(other) if !check.passed && other.passed || check.found > other.found => {
+                *other = check.clone();
+            }
+            Some(_) => (),
+            None => worst.push(check.clone()),
+        }
+    }
+    worst
+}

@@ -1,0 +1,255 @@
+//! Job scripts for Slurm: an array with one task a shard, and a job that merges the shards.
+//!
+//! A task ends itself before its time limit: Slurm sends `USR1`, the program writes its
+//! checkpoints, and the task is put back into the queue, where it continues. The signal may come
+//! early (up to a minute and more, as Slurm looks at its jobs now and then), which only costs a
+//! start more.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    str::FromStr,
+    time::Duration,
+};
+
+use anyhow::{Context, Result};
+use carom_runs::{
+    output::{Existing, Folder},
+    print_line,
+    resumable::Choices,
+};
+use clap::Args;
+
+use crate::study::Study;
+
+/// The files in the folder of a job.
+const INPUT: &str = "input.toml";
+const ARRAY: &str = "array.sh";
+const MERGE: &str = "merge.sh";
+const SUBMIT: &str = "submit.sh";
+const LOGS: &str = "logs";
+const SHARDS: &str = "shards";
+const ALL: &str = "all";
+
+/// Seconds before the time limit at which a task receives its signal: enough to write checkpoints.
+const LEAD: u32 = 120;
+
+/// Options of the job scripts.
+#[derive(Debug, Clone, Args)]
+#[group(id = "slurm_options")]
+pub struct Options {
+    /// Write job scripts for Slurm instead of running: an array of shards and a merge after it
+    #[arg(long, conflicts_with_all = ["shard", "threads"])]
+    pub slurm: bool,
+    /// Number of tasks of the array, each one shard
+    #[arg(long, value_name = "N", default_value_t = 16, requires = "slurm",
+        value_parser = clap::value_parser!(u32).range(1..))]
+    pub array_size: u32,
+    /// Time limit of a task, as Slurm writes it: minutes, hours:minutes:seconds or days-hours
+    #[arg(long, value_name = "LIMIT", default_value = "1:00:00", requires = "slurm")]
+    pub time: TimeLimit,
+    /// Processors of a task
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "slurm",
+        value_parser = clap::value_parser!(u16).range(1..))]
+    pub cpus: u16,
+    /// One more option of sbatch for all jobs, such as --sbatch=--partition=short; may be repeated
+    #[arg(long, value_name = "OPTION", requires = "slurm")]
+    pub sbatch: Vec<SbatchOption>,
+}
+
+/// A time limit in a form that Slurm reads: `90`, `90:00`, `1:30:00`, `2-12`, `2-12:30:00`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TimeLimit(String);
+
+impl FromStr for TimeLimit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (days, rest) = text.split_once('-').map_or(("0", text), |(days, rest)| (days, rest));
+        let parts: Vec<&str> = rest.split(':').collect();
+        let is_number =
+            |part: &&str| (1..=9).contains(&part.len()) && part.bytes().all(|c| c.is_ascii_digit());
+        if is_number(&days) && parts.len() <= 3 && parts.iter().all(is_number) {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err("expected minutes, minutes:seconds, hours:minutes:seconds, days-hours or \
+                 days-hours:minutes:seconds"
+                .to_owned())
+        }
+    }
+}
+
+/// An option of sbatch: one line that begins with two dashes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SbatchOption(String);
+
+impl FromStr for SbatchOption {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text.starts_with("--") && !text.contains(['\n', '\r']) {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err("expected one line that begins with two dashes".to_owned())
+        }
+    }
+}
+
+/// A study whose shards Slurm runs. Its paths are absolute, since Slurm runs copies of the scripts.
+#[derive(Debug)]
+struct Job {
+    program: PathBuf,
+    /// Name of the study.
+    name: String,
+    /// Folder of the scripts, the shards and the merged sweep.
+    folder: PathBuf,
+    /// Time between two checkpoints.
+    checkpoint_every: Duration,
+}
+
+/// Writes the job scripts of the study in `file`, with a copy of the study that needs no other
+/// file: shards that start later are of the same study, whatever becomes of its file.
+///
+/// # Errors
+/// The folder holds another study, a file cannot be written, or a path is not valid UTF-8.
+pub fn write(study: &Study, file: &Path, choices: &Choices, options: &Options) -> Result<()> {
+    let name = file.file_stem().unwrap_or_else(|| "study".as_ref()).to_string_lossy().into_owned();
+    let resumption = &choices.resumption;
+    let path = resumption.folder(&format!("out/slurm-{name}"));
+    let there = path.join(INPUT);
+    let is_begun = there.is_file();
+    if is_begun && resumption.existing() != Existing::Replace {
+        study.refuse_other_subject(&Study::read(&there, Size::default())?).with_context(|| {
+            format!(
+                "{} holds the shards of another study: choose another folder with --out, or --force",
+                path.display()
+            )
+        })?;
+    }
+    let folder = Folder::create(&path, if is_begun { Existing::Replace } else { resumption.existing() })?;
+    // Slurm does not create the folder of the logs; without it tasks fail and say nothing.
+    folder.inner(LOGS)?;
+    folder.write_lasting(INPUT, study.text())?;
+    let job = Job {
+        program: std::env::current_exe().context("the path of this program is unknown")?,
+        name,
+        folder: fs::canonicalize(&path).with_context(|| path.display().to_string())?,
+        checkpoint_every: choices.checkpoint_every,
+    };
+    folder.write(ARRAY, job.array_script(options)?)?;
+    folder.write(MERGE, job.merge_script(options)?)?;
+    folder.write(SUBMIT, job.submit_script()?)?;
+    let submit = path.join(SUBMIT);
+    print_line(&format!(
+        "{} shards; `bash {}` puts them into the queue",
+        options.array_size,
+        submit.display()
+    ));
+    Ok(())
+}
+
+impl Job {
+    fn array_script(&self, options: &Options) -> Result<String> {
+        let shards = [
+            ("count", options.array_size.to_string()),
+            ("lead", LEAD.to_string()),
+            ("study", quoted(&self.folder.join(INPUT))?),
+            ("checkpoint_every", self.checkpoint_every.as_secs_f64().to_string()),
+        ];
+        Ok(filled(include_str!("slurm/array.sh"), &[&shards[..], &self.common(options)?].concat()))
+    }
+
+    fn merge_script(&self, options: &Options) -> Result<String> {
+        let all = [("all", quoted(&self.folder.join(ALL))?)];
+        Ok(filled(include_str!("slurm/merge.sh"), &[&all[..], &self.common(options)?].concat()))
+    }
+
+    fn submit_script(&self) -> Result<String> {
+        let [array, merge] = [ARRAY, MERGE].map(|name| quoted(&self.folder.join(name)));
+        Ok(filled(include_str!("slurm/submit.sh"), &[("array", array?), ("merge", merge?)]))
+    }
+
+    /// What the jobs have in common.
+    fn common(&self, options: &Options) -> Result<Vec<(&'static str, String)>> {
+        let is_plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+        let more: Vec<String> = options.sbatch.iter().map(|line| format!("#SBATCH {}", line.0)).collect();
+        Ok(vec![
+            ("name", self.name.chars().map(is_plain).collect()),
+            ("cpus", options.cpus.to_string()),
+            ("time", options.time.0.clone()),
+            // Slurm replaces what follows a per cent sign.
+            ("logs", utf8(&self.folder.join(LOGS))?.replace('%', "%%")),
+            ("shards", quoted(&self.folder.join(SHARDS))?),
+            ("program", quoted(&self.program)?),
+            ("options", more.join("\n")),
+        ])
+    }
+}
+
+/// A script with a value in the place of each `@name@`.
+fn filled(script: &str, values: &[(&str, String)]) -> String {
+    values.iter().fold(script.to_owned(), |script, (name, value)| script.replace(&format!("@{name}@"), value))
+}
+
+/// A path as one word of the shell.
+fn quoted(path: &Path) -> Result<String> {
+    Ok(format!("'{}'", utf8(path)?.replace('\'', r"'\''")))
+}
+
+fn utf8(path: &Path) -> Result<&str> {
+    path.to_str().with_context(|| format!("the path {} is not valid UTF-8", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_limits_are_those_of_slurm() {
+        for good in ["90", "90:00", "1:30:00", "2-12", "2-12:30", "2-12:30:00"] {
+            assert!(good.parse::<TimeLimit>().is_ok(), "{good}");
+        }
+        for bad in ["", "-1", "1h", "1:2:3:4", "1-", "1\n#SBATCH --mail", "99999999999"] {
+            assert!(bad.parse::<TimeLimit>().is_err(), "{bad}");
+        }
+        assert!("--partition=a".parse::<SbatchOption>().is_ok());
+        assert!("--a\nrm -r /".parse::<SbatchOption>().is_err());
+    }
+
+    #[test]
+    fn every_place_of_a_script_is_filled() {
+        let job = Job {
+            program: "/opt/a carom".into(),
+            name: "gas 1".to_owned(),
+            folder: "/home/me/100%".into(),
+            checkpoint_every: Duration::from_secs(30),
+        };
+        let partition: SbatchOption = "--partition=short".parse().unwrap();
+        let time = "2:00:00".parse().unwrap();
+        let options = Options { slurm: true, array_size: 8, time, cpus: 2, sbatch: vec![partition] };
+        let array = job.array_script(&options).unwrap();
+        for line in [
+            "#SBATCH --job-name=gas-1",
+            "#SBATCH --array=1-8",
+            "#SBATCH --signal=B:USR1@120",
+            "#SBATCH --output=\"/home/me/100%%/logs/shard-%a.log\"",
+            "#SBATCH --partition=short",
+        ] {
+            assert!(array.lines().any(|other| other == line), "{line}: {array}");
+        }
+        assert!(
+            array.contains("'/opt/a carom' --quiet sweep '/home/me/100%/input.toml' --shard \"$shard/8\"")
+        );
+        for script in
+            [array.replace("USR1@120", ""), job.merge_script(&options).unwrap(), job.submit_script().unwrap()]
+        {
+            assert!(!script.contains('@'), "{script}");
+        }
+    }
+
+    #[test]
+    fn paths_are_one_word_of_the_shell() {
+        let word = quoted(Path::new("/a b/it's $HOME")).unwrap();
+        assert_eq!(word, r"'/a b/it'\''s $HOME'");
+    }
+}

@@ -1,0 +1,408 @@
+//! A study: a scene, the keys of it that vary, the number of replicas, and what ends each of them.
+
+use std::{collections::BTreeMap, fs, path::Path};
+
+use anyhow::{Context, Result, bail, ensure};
+use carom::engine::StopSpec;
+use carom_runs::{other_run::refuse_other, overrides::Override};
+use carom_tables::Figure;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use crate::{
+    expect::{Answer, Expect},
+    point::{Key, Point},
+    vary::{Vary, VarySpec},
+};
+
+/// Largest number of points of a study, and of replicas of all points together; more are a mistake.
+const MOST_POINTS: usize = 100_000;
+const MOST_REPLICAS: u64 = 10_000_000;
+
+/// A study file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StudyFile {
+    /// Number of replicas of each point.
+    #[serde(default = "one")]
+    replicas: u64,
+    /// Names as in `run.observe`, or tables as `[[measure]]`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    measure: Vec<Value>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    stop: Option<StopSpec>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    vary: Vec<VarySpec>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    expect: Vec<Expect>,
+    /// What `--quick` changes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    quick: Option<Quick>,
+    /// A path relative to the study, or a table.
+    scene: Value,
+}
+
+/// A short form of a study.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Quick {
+    /// Number of replicas of each point.
+    replicas: Option<u64>,
+    /// Keys of the scene with their values.
+    set: Table,
+}
+
+/// How large a study is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Size {
+    /// Number of replicas of each point instead of that of the study.
+    pub replicas: Option<u64>,
+    /// Whether the short form is taken, from `[quick]`.
+    pub is_quick: bool,
+}
+
+const fn one() -> u64 {
+    1
+}
+
+/// A study, with its points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Study {
+    /// Number of replicas of each point.
+    pub replicas: u64,
+    /// What varies, from the slowest to the fastest.
+    pub vary: Vec<Vary>,
+    /// The points: all combinations of values.
+    pub points: Vec<Point>,
+    /// Ends the replicas of a point before `run.until`; an error is that of all replicas together.
+    stop: Option<StopSpec>,
+    /// What is expected of the results.
+    expect: Vec<Expect>,
+    /// The scene as a table, with the measures of the study.
+    base: Table,
+}
+
+impl Study {
+    /// Reads a study file and validates all its points, without placing bodies.
+    ///
+    /// # Errors
+    /// The file or the scene cannot be read, a key is unknown, or a point is invalid.
+    pub fn read(path: &Path, size: Size) -> Result<Self> {
+        let shown = path.display();
+        let text = fs::read_to_string(path).with_context(|| format!("cannot read the study file {shown}"))?;
+        let folder = path.parent().unwrap_or_else(|| Path::new(""));
+        Self::parse(&text, folder, size).with_context(|| format!("study {shown}"))
+    }
+
+    /// Reads a study from text; a path to a scene is relative to `folder`.
+    ///
+    /// # Errors
+    /// Those of [`Self::read`].
+    pub fn parse(text: &str, folder: &Path, size: Size) -> Result<Self> {
+        let file: StudyFile = toml::from_str(text).map_err(|error| unknown_key(&error, text))?;
+        let StudyFile { replicas: given, measure, stop, vary, expect, quick, scene } = file;
+        let mut base = base(scene, folder)?;
+        let mut given = given;
+        if size.is_quick {
+            let quick = quick.context("--quick: the study has no table [quick], its short form")?;
+            given = quick.replicas.unwrap_or(given);
+            for (key, value) in quick.set {
+                Override::new(&key, value).and_then(|set| set.apply(&mut base)).context("[quick.set]")?;
+            }
+        }
+        measure.into_iter().try_for_each(|entry| add_measure(&mut base, entry))?;
+        let entry =
+            |(index, spec): (usize, &VarySpec)| Vary::new(spec).with_context(|| format!("vary[{index}]"));
+        let vary = vary.iter().enumerate().map(entry).collect::<Result<Vec<_>>>()?;
+        refuse_repeated_keys(&vary)?;
+        let replicas = size.replicas.unwrap_or(given);
+        let count = vary.iter().fold(1usize, |count, vary| count.saturating_mul(vary.settings.len()));
+        ensure!(count <= MOST_POINTS, "the study has {count} points; allowed are {MOST_POINTS}");
+        let most = MOST_REPLICAS / count as u64;
+        ensure!(
+            (1..=most).contains(&replicas),
+            "`replicas` must be from 1 to {most} with {count} points, but is {replicas}"
+        );
+        let mut study = Self { replicas, vary, points: Vec::new(), stop, expect, base };
+        study.points = study.make_points()?;
+        study.check_expectations()?;
+        Ok(study)
+    }
+
+    /// All combinations of values; the last entry varies fastest.
+    fn make_points(&self) -> Result<Vec<Point>> {
+        let keys = self.keys();
+        let count: usize = self.vary.iter().map(|vary| vary.settings.len()).product();
+        let mut base = self.base.clone();
+        self.add_stop(&mut base)?;
+        let point = |index: usize| {
+            let settings =
+                || self.vary.iter().enumerate().map(|(entry, vary)| (vary, self.setting(index, entry)));
+            let values = settings().flat_map(|(vary, setting)| vary.settings[setting].clone()).collect();
+            let words: Vec<String> = settings().map(|(vary, setting)| vary.words(setting)).collect();
+            let label = if words.is_empty() { "the scene".to_owned() } else { words.join(", ") };
+            let point = Point::new(&base, &keys, values, label)?;
+            point.check()?;
+            Ok(point)
+        };
+        let points: Vec<Point> = (0..count).into_par_iter().map(point).collect::<Result<_>>()?;
+        let mut by_key: BTreeMap<Key, &Point> = BTreeMap::new();
+        for point in &points {
+            if let Some(same) = by_key.insert(point.key, point) {
+                bail!("the points {} and {} are the same scene", same.label, point.label);
+            }
+        }
+        Ok(points)
+    }
+
+    fn check_expectations(&self) -> Result<()> {
+        let mut keys = self.keys();
+        let paths: Vec<String> = self.vary.iter().flat_map(Vary::columns).collect();
+        keys.extend(paths.iter().map(String::as_str));
+        for (index, expect) in self.expect.iter().enumerate() {
+            let entry = || format!("expect[{index}]");
+            expect.check(&keys).with_context(entry)?;
+            let tested = (0..self.points.len()).filter(|&point| expect.applies(&self.cells(point))).count();
+            ensure!(tested > 0, "{}: `only` leaves no point", entry());
+            if let Some(values) = &expect.values {
+                let count = values.len();
+                ensure!(count == tested, "{}: {count} `values` for {tested} points", entry());
+            }
+        }
+        Ok(())
+    }
+
+    /// The values of a point by key, and the names of named settings by their common path.
+    fn cells(&self, point: usize) -> Vec<(String, Vec<Value>)> {
+        let of_entry = |(entry, vary): (usize, &Vary)| {
+            let setting = self.setting(point, entry);
+            let values = vary.keys.iter().cloned().zip(vary.settings[setting].iter().map(|v| vec![v.clone()]));
+            let name = vary.names.as_ref().map(|names| Value::String(names[setting].clone()));
+            let named = name.map(|name| (vary.columns().concat(), vec![name]));
+            values.chain(named).collect::<Vec<_>>()
+        };
+        self.vary.iter().enumerate().flat_map(of_entry).collect()
+    }
+
+    /// Compares the results of a point, by its index, with what is expected.
+    pub fn answers(&self, point: usize, figures: &[Figure], tables: &[carom_tables::Table]) -> Vec<Answer> {
+        let of_entry = |expect: &Expect| {
+            let applies = |&other: &usize| expect.applies(&self.cells(other));
+            applies(&point).then(|| expect.answer((0..point).filter(applies).count(), figures, tables))
+        };
+        self.expect.iter().filter_map(of_entry).collect()
+    }
+
+    /// Writes `[stop]` into the scene. The error of the mean of n equal replicas is smaller by √n
+    /// than that of each.
+    fn add_stop(&self, base: &mut Table) -> Result<()> {
+        let Some(stop) = &self.stop else { return Ok(()) };
+        let run = base.entry("run").or_insert_with(|| Value::Table(Table::new()));
+        let Value::Table(run) = run else { bail!("`run` of the scene is no table") };
+        ensure!(!run.contains_key("stop"), "[stop] is given, and so is [run.stop] of the scene: give one");
+        let factor = (self.replicas as f64).sqrt();
+        let of_one = |error: Option<f64>| error.map(|error| error * factor);
+        let stop = StopSpec {
+            standard_error: of_one(stop.standard_error),
+            relative_error: of_one(stop.relative_error),
+            ..stop.clone()
+        };
+        run.insert("stop".to_owned(), Value::try_from(stop)?);
+        Ok(())
+    }
+
+    /// The setting of an entry of [`Self::vary`] at a point, both by their indices; the last entry
+    /// varies fastest.
+    pub fn setting(&self, point: usize, entry: usize) -> usize {
+        let faster: usize = self.vary[entry + 1..].iter().map(|vary| vary.settings.len()).product();
+        point / faster % self.vary[entry].settings.len()
+    }
+
+    /// The names of the settings of a point, or else their values, such as `tee, 0.1`; of a study
+    /// without varied keys it is empty.
+    pub fn name(&self, point: usize) -> String {
+        let entries = self.vary.iter().enumerate();
+        let cells = entries.flat_map(|(entry, vary)| vary.cells(self.setting(point, entry)));
+        cells.collect::<Vec<_>>().join(", ")
+    }
+
+    /// The paths of all varied keys, in the order of the values of a point.
+    pub fn keys(&self) -> Vec<&str> {
+        self.vary.iter().flat_map(|vary| vary.keys.iter().map(String::as_str)).collect()
+    }
+
+    /// The study as the text of a file that needs no other file, without comments and with all
+    /// values listed. [`Self::parse`] reads it.
+    ///
+    /// # Panics
+    /// Never: a study is plain data.
+    pub fn text(&self) -> String {
+        let file = StudyFile {
+            replicas: self.replicas,
+            measure: Vec::new(),
+            stop: self.stop.clone(),
+            vary: self.vary.iter().map(Vary::spec).collect(),
+            expect: self.expect.clone(),
+            quick: None,
+            scene: Value::Table(self.base.clone()),
+        };
+        toml::to_string(&file).expect("a study is plain data, which TOML can always hold")
+    }
+
+    /// Refuses a study of another subject: with another scene, other keys, or other rules that end
+    /// runs. Other values and another number of replicas are the same subject.
+    ///
+    /// # Errors
+    /// The first line that differs.
+    pub fn refuse_other_subject(&self, other: &Self) -> Result<()> {
+        let subject = |study: &Self| {
+            let vary = |vary: &Vary| Vary { settings: Vec::new(), names: None, ..vary.clone() };
+            let vary = study.vary.iter().map(vary).collect();
+            Self { replicas: 1, vary, expect: Vec::new(), ..study.clone() }.text()
+        };
+        refuse_other(&subject(other), &subject(self))
+    }
+}
+
+/// The scene as a table.
+fn base(scene: Value, folder: &Path) -> Result<Table> {
+    match scene {
+        Value::Table(table) => Ok(table),
+        Value::String(name) => {
+            let path = folder.join(&name);
+            let shown = path.display();
+            let text =
+                fs::read_to_string(&path).with_context(|| format!("cannot read the scene file {shown}"))?;
+            text.parse().with_context(|| format!("scene {shown}"))
+        }
+        other => bail!("`scene` must be the path of a scene file, or a table, but is {other}"),
+    }
+}
+
+/// Adds a measure of the study to the scene: a name as in `run.observe`, or a table as
+/// `[[measure]]`.
+fn add_measure(base: &mut Table, entry: Value) -> Result<()> {
+    let list = match &entry {
+        Value::String(_) => {
+            let run = base.entry("run").or_insert_with(|| Value::Table(Table::new()));
+            let Value::Table(run) = run else { bail!("`run` of the scene is no table") };
+            run.entry("observe").or_insert_with(|| Value::Array(Vec::new()))
+        }
+        Value::Table(_) => base.entry("measure").or_insert_with(|| Value::Array(Vec::new())),
+        other => bail!("`measure` must have names, or tables as [[measure]] of a scene, but has {other}"),
+    };
+    let Value::Array(list) = list else { bail!("`observe` or `measure` of the scene is no list") };
+    if !list.contains(&entry) {
+        list.push(entry);
+    }
+    Ok(())
+}
+
+fn refuse_repeated_keys(vary: &[Vary]) -> Result<()> {
+    let keys: Vec<&String> = vary.iter().flat_map(|vary| &vary.keys).collect();
+    for (index, key) in keys.iter().enumerate() {
+        ensure!(!keys[..index].contains(key), "the key `{key}` varies twice");
+    }
+    Ok(())
+}
+
+/// The error of a study file, with a hint where its tables are those of a scene.
+fn unknown_key(error: &toml::de::Error, text: &str) -> anyhow::Error {
+    let is_scene = ["\n[[gas]]", "\n[box]", "\n[[molecule]]"].iter().any(|table| text.contains(table));
+    let hint = if is_scene && error.message().starts_with("unknown field") {
+        "; a scene inside a study is in its table [scene]: [scene.box], [[scene.gas]], …"
+    } else {
+        ""
+    };
+    anyhow::anyhow!("{}{hint}", error.to_string().trim_end())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = "[scene.box]\nseed = 3\n[[scene.gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\n\
+                         area_fraction = 0.1\n[scene.run]\nuntil = 1.0\n";
+
+    fn study(head: &str) -> Result<Study> {
+        Study::parse(&format!("{head}\n{SCENE}"), Path::new(""), Size::default())
+    }
+
+    const VARY: &str = "replicas = 4\n[[vary]]\nkey = \"gas.0.area_fraction\"\nvalues = [0.1, 0.3]\n\
+                        [[vary]]\nkeys = [\"gas.0.radius\", \"gas.0.mass\"]\nvalues = [[0.01, 1], [0.02, 4], [0.03, 9]]";
+
+    #[test]
+    fn entries_are_combined_and_the_last_varies_fastest() {
+        let study = study(VARY).unwrap();
+        assert_eq!((study.points.len(), study.replicas), (6, 4));
+        assert_eq!(study.points[1].label, "gas.0.area_fraction = 0.1, gas.0.radius = 0.02, gas.0.mass = 4");
+        assert_eq!(study.points[4].scene.gas[0].area_fraction, Some(0.3));
+        let again = Study::parse(&study.text(), Path::new(""), Size::default()).unwrap();
+        assert_eq!(again, study);
+        assert_eq!(again.text(), study.text());
+    }
+
+    #[test]
+    fn comments_and_new_values_keep_points_and_other_scenes_are_another_subject() {
+        let one = study(VARY).unwrap();
+        let more =
+            study(&VARY.replace("[0.1, 0.3]", "[0.1, 0.2, 0.3] # more").replace("= 4", "= 9")).unwrap();
+        one.refuse_other_subject(&more).unwrap();
+        assert!(one.points.iter().all(|point| more.points.contains(point)));
+        let other = Study::parse(
+            &format!("{VARY}\n{}", SCENE.replace("energy = 1.0", "energy = 2.0")),
+            Path::new(""),
+            Size::default(),
+        );
+        let error = one.refuse_other_subject(&other.unwrap()).unwrap_err().to_string();
+        assert!(error.contains("another"), "{error}");
+    }
+
+    #[test]
+    fn a_wanted_error_is_shared_among_the_replicas() {
+        let stop = "[stop]\nfigure = \"collision rate\"\nrelative_error = 0.01\n";
+        let study = study(&format!("replicas = 16\n{stop}")).unwrap();
+        let of_one = study.points[0].scene.run.stop.as_ref().unwrap();
+        assert_eq!(of_one.relative_error, Some(0.04));
+        assert_eq!(study.points[0].label, "the scene");
+        let again = Study::parse(&study.text(), Path::new(""), Size::default()).unwrap();
+        assert_eq!(again.points, study.points);
+    }
+
+    #[test]
+    fn measures_are_added_to_those_of_the_scene() {
+        let added = study("measure = [\"pressure\", { kind = \"pair-distribution\", bins = 20 }]").unwrap();
+        let scene = &added.points[0].scene;
+        assert_eq!((scene.run.observe.as_slice(), scene.measure.len()), (&["pressure".to_owned()][..], 1));
+        let error = format!("{:#}", study("measure = [\"presure\"]").unwrap_err());
+        assert!(error.contains("point the scene") && error.contains("did you mean `pressure`?"), "{error}");
+    }
+
+    #[test]
+    fn studies_are_refused_with_the_place_of_the_error() {
+        for (head, expected) in [
+            ("replicas = 0", "`replicas` must be from 1"),
+            ("replica = 2", "line 1"),
+            ("replica = 2", "expected one of `replicas`"),
+            ("[[vary]]\nkey = \"gas.0.mass\"", "vary[0]: give `values`"),
+            ("[[vary]]\nkey = \"gas.0.mass\"\nvalue = [1]", "unknown field `value`"),
+            ("[[vary]]\nkey = \"run.until\"\nvalues = [1, -1]", "point run.until = -1"),
+            ("[[vary]]\nkey = \"gas.0.mass\"\nvalues = [1, 1.0]", "are the same scene"),
+            (
+                "[[vary]]\nkey = \"gas.0.mass\"\nvalues = [1]\n[[vary]]\nkey = \"gas.0.mass\"\nvalues = [2]",
+                "varies twice",
+            ),
+            ("[stop]\nfigure = \"pressure\"", "needs `standard_error`"),
+            ("measure = [\"events\"]", "it writes contacts to a file"),
+        ] {
+            let error = format!("{:#}", study(head).unwrap_err());
+            assert!(error.contains(expected), "{head}: {error}");
+        }
+        let error = format!("{:#}", Study::parse("scene = \"no.toml\"", Path::new("a"), Size::default()).unwrap_err());
+        assert!(error.contains("a/no.toml"), "{error}");
+        let text = format!("replicas = 2\n{}", SCENE.replace("scene.", ""));
+        let error = format!("{:#}", Study::parse(&text, Path::new(""), Size::default()).unwrap_err());
+        assert!(error.contains("[scene.box]"), "{error}");
+    }
+}

@@ -1,0 +1,211 @@
+//! `carom sweep`: runs all replicas of all points of a study, and continues what has begun.
+
+use std::{
+    collections::BTreeMap,
+    fmt::Write as _,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Result, bail};
+use carom::engine::RunError;
+use carom_runs::{
+    console::note,
+    experiment::threads,
+    interruption::Signals,
+    manifest::{Manifest, program},
+    output::Existing,
+    print_line,
+    resumable::Choices,
+};
+use carom_tables::Verdict;
+use clap::Args;
+use rayon::{ThreadPool, prelude::*};
+
+use crate::{
+    cost,
+    layout::{SweepFolder, by_point, is_sweep},
+    report::{self, Remarks},
+    results::damaged,
+    shard::{Shard, Work, longest_first, split},
+    slurm,
+    stored::Found,
+    study::{Size, Study},
+    work::{Execution, Failure, remove_folder},
+};
+
+/// Options of `carom sweep`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// The study: a scene, the keys of it that vary, and the number of replicas
+    #[arg(value_name = "STUDY.toml")]
+    pub study: PathBuf,
+    /// Output folder and checkpoints. A sweep in the folder is continued, also without --resume
+    #[command(flatten)]
+    pub choices: Choices,
+    /// Number of replicas of each point, instead of that of the study
+    #[arg(long)]
+    pub replicas: Option<u64>,
+    /// The short form of the study, from its table [quick]
+    #[arg(long)]
+    pub quick: bool,
+    /// Number of threads; default: one for each processor
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Do part I of N, from 1/N to N/N, in a folder of its own; `carom merge` joins the folders
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<Shard>,
+    /// Job scripts instead of a run
+    #[command(flatten)]
+    pub slurm: slurm::Options,
+}
+
+/// Runs all replicas of a study that have not ended, or those of a shard, and writes the results.
+///
+/// # Errors
+/// The study is invalid, the folder holds another study, a replica ended with an error, a file
+/// cannot be written, or a signal has been received. What has ended is kept.
+pub fn run(options: &Options) -> Result<Verdict> {
+    let size = Size { replicas: options.replicas, is_quick: options.quick };
+    let study = Study::read(&options.study, size)?;
+    if options.slurm.slurm {
+        slurm::write(&study, &options.study, &options.choices, &options.slurm)?;
+        return Ok(Verdict::Passed);
+    }
+    let shard = options.shard.unwrap_or(Shard::WHOLE);
+    let path = options.choices.resumption.folder(&usual_folder(&options.study, shard));
+    let existing = options.choices.resumption.existing();
+    let signals = Signals::watch()?;
+    let pool = threads(options.threads)?;
+    // All points are validated before anything is written.
+    let work = planned(&study, shard, &path, existing, &pool)?;
+    signals.check()?;
+    let (sweep, _lock) = SweepFolder::claim(&path, &study, existing)?;
+    if !is_sweep(&path) || sweep.study_text()? != study.text() {
+        sweep.write_study(&study)?;
+    }
+    let mut shards = sweep.shards()?;
+    let own = by_point(work.iter().map(|(work, _)| *work));
+    if shards.get(&shard) != Some(&own) {
+        // Other splits are of an earlier number of replicas or of shards.
+        shards.retain(|other, _| other.of == shard.of);
+        shards.insert(shard, own);
+        sweep.write_shards(&shards)?;
+    }
+    let again = command(options, &path);
+    let manifest = Manifest::begin(&sweep.folder, &again, &[])?;
+    let failures = execute(&sweep, &study, &work, options, (&signals, &pool))?;
+    let remarks = Remarks { failures: failures.iter().map(words).collect(), notes: Vec::new() };
+    let verdict = if shard == Shard::WHOLE {
+        report::write(&sweep, &study, &shards, (manifest, &again), remarks, &pool)?
+    } else {
+        manifest.complete(&sweep.folder, 0.0)?;
+        print_line(&format!(
+            "shard {shard}: {} of {} replicas have ended; `{} merge` joins the shards: {}",
+            work.len() - failures.len(),
+            work.len(),
+            program(),
+            path.display()
+        ));
+        Verdict::Passed
+    };
+    let count = failures.len();
+    let runs_only = |failure: &Failure| failure.error.chain().any(<dyn std::error::Error>::is::<RunError>);
+    match failures.into_iter().next() {
+        None => Ok(verdict),
+        Some(first) => {
+            let is_run = runs_only(&first);
+            let error = first.error.context(format!("{count} replicas ended with an error; the first is"));
+            if is_run { Err(error) } else { bail!("{error:#}") }
+        }
+    }
+}
+
+/// The folder of a sweep without `--out`.
+fn usual_folder(study: &Path, shard: Shard) -> String {
+    let name = study.file_stem().unwrap_or_else(|| "study".as_ref()).to_string_lossy();
+    if shard == Shard::WHOLE {
+        return format!("out/sweep-{name}");
+    }
+    format!("out/sweep-{name}/shard-{}-of-{}", shard.index, shard.of)
+}
+
+/// The command that repeats the sweep from its folder.
+fn command(options: &Options, path: &Path) -> String {
+    let quick = if options.quick { " --quick" } else { "" };
+    let study = options.study.display();
+    let mut command = format!("{} sweep {study}{quick} --out {}", program(), path.display());
+    let mut add = |option: &str, value: Option<String>| {
+        if let Some(value) = value {
+            let _ = write!(command, " --{option} {value}");
+        }
+    };
+    add("replicas", options.replicas.map(|number| number.to_string()));
+    add("shard", options.shard.map(|shard| shard.to_string()));
+    command
+}
+
+/// The work of a shard with its costs, longest first. Places the bodies of each point that has work
+/// left, and so validates it.
+fn planned(
+    study: &Study,
+    shard: Shard,
+    path: &Path,
+    existing: Existing,
+    pool: &ThreadPool,
+) -> Result<Vec<(Work, u64)>> {
+    let is_begun = is_sweep(path) && existing != Existing::Replace;
+    let sweep = if is_begun { Some(SweepFolder::open(path)?) } else { None };
+    let is_done = |work: Work| sweep.as_ref().is_some_and(|sweep| sweep.record(work).is_file());
+    let cost = |point: &crate::point::Point| -> Result<u64> {
+        let is_needed = |replica| !is_done(Work { key: point.key, replica });
+        // A shard needs the costs of all points, which determine the split.
+        let is_costed = shard.of > 1 || (1..=study.replicas).any(is_needed);
+        if is_costed { cost::of_replica(point) } else { Ok(1) }
+    };
+    let costs: Vec<u64> = pool.install(|| study.points.par_iter().map(cost).collect::<Result<_>>())?;
+    let of_point = |(point, cost): (&crate::point::Point, u64)| {
+        let key = point.key;
+        (1..=study.replicas).map(move |replica| (Work { key, replica }, cost))
+    };
+    let all = study.points.iter().zip(costs).flat_map(of_point).collect();
+    Ok(split(all, shard))
+}
+
+/// Executes what has not ended.
+fn execute(
+    sweep: &SweepFolder,
+    study: &Study,
+    work: &[(Work, u64)],
+    options: &Options,
+    (signals, pool): (&Signals, &ThreadPool),
+) -> Result<Vec<Failure>> {
+    let points: BTreeMap<_, _> = study.points.iter().map(|point| (point.key, point)).collect();
+    let is_left = |&(work, cost): &(Work, u64)| -> Result<Option<(Work, u64)>> {
+        let point = points[&work.key];
+        match sweep.find(point, work.replica)? {
+            Found::Finished(_) => {
+                remove_folder(&sweep.partial(work))?;
+                Ok(None)
+            }
+            Found::Nothing => Ok(Some((work, cost))),
+            Found::Damaged(reason) => {
+                note(&format!("{}; it is run again", damaged(point, work.replica, &reason)));
+                Ok(Some((work, cost)))
+            }
+        }
+    };
+    let left: Vec<Option<(Work, u64)>> =
+        pool.install(|| work.par_iter().map(is_left).collect::<Result<_>>())?;
+    let mut left: Vec<(Work, u64)> = left.into_iter().flatten().collect();
+    longest_first(&mut left);
+    let finished = (work.len() - left.len()) as u64;
+    let work = left.into_iter().map(|(work, _)| work).collect();
+    let checkpoint_every = options.choices.checkpoint_every;
+    Execution { sweep, points, work, finished, checkpoint_every, signals }.run(pool)
+}
+
+/// A failure for the page.
+fn words(failure: &Failure) -> String {
+    let Failure { point, replica, error } = failure;
+    format!("Replica {replica} of {point} ended with an error: {}.", error.root_cause())
+}

@@ -1,0 +1,192 @@
+//! The table of a sweep: one row a point, with the varied values and all figures.
+
+use anyhow::Result;
+use carom_report::page::{named, with_error};
+use carom_runs::output::Folder;
+use carom_tables::Figure;
+
+use crate::{point::short, results::PointResults, study::Study, vary::Vary};
+
+/// Name of the file.
+pub const TABLE: &str = "table.csv";
+
+/// Values that differ by a smaller share are equal: they differ by rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// A figure that points have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Quantity {
+    /// Its name; numbers that differ between points are left out.
+    pub name: String,
+    /// What the names of its figures have in common.
+    pattern: String,
+    /// Its unit.
+    pub unit: String,
+    /// Whether a point has its standard error.
+    pub has_error: bool,
+    /// Whether a point has a prediction.
+    pub has_prediction: bool,
+    /// Whether its value differs between points.
+    pub varies: bool,
+}
+
+/// All figures that points have, in the order of the first point with each.
+pub fn quantities(points: &[PointResults]) -> Vec<Quantity> {
+    let mut all: Vec<(Quantity, f64)> = Vec::new();
+    for (results, figure) in points.iter().flat_map(|point| point.figures.iter().map(move |f| (point, f))) {
+        let pattern = pattern(results, figure);
+        let known = all.iter().position(|(quantity, _)| quantity.pattern == pattern);
+        let place = known.unwrap_or_else(|| {
+            let (name, unit) = (figure.name.clone(), figure.unit.clone());
+            let (has_error, has_prediction, varies) = (false, false, false);
+            let quantity =
+                Quantity { name, pattern: pattern.clone(), unit, has_error, has_prediction, varies };
+            all.push((quantity, figure.value));
+            all.len() - 1
+        });
+        let (quantity, first) = &mut all[place];
+        if quantity.name != figure.name {
+            quantity.name = pattern;
+        }
+        quantity.has_error |= figure.standard_error.is_some();
+        quantity.has_prediction |= figure.prediction.is_some();
+        quantity.varies |= (figure.value - *first).abs() > ROUNDING * first.abs();
+    }
+    all.into_iter().map(|(quantity, _)| quantity).collect()
+}
+
+/// The figure of a point.
+pub fn figure<'a>(point: &'a PointResults, quantity: &Quantity) -> Option<&'a Figure> {
+    point.figures.iter().find(|figure| pattern(point, figure) == quantity.pattern)
+}
+
+/// The name of a figure without its numbers, such as the lags of a fit, which depend on the data;
+/// with them if the point has another figure of that name.
+fn pattern(point: &PointResults, figure: &Figure) -> String {
+    let pattern = without_numbers(&figure.name);
+    let same = point.figures.iter().filter(|other| without_numbers(&other.name) == pattern);
+    if same.count() > 1 { figure.name.clone() } else { pattern }
+}
+
+/// A name without its numbers, such as lags, which depend on the data.
+pub fn without_numbers(name: &str) -> String {
+    let word = |word: &str| {
+        let end = word.trim_end_matches(',');
+        if end.parse::<f64>().is_ok() { word.replacen(end, "…", 1) } else { word.to_owned() }
+    };
+    name.split(' ').map(word).collect::<Vec<_>>().join(" ")
+}
+
+/// Writes `table.csv`: the varied keys, the number of replicas, and each figure with its standard
+/// error and its prediction, where a point has them.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write(folder: &Folder, study: &Study, points: &[PointResults]) -> Result<()> {
+    let quantities = quantities(points);
+    let mut header: Vec<String> = study.vary.iter().flat_map(Vary::columns).collect();
+    header.push("replicas".to_owned());
+    for quantity in &quantities {
+        let name = column(&quantity.name);
+        header.push(name.clone());
+        header.extend(quantity.has_error.then(|| format!("{name}_error")));
+        header.extend(quantity.has_prediction.then(|| format!("{name}_prediction")));
+    }
+    header.push("point".to_owned());
+    let row = |(index, results): (usize, &PointResults)| {
+        let mut row = cells(study, index);
+        row.push(results.replicas.len().to_string());
+        for quantity in &quantities {
+            let figure = figure(results, quantity);
+            let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+            row.push(number(figure.map(|figure| figure.value)));
+            let error = || number(figure.and_then(|figure| figure.standard_error));
+            row.extend(quantity.has_error.then(error));
+            row.extend(quantity.has_prediction.then(|| number(figure.and_then(|figure| figure.prediction))));
+        }
+        row.push(results.point.to_string());
+        row
+    };
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    folder.write_table(TABLE, &header, points.iter().enumerate().map(row))
+}
+
+/// The settings of a point, by its index.
+fn cells(study: &Study, point: usize) -> Vec<String> {
+    let entries = study.vary.iter().enumerate();
+    entries.flat_map(|(entry, vary)| vary.cells(study.setting(point, entry))).collect()
+}
+
+/// The name of a column: letters, digits and underscores.
+fn column(name: &str) -> String {
+    let words = name.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
+    words.collect::<Vec<_>>().join("_")
+}
+
+/// Header and rows of the table on the page: figures that have an error or differ between points.
+pub fn on_page(study: &Study, points: &[PointResults]) -> (Vec<String>, Vec<Vec<String>>) {
+    let shown: Vec<Quantity> =
+        quantities(points).into_iter().filter(|quantity| quantity.has_error || quantity.varies).collect();
+    let columns = study.vary.iter().flat_map(Vary::columns);
+    let mut header: Vec<String> = columns.map(|key| short(&key).replace('_', " ")).collect();
+    if header.is_empty() {
+        header.push("point".to_owned());
+    }
+    header.push("replicas".to_owned());
+    header.extend(shown.iter().map(|quantity| named(&quantity.name, &quantity.unit)));
+    let row = |(index, results): (usize, &PointResults)| {
+        let point = &study.points[index];
+        let mut row = cells(study, index);
+        if row.is_empty() {
+            row.push(point.label.clone());
+        }
+        row.push(format!("{} of {}", results.replicas.len(), study.replicas));
+        row.extend(shown.iter().map(|quantity| {
+            let figure = figure(results, quantity);
+            figure.map_or_else(|| "–".to_owned(), |figure| with_error(figure.value, figure.standard_error))
+        }));
+        row
+    };
+    (header, points.iter().enumerate().map(row).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::point::Key;
+    use carom_tables::Totals;
+
+    #[test]
+    fn figures_whose_names_differ_by_numbers_are_one_quantity() {
+        let point = |names: [&str; 2], value: f64| PointResults {
+            point: Key::try_from("0".repeat(16)).unwrap(),
+            label: String::new(),
+            replicas: vec![1],
+            figures: names.map(|name| Figure::new(name, value, "1").error(0.1)).to_vec(),
+            totals: Totals::default(),
+            checks: Vec::new(),
+            answers: Vec::new(),
+            note: String::new(),
+        };
+        let points =
+            [point(["slope from 0.2 to 1, gas", "k"], 1.0), point(["slope from 0.3 to 2, gas", "k"], 2.0)];
+        let found = quantities(&points);
+        assert_eq!(
+            found.iter().map(|q| q.name.as_str()).collect::<Vec<_>>(),
+            ["slope from … to …, gas", "k"]
+        );
+        assert_eq!(figure(&points[1], &found[0]).unwrap().value, 2.0);
+        // Two of a point remain apart.
+        let points = [point(["mode 1", "mode 2"], 1.0), point(["mode 1", "mode 2"], 2.0)];
+        assert_eq!(
+            quantities(&points).iter().map(|q| q.name.clone()).collect::<Vec<_>>(),
+            ["mode 1", "mode 2"]
+        );
+    }
+
+    #[test]
+    fn columns_have_names_that_programs_read() {
+        assert_eq!(column("g(r) at contact, gas"), "g_r_at_contact_gas");
+        assert_eq!(column("kurtosis ⟨v⁴⟩/⟨v²⟩²"), "kurtosis_v⁴_v²_²");
+    }
+}
