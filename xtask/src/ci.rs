@@ -48,7 +48,14 @@ pub fn run() -> Result<Verdict> {
             return Ok(Verdict::Failed);
         }
     }
-    steps.tests("eval \"$(.ci/tools)\"; cargo test --workspace")
+    // The tests of the Python package compare with the command, which this program contains. All
+    // tests run, so that one run shows every failure.
+    let command = std::env::current_exe().context("the path of this program is unknown")?;
+    steps.tests(&format!(
+        "eval \"$(.ci/tools)\"; failed=0; CAROM_COMMAND='{}' .ci/python || failed=1; \
+         tests/slurm.sh || failed=1; cargo test --workspace --no-fail-fast && exit $failed",
+        command.display()
+    ))
 }
 
 /// Commands that run in the root of the repository.

@@ -1,7 +1,13 @@
 //! The command line of `cargo xtask`.
 
 use anyhow::Result;
-use carom_runs::{detect, run};
+use carom_experiments::common::ParallelRuns;
+use carom_runs::{
+    console::{Console, Program},
+    detect,
+    output::Destination,
+    run,
+};
 use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
@@ -22,6 +28,9 @@ pub struct Cli {
     /// The command.
     #[command(subcommand)]
     pub command: Command,
+    /// Progress, notes and results on the terminal.
+    #[command(flatten)]
+    pub console: Console,
 }
 
 /// The commands.
@@ -79,25 +88,40 @@ pub enum Experiment {
     /// Two rods of 1 to 256 atoms each (Montanari 2017, test 2: figure 2.4)
     Pair(thesis_tests::Options),
     /// All detectors on all kinds of encounters: cost of accuracy and errors of inaccuracy
+    #[command(
+        mut_arg("quick", |arg| arg.help(
+            "A short test run, under two minutes: 150 cases of each class (the default)"
+        )),
+        mut_arg("paper", |arg| arg.help(
+            "The run for publication: 3600 cases of each class, more than 100 000 for the golden-section search"
+        ))
+    )]
     Encounters(encounters::Options),
     /// Extreme scenes: guarantees that must hold, and their limits
     Extremes(extremes::Options),
     /// Equilibrium of hard discs and of a mixture, against theory and published pressures
-    Equilibrium(equilibrium::Options),
+    #[command(mut_arg("paper", |arg| arg.help("The run for publication: thirty times as long")))]
+    Equilibrium(ParallelRuns<Destination>),
     /// Standard errors of measures against the scatter of replicas
-    Errors(errors::Options),
+    #[command(mut_arg("paper", |arg| arg.help("The run for publication: 400 replicas")))]
+    Errors(ParallelRuns<Destination>),
     /// Cost of each capability when it is absent, idle, or used
     CapabilityCost(capability_cost::Options),
     /// Whole simulations with different settings: accuracy and speed
     Tradeoff(tradeoff::Options),
 }
 
-impl Cli {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// Invalid input, or a run that fails.
-    pub fn run(&self) -> Result<Verdict> {
+impl Program for Cli {
+    fn console(&self) -> Console {
+        self.console
+    }
+
+    /// Chores of the repository print what they do, and workers are parts of other commands.
+    fn shows_progress(&self) -> bool {
+        matches!(self.command, Command::Experiment(_) | Command::Run(_) | Command::Detect(_))
+    }
+
+    fn run(&self) -> Result<Verdict> {
         match &self.command {
             Command::Experiment(Experiment::Brownian(options)) => brownian::run(options),
             Command::Experiment(Experiment::Billiard(options)) => billiard::run(options),

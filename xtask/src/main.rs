@@ -2,9 +2,8 @@
 
 use std::process::ExitCode;
 
-use clap::Parser as _;
 use xtask::cli::Cli;
 
 fn main() -> ExitCode {
-    carom_runs::exit::code(&Cli::parse().run())
+    carom_runs::console::main::<Cli>()
 }

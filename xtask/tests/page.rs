@@ -1,24 +1,9 @@
 //! The pages in a browser: no errors, no network access, a moving gas, and complete figures.
 
-use std::{
-    fs,
-    path::Path,
-    process::{Command, Stdio},
-};
+use std::{fs, path::Path, process::Command};
 
+use carom_testkit::chromium;
 use serde_json::Value;
-
-/// Names of the program in Debian, other distributions, and from Google.
-const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
-
-fn browser() -> Option<&'static str> {
-    let answers = |name: &&str| {
-        let version =
-            Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
-        version.is_ok_and(|status| status.success())
-    };
-    BROWSERS.into_iter().find(|name| answers(name))
-}
 
 fn xtask(folder: &Path, arguments: &[&str]) {
     let output =
@@ -30,33 +15,9 @@ fn xtask(folder: &Path, arguments: &[&str]) {
 fn seen(browser: &str, page: &Path) -> Value {
     let html = fs::read_to_string(page).unwrap();
     assert!(html.len() < 1_500_000, "{} has {} bytes", page.display(), html.len());
-    let faults = "<script>const faults = []; addEventListener('error', (event) => faults.push(event.message)); \
-                  for (const kind of ['error', 'warn']) console[kind] = (...words) => faults.push(words.join(' '));</script>";
-    let probe = format!("<script>{}</script></body>", include_str!("probe.js"));
-    let probed = html.replacen("<head>", &format!("<head>{faults}"), 1).replacen("</body>", &probe, 1);
     let path = page.with_file_name("probed.html");
-    fs::write(&path, probed).unwrap();
-    let profile = tempfile::tempdir().unwrap();
-    let output = Command::new(browser)
-        .args([
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--enable-logging=stderr",
-            "--window-size=1200,900",
-        ])
-        .args(["--virtual-time-budget=20000", "--dump-dom"])
-        .arg(format!("--user-data-dir={}", profile.path().display()))
-        .arg(format!("file://{}", path.display()))
-        .output()
-        .unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(!said.contains("CONSOLE"), "{said}");
-    let shown = String::from_utf8_lossy(&output.stdout);
-    let (_, rest) =
-        shown.split_once("id=\"seen\">").unwrap_or_else(|| panic!("the probe has no result: {said}"));
-    let (text, _) = rest.split_once("</script>").unwrap();
-    serde_json::from_str(text).unwrap()
+    fs::write(&path, chromium::with_probe(&html, include_str!("probe.js"))).unwrap();
+    serde_json::from_str(&chromium::seen(browser, &path, &["--window-size=1200,900"])).unwrap()
 }
 
 fn check(seen: &Value, canvases: usize, titles: &[&str]) {
@@ -90,11 +51,8 @@ fn check(seen: &Value, canvases: usize, titles: &[&str]) {
 
 #[test]
 fn pages_are_complete_and_the_gas_moves() {
-    let Some(browser) = browser() else {
-        let test = concat!(module_path!(), "::pages_are_complete_and_the_gas_moves");
-        carom_testkit::skipped::skipped(test, format_args!("none of {BROWSERS:?} is installed"));
-        return;
-    };
+    let test = concat!(module_path!(), "::pages_are_complete_and_the_gas_moves");
+    let Some(browser) = chromium::browser(test) else { return };
     let root = tempfile::tempdir().unwrap();
     let folder = root.path();
     let charts =

@@ -13,7 +13,7 @@ mod setup;
 use anyhow::Result;
 use carom::{CellsPerSide, Instructions, Scene};
 use carom_methods::{AnySimulation, Method, Order};
-use carom_runs::print_line;
+use carom_runs::{console::put, print_line};
 use carom_tables::Verdict;
 use clap::{Args, Subcommand};
 use cpu_time::ThreadTime;
@@ -44,9 +44,6 @@ pub struct Options {
     /// Processor time of a turn (seconds)
     #[arg(long, default_value = "0.2", value_parser = seconds)]
     turn: f64,
-    /// Print a JSON array instead of a table
-    #[arg(long)]
-    json: bool,
 }
 
 /// One row of the table.
@@ -75,16 +72,12 @@ pub fn run(bench: &Bench) -> Result<Verdict> {
     let mut all = Vec::new();
     for (name, scene) in scenes::all().into_iter().filter(|(name, _)| name.starts_with(&options.scene)) {
         let timings = time_scene(name, &scene(), options)?;
-        if !options.json {
-            for timing in &timings {
-                print_line(&row(timing));
-            }
+        for timing in &timings {
+            print_line(&row(timing));
         }
         all.extend(timings);
     }
-    if options.json {
-        print_line(&serde_json::to_string_pretty(&all)?);
-    }
+    put("timings", &all);
     Ok(Verdict::Passed)
 }
 

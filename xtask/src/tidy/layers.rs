@@ -9,7 +9,7 @@ use super::{Fault, crates, read};
 
 /// Each crate with its allowed dependencies; `carom` is the facade of the six layers. Detection and
 /// response do not import each other. Tables and reports do not import the engine.
-const ARROWS: [(&str, &[&str]); 12] = [
+const ARROWS: [(&str, &[&str]); 15] = [
     ("geometry", &[]),
     ("kinematics", &["geometry"]),
     ("detection", &["geometry", "kinematics"]),
@@ -20,9 +20,18 @@ const ARROWS: [(&str, &[&str]); 12] = [
     ("tables", &[]),
     ("report", &["geometry", "tables"]),
     ("runs", &["carom", "geometry", "kinematics", "detection", "methods", "tables", "report"]),
-    ("cli", &["carom", "tables", "runs"]),
+    ("sweeps", &["carom", "methods", "tables", "report", "runs"]),
+    (
+        "experiments",
+        &["carom", "geometry", "kinematics", "detection", "methods", "tables", "report", "runs", "sweeps"],
+    ),
+    ("cli", &["carom", "tables", "runs", "experiments", "sweeps"]),
+    ("python", &["carom", "detection", "methods", "tables", "report", "runs"]),
     ("testkit", &["carom", "geometry", "kinematics", "detection", "methods"]),
 ];
+
+/// What the tests of a layer may use besides.
+const ARROWS_OF_TESTS: [(&str, &[&str]); 1] = [("cli", &["report", "testkit"])];
 
 /// Forbidden dependencies in all manifests.
 pub fn faults(root: &Path) -> Result<Vec<Fault>> {
@@ -67,8 +76,13 @@ fn of_layer(name: &str, manifest: &Table) -> Vec<Fault> {
     if package != Some(&format!("carom-{name}")) {
         faults.push(format!("{path}: the package must be called carom-{name}"));
     }
+    let mut without_tests = manifest.clone();
+    without_tests.remove("dev-dependencies");
+    let needed = dependencies(&without_tests);
+    let tested = ARROWS_OF_TESTS.iter().find(|(layer, _)| *layer == name).map_or(&[][..], |(_, more)| more);
     for dependency in dependencies(manifest) {
         let wrong = match dependency.strip_prefix("carom-") {
+            Some(layer) if !needed.contains(&dependency) && tested.contains(&layer) => false,
             Some(layer) => !allowed.contains(&layer),
             None if dependency == "carom" => !allowed.contains(&"carom"),
             None => dependency == "xtask",
@@ -119,6 +133,13 @@ mod tests {
             faults_of("observers", "[dev-dependencies]\ncarom-engine = { path = \"../engine\" }\n"),
             0
         );
+    }
+
+    #[test]
+    fn the_tests_of_a_layer_may_use_more() {
+        assert_eq!(faults_of("cli", "[dev-dependencies]\ncarom-testkit.workspace = true\n"), 0);
+        assert_eq!(faults_of("cli", "[dependencies]\ncarom-testkit.workspace = true\n"), 1);
+        assert_eq!(faults_of("runs", "[dev-dependencies]\ncarom-testkit.workspace = true\n"), 1);
     }
 
     #[test]

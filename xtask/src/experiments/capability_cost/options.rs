@@ -3,7 +3,7 @@
 use carom_runs::output::Destination;
 use clap::Args;
 
-use crate::experiments::common::Common;
+use carom_experiments::common::Common;
 
 /// Options of `cargo xtask experiment capability-cost`.
 #[derive(Debug, Clone, Args)]

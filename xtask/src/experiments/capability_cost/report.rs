@@ -1,6 +1,6 @@
 //! Table and page of the experiment.
 
-use carom_report::page::Page;
+use carom_report::page::{Page, Part};
 use carom_runs::measures;
 use carom_tables::Summary;
 
@@ -52,18 +52,6 @@ pub fn rows(results: &Results) -> Vec<Vec<String>> {
     results.found.iter().map(row).collect()
 }
 
-/// A line for each variant, for the terminal.
-pub fn lines(results: &Results) -> Vec<String> {
-    let line = |row: Vec<String>| {
-        format!(
-            "{:<26} {:>9} {:>10} {:>7} {:>6} {:>6}  {}",
-            row[0], row[2], row[3], row[4], row[5], row[6], row[1]
-        )
-    };
-    let header = ["variant", "", "instr.", "over plain", "time", "bytes", "ns"].map(str::to_owned).to_vec();
-    std::iter::once(header).chain(rows(results)).map(line).collect()
-}
-
 /// A sentence on the cost of each capability.
 fn sentences(results: &Results) -> Vec<String> {
     let sentence = |capability: Capability| {
@@ -96,11 +84,12 @@ pub fn page(results: &Results, summary: &Summary, command: &str) -> Page {
         page.note(&summary.note);
     }
     page.checks(&summary.checks);
-    page.heading("Costs");
+    page.part(Part::Answer);
     page.table(&HEADER, &rows(results));
     for sentence in sentences(results) {
         page.paragraph(&sentence);
     }
+    page.part(Part::Results);
     page.heading("Definitions");
     page.paragraph(
         "Absent: the plain gas. No build without the capability exists for comparison. Therefore each \
@@ -134,7 +123,6 @@ pub fn page(results: &Results, summary: &Summary, command: &str) -> Page {
         };
         page.table(&header, &results.needs.iter().map(row).collect::<Vec<_>>());
     }
-    page.heading("Again");
     page.code(command);
     page.links(["costs.csv", "summary.json", "manifest.json", "config.toml"]);
     page

@@ -7,7 +7,7 @@ use carom_runs::{
     print_line,
     progress::Progress,
 };
-use carom_tables::{Summary, Totals, Verdict};
+use carom_tables::{Summary, Totals, Verdict, averages};
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
 
@@ -74,13 +74,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         runs: Vec::new(),
     };
     folder.write_table("costs.csv", &report::HEADER, report::rows(&results))?;
-    folder.write("report.html", report::page(&results, &summary, &options.command()).html())?;
-    folder.write_json("summary.json", &summary)?;
-    for line in report::lines(&results) {
-        print_line(&line);
-    }
-    carom_runs::conclude(&experiment.complete()?, &summary);
-    Ok(summary.verdict())
+    experiment.finish(&report::page(&results, &summary, &options.command()), &summary, None)
 }
 
 /// Counts the instructions of all variants in parallel; returns those of the plain gas by source.
@@ -146,6 +140,5 @@ fn time(variants: &[Variant], plan: Plan) -> Result<(Vec<VariantResult>, Totals)
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+    averages::median(&mut values).unwrap_or(f64::NAN)
 }

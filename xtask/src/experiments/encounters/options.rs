@@ -1,31 +1,10 @@
-//! Options of the experiment, and the resulting amount of work.
+//! The amount of work of the experiment.
 
+use carom_experiments::common::ParallelRuns;
 use carom_runs::output::Resumption;
-use clap::Args;
-
-use crate::experiments::common::{Common, Seed, Threads};
 
 /// Options of `cargo xtask experiment encounters`.
-#[derive(Debug, Clone, Args)]
-#[command(
-    mut_arg("quick", |arg| arg.help(
-        "A short test run, under two minutes: 150 cases of each class (the default)"
-    )),
-    mut_arg("paper", |arg| arg.help(
-        "The run for publication: 3600 cases of each class, more than 100 000 for the golden-section search"
-    ))
-)]
-pub struct Options {
-    /// Seed.
-    #[command(flatten)]
-    pub random: Seed,
-    /// Threads.
-    #[command(flatten)]
-    pub threads: Threads,
-    /// Options of every experiment.
-    #[command(flatten)]
-    pub common: Common<Resumption>,
-}
+pub type Options = ParallelRuns<Resumption>;
 
 /// Amount of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,10 +23,10 @@ pub struct Plan {
     pub most_hung: usize,
 }
 
-impl Options {
-    /// Amount of work.
-    pub fn plan(&self) -> Plan {
-        self.common.select(
+impl Plan {
+    /// The amount of work that options ask for.
+    pub fn of(options: &Options) -> Self {
+        options.common.select(
             Plan {
                 cases: 150,
                 most_intervals: 300_000,
@@ -65,15 +44,5 @@ impl Options {
                 most_hung: 1000,
             },
         )
-    }
-
-    /// Note that is printed and shown first.
-    pub fn note(&self) -> String {
-        self.common.note(": rates below about 1e-3 are not resolved. The full run is --paper.")
-    }
-
-    /// The command with every option that affects the results.
-    pub fn command(&self) -> String {
-        format!("{} --seed {}", self.common.command("encounters"), self.random.seed)
     }
 }

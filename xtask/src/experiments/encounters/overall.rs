@@ -1,13 +1,11 @@
 //! Results of each detector and setting over all classes.
 
-use carom_tables::Figure;
-
-use super::{
-    results::Results,
-    settings::BASELINE,
-    tally::Tally,
-    timing::{geometric_mean, median},
+use carom_tables::{
+    Figure,
+    averages::{geometric_mean, median},
 };
+
+use super::{results::Results, settings::BASELINE, tally::Tally};
 
 /// Names of the detectors, in the order of their colours.
 pub const FAMILIES: [&str; 5] = ["Exact", "GoldenSecant", "FixedStep", "BoundingCircles", "parry"];

@@ -15,6 +15,7 @@ use anyhow::{Context, Result, bail};
 use carom_detection::{Answer, Contact, Exact, Outcome, Touch, encounters::Encounter};
 use carom_geometry::{Atom, Molecule};
 use carom_kinematics::{Orientation, RelativeMotion};
+use carom_tables::averages::median;
 use cpu_time::ThreadTime;
 use glam::DVec2;
 use parry2d_f64::{
@@ -22,8 +23,6 @@ use parry2d_f64::{
     query::{NonlinearRigidMotion, cast_shapes_nonlinear},
     shape::{Ball, Compound, Shape},
 };
-
-use super::timing::median;
 
 /// A longer call counts as one that does not return: the limit is a hundred thousand times the time
 /// of the exact detector.

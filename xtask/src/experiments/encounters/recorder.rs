@@ -15,6 +15,7 @@ use carom::{
 };
 use carom_detection::{Answer, encounters::Encounter, skim};
 use carom_geometry::Molecule;
+use carom_runs::run_totals::RunTotals;
 use carom_tables::Totals;
 use cpu_time::ThreadTime;
 use glam::DVec2;
@@ -93,7 +94,7 @@ impl Notes {
 /// A scene cannot be built, or a run fails.
 pub fn recordings(seed: u64, count: usize) -> Result<Vec<Recording>> {
     let run = RunSpec { until: 2.0, sample_interval: 0.5, ..RunSpec::default() };
-    let tee = thesis_scene::scene(Case::Standard, Size::Half, seed, 0, run);
+    let tee = thesis_scene::scene(Case::Standard, Size::Half, seed, 0, run)?;
     Ok(vec![
         record("recorded_tee", "a tee in its gas, area fraction 0.5", &tee, count)?,
         record("recorded_dumbbells_0.3", "dumbbells at area fraction 0.3", &dumbbells(seed, 0.3), count)?,
@@ -139,7 +140,7 @@ fn record(name: &'static str, about: &'static str, scene: &Scene, count: usize) 
     let recorder = Recorder { notes: Rc::clone(&notes) };
     let mut simulation: Simulation<Recorder, Impact, HeapScheduler> =
         Simulation::with(scene, recorder, Impact, CellsPerSide::default())?;
-    let energy = simulation.view().energy();
+    let mut totals = RunTotals::begin(&simulation.view());
     let begun = ThreadTime::now();
     let mut time = WARM_UP;
     simulation.run_until(time)?;
@@ -151,17 +152,9 @@ fn record(name: &'static str, about: &'static str, scene: &Scene, count: usize) 
         time += STEP;
         simulation.run_until(time)?;
     }
-    let view = simulation.view();
-    let collisions = view.counters().collisions;
-    let overlaps = view.overlaps();
-    let totals = Totals {
-        collisions,
-        simulated_time: time,
-        collisions_per_second: collisions as f64 / begun.elapsed().as_secs_f64(),
-        energy_drift: (view.energy() - energy).abs() / energy,
-        overlapping_pairs: overlaps.pairs,
-        max_overlap: overlaps.deepest,
-    };
+    let seconds = begun.elapsed().as_secs_f64();
+    totals.sample(&simulation.view());
+    let totals = totals.totals(&simulation.view(), seconds);
     let encounters = std::mem::take(&mut notes.borrow_mut().encounters);
     Ok(Recording { name, about, encounters, totals })
 }

@@ -1,7 +1,7 @@
 //! Tables and page of the experiment.
 
-use carom_report::page::{Layout, Page};
-use carom_tables::Summary;
+use carom_report::page::{Layout, Page, Part, checks_in_words};
+use carom_tables::{Summary, averages::median};
 use carom_testkit::oracle::Verdict;
 
 use super::{
@@ -10,7 +10,6 @@ use super::{
     results::{ClassResult, Results},
     settings::BASELINE,
     tally::{FAR_OFF, Tally},
-    timing::median,
 };
 use carom_methods::AnyDetector;
 
@@ -72,35 +71,6 @@ fn class_rows(results: &Results, setting: usize) -> Vec<Vec<String>> {
     let rows = results.classes.iter().map(|class| class_cells(&class.name, &class.tallies[setting]));
     let all = Tally::sum(results.classes.iter().map(|class| &class.tallies[setting]));
     rows.chain([class_cells("all", &all)]).collect()
-}
-
-/// The table of the exact detector and all settings, one line each, for the terminal.
-pub fn lines(results: &Results) -> Vec<String> {
-    let mut rows = vec![CLASS_HEADER.map(str::to_owned).to_vec()];
-    rows.extend(class_rows(results, 0));
-    for (row, class) in rows.iter_mut().skip(1).zip(&results.classes) {
-        row.push(format!("GoldenSecant {}", ratio(class.timings[BASELINE].map(|timing| timing.ratio))));
-        row.push(format!("parry {}", ratio(median(&mut class.parry.ratios.clone()))));
-    }
-    let mut lines = aligned(&rows);
-    lines.push(String::new());
-    let mut rows = vec![OVERALL_HEADER.map(str::to_owned).to_vec()];
-    rows.extend(overall(results).iter().map(overall_cells));
-    lines.extend(aligned(&rows));
-    lines
-}
-
-fn aligned(rows: &[Vec<String>]) -> Vec<String> {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |column: usize| {
-        rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let line = |row: &Vec<String>| {
-        let cells = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:>width$}"));
-        cells.collect::<Vec<_>>().join("  ")
-    };
-    rows.iter().map(line).collect()
 }
 
 const OVERALL_HEADER: [&str; 13] = [
@@ -171,8 +141,11 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
     if !summary.note.is_empty() {
         page.note(&summary.note);
     }
+    page.verdict(&verdict(results, summary));
     page.checks(&summary.checks);
+    page.part(Part::Answer);
     cost_section(&mut page, results, charts);
+    page.part(Part::Results);
     class_sections(&mut page, results);
     page.heading("Method of the oracle");
     let unresolved: usize = results.classes.iter().map(|class| class.unresolved).sum();
@@ -181,14 +154,33 @@ pub fn page(results: &Results, summary: &Summary, charts: &Charts, command: &str
          double-double arithmetic, and bisects the others; it shares no code with any detector. In \
          {unresolved} cases it did not finish within its limit; these are excluded from all other counts.",
     ));
-    page.heading("Again");
     page.code(command);
     page.links(["answers.csv", "times.csv", "parry.csv", "summary.json", "manifest.json"]);
     page
 }
 
+/// What the exact detector and that of the thesis get wrong.
+fn verdict(results: &Results, summary: &Summary) -> String {
+    let words = |setting: usize| {
+        let tally = Tally::sum(results.classes.iter().map(|class| &class.tallies[setting]));
+        let wrong = [Verdict::Missed, Verdict::Late, Verdict::Early, Verdict::False];
+        let wrong: u64 = wrong.iter().map(|verdict| tally.count(*verdict)).sum();
+        format!("{wrong} of {}", tally.judged())
+    };
+    let name = |setting: usize| results.settings[setting].detector.name();
+    format!(
+        "{} is wrong in {} first contacts, {} in {}. {}",
+        name(0),
+        words(0),
+        name(BASELINE),
+        words(BASELINE),
+        checks_in_words(&summary.checks)
+    )
+}
+
 fn cost_section(page: &mut Page, results: &Results, charts: &Charts) {
-    page.heading("Cost of accuracy");
+    page.subheading("Cost of accuracy, all classes");
+    page.table(&OVERALL_HEADER, &overall(results).iter().map(overall_cells).collect::<Vec<_>>());
     page.pictures(
         Layout::Full,
         &[
@@ -208,7 +200,6 @@ fn cost_section(page: &mut Page, results: &Results, charts: &Charts) {
             ),
         ],
     );
-    page.table(&OVERALL_HEADER, &overall(results).iter().map(overall_cells).collect::<Vec<_>>());
     page.paragraph(&format!(
         "Time is the processor time of one thread, measured in turn with Exact on the same pairs: the median \
          over rounds, then the geometric mean over the classes. Slow detectors search as many pairs of a \
@@ -236,7 +227,7 @@ fn class_sections(page: &mut Page, results: &Results) {
     let header = [
         "class",
         "description",
-        "Exact [ns]",
+        "Exact (ns)",
         "GoldenSecant",
         "FixedStep 1e-2",
         "1e-3",

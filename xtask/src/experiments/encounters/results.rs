@@ -1,6 +1,5 @@
 //! The answers of all detectors to all classes of encounters.
 
-use carom_tables::Totals;
 use serde::{Deserialize, Serialize};
 
 use super::{settings::Setting, tally::Tally, timing::Timing};
@@ -53,6 +52,4 @@ pub struct Results {
     pub settings: Vec<Setting>,
     /// The classes.
     pub classes: Vec<ClassResult>,
-    /// Totals of the runs in which pairs were recorded.
-    pub totals: Totals,
 }

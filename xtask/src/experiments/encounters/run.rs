@@ -24,8 +24,8 @@ use super::{
     report,
     results::{ClassResult, ParryResult, Results},
     settings::{Setting, settings},
-    tally::{HEADER, Tally},
-    timing::{self},
+    tally::Tally,
+    timing,
 };
 use carom_methods::AnyDetector;
 
@@ -44,15 +44,16 @@ struct Answers {
 /// # Errors
 /// The folder is not empty or cannot be written, or a recorded run fails.
 pub fn run(options: &Options) -> Result<Verdict> {
-    let plan = options.plan();
+    let (plan, command) = (Plan::of(options), options.command("encounters"));
+    let note = options.common.note(": rates below about 1e-3 are not resolved. The full run is --paper.");
     let experiment = Experiment::begin_resumable(
         &options.common.destination,
-        options.command(),
+        command.clone(),
         &Opening {
             folder: "out/encounters",
-            note: &options.note(),
-            command: &options.command(),
-            configuration: configuration(&options.command(), &settings_of(options, &plan)),
+            note: &note,
+            command: &command,
+            configuration: configuration(&command, &settings_of(options, &plan)),
             scenes: &[],
         },
     )?;
@@ -64,6 +65,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         groups.iter().map(|g| g.cases.len()).sum::<usize>(),
         groups.len()
     ));
+    items.expect(2 * groups.len() + plan.parry_cases);
     let settings = settings();
     let answers = pool.install(|| search_all(&groups, &settings, &plan, items))?;
     print_line("answers judged; measuring times");
@@ -79,10 +81,26 @@ pub fn run(options: &Options) -> Result<Verdict> {
         Ok(ClassResult { name, about, unresolved, tallies, timings, parry })
     };
     let classes = groups.iter().zip(answers).zip(parries).map(class).collect::<Result<_>>()?;
-    let results = Results { settings, classes, totals };
-    let summary = write(folder, &results, &groups, options)?;
-    print_line(&format!("{}", experiment.complete()?.path().join("report.html").display()));
-    Ok(summary.verdict())
+    let results = Results { settings, classes };
+    write_tables(folder, &results)?;
+    let broken = violations(&results, &groups);
+    if !broken.is_empty() {
+        folder.write("violations.txt", &broken)?;
+        print_line(&broken);
+    }
+    let summary = Summary {
+        title: "Encounters: the cost of accuracy in the search for one contact".to_owned(),
+        note,
+        totals,
+        checks: [checks(&results), totals.checks()].concat(),
+        figures: overall::figures(&results),
+        runs: Vec::new(),
+    };
+    let charts = Charts::draw(&results)?;
+    for (name, svg) in charts.files() {
+        folder.write(name, svg)?;
+    }
+    experiment.finish(&report::page(&results, &summary, &charts, &command), &summary, None)
 }
 
 fn settings_of(options: &Options, plan: &Plan) -> String {
@@ -163,12 +181,12 @@ fn search_once_with_parry(
     Ok(result)
 }
 
-fn write(folder: &Folder, results: &Results, groups: &[Group], options: &Options) -> Result<Summary> {
+fn write_tables(folder: &Folder, results: &Results) -> Result<()> {
     let rows = results.classes.iter().flat_map(|class| {
         let own = results.settings.iter().zip(&class.tallies);
         own.map(|(setting, tally)| tally.row(&class.name, setting.detector.name(), &setting.name))
     });
-    folder.write_table("answers.csv", &HEADER, rows)?;
+    folder.write_records("answers.csv", rows)?;
     let times = results.classes.iter().flat_map(|class| {
         let own = results.settings.iter().zip(&class.timings);
         own.filter_map(|(setting, timing)| {
@@ -181,33 +199,7 @@ fn write(folder: &Folder, results: &Results, groups: &[Group], options: &Options
     folder.write_table("times.csv", &header, times)?;
     let parry =
         results.classes.iter().map(|class| class.parry.tally.row(&class.name, "parry", "nonlinear cast"));
-    folder.write_table("parry.csv", &HEADER, parry)?;
-    let broken = violations(results, groups);
-    if !broken.is_empty() {
-        folder.write("violations.txt", &broken)?;
-        print_line(&broken);
-    }
-    let summary = Summary {
-        title: "Encounters: the cost of accuracy in the search for one contact".to_owned(),
-        note: options.note(),
-        totals: results.totals,
-        checks: checks(results),
-        figures: overall::figures(results),
-        runs: Vec::new(),
-    };
-    let charts = Charts::draw(results)?;
-    for (name, svg) in charts.files() {
-        folder.write(name, svg)?;
-    }
-    folder.write("report.html", report::page(results, &summary, &charts, &options.command()).html())?;
-    folder.write_json("summary.json", &summary)?;
-    for line in report::lines(results) {
-        print_line(&line);
-    }
-    for check in summary.checks.iter().filter(|check| !check.passed) {
-        print_line(&format!("FAILED: {} is {}, allowed is {}", check.name, check.found, check.allowed));
-    }
-    Ok(summary)
+    folder.write_records("parry.csv", parry)
 }
 
 /// Checks of the guarantees of [`carom_detection::Exact`] over all classes.
@@ -224,9 +216,7 @@ fn checks(results: &Results) -> Vec<Check> {
         .map(|(name, verdict)| {
             Check::at_most(&format!("contacts {name} by Exact"), count(verdict) as f64, 0.0)
         })
-        .into_iter()
-        .chain(results.totals.checks())
-        .collect()
+        .to_vec()
 }
 
 /// Full description of the cases that violate the guarantees of [`carom_detection::Exact`].

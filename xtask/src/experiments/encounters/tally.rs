@@ -170,27 +170,3 @@ impl Tally {
         }
     }
 }
-
-/// Header of the table of answers.
-pub const HEADER: [&str; 20] = [
-    "class",
-    "detector",
-    "setting",
-    "cases",
-    "judged",
-    "contacts",
-    "right",
-    "graze_within_2e",
-    "missed",
-    "late",
-    "early",
-    "false",
-    "free_until",
-    "gave_up",
-    "wrong",
-    "wrong_upper_95",
-    "deviation_median",
-    "deviation_999",
-    "deviation_max",
-    "evaluations_per_query",
-];

@@ -3,6 +3,7 @@
 use std::{hint::black_box, time::Duration};
 
 use carom_detection::encounters::Encounter;
+use carom_tables::averages::median;
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
@@ -91,17 +92,4 @@ fn ask_all(detector: AnyDetector, batch: &[&Encounter], repeats: u32) -> Duratio
         }
     }
     begun.elapsed()
-}
-
-/// Median; sorts the values; `None` if there are none.
-pub fn median(values: &mut [f64]) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
-}
-
-/// Geometric mean; `None` if there are no values.
-pub fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
-    let (count, sum) =
-        values.into_iter().fold((0u32, 0.0), |(count, sum), value: f64| (count + 1, sum + value.ln()));
-    (count > 0).then(|| (sum / f64::from(count)).exp())
 }

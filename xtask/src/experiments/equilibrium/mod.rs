@@ -4,11 +4,9 @@
 //! five densities: pressure, collision rate, contact value, free path and velocities. Three
 //! published pressures. A mixture of molecules: equipartition.
 
-mod options;
 mod report;
 mod results;
 mod run;
 mod scenes;
 
-pub use options::Options;
 pub use run::run;

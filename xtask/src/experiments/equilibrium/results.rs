@@ -6,7 +6,7 @@ use super::scenes::{Case, DENSITIES};
 
 /// A figure passes if it is within this many standard errors of its prediction, theory included.
 /// Of 60 figures one exceeds 4 by chance in one of 260 experiments.
-const ALLOWED: f64 = 4.0;
+pub const ALLOWED: f64 = 4.0;
 
 /// Uncertainty of predictions without their own (relative): finite-size terms of second order, and
 /// for the contact value the curvature of g(r) over the first bins.

@@ -2,9 +2,11 @@
 
 use anyhow::Result;
 use carom::Scene;
+use carom_experiments::common::ParallelRuns;
 use carom_runs::{
     experiment::{Experiment, Opening, configuration},
     interruption::Signals,
+    output::Destination,
     print_line,
     run::measure,
 };
@@ -12,7 +14,7 @@ use carom_tables::{OneRun, Summary, Totals, Verdict};
 use rayon::prelude::*;
 
 use super::{
-    Options, report,
+    report,
     results::{Measured, checks},
     scenes::{Case, cases},
 };
@@ -21,12 +23,14 @@ use super::{
 ///
 /// # Errors
 /// The folder is not empty, a run fails, or a signal has been received.
-pub fn run(options: &Options) -> Result<Verdict> {
-    let (command, note) = (options.command(), options.note());
-    let cases = cases(options.random.seed, options.length())?;
+pub fn run(options: &ParallelRuns<Destination>) -> Result<Verdict> {
+    let common = &options.common;
+    let command = options.command("equilibrium");
+    let note = common.note(": deviations of some tenths of a per cent are not resolved.");
+    let cases = cases(options.random.seed, common.select(1.0, 30.0))?;
     let scenes: Vec<&Scene> = cases.iter().map(|case| &case.scene).collect();
     let experiment = Experiment::begin(
-        &options.common.destination,
+        &common.destination,
         &Opening {
             folder: "out/equilibrium",
             note: &note,
@@ -55,8 +59,6 @@ pub fn run(options: &Options) -> Result<Verdict> {
         figures: all.iter().flat_map(Measured::figures).collect(),
         runs: all.iter().map(|one| OneRun::new(one.case.name.clone(), &one.summary.totals)).collect(),
     };
-    report::write(&experiment.folder, &all, &summary, &command)?;
-    experiment.folder.write_json("summary.json", &summary)?;
-    carom_runs::conclude(&experiment.complete_after(summary.totals.cpu_seconds())?, &summary);
-    Ok(summary.verdict())
+    let page = report::write(&experiment.folder, &all, &summary, &command)?;
+    experiment.finish(&page, &summary, Some(summary.totals.cpu_seconds()))
 }

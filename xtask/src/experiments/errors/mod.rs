@@ -5,10 +5,8 @@
 //! among the runs is 1 on average; with a probability of 99 % it lies in a band given by Fisher's
 //! F.
 
-mod options;
 mod report;
 mod results;
 mod run;
 
-pub use options::Options;
 pub use run::run;

@@ -2,17 +2,20 @@
 
 use anyhow::Result;
 use carom::Scene;
+use carom_experiments::common::ParallelRuns;
 use carom_runs::{
     experiment::{Experiment, Opening, configuration},
     interruption::Signals,
     measures::Results,
+    output::Destination,
+    progress::Progress,
     run::tables,
 };
 use carom_tables::{Summary, Totals, Verdict};
 use rayon::prelude::*;
 
 use super::{
-    Options, report,
+    report,
     results::{Compared, compare},
 };
 
@@ -51,31 +54,36 @@ max = 3.0
 ///
 /// # Errors
 /// The folder is not empty, a run fails, or a signal has been received.
-pub fn run(options: &Options) -> Result<Verdict> {
-    let (command, note) = (options.command(), options.note());
+pub fn run(options: &ParallelRuns<Destination>) -> Result<Verdict> {
+    let common = &options.common;
+    let (command, note) = (options.command("errors"), common.note(": the band is wide."));
+    let replicas = common.select(60, 400);
     let mut scene = Scene::from_toml(SCENE)?;
     scene.bounds.seed = options.random.seed;
     let experiment = Experiment::begin(
-        &options.common.destination,
+        &common.destination,
         &Opening {
             folder: "out/errors",
             note: &note,
             command: &command,
-            configuration: configuration(&command, &format!("replicas = {}\n", options.replicas())),
+            configuration: configuration(&command, &format!("replicas = {replicas}\n")),
             scenes: &[&scene],
         },
     )?;
     experiment.folder.write("scene.toml", scene.to_toml())?;
     let signals = Signals::watch()?;
+    let progress = Progress::items("replicas", replicas);
     let replica = |number: u64| -> Result<(Results, Totals)> {
         let mut scene = scene.clone();
         scene.bounds.replica = number;
-        tables(&scene, &signals)
+        let measured = tables(&scene, &signals)?;
+        progress.count(1);
+        Ok(measured)
     };
     let all: Vec<(Results, Totals)> = options
         .threads
         .pool()?
-        .install(|| (0..options.replicas()).into_par_iter().map(replica).collect::<Result<_>>())?;
+        .install(|| (0..replicas).into_par_iter().map(replica).collect::<Result<_>>())?;
     let (results, totals): (Vec<Results>, Vec<Totals>) = all.into_iter().unzip();
     let compared = compare(&results);
     let summary = Summary {
@@ -86,8 +94,6 @@ pub fn run(options: &Options) -> Result<Verdict> {
         figures: compared.iter().map(Compared::figure).collect(),
         runs: Vec::new(),
     };
-    report::write(&experiment.folder, &compared, &summary, &command)?;
-    experiment.folder.write_json("summary.json", &summary)?;
-    carom_runs::conclude(&experiment.complete_after(summary.totals.cpu_seconds())?, &summary);
-    Ok(summary.verdict())
+    let page = report::write(&experiment.folder, &compared, &summary, &command)?;
+    experiment.finish(&page, &summary, Some(summary.totals.cpu_seconds()))
 }

@@ -12,7 +12,7 @@ use carom_testkit::extremes::{
 };
 
 use super::gaps::Gaps;
-use crate::experiments::time_reversal::line;
+use carom_experiments::time_reversal::line;
 
 /// Drift in one scene.
 #[derive(Debug, Clone)]

@@ -1,8 +1,10 @@
 //! The page of the experiment: guarantees, results, and limits.
 
+use std::fmt::Write as _;
+
 use anyhow::Result;
 use carom_report::{
-    page::{Layout, Page},
+    page::{Layout, Page, Part, checks_in_words},
     plot::{Axis, Chart, Layer, Shape, colour},
 };
 use carom_tables::Summary;
@@ -36,19 +38,21 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
     if !summary.note.is_empty() {
         page.note(&summary.note);
     }
+    page.verdict(&verdict_of_all(results, summary));
+    page.part(Part::Answer);
+    overview(&mut page, results);
+    let drawn: Vec<(&str, &str)> = charts.iter().map(|(_, svg)| (svg.as_str(), "")).collect();
+    if !drawn.is_empty() {
+        page.pictures(Layout::Beside, &drawn);
+    }
+    page.part(Part::Results);
     page.code(command);
     scene_section(&mut page, results);
     limit_section(&mut page, results);
     reversal_section(&mut page, results);
     drift_section(&mut page, &results.drifts);
-    for (_, svg) in charts {
-        page.pictures(Layout::Full, &[(svg, "")]);
-    }
-    page.heading("Checks");
     page.checks(&summary.checks);
-    page.heading("Totals of the drift runs");
     page.totals(&summary.totals);
-    page.heading("Files");
     page.links([
         "scenes.csv",
         "findings.csv",
@@ -59,6 +63,55 @@ pub fn page(results: &Results, summary: &Summary, charts: &[(&'static str, Strin
         "manifest.json",
     ]);
     page
+}
+
+/// Number of limits that an engine reaches up to their goals.
+fn reached(results: &Results, engine: usize) -> usize {
+    results.limits.iter().filter(|(search, found)| found[engine].holds_up_to >= search.goal).count()
+}
+
+fn verdict_of_all(results: &Results, summary: &Summary) -> String {
+    let holds = results.scenes.iter().filter(|(_, endings)| endings[0].holds()).count();
+    let mut words = format!("All bounds hold in {holds} of {} extreme scenes", results.scenes.len());
+    if !results.limits.is_empty() {
+        let _ = write!(
+            words,
+            "; {} of {} parameters reach their goal",
+            reached(results, 0),
+            results.limits.len()
+        );
+    }
+    format!("{words}. {}", checks_in_words(&summary.checks))
+}
+
+/// One table of all scenes, limits, reversals and drifts.
+fn overview(page: &mut Page, results: &Results) {
+    let largest = |values: Vec<f64>| {
+        let found = values.into_iter().reduce(f64::max);
+        found.map_or_else(
+            || "–".to_owned(),
+            |value| if value < 0.01 { format!("{value:.1e}") } else { format!("{value:.2}") },
+        )
+    };
+    let share =
+        |count: usize, all: usize| if all == 0 { "–".to_owned() } else { format!("{count} of {all}") };
+    let row = |name: &str, cells: [String; 2]| [vec![name.to_owned()], cells.to_vec()].concat();
+    let scenes = |engine: usize| {
+        let holds = results.scenes.iter().filter(|(_, endings)| endings[engine].holds()).count();
+        share(holds, results.scenes.len())
+    };
+    let limits = |engine: usize| share(reached(results, engine), results.limits.len());
+    let errors = |engine: usize| {
+        largest(results.reversals[engine].iter().map(|reversal| reversal.effective_error).collect())
+    };
+    let drift = largest(results.drifts.iter().map(|drift| drift.totals.energy_drift).collect());
+    let rows = [
+        row("scenes in which all bounds hold", [0, 1].map(scenes)),
+        row("parameters whose bounds hold up to the goal", [0, 1].map(limits)),
+        row("largest effective error by reversal (eps × side)", [0, 1].map(errors)),
+        row("largest energy drift (relative)", [drift, "–".to_owned()]),
+    ];
+    page.table(&["all scenes", Engine::Ours.name(), Engine::Theses.name()], &rows);
 }
 
 fn scene_section(page: &mut Page, results: &Results) {
@@ -209,20 +262,10 @@ pub fn charts(results: &Results) -> Result<Vec<(&'static str, String)>> {
             "reversal.svg",
             chart(
                 "Time reversal",
-                [
-                    "collisions of each disc on the way forward",
-                    "lg of the distance from the initial state (sides)",
-                ],
+                ["collisions of each disc on the way forward", "lg distance from the start (sides)"],
                 reversal,
             )?,
         ),
-        (
-            "drift.svg",
-            chart(
-                "Change of energy",
-                ["lg collisions", "lg of the relative root mean square change"],
-                drift,
-            )?,
-        ),
+        ("drift.svg", chart("Change of energy", ["lg collisions", "lg relative change (rms)"], drift)?),
     ])
 }

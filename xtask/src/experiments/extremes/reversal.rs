@@ -10,7 +10,7 @@ use carom_testkit::extremes::{
 };
 use rayon::prelude::*;
 
-use crate::experiments::time_reversal::{LARGEST, line, loschmidt_echo};
+use carom_experiments::time_reversal::{LARGEST, line, loschmidt_echo};
 
 /// Number of discs.
 const COUNT: usize = 64;

@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use carom_runs::{
-    conclude,
     experiment::{Experiment, Opening, configuration},
     output::Folder,
     print_line,
@@ -50,9 +49,26 @@ pub fn run(options: &Options) -> Result<Verdict> {
     )?;
     let folder = &experiment.folder;
     let results = options.threads.pool()?.install(|| measure(&plan, &options.scene))?;
-    let summary = write(folder, &results, options)?;
-    conclude(&experiment.complete()?, &summary);
-    Ok(summary.verdict())
+    write_tables(folder, &results)?;
+    let broken = violations(&results);
+    if !broken.is_empty() {
+        folder.write("violations.txt", &broken)?;
+        print_line(&broken);
+    }
+    let totals: Vec<Totals> = results.drifts.iter().map(|drift| drift.totals).collect();
+    let summary = Summary {
+        title: "Extremes: limits of the guarantees".to_owned(),
+        note: options.note(),
+        totals: Totals::of(&totals),
+        checks: checks(&results, &totals),
+        figures: figures(&results),
+        runs: Vec::new(),
+    };
+    let charts = report::charts(&results)?;
+    for (name, svg) in &charts {
+        folder.write(name, svg)?;
+    }
+    experiment.finish(&report::page(&results, &summary, &charts, &options.command()), &summary, None)
 }
 
 fn settings(plan: &Plan) -> String {
@@ -113,31 +129,6 @@ fn measure(plan: &Plan, number: &str) -> Result<Results> {
         })
         .collect();
     Ok(Results { scenes, limits, reversals, drifts: drifts? })
-}
-
-fn write(folder: &Folder, results: &Results, options: &Options) -> Result<Summary> {
-    write_tables(folder, results)?;
-    let broken = violations(results);
-    if !broken.is_empty() {
-        folder.write("violations.txt", &broken)?;
-        print_line(&broken);
-    }
-    let totals: Vec<Totals> = results.drifts.iter().map(|drift| drift.totals).collect();
-    let summary = Summary {
-        title: "Extremes: limits of the guarantees".to_owned(),
-        note: options.note(),
-        totals: Totals::of(&totals),
-        checks: checks(results, &totals),
-        figures: figures(results),
-        runs: Vec::new(),
-    };
-    let charts = report::charts(results)?;
-    for (name, svg) in &charts {
-        folder.write(name, svg)?;
-    }
-    folder.write("report.html", report::page(results, &summary, &charts, &options.command()).html())?;
-    folder.write_json("summary.json", &summary)?;
-    Ok(summary)
 }
 
 fn write_tables(folder: &Folder, results: &Results) -> Result<()> {

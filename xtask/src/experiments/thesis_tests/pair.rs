@@ -57,8 +57,8 @@ const HEADER: [&str; 9] = [
     "queries",
     "share with bounding circles that meet",
     "µs per query",
-    "time for 100 [s]",
-    "thesis, fit of figure 2.4 [s]",
+    "time for 100 (s)",
+    "thesis, fit of figure 2.4 (s)",
     "time units run",
 ];
 
@@ -106,6 +106,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         size: "atoms of each rod",
     };
     run_test(&test, options, |budget, items| {
+        items.expect(ATOMS.len() * (1 + DETECTORS.len()));
         let (mut timings, mut shares) = (Vec::new(), BTreeMap::new());
         for atoms in ATOMS {
             let share = items.finish(&format!("share of searches, {atoms}"), || {
@@ -123,14 +124,14 @@ pub fn run(options: &Options) -> Result<Verdict> {
             charts: vec![
                 Costs {
                     file: "query.svg",
-                    what: "time of one query [s]",
+                    what: "time of one query (s)",
                     points: timings.iter().filter_map(each).collect(),
                     published: Vec::new(),
                     fits: Vec::new(),
                 },
                 Costs {
                     file: "cost.svg",
-                    what: "time for 100 time units [s]",
+                    what: "time for 100 time units (s)",
                     points: timings.iter().filter_map(times).collect(),
                     published: ATOMS.into_iter().filter_map(fit).collect(),
                     fits: golden_fit(&timings)

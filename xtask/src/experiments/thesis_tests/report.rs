@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use carom_report::{
-    page::{Layout, Page, with_error},
+    page::{Layout, Page, Part, with_error},
     scatter::{Mark, Point, Scatter},
 };
 use carom_tables::Summary;
@@ -74,7 +74,7 @@ pub fn page(test: &Test, results: &Results, summary: &Summary, charts: &[String]
         page.note(&summary.note);
     }
     page.checks(&summary.checks);
-    page.heading("Times");
+    page.part(Part::Answer);
     page.table(&results.header, &results.rows);
     for chart in charts {
         let caption = "Both axes are logarithmic: a power law is a straight line. Dots: measured here; \
@@ -82,6 +82,7 @@ pub fn page(test: &Test, results: &Results, summary: &Summary, charts: &[String]
                        squares of the seconds.";
         page.pictures(Layout::Full, &[(chart, caption)]);
     }
+    page.part(Part::Results);
     let broken = results.timings.iter().filter(|timing| !timing.is_whole()).count();
     page.paragraph(&format!(
         "Processor time of the thread, without the construction of the scene, with standard errors from \
@@ -92,7 +93,6 @@ pub fn page(test: &Test, results: &Results, summary: &Summary, charts: &[String]
     ));
     page.heading("Growth with size");
     page.figures(&summary.figures);
-    page.heading("Reproduction");
     page.code(command);
     page.links(["times.csv", "summary.json", "manifest.json", "config.toml"]);
     page

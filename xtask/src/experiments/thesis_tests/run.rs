@@ -53,11 +53,9 @@ pub fn run_test(
         folder.write(costs.file, chart)?;
     }
     write_times(folder, &results.timings)?;
-    folder.write("report.html", report::page(test, &results, &summary, &charts, &command).html())?;
-    folder.write_json("summary.json", &summary)?;
     let seconds = results.timings.iter().map(|timing| timing.whole.seconds).sum();
-    carom_runs::conclude(&experiment.complete_after(seconds)?, &summary);
-    Ok(summary.verdict())
+    let page = report::page(test, &results, &summary, &charts, &command);
+    experiment.finish(&page, &summary, Some(seconds))
 }
 
 fn write_times(folder: &Folder, timings: &[Timing]) -> Result<()> {

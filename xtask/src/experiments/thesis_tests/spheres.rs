@@ -20,7 +20,7 @@ use super::{
     run::run_test,
     timing::{THESIS_TIME, Timing, time},
 };
-use crate::experiments::fixed_energy::mean_speed;
+use carom_experiments::fixed_energy::mean_speed;
 
 /// Table 2.1: number of discs, seconds without grid (more than two hours for 2000), seconds with
 /// grid; Intel Core i5-7200U.
@@ -80,6 +80,7 @@ pub fn run(options: &Options) -> Result<Verdict> {
         size: "discs",
     };
     run_test(&test, options, |budget, items| {
+        items.expect(TABLE_2_1.len() * ENGINES.len());
         let mut timings = Vec::new();
         for (count, _, _) in TABLE_2_1 {
             for engine in ENGINES {
@@ -92,14 +93,14 @@ pub fn run(options: &Options) -> Result<Verdict> {
             charts: vec![
                 Costs {
                     file: "cost.svg",
-                    what: "time for 100 time units [s]",
+                    what: "time for 100 time units (s)",
                     points: timings.iter().filter_map(times).collect(),
                     published: published(),
                     fits: fits(&timings).map(|(name, fit)| (format!("{name}, fit"), fit)).collect(),
                 },
                 Costs {
                     file: "collision.svg",
-                    what: "time of one collision [s]",
+                    what: "time of one collision (s)",
                     points: timings.iter().filter_map(each).collect(),
                     published: published()
                         .into_iter()
@@ -114,8 +115,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
                 "discs",
                 "collisions in 100",
                 "by Enskog",
-                "time for 100 [s]",
-                "thesis, table 2.1 [s]",
+                "time for 100 (s)",
+                "thesis, table 2.1 (s)",
                 "µs per collision",
                 "time units run",
             ]

@@ -1,10 +1,10 @@
 //! Timing of one simulation in intervals, in processor time of its thread.
 
 use anyhow::Result;
-use carom::{EnergyLedger, Observer as _, OverlapCheck, Scene};
+use carom::Scene;
 use carom_methods::{AnySimulation, Method};
-use carom_runs::{interruption::Signals, print_line};
-use carom_tables::Totals;
+use carom_runs::{interruption::Signals, print_line, run_totals::RunTotals};
+use carom_tables::{Estimate, Totals};
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
@@ -95,21 +95,16 @@ impl Timing {
         self.totals.simulated_time >= THESIS_TIME
     }
 
-    /// Processor time for each unit of `of`: the ratio of sums, with its error from the scatter of
-    /// k equal intervals: the variance Σ (sᵢ − r nᵢ)² / (k (k − 1)) divided by the square of the
-    /// mean of n. It is not the median: contacts are expensive, and where they are rare a median
-    /// would omit them.
+    /// Processor time for each unit of `of`, with its error from the scatter of the intervals. It
+    /// is not the median: contacts are expensive, and where they are rare a median would omit them.
     fn per(&self, of: impl Fn(&Stretch) -> f64) -> Option<Measured> {
         let whole = of(&self.whole);
         if whole == 0.0 {
             return None;
         }
-        let ratio = self.whole.seconds / whole;
-        let count = self.stretches.len() as f64;
-        let squares: f64 = self.stretches.iter().map(|s| (s.seconds - ratio * of(s)).powi(2)).sum();
-        let mean = self.stretches.iter().map(of).sum::<f64>() / count;
-        let error = (squares / (count * (count - 1.0))).sqrt() / mean;
-        Some((ratio, (self.stretches.len() >= LEAST_STRETCHES && mean > 0.0).then_some(error)))
+        let estimate = Estimate::of_ratio(self.stretches.iter().map(|s| (s.seconds, of(s))));
+        let error = estimate.filter(|_| self.stretches.len() >= LEAST_STRETCHES);
+        Some((self.whole.seconds / whole, error.map(|estimate| estimate.standard_error)))
     }
 
     fn is_good_enough(&self) -> bool {
@@ -134,8 +129,7 @@ pub fn time(
     signals: &Signals,
 ) -> Result<Timing> {
     let mut simulation = AnySimulation::with(scene, method)?;
-    let (mut energy, mut overlaps) = (EnergyLedger::default(), OverlapCheck::default());
-    energy.sample(&simulation.view());
+    let mut totals = RunTotals::begin(&simulation.view());
     let mut timing = Timing {
         engine: engine.to_owned(),
         size,
@@ -170,15 +164,8 @@ pub fn time(
             length *= 2.0;
         }
     }
-    energy.sample(&simulation.view());
-    overlaps.sample(&simulation.view());
-    timing.totals = Totals {
-        collisions_per_second: timing.totals.collisions as f64 / timing.whole.seconds.max(1e-9),
-        energy_drift: energy.drift(),
-        overlapping_pairs: overlaps.worst_pairs(),
-        max_overlap: overlaps.deepest(),
-        ..timing.totals
-    };
+    totals.sample(&simulation.view());
+    timing.totals = totals.totals(&simulation.view(), timing.whole.seconds);
     let Stretch { time, seconds, collisions, .. } = timing.whole;
     print_line(&format!(
         "{engine:<20} {size:>5}  {collisions:>9} collisions in {time:.4} time units, {seconds:.3} s"

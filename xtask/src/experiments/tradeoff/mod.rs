@@ -1,19 +1,11 @@
-//! How accurate and how fast are whole simulations under different settings?
+//! How accurate and how fast are whole simulations of four gases under different settings?
 //!
-//! `cargo xtask experiment tradeoff`: wrong contacts, overlaps, effective error, and physics of
-//! each setting, and its processor time relative to the exact default run.
+//! `cargo xtask experiment tradeoff`: what `carom trade` measures, in four built-in scenes and with
+//! a fixed amount of work, and rapier beside it.
 
-mod advice;
-mod charts;
-mod knobs;
-mod measures;
-mod observers;
 mod options;
 mod rapier;
-mod replay;
 mod report;
-mod results;
-mod reversal;
 mod run;
 mod scenes;
 mod settle;

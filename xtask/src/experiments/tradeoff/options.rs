@@ -1,9 +1,12 @@
 //! Options of the experiment, and the resulting amount of work.
 
-use carom_runs::output::Destination;
+use carom_runs::{output::Destination, price::LONGEST};
 use clap::Args;
 
-use crate::experiments::common::{Common, Seed};
+use carom_experiments::{
+    common::{Common, Seed},
+    trade::plan::Plan,
+};
 
 /// Options of `cargo xtask experiment tradeoff`.
 #[derive(Debug, Clone, Args)]
@@ -25,40 +28,33 @@ pub struct Options {
     pub common: Common<Destination>,
 }
 
-/// Amount of work.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plan {
-    /// Rounds of time measurements; the median is reported.
-    pub rounds: u32,
-    /// Processor time of one turn in a round (seconds).
-    pub turn: f64,
-    /// States of the exact run from which contacts are replayed.
-    pub states: u32,
-    /// Number of blocks for means and standard errors.
-    pub blocks: u32,
-    /// Processor time after which the replays or blocks of a setting end early (seconds).
-    pub most_seconds: f64,
-    /// Negative decimal exponent of the finest fixed step (natural times).
-    pub finest_step: i32,
-}
-
-impl Plan {
-    /// The plan as lines of `config.toml`.
-    pub fn configuration(&self) -> String {
-        format!(
-            "rounds_of_times = {}\nseconds_of_a_turn = {}\nstates_replayed = {}\nblocks = {}\n\
-             most_seconds_of_a_setting = {}\nfinest_step = 1e-{}\n",
-            self.rounds, self.turn, self.states, self.blocks, self.most_seconds, self.finest_step,
-        )
-    }
-}
-
 impl Options {
     /// Amount of work.
     pub fn plan(&self) -> Plan {
-        self.common.select(
-            Plan { rounds: 5, turn: 0.02, states: 12, blocks: 20, most_seconds: 0.3, finest_step: 2 },
-            Plan { rounds: 11, turn: 0.2, states: 300, blocks: 400, most_seconds: 12.0, finest_step: 5 },
+        let plan = |rounds, turn, states, seconds, physics, finest_step| Plan {
+            rounds,
+            turn,
+            // Two runs, and the turns that give their length.
+            timing_seconds: (2.0 * f64::from(rounds) + 6.0) * turn,
+            states,
+            stretch: LONGEST,
+            state_seconds: seconds,
+            replay_seconds: seconds,
+            reversal_seconds: seconds,
+            physics_seconds: seconds,
+            physics,
+            finest_step,
+        };
+        self.common.select(plan(5, 0.02, 12, 0.3, 200.0, 2), plan(11, 0.2, 300, 12.0, 4000.0, 5))
+    }
+
+    /// The plan as lines of `config.toml`.
+    pub fn configuration(&self) -> String {
+        let plan = self.plan();
+        format!(
+            "rounds_of_times = {}\nseconds_of_a_turn = {}\nstates_replayed = {}\nmeasured_mean_times = {}\n\
+             most_seconds_of_a_setting = {}\nfinest_step = 1e-{}\n",
+            plan.rounds, plan.turn, plan.states, plan.physics, plan.replay_seconds, plan.finest_step,
         )
     }
 

@@ -13,7 +13,9 @@ use cpu_time::ThreadTime;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{options::Plan, scenes::Named, settle::settle};
+use carom_experiments::trade::plan::Plan;
+
+use super::{scenes::Named, settle::settle};
 
 /// Duration of the run in both engines (mean times between two collisions of a body).
 const LENGTH: f64 = 10.0;
@@ -114,7 +116,7 @@ fn request(view: &View<'_>, tau: f64, plan: &Plan) -> Value {
         "bodies": bodies.collect::<Vec<_>>(),
         "duration": LENGTH * tau,
         "steps": STEPS.map(|step| step * tau),
-        "most_seconds": 10.0 * plan.most_seconds,
+        "most_seconds": 10.0 * plan.replay_seconds,
     })
 }
 
@@ -177,7 +179,19 @@ mod tests {
         )
         .unwrap();
         let simulation = AnySimulation::new(&scene).unwrap();
-        let plan = Plan { rounds: 1, turn: 0.1, states: 1, blocks: 1, most_seconds: 1.0, finest_step: 2 };
+        let plan = Plan {
+            rounds: 1,
+            turn: 0.1,
+            timing_seconds: 1.0,
+            states: 1,
+            stretch: 2.0,
+            state_seconds: 1.0,
+            replay_seconds: 1.0,
+            reversal_seconds: 1.0,
+            physics_seconds: 1.0,
+            physics: 1.0,
+            finest_step: 2,
+        };
         let request = request(&simulation.view(), 0.5, &plan);
         let bodies = request["bodies"].as_array().unwrap();
         assert_eq!(bodies.len(), 21);

@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 
+use anyhow::Result;
 use carom::{
     Scene,
     engine::{BoxSpec, GasSpec, RunSpec},
@@ -22,9 +23,19 @@ pub struct Named {
 }
 
 /// All scenes.
-pub fn all(seed: u64) -> Vec<Named> {
+///
+/// # Errors
+/// The study of the thesis is invalid.
+pub fn all(seed: u64) -> Result<Vec<Named>> {
     let bounds = BoxSpec { seed, ..BoxSpec::default() };
-    let of = |gas: GasSpec| Scene { bounds: bounds.clone(), gas: vec![gas], ..Scene::default() };
+    let run = RunSpec {
+        until: 2.0,
+        sample_interval: 0.5,
+        observe: ["pressure", "velocities"].map(str::to_owned).to_vec(),
+        ..RunSpec::default()
+    };
+    let of =
+        |gas: GasSpec| Scene { bounds: bounds.clone(), gas: vec![gas], run: run.clone(), ..Scene::default() };
     let discs = |radius: f64| GasSpec {
         radius: Some(radius),
         mass: Some(1.0),
@@ -32,7 +43,6 @@ pub fn all(seed: u64) -> Vec<Named> {
         zero_momentum: Some(true),
         ..GasSpec::default()
     };
-    let run = RunSpec { until: 2.0, sample_interval: 0.5, ..RunSpec::default() };
     let dumbbells = GasSpec {
         shape: Some("dumbbell".to_owned()),
         // 1000 dumbbells of area fraction 0.3.
@@ -43,7 +53,7 @@ pub fn all(seed: u64) -> Vec<Named> {
         zero_momentum: Some(true),
         ..GasSpec::default()
     };
-    vec![
+    Ok(vec![
         Named {
             name: "thesis-gas",
             about: "discs of radius 0.01, area fraction 0.5",
@@ -52,7 +62,7 @@ pub fn all(seed: u64) -> Vec<Named> {
         Named {
             name: "tee",
             about: "a tee with atoms of half that radius in the same gas, and a bumper",
-            scene: thesis_scene::scene(Case::Standard, Size::Half, seed, 0, run),
+            scene: thesis_scene::scene(Case::Standard, Size::Half, seed, 0, run.clone())?,
         },
         Named { name: "dumbbells", about: "1000 dumbbells, area fraction 0.3", scene: of(dumbbells) },
         Named {
@@ -60,5 +70,5 @@ pub fn all(seed: u64) -> Vec<Named> {
             about: "1000 discs of radius 0.001, the first test of Montanari (2017), section 2.3.1",
             scene: of(GasSpec { count: Some(1000), ..discs(0.001) }),
         },
-    ]
+    ])
 }

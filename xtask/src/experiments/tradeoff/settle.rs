@@ -1,8 +1,14 @@
-//! Runs a gas until its start is forgotten, and measures the mean time between two collisions of a
-//! body.
+//! Runs a gas until its start is forgotten, measures the mean time between two collisions of a
+//! body, and takes states from there on.
 
 use anyhow::Result;
+use carom::{Checkpoint, Scene, kinematics::EpochTime};
+use carom_experiments::trade::{
+    plan::{Plan, from_now},
+    states::{APART, Chaos, chaos},
+};
 use carom_methods::AnySimulation;
+use carom_runs::price::{LONGEST, State};
 
 /// Time until the lattice of the start is forgotten, in mean times between two collisions of a
 /// body.
@@ -39,4 +45,34 @@ pub fn tau(simulation: &mut AnySimulation, from: f64, to: f64) -> Result<f64> {
     let moving = view.bodies().filter(|view| !view.body.is_fixed()).count();
     let collisions = (view.counters().collisions - before).max(1);
     Ok((to - from) * moving as f64 / (2.0 * collisions as f64))
+}
+
+/// States of the exact run at ends of its epochs, at least so many, 5 τ apart, and how errors grow
+/// from them. Shorter replays start from more states, so that the number of contacts is the same.
+///
+/// # Errors
+/// A run fails.
+pub fn states(scene: &Scene, simulation: &mut AnySimulation, plan: &Plan) -> Result<(Vec<State>, Chaos)> {
+    let (first, tau) = settle(simulation)?;
+    let mut state = |index: usize| {
+        let checkpoint = state_at(simulation, first + index as f64 * APART * tau)?;
+        Ok(State::undisturbed(checkpoint, tau))
+    };
+    let mut states = (0..plan.states).map(&mut state).collect::<Result<Vec<_>>>()?;
+    let chaos = chaos(scene, &states, from_now(plan.reversal_seconds))?;
+    let more = (plan.states as f64 * LONGEST / chaos.stretch).ceil() as usize;
+    states.extend((plan.states..more).map(&mut state).collect::<Result<Vec<_>>>()?);
+    Ok((states, chaos))
+}
+
+/// Continues the exact run to a state from which every setting can start.
+fn state_at(simulation: &mut AnySimulation, time: f64) -> Result<Checkpoint> {
+    while !simulation.observe_epoch(EpochTime::from(time), &mut ())? {}
+    // The end of the epoch follows after a bounded number of contacts.
+    loop {
+        if let Some(state) = simulation.checkpoint() {
+            return Ok(state);
+        }
+        simulation.observe_epoch(EpochTime::from(2.0 * time + 1e6), &mut ())?;
+    }
 }

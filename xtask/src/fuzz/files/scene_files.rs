@@ -1,6 +1,6 @@
 //! Mutated scene files: each is refused by name, or builds a system that runs without overlap.
 
-use carom::engine::{GasSpec, Placement, RunError, Scene, StartVelocities, View};
+use carom::engine::{Distribution, GasSpec, Placement, RunError, Scene, StartVelocities, View};
 use carom_kinematics::EpochTime;
 use carom_methods::AnySimulation;
 
@@ -44,12 +44,20 @@ pub fn draw(draw: &mut Draw) -> Vec<u8> {
             && draw.happens(0.3)
         {
             (gas.energy, gas.temperature) = (0.0, Some(1.0));
+            if draw.happens(0.3) {
+                let side = scene.bounds.sides[0];
+                gas.atom_radius = None;
+                gas.radius_distribution = Some(Distribution::Uniform([0.01 * side, 0.02 * side]));
+            }
             gas.velocities = draw.one_of(&[StartVelocities::EqualEnergy, StartVelocities::Maxwell]);
         }
     }
     if draw.happens(0.1) {
         scene.start.placement = Some(Placement::Grown);
         scene.start.relax = Some(5.0);
+    }
+    for wall in &mut scene.wall {
+        wall.temperature = draw.happens(0.2).then_some(1.0);
     }
     let text = scene.to_toml();
     if draw.happens(0.05) { text.into_bytes() } else { mutate::text(draw, &text) }
@@ -92,6 +100,16 @@ fn has_nan(scene: &Scene) -> bool {
     scene.to_toml().contains("nan")
 }
 
+/// Mean or least number of a distribution.
+fn small(distribution: &Distribution) -> f64 {
+    match distribution {
+        Distribution::Uniform([from, to]) => 0.5 * (from + to),
+        Distribution::Normal([mean, _]) => *mean,
+        Distribution::Values { values, .. } => values.iter().copied().fold(f64::INFINITY, f64::min),
+        _ => 0.0,
+    }
+}
+
 /// Approximate number of atoms of the scene.
 fn size(scene: &Scene) -> f64 {
     let [width, height] = scene.bounds.sides;
@@ -102,13 +120,16 @@ fn size(scene: &Scene) -> f64 {
     let of_molecules: f64 =
         scene.molecule.iter().map(|molecule| atoms(molecule.shape.as_ref(), molecule.atoms.len())).sum();
     let of_gas = |gas: &GasSpec| {
-        let radius = gas.radius.or(gas.atom_radius).or(gas.atoms.first().map(|atom| atom.radius));
-        let covered = std::f64::consts::PI * radius.unwrap_or(1.0).powi(2);
+        let drawn = gas.radius_distribution.as_ref().map(small);
+        let radius = gas.radius.or(gas.atom_radius).or(drawn).or(gas.atoms.first().map(|atom| atom.radius));
+        let scale = gas.scale.as_ref().map_or(1.0, small);
+        let covered = std::f64::consts::PI * (scale * radius.unwrap_or(1.0)).powi(2);
         let by_area = gas.area_fraction.map_or(0.0, |share| share * (width * height / covered).abs());
         let count = gas.count.map_or(by_area, |count| count as f64);
         let atoms = atoms(gas.shape.as_ref(), gas.atoms.len());
-        // A scene with more molecules is refused.
-        if count > 134_217_728.0 * atoms { 0.0 } else { count * atoms }
+        // A scene with more molecules is refused, at once if they are equal.
+        let is_equal = gas.radius_distribution.is_none() && gas.scale.is_none();
+        if is_equal && count > 134_217_728.0 * atoms { 0.0 } else { count * atoms }
     };
     of_molecules + scene.gas.iter().map(of_gas).sum::<f64>()
 }

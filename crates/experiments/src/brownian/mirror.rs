@@ -1,0 +1,140 @@
+//! Mirror symmetry of a molecule: an axis through its centre of mass, and the image of each atom.
+
+use std::f64::consts::{PI, TAU};
+
+use carom::{Molecule, geometry::Atom};
+use glam::DVec2;
+
+/// A mirror axis of a molecule.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mirror {
+    /// Angle of the axis from x′, from 0 to below π (radians).
+    pub angle: f64,
+    /// Index of the image of each atom.
+    pub images: Vec<usize>,
+}
+
+/// Largest distance of an atom from the image of another one, in bounding radii. Smaller: atoms
+/// written with few digits would not be symmetric. Larger: molecules that are almost symmetric
+/// would count as such, and a correct run could fail.
+const CLOSE: f64 = 1e-9;
+
+/// Largest difference of two angles that are taken as equal (radians).
+const SAME_ANGLE: f64 = 1e-9;
+
+impl Mirror {
+    /// The axis that moves most atoms; of several the one with the smallest angle. `None` if the
+    /// molecule has no mirror symmetry, or is one disc.
+    pub fn of(molecule: &Molecule) -> Option<Self> {
+        let atoms = molecule.atoms();
+        // An axis maps the atom farthest from the centre of mass to an atom as far away.
+        let distance = |atom: &Atom| atom.offset().length();
+        let first = atoms.iter().max_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        if atoms.len() == 1 {
+            return None;
+        }
+        let angle = |atom: &Atom| libm::atan2(atom.offset().y, atom.offset().x);
+        let axes = atoms.iter().filter(|atom| distance(atom) > 0.0).filter_map(|atom| {
+            let axis = (0.5 * (angle(first) + angle(atom))).rem_euclid(PI);
+            let axis = if PI - axis < SAME_ANGLE { 0.0 } else { axis };
+            Some(Self { angle: axis, images: images(molecule, axis)? })
+        });
+        let moved = |mirror: &Self| mirror.images.iter().enumerate().filter(|(i, j)| i != *j).count();
+        axes.min_by(|a, b| moved(b).cmp(&moved(a)).then(a.angle.total_cmp(&b.angle)))
+    }
+
+    /// Atoms on the left of the axis and their images, by index; none if the axis passes through
+    /// all atoms.
+    pub fn sides(&self) -> [Vec<usize>; 2] {
+        let left = |&(i, &j): &(usize, &usize)| i < j;
+        self.images.iter().enumerate().filter(left).map(|(i, &j)| (i, j)).unzip().into()
+    }
+
+    /// Each sector of directions θ that differs from its mirror image, with that image, once;
+    /// `None` if images of sectors are not sectors.
+    pub fn sectors(&self, sectors: usize) -> Option<Vec<(usize, usize)>> {
+        let shift = 2.0 * self.angle / TAU * sectors as f64;
+        let whole = shift.round();
+        ((shift - whole).abs() < SAME_ANGLE * sectors as f64).then(|| {
+            let partner = |sector: usize| (whole as usize + 2 * sectors - 1 - sector) % sectors;
+            (0..sectors).map(|sector| (sector, partner(sector))).filter(|(one, other)| one < other).collect()
+        })
+    }
+}
+
+/// Index of the image of each atom, if each has one of equal radius and mass.
+fn images(molecule: &Molecule, angle: f64) -> Option<Vec<usize>> {
+    let double = DVec2::new(libm::cos(2.0 * angle), libm::sin(2.0 * angle));
+    let mirrored =
+        |at: DVec2| DVec2::new(double.x * at.x + double.y * at.y, double.y * at.x - double.x * at.y);
+    let close = CLOSE * molecule.bounding_radius();
+    let image = |atom: &Atom| {
+        let at = mirrored(atom.offset());
+        let is_image = |other: &Atom| {
+            other.offset().distance(at) <= close
+                && (other.radius() - atom.radius()).abs() <= close
+                && (other.mass() - atom.mass()).abs() <= CLOSE * atom.mass()
+        };
+        molecule.atoms().iter().position(is_image)
+    };
+    molecule.atoms().iter().map(image).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom::Shape;
+
+    fn named(shape: Shape) -> Molecule {
+        Molecule::named(shape, 0.1, 1.0).unwrap()
+    }
+
+    fn of_atoms(atoms: &[(f64, f64)]) -> Molecule {
+        Molecule::new(atoms.iter().map(|&(x, y)| Atom::new(DVec2::new(x, y), 0.5, 1.0).unwrap())).unwrap()
+    }
+
+    #[test]
+    fn the_tee_is_symmetric_about_its_stem() {
+        let mirror = Mirror::of(&named(Shape::Tee)).unwrap();
+        assert_eq!(mirror.images, [2, 1, 0, 3, 4]);
+        assert_eq!(mirror.sides(), [vec![0], vec![2]]);
+        // One-degree sectors: 10° to 11° is the mirror image of 169° to 170°, and the sector below
+        // 270° of that above.
+        let pairs = mirror.sectors(360).unwrap();
+        assert!(pairs.contains(&(10, 169)) && pairs.contains(&(269, 270)) && pairs.contains(&(180, 359)));
+        let mut all: Vec<_> = pairs.into_iter().flat_map(|(one, other)| [one, other]).collect();
+        all.sort_unstable();
+        assert_eq!(all, (0..360).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn an_l_of_equal_arms_is_symmetric_about_its_diagonal_and_others_are_not() {
+        let equal = of_atoms(&[(0.0, 2.0), (0.0, 1.0), (0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]);
+        let mirror = Mirror::of(&equal).unwrap();
+        assert!((mirror.angle.to_degrees() - 45.0).abs() < 1e-9);
+        assert_eq!(mirror.sides(), [vec![0, 1], vec![4, 3]]);
+        assert!(mirror.sectors(360).unwrap().contains(&(0, 89)));
+        assert_eq!(
+            Mirror::of(&of_atoms(&[(0.0, 3.0), (0.0, 2.0), (0.0, 1.0), (0.0, 0.0), (1.0, 0.0)])),
+            None
+        );
+        assert_eq!(Mirror::of(&named(Shape::Disc)), None);
+    }
+
+    #[test]
+    fn rods_and_rings_have_the_axis_that_moves_most_atoms() {
+        let degrees = |shape| Mirror::of(&named(shape)).unwrap().angle.to_degrees();
+        assert!((degrees(Shape::Rod(8)) - 90.0).abs() < 1e-9);
+        // Of a hexagon, between two atoms: all six move.
+        assert!((degrees(Shape::Ring(6)) - 30.0).abs() < 1e-9);
+        let odd = of_atoms(&[(-1.0, 0.0), (1.0, 0.0), (0.0, 0.3)]);
+        assert!((Mirror::of(&odd).unwrap().angle.to_degrees() - 90.0).abs() < 1e-9);
+        // An axis at an odd angle maps no sector of one degree to another.
+        let turned = |at: (f64, f64)| {
+            let at = DVec2::from_angle(0.1).rotate(DVec2::from(at));
+            (at.x, at.y)
+        };
+        let mirror = Mirror::of(&of_atoms(&[(-1.0, 0.0), (1.0, 0.0), (0.0, 0.3)].map(turned))).unwrap();
+        assert_eq!((mirror.sectors(360), mirror.images), (None, vec![1, 0, 2]));
+    }
+}

@@ -1,0 +1,293 @@
+//! Predictions of kinetic theory for the kicks: directions, rates and magnitudes.
+
+use std::f64::consts::{PI, TAU};
+
+use carom::{
+    Molecule,
+    geometry::{ExcludedRegion, ExposedArc, GeometryError},
+};
+use glam::DVec2;
+
+/// Contact value χ = g(σ⁺) of hard discs of area fraction 0.5, from the [5/4] Padé approximant of
+/// the virial series of Clisby and `McCoy`, J. Stat. Phys. 122 (2006) 15.
+const CONTACT_VALUE: f64 = 3.106;
+
+/// The area fraction of that contact value.
+const EXACT_FRACTION: f64 = 0.5;
+
+/// Contact value of hard discs: (1 − 7η/16)/(1 − η)² (Henderson 1975), with a correction
+/// proportional to η⁴ that makes it exact at area fraction η = 0.5; it then agrees with the Padé
+/// values at 0.4 and 0.6 within 0.1 %.
+fn contact_value(fraction: f64) -> f64 {
+    let henderson = |fraction: f64| (1.0 - 7.0 / 16.0 * fraction) / (1.0 - fraction).powi(2);
+    let excess = CONTACT_VALUE / henderson(EXACT_FRACTION) - 1.0;
+    henderson(fraction) * (1.0 + excess * (fraction / EXACT_FRACTION).powi(4))
+}
+
+/// Predictions for a molecule in the gas.
+#[derive(Debug, Clone)]
+pub struct Prediction {
+    /// Boundary of the region excluded to gas centres.
+    pub boundary: ExcludedRegion,
+    /// Radius of the gas discs (length).
+    pub gas_radius: f64,
+    /// Mass of a gas disc.
+    pub gas_mass: f64,
+    inverse_mass: f64,
+    inverse_moment: f64,
+}
+
+impl Prediction {
+    /// Predictions for a molecule, which contacts may turn, in a gas of discs of this radius
+    /// (length) and mass.
+    ///
+    /// # Errors
+    /// The radius of the gas discs is out of range.
+    pub fn new(
+        molecule: &Molecule,
+        turns: bool,
+        [gas_radius, gas_mass]: [f64; 2],
+    ) -> Result<Self, GeometryError> {
+        Ok(Self {
+            boundary: ExcludedRegion::of(molecule, gas_radius)?,
+            gas_radius,
+            gas_mass,
+            inverse_mass: 1.0 / molecule.mass(),
+            inverse_moment: if turns { 1.0 / molecule.moment_of_inertia() } else { 0.0 },
+        })
+    }
+
+    /// Area fraction of gas discs of this number density (1 / length²).
+    pub fn area_fraction(&self, density: f64) -> f64 {
+        density * PI * self.gas_radius * self.gas_radius
+    }
+
+    /// Share of the impulse in each sector of directions, in a dilute gas: N(φ) of the opposite
+    /// direction, normalised.
+    pub fn impulse_shares(&self, sectors: usize) -> Vec<f64> {
+        self.boundary.direction_shares(sectors)
+    }
+
+    /// Share of the contacts in each sector of directions, in a dilute gas.
+    pub fn count_shares(&self, sectors: usize) -> Vec<f64> {
+        let whole = self.boundary.integral(|arc, normal| self.frequency(arc, normal));
+        let parts = self.boundary.by_impulse_direction(sectors, |arc, normal| self.frequency(arc, normal));
+        parts.iter().map(|part| part / whole).collect()
+    }
+
+    /// Share of the contacts on each atom, in a dilute gas.
+    pub fn atom_shares(&self) -> Vec<f64> {
+        let parts = self.boundary.by_atom(|arc, normal| self.frequency(arc, normal));
+        let whole: f64 = parts.iter().sum();
+        parts.iter().map(|part| part / whole).collect()
+    }
+
+    /// Contacts per time in an ideal gas: n √(kT / 2π) ∮ μ^(−1/2) ds.
+    pub fn ideal_rate(&self, density: f64, temperature: f64) -> f64 {
+        let integral = self.boundary.integral(|arc, normal| self.frequency(arc, normal));
+        density * (temperature / TAU).sqrt() * integral
+    }
+
+    /// Sum of impulse magnitudes per time in an ideal gas: n kT P.
+    pub fn ideal_impulse(&self, density: f64, temperature: f64) -> f64 {
+        density * temperature * self.boundary.perimeter()
+    }
+
+    /// Share of the velocity that the molecule forgets at a contact, along the axis along which it
+    /// forgets least, and share of the angular velocity; 0 for one that contacts do not turn.
+    ///
+    /// Kinetic theory with uncorrelated contacts: the friction is n √(8kT/π) ∮ μ^(1/2) (a·n)² ds,
+    /// with a a unit vector, and n √(8kT/π) ∮ μ^(1/2) l² ds for the rotation, with the lever arm l.
+    /// The rate of contacts is n √(kT/2π) ∮ μ^(−1/2) ds; the quotient has no n and kT.
+    pub fn forgotten_at_a_contact(&self) -> [f64; 2] {
+        let contacts = self.contacts();
+        self.forgotten().map(|sum| sum / contacts)
+    }
+
+    /// ∮ μ^(−1/2) ds: proportional to the contacts per time of a gas of given density.
+    pub fn contacts(&self) -> f64 {
+        self.boundary.integral(|arc, normal| self.frequency(arc, normal))
+    }
+
+    /// The shares of [`Self::forgotten_at_a_contact`] times [`Self::contacts`].
+    pub fn forgotten(&self) -> [f64; 2] {
+        let over = |weight: &dyn Fn(DVec2, f64) -> f64| {
+            self.boundary.integral(|arc, angle| {
+                let normal = DVec2::from_angle(angle);
+                weight(normal, arc.centre.perp_dot(normal)) / self.frequency(arc, angle)
+            })
+        };
+        let [xx, yy] = [over(&|normal, _| normal.x * normal.x), over(&|normal, _| normal.y * normal.y)];
+        let xy = over(&|normal, _| normal.x * normal.y);
+        // The smaller eigenvalue of a symmetric matrix.
+        let least = 0.5 * (xx + yy) - (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
+        let levers = over(&|_, lever| lever * lever);
+        [self.inverse_mass * least, self.inverse_moment * levers].map(|sum| 4.0 * sum)
+    }
+
+    /// μ^(−1/2); the number of contacts on a piece of the boundary is proportional to it.
+    fn frequency(&self, arc: &ExposedArc, normal: f64) -> f64 {
+        // The point of contact lies on the line along the normal through the atom's centre, so both
+        // have the same lever arm.
+        let lever = arc.centre.perp_dot(DVec2::from_angle(normal));
+        (1.0 / self.gas_mass + self.inverse_mass + lever * lever * self.inverse_moment).sqrt()
+    }
+
+    /// Collisions per disc and time in the gas: Γ = 2 n σ χ √(π kT / m) (Enskog; Chapman and
+    /// Cowling 1970, chapter 16, in two dimensions).
+    pub fn collision_rate(&self, density: f64, temperature: f64) -> f64 {
+        2.0 * density
+            * (2.0 * self.gas_radius)
+            * contact_value(self.area_fraction(density))
+            * (PI * temperature / self.gas_mass).sqrt()
+    }
+
+    /// Density of gas centres at the boundary of a single disc of radius R, relative to the mean:
+    /// χ = 1/(1 − η) + (9/16) (2Rr/(R + r)) (η/r)/(1 − η)² (Jenkins and Mancini, J. Appl. Mech. 54
+    /// (1987) 27).
+    pub fn contact_density_of_disc(&self, radius: f64, density: f64) -> f64 {
+        let fraction = self.area_fraction(density);
+        let free = 1.0 - fraction;
+        let harmonic = 2.0 * radius / (radius + self.gas_radius);
+        1.0 / free + 9.0 / 16.0 * harmonic * fraction / (free * free)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        super::setting::{
+            Setting,
+            tests::{molecule, tee},
+        },
+        *,
+    };
+    use carom::{Shape, engine::Rotation, geometry::Atom};
+
+    impl Prediction {
+        /// Predictions for the tee of the thesis with atoms of half the gas radius.
+        pub fn of_tee(rotation: Rotation) -> Self {
+            let setting = tee(rotation);
+            Self::of_setting(&setting)
+        }
+
+        fn of_setting(setting: &Setting) -> Self {
+            let (molecule, gas) = (molecule(setting), setting.surroundings().unwrap());
+            Self::new(&molecule, setting.turns(&molecule), [gas.probe(), gas.largest_mass()]).unwrap()
+        }
+    }
+
+    /// Exposed angles of an L of five touching discs of radius a, four in a column and one beside
+    /// the lowest, for a probe of radius 2a: circles of radius 3a at distances 2a and 2√2 a.
+    #[test]
+    fn exposed_arcs_of_an_l() {
+        let at = [(0.0, 6.0), (0.0, 4.0), (0.0, 2.0), (0.0, 0.0), (2.0, 0.0)];
+        let atom = |(x, y)| Atom::new(DVec2::new(x, y), 1.0, 1.0).unwrap();
+        let ell = Molecule::new(at.map(atom)).unwrap();
+        let region = ExcludedRegion::of(&ell, 2.0).unwrap();
+        let (side, diagonal) = ((1.0f64 / 3.0).acos(), (2f64.sqrt() / 3.0).acos());
+        let expected = [
+            TAU - 2.0 * side,
+            TAU - 4.0 * side,
+            (0.75 * PI - side - diagonal) + (PI - 2.0 * side),
+            1.5 * PI - 2.0 * side,
+            1.75 * PI - diagonal - side,
+        ];
+        for (atom, angle) in expected.into_iter().enumerate() {
+            assert!((region.exposed_angle(atom) - angle).abs() < 1e-12, "{atom}");
+        }
+        assert!((region.perimeter() - 3.0 * expected.iter().sum::<f64>()).abs() < 1e-11);
+    }
+
+    /// A gas disc cannot touch the small atom between two large ones, nor the inside of a ring.
+    #[test]
+    fn what_the_gas_cannot_touch() {
+        let atom = |x: f64, radius| Atom::new(DVec2::new(x, 0.0), radius, 1.0).unwrap();
+        let hidden = Molecule::new([atom(-1.0, 1.0), atom(0.0, 0.2), atom(1.0, 1.0)]).unwrap();
+        let region = ExcludedRegion::of(&hidden, 0.5).unwrap();
+        assert_eq!(region.unreachable(), [1]);
+        // Two circles of radius 3/2 at distance 2.
+        let lost = 2.0 * (2.0f64 / 3.0).acos();
+        assert!((region.perimeter() - 2.0 * 1.5 * (TAU - lost)).abs() < 1e-12);
+        // Twelve atoms around a hole in which the gas disc would fit, but which it cannot enter.
+        let ring = Molecule::named(Shape::Ring(12), 0.5, 1.0).unwrap();
+        let region = ExcludedRegion::of(&ring, 0.5).unwrap();
+        assert!(!region.hidden_arcs().is_empty() && region.pocket_area() > 0.0);
+        assert!(region.unreachable().is_empty());
+        // Each atom: a full turn less the angle towards its neighbours and the pocket.
+        let turn = TAU / 12.0;
+        for atom in 0..12 {
+            let expected = PI - 2.0 * 0.5f64.acos() + turn;
+            assert!((region.exposed_angle(atom) - expected).abs() < 1e-12);
+        }
+    }
+
+    /// ∮ n ds = 0 for any closed boundary: at equilibrium in an ideal gas no molecule is pushed,
+    /// and none is turned, ∮ r × n ds = 0.
+    #[test]
+    fn the_mean_force_and_torque_of_an_ideal_gas_are_zero() {
+        for shape in [Shape::Tee, Shape::Rod(7), Shape::Ring(9), Shape::Cross] {
+            let molecule = Molecule::named(shape, 0.3, 1.0).unwrap();
+            let region = ExcludedRegion::of(&molecule, 0.4).unwrap();
+            let mean = |weight: &dyn Fn(&ExposedArc, f64) -> f64| region.integral(weight).abs();
+            let [x, y] = [mean(&|_, normal| normal.cos()), mean(&|_, normal| normal.sin())];
+            let torque = mean(&|arc, normal| arc.centre.perp_dot(DVec2::from_angle(normal)));
+            assert!(x.max(y).max(torque) < 1e-9, "{shape}: {x} {y} {torque}");
+        }
+    }
+
+    #[test]
+    fn a_locked_molecule_is_hit_in_proportion_to_its_boundary() {
+        let locked = Prediction::of_tee(Rotation::Locked);
+        for (count, impulse) in locked.count_shares(360).iter().zip(locked.impulse_shares(360)) {
+            assert!((count - impulse).abs() < 1e-15);
+        }
+        // √1.1 times the rate of a fixed body.
+        assert!((locked.ideal_rate(1.0, 1.0) - 0.068_821_26).abs() < 1e-8);
+        assert!((locked.ideal_impulse(2.0, 3.0) - 6.0 * 0.164_481_17).abs() < 1e-7);
+    }
+
+    #[test]
+    fn a_free_molecule_is_hit_more_often_far_from_its_centre() {
+        let (free, locked) = (Prediction::of_tee(Rotation::Free), Prediction::of_tee(Rotation::Locked));
+        assert!((free.ideal_rate(1.0, 1.0) - 0.070_917_76).abs() < 1e-8);
+        assert!(free.atom_shares()[4] > locked.atom_shares()[4]);
+        assert!((free.count_shares(360).iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_disc_is_hit_isotropically() {
+        let tee = tee(Rotation::Free);
+        let control = tee.control(&molecule(&tee));
+        let prediction = Prediction::of_setting(&control);
+        for share in prediction.count_shares(360) {
+            assert!((share * 360.0 - 1.0).abs() < 1e-12);
+        }
+    }
+
+    /// The friction of a disc in a dilute gas is n R √(8π μ kT), with R the sum of the radii.
+    #[test]
+    fn a_disc_forgets_its_velocity_by_friction() {
+        let tee = tee(Rotation::Free);
+        let control = tee.control(&molecule(&tee));
+        let prediction = Prediction::of_setting(&control);
+        let [velocity, spin] = prediction.forgotten_at_a_contact();
+        let (mass, reduced) = (10.0, 10.0 / 11.0);
+        let reach = prediction.boundary.perimeter() / TAU;
+        let friction = reach * (8.0 * PI * reduced).sqrt();
+        assert!((velocity * prediction.ideal_rate(1.0, 1.0) / (friction / mass) - 1.0).abs() < 1e-9);
+        assert_eq!(spin, 0.0);
+        // A locked tee forgets less along x′ than along y′; a free one also forgets its rotation.
+        let [free, locked] = [Rotation::Free, Rotation::Locked].map(Prediction::of_tee);
+        assert!(free.forgotten_at_a_contact()[1] > 0.01 && locked.forgotten_at_a_contact()[1] == 0.0);
+    }
+
+    /// For equal discs the formula reduces to Henderson's χ = (1 − 7η/16)/(1 − η)², here 3.125.
+    #[test]
+    fn contact_density_of_a_gas_disc() {
+        let tee = Prediction::of_tee(Rotation::Free);
+        let half = 0.5 / (PI * tee.gas_radius * tee.gas_radius);
+        assert!((tee.contact_density_of_disc(tee.gas_radius, half) - 3.125).abs() < 1e-12);
+        assert!((tee.collision_rate(1591.5, 1.0) - 350.5).abs() < 0.1);
+    }
+}

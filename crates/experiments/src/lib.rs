@@ -1,0 +1,11 @@
+//! Experiments with molecules and scenes of the user, each with its question, its predictions and
+//! its verdict.
+
+pub mod billiard;
+pub mod brownian;
+pub mod common;
+pub mod direction_chart;
+pub mod fixed_energy;
+pub mod molecule_argument;
+pub mod time_reversal;
+pub mod trade;
