@@ -1,0 +1,114 @@
+"""Reports of collisions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["COLLISION", "Collision", "of_bytes"]
+
+# The fields of a report, in the order in which the compiled part writes them.
+COLLISION = np.dtype(
+    [
+        ("time", "f8"),
+        ("ids", "u8", 2),
+        ("atoms", "i4", 2),
+        ("image", "i4", 2),
+        ("point", "f8", 2),
+        ("normal", "f8", 2),
+        ("impulse", "f8", 2),
+        ("elasticity", "f8"),
+        ("positions", "f8", (2, 2)),
+        ("velocities_before", "f8", (2, 2)),
+        ("velocities_after", "f8", (2, 2)),
+        ("angles", "f8", 2),
+        ("angular_velocities_before", "f8", 2),
+        ("angular_velocities_after", "f8", 2),
+    ]
+)
+
+
+def of_bytes(data: bytes | NDArray[np.uint8]) -> NDArray[np.void]:
+    """Reports as a structured array."""
+    if isinstance(data, bytes):
+        return np.frombuffer(data, dtype=COLLISION)
+    return data.view(COLLISION)
+
+
+class Collision:
+    """The report of one collision of two bodies, the one inserted earlier first.
+
+    Attributes have one entry for each body, except for ``time``, ``point``, ``normal``,
+    ``impulse``, ``image`` and ``elasticity``. The fields are those of
+    :meth:`Simulation.collisions`, which describes them.
+
+    Examples
+    --------
+    >>> import carom
+    >>> scene = carom.Scene(gas={"radius": 0.05, "mass": 1, "energy": 1, "count": 20})
+    >>> sim = carom.Simulation(scene)
+    >>> hit = sim.step()
+    >>> hit.time == sim.time
+    True
+    >>> bool(abs(hit.normal @ hit.impulse) > 0)
+    True
+    """
+
+    __module__ = "carom"
+    __slots__ = ("_row",)
+
+    def __init__(self, row: NDArray[np.void]) -> None:
+        self._row = row
+
+    @property
+    def time(self) -> float:
+        """Time of the collision."""
+        return float(self._row["time"])
+
+    @property
+    def ids(self) -> tuple[int, int]:
+        """Numbers of the bodies."""
+        first, second = self._row["ids"].tolist()
+        return first, second
+
+    @property
+    def atoms(self) -> tuple[int, int]:
+        """Indices of the atoms that touched; −1 for the face of a wall."""
+        first, second = self._row["atoms"].tolist()
+        return first, second
+
+    @property
+    def impulse(self) -> NDArray[np.float64]:
+        """Impulse on the second body; the first receives its opposite (mass · length / time)."""
+        return self._vector("impulse")
+
+    @property
+    def point(self) -> NDArray[np.float64]:
+        """Point of contact, in the image of the first body (length)."""
+        return self._vector("point")
+
+    @property
+    def normal(self) -> NDArray[np.float64]:
+        """Unit vector from the first body to the second at the point of contact."""
+        return self._vector("normal")
+
+    @property
+    def elasticity(self) -> float:
+        """Coefficient of restitution of the contact."""
+        return float(self._row["elasticity"])
+
+    def _vector(self, name: str) -> NDArray[np.float64]:
+        return np.array(self._row[name], dtype=np.float64)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name not in (COLLISION.names or ()):
+            raise AttributeError(f"a collision has no {name!r}; it has {', '.join(COLLISION.names or ())}")
+        return np.array(self._row[name])
+
+    def __repr__(self) -> str:
+        first, second = self.ids
+        return f"<carom.Collision of bodies {first} and {second} at time {self.time:g}>"

@@ -1,0 +1,176 @@
+"""Whole runs in memory, and many replicas of them on all cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Union
+
+from . import _carom
+from ._plain import number
+from ._results import Results
+from ._scene import Scene
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor, Future
+
+__all__ = ["measures", "replicas", "run"]
+
+# Time between two looks for Ctrl-C (seconds).
+_PAUSE = 0.1
+
+Wanted = Sequence[Union[str, Mapping[str, Any]]]
+
+
+def measures() -> dict[str, str]:
+    """Names of all measures and what they measure, with their parameters.
+
+    Examples
+    --------
+    >>> import carom
+    >>> "pressure" in carom.measures()
+    True
+    """
+    found = {}
+    for name, summary, bodies, parameters in _carom.measure_kinds():
+        of = "" if bodies == "system" else f" Of: {bodies}."
+        listed = "; ".join(f"{key}: {about}" for key, about in parameters if key not in ("every", "interval"))
+        found[name] = summary + "." + of + (f" Parameters: {listed}." if listed else "")
+    return found
+
+
+def run(
+    scene: Scene | Mapping[str, Any] | str | os.PathLike[str],
+    *,
+    until: float | None = None,
+    measures: Wanted = (),
+) -> Results:
+    """Runs a scene with its stages and measures in memory, as ``carom run`` does with files.
+
+    Parameters
+    ----------
+    scene : Scene or mapping or str or path
+        The scene, or what :class:`Scene` accepts.
+    until : float, optional
+        End of the run (time), instead of ``run.until`` of a scene without stages.
+    measures : sequence of str or mapping, optional
+        Measures besides those of the scene: names as in ``run.observe`` (``"velocities:gas"``), or
+        entries ``[[measure]]``.
+
+    Returns
+    -------
+    Results
+        Tables and figures of all measures, with the errors of blocks of time.
+
+    Raises
+    ------
+    RunError
+        An entry of the scene is invalid, or the run cannot continue.
+
+    Examples
+    --------
+    >>> import carom
+    >>> scene = carom.Scene(gas={"radius": 0.02, "mass": 1, "energy": 1, "count": 50})
+    >>> found = carom.run(scene.replaced(run={"sample_interval": 0.1}), until=2, measures=["pressure"])
+    >>> found.figures["pressure"].prediction is not None
+    True
+    """
+    return _run(_prepared(scene, until, measures), None)
+
+
+def replicas(
+    scene: Scene | Mapping[str, Any] | str | os.PathLike[str],
+    n: int,
+    *,
+    until: float | None = None,
+    measures: Wanted = (),
+    first: int = 0,
+    processes: int | None = None,
+    executor: Executor | None = None,
+) -> Results:
+    """Runs replicas of a scene, which differ in their random numbers, and merges them.
+
+    Parameters
+    ----------
+    scene, until, measures
+        See :func:`run`.
+    n : int
+        Number of replicas.
+    first : int
+        Number of the first replica.
+    processes : int, optional
+        Number of replicas that run at once. Default: all cores. They run in threads of this
+        process, which the interpreter does not delay: scripts need no ``__main__`` guard.
+    executor : concurrent.futures.Executor, optional
+        Where to run instead: a ``ProcessPoolExecutor``, ``dask.distributed.Client.get_executor()``
+        and the like. Scenes and results pickle.
+
+    Returns
+    -------
+    Results
+        The merged results; no order of the replicas changes a digit.
+
+    Examples
+    --------
+    >>> import carom
+    >>> scene = carom.Scene(gas={"radius": 0.02, "mass": 1, "energy": 1, "count": 50})
+    >>> scene = scene.replaced(run={"sample_interval": 0.1, "until": 1})
+    >>> carom.replicas(scene, 3, measures=["pressure"]).runs
+    [(0, 0), (0, 1), (0, 2)]
+    """
+    from concurrent.futures import ThreadPoolExecutor
+    from threading import Event
+
+    count, begin = _whole("n", n, 1), _whole("first", first, 0)
+    workers = os.cpu_count() or 1 if processes is None else _whole("processes", processes, 1)
+    prepared = _prepared(scene, until, measures)
+    scenes = [prepared.replaced(replica=begin + index) for index in range(count)]
+    if executor is not None:
+        return _merged([executor.submit(_run, one, None) for one in scenes])
+    stop = Event()
+    with ThreadPoolExecutor(min(workers, count), "carom") as pool:
+        futures = [pool.submit(_run, one, stop.is_set) for one in scenes]
+        try:
+            return _merged(futures)
+        except BaseException:
+            # Also Ctrl-C: the replicas that run end soon, the others do not begin.
+            stop.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _merged(futures: list[Future[Results]]) -> Results:
+    from concurrent.futures import FIRST_EXCEPTION, wait
+
+    # In short waits, so that Ctrl-C is not deferred.
+    while wait(futures, _PAUSE, FIRST_EXCEPTION).not_done:
+        if any(future.done() and future.exception() for future in futures):
+            break
+    merged = futures[0].result()
+    for future in futures[1:]:
+        merged = merged + future.result()
+    return merged
+
+
+def _run(scene: Scene, stop: Callable[[], bool] | None) -> Results:
+    return Results(_carom.run_scene(scene._text, scene._snapshot, stop))
+
+
+def _prepared(scene: Any, until: float | None, measures: Wanted) -> Scene:
+    whole = scene if isinstance(scene, Scene) else Scene(scene)
+    if isinstance(measures, (str, Mapping)):
+        measures = [measures]
+    tables = whole.tables
+    changes = dict(tables["run"])
+    if until is not None:
+        changes["until"] = number("until", until)
+    names = [entry for entry in measures if isinstance(entry, str)]
+    entries = [dict(entry) for entry in measures if not isinstance(entry, str)]
+    changes["observe"] = [*changes["observe"], *names]
+    return whole.replaced(run=changes, measure=[*tables.get("measure", []), *entries])
+
+
+def _whole(name: str, value: object, least: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value < 2**63:
+        raise ValueError(f"`{name}` must be a whole number from {least} on, but is {value!r:.60}")
+    return value

@@ -1,0 +1,460 @@
+"""Results: tables with units, errors and predictions, figures, and their merging."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _carom
+from ._errors import MeasureError
+from ._html import escape, rows, with_error
+from ._scene import Scene
+
+if TYPE_CHECKING:
+    import matplotlib.axes
+    import pandas  # type: ignore[import-untyped,unused-ignore]
+    from numpy.typing import NDArray
+
+__all__ = ["Column", "Figure", "Results", "Table", "open_run"]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A measured number with its standard error and, where theory has one, its prediction.
+
+    Attributes
+    ----------
+    name : str
+        Name of the quantity.
+    value : float
+        Measured value.
+    standard_error : float or None
+        Its standard error, from blocks of time and from replicas.
+    unit : str
+        Unit, in the scene's units of mass, length and time; ``"1"`` for a pure number.
+    prediction : float or None
+        Predicted value.
+    source : str or None
+        Source of the prediction.
+
+    Examples
+    --------
+    >>> from carom import Figure
+    >>> print(Figure("pressure", 1.234567, 0.012, "mass/time²", None, None))
+    pressure: 1.235 ± 0.012 mass/time²
+    """
+
+    __module__ = "carom"
+
+    name: str
+    value: float
+    standard_error: float | None
+    unit: str
+    prediction: float | None
+    source: str | None
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __str__(self) -> str:
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        predicted = "" if self.prediction is None else f" (predicted: {self.prediction:.6g})"
+        return f"{self.name}: {with_error(self.value, self.standard_error)}{unit}{predicted}"
+
+    def _repr_html_(self) -> str:
+        return rows(_FIGURE, [_cells(self)])
+
+
+_FIGURE = ["figure", "value", "unit", "prediction", "source"]
+
+
+def _cells(figure: Figure) -> list[str]:
+    predicted = "" if figure.prediction is None else f"{figure.prediction:.6g}"
+    value = with_error(figure.value, figure.standard_error)
+    return [figure.name, value, figure.unit, predicted, figure.source or ""]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a :class:`Table`.
+
+    Attributes
+    ----------
+    name, label : str
+        Name in files, and in the legend of a chart.
+    unit : str
+        Unit, in the scene's units of mass, length and time; ``"1"`` for a pure number.
+    role : str
+        ``"abscissa"``, ``"count"``, ``"quantity"``, ``"value"``, ``"derived"``,
+        ``"standard error"`` or ``"prediction"``; an error and a prediction belong to the value
+        before.
+    source : str or None
+        Source of a prediction.
+    values : numpy.ndarray
+        The values; NaN where there is none.
+    """
+
+    __module__ = "carom"
+
+    name: str
+    label: str
+    unit: str
+    role: str
+    source: str | None
+    values: NDArray[np.float64]
+
+
+class Table:
+    """A measured curve: columns with units, standard errors and predictions.
+
+    ``table["name"]`` is a column as an array, and ``+`` merges the runs of two tables of one
+    measure.
+
+    Examples
+    --------
+    >>> import carom
+    >>> scene = carom.Scene(gas={"radius": 0.02, "mass": 1, "energy": 1, "count": 50})
+    >>> sim = carom.Simulation(scene)
+    >>> speeds = sim.measure("velocities", every=0.1)
+    >>> sim.run(until=2)
+    >>> table = speeds.table
+    >>> list(table)[:3]
+    ['time', 'bodies', 'mean_square']
+    >>> table.predictions["kurtosis"].shape == table["kurtosis"].shape
+    True
+    """
+
+    __module__ = "carom"
+    __slots__ = ("_levels", "_logarithmic", "_results", "caption", "columns", "name", "title")
+
+    def __init__(self, results: Results, plain: _carom._Table) -> None:
+        self._results = results
+        self.name: str = plain["name"]
+        self.title: str = plain["title"]
+        self.caption: str = plain["caption"]
+        self.columns: dict[str, Column] = {}
+        for entry in plain["columns"]:
+            column = Column(*entry)
+            column.values.setflags(write=False)
+            self.columns[column.name] = column
+        self._logarithmic = plain["logarithmic"]
+        self._levels = plain["levels"]
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        try:
+            return self.columns[name].values
+        except KeyError:
+            known = ", ".join(self.columns)
+            raise KeyError(f"{name!r}; the columns of {self.name} are {known}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        return max((len(column.values) for column in self.columns.values()), default=0)
+
+    def __add__(self, other: Table) -> Table:
+        if not isinstance(other, Table):
+            return NotImplemented
+        merged = self._results + other._results
+        if self.name not in merged.tables or other.name != self.name:
+            raise MeasureError(f"the tables {self.name} and {other.name} are not of one measure")
+        return merged.tables[self.name]
+
+    @property
+    def results(self) -> Results:
+        """The results that the table belongs to."""
+        return self._results
+
+    @property
+    def abscissa(self) -> str:
+        """Name of the column that the others depend on."""
+        return next(name for name, column in self.columns.items() if column.role == "abscissa")
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each column."""
+        return {name: column.unit for name, column in self.columns.items()}
+
+    @property
+    def errors(self) -> dict[str, NDArray[np.float64]]:
+        """Standard errors of each measured column that has them."""
+        return dict(self._of_values("standard error"))
+
+    @property
+    def predictions(self) -> dict[str, NDArray[np.float64]]:
+        """Prediction of each measured column that has one."""
+        return dict(self._of_values("prediction"))
+
+    @property
+    def sources(self) -> dict[str, str]:
+        """Source of the prediction of each column that has one."""
+        levels = {column: source for column, _, _, source in self._levels}
+        return levels | {
+            name: column.source or ""
+            for name, column in self._belonging()
+            if column.role == "prediction"
+        }
+
+    def _belonging(self) -> Iterator[tuple[str, Column]]:
+        """Each error and prediction with the name of its value."""
+        value = ""
+        for name, column in self.columns.items():
+            if column.role == "value":
+                value = name
+            elif column.role in ("standard error", "prediction"):
+                yield value, column
+
+    def _of_values(self, role: str) -> Iterator[tuple[str, NDArray[np.float64]]]:
+        if role == "prediction":
+            for column, _, level, _ in self._levels:
+                yield column, np.full(len(self), level)
+        yield from ((name, column.values) for name, column in self._belonging() if column.role == role)
+
+    def to_numpy(self) -> NDArray[np.void]:
+        """All columns as a structured array.
+
+        Returns
+        -------
+        numpy.ndarray
+            One field of type float64 for each column; NaN where there is no value.
+        """
+        array = np.full(len(self), np.nan, dtype=[(name, np.float64) for name in self.columns])
+        for name, column in self.columns.items():
+            array[name][: len(column.values)] = column.values
+        return array
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """All columns as a data frame; ``attrs["units"]`` has their units. Needs pandas."""
+        try:
+            import pandas
+        except ImportError as error:
+            raise ImportError("`to_pandas` needs pandas: pip install pandas") from error
+        frame = pandas.DataFrame({name: self.to_numpy()[name] for name in self.columns})
+        frame.attrs.update(units=self.units, title=self.title)
+        return frame
+
+    def plot(self, ax: matplotlib.axes.Axes | None = None) -> matplotlib.axes.Axes:
+        """Draws the measured columns with bands of two standard errors, and the predictions.
+
+        It draws the neighbouring columns of one unit that the first chart of the report has.
+        Needs Matplotlib.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw into. Default: new ones.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        try:
+            import matplotlib.pyplot as pyplot
+        except ImportError as error:
+            raise ImportError("`plot` needs Matplotlib: pip install matplotlib") from error
+        if ax is None:
+            _, ax = pyplot.subplots()
+        x, unit = self.columns[self.abscissa], None
+        color: Any = None
+        last = np.zeros(0)
+        for name, column in self.columns.items():
+            y = column.values
+            if column.role in ("value", "derived"):
+                if unit is not None and column.unit != unit:
+                    break
+                unit = column.unit
+                (line,) = ax.plot(x.values[: len(y)], y, label=column.label)
+                color = line.get_color()
+                for of, label, level, _ in self._levels:
+                    if of == name:
+                        ax.axhline(level, color="black", linestyle="--", linewidth=1, label=label)
+                last = y
+            elif column.role == "standard error" and unit is not None:
+                low, high = last - 2 * y, last + 2 * y
+                ax.fill_between(x.values[: len(y)], low, high, color=color, alpha=0.3, linewidth=0)
+            elif column.role == "prediction" and unit is not None:
+                ax.plot(x.values[: len(y)], y, "k--", linewidth=1, label=column.label)
+        if self._logarithmic:
+            ax.set_xscale("log")
+        ax.set_title(self.title)
+        ax.set_xlabel(_axis(x.label, x.unit))
+        ax.set_ylabel("" if unit in (None, "1") else str(unit))
+        ax.legend()
+        return ax
+
+    def svg(self) -> list[str]:
+        """The charts of the report as SVG: one for neighbouring columns of one unit."""
+        return _carom.table_pictures(self._results._bytes, self.name)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_table_of, (self._results, self.name))
+
+    def __repr__(self) -> str:
+        return f"<carom.Table {self.name}: {len(self)} rows of {', '.join(self.columns)}>"
+
+    def _repr_html_(self) -> str:
+        charts = "".join(f"<div>{svg[svg.find('<svg'):]}</div>" for svg in self.svg())
+        if not charts:
+            cells = [[f"{row[name]:.6g}" for name in self.columns] for row in self.to_numpy()[:20]]
+            heads = [_axis(column.label, column.unit) for column in self.columns.values()]
+            charts = f"<b>{escape(self.title)}</b>" + rows(heads, cells)
+        return charts + (f"<p>{escape(self.caption)}</p>" if self.caption else "")
+
+
+def _axis(label: str, unit: str) -> str:
+    return label if unit == "1" else f"{label} ({unit})"
+
+
+def _table_of(results: Results, name: str) -> Table:
+    return results.tables[name]
+
+
+class Results(Mapping[str, Table]):
+    """Tables and figures of one run or of merged runs; a mapping from names to tables.
+
+    ``+`` merges runs of one scene that differ in seed or replica: means have errors from the
+    blocks of all runs, and no order of merging changes a digit. Results can be pickled.
+
+    Examples
+    --------
+    >>> import carom
+    >>> scene = carom.Scene(
+    ...     gas={"radius": 0.02, "mass": 1, "energy": 1, "count": 50},
+    ...     run={"until": 2, "sample_interval": 0.1, "observe": ["pressure"]},
+    ... )
+    >>> both = carom.run(scene) + carom.run(scene.replaced(replica=1))
+    >>> both.runs
+    [(0, 0), (0, 1)]
+    >>> both.figures["pressure"].standard_error > 0
+    True
+    """
+
+    __module__ = "carom"
+    __slots__ = ("_bytes", "_runs", "_scene", "figures", "tables")
+
+    def __init__(self, record: bytes) -> None:
+        contents = _carom.record_contents(record)
+        self._bytes = record
+        self.tables: dict[str, Table] = {
+            plain["name"]: Table(self, plain) for plain in contents["tables"]
+        }
+        self.figures: dict[str, Figure] = {
+            entry[0]: Figure(*entry) for entry in contents["figures"]
+        }
+        self._runs = contents["runs"]
+        self._scene = contents["scene"]
+
+    def __getitem__(self, name: str) -> Table:
+        try:
+            return self.tables[name]
+        except KeyError:
+            raise KeyError(f"{name!r}; the tables are {', '.join(self.tables) or 'none'}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.tables)
+
+    def __len__(self) -> int:
+        return len(self.tables)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Results) and self._bytes == other._bytes
+
+    def __hash__(self) -> int:
+        return hash(self._bytes)
+
+    def __add__(self, other: Results) -> Results:
+        if not isinstance(other, Results):
+            return NotImplemented
+        return Results(_carom.merge_records(self._bytes, other._bytes))
+
+    def __radd__(self, other: object) -> Results:
+        # So that `sum(results)` works, which begins with 0.
+        if other == 0:
+            return self
+        return NotImplemented
+
+    @property
+    def runs(self) -> list[tuple[int, int]]:
+        """Seed and replica of each run, in ascending order."""
+        return [run[:2] for run in self._runs]
+
+    @property
+    def collisions(self) -> int:
+        """Number of collisions of all runs."""
+        return sum(run[2] for run in self._runs)
+
+    @property
+    def simulated_time(self) -> float:
+        """Simulated time of all runs (time)."""
+        return math.fsum(run[3] for run in self._runs)
+
+    @property
+    def energy_drift(self) -> float:
+        """Largest drift of the energy at a sample, relative to that at the start.
+
+        Of runs, and of the measure ``"energy"``.
+        """
+        return max((run[4] for run in self._runs), default=0.0)
+
+    @property
+    def overlapping_pairs(self) -> int:
+        """Largest number of pairs that overlap by more than rounding at a sample.
+
+        Of runs, and of the measure ``"overlap"``.
+        """
+        return max((run[5] for run in self._runs), default=0)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene, with seed and replica 0."""
+        return Scene._of(self._scene, None)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Results, (self._bytes,))
+
+    def __repr__(self) -> str:
+        return (
+            f"<carom.Results of {len(self._runs)} run(s): tables {', '.join(self.tables) or 'none'}; "
+            f"{len(self.figures)} figures>"
+        )
+
+    def _repr_html_(self) -> str:
+        cells = [_cells(figure) for figure in self.figures.values()]
+        figures = rows(_FIGURE, cells) if cells else ""
+        shown = figures + "".join(table._repr_html_() for table in self.tables.values())
+        return shown or f"<p>{escape(repr(self))}</p>"
+
+
+def open_run(folder: str | os.PathLike[str]) -> Results:
+    """Reads the results in a folder of ``carom run`` or ``carom merge``.
+
+    Parameters
+    ----------
+    folder : str or path
+        The folder of a run that has ended. :func:`load` reads its last state, also of a run that
+        has not ended.
+
+    Returns
+    -------
+    Results
+
+    Raises
+    ------
+    CheckpointError
+        There is no such run, it has not ended, or another version has written it.
+
+    Examples
+    --------
+    >>> import carom
+    >>> carom.open_run("no/such/folder")
+    Traceback (most recent call last):
+        ...
+    carom.CheckpointError: no/such/folder: no run that has ended: it has no file 'sums', which `carom run` and `carom merge` write
+    """
+    return Results(_carom.record_of_folder(folder))

@@ -1,0 +1,884 @@
+"""Simulations: a system of molecules at some time, and what is measured while it moves."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar, Union
+
+import numpy as np
+
+from . import _carom
+from ._collisions import Collision, of_bytes
+from ._errors import MeasureError
+from ._html import Html, frame
+from ._molecule import Molecule
+from ._plain import array, ids, is_mask, masked, number, plain, word
+from ._progress import Progress
+from ._results import Figure, Results, Table
+from ._scene import Scene
+
+__all__ = ["Measure", "Simulation", "load"]
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Floats = NDArray[np.float64]
+    Ids = NDArray[np.uint64]
+    Which = Union[str, ArrayLike, None]
+Callback = TypeVar("Callback", bound=Callable[[Collision], object])
+
+# Other names of measures, as in the literature and in other programs.
+ALIASES = {
+    "vacf": "correlation",
+    "msd": "correlation",
+    "rdf": "pair-distribution",
+    "g(r)": "pair-distribution",
+    "s(k)": "structure-factor",
+    "psi6": "hexatic-order",
+}
+
+
+class Measure:
+    """A measure of a simulation; its results can be read at any time.
+
+    Examples
+    --------
+    >>> import carom
+    >>> scene = carom.Scene(gas={"radius": 0.02, "mass": 1, "energy": 1, "count": 50})
+    >>> sim = carom.Simulation(scene)
+    >>> pressure = sim.measure("pressure", every=0.1)
+    >>> sim.run(until=2)
+    >>> pressure.figures["pressure"].unit
+    'mass/time²'
+    """
+
+    __module__ = "carom"
+    __slots__ = ("_core", "_index", "kind")
+
+    def __init__(self, core: _carom.Core, index: int, kind: str) -> None:
+        self._core, self._index = core, index
+        self.kind = kind
+
+    @property
+    def results(self) -> Results:
+        """Tables and figures so far; ``+`` merges those of several replicas."""
+        return Results(self._core.results(self._index))
+
+    @property
+    def tables(self) -> dict[str, Table]:
+        """Tables so far, by name."""
+        return self.results.tables
+
+    @property
+    def table(self) -> Table:
+        """The first table."""
+        tables = self.tables
+        if not tables:
+            raise MeasureError(f"the measure '{self.kind}' has no table so far")
+        return next(iter(tables.values()))
+
+    @property
+    def figures(self) -> dict[str, Figure]:
+        """Figures so far, by name."""
+        return self.results.figures
+
+    def stop(self) -> None:
+        """Ends the measure; it keeps its results."""
+        self._core.end_measure(self._index)
+
+    def __repr__(self) -> str:
+        return f"<carom.Measure {self.kind}>"
+
+    def _repr_html_(self) -> str:
+        return self.results._repr_html_()
+
+
+class Simulation:
+    """A system of rigid molecules in a periodic box, at some time.
+
+    Bodies are in the order of their insertion in all arrays: single molecules, bumpers and walls
+    of the scene, then its gases, then bodies added later. Arrays are new copies at the present
+    time. A body keeps its number (``ids``) when others are removed.
+
+    Parameters
+    ----------
+    scene : Scene or mapping or str or path
+        The scene, or what :class:`Scene` accepts.
+    detector : {"exact", "golden-secant", "fixed-step", "bounding-circles"}, optional
+        How contacts are found, instead of the scene's ``[method]``.
+    scheduler : {"cells", "heap"}, optional
+        How events are ordered, instead of the scene's ``[method]``.
+    threads : int, optional
+        1: the events of one system are processed in order by one thread. :func:`replicas` uses
+        all cores.
+
+    Raises
+    ------
+    SceneError
+        The scene cannot be built.
+
+    Examples
+    --------
+    >>> import carom
+    >>> scene = carom.Scene(gas={"radius": 0.01, "mass": 1, "energy": 1, "count": 100, "tags": ["gas"]})
+    >>> sim = carom.Simulation(scene)
+    >>> sim.run(until=1.0)
+    >>> sim.time, sim.positions.shape
+    (1.0, (100, 2))
+    """
+
+    __module__ = "carom"
+
+    def __init__(
+        self,
+        scene: Scene | Mapping[str, Any] | str | os.PathLike[str],
+        *,
+        detector: str | None = None,
+        scheduler: str | None = None,
+        threads: int | None = None,
+    ) -> None:
+        if threads not in (None, 1):
+            raise ValueError(f"`threads` must be 1, but is {threads!r}: use carom.replicas for all cores")
+        if not isinstance(scene, Scene):
+            scene = Scene(scene)
+        if detector is not None or scheduler is not None:
+            given = {"detector": detector, "scheduler": scheduler}
+            old = scene.tables.get("method", {})
+            scene = scene.replaced(method={**old, **{k: v for k, v in given.items() if v is not None}})
+        self._begin(_carom.Core(scene._text, scene._snapshot))
+
+    def _begin(self, core: _carom.Core) -> None:
+        self._core = core
+        self._callbacks: list[tuple[list[str], Callable[[Collision], object]]] = []
+        self._measures: list[Measure] = []
+
+    @classmethod
+    def _of(cls, core: _carom.Core) -> Simulation:
+        simulation = cls.__new__(cls)
+        simulation._begin(core)
+        return simulation
+
+    # ------------------------------------------------------------------ state
+
+    @property
+    def time(self) -> float:
+        """The present time."""
+        return self._core.time()
+
+    @property
+    def scene(self) -> Scene:
+        """The scene, with the elasticity in force; its bodies are those at the start."""
+        return Scene._of(self._core.scene(), None)
+
+    @property
+    def box(self) -> tuple[float, float]:
+        """Sides of the periodic box (length)."""
+        x, y = self._core.sides()
+        return x, y
+
+    def __len__(self) -> int:
+        return self._core.len()
+
+    @property
+    def positions(self) -> Floats:
+        """Centres of mass in the box (length), shape (n, 2)."""
+        return self._array("positions")
+
+    @property
+    def unwrapped_positions(self) -> Floats:
+        """Centres of mass without periodic jumps since the start (length), shape (n, 2)."""
+        return self._array("unwrapped_positions")
+
+    @property
+    def velocities(self) -> Floats:
+        """Velocities of the centres of mass (length / time), shape (n, 2)."""
+        return self._array("velocities")
+
+    @property
+    def angles(self) -> Floats:
+        """Orientations, from −π to π (radians), shape (n,)."""
+        return self._array("angles")
+
+    @property
+    def angular_velocities(self) -> Floats:
+        """Angular velocities (radians / time), shape (n,)."""
+        return self._array("angular_velocities")
+
+    @property
+    def radii(self) -> Floats:
+        """Radii of the bounding circles; for a wall, half its thickness (length), shape (n,)."""
+        return self._array("radii")
+
+    @property
+    def masses(self) -> Floats:
+        """Masses of the bodies, of a fixed molecule too; infinite for walls, shape (n,)."""
+        return self._array("masses")
+
+    @property
+    def energies(self) -> Floats:
+        """Kinetic energies (mass · length² / time²), shape (n,)."""
+        return self._array("energies")
+
+    @property
+    def fixed(self) -> NDArray[np.bool_]:
+        """Whether each body is fixed, shape (n,)."""
+        fixed: NDArray[np.bool_] = self._core.array("fixed")
+        return fixed
+
+    @property
+    def locked(self) -> NDArray[np.bool_]:
+        """Whether each body does not turn, shape (n,)."""
+        locked: NDArray[np.bool_] = self._core.array("locked")
+        return locked
+
+    @property
+    def ids(self) -> Ids:
+        """Numbers of the bodies, ascending; never reused, shape (n,)."""
+        numbers: Ids = self._core.array("ids")
+        return numbers
+
+    @property
+    def tags(self) -> list[tuple[str, ...]]:
+        """Tags of each body."""
+        return self._core.tags()
+
+    def mask(self, tag: str) -> NDArray[np.bool_]:
+        """Whether each body carries a tag, for indexing the arrays.
+
+        Examples
+        --------
+        >>> import carom
+        >>> scene = carom.Scene(
+        ...     molecule=carom.Molecule.tee(0.01).at(0.5, 0.5, tags="tee"),
+        ...     gas={"radius": 0.01, "mass": 1, "energy": 1, "count": 9},
+        ... )
+        >>> sim = carom.Simulation(scene)
+        >>> sim.positions[sim.mask("tee")]
+        array([[0.5, 0.5]])
+        """
+        return np.isin(self.ids, self._core.ids_of(word("tag", tag)), assume_unique=True)
+
+    @property
+    def energy(self) -> float:
+        """Kinetic energy of all bodies (mass · length² / time²)."""
+        return self._core.totals()[0]
+
+    @property
+    def momentum(self) -> Floats:
+        """Total momentum (mass · length / time), shape (2,)."""
+        return np.array(self._core.totals()[1])
+
+    @property
+    def temperature(self) -> float | None:
+        """kT relative to the centre of mass (mass · length² / time²); None without motion."""
+        return self._core.totals()[2]
+
+    @property
+    def collision_count(self) -> int:
+        """Number of collisions so far."""
+        return self._core.totals()[3]
+
+    @property
+    def overlapping_pairs(self) -> int:
+        """Number of pairs that overlap by more than rounding; 0 with the exact detector."""
+        return self._core.overlaps()
+
+    def _array(self, name: str) -> Floats:
+        values: Floats = self._core.array(name)
+        return values
+
+    # -------------------------------------------------------------------- run
+
+    def run(self, until: float, *, progress: bool = False) -> None:
+        """Runs to a time.
+
+        Other Python threads run meanwhile; Ctrl-C stops the run between two events, and it can be
+        continued.
+
+        Parameters
+        ----------
+        until : float
+            End of the run (time); a time before the present changes nothing.
+        progress : bool
+            Whether to draw a bar, in a terminal or notebook.
+
+        Raises
+        ------
+        RunError
+            The run cannot continue; the simulation remains at the time at which it stopped.
+        BusyError
+            The simulation is already running, in another thread or below a callback.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+        >>> sim.run(until=0.5)
+        >>> sim.time
+        0.5
+        """
+        end = number("until", until)
+        callbacks = [(between, _receiver(callback)) for between, callback in self._callbacks]
+        if not progress:
+            self._core.run(end, None, callbacks)
+            return
+        bar = Progress(self.time, end)
+        try:
+            self._core.run(end, bar, callbacks)
+        finally:
+            bar.close(self.time, self.collision_count)
+
+    def step(self, until: float | None = None) -> Collision | None:
+        """Runs through the next collision.
+
+        Parameters
+        ----------
+        until : float, optional
+            Latest time. Default: the time in which the fastest body crosses the box 1000 times.
+
+        Returns
+        -------
+        Collision or None
+            Its report; None if there is none before ``until``, which is then the present time.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+        >>> hit = sim.step()
+        >>> hit.time == sim.time and len(hit.ids) == 2
+        True
+        """
+        if until is None:
+            fastest = float(np.linalg.norm(self.velocities, axis=1).max(initial=0.0))
+            until = self.time + (1000 * max(self.box) / fastest if fastest > 0 else 0.0)
+        report = self._core.step(number("until", until))
+        return None if report is None else Collision(of_bytes(report)[0])
+
+    def collisions(self, until: float, *, between: str | Sequence[str] = ()) -> NDArray[np.void]:
+        """Runs to a time and returns all collisions.
+
+        Parameters
+        ----------
+        until : float
+            End of the run (time).
+        between : str or sequence of str, optional
+            One tag: collisions with bodies of this tag; two tags: those between them.
+
+        Returns
+        -------
+        numpy.ndarray
+            A structured array with the fields ``time``; ``ids`` and ``atoms`` of the two bodies (−1
+            for the face of a wall); ``image`` of the second body (boxes); ``point`` of contact in
+            the image of the first body, ``normal`` from the first to the second, ``impulse`` on
+            the second; ``elasticity``; and for each body ``positions``, ``angles`` (radians),
+            ``velocities_before`` and ``_after``, ``angular_velocities_before`` and ``_after``. A
+            row has 240 bytes.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+        >>> hits = sim.collisions(until=1.0)
+        >>> len(hits) == sim.collision_count
+        True
+        """
+        return of_bytes(self._core.collisions(number("until", until), _between(between)))
+
+    def on_collision(self, *, between: str | Sequence[str] = ()) -> Callable[[Callback], Callback]:
+        """Decorates a function that is called after each collision of a run.
+
+        The function may read and edit the simulation, but not run it. An exception in it ends the
+        run at this collision. Such a run is slower; :meth:`collisions` is for all collisions.
+
+        Parameters
+        ----------
+        between : str or sequence of str, optional
+            One tag: collisions with bodies of this tag; two tags: those between them.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+        >>> times = []
+        >>> @sim.on_collision()
+        ... def log(hit):
+        ...     times.append(hit.time)
+        >>> sim.run(until=0.5)
+        >>> len(times) == sim.collision_count
+        True
+        >>> sim.off_collision(log)
+        """
+        tags = _between(between)
+
+        def add(callback: Callback) -> Callback:
+            if not callable(callback):
+                raise TypeError(f"a function is expected, not {callback!r:.60}")
+            self._callbacks.append((tags, callback))
+            return callback
+
+        return add
+
+    def off_collision(self, callback: Callable[[Collision], object]) -> None:
+        """Removes a function that :meth:`on_collision` has decorated."""
+        self._callbacks = [entry for entry in self._callbacks if entry[1] is not callback]
+
+    # --------------------------------------------------------------- measures
+
+    def measure(
+        self,
+        kind: str,
+        of: str | Sequence[str] | None = None,
+        *,
+        every: float | None = None,
+        name: str | None = None,
+        **parameters: float,
+    ) -> Measure:
+        """Measures a quantity from now on.
+
+        Parameters
+        ----------
+        kind : str
+            A name that :func:`measures` lists, such as ``"velocities"`` or ``"correlation"``.
+        of : str or sequence of str, optional
+            Tag of the bodies, or two tags for a measure of pairs. Default: all bodies.
+        every : float, optional
+            Time between samples. Default: ``run.sample_interval`` of the scene.
+        name : str, optional
+            Name in tables and figures. Default: the tag.
+        **parameters : float
+            Parameters of the measure.
+
+        Returns
+        -------
+        Measure
+
+        Raises
+        ------
+        MeasureError
+            The measure is unknown, a parameter is invalid, or no body carries the tag.
+
+        Examples
+        --------
+        >>> import carom
+        >>> scene = carom.Scene(gas={"radius": 0.02, "mass": 1, "energy": 1, "count": 60, "tags": ["gas"]})
+        >>> sim = carom.Simulation(scene)
+        >>> shells = sim.measure("pair-distribution", of="gas", every=0.05, bins=20)
+        >>> sim.run(until=1.0)
+        >>> shells.table.units["distance"]
+        'length'
+        """
+        kind = word("kind", kind)
+        kind = ALIASES.get(kind.lower(), kind)
+        if every is None:
+            every = self.scene.tables["run"]["sample_interval"]
+        for key in ("every", "interval"):
+            if key in parameters:
+                raise MeasureError(f"'{key}' is given as `every`, a time")
+        given = [(key, number(key, value)) for key, value in parameters.items()]
+        tags = None if of is None else ",".join(_between(of))
+        label = None if name is None else word("name", name)
+        index = self._core.measure(kind, tags, label, number("every", every), given)
+        measure = Measure(self._core, index, kind)
+        self._measures.append(measure)
+        return measure
+
+    @property
+    def measures(self) -> list[Measure]:
+        """The measures so far, with those of a loaded checkpoint first."""
+        return list(self._measures)
+
+    # ------------------------------------------------------------------ edits
+
+    def _which(self, which: Which) -> Ids:
+        if which is None:
+            return self.ids[~self.fixed]
+        if isinstance(which, str):
+            return self._core.ids_of(which)
+        if is_mask(which):
+            return masked("which", which, self.ids)
+        return ids("which", which)
+
+    def add(
+        self,
+        molecule: Molecule,
+        at: ArrayLike,
+        *,
+        angle: ArrayLike = 0.0,
+        velocity: ArrayLike = (0.0, 0.0),
+        angular_velocity: ArrayLike = 0.0,
+        tags: str | Sequence[str] = (),
+        locked: bool = False,
+        fixed: bool = False,
+    ) -> Ids:
+        """Adds copies of a molecule, all or none.
+
+        Parameters
+        ----------
+        molecule : Molecule
+            The molecule.
+        at : array_like, shape (2,) or (n, 2)
+            Centres of mass (length).
+        angle, angular_velocity : array_like, shape () or (n,)
+            Orientations (radians) and angular velocities (radians / time).
+        velocity : array_like, shape (2,) or (n, 2)
+            Velocities (length / time).
+        tags : str or sequence of str
+            Tags of all copies.
+        locked, fixed : bool
+            Whether they do not turn, or never move.
+
+        Returns
+        -------
+        numpy.ndarray
+            Numbers of the new bodies.
+
+        Raises
+        ------
+        EditError
+            A copy overlaps a body, or a number is out of range; nothing has changed.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation(carom.Scene())
+        >>> sim.add(carom.Molecule.disc(0.1), [[0.2, 0.2], [0.7, 0.7]], velocity=[1.0, 0.0])
+        array([0, 1], dtype=uint64)
+        """
+        if not isinstance(molecule, Molecule):
+            raise TypeError(f"`molecule` must be a Molecule, but is {molecule!r:.60}")
+        places = array("at", at)
+        if places.ndim not in (1, 2) or places.shape[-1] != 2:
+            raise ValueError(f"`at` must have the shape (2,) or (n, 2), but has {places.shape}")
+        places = places.reshape(-1, 2)
+        count = len(places)
+        rows = np.empty((count, 6))
+        rows[:, :2] = places
+        rows[:, 2] = _spread("angle", angle, (count,))
+        rows[:, 3:5] = _spread("velocity", velocity, (count, 2))
+        rows[:, 5] = _spread("angular_velocity", angular_velocity, (count,))
+        entry = molecule.at(0.0, 0.0, tags=tags, locked=locked, fixed=fixed)
+        text = _carom.scene_of({"molecule": [plain(entry)]})
+        return self._core.add(text, rows.reshape(-1))
+
+    def add_wall(
+        self,
+        *,
+        x: float | None = None,
+        y: float | None = None,
+        ends: ArrayLike | None = None,
+        radius: float = 0.0,
+        temperature: float | None = None,
+        tags: str | Sequence[str] = (),
+    ) -> int:
+        """Adds a fixed straight wall: a line across the box at ``x`` or ``y``, or a segment.
+
+        Parameters
+        ----------
+        x, y : float, optional
+            The wall is the line of all points with this x or y (length).
+        ends : array_like, shape (2, 2), optional
+            End points of a segment (length).
+        radius : float
+            Half the thickness (length).
+        temperature : float, optional
+            kT of a wall from which bodies leave with random velocities (mass · length² / time²).
+        tags : str or sequence of str
+            Tags.
+
+        Returns
+        -------
+        int
+            Number of the wall.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation(carom.Scene())
+        >>> sim.add_wall(x=0.0)
+        0
+        """
+        entry: dict[str, Any] = {
+            "x": None if x is None else number("x", x),
+            "y": None if y is None else number("y", y),
+            "radius": number("radius", radius),
+            "temperature": None if temperature is None else number("temperature", temperature),
+            "tags": _between(tags),
+        }
+        if ends is not None:
+            points = array("ends", ends)
+            if points.shape != (2, 2):
+                raise ValueError(f"`ends` must have the shape (2, 2), but has {points.shape}")
+            entry["from"], entry["to"] = points.tolist()
+        return self._core.add_wall(_carom.scene_of({"wall": [entry]}))
+
+    def remove(self, which: Which) -> None:
+        """Removes bodies.
+
+        Parameters
+        ----------
+        which : str or array_like of int or bool
+            A tag, numbers of bodies (see :attr:`ids`), or a mask of all bodies.
+
+        Raises
+        ------
+        EditError
+            A body is not in the system, or no body carries the tag; nothing has changed.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+        >>> sim.remove([0, 3, 4])
+        >>> len(sim)
+        17
+        >>> sim.remove(sim.positions[:, 0] > 0.5)
+        >>> bool(sim.positions[:, 0].max() <= 0.5)
+        True
+        """
+        if which is None:
+            raise TypeError("`which` must be a tag or numbers of bodies")
+        self._core.remove(self._which(which))
+
+    def set_energy(self, energy: ArrayLike, which: Which = None) -> None:
+        """Scales the motion of bodies to kinetic energies.
+
+        Parameters
+        ----------
+        energy : array_like, shape () or (n,)
+            Energy of each body (mass · length² / time², positive).
+        which : str or array_like of int or bool, optional
+            A tag, numbers of bodies, or a mask. Default: all that move.
+
+        Raises
+        ------
+        EditError
+            A body is at rest, fixed, or not in the system; nothing has changed.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+        >>> sim.set_energy(3.0, [7])
+        >>> float(round(sim.energies[7], 12))
+        3.0
+        """
+        energies = array("energy", energy)
+        chosen = self._which(which)
+        self._core.set_energy(chosen, _spread("energy", energies, (len(chosen),)))
+
+    def set_elasticity(
+        self,
+        default: float = 1.0,
+        *,
+        contact_time: float | None = None,
+        pairs: Mapping[str | tuple[str, ...], float] | None = None,
+    ) -> None:
+        """Changes the coefficient of restitution of all later contacts.
+
+        Parameters
+        ----------
+        default : float
+            Coefficient of contacts to which no rule applies, from 0 to 1e6; 1 is elastic.
+        contact_time : float, optional
+            Guard against inelastic collapse, see ``crates/SCENE.md``.
+        pairs : mapping, optional
+            Coefficients by a tag, or by a tuple of two tags.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+        >>> sim.set_elasticity(0.9)
+        >>> sim.run(until=1)
+        >>> sim.energy < 20
+        True
+        """
+        rules = [(_between(tags), number("pairs", value)) for tags, value in dict(pairs or {}).items()]
+        time = None if contact_time is None else number("contact_time", contact_time)
+        self._core.set_elasticity(number("default", default), time, rules)
+
+    def lock(self, which: Which = None) -> None:
+        """Locks the present orientation of bodies; they stop turning.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation(carom.Scene(molecule=carom.Molecule.tee(0.01).at(0.5, 0.5)))
+        >>> sim.lock()
+        >>> bool(sim.locked[0])
+        True
+        """
+        self._core.lock_rotation(self._which(which))
+
+    def unlock(self, which: Which = None) -> None:
+        """Frees the orientation of bodies."""
+        self._core.unlock_rotation(self._which(which))
+
+    def tag(self, which: Which, name: str) -> None:
+        """Adds a tag to bodies.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 3}]})
+        >>> sim.tag([1], "tracer")
+        >>> sim.tags
+        [(), ('tracer',), ()]
+        """
+        self._core.tag(self._which(which), word("name", name))
+
+    def untag(self, which: Which, name: str) -> None:
+        """Removes a tag from bodies; one that a body does not carry changes nothing."""
+        self._core.untag(self._which(which), word("name", name))
+
+    def reverse(self) -> None:
+        """Reverses all velocities and angular velocities."""
+        self._core.reverse()
+
+    # ------------------------------------------------------------------ files
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes a checkpoint of the state and the measures.
+
+        The format is that of the command: ``carom run SCENE --from DIR`` starts from a file
+        ``DIR/checkpoint``. Saving moves the origin of time of all motions to the present, as an
+        edit does: this simulation and the loaded one then continue with the same bits.
+
+        Parameters
+        ----------
+        path : str or path
+            The file; it is replaced as a whole.
+
+        Examples
+        --------
+        >>> import carom, pathlib, tempfile
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+        >>> sim.run(until=1)
+        >>> path = pathlib.Path(tempfile.mkdtemp()) / "checkpoint"
+        >>> sim.save(path)
+        >>> again = carom.load(path)
+        >>> sim.run(until=2)
+        >>> again.run(until=2)
+        >>> bool((again.positions == sim.positions).all())
+        True
+        """
+        self._core.save(path)
+
+    def copy(self) -> Simulation:
+        """A copy of the state, without measures and callbacks."""
+        return Simulation._of(self._core.copy())
+
+    def __copy__(self) -> Simulation:
+        return self.copy()
+
+    def __deepcopy__(self, memo: object) -> Simulation:
+        return self.copy()
+
+    def __reduce_ex__(self, protocol: object) -> str:
+        raise TypeError(
+            "a Simulation cannot be pickled: pickle its Scene, or use `save` and `carom.load` for its state"
+        )
+
+    # --------------------------------------------------------------- pictures
+
+    def show(self, *, height: int = 640) -> Html:
+        """The motion of the next contacts, as in the report of a run.
+
+        A copy runs ahead; the simulation does not change. Of a large system a part is shown. The
+        picture is self-contained: it needs no network and no files.
+
+        Parameters
+        ----------
+        height : int
+            Height in the notebook (pixels).
+
+        Returns
+        -------
+        Html
+            A moving picture that Jupyter displays.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+        >>> len(str(sim.show())) > 10_000
+        True
+        """
+        title = f"{len(self)} bodies from t = {self.time:g} on"
+        caption = "The flights of the bodies between contacts."
+        return Html(frame(self._core.page(title, caption), int(number("height", height))))
+
+    def svg(self, size: int = 480) -> str:
+        """A picture of the present state as SVG; of a large system, of a part.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+        >>> "<svg" in sim.svg()
+        True
+        """
+        pixels = int(number("size", size))
+        if not 16 <= pixels <= 16384:
+            raise ValueError(f"`size` must be from 16 to 16384, but is {pixels}")
+        return self._core.picture(pixels)
+
+    def __repr__(self) -> str:
+        return f"<carom.Simulation of {len(self)} bodies at time {self.time:g}>"
+
+    def _repr_html_(self) -> str:
+        return f"{self.svg()}<p>{len(self)} bodies at time {self.time:g}</p>"
+
+
+def load(path: str | os.PathLike[str]) -> Simulation:
+    """The simulation in a checkpoint: of :meth:`Simulation.save`, or of ``carom run``.
+
+    Parameters
+    ----------
+    path : str or path
+        The file, or the folder of a run: then the end of the run, or its last checkpoint.
+
+    Returns
+    -------
+    Simulation
+        Its measures are those that have been saved with it; the stages of a run are not continued.
+
+    Raises
+    ------
+    CheckpointError
+        The file cannot be read, is damaged, or is no checkpoint of a scene.
+
+    Examples
+    --------
+    >>> import carom
+    >>> carom.load("no-such-file")
+    Traceback (most recent call last):
+        ...
+    carom.CheckpointError: cannot load no-such-file: it cannot be read: No such file or directory (os error 2)
+    """
+    core = _carom.Core.load(path)
+    simulation = Simulation._of(core)
+    simulation._measures = [Measure(core, index, "saved") for index in range(core.measures())]
+    return simulation
+
+
+def _receiver(callback: Callable[[Collision], object]) -> Callable[[bytes], None]:
+    def receive(report: bytes) -> None:
+        callback(Collision(of_bytes(report)[0]))
+
+    return receive
+
+
+def _between(tags: str | Sequence[str]) -> list[str]:
+    return [tags] if isinstance(tags, str) else [word("a tag", tag) for tag in tags]
+
+
+def _spread(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:
+    try:
+        return np.ascontiguousarray(np.broadcast_to(array(name, value), shape))
+    except ValueError as error:
+        if "broadcast" not in str(error):
+            raise
+        raise ValueError(f"`{name}` must have the shape {shape} or fit it, but has {np.shape(value)}") from None

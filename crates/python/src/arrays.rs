@@ -1,0 +1,69 @@
+//! Quantities of all bodies as NumPy arrays: owned copies at the present time.
+
+use std::collections::HashMap;
+
+use carom::{
+    View,
+    engine::{BodyView, Tag},
+};
+use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::{exceptions::PyValueError, prelude::*, types::PyTuple};
+
+/// An array of rows of `width` numbers.
+pub fn rows<'py, T: Element>(
+    py: Python<'py>,
+    numbers: Vec<T>,
+    width: usize,
+) -> PyResult<Bound<'py, PyArray2<T>>> {
+    let count = numbers.len() / width;
+    PyArray1::from_vec(py, numbers).reshape([count, width])
+}
+
+/// The array with this name.
+pub fn named<'py>(py: Python<'py>, view: &View<'_>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+    let pairs = |pair: &dyn Fn(BodyView<'_>) -> [f64; 2]| -> PyResult<_> {
+        let mut numbers = Vec::with_capacity(2 * view.len());
+        view.bodies().for_each(|body| numbers.extend(pair(body)));
+        Ok(rows(py, numbers, 2)?.into_any())
+    };
+    let single = |number: &dyn Fn(BodyView<'_>) -> f64| -> PyResult<_> {
+        Ok(PyArray1::from_vec(py, view.bodies().map(number).collect()).into_any())
+    };
+    match name {
+        "positions" => pairs(&|body| body.motion.position.to_array()),
+        "unwrapped_positions" => pairs(&|body| body.unwrapped(view.bounds()).to_array()),
+        "velocities" => pairs(&|body| body.motion.velocity.to_array()),
+        "angles" => single(&|body| body.motion.orientation.radians()),
+        "angular_velocities" => single(&|body| body.motion.angular_velocity),
+        "radii" => single(&|body| body.body.reach()),
+        "masses" => single(&|body| body.body.molecule().mass()),
+        "energies" => single(&|body| body.energy()),
+        "ids" => Ok(PyArray1::from_vec(py, view.bodies().map(|body| body.body.id()).collect()).into_any()),
+        "fixed" => {
+            Ok(PyArray1::from_vec(py, view.bodies().map(|body| body.body.is_fixed()).collect()).into_any())
+        }
+        "locked" => {
+            Ok(PyArray1::from_vec(py, view.bodies().map(|body| body.body.is_locked()).collect()).into_any())
+        }
+        _ => Err(PyValueError::new_err(format!("unknown array {name:?}"))),
+    }
+}
+
+/// The tags of each body.
+pub fn tags(py: Python<'_>, view: &View<'_>) -> PyResult<Vec<Py<PyTuple>>> {
+    let mut known: HashMap<&[Tag], Py<PyTuple>> = HashMap::new();
+    let mut all = Vec::with_capacity(view.len());
+    for body in view.bodies() {
+        let tags = body.body.tags();
+        let names = match known.get(tags) {
+            Some(names) => names.clone_ref(py),
+            None => {
+                let names = PyTuple::new(py, tags.iter().map(|&tag| view.tag_names().name(tag)))?.unbind();
+                known.insert(tags, names.clone_ref(py));
+                names
+            }
+        };
+        all.push(names);
+    }
+    Ok(all)
+}

@@ -1,0 +1,84 @@
+//! Detection alone: the first contacts of many pairs of molecules.
+
+use carom::{
+    BoundingCircles, Detection, Exact, FixedStep, GoldenSecant,
+    kinematics::{Motion, Orientation},
+};
+use carom_detection::{Outcome, Touch};
+use carom_runs::{detect, encounters::EncounterRecord};
+use glam::DVec2;
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::{exceptions::PyValueError, prelude::*};
+
+use crate::{arrays::rows, molecule::MoleculeCore};
+
+/// Times (infinite without contact), atoms (−1 without), and outcome (0 free, 1 contact, 2
+/// undecided, 3 out of range).
+type Answers<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<i64>>, Bound<'py, PyArray1<u8>>);
+
+/// The first contact of each pair. The columns of `motions` are the separation from A to B, the
+/// velocity of B relative to A, the angles and the angular velocities of A and B.
+#[pyfunction]
+pub fn first_contact<'py>(
+    py: Python<'py>,
+    a: &MoleculeCore,
+    b: &MoleculeCore,
+    motions: PyReadonlyArray2<'py, f64>,
+    until: PyReadonlyArray1<'py, f64>,
+    detector: &str,
+) -> PyResult<Answers<'py>> {
+    let (motions, until) = (motions.as_slice()?, until.as_slice()?);
+    if motions.len() != 8 * until.len() {
+        return Err(PyValueError::new_err("there must be 8 numbers and a limit for each pair"));
+    }
+    let molecules = [a.0.clone(), b.0.clone()];
+    let find = || match detector {
+        "exact" => Some(search(&Exact::default(), molecules, motions, until)),
+        "golden-secant" => Some(search(&GoldenSecant::default(), molecules, motions, until)),
+        "fixed-step" => Some(search(&FixedStep::default(), molecules, motions, until)),
+        "bounding-circles" => Some(search(&BoundingCircles, molecules, motions, until)),
+        _ => None,
+    };
+    let Some((times, atoms, outcomes)) = py.detach(find) else {
+        return Err(PyValueError::new_err(format!(
+            "unknown detector {detector:?}: expected exact, golden-secant, fixed-step or bounding-circles"
+        )));
+    };
+    Ok((PyArray1::from_vec(py, times), rows(py, atoms, 2)?, PyArray1::from_vec(py, outcomes)))
+}
+
+fn search(
+    detector: &impl Detection,
+    molecules: [carom::Molecule; 2],
+    motions: &[f64],
+    until: &[f64],
+) -> (Vec<f64>, Vec<i64>, Vec<u8>) {
+    let still = [Motion::at_rest(DVec2::ZERO); 2];
+    let (class, id, window_end, expected) = (String::new(), String::new(), None, None);
+    let mut pair = EncounterRecord { class, id, molecules, motions: still, window_end, expected };
+    let (mut times, mut atoms, mut outcomes) = (Vec::new(), Vec::new(), Vec::new());
+    for (numbers, &until) in motions.chunks_exact(8).zip(until) {
+        let body = |place: DVec2, velocity: DVec2, which: usize| Motion {
+            velocity,
+            orientation: Orientation::from_radians(numbers[4 + which]),
+            angular_velocity: numbers[6 + which],
+            ..Motion::at_rest(place)
+        };
+        let (place, velocity) = (DVec2::new(numbers[0], numbers[1]), DVec2::new(numbers[2], numbers[3]));
+        pair.motions = [body(DVec2::ZERO, DVec2::ZERO, 0), body(place, velocity, 1)];
+        pair.window_end = until.is_finite().then_some(until);
+        let (time, touch, outcome) = match detect::first_contact(detector, &pair).outcome {
+            Outcome::Contact(contact) => match contact.touch {
+                Touch::Atoms(a, b) => (contact.time, [i64::from(a), i64::from(b)], 1),
+                _ => (contact.time, [-1; 2], 1),
+            },
+            Outcome::Free => (f64::INFINITY, [-1; 2], 0),
+            Outcome::FreeUntil(time) | Outcome::Unresolved(time) => (time, [-1; 2], 2),
+            Outcome::OutOfRange => (f64::NAN, [-1; 2], 3),
+        };
+        times.push(time);
+        atoms.extend(touch);
+        outcomes.push(outcome);
+    }
+    (times, atoms, outcomes)
+}

@@ -1,0 +1,119 @@
+//! Edits at rest: in bulk, all or none.
+
+use carom::{
+    BodyKey, EditError, Scene, SceneError,
+    engine::{ElasticityRule, ElasticitySpec, MoleculeSpec, Rotation, WallSpec},
+};
+use carom_methods::AnySimulation;
+use pyo3::prelude::*;
+
+use crate::errors;
+
+/// One kind of change of existing bodies.
+#[derive(Debug, Clone, Copy)]
+pub enum Change<'a> {
+    /// Removes the body.
+    Remove,
+    /// Locks its orientation.
+    Lock,
+    /// Frees its orientation.
+    Unlock,
+    /// Adds this tag.
+    Tag(&'a str),
+    /// Removes this tag.
+    Untag(&'a str),
+}
+
+/// Changes bodies by their numbers.
+///
+/// # Errors
+/// The first body that is refused.
+pub fn change(simulation: &mut AnySimulation, ids: &[u64], change: Change<'_>) -> Result<(), EditError> {
+    simulation.edit(|batch| {
+        for key in ids.iter().map(|&id| BodyKey::of_id(id)) {
+            match change {
+                Change::Remove => batch.remove(key)?,
+                Change::Lock => batch.set_rotation(key, Rotation::Locked)?,
+                Change::Unlock => batch.set_rotation(key, Rotation::Free)?,
+                Change::Tag(name) => batch.tag(key, name).map(|_| ())?,
+                Change::Untag(name) => batch.untag(key, name)?,
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Sets the energies of bodies by their numbers.
+///
+/// # Errors
+/// The first body that is refused.
+pub fn set_energies(simulation: &mut AnySimulation, ids: &[u64], energies: &[f64]) -> Result<(), EditError> {
+    simulation.edit(|batch| {
+        let mut pairs = ids.iter().zip(energies);
+        pairs.try_for_each(|(&id, &energy)| batch.reset_energy(BodyKey::of_id(id), energy))
+    })
+}
+
+/// The molecule that the text of a scene describes.
+fn template(text: &str) -> Result<MoleculeSpec, SceneError> {
+    Ok(Scene::from_toml(text)?.molecule.pop().unwrap_or_default())
+}
+
+/// The wall that the text of a scene describes.
+fn wall(text: &str) -> Result<WallSpec, SceneError> {
+    Ok(Scene::from_toml(text)?.wall.pop().unwrap_or_default())
+}
+
+/// Adds copies of a molecule. A row of `motions` has place, angle, velocity and angular velocity.
+///
+/// # Errors
+/// The first copy that is refused.
+pub fn add(simulation: &mut AnySimulation, text: &str, motions: &[f64]) -> Result<Vec<u64>, EditError> {
+    let template = template(text)?;
+    simulation.edit(|batch| {
+        let rows = motions.chunks_exact(6);
+        let spec = |row: &[f64]| MoleculeSpec {
+            at: [row[0], row[1]],
+            orientation: Some(row[2]),
+            velocity: [row[3], row[4]],
+            angular_velocity: row[5],
+            ..template.clone()
+        };
+        rows.map(|row| batch.add(&spec(row)).and_then(id_of)).collect()
+    })
+}
+
+/// Adds a wall.
+///
+/// # Errors
+/// It is refused.
+pub fn add_wall(simulation: &mut AnySimulation, text: &str) -> Result<u64, EditError> {
+    let wall = wall(text)?;
+    simulation.edit(|batch| batch.add_wall(&wall)).and_then(id_of)
+}
+
+fn id_of(key: BodyKey) -> Result<u64, EditError> {
+    Ok(key.id())
+}
+
+/// A rule of elasticity for all contacts.
+pub fn elasticity(default: f64, contact_time: Option<f64>, pairs: Vec<(Vec<String>, f64)>) -> ElasticitySpec {
+    let rule = |(between, coefficient)| ElasticityRule { between, coefficient };
+    let pair = pairs.into_iter().map(rule).collect();
+    let standard = ElasticitySpec::default();
+    ElasticitySpec { default, contact_time: contact_time.unwrap_or(standard.contact_time), pair }
+}
+
+/// The numbers of the bodies with a tag.
+///
+/// # Errors
+/// No body carries the tag.
+pub fn ids_of(simulation: &AnySimulation, name: &str) -> PyResult<Vec<u64>> {
+    let view = simulation.view();
+    let tag = view.tag_names().find(name);
+    let ids: Vec<u64> = tag.into_iter().flat_map(|tag| view.tagged(tag)).map(|body| body.body.id()).collect();
+    if ids.is_empty() {
+        return Err(errors::EditError::new_err(format!("no body carries the tag {name:?}")));
+    }
+    Ok(ids)
+}

@@ -1,0 +1,95 @@
+//! Molecules: mass, inertia, area, and the part of the outline that a round probe can touch.
+
+use carom::geometry::{Atom, ExcludedRegion, Molecule, Shape};
+use carom_report::molecule_picture;
+use glam::DVec2;
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+
+use crate::{arrays::rows, errors};
+
+/// A molecule.
+#[pyclass(frozen, module = "carom._carom")]
+pub struct MoleculeCore(pub Molecule);
+
+/// Most atoms of a molecule given as a list; finding coincident ones takes the square of their
+/// number.
+const MOST_ATOMS: usize = 65_536;
+
+impl MoleculeCore {
+    fn region(&self, probe: f64) -> PyResult<ExcludedRegion> {
+        ExcludedRegion::of(&self.0, probe).map_err(errors::molecule)
+    }
+}
+
+#[pymethods]
+impl MoleculeCore {
+    /// From x, y, radius and mass of each atom.
+    #[new]
+    fn new(atoms: Vec<[f64; 4]>) -> PyResult<Self> {
+        if atoms.len() > MOST_ATOMS {
+            let words = format!("a molecule has at most {MOST_ATOMS} atoms, but {} are given", atoms.len());
+            return Err(errors::MoleculeError::new_err(words));
+        }
+        let atom = |[x, y, radius, mass]: [f64; 4]| Atom::new(DVec2::new(x, y), radius, mass);
+        let atoms: Result<Vec<Atom>, _> = atoms.into_iter().map(atom).collect();
+        Molecule::new(atoms.map_err(errors::molecule)?).map(Self).map_err(errors::molecule)
+    }
+
+    #[staticmethod]
+    fn named(shape: &str, radius: f64, mass: f64) -> PyResult<Self> {
+        let shape: Shape = shape.parse().map_err(errors::molecule)?;
+        Molecule::named(shape, radius, mass).map(Self).map_err(errors::molecule)
+    }
+
+    /// x, y, radius and mass of each atom, about the centre of mass.
+    fn atoms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let atoms = self.0.atoms().iter();
+        let row = |atom: &Atom| [atom.offset().x, atom.offset().y, atom.radius(), atom.mass()];
+        rows(py, atoms.flat_map(row).collect(), 4)
+    }
+
+    fn mass(&self) -> f64 {
+        self.0.mass()
+    }
+
+    fn moment_of_inertia(&self) -> f64 {
+        self.0.moment_of_inertia()
+    }
+
+    fn area(&self) -> f64 {
+        self.0.area()
+    }
+
+    fn bounding_radius(&self) -> f64 {
+        self.0.bounding_radius()
+    }
+
+    /// Atom, start and end angle, radius, and centre of each arc.
+    fn arcs<'py>(&self, py: Python<'py>, probe: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let region = self.region(probe)?;
+        let arcs = region.arcs().iter();
+        let row = |arc: &carom::geometry::ExposedArc| {
+            [arc.atom as f64, arc.start, arc.end, arc.radius, arc.centre.x, arc.centre.y]
+        };
+        rows(py, arcs.flat_map(row).collect(), 6)
+    }
+
+    /// Perimeter, area and area of pockets.
+    fn excluded(&self, probe: f64) -> PyResult<(f64, f64, f64)> {
+        let region = self.region(probe)?;
+        Ok((region.perimeter(), region.area(), region.pocket_area()))
+    }
+
+    fn atom_shares<'py>(&self, py: Python<'py>, probe: f64) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(PyArray1::from_vec(py, self.region(probe)?.atom_shares()))
+    }
+
+    fn mean_free_path(&self, area: f64, probe: f64) -> PyResult<f64> {
+        Ok(self.region(probe)?.mean_free_path(area))
+    }
+
+    fn svg(&self, probe: f64) -> PyResult<String> {
+        Ok(molecule_picture::svg(&self.0, &self.region(probe)?, probe))
+    }
+}

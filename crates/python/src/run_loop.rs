@@ -1,0 +1,217 @@
+//! The run of a simulation with its measures, in pieces short enough for Ctrl-C and progress.
+
+use std::time::{Duration, Instant};
+
+use carom::{CollisionReport, EpochTime, Observer, RunError, Scene, View, engine::Body};
+use carom_methods::AnySimulation;
+use carom_runs::measures::SingleMeasure;
+use serde::{Deserialize, Serialize};
+
+use crate::collisions::Rows;
+
+/// Wall time of a piece, and its growth for each body: a piece copies all motions once, which must
+/// stay below a hundredth of it.
+const PIECE: Duration = Duration::from_millis(100);
+const PIECE_OF_BODY: Duration = Duration::from_micros(2);
+
+/// The first piece lasts this share of the time in which the fastest body crosses the box.
+const FIRST_PIECE: f64 = 1e-3;
+
+/// A sample lies at the end of a run if at most this share of its interval is missing: rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// A measure with its sampling times, begin + k · interval.
+#[derive(Serialize, Deserialize)]
+pub struct Tracked {
+    /// The measure.
+    pub measure: SingleMeasure,
+    /// Whether the system has been edited since it began.
+    pub is_disturbed: bool,
+    /// Whether it receives samples.
+    pub is_active: bool,
+    begin: EpochTime,
+    /// Number of its next sample, from 0.
+    next: u64,
+}
+
+impl Tracked {
+    /// A measure whose first sample is at the present time.
+    pub fn begin(measure: SingleMeasure, view: &View<'_>) -> Self {
+        let begin = view.time();
+        let mut tracked = Self { measure, is_disturbed: false, is_active: true, begin, next: 0 };
+        tracked.sample(view);
+        tracked
+    }
+
+    fn time(&self) -> EpochTime {
+        self.begin.after(self.next as f64 * self.measure.interval())
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        self.measure.sample(view);
+        self.next += 1;
+    }
+
+    /// Whether its next sample is at `time`, to rounding.
+    fn is_due(&self, time: EpochTime) -> bool {
+        self.is_active && self.time().since(time) <= ROUNDING * self.measure.interval()
+    }
+}
+
+/// All that observes a run.
+#[derive(Default)]
+pub struct Watching {
+    /// The measures, in the order in which they were asked for.
+    pub measures: Vec<Tracked>,
+    /// Collisions for Python.
+    pub rows: Rows,
+}
+
+impl Observer for Watching {
+    fn watches_any(&self) -> bool {
+        self.rows.watches_any() || self.active().any(|tracked| tracked.measure.watches_any())
+    }
+
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.rows.watches(bodies) || self.active().any(|tracked| tracked.measure.watches(bodies))
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        for tracked in self.measures.iter_mut().filter(|tracked| tracked.is_active) {
+            tracked.measure.collision(report);
+        }
+        if self.rows.watches_any() {
+            self.rows.collision(report);
+        }
+    }
+}
+
+impl Watching {
+    fn active(&self) -> impl Iterator<Item = &Tracked> {
+        self.measures.iter().filter(|tracked| tracked.is_active)
+    }
+
+    /// Takes the samples that are due at `time`.
+    fn sample(&mut self, time: EpochTime, view: &View<'_>) {
+        for tracked in self.measures.iter_mut().filter(|tracked| tracked.is_due(time)) {
+            tracked.sample(view);
+        }
+    }
+}
+
+/// A simulation and what observes it.
+pub struct State {
+    /// The simulation.
+    pub simulation: AnySimulation,
+    /// Its scene, with the elasticity in force.
+    pub scene: Scene,
+    /// Measures and collisions.
+    pub watching: Watching,
+    /// Duration of a piece (time); `None` before the first.
+    piece: Option<f64>,
+}
+
+/// Where a piece of a run has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ended {
+    /// At the end of the run.
+    AtEnd,
+    /// After a collision that was asked for.
+    AtCollision,
+    /// Earlier: the run goes on.
+    Early,
+}
+
+impl State {
+    /// A state without measures.
+    pub fn new(simulation: AnySimulation, scene: Scene) -> Self {
+        Self { simulation, scene, watching: Watching::default(), piece: None }
+    }
+
+    /// The time of the next sample, but not after `until`.
+    fn target(&self, until: EpochTime) -> EpochTime {
+        let times = self.watching.active().map(Tracked::time);
+        times.fold(until, |earliest, time| if time < earliest { time } else { earliest })
+    }
+
+    /// The end of the next piece, and whether the next sample or `until` is there.
+    fn next_end(&mut self, until: EpochTime) -> (EpochTime, bool) {
+        let target = self.target(until);
+        let piece = *self.piece.get_or_insert_with(|| first_piece(&self.simulation.view()));
+        let end = self.simulation.time().after(piece);
+        if end >= target { (target, true) } else { (end, false) }
+    }
+
+    /// Changes the duration of pieces after one that took `wall` of the wall time `limit`, and
+    /// takes the samples that are due at its end; returns `is_whole`.
+    fn end_piece(&mut self, (end, is_whole): (EpochTime, bool), wall: Duration, limit: Duration) -> bool {
+        let piece = self.piece.unwrap_or(1.0);
+        if wall > limit {
+            self.piece = Some(0.5 * piece);
+        } else if !is_whole && 4 * wall < limit {
+            self.piece = Some((2.0 * piece).min(f64::MAX));
+        }
+        if is_whole {
+            self.watching.sample(end, &self.simulation.view());
+        }
+        is_whole
+    }
+
+    /// Runs towards `until` for a short wall time.
+    ///
+    /// # Errors
+    /// The run cannot continue.
+    pub fn run_piece(&mut self, until: EpochTime) -> Result<Ended, RunError> {
+        let limit = PIECE + PIECE_OF_BODY * self.simulation.view().len() as u32;
+        let begun = Instant::now();
+        while begun.elapsed() < limit {
+            let (end, is_whole) = self.next_end(until);
+            let before = begun.elapsed();
+            self.simulation.observe_until_epoch_time(end, &mut self.watching)?;
+            let wall = begun.elapsed() - before;
+            if self.end_piece((end, is_whole), wall, limit) && end >= until {
+                return Ok(Ended::AtEnd);
+            }
+        }
+        Ok(Ended::Early)
+    }
+
+    /// Runs towards `until` to the next collision that `rows` keeps, for a short wall time.
+    ///
+    /// # Errors
+    /// The run cannot continue.
+    pub fn step_piece(&mut self, until: EpochTime) -> Result<Ended, RunError> {
+        let begun = Instant::now();
+        while begun.elapsed() < PIECE {
+            let (end, is_whole) = self.next_end(until);
+            let (before, kept) = (begun.elapsed(), self.watching.rows.len());
+            let has_hit = self.simulation.step(end.to_f64(), &mut self.watching)?;
+            if self.watching.rows.len() > kept {
+                return Ok(Ended::AtCollision);
+            }
+            let wall = begun.elapsed() - before;
+            if !has_hit && self.end_piece((end, is_whole), wall, PIECE) && end >= until {
+                return Ok(Ended::AtEnd);
+            }
+        }
+        Ok(Ended::Early)
+    }
+
+    /// Informs the measures of an edit.
+    pub fn edited(&mut self) {
+        let view = self.simulation.view();
+        for tracked in &mut self.watching.measures {
+            tracked.measure.start(&view);
+            tracked.is_disturbed = true;
+        }
+        self.piece = None;
+    }
+}
+
+/// A duration in which little happens (time).
+fn first_piece(view: &View<'_>) -> f64 {
+    let speeds = view.bodies().map(|body| body.motion.velocity.length());
+    let fastest = speeds.fold(0.0, f64::max);
+    let piece = FIRST_PIECE * view.bounds().sides().min_element() / fastest;
+    if piece.is_finite() && piece > 0.0 { piece } else { 1.0 }
+}

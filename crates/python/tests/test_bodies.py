@@ -1,0 +1,356 @@
+"""Runs, arrays, edits and collisions: physics that must hold."""
+
+import copy
+import pickle
+import signal
+import threading
+import time
+
+import carom
+import numpy as np
+import pytest
+
+GAS = {"radius": 0.02, "mass": 1.0, "energy": 1.0, "count": 100, "tags": ["gas"]}
+
+
+def gas(**changes):
+    return carom.Simulation(carom.Scene(gas={**GAS, **changes}, seed=3))
+
+
+def tee_in_gas():
+    tee = carom.Molecule.tee(0.02).at(0.5, 0.5, tags="tee")
+    return carom.Simulation(carom.Scene(molecule=tee, gas=GAS, seed=3))
+
+
+def state(sim):
+    return np.column_stack([sim.positions, sim.velocities, sim.angles, sim.angular_velocities])
+
+
+def test_energy_and_momentum_are_conserved_and_nothing_overlaps():
+    sim = tee_in_gas()
+    energy, momentum = sim.energy, sim.momentum
+    sim.run(until=5)
+    assert sim.collision_count > 500
+    assert abs(sim.energy - energy) < 1e-11 * energy
+    assert np.abs(sim.momentum - momentum).max() < 1e-11
+    assert sim.overlapping_pairs == 0
+
+
+def test_arrays_agree_with_one_another():
+    sim = tee_in_gas()
+    sim.run(until=1)
+    assert sim.positions.shape == (101, 2) and ((sim.positions >= 0) & (sim.positions < 1)).all()
+    energies = 0.5 * sim.masses * (sim.velocities**2).sum(axis=1)
+    tee = carom.Molecule.tee(0.02)
+    energies += 0.5 * tee.moment_of_inertia * sim.angular_velocities**2 * sim.mask("tee")
+    assert np.allclose(energies, sim.energies, rtol=1e-13)
+    assert abs(energies.sum() - sim.energy) < 1e-11
+    boxes = sim.unwrapped_positions - sim.positions
+    assert np.abs(boxes - np.round(boxes)).max() < 1e-12
+    assert sim.tags[0] == ("tee",) and sim.tags[1:] == [("gas",)] * 100
+    assert sim.mask("gas").sum() == 100
+    assert list(sim.ids) == list(range(101))
+
+
+def test_arrays_are_copies_of_one_time():
+    sim = gas()
+    before = sim.positions
+    kept = before.copy()
+    sim.run(until=1)
+    assert (before == kept).all() and (sim.positions != kept).any()
+    before[:] = np.nan
+    assert np.isfinite(sim.positions).all()
+
+
+def test_reversed_motion_returns():
+    sim = gas()
+    start = sim.positions
+    sim.run(until=0.2)
+    sim.reverse()
+    sim.run(until=0.4)
+    distance = sim.positions - start
+    assert np.abs(distance - np.round(distance)).max() < 1e-6
+
+
+def test_a_run_in_pieces_with_samples_and_bars_has_the_same_bits(capsys):
+    whole, pieces = tee_in_gas(), tee_in_gas()
+    whole.run(until=3)
+    pieces.measure("pressure", every=0.0371)
+    for end in (0.1, 0.1, 0.70001, 2.9):
+        pieces.run(until=end, progress=True)
+        pieces.positions
+    pieces.run(until=3)
+    assert (state(whole) == state(pieces)).all()
+    assert "collisions" in capsys.readouterr().err
+
+
+def test_steps_and_callbacks_and_arrays_report_the_same_collisions():
+    by_array, by_step, by_callback = gas(), gas(), gas()
+    rows = by_array.collisions(until=0.5)
+    assert len(rows) == by_array.collision_count > 30
+    steps = []
+    while (hit := by_step.step(until=0.5)) is not None:
+        steps.append(hit)
+    assert [hit.time for hit in steps] == rows["time"].tolist()
+    assert [hit.ids for hit in steps] == [tuple(pair) for pair in rows["ids"].tolist()]
+    heard = []
+    by_callback.on_collision()(heard.append)
+    by_callback.run(until=0.5)
+    assert [hit.time for hit in heard] == rows["time"].tolist()
+    assert (state(by_array) == state(by_step)).all()
+    assert (state(by_array) == state(by_callback)).all()
+
+
+def test_reports_obey_mechanics():
+    sim = tee_in_gas()
+    rows = sim.collisions(until=1, between=["tee", "gas"])
+    assert len(rows) > 10 and (rows["ids"][:, 0] == 0).all()
+    masses = np.array([carom.Molecule.tee(0.02).mass, 1.0])
+    change = rows["velocities_after"] - rows["velocities_before"]
+    impulse = masses[None, :, None] * change
+    assert np.allclose(impulse[:, 1], rows["impulse"], atol=1e-12)
+    assert np.allclose(impulse.sum(axis=1), 0, atol=1e-12)
+    # A smooth contact: the impulse is along the normal.
+    normal, push = rows["normal"], rows["impulse"]
+    assert np.allclose(normal[:, 0] * push[:, 1], normal[:, 1] * push[:, 0], atol=1e-12)
+    assert (np.einsum("ij,ij->i", normal, push) > 0).all()
+    assert (rows["elasticity"] == 1).all()
+    assert len(gas().collisions(until=0.0)) == 0
+
+
+def test_a_callback_may_edit_and_its_exception_ends_the_run_there():
+    sim = tee_in_gas()
+    calls = []
+
+    @sim.on_collision(between=("tee", "gas"))
+    def absorb(hit):
+        assert sim.time == hit.time
+        sim.remove([hit.ids[1]])
+        calls.append(hit)
+        if len(calls) == 5:
+            raise KeyError("enough")
+
+    with pytest.raises(KeyError, match="enough"):
+        sim.run(until=100)
+    assert len(calls) == 5 and len(sim) == 96 and sim.time == calls[-1].time
+    sim.off_collision(absorb)
+    sim.run(until=sim.time + 0.1)
+
+
+def test_a_callback_cannot_run_the_simulation():
+    sim = gas()
+    sim.on_collision()(lambda hit: sim.run(until=9))
+    with pytest.raises(carom.BusyError):
+        sim.run(until=1)
+
+
+def test_a_mask_selects_the_bodies_of_an_edit():
+    sim = tee_in_gas()
+    count, left = len(sim), sim.positions[:, 0] < 0.5
+    sim.tag(left, "left")
+    assert (sim.mask("left") == left).all() and 0 < left.sum() < count
+    sim.set_energy(2.0, left)
+    assert np.allclose(sim.energies[left], 2.0) and not np.allclose(sim.energies[~left], 2.0)
+    sim.remove(left)
+    assert len(sim) == count - left.sum() and not sim.mask("gas").all() | (sim.positions[:, 0] < 0.5).any()
+    with pytest.raises(ValueError, match=f"one entry for each of the {len(sim)} bodies, but has {count}"):
+        sim.remove(left)
+    with pytest.raises(TypeError, match="or a mask"):
+        sim.remove(np.zeros((2, 2), dtype=bool))
+    with pytest.raises(TypeError, match="`energy` must be an array"):
+        sim.set_energy("gas", 2.0)
+
+
+def test_a_simulation_says_how_to_keep_it_in_place_of_a_pickle():
+    with pytest.raises(TypeError, match="carom.load"):
+        pickle.dumps(gas())
+
+
+def test_a_molecule_is_given_to_an_entry_molecule_as_to_a_gas():
+    ell = carom.Molecule([(0, 0, 0.02, 1), (0.04, 0, 0.02, 1), (0, 0.04, 0.02, 2)])
+    entry = {"molecule": ell, "at": [0.5, 0.25], "tags": ["ell"]}
+    one, two = (carom.Simulation(carom.Scene(molecule=given)) for given in (entry, ell.at(0.5, 0.25, tags="ell")))
+    assert one.tags == two.tags and (state(one) == state(two)).all() and (one.masses == two.masses).all()
+
+
+def test_edits_are_made_whole_or_not_at_all():
+    sim = tee_in_gas()
+    sim.run(until=0.3)
+    before = state(sim)
+    free = carom.Molecule.disc(0.001)
+    with pytest.raises(carom.EditError, match="body 5 is not, or no longer"):
+        sim.remove([5, 6, 5])
+    with pytest.raises(carom.EditError, match="overlap"):
+        sim.add(free, [sim.positions[4], sim.positions[4]])
+    with pytest.raises(carom.EditError):
+        sim.set_energy([1.0, -1.0], [4, 5])
+    assert (state(sim) == before).all()
+    new = sim.add(free, sim.positions[4:6] + [0.0, 0.0215], velocity=[[1, 0], [0, 1]], tags="new")
+    assert new.tolist() == sim.ids[-2:].tolist() and sim.tags[-1] == ("new",)
+    sim.remove("new")
+    sim.remove(np.arange(1, 11))
+    sim.set_energy(2.0, "gas")
+    assert len(sim) == 91 and np.allclose(sim.energies[sim.mask("gas")], 2.0)
+    sim.lock("tee")
+    assert sim.locked[0] and sim.angular_velocities[0] == 0
+    sim.unlock("tee")
+    sim.tag("tee", "target")
+    sim.untag("tee", "tee")
+    assert sim.tags[0] == ("target",)
+    sim.set_elasticity(0.8, pairs={("gas", "target"): 1.2, "target": 1.0})
+    before = sim.energy
+    sim.run(until=3)
+    assert sim.energy < before and sim.overlapping_pairs == 0
+
+
+def test_walls_are_added():
+    sim = gas(count=20)
+    wall = sim.add_wall(ends=[[0.1, 0.0], [0.1, 0.02]], tags="flap")
+    assert sim.fixed[-1] and sim.ids[-1] == wall
+    sim.run(until=2)
+    assert sim.overlapping_pairs == 0
+    with pytest.raises(carom.EditError):
+        sim.add_wall(x=0.1, y=0.2)
+
+
+def test_removed_bodies_do_not_break_their_measures():
+    sim = tee_in_gas()
+    kinds = ["directions", "drift", "projections", "running-average"]
+    found = [sim.measure(kind, of="tee", every=0.05) for kind in kinds]
+    found += [sim.measure(kind, every=0.05) for kind in ("correlation", "temperature", "velocities")]
+    sim.run(until=0.5)
+    sim.remove("tee")
+    sim.run(until=1.0)
+    assert all(entry.results is not None for entry in found)
+
+
+def test_saved_and_loaded_simulations_continue_with_the_same_bits(tmp_path):
+    sim = tee_in_gas()
+    shells = sim.measure("pair-distribution", of="gas", every=0.05)
+    sim.run(until=1)
+    sim.save(tmp_path / "checkpoint")
+    again = carom.load(tmp_path)
+    assert again.time == 1 and (state(again) == state(sim)).all()
+    for one in (sim, again):
+        one.run(until=2)
+    assert (state(again) == state(sim)).all()
+    assert again.measures[0].results == shells.results
+    copied = copy.deepcopy(sim)
+    sim.run(until=3)
+    copied.run(until=3)
+    assert (state(copied) == state(sim)).all()
+
+
+def test_damaged_files_are_refused(tmp_path):
+    sim = gas()
+    path = tmp_path / "checkpoint"
+    sim.save(path)
+    whole = path.read_bytes()
+    for at in (3, 17, 25, 40, len(whole) - 1):
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
+        with pytest.raises(carom.CheckpointError):
+            carom.load(path)
+    path.write_bytes(b"")
+    for bad in (path, tmp_path, tmp_path / "none"):
+        with pytest.raises(carom.CheckpointError):
+            carom.load(bad)
+    with pytest.raises(carom.CheckpointError):
+        sim.save(tmp_path / "no" / "folder")
+
+
+def test_calls_from_another_thread_while_running_are_refused():
+    sim = gas(count=500)
+    ended = []
+    thread = threading.Thread(target=lambda: ended.append(sim.run(until=20)))
+    thread.start()
+    refused = 0
+    tries = [
+        lambda: sim.positions,
+        lambda: sim.run(until=1),
+        lambda: sim.step(),
+        lambda: sim.remove([0]),
+        lambda: sim.measure("pressure"),
+        lambda: sim.save("nowhere"),
+        lambda: sim.copy(),
+        lambda: sim.show(),
+        lambda: len(sim),
+    ]
+    while thread.is_alive():
+        for call in tries:
+            try:
+                call()
+            except carom.BusyError:
+                refused += 1
+            except carom.CaromError:
+                pass
+            if not thread.is_alive():
+                break
+    thread.join()
+    assert refused > 3
+
+
+@pytest.fixture
+def ctrl_c():
+    """Python's handler, which a shell takes away from a program in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_stops_a_run_that_can_be_continued(ctrl_c):
+    sim = gas(count=400)
+    timer = threading.Timer(0.4, lambda: signal.raise_signal(signal.SIGINT))
+    timer.start()
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        sim.run(until=1e9)
+    assert time.monotonic() - begun < 10
+    stopped = sim.time
+    assert 0 < stopped < 1e9 and sim.overlapping_pairs == 0
+    sim.run(until=stopped + 0.01)
+
+
+@pytest.mark.parametrize("call", ["step", "collisions", "run"])
+def test_ctrl_c_stops_a_single_fast_body(ctrl_c, call):
+    sim = carom.Simulation(carom.Scene())
+    sim.add(carom.Molecule.disc(0.1), [0.5, 0.5], velocity=[1e6, 1.0])
+    if call == "run":
+        sim.on_collision()(print)
+    timer = threading.Timer(0.3, lambda: signal.raise_signal(signal.SIGINT))
+    timer.start()
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        getattr(sim, call)(until=1e6)
+    assert time.monotonic() - begun < 10
+
+
+def test_ctrl_c_stops_replicas(ctrl_c):
+    timer = threading.Timer(0.4, lambda: signal.raise_signal(signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        carom.replicas(carom.Scene(gas=GAS, run={"until": 1e6}), 3)
+
+
+def test_first_contacts_are_those_of_planted_answers():
+    disc, tee = carom.Molecule.disc(0.5), carom.Molecule.tee(0.5)
+    found = carom.first_contact(disc, disc, [3, 0], [[-1, 0], [-2, 0], [1, 0]])
+    assert found.time.tolist() == [2.0, 1.0, np.inf]
+    assert found.atoms.tolist() == [[0, 0], [0, 0], [-1, -1]] and found.is_decided.all()
+    assert np.isinf(carom.first_contact(disc, disc, [3, 0], [-1, 0], until=1.9).time)
+    # A disc at rest is met by the tip of a turning rod of four atoms after a quarter turn.
+    rod = carom.Molecule.rod(4, radius=0.5)
+    tip = carom.first_contact(rod, disc, [0, 2.5], [0, 0], angular_velocities=[1, 0], until=10)
+    assert abs(tip.time - np.pi / 2) < 1e-6 and tip.atoms.tolist() == [3, 0]
+    many = carom.first_contact(tee, disc, np.ones((5, 1, 2)) * 4, np.ones((1, 7, 2)) * -1.0)
+    assert many.time.shape == (5, 7) and many.atoms.shape == (5, 7, 2)
+
+
+def test_scenes_molecules_and_results_pickle():
+    scene = carom.Scene(gas={**GAS, "count": 20}, run={"until": 1, "sample_interval": 0.1})
+    results = carom.run(scene, measures=["velocities:gas"])
+    for value in (scene, results, results["velocities-gas"].results, carom.Molecule.tee(0.1),
+                  carom.Molecule([(0, 0, 1, 1), (1, 0, 1, 2)])):
+        assert pickle.loads(pickle.dumps(value)) == value
+    table = pickle.loads(pickle.dumps(results["velocities-gas"]))
+    for column in table:
+        assert np.array_equal(table[column], results["velocities-gas"][column], equal_nan=True)

@@ -1,0 +1,314 @@
+"""Any argument, right or wrong, gives a result or a Python exception: no panic, no crash."""
+
+import copy
+import os
+import pathlib
+
+import carom
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings, strategies as st
+from hypothesis.extra import numpy as hnp
+
+# With CAROM_EXAMPLES, this number of other cases is drawn for each test.
+MORE = os.environ.get("CAROM_EXAMPLES")
+settings.register_profile("carom", deadline=None, max_examples=int(MORE or 60), derandomize=MORE is None,
+                          suppress_health_check=list(HealthCheck), database=None)
+settings.load_profile("carom")
+
+# What a wrong argument may raise. A panic of the compiled part is a BaseException.
+ORDERLY = (carom.CaromError, TypeError, ValueError, OverflowError, KeyError, AttributeError,
+           RecursionError, OSError, IndexError)
+
+numbers = st.one_of(
+    st.floats(allow_nan=True, allow_infinity=True),
+    st.integers(-(2**70), 2**70),
+    st.sampled_from([0.0, -0.0, 5e-324, 1e-60, 1e-61, 1e60, 1e61, 1.7e308, -1.0, 1.0, 0.5, np.nan]),
+)
+small = st.floats(-2, 2, allow_nan=False)
+words = st.one_of(st.text(max_size=12), st.sampled_from(["gas", "tee", "", "\0", "\ud800", "a,b", "pressure"]))
+objects = st.one_of(st.none(), st.booleans(), numbers, words, st.binary(max_size=4), st.complex_numbers(),
+                    st.lists(numbers, max_size=4), st.just(object()), st.just({}), st.just(Ellipsis))
+arrays = st.one_of(
+    objects,
+    hnp.arrays(st.sampled_from([np.float64, np.float32, np.int8, np.uint64, np.int64, bool, complex, "U3", object]),
+               hnp.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=4)),
+    hnp.arrays(np.float64, st.sampled_from([(2,), (3, 2), (0, 2), (2, 2)]), elements=small),
+    st.lists(st.tuples(small, small), max_size=3),
+)
+ids = st.one_of(objects, arrays, st.lists(st.integers(-1, 130), max_size=6), st.sampled_from(["gas", "tee", "x"]))
+json = st.recursive(objects, lambda inner: st.one_of(
+    st.lists(inner, max_size=3), st.dictionaries(words, inner, max_size=3)), max_leaves=8)
+
+
+def orderly(call, *arguments, **keywords):
+    try:
+        return call(*arguments, **keywords)
+    except ORDERLY:
+        return None
+
+
+def small_gas():
+    tee = carom.Molecule.tee(0.02).at(0.5, 0.5, tags="tee")
+    gas = {"radius": 0.02, "mass": 1.0, "energy": 1.0, "count": 30, "tags": ["gas"]}
+    return carom.Simulation(carom.Scene(molecule=tee, gas=gas, seed=1))
+
+
+BASE = small_gas()
+
+
+def fresh():
+    return copy.copy(BASE)
+
+
+def sound(sim):
+    """The simulation is still one: it runs on, and nothing overlaps."""
+    count = len(sim)
+    assert sim.positions.shape == (count, 2) and np.isfinite(sim.positions).all()
+    # A faster body would cross the box for years.
+    if np.abs(sim.velocities).max(initial=0) < 1e3 and np.abs(sim.angular_velocities).max(initial=0) < 1e3:
+        orderly(sim.run, sim.time + 0.01)
+    assert sim.overlapping_pairs == 0
+
+
+@given(json)
+def test_scene_of_anything(source):
+    scene = orderly(carom.Scene, source)
+    if scene is not None:
+        scene.to_toml(), repr(scene), scene.tables, hash(scene)
+
+
+@given(st.dictionaries(st.sampled_from(["box", "seed", "replica", "gas", "molecule", "bumper", "wall", "start",
+                                        "elasticity", "method", "run", "stage", "measure"]), json, max_size=3))
+def test_scene_of_any_keywords(keywords):
+    orderly(carom.Scene, **keywords)
+
+
+@given(st.dictionaries(st.sampled_from(["radius", "mass", "energy", "temperature", "area_fraction", "tags", "shape",
+                                        "scale", "velocities", "rotation", "molecule", "atoms"]), json, max_size=5),
+       st.integers(-3, 60))
+def test_gas_of_any_entries(entries, count):
+    base = {"radius": 0.01, "mass": 1.0, "energy": 1.0, "count": count}
+    scene = orderly(carom.Scene, gas={**base, **entries})
+    if scene is not None:
+        sim = orderly(carom.Simulation, scene)
+        if sim is not None:
+            sound(sim)
+
+
+@given(objects, objects, objects, objects)
+def test_simulation_of_anything(scene, detector, scheduler, threads):
+    orderly(carom.Simulation, scene, detector=detector, scheduler=scheduler, threads=threads)
+    gas = {"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 4}]}
+    orderly(carom.Simulation, gas, detector=detector)
+    orderly(carom.Simulation, gas, scheduler=scheduler)
+
+
+@given(arrays)
+def test_molecule_of_anything(atoms):
+    molecule = orderly(carom.Molecule, atoms)
+    if molecule is not None:
+        assert molecule.mass > 0 and len(molecule) > 0 and repr(molecule)
+
+
+@given(st.lists(st.tuples(small, small, st.floats(1e-3, 2), st.floats(1e-3, 2)), min_size=1, max_size=5), numbers,
+       numbers)
+def test_outlines_of_any_molecule(atoms, probe, area):
+    molecule = orderly(carom.Molecule, atoms)
+    if molecule is not None:
+        for method in (molecule.exposed_arcs, molecule.exposed_perimeter, molecule.excluded_area,
+                       molecule.atom_shares, molecule.svg):
+            orderly(method, probe)
+        orderly(molecule.mean_free_path, area, probe)
+        # Atoms may be so close that rounding makes them coincide.
+        again = orderly(carom.Molecule, molecule.atoms.tolist())
+        assert again is None or np.allclose(again.atoms, molecule.atoms, atol=1e-12)
+
+
+@given(st.sampled_from(["disc", "dumbbell", "cross", "tee"]), objects, objects, st.one_of(objects, st.integers()))
+def test_named_molecules_of_anything(shape, radius, mass, count):
+    orderly(getattr(carom.Molecule, shape), radius, mass=mass)
+    orderly(carom.Molecule.rod, count, radius=radius, mass=mass)
+    orderly(carom.Molecule.ring, count, radius=radius)
+
+
+@given(arrays, arrays, arrays, arrays, arrays, objects)
+def test_first_contact_of_anything(separation, velocity, angles, spins, until, detector):
+    disc, tee = carom.Molecule.disc(0.5), carom.Molecule.tee(0.5)
+    orderly(carom.first_contact, disc, tee, separation, velocity, angles=angles, angular_velocities=spins)
+    orderly(carom.first_contact, disc, tee, [3, 0], velocity, until=until)
+    orderly(carom.first_contact, disc, tee, separation, [1, 0], detector=detector)
+    orderly(carom.first_contact, separation, tee, [3, 0], [1, 0])
+
+
+@given(st.tuples(numbers, numbers), st.tuples(numbers, numbers), st.tuples(numbers, numbers),
+       st.tuples(numbers, numbers), numbers)
+def test_first_contact_of_any_numbers(separation, velocity, angles, spins, until):
+    rod = carom.Molecule.rod(3, radius=0.5)
+    found = orderly(carom.first_contact, rod, rod, separation, velocity, angles=angles,
+                    angular_velocities=spins, until=until)
+    if found is not None:
+        assert found.time >= 0
+
+
+@given(objects)
+def test_run_until_anything(until):
+    if isinstance(until, (int, float, np.floating)) and not isinstance(until, bool) and 1e4 < abs(until) < np.inf:
+        return  # It would take years.
+    sim = fresh()
+    orderly(sim.run, until)
+    orderly(sim.step, until)
+    orderly(sim.collisions, until)
+    sound(sim)
+
+
+@given(objects, objects)
+def test_subscriptions_of_anything(between, callback):
+    sim = fresh()
+    orderly(sim.collisions, 0.05, between=between)
+    decorate = orderly(sim.on_collision, between=between)
+    if decorate is not None:
+        orderly(decorate, callback)
+        orderly(sim.run, 0.1)
+
+
+@given(st.one_of(words, st.sampled_from(sorted(carom.measures()))), objects, objects, objects,
+       st.dictionaries(st.sampled_from(["bins", "max", "interval", "every", "shells", "x", "tau"]), objects, max_size=2))
+def test_measures_of_anything(kind, of, every, name, parameters):
+    sim = fresh()
+    every = every if isinstance(every, float) and (not every > 0 or every > 1e-3) else 0.05
+    parameters = {key: value for key, value in parameters.items() if key != "every"}
+    for bodies in (of, "tee", "gas", None):
+        measure = orderly(sim.measure, kind, bodies, every=every, name=name, **parameters)
+        if measure is not None:
+            sim.run(until=0.2)
+            measure.results, measure.tables, measure._repr_html_()
+            measure.stop()
+    sound(sim)
+
+
+@given(ids, arrays)
+def test_edits_of_anything(which, energy):
+    sim = fresh()
+    for call in (sim.lock, sim.unlock, sim.remove):
+        orderly(call, which)
+    orderly(sim.set_energy, energy, which)
+    orderly(sim.set_energy, 1.0, which)
+    orderly(sim.tag, which, "x")
+    orderly(sim.untag, which, "x")
+    sound(sim)
+
+
+@given(arrays, arrays, arrays, arrays, objects, st.booleans(), st.booleans())
+def test_added_bodies_of_anything(at, angle, velocity, spin, tags, locked, fixed):
+    sim = fresh()
+    disc, tee = carom.Molecule.disc(0.001), carom.Molecule.tee(0.001)
+    orderly(sim.add, disc, at)
+    orderly(sim.add, tee, [0.111, 0.222], angle=angle, locked=locked, fixed=fixed)
+    orderly(sim.add, tee, [[0.811, 0.222]], velocity=velocity, angular_velocity=spin, tags=tags)
+    orderly(sim.add, at, [0.1, 0.1])
+    sound(sim)
+
+
+@given(objects, objects, arrays, objects, objects, objects)
+def test_walls_of_anything(x, y, ends, radius, temperature, tags):
+    sim = carom.Simulation(carom.Scene())
+    orderly(sim.add_wall, x=x, y=y)
+    orderly(sim.add_wall, ends=ends, radius=radius)
+    orderly(sim.add_wall, x=0.5, temperature=temperature, tags=tags)
+
+
+@given(objects, objects, json)
+def test_elasticities_of_anything(default, contact_time, pairs):
+    sim = fresh()
+    orderly(sim.set_elasticity, default)
+    orderly(sim.set_elasticity, 0.9, contact_time=contact_time, pairs=pairs)
+    orderly(sim.run, 0.05)
+
+
+@given(objects)
+def test_files_of_anything(path):
+    if isinstance(path, str):
+        path = f"/no/such/{path}"
+    if isinstance(path, int) and not isinstance(path, bool):
+        return
+    for call in (carom.load, carom.open_run, carom.Scene.from_file, fresh().save):
+        orderly(call, path)
+
+
+@given(st.binary(max_size=200))
+def test_bytes_are_no_results(data):
+    orderly(carom.Results, data)
+    orderly(carom._carom.merge_records, data, data)
+    orderly(carom._carom.table_pictures, data, "x")
+
+
+@given(st.data())
+def test_checkpoints_with_changed_bytes(tmp_path_factory, data):
+    path = pathlib.Path(tmp_path_factory.getbasetemp()) / "hostile"
+    sim = fresh()
+    sim.measure("pressure", every=0.01)
+    sim.save(path)
+    whole = bytearray(path.read_bytes())
+    for _ in range(data.draw(st.integers(1, 4))):
+        whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(bytes(whole[: data.draw(st.integers(0, len(whole)))]))
+    orderly(carom.load, path)
+
+
+@given(json, objects, json, objects, objects)
+def test_runs_of_anything(run, until, measures, n, processes):
+    if isinstance(until, (int, float)) and not 0 < until < 10:
+        until = -1.0
+    gas = {"radius": 0.02, "mass": 1, "energy": 1, "count": 5}
+    scene = orderly(carom.Scene, gas=gas, run=run)
+    if scene is not None and scene.tables["run"]["until"] < 10:
+        orderly(carom.run, scene)
+    plain = carom.Scene(gas=gas)
+    orderly(carom.run, plain, until=until, measures=measures)
+    orderly(carom.replicas, plain, n if not isinstance(n, int) or n < 4 else 2, processes=processes, until=0.1)
+
+
+@given(st.lists(st.tuples(st.sampled_from(["remove", "lock", "energy", "add", "tag", "run", "step", "measure", "save"]),
+                          st.integers(0, 40)), max_size=12))
+def test_any_order_of_calls(tmp_path_factory, calls):
+    """Deleted bodies, use after edit: what is refused changes nothing."""
+    path = pathlib.Path(tmp_path_factory.getbasetemp()) / "order"
+    sim = fresh()
+    found = []
+    for name, which in calls:
+        if name == "remove":
+            orderly(sim.remove, [which])
+        elif name == "lock":
+            orderly(sim.lock, [which])
+        elif name == "energy":
+            orderly(sim.set_energy, 0.1 + which, [which])
+        elif name == "add":
+            orderly(sim.add, carom.Molecule.tee(0.004), [which / 41, 0.37], tags="new")
+        elif name == "tag":
+            orderly(sim.tag, [which], f"t{which % 3}")
+        elif name == "run":
+            sim.run(sim.time + 0.002 * which)
+        elif name == "step":
+            sim.step()
+        elif name == "measure":
+            kind = sorted(carom.measures())[which % len(carom.measures())]
+            found.append(orderly(sim.measure, kind, ["tee", "gas", None][which % 3], every=0.01))
+        else:
+            sim.save(path)
+            assert (carom.load(path).positions == sim.positions).all()
+        for measure in found:
+            if measure is not None:
+                measure.results
+    sound(sim)
+
+
+def test_nested_and_endless_structures_are_refused():
+    endless = {}
+    endless["gas"] = endless
+    deep = {}
+    for _ in range(300):
+        deep = {"gas": [deep]}
+    for source in (endless, deep, {"gas": [[[[]]]]}, {1: 2}, {"box": {"sides": [10**400, 1]}}):
+        with pytest.raises(ORDERLY):
+            carom.Simulation(carom.Scene(source))

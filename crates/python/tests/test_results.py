@@ -1,0 +1,166 @@
+"""Measures, tables, merging, run folders: the same numbers as the command."""
+
+import concurrent.futures
+import json
+import multiprocessing
+import os
+import shutil
+import subprocess
+
+import carom
+import numpy as np
+import pytest
+
+GAS = {"radius": 0.02, "mass": 1.0, "temperature": 1.0, "velocities": "maxwell", "count": 150, "tags": ["gas"]}
+RUN = {"until": 2.0, "sample_interval": 0.05}
+
+
+def scene(**changes):
+    return carom.Scene(gas=GAS, run=RUN, seed=5).replaced(**changes)
+
+
+@pytest.fixture(scope="session")
+def command():
+    """The command `carom`, which CI builds before."""
+    found = os.environ.get("CAROM_COMMAND") or shutil.which("carom")
+    if not found:
+        pytest.skip("the command `carom` is not installed, and CAROM_COMMAND does not name it")
+    return found
+
+
+def run_command(command, scene, folder, *options):
+    file = folder.with_suffix(".toml")
+    file.write_text(scene.to_toml())
+    subprocess.run([command, "run", str(file), "--out", str(folder), *options], check=True, capture_output=True)
+
+
+def state(sim):
+    return np.column_stack([sim.positions, sim.velocities, sim.angles, sim.angular_velocities])
+
+
+def test_measures_of_a_simulation_are_those_of_a_run():
+    whole = carom.run(scene(), measures=["pressure", "velocities:gas", "pair-distribution:gas"])
+    sim = carom.Simulation(scene())
+    parts = [sim.measure("pressure"), sim.measure("velocities", "gas"), sim.measure("rdf", "gas")]
+    sim.run(until=2.0)
+    for part in parts:
+        for name, table in part.tables.items():
+            for column in table:
+                assert np.array_equal(table[column], whole[name][column], equal_nan=True), (name, column)
+        for name, figure in part.figures.items():
+            assert figure == whole.figures[name]
+
+
+def test_tables_have_units_errors_and_predictions():
+    table = carom.run(scene(), measures=["velocities:gas"])["speeds-gas"]
+    assert table.abscissa == "speed" and table.units["speed"] == "length/time"
+    assert set(table.predictions) == {"density"} and table.sources
+    error = table.errors["density"]
+    assert error.shape == (len(table),) and np.nanmax(error) > 0
+    array = table.to_numpy()
+    assert array.dtype.names == tuple(table) and np.array_equal(array["speed"], table["speed"])
+    with pytest.raises(ValueError):
+        table["density"][0] = 1.0
+    with pytest.raises(KeyError, match="columns"):
+        table["nothing"]
+    # The measured density agrees with Maxwell's within five standard errors nearly everywhere.
+    known = error > 0
+    off = np.abs(table["density"] - table.predictions["density"])[known] / error[known]
+    assert known.sum() > 10 and np.mean(off < 5) > 0.9
+
+
+def test_pandas_and_matplotlib_show_what_numpy_has():
+    pandas = pytest.importorskip("pandas")
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    table = carom.run(scene(), measures=["velocities:gas"])["speeds-gas"]
+    frame = table.to_pandas()
+    assert isinstance(frame, pandas.DataFrame) and list(frame) == list(table)
+    assert frame.attrs["units"] == table.units
+    ax = table.plot()
+    assert np.array_equal(ax.lines[0].get_ydata(), table["density"], equal_nan=True)
+    assert ax.get_xlabel() == "speed (length/time)" and ax.collections
+    assert table.svg()[0].count("<svg") == 1 and "<svg" in table._repr_html_()
+    for measure in carom.measures():
+        if measure in ("impulses", "events"):
+            continue
+        of = "tee" if measure in ("directions", "drift", "projections", "running-average", "contact-density") else None
+        tee = carom.Molecule.tee(0.02).at(0.5, 0.5, tags="tee")
+        sim = carom.Simulation(scene(molecule=tee, gas={**GAS, "count": 40}))
+        try:
+            found = sim.measure(measure, of, every=0.1)
+        except carom.MeasureError as error:
+            assert of is None or "no tag" in str(error), (measure, error)
+            continue
+        sim.run(until=1.0)
+        for table in found.tables.values():
+            if any(column.role == "abscissa" for column in table.columns.values()):
+                table.plot()
+                matplotlib.pyplot.close("all")
+        assert found.results._repr_html_()
+
+
+def test_replicas_merge_to_the_same_digits_in_any_order():
+    parts = [carom.run(scene(replica=index), measures=["pressure"]) for index in range(3)]
+    one = parts[0] + parts[1] + parts[2]
+    other = parts[2] + (parts[0] + parts[1])
+    by_threads = carom.replicas(scene(), 3, measures=["pressure"])
+    assert one == other == by_threads == sum(parts) and one.runs == [(5, 0), (5, 1), (5, 2)]
+    pressures = [part.figures["pressure"].value for part in parts]
+    assert min(pressures) < one.figures["pressure"].value < max(pressures)
+    with pytest.raises(carom.MeasureError, match="twice"):
+        one + parts[1]
+    with pytest.raises(carom.MeasureError, match="another run"):
+        one + carom.run(scene(seed=6, gas={**GAS, "count": 20}), measures=["pressure"])
+    tables = [carom.run(scene(replica=index), measures=["rdf" and "pair-distribution:gas"]) for index in (0, 1)]
+    merged = tables[0]["pair-distribution-gas"] + tables[1]["pair-distribution-gas"]
+    assert np.nanmean(merged.errors["g"]) < np.nanmean(tables[0]["pair-distribution-gas"].errors["g"]) * 1.1
+
+
+def test_replicas_run_in_other_processes():
+    context = multiprocessing.get_context("spawn")
+    with concurrent.futures.ProcessPoolExecutor(2, context) as pool:
+        found = carom.replicas(scene(), 2, measures=["pressure"], executor=pool)
+    assert found == carom.replicas(scene(), 2, measures=["pressure"], processes=1)
+
+
+def test_the_command_and_python_give_the_same_bits(command, tmp_path):
+    described = scene(
+        molecule=carom.Molecule.tee(0.02).at(0.5, 0.5, tags="tee"),
+        run={**RUN, "observe": ["pressure", "velocities:gas", "correlation:gas", "directions:tee"]},
+    )
+    folder = tmp_path / "run"
+    run_command(command, described, folder)
+    opened, found = carom.open_run(folder), carom.run(described)
+    assert opened == found and found.overlapping_pairs == 0 and found.energy_drift < 1e-11
+    sim = carom.Simulation(described)
+    sim.run(until=2.0)
+    ended = carom.load(folder)
+    assert ended.time == 2.0 and (state(ended) == state(sim)).all()
+    # The rows of the command's files are those of the tables.
+    rows = np.genfromtxt(folder / "velocities-gas.csv", delimiter=",", names=True)
+    for column in rows.dtype.names:
+        assert np.array_equal(rows[column], found["velocities-gas"][column], equal_nan=True)
+    summary = json.loads((folder / "summary.json").read_text())
+    pressure = next(entry for entry in summary["figures"] if entry["name"] == "pressure")
+    assert pressure["value"] == found.figures["pressure"].value
+
+
+def test_the_command_starts_from_a_saved_simulation(command, tmp_path):
+    sim = carom.Simulation(scene())
+    sim.run(until=1.0)
+    (tmp_path / "saved").mkdir()
+    sim.save(tmp_path / "saved" / "checkpoint")
+    rules = carom.Scene(run=RUN, seed=5)
+    run_command(command, rules, tmp_path / "next", "--from", str(tmp_path / "saved"))
+    sim.run(until=3.0)
+    ended = carom.load(tmp_path / "next")
+    assert ended.time == 2.0
+    distance = ended.positions - sim.positions
+    # The clock begins anew at 0, so that times differ by rounding.
+    assert np.abs(distance - np.round(distance)).max() < 1e-3
+
+
+def test_a_run_that_has_not_ended_is_refused_by_open_run(tmp_path):
+    with pytest.raises(carom.CheckpointError, match="no run that has ended"):
+        carom.open_run(tmp_path)
