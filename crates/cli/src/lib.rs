@@ -2,7 +2,13 @@
 //! contacts.
 
 use anyhow::Result;
-use carom_runs::{check, convert, detect, measures, merge, reference, run};
+use carom_experiments::{billiard, brownian, trade};
+use carom_runs::{
+    check,
+    console::{Console, Program},
+    convert, detect, measures, merge, reference, report, run,
+};
+use carom_sweeps::sweep;
 use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
@@ -16,6 +22,9 @@ pub struct Cli {
     /// The command.
     #[command(subcommand)]
     pub command: Command,
+    /// Progress, notes and results on the terminal.
+    #[command(flatten)]
+    pub console: Console,
 }
 
 /// The commands.
@@ -23,12 +32,24 @@ pub struct Cli {
 pub enum Command {
     /// Run a scene and write a folder with its series, snapshots and page
     Run(run::Options),
+    /// Turn every knob of detector and scheduler on a scene: time saved, and what goes wrong
+    Trade(trade::Options),
     /// Validate a scene; print its content and estimate the duration of its run
     Check(check::Options),
+    /// A molecule in a gas: directions of the impulses on it, and a verdict on every mean that
+    /// equilibrium sets to zero
+    Brownian(brownian::Options),
+    /// Test a molecule against integral geometry: mean free path and directions of the hits of a
+    /// disc around it, or of the molecule among discs
+    Billiard(billiard::Options),
     /// Find the first contacts of pairs of molecules, or draw how each detector finds one
     Detect(detect::Options),
-    /// Merge the runs of several replicas of a scene
+    /// Run a scene at many points of its parameters, with replicas, on all processors
+    Sweep(sweep::Options),
+    /// Merge the runs of several replicas of a scene, or the shards of a sweep
     Merge(merge::Options),
+    /// Write the page of a run folder again from its data
+    Report(report::Options),
     /// Write a trajectory as GSD (HOOMD) or as a LAMMPS dump
     Convert(convert::Options),
     /// List the quantities that a scene can measure, with their parameters
@@ -37,20 +58,36 @@ pub enum Command {
     Schema(reference::Options),
 }
 
-impl Cli {
-    /// Runs the command.
-    ///
-    /// # Errors
-    /// Invalid input, or a run that fails.
-    pub fn run(&self) -> Result<Verdict> {
+impl Program for Cli {
+    fn console(&self) -> Console {
+        self.console
+    }
+
+    fn run(&self) -> Result<Verdict> {
         match &self.command {
             Command::Run(options) => run::run(options),
+            Command::Trade(options) => trade::run(options),
             Command::Check(options) => check::run(options),
+            Command::Brownian(options) => brownian::run(options),
+            Command::Billiard(options) => billiard::run(options, ""),
             Command::Detect(options) => detect::run(options),
-            Command::Merge(options) => merge::run(options),
+            Command::Sweep(options) => sweep::run(options),
+            Command::Merge(options) => carom_sweeps::merge::run(options),
+            Command::Report(options) => report::run(options),
             Command::Convert(options) => convert::run(options),
             Command::Measures => Ok(measures::list()),
             Command::Schema(options) => reference::run(options),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_options_of_all_commands_fit_together() {
+        Cli::command().debug_assert();
     }
 }

@@ -3,8 +3,7 @@
 use std::process::ExitCode;
 
 use carom_cli::Cli;
-use clap::Parser as _;
 
 fn main() -> ExitCode {
-    carom_runs::exit::code(&Cli::parse().run())
+    carom_runs::console::main::<Cli>()
 }

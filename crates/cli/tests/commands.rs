@@ -27,10 +27,13 @@ fn a_scene_is_checked_and_run_and_its_folder_names_the_command() {
     assert!(check.status.success(), "{}", text(&check.stderr));
     let printed = text(&check.stdout);
     assert!(
-        printed.starts_with("scene.toml: valid\n") && printed.contains("60       gas: disc"),
+        printed.starts_with("scene.toml: valid\n") && printed.contains("  60      gas   disc"),
         "{printed}"
     );
     assert!(printed.contains("molecule of 5 atoms") && printed.contains("5 samples of energy"), "{printed}");
+    for words in ["Not paid for", "size ratio", "speed ratio", "an estimate: molecules", "checkpoint"] {
+        assert!(printed.contains(words), "{words}: {printed}");
+    }
     assert!(!root.path().join("out").exists(), "a check writes nothing");
 
     let run = carom(root.path(), &["run", "scene.toml", "--until", "0.3", "--out", "run"]);
@@ -46,6 +49,32 @@ fn a_scene_is_checked_and_run_and_its_folder_names_the_command() {
     assert!(read("report.html").contains("scene.toml"));
 }
 
+/// Ten billion bodies are counted, not placed; a run of them is refused at once.
+#[cfg(target_os = "linux")]
+#[test]
+fn more_bodies_than_the_memory_holds_are_refused_before_they_are_placed() {
+    let root = tempfile::tempdir().unwrap();
+    let gas = "[[gas]]\nradius = 1e-9\nmass = 1.0\nenergy = 1.0\ncount = 100000000\n";
+    fs::write(root.path().join("huge.toml"), gas.repeat(100)).unwrap();
+    let check = carom(root.path(), &["check", "huge.toml"]);
+    assert!(check.status.success(), "{}", text(&check.stderr));
+    let printed = text(&check.stdout);
+    for words in ["10000000000", "were not placed", "at least 2000 GB", "carom run refuses it"] {
+        assert!(printed.contains(words), "{words}: {printed}");
+    }
+    let run = carom(root.path(), &["run", "huge.toml", "--out", "out"]);
+    assert_eq!(run.status.code(), Some(2));
+    let said = text(&run.stderr);
+    assert!(said.contains("its 10000000000 bodies need at least 2000000000000 bytes"), "{said}");
+    assert!(!root.path().join("out").exists());
+    fs::write(root.path().join("more.toml"), gas.replace("100000000", "200000000")).unwrap();
+    let refused = carom(root.path(), &["check", "more.toml"]);
+    assert!(
+        text(&refused.stderr).contains("gas[0]")
+            && text(&refused.stderr).contains("but 200000000 are wanted")
+    );
+}
+
 #[test]
 fn a_method_that_is_not_exact_is_named_everywhere_and_is_part_of_the_run() {
     let root = tempfile::tempdir().unwrap();
@@ -53,6 +82,7 @@ fn a_method_that_is_not_exact_is_named_everywhere_and_is_part_of_the_run() {
     fs::write(root.path().join("scene.toml"), scene).unwrap();
     let check = carom(root.path(), &["check", "scene.toml"]);
     assert!(text(&check.stdout).contains("NOT EXACT"), "{}", text(&check.stdout));
+    assert!(text(&check.stdout).contains("not measured; `carom trade SCENE` measures it"));
     let run = carom(root.path(), &["run", "scene.toml", "--out", "run"]);
     assert!(run.status.success(), "{}", text(&run.stderr));
     let read = |name: &str| fs::read_to_string(root.path().join("run").join(name)).unwrap();
