@@ -12,7 +12,7 @@ use carom::{
     engine::{AtomSpec, MoleculeSpec},
 };
 use carom_runs::run::SceneFile;
-use carom_sweeps::Study;
+use carom_sweeps::{Size, Study};
 use clap::Args;
 use serde::Deserialize;
 

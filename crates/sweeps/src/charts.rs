@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn the_second_key_gives_curves_and_the_third_charts() {
-        let study = Study::parse(STUDY, Path::new(""), Size::default()).unwrap();
+        let study = Study::parse(STUDY, Path::new(""), crate::Size::default()).unwrap();
         let result = |(index, point): (usize, &crate::point::Point)| PointResults {
             point: point.key,
             label: point.label.clone(),

@@ -81,7 +81,7 @@ mod tests {
         let text = format!(
             "{values}\n[[scene.gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 50\n[scene.run]\nuntil = 2.0"
         );
-        let study = Study::parse(&text, Path::new(""), Size::default()).unwrap();
+        let study = Study::parse(&text, Path::new(""), crate::Size::default()).unwrap();
         study.points.iter().map(|point| of_replica(point).unwrap()).collect()
     }
 
@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn impossible_points_are_refused_before_anything_runs() {
         let text = "[[vary]]\nkey = \"gas.0.count\"\nvalues = [5000]\n[[scene.gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0";
-        let study = Study::parse(text, Path::new(""), Size::default()).unwrap();
+        let study = Study::parse(text, Path::new(""), crate::Size::default()).unwrap();
         let error = format!("{:#}", of_replica(&study.points[0]).unwrap_err());
         assert!(error.contains("point gas.0.count = 5000"), "{error}");
     }

@@ -63,8 +63,7 @@ pub struct Expect {
     pub source: Option<String>,
 }
 
-// Serde passes a reference.
-#[expect(clippy::trivially_copy_pass_by_ref)]
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
@@ -246,14 +245,18 @@ impl Expect {
         let at = self.at.unwrap_or(f64::NAN);
         let found = tables.iter().find(|table| table.name == name);
         let names = tables.iter().map(|table| table.name.as_str());
-        let table = found.with_context(|| format!("no table is called {name}{}", did_you_mean(name, names)))?;
+        let table =
+            found.with_context(|| format!("no table is called {name}{}", did_you_mean(name, names)))?;
         let names = table.columns.iter().map(|column| column.name.as_str());
         let place = table.columns.iter().position(|column| column.name == wanted);
-        let place = place
-            .with_context(|| format!("the table {name} has no column {wanted}{}", did_you_mean(wanted, names)))?;
+        let place = place.with_context(|| {
+            format!("the table {name} has no column {wanted}{}", did_you_mean(wanted, names))
+        })?;
         let (column, abscissa) = (&table.columns[place], &table.columns[0]);
-        let rows: Vec<(f64, usize)> = abscissa.values.iter().enumerate().filter_map(|(row, x)| Some(((*x)?, row))).collect();
-        let rows: Vec<(f64, usize)> = rows.into_iter().filter(|&(_, row)| column.values[row].is_some()).collect();
+        let rows: Vec<(f64, usize)> =
+            abscissa.values.iter().enumerate().filter_map(|(row, x)| Some(((*x)?, row))).collect();
+        let rows: Vec<(f64, usize)> =
+            rows.into_iter().filter(|&(_, row)| column.values[row].is_some()).collect();
         let after = rows.iter().position(|&(x, _)| x >= at * (1.0 - 1e-9) - f64::MIN_POSITIVE);
         let outside = || format!("the table {name} has no {wanted} at {} {at}", abscissa.name);
         let after = after.with_context(outside)?;
@@ -283,9 +286,11 @@ impl Expect {
 /// The figure of this name, or of this name without its numbers.
 fn of_figure(name: &str, figures: &[Figure]) -> Result<Measured> {
     let exact = figures.iter().find(|figure| figure.name == name);
-    let found = exact.or_else(|| figures.iter().find(|figure| without_numbers(&figure.name) == without_numbers(name)));
+    let found = exact
+        .or_else(|| figures.iter().find(|figure| without_numbers(&figure.name) == without_numbers(name)));
     let names = || figures.iter().map(|figure| figure.name.as_str());
-    let figure = found.with_context(|| format!("no figure is called {name}{}", did_you_mean(name, names())))?;
+    let figure =
+        found.with_context(|| format!("no figure is called {name}{}", did_you_mean(name, names())))?;
     Ok(Measured {
         name: figure.name.clone(),
         unit: figure.unit.clone(),
@@ -343,8 +348,12 @@ mod tests {
         assert!(passes("figure = \"pressure\"\nvalue = 2.1\nstandard_errors = 0\nabsolute = 0.11"));
         assert!(!passes("figure = \"pressure\"\nvalue = 2.1"));
         assert!(passes("figure = \"pressure\"\nvalues = [1.99, 7.0]"));
-        assert!(passes("figure = \"pressure\"\nabove = 1.95") && !passes("figure = \"pressure\"\nabove = 1.97"));
-        assert!(passes("figure = \"pressure\"\nbelow = 2.05") && !passes("figure = \"pressure\"\nbelow = 2.0"));
+        assert!(
+            passes("figure = \"pressure\"\nabove = 1.95") && !passes("figure = \"pressure\"\nabove = 1.97")
+        );
+        assert!(
+            passes("figure = \"pressure\"\nbelow = 2.05") && !passes("figure = \"pressure\"\nbelow = 2.0")
+        );
         // Numbers that depend on the data may be left out; without a prediction nothing is equal.
         let lags = "figure = \"diffusion coefficient, from lags … to …\"\n";
         assert!(passes(&format!("{lags}value = 0.3")) && !passes(lags));
@@ -357,7 +366,9 @@ mod tests {
             expect(&text).answer(0, &[], &tables())
         };
         let half = at(1.5);
-        assert!((half.value - 12.5).abs() < 1e-12 && half.expected == "12.25" && half.source.contains("Galilei"));
+        assert!(
+            (half.value - 12.5).abs() < 1e-12 && half.expected == "12.25" && half.source.contains("Galilei")
+        );
         assert!((half.standard_error.unwrap() - 0.2).abs() < 1e-12 && half.passed);
         assert_eq!((at(1.0).value, at(0.0).value, at(2.0).value), (5.0, 0.0, 20.0));
         assert!(!at(2.5).passed && at(2.5).quantity.contains("no distance at time 2.5"));

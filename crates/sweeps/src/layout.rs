@@ -23,7 +23,7 @@ use crate::{
     point::{Key, Point},
     shard::{Shard, Work},
     stored::{self, Found},
-    study::Study,
+    study::{Size, Study},
 };
 
 /// Names of files.

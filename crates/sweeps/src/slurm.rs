@@ -20,7 +20,7 @@ use carom_runs::{
 };
 use clap::Args;
 
-use crate::study::Study;
+use crate::study::{Size, Study};
 
 /// The files in the folder of a job.
 const INPUT: &str = "input.toml";

@@ -177,7 +177,8 @@ impl Study {
     fn cells(&self, point: usize) -> Vec<(String, Vec<Value>)> {
         let of_entry = |(entry, vary): (usize, &Vary)| {
             let setting = self.setting(point, entry);
-            let values = vary.keys.iter().cloned().zip(vary.settings[setting].iter().map(|v| vec![v.clone()]));
+            let values =
+                vary.keys.iter().cloned().zip(vary.settings[setting].iter().map(|v| vec![v.clone()]));
             let name = vary.names.as_ref().map(|names| Value::String(names[setting].clone()));
             let named = name.map(|name| (vary.columns().concat(), vec![name]));
             values.chain(named).collect::<Vec<_>>()
@@ -399,7 +400,10 @@ mod tests {
             let error = format!("{:#}", study(head).unwrap_err());
             assert!(error.contains(expected), "{head}: {error}");
         }
-        let error = format!("{:#}", Study::parse("scene = \"no.toml\"", Path::new("a"), Size::default()).unwrap_err());
+        let error = format!(
+            "{:#}",
+            Study::parse("scene = \"no.toml\"", Path::new("a"), Size::default()).unwrap_err()
+        );
         assert!(error.contains("a/no.toml"), "{error}");
         let text = format!("replicas = 2\n{}", SCENE.replace("scene.", ""));
         let error = format!("{:#}", Study::parse(&text, Path::new(""), Size::default()).unwrap_err());

@@ -10,7 +10,7 @@ use std::{
 use anyhow::Result;
 use carom_runs::interruption::Signals;
 use carom_runs::run::record;
-use carom_sweeps::{Study, merge, sweep};
+use carom_sweeps::{Size, Study, merge, sweep};
 use clap::{Args, Parser};
 
 const STUDY: &str = r#"

@@ -47,7 +47,8 @@ pub fn run(options: &Options) -> Result<Verdict> {
 
 /// The scene of the study.
 fn scene() -> Result<Scene> {
-    let study = Study::parse(STUDY, Path::new(""), Size::default()).context("studies/billiard.toml")?;
+    let study =
+        Study::parse(STUDY, Path::new(""), carom_sweeps::Size::default()).context("studies/billiard.toml")?;
     let point = study.points.into_iter().next().context("studies/billiard.toml has no point")?;
     Ok(point.scene)
 }

@@ -23,7 +23,7 @@ const STUDY: &str = include_str!("../../studies/brownian.toml");
 /// # Errors
 /// The study is invalid.
 pub fn setting(case: Case, size: Size) -> Result<Setting> {
-    let study = Study::parse(STUDY, Path::new(""), Size::default())?;
+    let study = Study::parse(STUDY, Path::new(""), carom_sweeps::Size::default())?;
     let name = format!("{}-{}", case.name(), size.name());
     let settings = settings_of(&study, |_| Ok(0))?;
     let found = settings.into_iter().find(|setting| setting.name == name);

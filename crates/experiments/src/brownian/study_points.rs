@@ -76,7 +76,7 @@ mod tests {
                          [scene.run]\nuntil = 4.0\nsample_interval = 0.5\nmeasure_from = 1.0\n";
 
     fn settings(text: &str) -> Result<Vec<Setting>> {
-        settings_of(&Study::parse(text, Path::new(""), Size::default())?, |_| Ok(0))
+        settings_of(&Study::parse(text, Path::new(""), carom_sweeps::Size::default())?, |_| Ok(0))
     }
 
     #[test]
