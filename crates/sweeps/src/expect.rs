@@ -7,7 +7,7 @@ use carom_tables::{Check, Figure, Role, Table};
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use crate::table::without_numbers;
+use crate::figure_name::without_numbers;
 
 /// Standard errors by which a quantity may differ if nothing else is given: of 1000 quantities, one
 /// in 16 sweeps exceeds it by chance.

@@ -33,6 +33,7 @@
 mod charts;
 pub mod cost;
 pub mod expect;
+mod figure_name;
 mod hash;
 pub mod layout;
 pub mod merge;

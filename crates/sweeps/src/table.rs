@@ -5,7 +5,7 @@ use carom_report::page::{named, with_error};
 use carom_runs::output::Folder;
 use carom_tables::Figure;
 
-use crate::{point::short, results::PointResults, study::Study, vary::Vary};
+use crate::{figure_name::without_numbers, point::short, results::PointResults, study::Study, vary::Vary};
 
 /// Name of the file.
 pub const TABLE: &str = "table.csv";
@@ -66,15 +66,6 @@ fn pattern(point: &PointResults, figure: &Figure) -> String {
     let pattern = without_numbers(&figure.name);
     let same = point.figures.iter().filter(|other| without_numbers(&other.name) == pattern);
     if same.count() > 1 { figure.name.clone() } else { pattern }
-}
-
-/// A name without its numbers, such as lags, which depend on the data.
-pub fn without_numbers(name: &str) -> String {
-    let word = |word: &str| {
-        let end = word.trim_end_matches(',');
-        if end.parse::<f64>().is_ok() { word.replacen(end, "…", 1) } else { word.to_owned() }
-    };
-    name.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
 
 /// Writes `table.csv`: the varied keys, the number of replicas, and each figure with its standard
