@@ -94,23 +94,29 @@ fn expectations(page: &mut Page, study: &Study, points: &[PointResults]) {
     let row = |&(point, answer): &(&PointResults, &Answer)| {
         let result = if answer.passed { "as expected" } else { "NOT AS EXPECTED" };
         let bound = answer.expected.starts_with(['<', '>']);
-        let allowed = if bound { "–".to_owned() } else { with_error(answer.allowed, None) };
+        let allowed = if bound { "–".to_owned() } else { two_digits(answer.allowed) };
+        // The result stands first: a narrow screen shows the first columns.
         vec![
+            result.to_owned(),
             point.label.split(", ").map(short).collect::<Vec<_>>().join(", "),
             named(&answer.quantity, &answer.unit),
             with_error(answer.value, answer.standard_error),
             answer.rounded(),
             allowed,
-            result.to_owned(),
             answer.source.clone(),
         ]
     };
-    let header = ["point", "quantity", "measured", "expected", "may differ by", "result", "source"];
+    let header = ["result", "point", "quantity", "measured", "expected", "may differ by", "source"];
     page.heading("Expectations");
     page.table(&header, &answers.iter().map(row).collect::<Vec<_>>());
     if untested > 0 {
         page.paragraph(&format!("{untested} more are not tested: their points have no replicas yet."));
     }
+}
+
+/// A tolerance with two digits.
+fn two_digits(tolerance: f64) -> String {
+    with_error(format!("{tolerance:.1e}").parse().unwrap_or(tolerance), None)
 }
 
 /// What was varied.
