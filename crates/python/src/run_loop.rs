@@ -197,7 +197,15 @@ impl State {
         Ok(Ended::Early)
     }
 
-    /// Informs the measures of an edit.
+    /// Ends the present part of the intervals of all measures, before an edit.
+    pub fn pause(&mut self) {
+        let view = self.simulation.view();
+        for tracked in &mut self.watching.measures {
+            tracked.measure.pause(&view);
+        }
+    }
+
+    /// Continues all measures after an edit.
     pub fn edited(&mut self) {
         let view = self.simulation.view();
         for tracked in &mut self.watching.measures {

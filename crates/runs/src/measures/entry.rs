@@ -183,6 +183,12 @@ impl Observer for Entry {
         }
     }
 
+    fn pause(&mut self, view: &View<'_>) {
+        if self.is_open() {
+            self.measure.pause(view);
+        }
+    }
+
     fn collision(&mut self, report: &CollisionReport<'_>) {
         self.measure.collision(report);
     }

@@ -215,6 +215,10 @@ impl<M: Measured> Observer for InBlocks<M> {
         self.measured.start(view);
     }
 
+    fn pause(&mut self, view: &View<'_>) {
+        self.measured.pause(view);
+    }
+
     fn collision(&mut self, report: &CollisionReport<'_>) {
         self.measured.collision(report);
     }

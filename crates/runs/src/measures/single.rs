@@ -103,6 +103,10 @@ impl Observer for SingleMeasure {
         self.entry.start(view);
     }
 
+    fn pause(&mut self, view: &View<'_>) {
+        self.entry.pause(view);
+    }
+
     fn collision(&mut self, report: &CollisionReport<'_>) {
         // Other observers of the run may have requested this report.
         if self.watches(report.sides.each_ref().map(|side| side.body)) {
