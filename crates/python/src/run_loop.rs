@@ -61,7 +61,7 @@ impl Tracked {
 /// All that observes a run.
 #[derive(Default)]
 pub struct Watching {
-    /// The measures, in the order in which they were asked for.
+    /// The measures, in the order of the calls that added them.
     pub measures: Vec<Tracked>,
     /// Collisions for Python.
     pub rows: Rows,
@@ -116,7 +116,7 @@ pub struct State {
 pub enum Ended {
     /// At the end of the run.
     AtEnd,
-    /// After a collision that was asked for.
+    /// After a collision that was requested.
     AtCollision,
     /// Earlier: the run goes on.
     Early,
