@@ -45,7 +45,7 @@ pub struct Options {
     /// Number of replicas of each point, instead of that of the study
     #[arg(long)]
     pub replicas: Option<u64>,
-    /// The short form of the study, from its table [quick]
+    /// The short form of the study, from its table `quick`
     #[arg(long)]
     pub quick: bool,
     /// Number of threads; default: one for each processor
