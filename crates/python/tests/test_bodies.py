@@ -235,6 +235,7 @@ def test_saved_and_loaded_simulations_continue_with_the_same_bits(tmp_path):
         one.run(until=2)
     assert (state(again) == state(sim)).all()
     assert again.measures[0].results == shells.results
+    assert again.measures[0].kind == shells.kind == "pair-distribution"
     copied = copy.deepcopy(sim)
     sim.run(until=3)
     copied.run(until=3)
@@ -321,6 +322,16 @@ def test_ctrl_c_stops_a_single_fast_body(ctrl_c, call):
     begun = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         getattr(sim, call)(until=1e6)
+    assert time.monotonic() - begun < 10
+
+
+def test_ctrl_c_stops_a_search_for_contacts(ctrl_c):
+    tee, places = carom.Molecule.tee(0.5), np.full((3_000_000, 2), 40.0)
+    timer = threading.Timer(1.0, lambda: signal.raise_signal(signal.SIGINT))
+    timer.start()
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        carom.first_contact(tee, tee, places, [-1.0, -1.0], angular_velocities=[1.0, 2.0])
     assert time.monotonic() - begun < 10
 
 

@@ -48,7 +48,10 @@ class Collision:
 
     Examples
     --------
+    Examples of the members continue from this one.
+
     >>> import carom
+    >>> import numpy as np
     >>> scene = carom.Scene(gas={"radius": 0.05, "mass": 1, "energy": 1, "count": 20})
     >>> sim = carom.Simulation(scene)
     >>> hit = sim.step()
@@ -66,39 +69,84 @@ class Collision:
 
     @property
     def time(self) -> float:
-        """Time of the collision."""
+        """Time of the collision.
+
+        Examples
+        --------
+        >>> hit.time > 0
+        True
+        """
         return float(self._row["time"])
 
     @property
     def ids(self) -> tuple[int, int]:
-        """Numbers of the bodies."""
+        """Numbers of the bodies.
+
+        Examples
+        --------
+        >>> first, second = hit.ids
+        >>> first < second < len(sim)
+        True
+        """
         first, second = self._row["ids"].tolist()
         return first, second
 
     @property
     def atoms(self) -> tuple[int, int]:
-        """Indices of the atoms that touched; −1 for the face of a wall."""
+        """Indices of the atoms that touched; −1 for the face of a wall.
+
+        Examples
+        --------
+        >>> hit.atoms
+        (0, 0)
+        """
         first, second = self._row["atoms"].tolist()
         return first, second
 
     @property
     def impulse(self) -> NDArray[np.float64]:
-        """Impulse on the second body; the first receives its opposite (mass · length / time)."""
+        """Impulse on the second body; the first receives its opposite (mass · length / time).
+
+        Examples
+        --------
+        >>> hit.impulse.shape
+        (2,)
+        """
         return self._vector("impulse")
 
     @property
     def point(self) -> NDArray[np.float64]:
-        """Point of contact, in the image of the first body (length)."""
+        """Point of contact, in the image of the first body (length).
+
+        Examples
+        --------
+        >>> radius = sim.radii[hit.ids[0]]
+        >>> distance = np.linalg.norm(hit.point - hit.positions[0])
+        >>> bool(abs(distance - radius) < 1e-12)
+        True
+        """
         return self._vector("point")
 
     @property
     def normal(self) -> NDArray[np.float64]:
-        """Unit vector from the first body to the second at the point of contact."""
+        """Unit vector from the first body to the second at the point of contact.
+
+        Examples
+        --------
+        >>> bool(abs(np.linalg.norm(hit.normal) - 1) < 1e-12)
+        True
+        """
         return self._vector("normal")
 
     @property
     def elasticity(self) -> float:
-        """Coefficient of restitution of the contact."""
+        """Coefficient of restitution of the contact.
+
+        Examples
+        --------
+        >>> hit.elasticity
+        1.0
+        """
         return float(self._row["elasticity"])
 
     def _vector(self, name: str) -> NDArray[np.float64]:
