@@ -93,6 +93,8 @@ def test_steps_and_callbacks_and_arrays_report_the_same_collisions():
         steps.append(hit)
     assert [hit.time for hit in steps] == rows["time"].tolist()
     assert [hit.ids for hit in steps] == [tuple(pair) for pair in rows["ids"].tolist()]
+    for name in carom.COLLISION.names:
+        assert np.array_equal([getattr(hit, name) for hit in steps], rows[name]), name
     heard = []
     by_callback.on_collision()(heard.append)
     by_callback.run(until=0.5)

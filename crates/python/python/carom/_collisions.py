@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -44,7 +44,7 @@ class Collision:
 
     Attributes have one entry for each body, except for ``time``, ``point``, ``normal``,
     ``impulse``, ``image`` and ``elasticity``. The fields are those of
-    :meth:`Simulation.collisions`, which describes them.
+    :meth:`Simulation.collisions`.
 
     Examples
     --------
@@ -112,7 +112,7 @@ class Collision:
         >>> hit.impulse.shape
         (2,)
         """
-        return self._vector("impulse")
+        return self._numbers("impulse")
 
     @property
     def point(self) -> NDArray[np.float64]:
@@ -125,7 +125,7 @@ class Collision:
         >>> bool(abs(distance - radius) < 1e-12)
         True
         """
-        return self._vector("point")
+        return self._numbers("point")
 
     @property
     def normal(self) -> NDArray[np.float64]:
@@ -136,7 +136,7 @@ class Collision:
         >>> bool(abs(np.linalg.norm(hit.normal) - 1) < 1e-12)
         True
         """
-        return self._vector("normal")
+        return self._numbers("normal")
 
     @property
     def elasticity(self) -> float:
@@ -149,13 +149,88 @@ class Collision:
         """
         return float(self._row["elasticity"])
 
-    def _vector(self, name: str) -> NDArray[np.float64]:
-        return np.array(self._row[name], dtype=np.float64)
+    @property
+    def image(self) -> tuple[int, int]:
+        """Box of the second body, relative to that of the first (boxes).
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or name not in (COLLISION.names or ()):
-            raise AttributeError(f"a collision has no {name!r}; it has {', '.join(COLLISION.names or ())}")
-        return np.array(self._row[name])
+        Examples
+        --------
+        >>> all(box in (-1, 0, 1) for box in hit.image)
+        True
+        """
+        x, y = self._row["image"].tolist()
+        return x, y
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Centres of mass (length), shape (2, 2).
+
+        Examples
+        --------
+        >>> hit.positions.shape
+        (2, 2)
+        """
+        return self._numbers("positions")
+
+    @property
+    def angles(self) -> NDArray[np.float64]:
+        """Orientations, from −π to π (radians), shape (2,).
+
+        Examples
+        --------
+        >>> hit.angles.shape
+        (2,)
+        """
+        return self._numbers("angles")
+
+    @property
+    def velocities_before(self) -> NDArray[np.float64]:
+        """Velocities before the collision (length / time), shape (2, 2).
+
+        Examples
+        --------
+        >>> approach = hit.velocities_before[0] - hit.velocities_before[1]
+        >>> bool(approach @ hit.normal > 0)
+        True
+        """
+        return self._numbers("velocities_before")
+
+    @property
+    def velocities_after(self) -> NDArray[np.float64]:
+        """Velocities after the collision (length / time), shape (2, 2).
+
+        Examples
+        --------
+        >>> change = hit.velocities_after[1] - hit.velocities_before[1]
+        >>> bool(np.allclose(change, hit.impulse))  # The mass is 1.
+        True
+        """
+        return self._numbers("velocities_after")
+
+    @property
+    def angular_velocities_before(self) -> NDArray[np.float64]:
+        """Angular velocities before the collision (radians / time), shape (2,).
+
+        Examples
+        --------
+        >>> hit.angular_velocities_before.shape
+        (2,)
+        """
+        return self._numbers("angular_velocities_before")
+
+    @property
+    def angular_velocities_after(self) -> NDArray[np.float64]:
+        """Angular velocities after the collision (radians / time), shape (2,).
+
+        Examples
+        --------
+        >>> hit.angular_velocities_after.shape
+        (2,)
+        """
+        return self._numbers("angular_velocities_after")
+
+    def _numbers(self, name: str) -> NDArray[np.float64]:
+        return np.array(self._row[name], dtype=np.float64)
 
     def __repr__(self) -> str:
         first, second = self.ids
