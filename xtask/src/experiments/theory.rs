@@ -103,35 +103,17 @@ impl Theory {
         let resumption = &options.common.destination.resumption;
         let folder = resumption.folder(&format!("out/{}", self.name));
         if let [study] = self.studies {
-            return sweep::run(&self.sweep(study, folder, options));
+            return sweep::run(&sweep_options(study, folder, options));
         }
         let mut verdicts = Vec::new();
         for study in self.studies {
             print_line(&format!("{}: {study}", self.name));
-            verdicts.push(sweep::run(&self.sweep(study, folder.join(study), options))?);
+            verdicts.push(sweep::run(&sweep_options(study, folder.join(study), options))?);
         }
         // The folders of the studies are inside.
         let folder = Folder::create(&folder, Existing::Resume)?;
         self.write_page(&folder, options)?;
         Ok(verdicts.into_iter().find(|verdict| *verdict == Verdict::Failed).unwrap_or(Verdict::Passed))
-    }
-
-    /// The options of the sweep of a study in a folder of its own.
-    fn sweep(&self, study: &str, folder: PathBuf, options: &Options) -> sweep::Options {
-        let choices = &options.common.destination;
-        let destination = Destination { out: Some(folder), ..choices.resumption.destination.clone() };
-        sweep::Options {
-            study: study_file(study),
-            choices: Choices {
-                resumption: Resumption { destination, ..choices.resumption.clone() },
-                ..choices.clone()
-            },
-            replicas: None,
-            quick: options.common.is_quick(),
-            threads: options.threads.threads,
-            shard: None,
-            slurm: carom_sweeps::slurm::Options::default(),
-        }
     }
 
     /// The page of an experiment of several studies: the verdict of each, and what differs.
@@ -160,6 +142,24 @@ impl Theory {
         page.files(&files);
         page.code(&options.common.command(self.name));
         folder.write("report.html", page.html())
+    }
+}
+
+/// The options of the sweep of a study in a folder of its own.
+fn sweep_options(study: &str, folder: PathBuf, options: &Options) -> sweep::Options {
+    let choices = &options.common.destination;
+    let destination = Destination { out: Some(folder), ..choices.resumption.destination.clone() };
+    sweep::Options {
+        study: study_file(study),
+        choices: Choices {
+            resumption: Resumption { destination, ..choices.resumption.clone() },
+            ..choices.clone()
+        },
+        replicas: None,
+        quick: options.common.is_quick(),
+        threads: options.threads.threads,
+        shard: None,
+        slurm: carom_sweeps::slurm::Options::default(),
     }
 }
 
