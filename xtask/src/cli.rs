@@ -104,6 +104,8 @@ pub enum Experiment {
     Equilibrium(ParallelRuns<Destination>),
     /// Boltzmann's H-theorem: how a gas of equal speeds becomes Maxwellian
     Relaxation(theory::Options),
+    /// Pressure of thin gases of molecules: their second virial coefficients
+    Virial(theory::Options),
     /// Velocity autocorrelation, a heavy Brownian disc, viscosity and heat conductivity
     Diffusion(theory::Options),
     /// The force with which small discs push two big ones together
@@ -147,6 +149,7 @@ impl Program for Cli {
             Command::Experiment(Experiment::Extremes(options)) => extremes::run(options),
             Command::Experiment(Experiment::Equilibrium(options)) => equilibrium::run(options),
             Command::Experiment(Experiment::Relaxation(options)) => theory::RELAXATION.run(options),
+            Command::Experiment(Experiment::Virial(options)) => theory::VIRIAL.run(options),
             Command::Experiment(Experiment::Diffusion(options)) => theory::DIFFUSION.run(options),
             Command::Experiment(Experiment::Depletion(options)) => theory::DEPLETION.run(options),
             Command::Experiment(Experiment::Cooling(options)) => theory::COOLING.run(options),

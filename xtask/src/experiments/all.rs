@@ -20,11 +20,12 @@ use serde_json::Value;
 
 /// The experiments, cheap ones first. Those of the thesis's tests and of capability costs measure
 /// times alone, on an idle machine, and are left out.
-const EXPERIMENTS: [&str; 13] = [
+const EXPERIMENTS: [&str; 14] = [
     "relaxation",
     "cooling",
     "heating",
     "thermostat",
+    "virial",
     "equilibrium",
     "depletion",
     "diffusion",

@@ -49,7 +49,14 @@ pub struct Theory {
 pub const RELAXATION: Theory = Theory {
     name: "relaxation",
     question: "Does a gas of equal speeds become Maxwellian as fast as Boltzmann's equation predicts?",
-    studies: &["relaxation"],
+    studies: &["relaxation", "mixing"],
+};
+
+/// Second virial coefficients of molecules.
+pub const VIRIAL: Theory = Theory {
+    name: "virial",
+    question: "Is the pressure of thin gases of molecules that of their excluded areas?",
+    studies: &["virial"],
 };
 
 /// Diffusion, Brownian motion and transport coefficients.
@@ -63,7 +70,7 @@ pub const DIFFUSION: Theory = Theory {
 pub const DEPLETION: Theory = Theory {
     name: "depletion",
     question: "With which force do small discs push two big ones together?",
-    studies: &["depletion"],
+    studies: &["depletion", "depletion-wall"],
 };
 
 /// Haff's law.
@@ -93,7 +100,8 @@ pub const RATCHET: Theory = Theory {
 
 impl Theory {
     /// All experiments that consist of studies.
-    pub const ALL: [Self; 7] = [RELAXATION, DIFFUSION, DEPLETION, COOLING, HEATING, THERMOSTAT, RATCHET];
+    pub const ALL: [Self; 8] =
+        [RELAXATION, VIRIAL, DIFFUSION, DEPLETION, COOLING, HEATING, THERMOSTAT, RATCHET];
 
     /// Runs the studies, and writes a page about them if there are several.
     ///
