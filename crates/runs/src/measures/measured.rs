@@ -73,6 +73,9 @@ pub struct Context<'a> {
     pub block: f64,
     /// Whether all contacts conserve energy.
     pub is_elastic: bool,
+    /// Whether the measured part can be at equilibrium: all contacts conserve energy, and neither
+    /// thermostats nor heated walls act.
+    pub is_equilibrium: bool,
     /// The gas to which theory applies, or why it does not.
     pub hard_discs: &'a Result<HardDiscs, String>,
 }
