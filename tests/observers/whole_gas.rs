@@ -9,7 +9,7 @@ use carom::{
     engine::{BumperSpec, ElasticitySpec, GasSpec},
     geometry::Outline,
     kinematics::RelativeMotion,
-    observers::{Pressure, PressureTensor},
+    observers::Pressure,
 };
 use glam::DVec2;
 
@@ -224,75 +224,4 @@ fn overlaps_left_by_a_detector_without_contacts_are_found() {
     observe(&mut seeing, &mut overlaps, 0.3, 6);
     assert_eq!((overlaps.checks(), overlaps.worst_pairs()), (6, 0));
     assert!(overlaps.deepest() < 1e-12);
-}
-
-#[test]
-fn an_interval_with_edits_has_the_mean_of_its_parts() {
-    // Inelastic, so that the pressure also falls between the edits.
-    let elasticity = ElasticitySpec { default: 0.95, ..ElasticitySpec::default() };
-    let mut scene = Scene { elasticity, ..Scene::default() };
-    scene.gas.push(gas("gas", 200));
-    let mut simulation = Simulation::new(&scene).unwrap();
-    let tag = simulation.find_tag("gas").unwrap();
-    let new = || (Pressure::default(), PressureTensor::default(), CollisionRate::default());
-    // One interval with edits, and one interval for each part.
-    let (mut whole, mut parts) = (new(), new());
-    whole.start(&simulation.view());
-    parts.start(&simulation.view());
-    for edit in 0..4_u32 {
-        let until = [0.3, 0.4, 0.4, 1.0][edit as usize];
-        simulation.observe_until(until, &mut (&mut whole, &mut parts)).unwrap();
-        parts.sample(&simulation.view());
-        whole.pause(&simulation.view());
-        match edit {
-            0 => {
-                simulation.reset_energy_of_tag(tag, 7.0).unwrap();
-            }
-            1 => {
-                let keys: Vec<_> =
-                    simulation.view().tagged(tag).take(60).map(|body| body.body.key()).collect();
-                simulation.edit(|batch| keys.iter().try_for_each(|&key| batch.remove(key))).unwrap();
-            }
-            // Nothing is edited: the interval goes on all the same.
-            2 => (),
-            _ => {
-                simulation.reset_energy_of_tag(tag, 0.5).unwrap();
-            }
-        }
-        whole.start(&simulation.view());
-        parts.start(&simulation.view());
-    }
-    simulation.observe_until(2.0, &mut (&mut whole, &mut parts)).unwrap();
-    whole.sample(&simulation.view());
-    parts.sample(&simulation.view());
-
-    let lengths = [0.3, 0.1, 0.6, 1.0];
-    let mean = |values: Vec<f64>| -> f64 {
-        assert_eq!(values.len(), lengths.len());
-        values.iter().zip(lengths).map(|(value, length)| value * length).sum::<f64>() / 2.0
-    };
-    let close =
-        |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
-    let [point] = whole.0.series() else { panic!("{:?}", whole.0.series()) };
-    close(point.pressure(), mean(parts.0.series().iter().map(|part| part.pressure()).collect()));
-    close(point.momentum_flux(), mean(parts.0.series().iter().map(|part| part.momentum_flux()).collect()));
-    let [point] = whole.1.series() else { panic!("{:?}", whole.1.series()) };
-    close(point.xx(), mean(parts.1.series().iter().map(|part| part.xx()).collect()));
-    close(point.yy(), mean(parts.1.series().iter().map(|part| part.yy()).collect()));
-    let [point] = whole.2.series() else { panic!("{:?}", whole.2.series()) };
-    assert_eq!(point.collisions, simulation.view().counters().collisions);
-    assert_eq!(point.collisions, parts.2.series().iter().map(|part| part.collisions).sum::<u64>());
-    // 200 bodies for 0.4, then 140 for 1.6.
-    close(point.rate, 2.0 * point.collisions as f64 / (200.0 * 0.4 + 140.0 * 1.6));
-
-    // Without a pause the contacts before are unknown: the interval begins anew.
-    let (mut anew, mut last) = (Pressure::default(), Pressure::default());
-    anew.start(&simulation.view());
-    simulation.observe_until(3.0, &mut anew).unwrap();
-    anew.start(&simulation.view());
-    last.start(&simulation.view());
-    simulation.observe_until(3.5, &mut (&mut anew, &mut last)).unwrap();
-    anew.sample(&simulation.view());
-    last.sample(&simulation.view());
-    assert_eq!(anew.series(), last.series());
 }
