@@ -102,11 +102,11 @@ class Column:
     --------
     >>> import carom
     >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
-    >>> energy = sim.measure("temperature", every=0.1)
+    >>> temperature = sim.measure("temperature", every=0.1)
     >>> sim.run(until=1)
-    >>> column = energy.table.columns["temperature"]
+    >>> column = temperature.table.columns["translation"]
     >>> column.role, column.unit
-    ('value', 'energy')
+    ('value', 'mass·length²/time²')
     """
 
     __module__ = "carom"
@@ -229,7 +229,7 @@ class Table:
         Examples
         --------
         >>> sorted(table.predictions)
-        ['kurtosis']
+        ['h_y', 'kurtosis']
         """
         return dict(self._of_values("prediction"))
 
