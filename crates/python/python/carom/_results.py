@@ -178,6 +178,10 @@ class Table:
             raise MeasureError(f"the tables {self.name} and {other.name} are not of one measure")
         return merged.tables[self.name]
 
+    def __radd__(self, other: object) -> Table:
+        # So that `sum(tables)` works, which begins with 0.
+        return self if isinstance(other, int) and other == 0 else NotImplemented
+
     @property
     def results(self) -> Results:
         """The results that the table belongs to.
@@ -449,9 +453,7 @@ class Results(Mapping[str, Table]):
 
     def __radd__(self, other: object) -> Results:
         # So that `sum(results)` works, which begins with 0.
-        if other == 0:
-            return self
-        return NotImplemented
+        return self if isinstance(other, int) and other == 0 else NotImplemented
 
     @property
     def runs(self) -> list[tuple[int, int]]:
