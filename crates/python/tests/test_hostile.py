@@ -388,7 +388,7 @@ def test_callbacks_may_do_anything_to_their_simulation():
         sim.off_collision(interfere)
         sim.on_collision()(interfere)
 
-    sim.run(until=0.3)
+    sim.run(until=0.5)
     assert len(calls) > 5 and len(refused) == 3 * len(calls)
     sim.off_collision(interfere)
     sound(sim)

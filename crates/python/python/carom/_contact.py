@@ -36,7 +36,7 @@ class FirstContact(NamedTuple):
     >>> import carom
     >>> rod, disc = carom.Molecule.rod(3, radius=0.5), carom.Molecule.disc(0.5)
     >>> time, atoms, is_decided = carom.first_contact(rod, disc, [4.0, 0.0], [-1.0, 0.0])
-    >>> float(time), atoms.tolist(), bool(is_decided)
+    >>> round(float(time), 9), atoms.tolist(), bool(is_decided)
     (2.0, [2, 0], True)
     """
 

@@ -54,7 +54,7 @@ class MoleculeError(CaromError, ValueError):
     >>> carom.Molecule([(0, 0, 1, 1), (0, 0, 2, 1)])
     Traceback (most recent call last):
         ...
-    carom.MoleculeError: X
+    carom.MoleculeError: atoms 0 and 1 of the molecule have the same centre
     """
 
     __module__ = "carom"
@@ -67,10 +67,11 @@ class MeasureError(CaromError, ValueError):
     --------
     >>> import carom
     >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
-    >>> sim.measure("presure", every=0.1)
-    Traceback (most recent call last):
-        ...
-    carom.MeasureError: X
+    >>> try:
+    ...     sim.measure("presure", every=0.1)
+    ... except carom.MeasureError as error:
+    ...     print("did you mean `pressure`?" in str(error))
+    True
     """
 
     __module__ = "carom"
@@ -86,7 +87,7 @@ class EditError(CaromError, ValueError):
     >>> sim.remove([20])
     Traceback (most recent call last):
         ...
-    carom.EditError: X
+    carom.EditError: body 20 is not, or no longer, in the system
     """
 
     __module__ = "carom"
@@ -120,7 +121,7 @@ class RunError(CaromError, RuntimeError):
     >>> sim.run(until=float("inf"))
     Traceback (most recent call last):
         ...
-    carom.RunError: X
+    carom.RunError: a run must end at a finite time, not at inf
     """
 
     __module__ = "carom"

@@ -254,7 +254,7 @@ class Molecule:
         Examples
         --------
         >>> round(bent.bounding_radius, 6)
-        1.24536
+        1.245356
         """
         return self._core.bounding_radius()
 

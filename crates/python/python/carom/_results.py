@@ -102,11 +102,11 @@ class Column:
     --------
     >>> import carom
     >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
-    >>> energy = sim.measure("temperature", every=0.1)
+    >>> temperature = sim.measure("temperature", every=0.1)
     >>> sim.run(until=1)
-    >>> column = energy.table.columns["temperature"]
+    >>> column = temperature.table.columns["translation"]
     >>> column.role, column.unit
-    ('value', 'energy')
+    ('value', 'mass·length²/time²')
     """
 
     __module__ = "carom"
@@ -178,6 +178,10 @@ class Table:
             raise MeasureError(f"the tables {self.name} and {other.name} are not of one measure")
         return merged.tables[self.name]
 
+    def __radd__(self, other: object) -> Table:
+        # So that `sum(tables)` works, which begins with 0.
+        return self if isinstance(other, int) and other == 0 else NotImplemented
+
     @property
     def results(self) -> Results:
         """The results that the table belongs to.
@@ -229,7 +233,7 @@ class Table:
         Examples
         --------
         >>> sorted(table.predictions)
-        ['kurtosis']
+        ['h_y', 'kurtosis']
         """
         return dict(self._of_values("prediction"))
 
@@ -449,9 +453,7 @@ class Results(Mapping[str, Table]):
 
     def __radd__(self, other: object) -> Results:
         # So that `sum(results)` works, which begins with 0.
-        if other == 0:
-            return self
-        return NotImplemented
+        return self if isinstance(other, int) and other == 0 else NotImplemented
 
     @property
     def runs(self) -> list[tuple[int, int]]:
