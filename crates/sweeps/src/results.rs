@@ -31,7 +31,7 @@ pub struct PointResults {
     pub point: Key,
     /// Its values in words.
     pub label: String,
-    /// The replicas that have ended.
+    /// The replicas that have ended, in ascending order.
     pub replicas: Vec<u64>,
     /// Figures over all its replicas.
     pub figures: Vec<Figure>,
