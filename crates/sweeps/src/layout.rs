@@ -1,4 +1,4 @@
-//! The folder of a sweep: where its files are, and whose it is.
+//! The folder of a sweep: its files, and the study to which it belongs.
 //!
 //! | file | content |
 //! | --- | --- |

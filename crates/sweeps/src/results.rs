@@ -121,7 +121,7 @@ fn of_point(
     Ok(PointResults { point: key, label, replicas, figures: summary.figures, totals, checks, answers, note })
 }
 
-/// What is said of a damaged file.
+/// The message about a damaged file.
 pub(crate) fn damaged(point: &Point, replica: u64, reason: &str) -> String {
     format!("point {}, replica {replica}: the file of its sums is left out: {reason}", point.label)
 }

@@ -57,6 +57,19 @@ pub struct Options {
     pub sbatch: Vec<SbatchOption>,
 }
 
+impl Default for Options {
+    /// No job scripts; the other values are those of the command line.
+    fn default() -> Self {
+        Self {
+            slurm: false,
+            array_size: 16,
+            time: TimeLimit("1:00:00".to_owned()),
+            cpus: 1,
+            sbatch: Vec::new(),
+        }
+    }
+}
+
 /// A time limit in a form that Slurm reads: `90`, `90:00`, `1:30:00`, `2-12`, `2-12:30:00`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TimeLimit(String);
