@@ -54,7 +54,7 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
     let (mut all, left_out) = charts(study, points)?;
     let others = all.split_off(LEADING.min(all.len()));
     page.part(Part::Answer);
-    expectations(&mut page, points);
+    expectations(&mut page, study, points);
     page.charts(&all);
     page.part(Part::Results);
     page.heading("All points");
@@ -83,10 +83,11 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
 }
 
 /// What was expected of each point, failures first.
-fn expectations(page: &mut Page, points: &[PointResults]) {
+fn expectations(page: &mut Page, study: &Study, points: &[PointResults]) {
     let answers = points.iter().flat_map(|point| point.answers.iter().map(move |answer| (point, answer)));
     let mut answers: Vec<(&PointResults, &Answer)> = answers.collect();
-    if answers.is_empty() {
+    let untested = study.expected_answers() - answers.len();
+    if answers.is_empty() && untested == 0 {
         return;
     }
     answers.sort_by_key(|(_, answer)| answer.passed);
@@ -98,7 +99,7 @@ fn expectations(page: &mut Page, points: &[PointResults]) {
             point.label.split(", ").map(short).collect::<Vec<_>>().join(", "),
             named(&answer.quantity, &answer.unit),
             with_error(answer.value, answer.standard_error),
-            rounded(&answer.expected),
+            answer.rounded(),
             allowed,
             result.to_owned(),
             answer.source.clone(),
@@ -107,11 +108,9 @@ fn expectations(page: &mut Page, points: &[PointResults]) {
     let header = ["point", "quantity", "measured", "expected", "may differ by", "result", "source"];
     page.heading("Expectations");
     page.table(&header, &answers.iter().map(row).collect::<Vec<_>>());
-}
-
-/// An expected value with as many digits as a reader needs.
-fn rounded(expected: &str) -> String {
-    expected.parse::<f64>().map_or_else(|_| expected.to_owned(), |value| with_error(value, None))
+    if untested > 0 {
+        page.paragraph(&format!("{untested} more are not tested: their points have no replicas yet."));
+    }
 }
 
 /// What was varied.
