@@ -13,6 +13,7 @@ use toml::{Table, Value};
 
 use crate::{
     expect::{Answer, Expect},
+    figure_name::without_numbers,
     point::{Key, Point},
     vary::{Vary, VarySpec},
 };
@@ -224,6 +225,14 @@ impl Study {
             values.chain(named).collect::<Vec<_>>()
         };
         self.vary.iter().enumerate().flat_map(of_entry).collect()
+    }
+
+    /// The place of the first `[[expect]]` entry about a figure, in the order of the file.
+    pub fn place_of_expectation(&self, figure: &str) -> Option<usize> {
+        let is_about = |expect: &Expect| {
+            expect.figure.as_ref().is_some_and(|name| without_numbers(name) == without_numbers(figure))
+        };
+        self.expect.iter().position(is_about)
     }
 
     /// Compares the results of a point, by its index, with what is expected.
