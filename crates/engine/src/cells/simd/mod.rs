@@ -439,8 +439,8 @@ pub enum Instructions {
 }
 
 impl Instructions {
-    /// The instruction set that [`CellScheduler`](crate::CellScheduler) uses on this processor if `self` is chosen: the
-    /// best supported one, up to `self`.
+    /// The instruction set that [`CellScheduler`](crate::CellScheduler) uses on this processor if
+    /// `self` is chosen: the best supported one, up to `self`.
     ///
     /// ```
     /// use carom_engine::Instructions;
