@@ -9,7 +9,7 @@ use carom_engine::{
     CellScheduler, CellsPerSide, HeapScheduler, Instructions, Observer, Rotation, Scene, Scheduler,
     Simulation, View, WallSpec,
 };
-use carom_kinematics::{EpochTime, Orientation};
+use carom_kinematics::{EpochTime, Motion, Orientation};
 use carom_response::Impact;
 use glam::DVec2;
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
@@ -34,6 +34,7 @@ test_each_scheduler! {
 test_each_instruction_set! {
     views_during_a_run_change_no_bit_in_any_kind_of_scene: check_looking;
     the_trajectory_is_pinned: check_pinned;
+    a_scene_file_has_the_bits_that_the_command_and_python_have: check_three_ways;
 }
 
 fn check_pieces<S: Scheduler>(options: &S::Options) {
@@ -295,12 +296,14 @@ fn the_seed_and_the_replica_determine_the_run() {
     assert_ne!(first, run(5, 1));
 }
 
-/// FNV-1a, 64 bits (Fowler, Noll, Vo 1991).
 fn fingerprint(view: &View<'_>) -> u64 {
-    bits(view)
-        .as_flattened()
-        .iter()
-        .flat_map(|word| word.to_le_bytes())
+    fnv(bits(view).as_flattened().iter().copied())
+}
+
+/// FNV-1a, 64 bits (Fowler, Noll, Vo 1991).
+fn fnv(words: impl Iterator<Item = u64>) -> u64 {
+    words
+        .flat_map(u64::to_le_bytes)
         .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
@@ -336,3 +339,19 @@ fn the_trajectory_of_the_thesis_scheduler_is_pinned() {
 /// Fingerprints with `HeapScheduler` and with `CellScheduler`; the third is the dilute gas with the
 /// latter.
 const PINNED: [u64; 3] = [0xc57d_9500_1952_43ae, 0xe7ed_c253_211b_6309, 0x43cf_21bd_d020_406b];
+
+/// The scene file is that of a test of the Python package, which runs it by the command too and has
+/// angles in radians. A change of these bits changes `PINNED` as well.
+fn check_three_ways(instructions: Instructions) {
+    let scene = Scene::from_toml(include_str!("data/three_ways.toml")).unwrap();
+    let mut simulation = simulate::<CellScheduler>(&scene, &instructions);
+    simulation.run_until(scene.run.until).unwrap();
+    let numbers = |motion: Motion| {
+        let (position, velocity) = (motion.position, motion.velocity);
+        let (angle, angular_velocity) = (motion.orientation.radians(), motion.angular_velocity);
+        [position.x, position.y, velocity.x, velocity.y, angle, angular_velocity].map(f64::to_bits)
+    };
+    let found = fnv(simulation.view().bodies().flat_map(|body| numbers(body.motion)));
+    let pinned = include_str!("data/three_ways.fingerprint").trim();
+    assert_eq!(format!("{found:#018x}"), pinned);
+}

@@ -135,12 +135,12 @@ submit
 until_true 60 task_is 1 RUNNING
 until_true 60 task_is 2 RUNNING
 sleep 1
-# One program dies at once, as for want of memory; another is told that its time ends.
+# One program is killed, as for want of memory; another receives the signal before its time limit.
 pkill -KILL -f "sweep .*--shard 1/4" && echo "killed shard 1"
 # scancel asks again while the task is put back, so nothing waits for it.
 scancel --batch --signal=USR1 "${array}_2" 2>/dev/null &
-echo "told shard 2 that its time ends"
-# A task that has been put back waits two minutes, unless it is told otherwise.
+echo "sent shard 2 the signal before its time limit"
+# A task that has been put back waits two minutes, unless its start time is changed.
 until_true 60 task_is 2 PENDING
 until_true 30 scontrol update JobId="${array}_2" StartTime=now
 until_true 300 ended "$array"

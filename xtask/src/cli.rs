@@ -14,8 +14,8 @@ use clap::{Parser, Subcommand};
 use crate::{
     bench, ci,
     experiments::{
-        billiard, brownian, capability_cost, encounters, equilibrium, errors, extremes, thesis_tests,
-        tradeoff,
+        all, billiard, brownian, capability_cost, encounters, equilibrium, errors, extremes, theory,
+        thesis_tests, tradeoff,
     },
     fuzz, tidy,
 };
@@ -102,6 +102,22 @@ pub enum Experiment {
     /// Equilibrium of hard discs and of a mixture, against theory and published pressures
     #[command(mut_arg("paper", |arg| arg.help("The run for publication: thirty times as long")))]
     Equilibrium(ParallelRuns<Destination>),
+    /// Boltzmann's H-theorem: how a gas of equal speeds becomes Maxwellian
+    Relaxation(theory::Options),
+    /// Pressure of thin gases of molecules: their second virial coefficients
+    Virial(theory::Options),
+    /// Velocity autocorrelation, a heavy Brownian disc, viscosity and heat conductivity
+    Diffusion(theory::Options),
+    /// The force with which small discs push two big ones together
+    Depletion(theory::Options),
+    /// Haff's law of an inelastic gas
+    Cooling(theory::Options),
+    /// Haff's law of a gas whose contacts gain energy
+    Heating(theory::Options),
+    /// The flow of heat between groups at two temperatures
+    Thermostat(theory::Options),
+    /// The drift of an asymmetric molecule, in equilibrium and out of it
+    Ratchet(theory::Options),
     /// Standard errors of measures against the scatter of replicas
     #[command(mut_arg("paper", |arg| arg.help("The run for publication: 400 replicas")))]
     Errors(ParallelRuns<Destination>),
@@ -109,6 +125,8 @@ pub enum Experiment {
     CapabilityCost(capability_cost::Options),
     /// Whole simulations with different settings: accuracy and speed
     Tradeoff(tradeoff::Options),
+    /// All experiments one after another, and one table of their verdicts
+    All(all::Options),
 }
 
 impl Program for Cli {
@@ -130,6 +148,15 @@ impl Program for Cli {
             Command::Experiment(Experiment::Encounters(options)) => encounters::run(options),
             Command::Experiment(Experiment::Extremes(options)) => extremes::run(options),
             Command::Experiment(Experiment::Equilibrium(options)) => equilibrium::run(options),
+            Command::Experiment(Experiment::Relaxation(options)) => theory::RELAXATION.run(options),
+            Command::Experiment(Experiment::Virial(options)) => theory::VIRIAL.run(options),
+            Command::Experiment(Experiment::Diffusion(options)) => theory::DIFFUSION.run(options),
+            Command::Experiment(Experiment::Depletion(options)) => theory::DEPLETION.run(options),
+            Command::Experiment(Experiment::Cooling(options)) => theory::COOLING.run(options),
+            Command::Experiment(Experiment::Heating(options)) => theory::HEATING.run(options),
+            Command::Experiment(Experiment::Thermostat(options)) => theory::THERMOSTAT.run(options),
+            Command::Experiment(Experiment::Ratchet(options)) => theory::RATCHET.run(options),
+            Command::Experiment(Experiment::All(options)) => all::run(options),
             Command::Experiment(Experiment::Errors(options)) => errors::run(options),
             Command::Experiment(Experiment::CapabilityCost(options)) => capability_cost::run(options),
             Command::Experiment(Experiment::Tradeoff(options)) => tradeoff::run(options),

@@ -6,9 +6,9 @@ use carom_experiments::{billiard, brownian, trade};
 use carom_runs::{
     check,
     console::{Console, Program},
-    convert, detect, measures, merge, reference, report, run,
+    convert, detect, measures, merge, report, run,
 };
-use carom_sweeps::sweep;
+use carom_sweeps::{reference, sweep};
 use carom_tables::Verdict;
 use clap::{Parser, Subcommand};
 
@@ -54,7 +54,7 @@ pub enum Command {
     Convert(convert::Options),
     /// List the quantities that a scene can measure, with their parameters
     Measures,
-    /// Print the JSON Schema of scene files, with which editors complete and check keys
+    /// Print the JSON Schema of scene or study files, with which editors complete and check keys
     Schema(reference::Options),
 }
 

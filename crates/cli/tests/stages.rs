@@ -215,6 +215,35 @@ fn a_stage_that_equilibrates_equals_measure_from_to_the_digit() {
     assert_eq!(of_run(&short), of_run(&staged));
 }
 
+#[test]
+fn intervals_with_thermostat_actions_count_all_their_contacts() {
+    // Six actions in each interval between samples, and a stage that starts within one.
+    let thermostat =
+        "thermostat = [{ tag = \"cold\", every = 0.05, kind = \"maxwell\", temperature = 1.0 }]\n";
+    let root = run(
+        &format!(
+            "{BODIES}[run]\nsample_interval = 0.3\nobserve = [\"collision-rate\", \"pressure\", \"pressure-tensor\"]\n\
+             [[stage]]\nuntil = 1.0\n{thermostat}[[stage]]\nuntil = 3.0\nremove = [\"tee\"]\n{thermostat}"
+        ),
+        &[],
+    );
+    let column = |file: &str, name: &str| -> Vec<f64> {
+        let table = read(&root, file);
+        let mut lines = table.lines().map(|line| line.split(','));
+        let index = lines.next().unwrap().position(|heading| heading == name).unwrap();
+        lines.map(|mut line| line.nth(index).unwrap().parse().unwrap()).collect()
+    };
+    let collisions: f64 = column("collision-rate.csv", "collisions").iter().sum();
+    assert_eq!(Some(collisions), summary(&root)["collisions"].as_f64());
+    // Both compute the momentum flux, from different sums.
+    let (xx, yy) = (column("pressure-tensor.csv", "p_xx"), column("pressure-tensor.csv", "p_yy"));
+    let flux = column("pressure.csv", "momentum_flux");
+    assert_eq!((flux.len(), xx.len()), (10, 10));
+    for ((xx, yy), flux) in xx.into_iter().zip(yy).zip(flux) {
+        assert!((0.5 * (xx + yy) / flux - 1.0).abs() < 1e-12, "{xx} {yy} {flux}");
+    }
+}
+
 /// Results of the run in `folder`, without those of processes and without speeds.
 fn results(folder: &Path) -> Vec<(String, String)> {
     let mut files = Vec::new();

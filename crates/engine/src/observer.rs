@@ -6,7 +6,8 @@ use crate::{Body, CollisionReport, View};
 ///
 /// [`Simulation::sample_every`](crate::Simulation::sample_every) calls all methods. The other
 /// methods that run a simulation call [`Self::collision`] only; a program that uses them calls
-/// [`Self::start`] before the run and [`Self::sample`] for each sample.
+/// [`Self::start`] before the run and [`Self::sample`] for each sample. Every program calls
+/// [`Self::pause`] before an edit and [`Self::start`] after it.
 ///
 /// Tuples, `Vec`, `Option`, `Box` and `&mut` of observers are observers; `Box<dyn Observer>` is
 /// chosen at run time. `()` observes nothing, and a run with it builds no reports.
@@ -47,6 +48,13 @@ pub trait Observer {
         let _ = view;
     }
 
+    /// Called before an edit within a run, with the state to be edited; [`Self::start`] follows at
+    /// the same time. Observers of intervals, such as a pressure, go on after the edit only if this
+    /// was called.
+    fn pause(&mut self, view: &View<'_>) {
+        let _ = view;
+    }
+
     /// Called after each collision of two bodies.
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let _ = report;
@@ -83,6 +91,10 @@ macro_rules! pointer_to_an_observer {
                 (**self).start(view);
             }
 
+            fn pause(&mut self, view: &View<'_>) {
+                (**self).pause(view);
+            }
+
             fn collision(&mut self, report: &CollisionReport<'_>) {
                 (**self).collision(report);
             }
@@ -116,6 +128,12 @@ impl<O: Observer> Observer for Vec<O> {
         }
     }
 
+    fn pause(&mut self, view: &View<'_>) {
+        for observer in self {
+            observer.pause(view);
+        }
+    }
+
     fn collision(&mut self, report: &CollisionReport<'_>) {
         for observer in self {
             observer.collision(report);
@@ -143,6 +161,12 @@ impl<O: Observer> Observer for Option<O> {
     fn start(&mut self, view: &View<'_>) {
         if let Some(observer) = self {
             observer.start(view);
+        }
+    }
+
+    fn pause(&mut self, view: &View<'_>) {
+        if let Some(observer) = self {
+            observer.pause(view);
         }
     }
 
@@ -180,6 +204,12 @@ macro_rules! tuple_of_observers {
             fn start(&mut self, view: &View<'_>) {
                 let ($($member,)+) = self;
                 $($member.start(view);)+
+            }
+
+            #[expect(non_snake_case, reason = "type parameters double as names of the members")]
+            fn pause(&mut self, view: &View<'_>) {
+                let ($($member,)+) = self;
+                $($member.pause(view);)+
             }
 
             #[expect(non_snake_case, reason = "type parameters double as names of the members")]

@@ -102,6 +102,10 @@ impl<O: Observer + Additive> Observer for Blocks<O> {
         self.open.observed.start(view);
     }
 
+    fn pause(&mut self, view: &View<'_>) {
+        self.open.observed.pause(view);
+    }
+
     fn collision(&mut self, report: &CollisionReport<'_>) {
         self.open.observed.collision(report);
     }

@@ -1,17 +1,17 @@
 //! Collisions per body and time, from the counters at each sample.
 //!
 //! Γ = (2 C + F) / (N t) (1 / time), with C contacts of two moving bodies, which count for both, F
-//! contacts with a fixed body, which count for the moving one, and N moving bodies. For hard discs
-//! at equilibrium Γ = 2 n σ χ √(π kT / m) (Enskog's theory in two dimensions; n bodies per area, χ
-//! the pair distribution at contact).
+//! contacts with a fixed body, which count for the moving one, and N moving bodies, averaged over
+//! the time t. For hard discs at equilibrium Γ = 2 n σ χ √(π kT / m) (Enskog's theory in two
+//! dimensions; n bodies per area, χ the pair distribution at contact).
 
 use carom_engine::{Counters, Observer, View};
-use carom_kinematics::EpochTime;
 use serde::{Deserialize, Serialize};
 
-use crate::mean::mean_and_standard_error;
+use crate::{mean::mean_and_standard_error, open_interval::OpenInterval};
 
-/// Collisions per body and unit time, for each interval between samples.
+/// Collisions per body and unit time, for each interval between samples. An edit within an interval
+/// divides it if it is announced by [`Observer::pause`]; the interval begins anew if it is not.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -31,8 +31,8 @@ use crate::mean::mean_and_standard_error;
 /// ```
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct CollisionRate {
-    /// The begin of the present interval, and the counters then.
-    began: Option<(EpochTime, Counters)>,
+    /// The open interval with the number of moving bodies, and the counters at its beginning.
+    interval: Option<(OpenInterval<f64>, Counters)>,
     series: Vec<RatePoint>,
 }
 
@@ -72,22 +72,39 @@ impl Observer for CollisionRate {
     }
 
     fn start(&mut self, view: &View<'_>) {
-        self.began = Some((view.time(), *view.counters()));
+        let (time, moving) = (view.time(), moving(view));
+        let goes_on = self.interval.as_mut().is_some_and(|(interval, _)| interval.go_on(time, moving));
+        if !goes_on {
+            self.interval = Some((OpenInterval::new(time, moving), *view.counters()));
+        }
+    }
+
+    fn pause(&mut self, view: &View<'_>) {
+        if let Some((interval, _)) = &mut self.interval {
+            interval.pause(view.time(), moving(view));
+        }
     }
 
     fn sample(&mut self, view: &View<'_>) {
         let (time, counters) = (view.time(), *view.counters());
-        let Some((began, before)) = self.began.replace((time, counters)) else { return };
-        let duration = time.since(began);
+        let moving = moving(view);
+        let next = (OpenInterval::new(time, moving), counters);
+        let Some((interval, before)) = self.interval.replace(next) else { return };
+        let duration = interval.duration(time);
         if duration <= 0.0 {
             return;
         }
         // In an edited checkpoint these counts may be later than those of the simulation.
         let collisions = counters.collisions.saturating_sub(before.collisions);
         let with_fixed = counters.fixed_collisions.saturating_sub(before.fixed_collisions);
-        let moving = view.bodies().filter(|view| !view.body.is_fixed()).count();
         let suffered = (2 * collisions).saturating_sub(with_fixed);
-        let rate = if moving == 0 { 0.0 } else { suffered as f64 / (moving as f64 * duration) };
+        let moving = interval.mean(time, moving);
+        let rate = if moving == 0.0 { 0.0 } else { suffered as f64 / (moving * duration) };
         self.series.push(RatePoint { time: time.to_f64(), collisions, rate });
     }
+}
+
+/// Number of moving bodies.
+fn moving(view: &View<'_>) -> f64 {
+    view.bodies().filter(|view| !view.body.is_fixed()).count() as f64
 }

@@ -80,6 +80,7 @@ mod isotropy;
 mod kinds;
 mod lags;
 mod mean;
+mod open_interval;
 mod orientational_correlation;
 mod overlap_check;
 mod pair_distribution;

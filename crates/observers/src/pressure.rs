@@ -12,12 +12,13 @@
 
 use carom_engine::{CollisionReport, Observer, View};
 use carom_geometry::PeriodicBox;
-use carom_kinematics::EpochTime;
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::mean::mean_and_standard_error;
+use crate::{mean::mean_and_standard_error, open_interval::OpenInterval};
 
-/// Pressure in each interval between samples.
+/// Pressure in each interval between samples. An edit within an interval divides it if it is
+/// announced by [`Observer::pause`]; the interval begins anew if it is not.
 ///
 /// Fixed bodies are included: the pressure is then that against a change of the box that moves
 /// their positions with it and keeps their sizes.
@@ -48,10 +49,9 @@ pub struct Pressure {
 /// The open interval.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Interval {
-    began: EpochTime,
     bounds: PeriodicBox,
-    /// N kT and K at its beginning.
-    thermal: [f64; 2],
+    /// N kT and K.
+    thermal: OpenInterval<DVec2>,
     /// Σ r·J so far.
     virial: f64,
 }
@@ -113,12 +113,27 @@ impl Pressure {
             self.series.iter().map(PressurePoint::compressibility_factor).collect();
         mean_and_standard_error(factors?.into_iter())
     }
+
+    /// Begins an interval with these values of N kT and K.
+    fn begin(&mut self, view: &View<'_>, now: DVec2) {
+        let thermal = OpenInterval::new(view.time(), now);
+        self.interval = Some(Interval { bounds: *view.bounds(), thermal, virial: 0.0 });
+    }
 }
 
 impl Observer for Pressure {
     fn start(&mut self, view: &View<'_>) {
-        let (began, bounds) = (view.time(), *view.bounds());
-        self.interval = Some(Interval { began, bounds, thermal: thermal(view), virial: 0.0 });
+        let (time, now) = (view.time(), thermal(view));
+        let goes_on = self.interval.as_mut().is_some_and(|interval| interval.thermal.go_on(time, now));
+        if !goes_on {
+            self.begin(view, now);
+        }
+    }
+
+    fn pause(&mut self, view: &View<'_>) {
+        if let Some(interval) = &mut self.interval {
+            interval.thermal.pause(view.time(), thermal(view));
+        }
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
@@ -128,27 +143,27 @@ impl Observer for Pressure {
     }
 
     fn sample(&mut self, view: &View<'_>) {
+        let now = thermal(view);
         if let Some(interval) = self.interval {
-            let duration = view.time().since(interval.began);
+            let duration = interval.thermal.duration(view.time());
             if duration > 0.0 {
                 let area = interval.bounds.area();
-                let (before, now) = (interval.thermal, thermal(view));
-                let [ideal, kinetic] = [0, 1].map(|term| 0.5 * (before[term] + now[term]) / area);
+                let mean = interval.thermal.mean(view.time(), now);
                 self.series.push(PressurePoint {
                     time: view.time().to_f64(),
-                    ideal,
-                    kinetic,
+                    ideal: mean.x / area,
+                    kinetic: mean.y / area,
                     virial: interval.virial / (2.0 * duration * area),
                 });
             }
         }
-        self.start(view);
+        self.begin(view, now);
     }
 }
 
 /// N kT and the translational energy K, both relative to the centre of mass (mass × length² /
 /// time²).
-fn thermal(view: &View<'_>) -> [f64; 2] {
+fn thermal(view: &View<'_>) -> DVec2 {
     let thermal = view.centre_of_mass_frame().thermal(view.bodies());
-    [thermal.bodies as f64 * thermal.temperature().unwrap_or(0.0), thermal.translation]
+    DVec2::new(thermal.bodies as f64 * thermal.temperature().unwrap_or(0.0), thermal.translation)
 }

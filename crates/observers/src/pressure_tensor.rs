@@ -13,16 +13,16 @@
 
 use carom_engine::{CollisionReport, Observer, View};
 use carom_geometry::PeriodicBox;
-use carom_kinematics::EpochTime;
 use glam::DMat2;
 use serde::{Deserialize, Serialize};
 
-use crate::Estimate;
+use crate::{Estimate, open_interval::OpenInterval};
 
 /// Pressure tensor in each interval between samples, of all bodies.
 ///
 /// It has no group: the impulse of a contact between groups belongs to both. Fixed bodies are
-/// included as in [`Pressure`](crate::Pressure).
+/// included as in [`Pressure`](crate::Pressure). An edit within an interval divides it if it is
+/// announced by [`Observer::pause`]; the interval begins anew if it is not.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -56,10 +56,9 @@ pub struct PressureTensor {
 /// The open interval.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Interval {
-    began: EpochTime,
     bounds: PeriodicBox,
-    /// Σ m v_a v_b at its beginning.
-    momenta: DMat2,
+    /// Σ m v_a v_b.
+    momenta: OpenInterval<DMat2>,
     /// Σ r_a J_b so far.
     virial: DMat2,
 }
@@ -131,12 +130,27 @@ impl PressureTensor {
         };
         Some([of(0)?, of(1)?, of(2)?, of(3)?])
     }
+
+    /// Begins an interval with this value of Σ m v_a v_b.
+    fn begin(&mut self, view: &View<'_>, now: DMat2) {
+        let momenta = OpenInterval::new(view.time(), now);
+        self.interval = Some(Interval { bounds: *view.bounds(), momenta, virial: DMat2::ZERO });
+    }
 }
 
 impl Observer for PressureTensor {
     fn start(&mut self, view: &View<'_>) {
-        let (began, bounds) = (view.time(), *view.bounds());
-        self.interval = Some(Interval { began, bounds, momenta: momenta(view), virial: DMat2::ZERO });
+        let (time, now) = (view.time(), momenta(view));
+        let goes_on = self.interval.as_mut().is_some_and(|interval| interval.momenta.go_on(time, now));
+        if !goes_on {
+            self.begin(view, now);
+        }
+    }
+
+    fn pause(&mut self, view: &View<'_>) {
+        if let Some(interval) = &mut self.interval {
+            interval.momenta.pause(view.time(), momenta(view));
+        }
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
@@ -148,14 +162,15 @@ impl Observer for PressureTensor {
     }
 
     fn sample(&mut self, view: &View<'_>) {
+        let now = momenta(view);
         if let Some(interval) = self.interval {
-            let duration = view.time().since(interval.began);
+            let duration = interval.momenta.duration(view.time());
             if duration > 0.0 {
                 let area = interval.bounds.area();
                 let point = TensorPoint {
                     time: view.time().to_f64(),
                     duration,
-                    kinetic: (interval.momenta + momenta(view)) * (0.5 / area),
+                    kinetic: interval.momenta.mean(view.time(), now) * (1.0 / area),
                     virial: interval.virial * (1.0 / (duration * area)),
                 };
                 for (sum, component) in self.sums.iter_mut().zip(point.components()) {
@@ -165,7 +180,7 @@ impl Observer for PressureTensor {
                 self.series.push(point);
             }
         }
-        self.start(view);
+        self.begin(view, now);
     }
 }
 

@@ -2,6 +2,7 @@
 
 use carom::{
     BoundingCircles, Detection, Exact, FixedStep, GoldenSecant,
+    engine::DetectorName,
     kinematics::{Motion, Orientation},
 };
 use carom_detection::{Outcome, Touch};
@@ -15,6 +16,12 @@ use crate::{arrays::rows, molecule::MoleculeCore};
 /// Times (infinite without contact), atoms (−1 without), and outcome (0 free, 1 contact, 2
 /// undecided, 3 out of range).
 type Answers<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<i64>>, Bound<'py, PyArray1<u8>>);
+
+/// Times, atoms and outcomes, as in `Answers`.
+type Found = (Vec<f64>, Vec<i64>, Vec<u8>);
+
+/// Pairs between two looks for Ctrl-C.
+const PAIRS_AT_ONCE: usize = 1024;
 
 /// The first contact of each pair. The columns of `motions` are the separation from A to B, the
 /// velocity of B relative to A, the angles and the angular velocities of A and B.
@@ -32,18 +39,23 @@ pub fn first_contact<'py>(
         return Err(PyValueError::new_err("there must be 8 numbers and a limit for each pair"));
     }
     let molecules = [a.0.clone(), b.0.clone()];
-    let find = || match detector {
-        "exact" => Some(search(&Exact::default(), molecules, motions, until)),
-        "golden-secant" => Some(search(&GoldenSecant::default(), molecules, motions, until)),
-        "fixed-step" => Some(search(&FixedStep::default(), molecules, motions, until)),
-        "bounding-circles" => Some(search(&BoundingCircles, molecules, motions, until)),
-        _ => None,
-    };
-    let Some((times, atoms, outcomes)) = py.detach(find) else {
-        return Err(PyValueError::new_err(format!(
-            "unknown detector {detector:?}: expected exact, golden-secant, fixed-step or bounding-circles"
-        )));
-    };
+    let detector: DetectorName =
+        detector.parse().map_err(|error| PyValueError::new_err(format!("`detector`: {error}")))?;
+    let mut found = Found::default();
+    for (motions, until) in motions.chunks(8 * PAIRS_AT_ONCE).zip(until.chunks(PAIRS_AT_ONCE)) {
+        let molecules = molecules.clone();
+        let (times, atoms, outcomes) = py.detach(|| match detector {
+            DetectorName::Exact => search(&Exact::default(), molecules, motions, until),
+            DetectorName::GoldenSecant => search(&GoldenSecant::default(), molecules, motions, until),
+            DetectorName::FixedStep => search(&FixedStep::default(), molecules, motions, until),
+            DetectorName::BoundingCircles => search(&BoundingCircles, molecules, motions, until),
+        });
+        found.0.extend(times);
+        found.1.extend(atoms);
+        found.2.extend(outcomes);
+        py.check_signals()?;
+    }
+    let (times, atoms, outcomes) = found;
     Ok((PyArray1::from_vec(py, times), rows(py, atoms, 2)?, PyArray1::from_vec(py, outcomes)))
 }
 
@@ -52,7 +64,7 @@ fn search(
     molecules: [carom::Molecule; 2],
     motions: &[f64],
     until: &[f64],
-) -> (Vec<f64>, Vec<i64>, Vec<u8>) {
+) -> Found {
     let still = [Motion::at_rest(DVec2::ZERO); 2];
     let (class, id, window_end, expected) = (String::new(), String::new(), None, None);
     let mut pair = EncounterRecord { class, id, molecules, motions: still, window_end, expected };

@@ -61,7 +61,7 @@ impl Tracked {
 /// All that observes a run.
 #[derive(Default)]
 pub struct Watching {
-    /// The measures, in the order in which they were asked for.
+    /// The measures, in the order of the calls that added them.
     pub measures: Vec<Tracked>,
     /// Collisions for Python.
     pub rows: Rows,
@@ -116,7 +116,7 @@ pub struct State {
 pub enum Ended {
     /// At the end of the run.
     AtEnd,
-    /// After a collision that was asked for.
+    /// After a collision that was requested.
     AtCollision,
     /// Earlier: the run goes on.
     Early,
@@ -197,7 +197,15 @@ impl State {
         Ok(Ended::Early)
     }
 
-    /// Informs the measures of an edit.
+    /// Ends the present part of the intervals of all measures, before an edit.
+    pub fn pause(&mut self) {
+        let view = self.simulation.view();
+        for tracked in &mut self.watching.measures {
+            tracked.measure.pause(&view);
+        }
+    }
+
+    /// Continues all measures after an edit.
     pub fn edited(&mut self) {
         let view = self.simulation.view();
         for tracked in &mut self.watching.measures {

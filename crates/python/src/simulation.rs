@@ -85,6 +85,7 @@ impl Core {
         let mut guard = self.lock()?;
         let state: &mut State = &mut guard;
         py.detach(|| {
+            state.pause();
             let made = edit(state)?;
             state.edited();
             Ok(made)

@@ -93,6 +93,8 @@ def test_steps_and_callbacks_and_arrays_report_the_same_collisions():
         steps.append(hit)
     assert [hit.time for hit in steps] == rows["time"].tolist()
     assert [hit.ids for hit in steps] == [tuple(pair) for pair in rows["ids"].tolist()]
+    for name in carom.COLLISION.names:
+        assert np.array_equal([getattr(hit, name) for hit in steps], rows[name]), name
     heard = []
     by_callback.on_collision()(heard.append)
     by_callback.run(until=0.5)
@@ -235,6 +237,7 @@ def test_saved_and_loaded_simulations_continue_with_the_same_bits(tmp_path):
         one.run(until=2)
     assert (state(again) == state(sim)).all()
     assert again.measures[0].results == shells.results
+    assert again.measures[0].kind == shells.kind == "pair-distribution"
     copied = copy.deepcopy(sim)
     sim.run(until=3)
     copied.run(until=3)
@@ -321,6 +324,16 @@ def test_ctrl_c_stops_a_single_fast_body(ctrl_c, call):
     begun = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         getattr(sim, call)(until=1e6)
+    assert time.monotonic() - begun < 10
+
+
+def test_ctrl_c_stops_a_search_for_contacts(ctrl_c):
+    tee, places = carom.Molecule.tee(0.5), np.full((3_000_000, 2), 40.0)
+    timer = threading.Timer(1.0, lambda: signal.raise_signal(signal.SIGINT))
+    timer.start()
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        carom.first_contact(tee, tee, places, [-1.0, -1.0], angular_velocities=[1.0, 2.0])
     assert time.monotonic() - begun < 10
 
 

@@ -1,6 +1,7 @@
 """Any argument, right or wrong, gives a result or a Python exception: no panic, no crash."""
 
 import copy
+import itertools
 import os
 import pathlib
 
@@ -55,6 +56,16 @@ def small_gas():
 
 
 BASE = small_gas()
+
+
+def small_results():
+    sim = small_gas()
+    speeds = sim.measure("velocities", of="gas", every=0.05)
+    sim.run(until=1.0)
+    return speeds.results, speeds.table
+
+
+RESULTS = small_results()
 
 
 def fresh():
@@ -301,6 +312,108 @@ def test_any_order_of_calls(tmp_path_factory, calls):
             if measure is not None:
                 measure.results
     sound(sim)
+
+
+@given(arrays, objects, objects, objects, objects, objects)
+def test_entries_of_anything(velocity, x, angle, tags, locked, fixed):
+    molecule = carom.Molecule.tee(0.01)
+    orderly(molecule.at, x, 0.5, velocity=velocity)
+    orderly(molecule.at, 0.5, 0.5, angle=angle, tags=tags)
+    entry = orderly(molecule.at, 0.5, 0.5, angular_velocity=x, locked=locked, fixed=fixed)
+    if entry is not None:
+        orderly(carom.Simulation, orderly(carom.Scene, molecule=entry) or {})
+
+
+@given(st.text(max_size=60), st.dictionaries(st.sampled_from(["box", "seed", "gas", "nothing"]), json, max_size=2))
+def test_scene_texts_of_anything(text, changes):
+    orderly(carom.Scene.from_toml, text)
+    orderly(carom.Scene, text + "\n")
+    orderly(carom.Scene().replaced, **changes)
+
+
+@given(objects, arrays)
+def test_views_of_anything(value, array):
+    sim = fresh()
+    for given_value in (value, array):
+        for call in (sim.show, sim.svg, sim.mask, sim.off_collision):
+            orderly(call, *([] if call is sim.show else [given_value]),
+                    **({"height": given_value} if call is sim.show else {}))
+        orderly(sim.run, sim.time, progress=given_value)
+        orderly(carom.Html, given_value)
+    sound(sim)
+
+
+@given(objects, arrays)
+def test_results_with_anything(value, array):
+    results, table = RESULTS
+    for given_value in (value, array):
+        for operand in (results, table):
+            orderly(lambda: operand + given_value)
+            orderly(lambda: given_value + operand)
+            orderly(lambda: operand[given_value])
+            orderly(lambda: operand == given_value)
+
+
+@given(objects)
+def test_axes_of_anything(ax):
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    pyplot.switch_backend("Agg")
+    orderly(RESULTS[1].plot, ax)
+    pyplot.close("all")
+
+
+@given(objects, objects, objects)
+def test_replicas_of_anything(n, first, executor):
+    plain = carom.Scene(gas={"radius": 0.02, "mass": 1, "energy": 1, "count": 5})
+    orderly(carom.replicas, plain, 1, first=first, until=0.1)
+    orderly(carom.replicas, plain, 1, executor=executor, until=0.1)
+
+
+def test_callbacks_may_do_anything_to_their_simulation():
+    """Edits, measures, copies and files below a callback; a run is refused."""
+    sim = fresh()
+    refused, calls = [], []
+
+    @sim.on_collision()
+    def interfere(hit):
+        calls.append(hit)
+        orderly(sim.remove, [hit.ids[len(calls) % 2]])
+        orderly(sim.add, carom.Molecule.disc(0.001), [0.1 * (len(calls) % 10), 0.5], velocity=[1.0, 0.0])
+        orderly(sim.measure, "pressure", every=0.01)
+        assert sim.copy().time == hit.time
+        for call in (sim.run, sim.step, sim.collisions):
+            with pytest.raises(carom.BusyError):
+                call(until=9.0)
+            refused.append(call)
+        sim.off_collision(interfere)
+        sim.on_collision()(interfere)
+
+    sim.run(until=0.5)
+    assert len(calls) > 5 and len(refused) == 3 * len(calls)
+    sim.off_collision(interfere)
+    sound(sim)
+
+
+def test_an_endless_list_of_atoms_is_refused():
+    with pytest.raises(carom.MoleculeError, match="at most 65536"):
+        carom.Molecule((i, 0, 0.5, 1) for i in itertools.count())
+
+
+@pytest.mark.parametrize("value", [1 + 2j, np.complex128(1 + 2j), True, np.True_, "1", None, [1.0]])
+def test_what_is_no_real_number_is_no_time(value):
+    with pytest.raises(TypeError, match="`until` must be a number"):
+        fresh().run(value)
+
+
+def test_numbers_of_numpy_are_numbers():
+    sim = fresh()
+    sim.run(until=np.array(0.125))
+    assert sim.time == 0.125
+    plain = carom.Scene(gas={"radius": 0.02, "mass": 1, "energy": 1, "count": 5})
+    assert carom.replicas(plain, np.int64(2), until=0.1).runs == [(0, 0), (0, 1)]
+    for size in (-1, 0, 10**9, np.nan, 100.5):
+        with pytest.raises(ValueError, match="`height` must be a whole number from 16 to 16384"):
+            sim.show(height=size)
 
 
 def test_nested_and_endless_structures_are_refused():

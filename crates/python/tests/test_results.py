@@ -4,6 +4,7 @@ import concurrent.futures
 import json
 import multiprocessing
 import os
+import pathlib
 import shutil
 import subprocess
 
@@ -112,8 +113,9 @@ def test_replicas_merge_to_the_same_digits_in_any_order():
         one + parts[1]
     with pytest.raises(carom.MeasureError, match="another run"):
         one + carom.run(scene(seed=6, gas={**GAS, "count": 20}), measures=["pressure"])
-    tables = [carom.run(scene(replica=index), measures=["rdf" and "pair-distribution:gas"]) for index in (0, 1)]
+    tables = [carom.run(scene(replica=index), measures=["pair-distribution:gas"]) for index in (0, 1)]
     merged = tables[0]["pair-distribution-gas"] + tables[1]["pair-distribution-gas"]
+    assert sum(part["pair-distribution-gas"] for part in tables).results == merged.results
     assert np.nanmean(merged.errors["g"]) < np.nanmean(tables[0]["pair-distribution-gas"].errors["g"]) * 1.1
 
 
@@ -164,3 +166,57 @@ def test_the_command_starts_from_a_saved_simulation(command, tmp_path):
 def test_a_run_that_has_not_ended_is_refused_by_open_run(tmp_path):
     with pytest.raises(carom.CheckpointError, match="no run that has ended"):
         carom.open_run(tmp_path)
+
+
+THREE_WAYS = pathlib.Path(__file__).parents[3] / "tests" / "data"
+
+
+def fingerprint(sim):
+    """FNV-1a, 64 bits, as in `tests/determinism.rs`."""
+    found = 0xCBF29CE484222325
+    for byte in np.ascontiguousarray(state(sim), dtype="<f8").tobytes():
+        found = (found ^ byte) * 0x100000001B3 % 2**64
+    return f"{found:#018x}"
+
+
+def test_rust_and_the_command_and_python_give_the_same_bits(command, tmp_path):
+    # The test of the Rust library reads the same two files.
+    pinned = (THREE_WAYS / "three_ways.fingerprint").read_text().strip()
+    described = carom.Scene.from_file(THREE_WAYS / "three_ways.toml")
+    end = described.tables["run"]["until"]
+    sim = carom.Simulation(described)
+    sim.run(until=end)
+    assert sim.collision_count > 500 and fingerprint(sim) == pinned
+    run_command(command, described, tmp_path / "run")
+    ended = carom.load(tmp_path / "run")
+    assert ended.time == end and fingerprint(ended) == pinned
+
+
+def test_parallel_libraries_run_replicas():
+    joblib = pytest.importorskip("joblib")
+    scenes = [scene(replica=index) for index in range(4)]
+    alone = carom.replicas(scene(), 4, measures=["pressure"], processes=1)
+    for backend in ("loky", "threading"):
+        jobs = (joblib.delayed(carom.run)(one, measures=["pressure"]) for one in scenes)
+        assert sum(joblib.Parallel(n_jobs=2, backend=backend)(jobs)) == alone
+
+
+def of_replica(index):
+    return carom.run(scene(replica=index), measures=["pressure"])
+
+
+@pytest.mark.parametrize("method", multiprocessing.get_all_start_methods())
+def test_multiprocessing_runs_replicas(method):
+    # Also a fork of a process whose threads have run simulations.
+    alone = carom.replicas(scene(), 3, measures=["pressure"])
+    with multiprocessing.get_context(method).Pool(2) as pool:
+        assert sum(pool.map_async(of_replica, range(3)).get(timeout=120)) == alone
+
+
+def test_dask_runs_replicas():
+    distributed = pytest.importorskip("distributed")
+    alone = carom.replicas(scene(), 3, measures=["pressure"])
+    with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None, processes=True) as client:
+        assert carom.replicas(scene(), 3, measures=["pressure"], executor=client.get_executor()) == alone
+        futures = [client.submit(carom.run, scene(replica=index), measures=["pressure"]) for index in range(3)]
+        assert sum(client.gather(futures)) == alone

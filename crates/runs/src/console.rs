@@ -108,7 +108,7 @@ fn name(matches: &ArgMatches) -> String {
     names.join(" ")
 }
 
-/// Ends a program whose command line is no command: also one that asks for help.
+/// Ends a program whose command line is invalid, or requests help or the version.
 fn refuse(error: &clap::Error) -> ExitCode {
     let _ = error.print();
     let code = u8::try_from(error.exit_code()).unwrap_or(2);

@@ -35,7 +35,7 @@ pub mod resumable;
 pub mod run;
 pub mod run_totals;
 pub mod sampling_times;
-mod schema;
+pub mod schema;
 pub mod series;
 mod visible_region;
 pub mod work_items;

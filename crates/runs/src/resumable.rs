@@ -424,6 +424,7 @@ impl<O: Observer + Serialize> Resumable<O> {
         task: &Task<'_>,
         edits: impl FnOnce(&mut AnySimulation, u64) -> Result<u64>,
     ) -> Result<()> {
+        self.observers.pause(&self.simulation.view());
         self.actions += edits(&mut self.simulation, self.actions)?;
         self.observers.start(&self.simulation.view());
         self.pass();

@@ -4,7 +4,7 @@ use carom::{
     Scene, Shape,
     engine::{RunSpec, StartVelocities},
 };
-use schemars::{generate::SchemaSettings, transform::RecursiveTransform};
+use schemars::{JsonSchema, generate::SchemaSettings, transform::RecursiveTransform};
 use serde_json::{Map, Value, json};
 
 use crate::{
@@ -24,14 +24,20 @@ const REQUIRED_IN_STAGES: [(&str, &[&str]); 4] = [
     ("ThermostatSpec", &["tag", "every"]),
 ];
 
+/// Returns the JSON Schema (draft 7) of a type that a TOML file holds, as its derivation gives it.
+pub fn schema_of<T: JsonSchema>(title: &str) -> Value {
+    let settings = SchemaSettings::draft07().with_transform(RecursiveTransform(clean));
+    let mut schema = settings.into_generator().into_root_schema_for::<T>().to_value();
+    schema["title"] = title.into();
+    schema
+}
+
 /// Returns the JSON Schema (draft 7, which editors of TOML read) of a scene file.
 ///
 /// # Panics
 /// Never: the names that it adds to are those of the types.
 pub fn scene_schema() -> Value {
-    let settings = SchemaSettings::draft07().with_transform(RecursiveTransform(clean));
-    let mut schema = settings.into_generator().into_root_schema_for::<Scene>().to_value();
-    schema["title"] = "Scene of carom".into();
+    let mut schema = schema_of::<Scene>("Scene of carom");
     let types = &mut schema["definitions"];
     // A file must give these, although they have a default in code.
     types["MoleculeSpec"]["required"] = json!(["at"]);
@@ -77,9 +83,9 @@ pub fn scene_schema() -> Value {
     schema
 }
 
-/// Returns the schema as text.
-pub fn text() -> String {
-    format!("{:#}\n", scene_schema())
+/// Returns a schema as text.
+pub fn text(schema: &Value) -> String {
+    format!("{schema:#}\n")
 }
 
 /// The names of `run.observe`: `name`, `name:TAG`, or both for a measure of any group.

@@ -39,8 +39,11 @@ pub fn charts(study: &Study, points: &[PointResults]) -> Result<(Vec<DataChart>,
     };
     let mut shown: Vec<Quantity> =
         quantities(points).into_iter().filter(|quantity| quantity.has_error || quantity.varies).collect();
-    // Figures with a prediction carry the answer.
-    shown.sort_by_key(|quantity| (!quantity.has_prediction, !quantity.has_error));
+    // Figures that are tested, and then those with a prediction, carry the answer.
+    shown.sort_by_key(|quantity| {
+        let tested = study.place_of_expectation(&quantity.name);
+        (tested.unwrap_or(usize::MAX), !quantity.has_prediction, !quantity.has_error)
+    });
     let panels = panels(study, others);
     let most = (MOST / panels.len()).max(1);
     let left_out = shown.len().saturating_sub(most);
@@ -93,7 +96,9 @@ fn chart(choice: &Choice<'_>, quantity: &Quantity) -> Result<Option<DataChart>> 
         let curve = second.map_or(0, |second| study.setting(index, second));
         let x = axis.places[study.setting(index, first)];
         let (y, error) = (figure.value, figure.standard_error);
-        curves[curve].values.push(Point { x, y, error, prediction: figure.prediction });
+        let answer = results.answers.iter().find(|answer| answer.quantity == figure.name);
+        let expected = answer.and_then(|answer| answer.expected.parse().ok());
+        curves[curve].values.push(Point { x, y, error, prediction: expected.or(figure.prediction) });
     }
     for curve in &mut curves {
         curve.values.sort_by(|a, b| a.x.total_cmp(&b.x));

@@ -3,7 +3,9 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use carom::engine::did_you_mean;
+use carom_report::page::with_error;
 use carom_tables::{Check, Figure, Role, Table};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
@@ -13,12 +15,15 @@ use crate::figure_name::without_numbers;
 /// in 16 sweeps exceeds it by chance.
 const STANDARD_ERRORS: f64 = 4.0;
 
-/// An entry `[[expect]]` as in the file.
+/// Values of an abscissa that differ by a smaller share are the same row: they differ by rounding.
+const SAME_ABSCISSA: f64 = 1e-9;
+
+/// What is expected of one quantity at all points, or at some.
 ///
 /// The quantity is a figure, or a column of a table at a value of its abscissa, such as a
 /// correlation at one lag. It equals the expected value if they differ by at most
 /// `standard_errors` · (standard error) + `relative` · |expected value| + `absolute`.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Expect {
     /// Name of a figure, as in `summary.json`; `…` stands for a number in it.
@@ -48,15 +53,19 @@ pub struct Expect {
     pub below: Option<f64>,
     /// Allowed difference in standard errors, at least 0; default: 4.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
     pub standard_errors: Option<f64>,
     /// Allowed difference relative to the expected value, at least 0; default: 0.
     #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0))]
     pub relative: f64,
     /// Allowed difference in the unit of the quantity, at least 0; default: 0.
     #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0))]
     pub absolute: f64,
     /// The points that are tested: for some varied keys, the values at which they are.
     #[serde(skip_serializing_if = "toml::Table::is_empty")]
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     pub only: toml::Table,
     /// Where the expected value comes from.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -104,11 +113,16 @@ impl Answer {
     /// The answer as a check, named with its point.
     pub fn check(&self, point: &str) -> Check {
         Check {
-            name: format!("{}, {point}: difference from {}", self.quantity, self.expected),
+            name: format!("{}, {point}: difference from {}", self.quantity, self.rounded()),
             found: self.difference,
             allowed: self.allowed,
             passed: self.passed,
         }
+    }
+
+    /// The expected value with as many digits as a reader needs.
+    pub fn rounded(&self) -> String {
+        self.expected.parse::<f64>().map_or_else(|_| self.expected.clone(), |value| with_error(value, None))
     }
 }
 
@@ -123,11 +137,12 @@ struct Measured {
 }
 
 impl Expect {
-    /// Refuses an entry without a quantity, with contradictory keys, or with an invalid tolerance.
+    /// Refuses an entry without a quantity, with contradictory keys, with an invalid tolerance, or
+    /// for values that no point has. `points` are the cells of all points.
     ///
     /// # Errors
     /// The key and what it allows.
-    pub fn check(&self, keys: &[&str]) -> Result<()> {
+    pub fn check(&self, keys: &[&str], points: &[Vec<(String, Value)>]) -> Result<()> {
         match (&self.figure, &self.table) {
             (Some(_), Some(_)) => bail!("`figure` and `table` exclude each other"),
             (None, None) => bail!("`figure` is missing: the name of a figure; or `table`, `column` and `at`"),
@@ -165,18 +180,23 @@ impl Expect {
                 "`only`: the key `{key}` does not vary{}",
                 did_you_mean(key, keys.iter().copied())
             );
-            ensure!(values.is_array(), "`only`: give a list of values of `{key}`");
+            let Value::Array(values) = values else { bail!("`only`: give a list of values of `{key}`") };
+            let cells = || points.iter().flatten().filter(|(name, _)| name == key);
+            for wanted in values {
+                let is_there = cells().any(|(_, value)| is_same(value, wanted));
+                ensure!(is_there, "`only`: no point has {key} = {wanted}");
+            }
         }
         Ok(())
     }
 
     /// Whether a point is tested: its cell for each varied key, or for the common path of named
     /// settings.
-    pub fn applies(&self, cells: &[(String, Vec<Value>)]) -> bool {
+    pub fn applies(&self, cells: &[(String, Value)]) -> bool {
         self.only.iter().all(|(key, wanted)| {
-            let of_key = cells.iter().filter(|(name, _)| name == key).flat_map(|(_, values)| values);
+            let mut of_key = cells.iter().filter(|(name, _)| name == key);
             let wanted = wanted.as_array().map_or(&[][..], Vec::as_slice);
-            of_key.into_iter().any(|value| wanted.iter().any(|wanted| is_same(value, wanted)))
+            of_key.any(|(_, value)| wanted.iter().any(|wanted| is_same(value, wanted)))
         })
     }
 
@@ -257,11 +277,12 @@ impl Expect {
             abscissa.values.iter().enumerate().filter_map(|(row, x)| Some(((*x)?, row))).collect();
         let rows: Vec<(f64, usize)> =
             rows.into_iter().filter(|&(_, row)| column.values[row].is_some()).collect();
-        let after = rows.iter().position(|&(x, _)| x >= at * (1.0 - 1e-9) - f64::MIN_POSITIVE);
+        let near = SAME_ABSCISSA * at.abs();
+        let after = rows.iter().position(|&(x, _)| x >= at - near);
         let outside = || format!("the table {name} has no {wanted} at {} {at}", abscissa.name);
         let after = after.with_context(outside)?;
         let (x, row) = rows[after];
-        let is_at_row = (x - at).abs() <= 1e-9 * at.abs();
+        let is_at_row = (x - at).abs() <= near;
         ensure!(after > 0 || is_at_row, outside());
         let before = if is_at_row { (x, row) } else { rows[after - 1] };
         let share = if is_at_row { 1.0 } else { (at - before.0) / (x - before.0) };
@@ -313,8 +334,13 @@ mod tests {
 
     fn expect(text: &str) -> Expect {
         let expect: Expect = toml::from_str(text).unwrap();
-        expect.check(&["gas.0.mass"]).unwrap();
+        expect.check(&["gas.0.mass"], &points()).unwrap();
         expect
+    }
+
+    /// The cells of three points.
+    fn points() -> Vec<Vec<(String, Value)>> {
+        [1.0, 2.0, 3.0].map(|mass| vec![("gas.0.mass".to_owned(), Value::Float(mass))]).to_vec()
     }
 
     fn figures() -> Vec<Figure> {
@@ -373,6 +399,14 @@ mod tests {
         assert_eq!((at(1.0).value, at(0.0).value, at(2.0).value), (5.0, 0.0, 20.0));
         assert!(!at(2.5).passed && at(2.5).quantity.contains("no distance at time 2.5"));
         assert!(!at(-1.0).passed);
+        // Below zero too, and in the last row, up to rounding.
+        let below = [Table::new("fall", "Height").abscissa("height", "length", vec![-0.3, -0.1]).value(
+            "distance",
+            "length",
+            vec![Some(1.0), Some(2.0)],
+        )];
+        let last = expect("table = \"fall\"\ncolumn = \"distance\"\nat = -0.10000000000000002\nvalue = 2");
+        assert!(last.answer(0, &[], &below).passed);
     }
 
     #[test]
@@ -386,8 +420,7 @@ mod tests {
     #[test]
     fn points_are_chosen_by_the_values_of_their_keys() {
         let only = expect("figure = \"pressure\"\n[only]\n\"gas.0.mass\" = [1, 3]");
-        let cells = |mass: f64| vec![("gas.0.mass".to_owned(), vec![Value::Float(mass)])];
-        assert!(only.applies(&cells(1.0)) && only.applies(&cells(3.0)) && !only.applies(&cells(2.0)));
+        assert_eq!(points().iter().map(|cells| only.applies(cells)).collect::<Vec<_>>(), [true, false, true]);
     }
 
     #[test]
@@ -403,9 +436,10 @@ mod tests {
             ("figure = \"a\"\nrelative = -0.1", "`relative` must be at least 0"),
             ("figure = \"a\"\n[only]\n\"gas.0.maß\" = [1]", "did you mean `gas.0.mass`?"),
             ("figure = \"a\"\n[only]\n\"gas.0.mass\" = 1", "give a list"),
+            ("figure = \"a\"\n[only]\n\"gas.0.mass\" = [1, 4]", "no point has gas.0.mass = 4"),
         ] {
             let entry: Expect = toml::from_str(text).unwrap();
-            let error = entry.check(&["gas.0.mass"]).unwrap_err().to_string();
+            let error = entry.check(&["gas.0.mass"], &points()).unwrap_err().to_string();
             assert!(error.contains(expected), "{text}: {error}");
         }
     }

@@ -1,4 +1,4 @@
-//! The folder of a sweep: where its files are, and whose it is.
+//! The folder of a sweep: its files, and the study to which it belongs.
 //!
 //! | file | content |
 //! | --- | --- |
@@ -12,6 +12,7 @@
 use std::{
     collections::BTreeMap,
     fs::{self, File},
+    io::{self, ErrorKind},
     path::{Path, PathBuf},
 };
 
@@ -30,6 +31,8 @@ use crate::{
 pub(crate) const STUDY: &str = "study.toml";
 const SHARDS: &str = "shards.json";
 const POINTS: &str = "points";
+const REPLICA: &str = "replica-";
+const RECORD: &str = ".record";
 
 /// The shards that write into a folder, with the replicas of each by point.
 pub type Shards = BTreeMap<Shard, BTreeMap<Key, Vec<u64>>>;
@@ -160,16 +163,33 @@ impl SweepFolder {
 
     /// Path of the file of a finished replica.
     pub fn record(&self, work: Work) -> PathBuf {
-        self.in_point(work, "record")
+        self.in_point(work, RECORD)
+    }
+
+    /// The replicas of which there are files, in the order of the folder.
+    ///
+    /// # Errors
+    /// The folder cannot be listed.
+    pub fn records(&self) -> Result<Vec<Work>> {
+        let mut records = Vec::new();
+        for (name, path) in names(&self.folder.path().join(POINTS))? {
+            let Ok(key) = Key::try_from(name) else { continue };
+            for (name, _) in names(&path)? {
+                let number = name.strip_prefix(REPLICA).and_then(|rest| rest.strip_suffix(RECORD));
+                let replica = number.and_then(|number| number.parse().ok());
+                records.extend(replica.map(|replica| Work { key, replica }));
+            }
+        }
+        Ok(records)
     }
 
     /// Path of the folder of a replica in progress.
     pub fn partial(&self, work: Work) -> PathBuf {
-        self.in_point(work, "partial")
+        self.in_point(work, ".partial")
     }
 
     fn in_point(&self, Work { key, replica }: Work, ending: &str) -> PathBuf {
-        self.folder.path().join(Self::point_name(key)).join(format!("replica-{replica:04}.{ending}"))
+        self.folder.path().join(Self::point_name(key)).join(format!("{REPLICA}{replica:04}{ending}"))
     }
 
     /// What is known of a replica.
@@ -180,6 +200,24 @@ impl SweepFolder {
         let work = Work { key: point.key, replica };
         stored::read(&self.record(work), work, &carom_runs::record::description(&point.scene))
     }
+}
+
+/// The entries of a folder with their names; none where there is no such folder.
+fn names(path: &Path) -> Result<Vec<(String, PathBuf)>> {
+    let entries = match fs::read_dir(path) {
+        Ok(entries) => entries,
+        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            return Ok(Vec::new());
+        }
+        Err(error) => {
+            return Err(error).with_context(|| format!("cannot read the folder {}", path.display()));
+        }
+    };
+    let named = |entry: io::Result<fs::DirEntry>| {
+        let entry = entry.with_context(|| format!("cannot read the folder {}", path.display()))?;
+        Ok((entry.file_name().to_string_lossy().into_owned(), entry.path()))
+    };
+    entries.map(named).collect()
 }
 
 /// The replicas of a list of work by point.

@@ -40,6 +40,7 @@ pub mod merge;
 mod missing;
 mod page;
 pub mod point;
+pub mod reference;
 mod report;
 mod results;
 pub mod shard;

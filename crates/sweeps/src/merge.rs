@@ -4,6 +4,7 @@
 //! Each thread holds one point at a time.
 
 use std::{
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
@@ -90,11 +91,14 @@ fn common(sources: &[SweepFolder]) -> Result<(Study, Shards)> {
 
 /// Copies all finished replicas.
 fn copy(study: &Study, sources: &[SweepFolder], target: &SweepFolder, pool: &ThreadPool) -> Result<Remarks> {
+    let holders = pool.install(|| holders(sources))?;
     let progress = Progress::items("points", study.points.len() as u64);
     let of_point = |point: &Point| -> Result<(usize, Vec<String>)> {
         let mut found = (0, Vec::new());
         for replica in 1..=study.replicas {
-            copy_replica(point, replica, sources, target, &mut found)?;
+            let own = holders.get(&Work { key: point.key, replica }).map_or(&[][..], Vec::as_slice);
+            let own: Vec<&SweepFolder> = own.iter().map(|&source| &sources[source]).collect();
+            copy_replica(point, replica, &own, target, &mut found)?;
         }
         progress.count(1);
         Ok(found)
@@ -111,18 +115,29 @@ fn copy(study: &Study, sources: &[SweepFolder], target: &SweepFolder, pool: &Thr
     Ok(Remarks { failures: Vec::new(), notes })
 }
 
-/// Copies a replica from the first folder that has it. Counts further equal ones, and notes damaged
+/// The sources of each replica, by their indices in ascending order. Each folder is listed once: a
+/// look for each replica in each source takes minutes on a shared file system.
+fn holders(sources: &[SweepFolder]) -> Result<BTreeMap<Work, Vec<usize>>> {
+    let listed: Vec<Vec<Work>> = sources.par_iter().map(SweepFolder::records).collect::<Result<_>>()?;
+    let mut holders: BTreeMap<Work, Vec<usize>> = BTreeMap::new();
+    for (source, records) in listed.into_iter().enumerate() {
+        records.into_iter().for_each(|work| holders.entry(work).or_default().push(source));
+    }
+    Ok(holders)
+}
+
+/// Copies a replica from the first of the folders that have it. Counts further equal ones, and notes damaged
 /// files.
 fn copy_replica(
     point: &Point,
     replica: u64,
-    sources: &[SweepFolder],
+    sources: &[&SweepFolder],
     target: &SweepFolder,
     (twice, notes): &mut (usize, Vec<String>),
 ) -> Result<()> {
     let work = Work { key: point.key, replica };
     let mut first: Option<(Box<Stored>, &SweepFolder)> = None;
-    for source in sources.iter().filter(|source| source.record(work).is_file()) {
+    for &source in sources {
         match source.find(point, replica)? {
             Found::Nothing => (),
             Found::Damaged(reason) => {

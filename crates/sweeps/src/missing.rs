@@ -23,14 +23,17 @@ impl Missing {
     pub fn of(study: &Study, points: &[PointResults], shards: &Shards) -> Self {
         let mut replicas = BTreeMap::new();
         for results in points {
-            let lacking = (1..=study.replicas).filter(|replica| !results.replicas.contains(replica));
+            let lacking =
+                (1..=study.replicas).filter(|replica| results.replicas.binary_search(replica).is_err());
             let lacking: Vec<u64> = lacking.collect();
             if !lacking.is_empty() {
                 replicas.insert(results.point, lacking);
             }
         }
         let is_lacking = |key: &Key, own: &[u64]| {
-            replicas.get(key).is_some_and(|lacking: &Vec<u64>| own.iter().any(|one| lacking.contains(one)))
+            replicas
+                .get(key)
+                .is_some_and(|lacking: &Vec<u64>| own.iter().any(|one| lacking.binary_search(one).is_ok()))
         };
         let unfinished = shards.iter().filter(|(_, work)| work.iter().any(|(key, own)| is_lacking(key, own)));
         let unfinished = unfinished.map(|(&shard, _)| shard).collect();

@@ -54,9 +54,10 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
     let (mut all, left_out) = charts(study, points)?;
     let others = all.split_off(LEADING.min(all.len()));
     page.part(Part::Answer);
-    expectations(&mut page, points);
+    failures(&mut page, points);
     page.charts(&all);
     page.part(Part::Results);
+    expectations(&mut page, study, points);
     page.heading("All points");
     let (header, rows) = on_page(study, points);
     page.table(&header.iter().map(String::as_str).collect::<Vec<_>>(), &rows);
@@ -82,36 +83,55 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults], frame: &Fr
     folder.write(PAGE, page.html())
 }
 
-/// What was expected of each point, failures first.
-fn expectations(page: &mut Page, points: &[PointResults]) {
-    let answers = points.iter().flat_map(|point| point.answers.iter().map(move |answer| (point, answer)));
-    let mut answers: Vec<(&PointResults, &Answer)> = answers.collect();
-    if answers.is_empty() {
-        return;
+/// The quantities that are not as expected.
+fn failures(page: &mut Page, points: &[PointResults]) {
+    let failed: Vec<_> = answers(points).into_iter().filter(|(_, answer)| !answer.passed).collect();
+    if !failed.is_empty() {
+        page.heading("Not as expected");
+        page.table(&EXPECTATIONS, &failed.iter().map(row).collect::<Vec<_>>());
     }
-    answers.sort_by_key(|(_, answer)| answer.passed);
-    let row = |&(point, answer): &(&PointResults, &Answer)| {
-        let result = if answer.passed { "as expected" } else { "NOT AS EXPECTED" };
-        let bound = answer.expected.starts_with(['<', '>']);
-        let allowed = if bound { "–".to_owned() } else { with_error(answer.allowed, None) };
-        vec![
-            point.label.split(", ").map(short).collect::<Vec<_>>().join(", "),
-            named(&answer.quantity, &answer.unit),
-            with_error(answer.value, answer.standard_error),
-            rounded(&answer.expected),
-            allowed,
-            result.to_owned(),
-            answer.source.clone(),
-        ]
-    };
-    let header = ["point", "quantity", "measured", "expected", "may differ by", "result", "source"];
-    page.heading("Expectations");
-    page.table(&header, &answers.iter().map(row).collect::<Vec<_>>());
 }
 
-/// An expected value with as many digits as a reader needs.
-fn rounded(expected: &str) -> String {
-    expected.parse::<f64>().map_or_else(|_| expected.to_owned(), |value| with_error(value, None))
+/// All quantities of which something is expected.
+fn expectations(page: &mut Page, study: &Study, points: &[PointResults]) {
+    let answers = answers(points);
+    let untested = study.expected_answers() - answers.len();
+    if answers.is_empty() && untested == 0 {
+        return;
+    }
+    page.heading("Expectations");
+    page.table(&EXPECTATIONS, &answers.iter().map(row).collect::<Vec<_>>());
+    if untested > 0 {
+        page.paragraph(&format!("{untested} more are not tested: their points have no replicas yet."));
+    }
+}
+
+/// Header of a table of expectations.
+const EXPECTATIONS: [&str; 7] =
+    ["point", "quantity", "measured", "expected", "may differ by", "result", "source"];
+
+fn answers(points: &[PointResults]) -> Vec<(&PointResults, &Answer)> {
+    points.iter().flat_map(|point| point.answers.iter().map(move |answer| (point, answer))).collect()
+}
+
+fn row(&(point, answer): &(&PointResults, &Answer)) -> Vec<String> {
+    let result = if answer.passed { "as expected" } else { "NOT AS EXPECTED" };
+    let is_bound = answer.expected.starts_with(['<', '>']);
+    let allowed = if is_bound { "–".to_owned() } else { with_error(two_digits(answer.allowed), None) };
+    vec![
+        point.label.split(", ").map(short).collect::<Vec<_>>().join(", "),
+        named(&answer.quantity, &answer.unit),
+        with_error(answer.value, answer.standard_error),
+        answer.rounded(),
+        allowed,
+        result.to_owned(),
+        answer.source.clone(),
+    ]
+}
+
+/// A tolerance with two digits.
+fn two_digits(tolerance: f64) -> f64 {
+    format!("{tolerance:.1e}").parse().unwrap_or(tolerance)
 }
 
 /// What was varied.
@@ -123,8 +143,8 @@ fn lead(study: &Study) -> String {
         let _ = write!(lead, " {count} {plural} of {}.", vary.keys.join(" with "));
     }
     lead.push_str(
-        " Dots are means over all replicas, bars two standard errors, rings predictions. Errors are from the \
-         blocks of all replicas.",
+        " Dots are means over all replicas, bars two standard errors, rings predictions and what is \
+         expected. Errors are from the blocks of all replicas.",
     );
     lead
 }

@@ -1,7 +1,12 @@
 //! The results of a sweep in its folder: table, summary and page, and the same on the terminal.
 
 use anyhow::Result;
-use carom_runs::{conclude, console::note, manifest::Manifest};
+use carom_runs::{
+    conclude,
+    console::{is_json, note},
+    manifest::Manifest,
+    print_line,
+};
 use carom_tables::{Summary, Totals, Verdict};
 use rayon::ThreadPool;
 use serde::Serialize;
@@ -79,6 +84,11 @@ pub fn write(
     }
     for remark in notes {
         note(remark);
+    }
+    let answers = || points.iter().flat_map(|point| &point.answers);
+    if !is_json() && study.expected_answers() > 0 {
+        let passed = answers().filter(|answer| answer.passed).count();
+        print_line(&format!("{passed} of {} expectations are met", study.expected_answers()));
     }
     conclude(folder, &summary);
     Ok(summary.verdict())

@@ -31,7 +31,7 @@ pub struct PointResults {
     pub point: Key,
     /// Its values in words.
     pub label: String,
-    /// The replicas that have ended.
+    /// The replicas that have ended, in ascending order.
     pub replicas: Vec<u64>,
     /// Figures over all its replicas.
     pub figures: Vec<Figure>,
@@ -121,7 +121,7 @@ fn of_point(
     Ok(PointResults { point: key, label, replicas, figures: summary.figures, totals, checks, answers, note })
 }
 
-/// What is said of a damaged file.
+/// The message about a damaged file.
 pub(crate) fn damaged(point: &Point, replica: u64, reason: &str) -> String {
     format!("point {}, replica {replica}: the file of its sums is left out: {reason}", point.label)
 }

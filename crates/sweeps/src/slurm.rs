@@ -57,6 +57,19 @@ pub struct Options {
     pub sbatch: Vec<SbatchOption>,
 }
 
+impl Default for Options {
+    /// No job scripts; the other values are those of the command line.
+    fn default() -> Self {
+        Self {
+            slurm: false,
+            array_size: 16,
+            time: TimeLimit("1:00:00".to_owned()),
+            cpus: 1,
+            sbatch: Vec::new(),
+        }
+    }
+}
+
 /// A time limit in a form that Slurm reads: `90`, `90:00`, `1:30:00`, `2-12`, `2-12:30:00`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TimeLimit(String);
@@ -107,13 +120,12 @@ struct Job {
     checkpoint_every: Duration,
 }
 
-/// Writes the job scripts of the study in `file`, with a copy of the study that needs no other
+/// Writes the job scripts of a study with this name, with a copy of the study that needs no other
 /// file: shards that start later are of the same study, whatever becomes of its file.
 ///
 /// # Errors
 /// The folder holds another study, a file cannot be written, or a path is not valid UTF-8.
-pub fn write(study: &Study, file: &Path, choices: &Choices, options: &Options) -> Result<()> {
-    let name = file.file_stem().unwrap_or_else(|| "study".as_ref()).to_string_lossy().into_owned();
+pub fn write(study: &Study, name: &str, choices: &Choices, options: &Options) -> Result<()> {
     let resumption = &choices.resumption;
     let path = resumption.folder(&format!("out/slurm-{name}"));
     let there = path.join(INPUT);
@@ -132,7 +144,7 @@ pub fn write(study: &Study, file: &Path, choices: &Choices, options: &Options) -
     folder.write_lasting(INPUT, study.text())?;
     let job = Job {
         program: std::env::current_exe().context("the path of this program is unknown")?,
-        name,
+        name: name.to_owned(),
         folder: fs::canonicalize(&path).with_context(|| path.display().to_string())?,
         checkpoint_every: choices.checkpoint_every,
     };

@@ -7,11 +7,13 @@ use carom::engine::StopSpec;
 use carom_runs::{other_run::refuse_other, overrides::Override};
 use carom_tables::Figure;
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::{
     expect::{Answer, Expect},
+    figure_name::without_numbers,
     point::{Key, Point},
     vary::{Vary, VarySpec},
 };
@@ -21,36 +23,63 @@ const MOST_POINTS: usize = 100_000;
 const MOST_REPLICAS: u64 = 10_000_000;
 
 /// A study file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct StudyFile {
-    /// Number of replicas of each point.
+pub(crate) struct StudyFile {
+    /// Number of replicas of each point: runs with different random numbers. All points together
+    /// have at most 10 000 000.
     #[serde(default = "one")]
+    #[schemars(range(min = 1, max = 10_000_000))]
     replicas: u64,
-    /// Names as in `run.observe`, or tables as `[[measure]]`.
+    /// Measures besides those of the scene: names as in `run.observe`, or tables as `[[measure]]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<serde_json::Value>")]
     measure: Vec<Value>,
+    /// What ends each replica before `run.until`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     stop: Option<StopSpec>,
+    /// The keys of the scene that change. The points are all combinations of the entries, at most
+    /// 100 000; the last entry varies fastest.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     vary: Vec<VarySpec>,
+    /// What is expected of the results.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     expect: Vec<Expect>,
-    /// What `--quick` changes.
+    /// The short form, taken by `--quick`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     quick: Option<Quick>,
-    /// A path relative to the study, or a table.
+    /// The scene: the path of its file relative to the study, or the scene as a table `[scene]`.
+    #[schemars(with = "serde_json::Value")]
     scene: Value,
 }
 
-/// A short form of a study.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+/// The short form of a study, which `carom sweep STUDY --quick` runs: what it changes. The varied
+/// keys and their values are those of the study.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 struct Quick {
-    /// Number of replicas of each point.
+    /// Number of replicas of each point; default: that of the study. `--replicas` overrides it.
+    #[schemars(range(min = 1, max = 10_000_000))]
     replicas: Option<u64>,
-    /// Keys of the scene with their values.
+    /// What ends each replica, in the place of the table `stop` of the study.
+    stop: Option<StopSpec>,
+    /// Paths of keys of the scene with their values, such as `"run.until" = 10.0`. Keys that vary
+    /// are refused.
+    #[schemars(with = "serde_json::Map<String, serde_json::Value>")]
     set: Table,
+}
+
+impl Quick {
+    /// The scene with the changed keys.
+    fn scene(&self, base: &Table, vary: &[Vary]) -> Result<Table> {
+        let mut base = base.clone();
+        for (key, value) in &self.set {
+            let is_varied = vary.iter().any(|vary| vary.keys.contains(key));
+            ensure!(!is_varied, "[quick.set]: `{key}` varies");
+            Override::new(key, value.clone()).and_then(|set| set.apply(&mut base)).context("[quick.set]")?;
+        }
+        Ok(base)
+    }
 }
 
 /// How large a study is.
@@ -79,6 +108,8 @@ pub struct Study {
     stop: Option<StopSpec>,
     /// What is expected of the results.
     expect: Vec<Expect>,
+    /// The points, in ascending order, that each entry of `expect` tests.
+    tested: Vec<Vec<usize>>,
     /// The scene as a table, with the measures of the study.
     base: Table,
 }
@@ -101,22 +132,25 @@ impl Study {
     /// Those of [`Self::read`].
     pub fn parse(text: &str, folder: &Path, size: Size) -> Result<Self> {
         let file: StudyFile = toml::from_str(text).map_err(|error| unknown_key(&error, text))?;
-        let StudyFile { replicas: given, measure, stop, vary, expect, quick, scene } = file;
+        let StudyFile { scene, mut replicas, measure, mut stop, vary, expect, quick } = file;
         let mut base = base(scene, folder)?;
-        let mut given = given;
-        if size.is_quick {
-            let quick = quick.context("--quick: the study has no table [quick], its short form")?;
-            given = quick.replicas.unwrap_or(given);
-            for (key, value) in quick.set {
-                Override::new(&key, value).and_then(|set| set.apply(&mut base)).context("[quick.set]")?;
-            }
-        }
-        measure.into_iter().try_for_each(|entry| add_measure(&mut base, entry))?;
         let entry =
             |(index, spec): (usize, &VarySpec)| Vary::new(spec).with_context(|| format!("vary[{index}]"));
         let vary = vary.iter().enumerate().map(entry).collect::<Result<Vec<_>>>()?;
         refuse_repeated_keys(&vary)?;
-        let replicas = size.replicas.unwrap_or(given);
+        if let Some(quick) = &quick {
+            // Also without --quick, so that an error in it is found.
+            let shortened = quick.scene(&base, &vary)?;
+            if size.is_quick {
+                base = shortened;
+                replicas = quick.replicas.unwrap_or(replicas);
+                stop = quick.stop.clone().or(stop);
+            }
+        } else if size.is_quick {
+            bail!("--quick: the study has no table [quick], its short form");
+        }
+        measure.into_iter().try_for_each(|entry| add_measure(&mut base, entry))?;
+        let replicas = size.replicas.unwrap_or(replicas);
         let count = vary.iter().fold(1usize, |count, vary| count.saturating_mul(vary.settings.len()));
         ensure!(count <= MOST_POINTS, "the study has {count} points; allowed are {MOST_POINTS}");
         let most = MOST_REPLICAS / count as u64;
@@ -124,9 +158,9 @@ impl Study {
             (1..=most).contains(&replicas),
             "`replicas` must be from 1 to {most} with {count} points, but is {replicas}"
         );
-        let mut study = Self { replicas, vary, points: Vec::new(), stop, expect, base };
+        let mut study = Self { replicas, vary, points: Vec::new(), stop, expect, tested: Vec::new(), base };
         study.points = study.make_points()?;
-        study.check_expectations()?;
+        study.tested = study.expected_points()?;
         Ok(study)
     }
 
@@ -156,43 +190,63 @@ impl Study {
         Ok(points)
     }
 
-    fn check_expectations(&self) -> Result<()> {
+    /// The points that each entry of `expect` tests, by their indices in ascending order.
+    fn expected_points(&self) -> Result<Vec<Vec<usize>>> {
+        if self.expect.is_empty() {
+            return Ok(Vec::new());
+        }
         let mut keys = self.keys();
         let paths: Vec<String> = self.vary.iter().flat_map(Vary::columns).collect();
         keys.extend(paths.iter().map(String::as_str));
-        for (index, expect) in self.expect.iter().enumerate() {
+        let cells: Vec<Vec<(String, Value)>> =
+            (0..self.points.len()).map(|point| self.cells(point)).collect();
+        let of_entry = |(index, expect): (usize, &Expect)| -> Result<Vec<usize>> {
             let entry = || format!("expect[{index}]");
-            expect.check(&keys).with_context(entry)?;
-            let tested = (0..self.points.len()).filter(|&point| expect.applies(&self.cells(point))).count();
-            ensure!(tested > 0, "{}: `only` leaves no point", entry());
+            expect.check(&keys, &cells).with_context(entry)?;
+            let tested: Vec<usize> =
+                (0..cells.len()).filter(|&point| expect.applies(&cells[point])).collect();
+            ensure!(!tested.is_empty(), "{}: `only` leaves no point", entry());
             if let Some(values) = &expect.values {
-                let count = values.len();
-                ensure!(count == tested, "{}: {count} `values` for {tested} points", entry());
+                let (count, points) = (values.len(), tested.len());
+                ensure!(count == points, "{}: {count} `values` for {points} points", entry());
             }
-        }
-        Ok(())
+            Ok(tested)
+        };
+        self.expect.iter().enumerate().map(of_entry).collect()
     }
 
     /// The values of a point by key, and the names of named settings by their common path.
-    fn cells(&self, point: usize) -> Vec<(String, Vec<Value>)> {
+    fn cells(&self, point: usize) -> Vec<(String, Value)> {
         let of_entry = |(entry, vary): (usize, &Vary)| {
             let setting = self.setting(point, entry);
-            let values =
-                vary.keys.iter().cloned().zip(vary.settings[setting].iter().map(|v| vec![v.clone()]));
+            let values = vary.keys.iter().cloned().zip(vary.settings[setting].iter().cloned());
             let name = vary.names.as_ref().map(|names| Value::String(names[setting].clone()));
-            let named = name.map(|name| (vary.columns().concat(), vec![name]));
+            let named = name.map(|name| (vary.columns().concat(), name));
             values.chain(named).collect::<Vec<_>>()
         };
         self.vary.iter().enumerate().flat_map(of_entry).collect()
     }
 
+    /// The place of the first `[[expect]]` entry about a figure, in the order of the file.
+    pub fn place_of_expectation(&self, figure: &str) -> Option<usize> {
+        let is_about = |expect: &Expect| {
+            expect.figure.as_ref().is_some_and(|name| without_numbers(name) == without_numbers(figure))
+        };
+        self.expect.iter().position(is_about)
+    }
+
     /// Compares the results of a point, by its index, with what is expected.
     pub fn answers(&self, point: usize, figures: &[Figure], tables: &[carom_tables::Table]) -> Vec<Answer> {
-        let of_entry = |expect: &Expect| {
-            let applies = |&other: &usize| expect.applies(&self.cells(other));
-            applies(&point).then(|| expect.answer((0..point).filter(applies).count(), figures, tables))
+        let of_entry = |(expect, tested): (&Expect, &Vec<usize>)| {
+            let number = tested.binary_search(&point).ok()?;
+            Some(expect.answer(number, figures, tables))
         };
-        self.expect.iter().filter_map(of_entry).collect()
+        self.expect.iter().zip(&self.tested).filter_map(of_entry).collect()
+    }
+
+    /// Number of answers when all points have results.
+    pub fn expected_answers(&self) -> usize {
+        self.tested.iter().map(Vec::len).sum()
     }
 
     /// Writes `[stop]` into the scene. The error of the mean of n equal replicas is smaller by √n
@@ -260,7 +314,7 @@ impl Study {
         let subject = |study: &Self| {
             let vary = |vary: &Vary| Vary { settings: Vec::new(), names: None, ..vary.clone() };
             let vary = study.vary.iter().map(vary).collect();
-            Self { replicas: 1, vary, expect: Vec::new(), ..study.clone() }.text()
+            Self { replicas: 1, vary, expect: Vec::new(), points: Vec::new(), ..study.clone() }.text()
         };
         refuse_other(&subject(other), &subject(self))
     }
@@ -396,6 +450,14 @@ mod tests {
             ),
             ("[stop]\nfigure = \"pressure\"", "needs `standard_error`"),
             ("measure = [\"events\"]", "it writes contacts to a file"),
+            ("[[expect]]\nfigure = \"pressure\"\nvalues = [1, 2]", "expect[0]: 2 `values` for 1 points"),
+            ("[[expect]]\nvalue = 1", "expect[0]: `figure` is missing"),
+            ("[quick]\nreplica = 1", "unknown field `replica`"),
+            ("[quick]\nset = { \"gas.0.raduis\" = 1 }", "[quick.set]: "),
+            (
+                "[quick]\nset = { \"gas.0.mass\" = 1 }\n[[vary]]\nkey = \"gas.0.mass\"\nvalues = [1]",
+                "[quick.set]: `gas.0.mass` varies",
+            ),
         ] {
             let error = format!("{:#}", study(head).unwrap_err());
             assert!(error.contains(expected), "{head}: {error}");

@@ -45,7 +45,7 @@ pub struct Options {
     /// Number of replicas of each point, instead of that of the study
     #[arg(long)]
     pub replicas: Option<u64>,
-    /// The short form of the study, from its table [quick]
+    /// The short form of the study, from its table `quick`
     #[arg(long)]
     pub quick: bool,
     /// Number of threads; default: one for each processor
@@ -68,11 +68,11 @@ pub fn run(options: &Options) -> Result<Verdict> {
     let size = Size { replicas: options.replicas, is_quick: options.quick };
     let study = Study::read(&options.study, size)?;
     if options.slurm.slurm {
-        slurm::write(&study, &options.study, &options.choices, &options.slurm)?;
+        slurm::write(&study, &name(options), &options.choices, &options.slurm)?;
         return Ok(Verdict::Passed);
     }
     let shard = options.shard.unwrap_or(Shard::WHOLE);
-    let path = options.choices.resumption.folder(&usual_folder(&options.study, shard));
+    let path = options.choices.resumption.folder(&usual_folder(&name(options), shard));
     let existing = options.choices.resumption.existing();
     let signals = Signals::watch()?;
     let pool = threads(options.threads)?;
@@ -120,9 +120,15 @@ pub fn run(options: &Options) -> Result<Verdict> {
     }
 }
 
+/// The name of the study in folders and jobs. The short form has other runs, and so another name.
+fn name(options: &Options) -> String {
+    let name = options.study.file_stem().unwrap_or_else(|| "study".as_ref()).to_string_lossy();
+    let quick = if options.quick { "-quick" } else { "" };
+    format!("{name}{quick}")
+}
+
 /// The folder of a sweep without `--out`.
-fn usual_folder(study: &Path, shard: Shard) -> String {
-    let name = study.file_stem().unwrap_or_else(|| "study".as_ref()).to_string_lossy();
+fn usual_folder(name: &str, shard: Shard) -> String {
     if shard == Shard::WHOLE {
         return format!("out/sweep-{name}");
     }

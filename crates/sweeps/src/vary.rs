@@ -1,6 +1,7 @@
 //! `[[vary]]`: the keys of a scene that a study changes, and their values.
 
 use anyhow::{Context, Result, bail, ensure};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
@@ -12,7 +13,7 @@ const MOST_VALUES: usize = 100_000;
 const DIGITS: usize = 12;
 
 /// Distances of the values of a range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Spacing {
     /// Equal differences.
@@ -22,11 +23,11 @@ pub enum Spacing {
     Logarithmic,
 }
 
-/// An entry `[[vary]]` as in the file.
+/// Keys of the scene that change, with their values.
 ///
 /// Either `key` with `values`, or `key` with `from`, `to`, `steps` and `spacing`, or `keys` with
 /// `values` that are lists: keys that change together.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct VarySpec {
     /// Path of the key in the scene, such as `gas.0.area_fraction`.
@@ -37,18 +38,22 @@ pub struct VarySpec {
     pub keys: Option<Vec<String>>,
     /// The values; with `keys` a list of values for each.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<Vec<serde_json::Value>>")]
     pub values: Option<Vec<Value>>,
     /// A name for each of `values`, for charts and tables.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub names: Option<Vec<String>>,
     /// First value of a range: a number. Excludes `values`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<f64>")]
     pub from: Option<Value>,
     /// Last value of a range: a number.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<f64>")]
     pub to: Option<Value>,
     /// Number of values of a range, with both ends; from 2 to 100 000.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 2, max = 100_000))]
     pub steps: Option<usize>,
     /// Distances of the values of a range. Default: `linear`.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -4,13 +4,14 @@ use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
-    time::SystemTime,
+    time::{Duration, SystemTime},
 };
 
 use anyhow::Result;
 use carom_runs::interruption::Signals;
 use carom_runs::run::record;
 use carom_sweeps::{Size, Study, merge, sweep};
+use carom_tables::Verdict;
 use clap::{Args, Parser};
 
 const STUDY: &str = r#"
@@ -241,6 +242,27 @@ fn a_damaged_file_is_recognised_at_every_length_and_its_replica_run_again() {
     assert_eq!(place.read("both/table.csv"), table);
 }
 
+/// No clock of the day has an effect: durations are those of a clock that never jumps, and times of
+/// files are never read.
+#[test]
+fn a_clock_that_jumps_repeats_and_changes_nothing() {
+    let place = Place::new(STUDY);
+    place.sweep("whole", "").unwrap();
+    let expected = tables(&place.path("whole"));
+    place.sweep("a", "--shard 1/2").unwrap();
+    place.sweep("b", "--shard 2/2").unwrap();
+    let times = [SystemTime::UNIX_EPOCH, SystemTime::now() + Duration::from_secs(1 << 32)];
+    for (out, time) in ["a", "b"].into_iter().zip(times) {
+        for path in place.records(out).into_keys() {
+            fs::File::options().append(true).open(path).unwrap().set_modified(time).unwrap();
+        }
+        place.sweep(out, &format!("--shard {}/2", if out == "a" { 1 } else { 2 })).unwrap();
+        assert!(place.records(out).into_values().all(|now| now == time), "{out} was run again");
+    }
+    place.merge(&["b".to_owned(), "a".to_owned()], "all").unwrap();
+    assert_eq!(tables(&place.path("all")), expected);
+}
+
 #[test]
 fn folders_that_do_not_fit_are_not_merged() {
     let place = Place::new(STUDY);
@@ -407,6 +429,112 @@ fn runs_that_end_at_a_wanted_error_scatter_as_wanted() {
     assert!((0.006..0.014).contains(&scatter), "{scatter}");
 }
 
+/// Entries for `STUDY`: the first holds for equal discs, the second is wrong on purpose at one point.
+const EXPECT: &str = "
+[[expect]]
+figure = \"pressure\"
+relative = 0.5
+[[expect]]
+figure = \"compressibility factor βpA/N\"
+values = [1.0, 9.0]
+standard_errors = 0
+absolute = 3.0
+source = \"a guess\"
+only = { \"gas.0.count\" = [10, 30] }
+";
+
+/// The answers of all points, as in `summary.json`, and the checks of the terminal.
+fn answers(place: &Place, out: &str) -> (Vec<serde_json::Value>, serde_json::Value) {
+    let summary: serde_json::Value =
+        serde_json::from_str(&place.read(&format!("{out}/summary.json"))).unwrap();
+    let of_point = |point: &serde_json::Value| point["answers"].as_array().cloned().unwrap_or_default();
+    (summary["points"].as_array().unwrap().iter().flat_map(of_point).collect(), summary["checks"].clone())
+}
+
+#[test]
+fn expectations_are_answered_alike_by_one_process_and_by_merged_shards() {
+    let place = Place::new(&format!("{STUDY}{EXPECT}"));
+    let sweep = |out: &str, more: &str| {
+        let (study, out) = (place.path("study.toml"), place.path(out));
+        sweep::run(&options(&format!("{} --out {} {more}", study.display(), out.display()))).unwrap()
+    };
+    assert_eq!(sweep("whole", ""), Verdict::Failed);
+    let whole = answers(&place, "whole");
+    let passed: Vec<bool> = whole.0.iter().map(|answer| answer["passed"].as_bool().unwrap()).collect();
+    // Of each point in turn: the prediction, then the guess.
+    assert_eq!(passed, [true, true, true, true, false], "{whole:?}");
+    assert!(whole.0[0]["source"].as_str().unwrap().contains("Liu"));
+    assert_eq!((&whole.0[4]["expected"], &whole.0[4]["source"]), (&"9".into(), &"a guess".into()));
+    assert!(whole.1.as_array().unwrap().iter().any(|check| check["passed"] == false));
+    let page = place.read("whole/report.html");
+    assert!(page.contains("NOT AS EXPECTED") && page.contains("a guess") && !page.contains("not tested"));
+
+    // Shards alone have no verdict; merged ones have that of one process.
+    for index in 1..=3 {
+        assert_eq!(sweep(&format!("shard-{index}"), &format!("--shard {index}/3")), Verdict::Passed);
+    }
+    let merge = |shards: &[u32], out: &str| {
+        let folders: Vec<String> =
+            shards.iter().map(|index| place.path(&format!("shard-{index}")).display().to_string()).collect();
+        let words = format!("{} --out {}", folders.join(" "), place.path(out).display());
+        merge::run(&options(&words)).unwrap()
+    };
+    assert_eq!(merge(&[3, 1, 2], "all"), Verdict::Failed);
+    assert_eq!(answers(&place, "all"), whole);
+
+    // What has no replica is named as untested. 9 replicas in 9 shards: the first has one point.
+    sweep("lone", "--shard 1/9");
+    place.merge(&["lone".to_owned()], "part").unwrap();
+    let left = 5 - answers(&place, "part").0.len();
+    assert!((3..=4).contains(&left));
+    assert!(place.read("part/report.html").contains(&format!("{left} more are not tested")));
+
+    // A corrected expectation is judged from the finished replicas.
+    let first = place.records("whole");
+    place.study(&format!("{STUDY}{EXPECT}").replace("[1.0, 9.0]", "[1.0, 1.5]"));
+    assert_eq!(sweep("whole", ""), Verdict::Passed);
+    assert_eq!(place.records("whole"), first);
+}
+
+#[test]
+fn the_short_form_is_a_study_of_its_own_in_shards_and_jobs_too() {
+    let quick = "\n[quick]\nreplicas = 2\nstop = { collisions = 50 }\nset = { \"run.until\" = 0.4 }\n";
+    let place = Place::new(&format!("{STUDY}{EXPECT}{quick}").replace("9.0", "1.5"));
+    let is_quick = Size { is_quick: true, ..Size::default() };
+    let study = |name: &str, size| Study::read(&place.path(name), size).unwrap();
+    let (short, full) = (study("study.toml", is_quick), study("study.toml", Size::default()));
+    assert_eq!((short.replicas, full.replicas), (2, 3));
+    assert_eq!((short.points[0].scene.run.until, full.points[0].scene.run.until), (0.4, 0.8));
+    assert!(short.points[0].scene.run.stop.is_some() && full.points[0].scene.run.stop.is_none());
+    let more = Size { replicas: Some(4), is_quick: true };
+    assert_eq!(study("study.toml", more).replicas, 4);
+
+    place.sweep("whole", "--quick").unwrap();
+    assert_eq!(place.records("whole").len(), 6);
+    assert!(place.refused("whole", "").contains("another study"));
+    for index in 1..=2 {
+        place.sweep(&format!("shard-{index}"), &format!("--quick --shard {index}/2")).unwrap();
+    }
+    place.merge(&["shard-2".to_owned(), "shard-1".to_owned()], "all").unwrap();
+    assert_eq!(tables(&place.path("all")), tables(&place.path("whole")));
+    assert_eq!(answers(&place, "all"), answers(&place, "whole"));
+    // A shard of the whole study is of another study.
+    place.sweep("shard-3", "--shard 2/2").unwrap();
+    let mixed = ["shard-1", "shard-3"].map(str::to_owned);
+    assert!(format!("{:#}", place.merge(&mixed, "mixed").unwrap_err()).contains("another study"));
+
+    // The jobs run the short form from a file that has no other.
+    let words = format!(
+        "{} --quick --slurm --array-size 2 --out {}",
+        place.path("study.toml").display(),
+        place.path("jobs").display()
+    );
+    sweep::run(&options(&words)).unwrap();
+    assert_eq!(study("jobs/input.toml", Size::default()), short);
+    let again = Study::parse(&short.text(), Path::new(""), is_quick).unwrap_err();
+    assert!(format!("{again:#}").contains("no table [quick]"));
+}
+
 #[test]
 fn the_study_of_the_readme_is_valid() {
     let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../README.md");
@@ -417,6 +545,10 @@ fn the_study_of_the_readme_is_valid() {
     fs::write(folder.path().join("gas.toml"), scenes[0]).unwrap();
     let study = Study::parse(studies[0], folder.path(), Size::default()).unwrap();
     assert_eq!((study.points.len(), study.replicas), (6, 8));
+    let quick = Study::parse(studies[0], folder.path(), Size { is_quick: true, ..Size::default() }).unwrap();
+    assert_eq!((quick.points.len(), quick.replicas), (6, 2));
+    // The points of the first and the second density.
+    assert_eq!(study.expected_answers(), 4);
 }
 
 #[test]
@@ -424,8 +556,13 @@ fn the_studies_of_the_repository_are_valid() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../xtask/studies");
     let mut points = 0;
     for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        let text = fs::read_to_string(&path).unwrap();
         let study = Study::read(&path, Size::default()).unwrap();
         points += study.points.len();
+        if text.contains("\n[quick]") {
+            let quick = Study::read(&path, Size { is_quick: true, ..Size::default() }).unwrap();
+            assert_eq!(quick.points.len(), study.points.len());
+        }
         for point in &study.points {
             assert!(carom_sweeps::cost::of_replica(point).unwrap() > 1000, "{}", point.label);
         }

@@ -1,5 +1,6 @@
 //! The experiments: each answers a question with a folder of files and a page.
 
+pub mod all;
 pub mod billiard;
 pub mod brownian;
 pub mod capability_cost;
@@ -7,6 +8,7 @@ pub mod encounters;
 pub mod equilibrium;
 pub mod errors;
 pub mod extremes;
+pub mod theory;
 pub mod thesis_scene;
 pub mod thesis_tests;
 pub mod tradeoff;

@@ -27,7 +27,7 @@ pub struct Group<'a> {
     /// Predictions of kinetic theory for one gas of equal discs. In a mixture, the boundary is that
     /// for its smallest disc, and no other prediction holds.
     pub prediction: Prediction,
-    /// Shares of velocity and rotation that the molecule forgets at a contact.
+    /// Shares of velocity and rotation that the molecule loses at a contact on average.
     forgotten: [f64; 2],
     /// Mirror symmetry of the molecule.
     pub mirror: Option<Mirror>,
@@ -45,9 +45,9 @@ pub fn impulse_error(sum: f64, count: u64) -> f64 {
     if count == 0 { 0.0 } else { sum * (4.0 / (std::f64::consts::PI * count as f64)).sqrt() }
 }
 
-/// Shares of velocity and rotation that a molecule forgets at a contact in a mixture: the friction
-/// by all kinds over their contacts, each kind as discs of its mean area and mass. An estimate, for
-/// the length of blocks.
+/// Shares of velocity and rotation that a molecule loses at a contact in a mixture, on average: the
+/// friction by all kinds over their contacts, each kind as discs of its mean area and mass. An
+/// estimate, for the length of blocks.
 fn forgotten_in_a_mixture(surroundings: &Surroundings, molecule: &Molecule, turns: bool) -> Result<[f64; 2]> {
     let (mut forgotten, mut contacts) = ([0.0; 2], 0.0);
     for kind in &surroundings.kinds {

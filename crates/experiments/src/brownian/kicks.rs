@@ -25,6 +25,10 @@ impl<O: Observer> Observer for FromGas<O> {
         self.0.start(view);
     }
 
+    fn pause(&mut self, view: &View<'_>) {
+        self.0.pause(view);
+    }
+
     fn collision(&mut self, report: &CollisionReport<'_>) {
         if report.sides.iter().all(|side| !side.body.is_fixed()) {
             self.0.collision(report);

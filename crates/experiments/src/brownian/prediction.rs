@@ -93,8 +93,9 @@ impl Prediction {
         density * temperature * self.boundary.perimeter()
     }
 
-    /// Share of the velocity that the molecule forgets at a contact, along the axis along which it
-    /// forgets least, and share of the angular velocity; 0 for one that contacts do not turn.
+    /// Share of the velocity that the molecule loses at a contact on average, along the axis along
+    /// which it loses least, and share of the angular velocity; 0 for one that contacts do not
+    /// turn.
     ///
     /// Kinetic theory with uncorrelated contacts: the friction is n √(8kT/π) ∮ μ^(1/2) (a·n)² ds,
     /// with a a unit vector, and n √(8kT/π) ∮ μ^(1/2) l² ds for the rotation, with the lever arm l.
@@ -267,7 +268,7 @@ mod tests {
 
     /// The friction of a disc in a dilute gas is n R √(8π μ kT), with R the sum of the radii.
     #[test]
-    fn a_disc_forgets_its_velocity_by_friction() {
+    fn a_disc_loses_its_velocity_by_friction() {
         let tee = tee(Rotation::Free);
         let control = tee.control(&molecule(&tee));
         let prediction = Prediction::of_setting(&control);
@@ -277,7 +278,7 @@ mod tests {
         let friction = reach * (8.0 * PI * reduced).sqrt();
         assert!((velocity * prediction.ideal_rate(1.0, 1.0) / (friction / mass) - 1.0).abs() < 1e-9);
         assert_eq!(spin, 0.0);
-        // A locked tee forgets less along x′ than along y′; a free one also forgets its rotation.
+        // A locked tee loses less along x′ than along y′; a free one also loses its rotation.
         let [free, locked] = [Rotation::Free, Rotation::Locked].map(Prediction::of_tee);
         assert!(free.forgotten_at_a_contact()[1] > 0.01 && locked.forgotten_at_a_contact()[1] == 0.0);
     }

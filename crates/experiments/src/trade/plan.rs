@@ -74,7 +74,7 @@ impl Plan {
     /// Negative decimal exponent of the finest fixed step (natural times).
     pub const FINEST_STEP: i32 = 4;
 
-    /// The work that fits into a time (seconds), as far as the costs of the exact run tell.
+    /// The work that fits into a time (seconds), estimated from the costs of the exact run.
     pub fn within(seconds: f64, cost: &Cost) -> Self {
         let settings = cost.settings as f64;
         let each = |share: f64| share * seconds / settings;

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -44,11 +44,14 @@ class Collision:
 
     Attributes have one entry for each body, except for ``time``, ``point``, ``normal``,
     ``impulse``, ``image`` and ``elasticity``. The fields are those of
-    :meth:`Simulation.collisions`, which describes them.
+    :meth:`Simulation.collisions`.
 
     Examples
     --------
+    Examples of the members continue from this one.
+
     >>> import carom
+    >>> import numpy as np
     >>> scene = carom.Scene(gas={"radius": 0.05, "mass": 1, "energy": 1, "count": 20})
     >>> sim = carom.Simulation(scene)
     >>> hit = sim.step()
@@ -66,48 +69,168 @@ class Collision:
 
     @property
     def time(self) -> float:
-        """Time of the collision."""
+        """Time of the collision.
+
+        Examples
+        --------
+        >>> hit.time > 0
+        True
+        """
         return float(self._row["time"])
 
     @property
     def ids(self) -> tuple[int, int]:
-        """Numbers of the bodies."""
+        """Numbers of the bodies.
+
+        Examples
+        --------
+        >>> first, second = hit.ids
+        >>> first < second < len(sim)
+        True
+        """
         first, second = self._row["ids"].tolist()
         return first, second
 
     @property
     def atoms(self) -> tuple[int, int]:
-        """Indices of the atoms that touched; −1 for the face of a wall."""
+        """Indices of the atoms that touched; −1 for the face of a wall.
+
+        Examples
+        --------
+        >>> hit.atoms
+        (0, 0)
+        """
         first, second = self._row["atoms"].tolist()
         return first, second
 
     @property
     def impulse(self) -> NDArray[np.float64]:
-        """Impulse on the second body; the first receives its opposite (mass · length / time)."""
-        return self._vector("impulse")
+        """Impulse on the second body; the first receives its opposite (mass · length / time).
+
+        Examples
+        --------
+        >>> hit.impulse.shape
+        (2,)
+        """
+        return self._numbers("impulse")
 
     @property
     def point(self) -> NDArray[np.float64]:
-        """Point of contact, in the image of the first body (length)."""
-        return self._vector("point")
+        """Point of contact, in the image of the first body (length).
+
+        Examples
+        --------
+        >>> radius = sim.radii[hit.ids[0]]
+        >>> distance = np.linalg.norm(hit.point - hit.positions[0])
+        >>> bool(abs(distance - radius) < 1e-12)
+        True
+        """
+        return self._numbers("point")
 
     @property
     def normal(self) -> NDArray[np.float64]:
-        """Unit vector from the first body to the second at the point of contact."""
-        return self._vector("normal")
+        """Unit vector from the first body to the second at the point of contact.
+
+        Examples
+        --------
+        >>> bool(abs(np.linalg.norm(hit.normal) - 1) < 1e-12)
+        True
+        """
+        return self._numbers("normal")
 
     @property
     def elasticity(self) -> float:
-        """Coefficient of restitution of the contact."""
+        """Coefficient of restitution of the contact.
+
+        Examples
+        --------
+        >>> hit.elasticity
+        1.0
+        """
         return float(self._row["elasticity"])
 
-    def _vector(self, name: str) -> NDArray[np.float64]:
-        return np.array(self._row[name], dtype=np.float64)
+    @property
+    def image(self) -> tuple[int, int]:
+        """Box of the second body, relative to that of the first (boxes).
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or name not in (COLLISION.names or ()):
-            raise AttributeError(f"a collision has no {name!r}; it has {', '.join(COLLISION.names or ())}")
-        return np.array(self._row[name])
+        Examples
+        --------
+        >>> all(box in (-1, 0, 1) for box in hit.image)
+        True
+        """
+        x, y = self._row["image"].tolist()
+        return x, y
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Centres of mass (length), shape (2, 2).
+
+        Examples
+        --------
+        >>> hit.positions.shape
+        (2, 2)
+        """
+        return self._numbers("positions")
+
+    @property
+    def angles(self) -> NDArray[np.float64]:
+        """Orientations, from −π to π (radians), shape (2,).
+
+        Examples
+        --------
+        >>> hit.angles.shape
+        (2,)
+        """
+        return self._numbers("angles")
+
+    @property
+    def velocities_before(self) -> NDArray[np.float64]:
+        """Velocities before the collision (length / time), shape (2, 2).
+
+        Examples
+        --------
+        >>> approach = hit.velocities_before[0] - hit.velocities_before[1]
+        >>> bool(approach @ hit.normal > 0)
+        True
+        """
+        return self._numbers("velocities_before")
+
+    @property
+    def velocities_after(self) -> NDArray[np.float64]:
+        """Velocities after the collision (length / time), shape (2, 2).
+
+        Examples
+        --------
+        >>> change = hit.velocities_after[1] - hit.velocities_before[1]
+        >>> bool(np.allclose(change, hit.impulse))  # The mass is 1.
+        True
+        """
+        return self._numbers("velocities_after")
+
+    @property
+    def angular_velocities_before(self) -> NDArray[np.float64]:
+        """Angular velocities before the collision (radians / time), shape (2,).
+
+        Examples
+        --------
+        >>> hit.angular_velocities_before.shape
+        (2,)
+        """
+        return self._numbers("angular_velocities_before")
+
+    @property
+    def angular_velocities_after(self) -> NDArray[np.float64]:
+        """Angular velocities after the collision (radians / time), shape (2,).
+
+        Examples
+        --------
+        >>> hit.angular_velocities_after.shape
+        (2,)
+        """
+        return self._numbers("angular_velocities_after")
+
+    def _numbers(self, name: str) -> NDArray[np.float64]:
+        return np.array(self._row[name], dtype=np.float64)
 
     def __repr__(self) -> str:
         first, second = self.ids

@@ -30,6 +30,14 @@ class FirstContact(NamedTuple):
     is_decided : numpy.ndarray
         False where the search has been given up; ``time`` is then the time up to which there is
         no contact. The detector ``"exact"`` is always decided in practice.
+
+    Examples
+    --------
+    >>> import carom
+    >>> rod, disc = carom.Molecule.rod(3, radius=0.5), carom.Molecule.disc(0.5)
+    >>> time, atoms, is_decided = carom.first_contact(rod, disc, [4.0, 0.0], [-1.0, 0.0])
+    >>> round(float(time), 9), atoms.tolist(), bool(is_decided)
+    (2.0, [2, 0], True)
     """
 
     time: NDArray[np.float64]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["ExposedArc", "Molecule"]
+
+# As in `molecule.rs`.
+_MOST_ATOMS = 65_536
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,8 @@ class ExposedArc:
 
     Examples
     --------
+    Examples of the members continue from this one.
+
     >>> import carom
     >>> arcs = carom.Molecule.dumbbell(0.5).exposed_arcs(probe=0.5)
     >>> [round(arc.angle, 6) for arc in arcs]  # 240 degrees each
@@ -52,12 +58,24 @@ class ExposedArc:
 
     @property
     def angle(self) -> float:
-        """Angle of the arc (radians)."""
+        """Angle of the arc (radians).
+
+        Examples
+        --------
+        >>> round(arcs[0].angle, 6)
+        4.18879
+        """
         return self.end - self.start
 
     @property
     def length(self) -> float:
-        """Length of the path of the probe's centre (length)."""
+        """Length of the path of the probe's centre (length).
+
+        Examples
+        --------
+        >>> arcs[0].length == arcs[0].radius * arcs[0].angle
+        True
+        """
         return self.radius * self.angle
 
 
@@ -78,6 +96,8 @@ class Molecule:
 
     Examples
     --------
+    Examples of the members continue from this one.
+
     >>> import carom
     >>> bent = carom.Molecule([(0, 0, 0.5, 1), (1, 0, 0.5, 1), (1, 1, 0.5, 1)])
     >>> bent.mass, round(bent.moment_of_inertia, 6)
@@ -196,22 +216,46 @@ class Molecule:
 
     @property
     def mass(self) -> float:
-        """Total mass."""
+        """Total mass.
+
+        Examples
+        --------
+        >>> bent.mass
+        3.0
+        """
         return self._core.mass()
 
     @property
     def moment_of_inertia(self) -> float:
-        """Σ m (r²/2 + d²) about the centre of mass, each atom a uniform disc (mass · length²)."""
+        """Σ m (r²/2 + d²) about the centre of mass, each atom a uniform disc (mass · length²).
+
+        Examples
+        --------
+        >>> carom.Molecule.disc(2.0, mass=3.0).moment_of_inertia
+        6.0
+        """
         return self._core.moment_of_inertia()
 
     @property
     def area(self) -> float:
-        """Area of the union of the atoms; overlaps count once (length²)."""
+        """Area of the union of the atoms; overlaps count once (length²).
+
+        Examples
+        --------
+        >>> round(carom.Molecule.dumbbell(0.5).area, 6)  # π / 2
+        1.570796
+        """
         return self._core.area()
 
     @property
     def bounding_radius(self) -> float:
-        """Radius of the smallest circle about the centre of mass that holds all atoms (length)."""
+        """Radius of the smallest circle about the centre of mass that holds all atoms (length).
+
+        Examples
+        --------
+        >>> round(bent.bounding_radius, 6)
+        1.245356
+        """
         return self._core.bounding_radius()
 
     def exposed_arcs(self, probe: float = 0.0) -> list[ExposedArc]:
@@ -404,7 +448,8 @@ def _count(count: object) -> int:
 
 def _listed(atoms: Any) -> list[Any]:
     try:
-        return list(atoms)
+        # One more than the compiled part accepts: an endless iterable is refused as well.
+        return list(itertools.islice(atoms, _MOST_ATOMS + 1))
     except TypeError:
         raise TypeError(f"`atoms` must be a sequence of atoms, but is {atoms!r:.60}") from None
 

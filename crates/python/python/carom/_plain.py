@@ -11,17 +11,33 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["array", "ids", "is_mask", "masked", "number", "plain", "word"]
+__all__ = ["array", "ids", "is_mask", "masked", "number", "pixels", "plain", "whole", "word"]
 
 
 def number(name: str, value: object) -> float:
     """``value`` as a float; a ``TypeError`` names the argument."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.number)):
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise TypeError(f"`{name}` must be a number, but is {value!r:.60}")
     try:
         return float(value)
     except (OverflowError, TypeError) as error:
         raise ValueError(f"`{name}` must be a number that a float can hold: {error}") from None
+
+
+def whole(name: str, value: object, least: int, most: int = 2**63 - 1) -> int:
+    """``value`` as an integer from ``least`` to ``most``; a ``ValueError`` names the argument."""
+    is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not is_whole or not least <= int(value) <= most:  # type: ignore[call-overload]
+        limit = "on" if most == 2**63 - 1 else f"to {most}"
+        raise ValueError(f"`{name}` must be a whole number from {least} {limit}, but is {value!r:.60}")
+    return int(value)  # type: ignore[call-overload,no-any-return]
+
+
+def pixels(name: str, value: object) -> int:
+    """``value`` as a size on a screen; a ``ValueError`` names the argument."""
+    return whole(name, value, 16, 16384)
 
 
 def word(name: str, value: object) -> str:

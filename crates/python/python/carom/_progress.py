@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 import time
 from typing import Any
@@ -22,9 +23,8 @@ class Progress:
         self._first: int | None = None
         self._display: Any = None
         if "ipykernel" in sys.modules:
-            from IPython.display import display  # type: ignore[import-not-found,unused-ignore]  # pyright: ignore
-
-            self._display = display({"text/plain": ""}, raw=True, display_id=True)
+            notebook = importlib.import_module("IPython.display")
+            self._display = notebook.display({"text/plain": ""}, raw=True, display_id=True)
 
     def __call__(self, now: float, collisions: int) -> None:
         wall = time.monotonic()

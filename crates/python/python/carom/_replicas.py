@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Union
 
 from . import _carom
-from ._plain import number
+from ._plain import number, whole
 from ._results import Results
 from ._scene import Scene
 
@@ -121,8 +121,8 @@ def replicas(
     from concurrent.futures import ThreadPoolExecutor
     from threading import Event
 
-    count, begin = _whole("n", n, 1), _whole("first", first, 0)
-    workers = os.cpu_count() or 1 if processes is None else _whole("processes", processes, 1)
+    count, begin = whole("n", n, 1), whole("first", first, 0)
+    workers = os.cpu_count() or 1 if processes is None else whole("processes", processes, 1)
     prepared = _prepared(scene, until, measures)
     scenes = [prepared.replaced(replica=begin + index) for index in range(count)]
     if executor is not None:
@@ -157,20 +157,14 @@ def _run(scene: Scene, stop: Callable[[], bool] | None) -> Results:
 
 
 def _prepared(scene: Any, until: float | None, measures: Wanted) -> Scene:
-    whole = scene if isinstance(scene, Scene) else Scene(scene)
+    base = scene if isinstance(scene, Scene) else Scene(scene)
     if isinstance(measures, (str, Mapping)):
         measures = [measures]
-    tables = whole.tables
+    tables = base.tables
     changes = dict(tables["run"])
     if until is not None:
         changes["until"] = number("until", until)
     names = [entry for entry in measures if isinstance(entry, str)]
     entries = [dict(entry) for entry in measures if not isinstance(entry, str)]
     changes["observe"] = [*changes["observe"], *names]
-    return whole.replaced(run=changes, measure=[*tables.get("measure", []), *entries])
-
-
-def _whole(name: str, value: object, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value < 2**63:
-        raise ValueError(f"`{name}` must be a whole number from {least} on, but is {value!r:.60}")
-    return value
+    return base.replaced(run=changes, measure=[*tables.get("measure", []), *entries])

@@ -97,6 +97,16 @@ class Column:
         Source of a prediction.
     values : numpy.ndarray
         The values; NaN where there is none.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+    >>> temperature = sim.measure("temperature", every=0.1)
+    >>> sim.run(until=1)
+    >>> column = temperature.table.columns["translation"]
+    >>> column.role, column.unit
+    ('value', 'mass·length²/time²')
     """
 
     __module__ = "carom"
@@ -117,6 +127,8 @@ class Table:
 
     Examples
     --------
+    Examples of the members continue from this one.
+
     >>> import carom
     >>> scene = carom.Scene(gas={"radius": 0.02, "mass": 1, "energy": 1, "count": 50})
     >>> sim = carom.Simulation(scene)
@@ -166,34 +178,74 @@ class Table:
             raise MeasureError(f"the tables {self.name} and {other.name} are not of one measure")
         return merged.tables[self.name]
 
+    def __radd__(self, other: object) -> Table:
+        # So that `sum(tables)` works, which begins with 0.
+        return self if isinstance(other, int) and other == 0 else NotImplemented
+
     @property
     def results(self) -> Results:
-        """The results that the table belongs to."""
+        """The results that the table belongs to.
+
+        Examples
+        --------
+        >>> table.name in table.results
+        True
+        """
         return self._results
 
     @property
     def abscissa(self) -> str:
-        """Name of the column that the others depend on."""
+        """Name of the column that the others depend on.
+
+        Examples
+        --------
+        >>> table.abscissa
+        'time'
+        """
         return next(name for name, column in self.columns.items() if column.role == "abscissa")
 
     @property
     def units(self) -> dict[str, str]:
-        """Unit of each column."""
+        """Unit of each column.
+
+        Examples
+        --------
+        >>> table.units["mean_square"]
+        'length²/time²'
+        """
         return {name: column.unit for name, column in self.columns.items()}
 
     @property
     def errors(self) -> dict[str, NDArray[np.float64]]:
-        """Standard errors of each measured column that has them."""
+        """Standard errors of each measured column that has them.
+
+        Examples
+        --------
+        >>> table.errors["kurtosis"].shape == table["kurtosis"].shape
+        True
+        """
         return dict(self._of_values("standard error"))
 
     @property
     def predictions(self) -> dict[str, NDArray[np.float64]]:
-        """Prediction of each measured column that has one."""
+        """Prediction of each measured column that has one.
+
+        Examples
+        --------
+        >>> sorted(table.predictions)
+        ['h_y', 'kurtosis']
+        """
         return dict(self._of_values("prediction"))
 
     @property
     def sources(self) -> dict[str, str]:
-        """Source of the prediction of each column that has one."""
+        """Source of the prediction of each column that has one.
+
+        Examples
+        --------
+        >>> "kurtosis" in table.sources
+        True
+        """
         levels = {column: source for column, _, _, source in self._levels}
         return levels | {
             name: column.source or ""
@@ -223,6 +275,11 @@ class Table:
         -------
         numpy.ndarray
             One field of type float64 for each column; NaN where there is no value.
+
+        Examples
+        --------
+        >>> table.to_numpy().dtype.names == tuple(table)
+        True
         """
         array = np.full(len(self), np.nan, dtype=[(name, np.float64) for name in self.columns])
         for name, column in self.columns.items():
@@ -230,7 +287,14 @@ class Table:
         return array
 
     def to_pandas(self) -> pandas.DataFrame:
-        """All columns as a data frame; ``attrs["units"]`` has their units. Needs pandas."""
+        """All columns as a data frame; ``attrs["units"]`` has their units. Needs pandas.
+
+        Examples
+        --------
+        >>> frame = table.to_pandas()
+        >>> frame.attrs["units"]["mean_square"]
+        'length²/time²'
+        """
         try:
             import pandas
         except ImportError as error:
@@ -253,6 +317,12 @@ class Table:
         Returns
         -------
         matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> ax = table.plot()
+        >>> ax.get_xlabel()
+        'time (time)'
         """
         try:
             import matplotlib.pyplot as pyplot
@@ -289,7 +359,13 @@ class Table:
         return ax
 
     def svg(self) -> list[str]:
-        """The charts of the report as SVG: one for neighbouring columns of one unit."""
+        """The charts of the report as SVG: one for neighbouring columns of one unit.
+
+        Examples
+        --------
+        >>> "<svg" in table.svg()[0]
+        True
+        """
         return _carom.table_pictures(self._results._bytes, self.name)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -323,6 +399,8 @@ class Results(Mapping[str, Table]):
 
     Examples
     --------
+    Examples of the members continue from this one.
+
     >>> import carom
     >>> scene = carom.Scene(
     ...     gas={"radius": 0.02, "mass": 1, "energy": 1, "count": 50},
@@ -375,23 +453,39 @@ class Results(Mapping[str, Table]):
 
     def __radd__(self, other: object) -> Results:
         # So that `sum(results)` works, which begins with 0.
-        if other == 0:
-            return self
-        return NotImplemented
+        return self if isinstance(other, int) and other == 0 else NotImplemented
 
     @property
     def runs(self) -> list[tuple[int, int]]:
-        """Seed and replica of each run, in ascending order."""
+        """Seed and replica of each run, in ascending order.
+
+        Examples
+        --------
+        >>> both.runs
+        [(0, 0), (0, 1)]
+        """
         return [run[:2] for run in self._runs]
 
     @property
     def collisions(self) -> int:
-        """Number of collisions of all runs."""
+        """Number of collisions of all runs.
+
+        Examples
+        --------
+        >>> both.collisions > 0
+        True
+        """
         return sum(run[2] for run in self._runs)
 
     @property
     def simulated_time(self) -> float:
-        """Simulated time of all runs (time)."""
+        """Simulated time of all runs (time).
+
+        Examples
+        --------
+        >>> both.simulated_time
+        4.0
+        """
         return math.fsum(run[3] for run in self._runs)
 
     @property
@@ -399,6 +493,11 @@ class Results(Mapping[str, Table]):
         """Largest drift of the energy at a sample, relative to that at the start.
 
         Of runs, and of the measure ``"energy"``.
+
+        Examples
+        --------
+        >>> both.energy_drift < 1e-10
+        True
         """
         return max((run[4] for run in self._runs), default=0.0)
 
@@ -407,12 +506,23 @@ class Results(Mapping[str, Table]):
         """Largest number of pairs that overlap by more than rounding at a sample.
 
         Of runs, and of the measure ``"overlap"``.
+
+        Examples
+        --------
+        >>> both.overlapping_pairs
+        0
         """
         return max((run[5] for run in self._runs), default=0)
 
     @property
     def scene(self) -> Scene:
-        """The scene, with seed and replica 0."""
+        """The scene, with seed and replica 0.
+
+        Examples
+        --------
+        >>> both.scene.tables["run"]["until"]
+        2.0
+        """
         return Scene._of(self._scene, None)
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -55,6 +55,8 @@ class Scene:
 
     Examples
     --------
+    Examples of the members continue from this one.
+
     >>> import carom
     >>> scene = carom.Scene(gas={"radius": 0.01, "mass": 1, "energy": 1, "count": 100}, seed=7)
     >>> scene.tables["box"]["seed"]
@@ -174,7 +176,13 @@ class Scene:
 
     @property
     def tables(self) -> dict[str, Any]:
-        """All tables and entries with their defaults, as a new dictionary."""
+        """All tables and entries with their defaults, as a new dictionary.
+
+        Examples
+        --------
+        >>> scene.tables["gas"][0]["count"]
+        100
+        """
         return _tables(self._text)
 
     def replaced(self, **changes: Any) -> Scene:

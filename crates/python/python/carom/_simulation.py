@@ -13,7 +13,7 @@ from ._collisions import Collision, of_bytes
 from ._errors import MeasureError
 from ._html import Html, frame
 from ._molecule import Molecule
-from ._plain import array, ids, is_mask, masked, number, plain, word
+from ._plain import array, ids, is_mask, masked, number, pixels, plain, word
 from ._progress import Progress
 from ._results import Figure, Results, Table
 from ._scene import Scene
@@ -44,6 +44,8 @@ class Measure:
 
     Examples
     --------
+    Examples of the members continue from this one.
+
     >>> import carom
     >>> scene = carom.Scene(gas={"radius": 0.02, "mass": 1, "energy": 1, "count": 50})
     >>> sim = carom.Simulation(scene)
@@ -62,17 +64,35 @@ class Measure:
 
     @property
     def results(self) -> Results:
-        """Tables and figures so far; ``+`` merges those of several replicas."""
+        """Tables and figures so far; ``+`` merges those of several replicas.
+
+        Examples
+        --------
+        >>> list(pressure.results.figures)[0]
+        'pressure'
+        """
         return Results(self._core.results(self._index))
 
     @property
     def tables(self) -> dict[str, Table]:
-        """Tables so far, by name."""
+        """Tables so far, by name.
+
+        Examples
+        --------
+        >>> list(pressure.tables)
+        ['pressure']
+        """
         return self.results.tables
 
     @property
     def table(self) -> Table:
-        """The first table."""
+        """The first table.
+
+        Examples
+        --------
+        >>> pressure.table.abscissa
+        'time'
+        """
         tables = self.tables
         if not tables:
             raise MeasureError(f"the measure '{self.kind}' has no table so far")
@@ -80,11 +100,26 @@ class Measure:
 
     @property
     def figures(self) -> dict[str, Figure]:
-        """Figures so far, by name."""
+        """Figures so far, by name.
+
+        Examples
+        --------
+        >>> pressure.figures["pressure"].value > 0
+        True
+        """
         return self.results.figures
 
     def stop(self) -> None:
-        """Ends the measure; it keeps its results."""
+        """Ends the measure; it keeps its results.
+
+        Examples
+        --------
+        >>> kept = pressure.results
+        >>> pressure.stop()
+        >>> sim.run(until=3)
+        >>> pressure.results == kept
+        True
+        """
         self._core.end_measure(self._index)
 
     def __repr__(self) -> str:
@@ -120,7 +155,10 @@ class Simulation:
 
     Examples
     --------
+    Examples of the members continue from this one.
+
     >>> import carom
+    >>> import numpy as np
     >>> scene = carom.Scene(gas={"radius": 0.01, "mass": 1, "energy": 1, "count": 100, "tags": ["gas"]})
     >>> sim = carom.Simulation(scene)
     >>> sim.run(until=1.0)
@@ -163,17 +201,35 @@ class Simulation:
 
     @property
     def time(self) -> float:
-        """The present time."""
+        """The present time.
+
+        Examples
+        --------
+        >>> sim.time
+        1.0
+        """
         return self._core.time()
 
     @property
     def scene(self) -> Scene:
-        """The scene, with the elasticity in force; its bodies are those at the start."""
+        """The scene, with the elasticity in force; its bodies are those at the start.
+
+        Examples
+        --------
+        >>> sim.scene.tables["box"]["sides"]
+        [1.0, 1.0]
+        """
         return Scene._of(self._core.scene(), None)
 
     @property
     def box(self) -> tuple[float, float]:
-        """Sides of the periodic box (length)."""
+        """Sides of the periodic box (length).
+
+        Examples
+        --------
+        >>> sim.box
+        (1.0, 1.0)
+        """
         x, y = self._core.sides()
         return x, y
 
@@ -182,65 +238,138 @@ class Simulation:
 
     @property
     def positions(self) -> Floats:
-        """Centres of mass in the box (length), shape (n, 2)."""
+        """Centres of mass in the box (length), shape (n, 2).
+
+        Examples
+        --------
+        >>> x, y = sim.positions.T
+        >>> bool((0 <= x).all() and (x < 1).all())
+        True
+        """
         return self._array("positions")
 
     @property
     def unwrapped_positions(self) -> Floats:
-        """Centres of mass without periodic jumps since the start (length), shape (n, 2)."""
+        """Centres of mass without periodic jumps since the start (length), shape (n, 2).
+
+        Examples
+        --------
+        >>> bool((sim.unwrapped_positions % 1 - sim.positions < 1e-12).all())
+        True
+        """
         return self._array("unwrapped_positions")
 
     @property
     def velocities(self) -> Floats:
-        """Velocities of the centres of mass (length / time), shape (n, 2)."""
+        """Velocities of the centres of mass (length / time), shape (n, 2).
+
+        Examples
+        --------
+        >>> sim.velocities.shape
+        (100, 2)
+        """
         return self._array("velocities")
 
     @property
     def angles(self) -> Floats:
-        """Orientations, from −π to π (radians), shape (n,)."""
+        """Orientations, from −π to π (radians), shape (n,).
+
+        Examples
+        --------
+        >>> bool((abs(sim.angles) <= np.pi).all())
+        True
+        """
         return self._array("angles")
 
     @property
     def angular_velocities(self) -> Floats:
-        """Angular velocities (radians / time), shape (n,)."""
+        """Angular velocities (radians / time), shape (n,).
+
+        Examples
+        --------
+        >>> sim.angular_velocities.shape
+        (100,)
+        """
         return self._array("angular_velocities")
 
     @property
     def radii(self) -> Floats:
-        """Radii of the bounding circles; for a wall, half its thickness (length), shape (n,)."""
+        """Radii of the bounding circles; for a wall, half its thickness (length), shape (n,).
+
+        Examples
+        --------
+        >>> sim.radii[:2]
+        array([0.01, 0.01])
+        """
         return self._array("radii")
 
     @property
     def masses(self) -> Floats:
-        """Masses of the bodies, of a fixed molecule too; infinite for walls, shape (n,)."""
+        """Masses of the bodies, of a fixed molecule too; infinite for walls, shape (n,).
+
+        Examples
+        --------
+        >>> sim.masses[:2]
+        array([1., 1.])
+        """
         return self._array("masses")
 
     @property
     def energies(self) -> Floats:
-        """Kinetic energies (mass · length² / time²), shape (n,)."""
+        """Kinetic energies (mass · length² / time²), shape (n,).
+
+        Examples
+        --------
+        >>> bool(abs(sim.energies.sum() - sim.energy) < 1e-10)
+        True
+        """
         return self._array("energies")
 
     @property
     def fixed(self) -> NDArray[np.bool_]:
-        """Whether each body is fixed, shape (n,)."""
+        """Whether each body is fixed, shape (n,).
+
+        Examples
+        --------
+        >>> bool(sim.fixed.any())
+        False
+        """
         fixed: NDArray[np.bool_] = self._core.array("fixed")
         return fixed
 
     @property
     def locked(self) -> NDArray[np.bool_]:
-        """Whether each body does not turn, shape (n,)."""
+        """Whether each body does not turn, shape (n,).
+
+        Examples
+        --------
+        >>> bool(sim.locked.any())
+        False
+        """
         locked: NDArray[np.bool_] = self._core.array("locked")
         return locked
 
     @property
     def ids(self) -> Ids:
-        """Numbers of the bodies, ascending; never reused, shape (n,)."""
+        """Numbers of the bodies, ascending; never reused, shape (n,).
+
+        Examples
+        --------
+        >>> sim.ids[:3]
+        array([0, 1, 2], dtype=uint64)
+        """
         numbers: Ids = self._core.array("ids")
         return numbers
 
     @property
     def tags(self) -> list[tuple[str, ...]]:
-        """Tags of each body."""
+        """Tags of each body.
+
+        Examples
+        --------
+        >>> sim.tags[0]
+        ('gas',)
+        """
         return self._core.tags()
 
     def mask(self, tag: str) -> NDArray[np.bool_]:
@@ -261,27 +390,57 @@ class Simulation:
 
     @property
     def energy(self) -> float:
-        """Kinetic energy of all bodies (mass · length² / time²)."""
+        """Kinetic energy of all bodies (mass · length² / time²).
+
+        Examples
+        --------
+        >>> round(sim.energy, 9)
+        100.0
+        """
         return self._core.totals()[0]
 
     @property
     def momentum(self) -> Floats:
-        """Total momentum (mass · length / time), shape (2,)."""
+        """Total momentum (mass · length / time), shape (2,).
+
+        Examples
+        --------
+        >>> sim.momentum.shape
+        (2,)
+        """
         return np.array(self._core.totals()[1])
 
     @property
     def temperature(self) -> float | None:
-        """kT relative to the centre of mass (mass · length² / time²); None without motion."""
+        """kT relative to the centre of mass (mass · length² / time²); None without motion.
+
+        Examples
+        --------
+        >>> 0 < sim.temperature < 1.1
+        True
+        """
         return self._core.totals()[2]
 
     @property
     def collision_count(self) -> int:
-        """Number of collisions so far."""
+        """Number of collisions so far.
+
+        Examples
+        --------
+        >>> sim.collision_count > 0
+        True
+        """
         return self._core.totals()[3]
 
     @property
     def overlapping_pairs(self) -> int:
-        """Number of pairs that overlap by more than rounding; 0 with the exact detector."""
+        """Number of pairs that overlap by more than rounding; 0 with the exact detector.
+
+        Examples
+        --------
+        >>> sim.overlapping_pairs
+        0
+        """
         return self._core.overlaps()
 
     def _array(self, name: str) -> Floats:
@@ -421,7 +580,14 @@ class Simulation:
         return add
 
     def off_collision(self, callback: Callable[[Collision], object]) -> None:
-        """Removes a function that :meth:`on_collision` has decorated."""
+        """Removes a function that :meth:`on_collision` has decorated.
+
+        Examples
+        --------
+        >>> log = sim.on_collision(between="gas")(print)
+        >>> sim.off_collision(log)
+        >>> sim.run(until=1.1)  # prints nothing
+        """
         self._callbacks = [entry for entry in self._callbacks if entry[1] is not callback]
 
     # --------------------------------------------------------------- measures
@@ -486,7 +652,14 @@ class Simulation:
 
     @property
     def measures(self) -> list[Measure]:
-        """The measures so far, with those of a loaded checkpoint first."""
+        """The measures so far, with those of a loaded checkpoint first.
+
+        Examples
+        --------
+        >>> pressure = sim.measure("pressure", every=0.1)
+        >>> sim.measures
+        [<carom.Measure pressure>]
+        """
         return list(self._measures)
 
     # ------------------------------------------------------------------ edits
@@ -713,7 +886,15 @@ class Simulation:
         self._core.lock_rotation(self._which(which))
 
     def unlock(self, which: Which = None) -> None:
-        """Frees the orientation of bodies."""
+        """Frees the orientation of bodies.
+
+        Examples
+        --------
+        >>> sim.lock([0, 1])
+        >>> sim.unlock([0])
+        >>> sim.locked[:3].tolist()
+        [False, True, False]
+        """
         self._core.unlock_rotation(self._which(which))
 
     def tag(self, which: Which, name: str) -> None:
@@ -730,11 +911,26 @@ class Simulation:
         self._core.tag(self._which(which), word("name", name))
 
     def untag(self, which: Which, name: str) -> None:
-        """Removes a tag from bodies; one that a body does not carry changes nothing."""
+        """Removes a tag from bodies; one that a body does not carry changes nothing.
+
+        Examples
+        --------
+        >>> sim.untag([0], "gas")
+        >>> int(sim.mask("gas").sum())
+        99
+        """
         self._core.untag(self._which(which), word("name", name))
 
     def reverse(self) -> None:
-        """Reverses all velocities and angular velocities."""
+        """Reverses all velocities and angular velocities.
+
+        Examples
+        --------
+        >>> velocities = sim.velocities
+        >>> sim.reverse()
+        >>> bool((sim.velocities == -velocities).all())
+        True
+        """
         self._core.reverse()
 
     # ------------------------------------------------------------------ files
@@ -767,7 +963,15 @@ class Simulation:
         self._core.save(path)
 
     def copy(self) -> Simulation:
-        """A copy of the state, without measures and callbacks."""
+        """A copy of the state, without measures and callbacks.
+
+        Examples
+        --------
+        >>> other = sim.copy()
+        >>> other.run(until=2)
+        >>> other.time, sim.time
+        (2.0, 1.0)
+        """
         return Simulation._of(self._core.copy())
 
     def __copy__(self) -> Simulation:
@@ -792,7 +996,7 @@ class Simulation:
         Parameters
         ----------
         height : int
-            Height in the notebook (pixels).
+            Height in the notebook (pixels, from 16 to 16384).
 
         Returns
         -------
@@ -808,10 +1012,15 @@ class Simulation:
         """
         title = f"{len(self)} bodies from t = {self.time:g} on"
         caption = "The flights of the bodies between contacts."
-        return Html(frame(self._core.page(title, caption), int(number("height", height))))
+        return Html(frame(self._core.page(title, caption), pixels("height", height)))
 
     def svg(self, size: int = 480) -> str:
         """A picture of the present state as SVG; of a large system, of a part.
+
+        Parameters
+        ----------
+        size : int
+            Longer side (pixels, from 16 to 16384).
 
         Examples
         --------
@@ -820,10 +1029,7 @@ class Simulation:
         >>> "<svg" in sim.svg()
         True
         """
-        pixels = int(number("size", size))
-        if not 16 <= pixels <= 16384:
-            raise ValueError(f"`size` must be from 16 to 16384, but is {pixels}")
-        return self._core.picture(pixels)
+        return self._core.picture(pixels("size", size))
 
     def __repr__(self) -> str:
         return f"<carom.Simulation of {len(self)} bodies at time {self.time:g}>"
@@ -860,8 +1066,13 @@ def load(path: str | os.PathLike[str]) -> Simulation:
     """
     core = _carom.Core.load(path)
     simulation = Simulation._of(core)
-    simulation._measures = [Measure(core, index, "saved") for index in range(core.measures())]
+    simulation._measures = [Measure(core, index, _kind(core, index)) for index in range(core.measures())]
     return simulation
+
+
+def _kind(core: _carom.Core, index: int) -> str:
+    measured: str = Results(core.results(index)).scene.tables["measure"][0]["kind"]
+    return measured
 
 
 def _receiver(callback: Callable[[Collision], object]) -> Callable[[bytes], None]:

@@ -40,6 +40,10 @@ impl Observer for Rate {
         self.observer.start(view);
     }
 
+    fn pause(&mut self, view: &View<'_>) {
+        self.observer.pause(view);
+    }
+
     fn sample(&mut self, view: &View<'_>) {
         let before = self.observer.series().len();
         self.observer.sample(view);

@@ -1,7 +1,8 @@
 //! `drift:TAG`: mean force, torque and velocities of one body in its own frame.
 
-use carom::observers::Drift;
+use carom::{CollisionReport, Observer, View, engine::Body, observers::Drift};
 use carom_tables::BlockMean;
+use serde::{Deserialize, Serialize};
 
 use super::{Context, Kind, Measured, Of, Results, Span, in_blocks, resumed};
 
@@ -11,8 +12,11 @@ pub(super) const KIND: Kind = Kind {
     of: Of::OneBody,
     span: Span::Measurement,
     parameters: &[],
-    begin: |selection| Ok(in_blocks(Drift::new(selection.only_body()?.body.key()))),
-    resume: resumed::<Drift>,
+    begin: |selection| {
+        let body = selection.only_body()?.body;
+        Ok(in_blocks(OneDrift { drift: Drift::new(body.key()), is_fixed: body.is_fixed() }))
+    },
+    resume: resumed::<OneDrift>,
 };
 
 /// Names and units of the means, in the order of the sums.
@@ -25,18 +29,51 @@ const MEANS: [(&str, &str); 6] = [
     ("mean angular velocity", "radian/time"),
 ];
 
-impl Measured for Drift {
-    /// Force, torque and velocities, each over the time.
-    fn sums(&self) -> Vec<[f64; 2]> {
-        let (impulse, path) = (self.impulse(), self.path());
-        let sums = [impulse.x, impulse.y, self.angular_impulse(), path.x, path.y, self.turn()];
-        sums.map(|sum| [sum, self.duration()]).to_vec()
+/// The drift of one body.
+#[derive(Serialize, Deserialize)]
+struct OneDrift {
+    drift: Drift,
+    /// A fixed body near others feels a mean force at equilibrium, such as depletion.
+    is_fixed: bool,
+}
+
+impl Observer for OneDrift {
+    fn watches_any(&self) -> bool {
+        self.drift.watches_any()
     }
 
-    /// At equilibrium all are 0 on average, if the system has no elasticity below 1.
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.drift.watches(bodies)
+    }
+
+    fn start(&mut self, view: &View<'_>) {
+        self.drift.start(view);
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.drift.collision(report);
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        self.drift.sample(view);
+    }
+}
+
+impl Measured for OneDrift {
+    /// Force, torque and velocities, each over the time.
+    fn sums(&self) -> Vec<[f64; 2]> {
+        let drift = &self.drift;
+        let (impulse, path) = (drift.impulse(), drift.path());
+        let sums = [impulse.x, impulse.y, drift.angular_impulse(), path.x, path.y, drift.turn()];
+        sums.map(|sum| [sum, drift.duration()]).to_vec()
+    }
+
+    /// At equilibrium all means of a body that moves are 0, since the free energy of the whole
+    /// system does not depend on its place and orientation. Held at its place, it may be pushed.
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let is_zero = context.is_equilibrium && !self.is_fixed;
         let figure = |((name, unit), mean): (&(&str, &str), &BlockMean)| {
-            let prediction = context.is_elastic.then_some(0.0);
+            let prediction = is_zero.then_some(0.0);
             Some(context.figure(name, unit, mean)?.predicted(prediction, "equilibrium"))
         };
         Results { figures: MEANS.iter().zip(means).filter_map(figure).collect(), ..Results::default() }

@@ -136,7 +136,9 @@ impl Entry {
         let rules = scene.elasticity.pair.iter().map(|rule| rule.coefficient);
         let is_elastic = rules.chain([scene.elasticity.default]).all(|coefficient| coefficient == 1.0);
         let block = (measure.records_per_block() * head.every) as f64 * scene.run.sample_interval;
-        let context = Context { label: &head.label, block, is_elastic, hard_discs };
+        let is_heated = scene.wall.iter().any(|wall| wall.temperature.is_some());
+        let is_equilibrium = is_elastic && !is_heated && stages::is_disturbed(scene).is_none();
+        let context = Context { label: &head.label, block, is_elastic, is_equilibrium, hard_discs };
         let mut results = measure.results(&context);
         if !head.is_asked {
             results.tables.clear();
@@ -180,6 +182,12 @@ impl Observer for Entry {
     fn start(&mut self, view: &View<'_>) {
         if self.is_open() {
             self.measure.start(view);
+        }
+    }
+
+    fn pause(&mut self, view: &View<'_>) {
+        if self.is_open() {
+            self.measure.pause(view);
         }
     }
 

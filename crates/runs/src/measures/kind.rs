@@ -1,5 +1,7 @@
 //! The kinds of measures: names, bodies, parameters with their defaults.
 
+use std::fmt;
+
 use anyhow::{Result, bail, ensure};
 
 use super::{Measure, Selection};
@@ -68,6 +70,15 @@ pub enum Default {
     Number(f64),
     /// A number that depends on the scene, in words.
     FromScene(&'static str),
+}
+
+impl fmt::Display for Default {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "{number}"),
+            Self::FromScene(words) => f.write_str(words),
+        }
+    }
 }
 
 /// Largest number of bins, shells, … of a measure: more would fill the memory with its blocks.

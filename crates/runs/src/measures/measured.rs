@@ -73,6 +73,9 @@ pub struct Context<'a> {
     pub block: f64,
     /// Whether all contacts conserve energy.
     pub is_elastic: bool,
+    /// Whether the measured part can be at equilibrium: all contacts conserve energy, and neither
+    /// thermostats nor heated walls act.
+    pub is_equilibrium: bool,
     /// The gas to which theory applies, or why it does not.
     pub hard_discs: &'a Result<HardDiscs, String>,
 }
@@ -213,6 +216,10 @@ impl<M: Measured> Observer for InBlocks<M> {
 
     fn start(&mut self, view: &View<'_>) {
         self.measured.start(view);
+    }
+
+    fn pause(&mut self, view: &View<'_>) {
+        self.measured.pause(view);
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {

@@ -210,11 +210,7 @@ pub fn list() -> Verdict {
 }
 
 fn parameter_line(parameter: &Parameter) -> String {
-    let default = match parameter.default {
-        Default::Number(number) => number.to_string(),
-        Default::FromScene(words) => words.to_owned(),
-    };
-    format!("{:<28}{:<9}{}; default: {default}", "", parameter.name, parameter.about)
+    format!("{:<28}{:<9}{}; default: {}", "", parameter.name, parameter.about, parameter.default)
 }
 
 impl Observer for Measures {
@@ -228,6 +224,10 @@ impl Observer for Measures {
 
     fn start(&mut self, view: &View<'_>) {
         self.0.iter_mut().for_each(|entry| entry.start(view));
+    }
+
+    fn pause(&mut self, view: &View<'_>) {
+        self.0.iter_mut().for_each(|entry| entry.pause(view));
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {

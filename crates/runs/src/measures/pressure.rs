@@ -51,6 +51,10 @@ impl Observer for Virial {
         self.observer.start(view);
     }
 
+    fn pause(&mut self, view: &View<'_>) {
+        self.observer.pause(view);
+    }
+
     fn collision(&mut self, report: &CollisionReport<'_>) {
         self.observer.collision(report);
     }

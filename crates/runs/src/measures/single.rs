@@ -16,7 +16,8 @@ use super::{
 use crate::record::{Record, RunRecord};
 
 /// A measure of a simulation that a program runs itself: the program calls [`Observer::sample`] at
-/// the times k · [`interval`](Self::interval), and [`Observer::start`] after each edit.
+/// the times k · [`interval`](Self::interval), [`Observer::pause`] before each edit,
+/// and [`Observer::start`] after it.
 ///
 /// ```
 /// use carom::{Scene, engine::MeasureSpec};
@@ -101,6 +102,10 @@ impl Observer for SingleMeasure {
 
     fn start(&mut self, view: &View<'_>) {
         self.entry.start(view);
+    }
+
+    fn pause(&mut self, view: &View<'_>) {
+        self.entry.pause(view);
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {

@@ -406,3 +406,28 @@ fn parameters_have_their_effect() {
     assert_eq!((rows("structure-factor"), rows("speeds"), rows("velocity-components")), (5, 6, 12));
     assert_eq!((rows("viscosity"), rows("heat-conductivity"), rows("orientation")), (3, 4, 5));
 }
+
+/// Equilibrium pushes no free body on average; it pushes a fixed one towards its neighbour.
+#[test]
+fn only_the_mean_force_on_a_body_that_moves_is_predicted_to_vanish() {
+    let scene = |tee: &str, more: &str| {
+        format!(
+            "[[molecule]]\ntags = [\"tee\"]\nshape = \"tee\"\natom_radius = 0.01\natom_mass = 1.0\nat = [0.3, 0.3]\n{tee}\n\
+             [[bumper]]\nradius = 0.05\nat = [0.4, 0.3]\n\
+             [[gas]]\ntags = [\"gas\"]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 50\n{more}\n\
+             [run]\nobserve = [\"drift:tee\"]\nsample_interval = 0.1\n"
+        )
+    };
+    let predictions = |tee: &str, more: &str| {
+        let (results, _) = measured(&scene(tee, more));
+        let figures = results.figures.iter().filter(|figure| figure.name.ends_with(", tee"));
+        figures.map(|figure| figure.prediction).collect::<Vec<_>>()
+    };
+    assert_eq!(predictions("", ""), [Some(0.0); 6]);
+    assert_eq!(predictions("fixed = true", ""), [None; 6]);
+    assert_eq!(predictions("", "[elasticity]\ndefault = 0.9"), [None; 6]);
+    assert_eq!(predictions("", "[[wall]]\nx = 0.0\ntemperature = 1.0"), [None; 6]);
+    let thermostat =
+        "[[stage]]\nuntil = 1.0\nthermostat = [{ tag = \"gas\", every = 0.1, temperature = 1.0 }]";
+    assert_eq!(predictions("", thermostat), [None; 6]);
+}

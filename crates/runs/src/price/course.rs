@@ -135,6 +135,7 @@ impl<'a> Course<'a> {
                 return Ok(Reached::Deadline);
             }
             let Some(Step { what, .. }) = next else { return Ok(Reached::Target) };
+            observer.pause(&self.simulation.view());
             let actions = self.rest.actions;
             self.rest.actions += stage_edits::change(&mut self.simulation, self.scene, what, actions)?;
             self.rest.advance();

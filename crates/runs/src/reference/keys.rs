@@ -21,6 +21,13 @@ pub fn sections(schema: &Value) -> Vec<String> {
     merge(sections).into_iter().map(|section| section.text(schema)).collect()
 }
 
+/// Returns the table of the keys that stand in no table of the file; without such keys nothing.
+pub fn outermost(schema: &Value) -> String {
+    let section = Section { headings: Vec::new(), summary: "", entry: schema };
+    let keys = section.keys(schema);
+    if keys.is_empty() { keys } else { format!("\n{keys}") }
+}
+
 /// A table of the file.
 struct Section<'a> {
     /// Its headings in the file, such as `[[molecule]]`.
@@ -66,15 +73,20 @@ impl Section<'_> {
         let own = description(self.entry);
         text += &paragraphs(if own.is_empty() { self.summary } else { own });
         text.push('\n');
+        text + &self.keys(schema)
+    }
+
+    /// The table of its keys and the notes on them; without keys nothing.
+    fn keys(&self, schema: &Value) -> String {
         let rows: Vec<Vec<String>> = properties(self.entry)
             .filter(|(key, property)| !self.is_table(schema, key) && property.get("deprecated").is_none())
             .map(|(key, property)| self.row(schema, key, property))
             .collect();
-        text += &table(&HEADINGS, &rows);
-        for (key, property) in properties(self.entry) {
-            text += &notes(schema, key, property);
+        if rows.is_empty() {
+            return String::new();
         }
-        text
+        let notes = properties(self.entry).map(|(key, property)| notes(schema, key, property));
+        table(&HEADINGS, &rows) + &notes.collect::<String>()
     }
 
     /// Whether the key has a section of its own.

@@ -9,17 +9,29 @@ use carom_methods::AnySimulation;
 use carom_tables::{Figure, Role};
 
 use super::table;
-use crate::measures::{COLLISION_RATE as RATE, HardDiscs, KINDS, Kind, Measures, Of, Results, file_name};
+use crate::measures::{
+    COLLISION_RATE as RATE, HardDiscs, KINDS, Kind, Measures, Of, Parameter, Results, file_name,
+};
 
 /// Head of the section.
 const HEAD: &str = "
 ## Names in `run.observe`
 
 `TAG` is the tag of a body or of a group of bodies, and becomes part of the names of the files. The
-same names without tag are those of `kind` in `[[measure]]`; `carom measures` lists parameters.
+same names without tag are those of `kind` in `[[measure]]`.
 
 Measures give CSV files, charts, and figures in `summary.json`, with standard errors. Predictions
 are those for a gas of equal elastic discs, or for equilibrium.
+
+";
+
+/// Head of the table of parameters.
+const PARAMETERS: &str = "
+## Parameters of `[[measure]]`
+
+Keys of an entry `[[measure]]` besides `kind`, `of` and `name`; all are numbers. A measure samples at
+samples of the run. So `run.sample_interval` is the shortest interval that any measure needs, and
+`every` or `interval` makes the others coarser.
 
 ";
 
@@ -62,7 +74,35 @@ pub fn section() -> Result<String> {
     let mut text = HEAD.to_owned();
     let rows = KINDS.iter().map(measure).collect::<Result<Vec<_>>>()?;
     text += &table(&["name", "measures", "files", "figures", "predictions"], &rows);
+    text += PARAMETERS;
+    text += &table(&["key", "kinds", "default", "meaning"], &parameters());
     Ok(text)
+}
+
+/// A row for each parameter, with the kinds that have it.
+fn parameters() -> Vec<Vec<String>> {
+    let mut rows: Vec<(&Parameter, Vec<String>)> = Vec::new();
+    for kind in &KINDS {
+        for parameter in kind.all_parameters() {
+            let name = format!("`{}`", kind.name);
+            let same = |row: &&mut (&Parameter, _)| {
+                let text = |of: &Parameter| (of.name, of.about, of.default.to_string());
+                text(row.0) == text(parameter)
+            };
+            match rows.iter_mut().find(same) {
+                Some((_, kinds)) => kinds.push(name),
+                None => rows.push((parameter, vec![name])),
+            }
+        }
+    }
+    let row = |(parameter, kinds): (&Parameter, Vec<String>)| {
+        let Parameter { name, about, default, .. } = parameter;
+        let takes_samples = KINDS.iter().filter(|kind| !kind.span.parameters().is_empty()).count();
+        let kinds =
+            if kinds.len() == takes_samples { "all that take samples".to_owned() } else { kinds.join(", ") };
+        vec![format!("`{name}`"), kinds, default.to_string(), (*about).to_owned()]
+    };
+    rows.into_iter().map(row).collect()
 }
 
 /// The row of a measure, from a short run.

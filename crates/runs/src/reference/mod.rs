@@ -7,6 +7,7 @@ use anyhow::Result;
 
 use carom_tables::Verdict;
 use clap::Args;
+use serde_json::Value;
 
 use crate::{
     console::{is_json, put},
@@ -39,19 +40,22 @@ pub struct Options {
     pub page: bool,
 }
 
-/// Prints the schema or the page.
+/// Prints the schema of scene files, or their page.
 ///
 /// # Errors
 /// See [`page`].
 pub fn run(options: &Options) -> Result<Verdict> {
-    if options.page {
-        print_line(page()?.trim_end());
-    } else if is_json() {
-        put("schema", &scene_schema());
-    } else {
-        print_line(schema::text().trim_end());
-    }
+    print(&scene_schema(), options.page.then(page).transpose()?);
     Ok(Verdict::Passed)
+}
+
+/// Prints a page, or without one the schema.
+pub fn print(schema: &Value, page: Option<String>) {
+    match page {
+        Some(page) => print_line(page.trim_end()),
+        None if is_json() => put("schema", schema),
+        None => print_line(schema::text(schema).trim_end()),
+    }
 }
 
 /// Returns the page as Markdown. It runs two small gases, to list what the measures write.
@@ -59,12 +63,12 @@ pub fn run(options: &Options) -> Result<Verdict> {
 /// # Errors
 /// A measure cannot be run.
 pub fn page() -> Result<String> {
-    let mut page = HEAD.to_owned();
-    for section in keys::sections(&scene_schema()) {
-        page += &section;
-    }
-    page += &measures::section()?;
-    Ok(page)
+    Ok(page_of(HEAD, &scene_schema()) + &measures::section()?)
+}
+
+/// Returns the keys of a file with this schema as Markdown, after a head.
+pub fn page_of(head: &str, schema: &Value) -> String {
+    head.to_owned() + &keys::outermost(schema) + &keys::sections(schema).concat()
 }
 
 /// Text in lines of at most [`WIDEST`] columns, after the first with an indent.

@@ -19,7 +19,7 @@ use carom::{Scene, engine::Growth};
 use carom_methods::{AnySimulation, Method};
 use carom_tables::{Summary, Totals, Verdict};
 use clap::Args;
-use outcome::{Begun, Pricing, simulate};
+use outcome::{Begun, Outcome, Pricing, simulate};
 use parent::Parent;
 use placement::Placement;
 pub use scene_file::{EXTENDED_XYZ, START, SceneFile};
@@ -104,27 +104,42 @@ pub fn run(options: &Options) -> Result<Verdict> {
     if let Some(error) = ended.error {
         let mut summary = ended.outcome.summary_of_failed(title, &task.method, scene.run.until);
         name_parent(&mut summary, parent.as_ref());
-        folder.write_json("summary.json", &summary)?;
-        report::write_tables(&ended.outcome.results, &folder)?;
-        report::write(&folder, State::Failed(format!("{error:#}")))?;
+        write_failed(&folder, &ended.outcome, &summary, &error)?;
         place.fail(summary.totals.cpu_seconds(), &error)?;
         crate::conclude(&folder, &summary);
         return Err(error);
     }
-    let outcome = ended.outcome;
-    let mut summary = outcome.summary(title, &task.method);
+    let mut summary = ended.outcome.summary(title, &task.method);
     name_parent(&mut summary, parent.as_ref());
-    report::write_tables(&outcome.results, &folder)?;
-    outcome.record(&scene, &task.method).write(&folder)?;
-    folder.write_json("summary.json", &summary)?;
+    write_ended(&folder, &ended.outcome, &summary, &scene, &task.method)?;
+    place.complete(summary.totals.cpu_seconds())?;
+    crate::conclude(&folder, &summary);
+    Ok(summary.verdict())
+}
+
+/// Writes the results of a run that has reached its end, the page last.
+fn write_ended(
+    folder: &Folder,
+    outcome: &Outcome,
+    summary: &Summary,
+    scene: &Scene,
+    method: &Method,
+) -> Result<()> {
+    report::write_tables(&outcome.results, folder)?;
+    outcome.record(scene, method).write(folder)?;
+    folder.write_json("summary.json", summary)?;
     if let Some(price) = outcome.price() {
         folder.write_json(PRICE, price)?;
     }
     placement::remove(folder.path())?;
-    report::write(&folder, State::Ended)?;
-    place.complete(summary.totals.cpu_seconds())?;
-    crate::conclude(&folder, &summary);
-    Ok(summary.verdict())
+    report::write(folder, State::Ended)
+}
+
+/// Writes the results of a run up to an error, the page last.
+fn write_failed(folder: &Folder, outcome: &Outcome, summary: &Summary, error: &Error) -> Result<()> {
+    folder.write_json("summary.json", summary)?;
+    report::write_tables(&outcome.results, folder)?;
+    report::write(folder, State::Failed(format!("{error:#}")))
 }
 
 /// Puts the run from which this one starts into the first note.

@@ -138,6 +138,7 @@ pub(super) fn take_all(
             What::Check => measures.check(&simulation.view()),
             What::Snapshot => (),
             What::Stage(_) | What::Thermostat { .. } => {
+                measures.pause(&simulation.view());
                 actions += stage_edits::change(simulation, scene, what, actions)?;
                 measures.start(&simulation.view());
             }

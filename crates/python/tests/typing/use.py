@@ -1,0 +1,30 @@
+"""A program that uses each part of the interface. mypy --strict and pyright check it; nothing runs it."""
+
+import carom
+import numpy as np
+
+scene = carom.Scene(gas={"radius": 0.01, "mass": 1, "temperature": 1, "count": 10, "tags": ["gas"]}, seed=1)
+sim = carom.Simulation(scene, detector="exact", threads=1)
+shells: carom.Measure = sim.measure("pair-distribution", of="gas", every=0.02, max=0.06)
+sim.run(until=2.0, progress=True)
+
+
+@sim.on_collision(between=("tee", "gas"))
+def heard(hit: carom.Collision) -> None:
+    print(hit.time + float(hit.impulse[0]), hit.ids[0] + 1, hit.positions, hit.velocities_before[0])
+
+
+rows = sim.collisions(until=3.0)
+mean = np.diff(rows["time"]).mean()
+table: carom.Table = shells.table + shells.table
+print(table.to_numpy(), table["g"].max(), table.units["g"].upper(), table.plot().get_title())
+figure: float = shells.figures["pressure"].value + float(mean)
+merged = carom.replicas(scene, 4, until=1.0, measures=["pressure", {"kind": "correlation", "of": "gas"}])
+total = merged + carom.run(scene)
+found = carom.first_contact(carom.Molecule.disc(1.0), carom.Molecule.rod(3, radius=1.0), [1, 2], np.zeros((3, 2)))
+print(found.time.sum(), found.atoms, sim.positions.mean(), total.runs[0][0], str(sim.show()))
+new = sim.add(carom.Molecule([(0, 0, 1, 1)]), [0.5, 0.5], velocity=[1, 0], tags="x")
+sim.remove(new)
+sim.set_energy(1.0, sim.positions[:, 0] > 0.5)
+carom.load("x").run(1)
+carom.open_run("y")["x"]

@@ -1,0 +1,112 @@
+//! `carom schema --study`: JSON Schema and reference page of study files.
+
+use anyhow::Result;
+use carom_runs::{
+    reference::{self, page_of, print},
+    schema::{scene_schema, schema_of},
+};
+use carom_tables::Verdict;
+use clap::Args;
+use serde_json::{Value, json};
+
+use crate::study::StudyFile;
+
+/// Head of the page.
+const HEAD: &str = "\
+# Study files
+
+Every key of a study file, which `carom sweep` runs. The page is generated from the types of the
+program. To change it, change their documentation, and run
+`cargo run -p carom-cli -- schema --study --page > crates/STUDY.md`. `carom schema --study` prints
+the JSON Schema.
+
+A study file is TOML. The keys of its scene are those of a scene file, see [SCENE.md](SCENE.md).
+";
+
+/// Options of `carom schema`.
+#[derive(Debug, Clone, Args)]
+#[group(id = "study_schema")]
+pub struct Options {
+    /// Schema or page.
+    #[command(flatten)]
+    pub form: reference::Options,
+    /// The schema or page of study files instead of that of scene files
+    #[arg(long)]
+    pub study: bool,
+}
+
+/// Prints the schema or the page of scene files or of study files.
+///
+/// # Errors
+/// Those of [`reference::run`].
+pub fn run(options: &Options) -> Result<Verdict> {
+    if !options.study {
+        return reference::run(&options.form);
+    }
+    let schema = study_schema();
+    print(&schema, options.form.page.then(|| page_of(HEAD, &schema)));
+    Ok(Verdict::Passed)
+}
+
+/// Returns the JSON Schema (draft 7) of a study file, with that of the scene inside.
+///
+/// # Panics
+/// Never: the names that it adds to are those of the types.
+pub fn study_schema() -> Value {
+    let mut schema = schema_of::<StudyFile>("Study of carom");
+    let Value::Object(mut scene) = scene_schema() else { unreachable!("a schema is an object") };
+    let definitions = scene.remove("definitions").unwrap_or_default();
+    for (name, definition) in definitions.as_object().into_iter().flatten() {
+        schema["definitions"][name] = definition.clone();
+    }
+    for key in ["$schema", "title"] {
+        scene.remove(key);
+    }
+    schema["definitions"]["Scene"] = Value::Object(scene);
+    let keys = &mut schema["properties"];
+    keys["scene"]["anyOf"] = json!([{ "type": "string" }, { "$ref": "#/definitions/Scene" }]);
+    keys["measure"]["items"] = json!({
+        "anyOf": [{ "type": "string" }, { "$ref": "#/definitions/MeasureSpec" }]
+    });
+    schema
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{fs, path::Path};
+
+    use super::*;
+
+    #[test]
+    fn the_page_is_current_and_every_key_has_a_meaning() {
+        let schema = study_schema();
+        let page = page_of(HEAD, &schema);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../STUDY.md");
+        let renew = "run `cargo run -p carom-cli -- schema --study --page > crates/STUDY.md`";
+        assert!(fs::read_to_string(path).unwrap_or_default() == page, "{renew}");
+        for (key, property) in schema["properties"].as_object().unwrap() {
+            assert!(property["description"].is_string(), "{key}");
+        }
+        for name in ["VarySpec", "Expect", "Quick"] {
+            for (key, property) in schema["definitions"][name]["properties"].as_object().unwrap() {
+                assert!(property["description"].is_string(), "{name}.{key}");
+                assert!(page.contains(&format!("| `{key}` |")), "{name}.{key}");
+            }
+        }
+    }
+
+    /// All references of the schema lead somewhere.
+    #[test]
+    fn the_scene_inside_is_complete() {
+        fn check(root: &Value, value: &Value) {
+            if let Some(target) = value["$ref"].as_str() {
+                assert!(root.pointer(target.trim_start_matches('#')).is_some(), "{target}");
+            }
+            value.as_object().into_iter().flatten().for_each(|(_, inner)| check(root, inner));
+            value.as_array().into_iter().flatten().for_each(|inner| check(root, inner));
+        }
+        let schema = study_schema();
+        check(&schema, &schema);
+        assert!(schema["definitions"]["Scene"]["properties"]["gas"].is_object());
+    }
+}
