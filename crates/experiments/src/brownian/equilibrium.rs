@@ -174,7 +174,7 @@ impl Equilibrium {
                 Shrinking::Inverse => "1/(time × √replicas)",
             };
             vec![
-                named(&finding.name, &finding.unit),
+                named(&finding.name, finding.unit),
                 with_error(finding.value, finding.standard_error),
                 finding.deviation.map_or_else(|| "–".to_owned(), |deviation| format!("{deviation:.2}")),
                 word.to_owned(),

@@ -121,10 +121,9 @@ const UNRESOLVED: &str = "too short";
 /// where that is not 0 within its error.
 pub fn difference(difference: &Difference) -> String {
     match (difference.percent(), difference.standard_error) {
-        (_, None) if difference.difference == 0.0 => "0".to_owned(),
+        (_, None) | (None, Some(0.0)) if difference.difference == 0.0 => "0".to_owned(),
         (_, None) => UNRESOLVED.to_owned(),
         (Some([value, error]), Some(_)) => format!("{value:+.2} ± {error:.2} %"),
-        (None, Some(0.0)) if difference.difference == 0.0 => "0".to_owned(),
         (None, Some(error)) => format!("{:+.2e} ± {error:.1e}", difference.difference),
     }
 }
