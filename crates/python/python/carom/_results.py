@@ -221,8 +221,8 @@ class Table:
 
         Examples
         --------
-        >>> table.errors["kurtosis"].shape == table["kurtosis"].shape
-        True
+        >>> list(table.results["speeds"].errors)
+        ['density']
         """
         return dict(self._of_values("standard error"))
 

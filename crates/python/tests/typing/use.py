@@ -1,4 +1,4 @@
-"""A program that uses each part of the interface. mypy --strict and pyright check it; nothing runs it."""
+"""Uses each part of the interface, for mypy --strict and pyright; it is not run."""
 
 import carom
 import numpy as np
